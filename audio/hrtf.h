@@ -1,0 +1,40 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+namespace aula {
+
+/// Head-related impulse responses of one SOFA file at one sample rate: minimum phase and delay
+/// apart, common delay removed, 0 dB diffuse field. Immutable after construction, shared between
+/// threads.
+class Hrtf {
+   public:
+    /// Reads a SOFA file; an empty path means libmysofa's default (MIT KEMAR). Throws
+    /// AudioInputError.
+    Hrtf(const std::filesystem::path& sofa_file, double sample_rate_hz);
+    ~Hrtf();
+
+    struct Ear {
+        std::vector<float> minimum_phase;  ///< taps() samples
+        double delay_s = 0;                ///< >= 0, relative to the earlier ear of any direction
+    };
+
+    /// Both ears (left, right) for a direction in head axes (x front, y left, z up); nearest
+    /// measured directions interpolated. Allocates. [propagation thread]
+    std::array<Ear, 2> ears(const std::array<float, 3>& direction) const;
+
+    std::size_t taps() const;
+
+    /// Decoder from first-order ambisonics (W Y Z X, SN3D, head axes) to the ears: [ear][channel],
+    /// taps() samples each.
+    const std::array<std::array<std::vector<float>, 4>, 2>& decoder() const;
+
+   private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace aula

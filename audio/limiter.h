@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+
+#include "audio/realtime.h"
+
+namespace aula {
+
+/// Keeps the peaks of all channels together below a ceiling (-1 dBFS) by looking ahead; the gain
+/// falls before a peak and recovers after it. Delays the sound by latency_samples().
+/// [audio thread, but for the constructor]
+class Limiter {
+   public:
+    Limiter(double sample_rate_hz, std::size_t channels, int max_block);
+    ~Limiter();
+
+    void process(std::span<float* const> channels, int samples) noexcept AULA_NONBLOCKING;
+    int latency_samples() const;
+
+   private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace aula

@@ -1,0 +1,102 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "audio/hrtf.h"
+#include "audio/mailbox.h"
+#include "audio/realtime.h"
+
+namespace aula {
+
+enum class OutputFormat { binaural, mono, foa };
+
+/// Channels of an output format: 2, 1, 4.
+std::size_t channel_count(OutputFormat format);
+
+/// One discrete arrival, in world axes (x front, y left, z up).
+struct DiscretePath {
+    double delay_s = 0;
+    std::array<float, 3> direction{1, 0, 0};  ///< unit, from the listener to where it comes from
+    std::array<float, 8> band_gain{};  ///< pressure per unit source, octave bands 63 Hz to 8 kHz
+};
+
+/// What one source sounds like at the listener in one frame.
+struct SourceSound {
+    /// Reverberation, first-order ambisonics ACN/SN3D (W Y Z X) in world axes, sample 0 is
+    /// emission; all of one length, at most RendererConfig::response_samples. For mono only W.
+    std::array<std::span<const float>, 4> ambisonics;
+    std::vector<DiscretePath> early;     ///< image sources, rendered into the reverberation
+    std::optional<DiscretePath> direct;  ///< rendered through a delay line, moves smoothly
+    float gain = 1;                      ///< of the source, linear
+};
+
+/// Orientation of the head: rows are the head's x (front), y (left), z (up) axes in world axes, so
+/// that head = rotation * world.
+using HeadRotation = std::array<std::array<float, 3>, 3>;
+inline constexpr HeadRotation kNoRotation{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+
+struct RendererConfig {
+    double sample_rate_hz = 48000;
+    int block = 256;  ///< largest number of samples of a call, and the convolver's partition
+    std::size_t sources = 1;
+    std::size_t response_samples = 48000;  ///< longest reverberation
+    double frame_s = 1.0 / 30;  ///< time between propagation frames: moves are spread over it
+    OutputFormat output = OutputFormat::binaural;
+};
+
+/// Everything the audio thread needs of one propagation frame, transformed and ready. Made by
+/// RenderFrameBuilder, handed over through a mailbox, given back to be filled again.
+struct RenderFrame;
+
+/// Prepares frames: early paths are added to the reverberation as fractional-delay taps through
+/// minimum-phase octave-band filters, partitions are transformed, direct sound becomes per-ear
+/// delays, gains and short filters. [propagation thread]
+class RenderFrameBuilder {
+   public:
+    /// The HRTF is needed for binaural output only.
+    RenderFrameBuilder(const RendererConfig& config, std::shared_ptr<const Hrtf> hrtf);
+    ~RenderFrameBuilder();
+
+    /// An empty frame with all memory in place.
+    std::unique_ptr<RenderFrame> make_frame() const;
+
+    /// Fills a frame; `sources` as many as in the config; `head` as of this frame (direct sound's
+    /// ears; the reverberation is rotated by the head given to render()).
+    void prepare(std::span<const SourceSound> sources, const HeadRotation& head, RenderFrame& frame);
+
+   private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+
+/// Plays sources through the newest frame: partitioned convolution of all sources into ambisonics,
+/// exchanged with a raised-cosine crossfade; head rotation; binaural decoding; direct sound through
+/// fractional delay lines whose delay and gain move smoothly from frame to frame (Doppler included).
+/// No latency: sample n of the output hears sample n of the input. The first frame is taken without
+/// a fade. Before it all is silent. [audio thread, but for the constructor]
+class Renderer {
+   public:
+    Renderer(const RendererConfig& config, std::shared_ptr<const Hrtf> hrtf);
+    ~Renderer();
+
+    /// Where frames come from; a frame whose predecessor is still fading waits for the next call.
+    Mailbox<RenderFrame>& mailbox() noexcept { return mailbox_; }
+
+    /// Renders `samples` (any number up to config.block; offline always the full block).
+    /// `inputs`: one signal for each source; `outputs`: channel_count() signals, overwritten.
+    void render(std::span<const float* const> inputs, const HeadRotation& head,
+                std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
+
+   private:
+    struct State;
+    Mailbox<RenderFrame> mailbox_;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace aula

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace aula {
+
+/// A mono sound in memory.
+struct SoundClip {
+    double sample_rate_hz = 48000;
+    std::vector<float> samples;
+    std::vector<std::string> warnings;  ///< such as "voice.wav: 2 channels mixed down to one"
+};
+
+/// Reads any file that libsndfile reads, mixes it down and resamples it (soxr). Throws
+/// AudioInputError.
+SoundClip read_sound(const std::filesystem::path& file, double sample_rate_hz);
+
+/// The number of frames and the sample rate without reading the samples. Throws AudioInputError.
+struct SoundInfo {
+    std::int64_t frames = 0;
+    double sample_rate_hz = 0;
+    int channels = 0;
+};
+SoundInfo sound_info(const std::filesystem::path& file);
+
+enum class SampleFormat { float32, pcm24, pcm16 };
+
+/// Writes a WAV file under a temporary name beside it and renames it in commit(); without commit()
+/// nothing is left behind. Throws AudioInputError if the place cannot be written to, AudioFailure
+/// if writing fails (disk full).
+class WavWriter {
+   public:
+    WavWriter(const std::filesystem::path& file, double sample_rate_hz, std::size_t channels,
+              SampleFormat format);
+    ~WavWriter();
+
+    /// Appends frames, interleaved: samples.size() is a multiple of the channels.
+    void write(std::span<const float> interleaved);
+
+    void commit();
+
+   private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace aula

@@ -1,0 +1,25 @@
+# Warnings of our own code; never exported.
+add_library(aula_warnings INTERFACE)
+target_compile_options(aula_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
+                                               -Wdouble-promotion)
+if(AULA_SANITIZE)
+    add_compile_options(-fsanitize=${AULA_SANITIZE} -fno-omit-frame-pointer)
+    add_link_options(-fsanitize=${AULA_SANITIZE})
+endif()
+
+# aula_library(NAME SOURCES ... HEADERS ...): the static library aula::NAME whose headers are
+# included from the root of the tree, as "engine/scene.h".
+function(aula_library name)
+    cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;HEADERS")
+    add_library(aula_${name} STATIC ${arg_SOURCES})
+    add_library(aula::${name} ALIAS aula_${name})
+    set_target_properties(aula_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
+    target_sources(aula_${name} PUBLIC FILE_SET HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}"
+                                       FILES ${arg_HEADERS})
+    target_compile_features(aula_${name} PUBLIC cxx_std_20)
+    # No result depends on errno or floating-point traps; without them loops vectorise.
+    target_compile_options(aula_${name} PRIVATE -fno-math-errno -fno-trapping-math)
+    target_link_libraries(aula_${name} PRIVATE $<BUILD_INTERFACE:aula_warnings>)
+    install(TARGETS aula_${name} EXPORT aula FILE_SET HEADERS
+            DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/aula")
+endfunction()

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+namespace aula {
+
+inline constexpr std::size_t kBandCount = 8;
+
+/// Centre frequencies of the octave bands in Hz.
+inline constexpr std::array<float, kBandCount> kBandCentres_hz{63,   125,  250,  500,
+                                                               1000, 2000, 4000, 8000};
+
+/// One number for each octave band, 63 Hz to 8 kHz; all arithmetic is band by band. Aligned so
+/// that a compiler keeps it in one vector register.
+struct alignas(32) Bands {
+    std::array<float, kBandCount> value{};
+
+    static constexpr Bands filled(float x) {
+        Bands b;
+        b.value.fill(x);
+        return b;
+    }
+
+    constexpr float& operator[](std::size_t band) { return value[band]; }
+    constexpr float operator[](std::size_t band) const { return value[band]; }
+
+    constexpr Bands& operator+=(const Bands& o) {
+        for (std::size_t b = 0; b < kBandCount; ++b) value[b] += o.value[b];
+        return *this;
+    }
+    constexpr Bands& operator*=(const Bands& o) {
+        for (std::size_t b = 0; b < kBandCount; ++b) value[b] *= o.value[b];
+        return *this;
+    }
+    constexpr Bands& operator*=(float k) {
+        for (std::size_t b = 0; b < kBandCount; ++b) value[b] *= k;
+        return *this;
+    }
+    friend constexpr Bands operator+(Bands a, const Bands& b) { return a += b; }
+    friend constexpr Bands operator*(Bands a, const Bands& b) { return a *= b; }
+    friend constexpr Bands operator*(Bands a, float k) { return a *= k; }
+    friend constexpr bool operator==(const Bands&, const Bands&) = default;
+
+    constexpr float sum() const {
+        float s = 0;
+        for (float x : value) s += x;
+        return s;
+    }
+    constexpr float max() const { return *std::max_element(value.begin(), value.end()); }
+};
+
+/// 1 - x in each band.
+constexpr Bands complement(const Bands& x) {
+    Bands r;
+    for (std::size_t b = 0; b < kBandCount; ++b) r[b] = 1.0F - x[b];
+    return r;
+}
+
+}  // namespace aula

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "engine/energy_response.h"
+#include "engine/scene.h"
+
+namespace aula {
+
+/// Where everything is in one frame. Moving geometry follows its own path to `time_s`.
+struct FrameInput {
+    double time_s = 0;
+    std::vector<Vec3> sources;    ///< one for each source of the scene
+    std::vector<Vec3> listeners;  ///< as many as in every other frame, at least one
+};
+
+/// What a frame cost and what the caches hold.
+struct FrameStatistics {
+    double trace_s = 0;      ///< wall-clock parts of the step
+    double cache_s = 0;
+    double gather_s = 0;
+    double specular_s = 0;
+    std::uint64_t segments = 0;      ///< ray segments traced, source and gather rays
+    std::size_t cache_entries = 0;   ///< diffuse path cache entries, or occupied patches
+    std::size_t memory_bytes = 0;    ///< of the caches
+};
+
+/// The propagation engine: one step() a frame traces rays from every source, updates the caches
+/// and gives the energy response of every source at every listener. Deterministic: the same scene,
+/// seed and inputs give the same bits with any number of threads. [propagation thread]
+class Propagation {
+   public:
+    /// Throws Error if the settings cannot be used.
+    Propagation(const Scene& scene, const Simulation& simulation, std::size_t listener_count = 1);
+    ~Propagation();
+    Propagation(const Propagation&) = delete;
+    Propagation& operator=(const Propagation&) = delete;
+
+    /// Propagates one frame. Results are valid until the next step.
+    void step(const FrameInput& input);
+
+    /// The newest response. [any thread, not beside step()]
+    const EnergyResponse& response(std::size_t source, std::size_t listener = 0) const;
+
+    /// Forgets everything cached; the next step is frame 0 with another, derived seed.
+    void restart(std::uint64_t seed);
+
+    const FrameStatistics& statistics() const;
+
+    /// Length of the responses: as set, or from the room's reverberation time, at most 4 s.
+    double response_length_s() const;
+
+   private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace aula

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "engine/scene.h"
+
+namespace aula {
+
+inline constexpr std::uint32_t kNoTriangle = std::numeric_limits<std::uint32_t>::max();
+
+struct Ray {
+    Vec3 origin;
+    Vec3 direction;  ///< unit
+    float max_m = std::numeric_limits<float>::infinity();
+};
+
+/// Where a ray met the scene. The triangle is a global index over all objects in order.
+struct Hit {
+    std::uint32_t triangle = kNoTriangle;
+    float distance_m = std::numeric_limits<float>::infinity();
+    float u = 0;  ///< barycentric weight of the triangle's second vertex
+    float v = 0;  ///< of its third vertex
+
+    bool any() const { return triangle != kNoTriangle; }
+};
+
+/// The scene's triangles in world coordinates at one time, and rays against them (Embree, robust
+/// mode, both sides). Queries are const and may run on several threads; move() may not run beside
+/// them.
+class RayScene {
+   public:
+    struct Triangle {
+        std::array<Vec3, 3> vertices;
+        Vec3 normal;  ///< unit, by the right hand rule; zero for a degenerate triangle
+        std::uint32_t material = 0;
+        std::uint32_t object = 0;
+    };
+
+    explicit RayScene(const Scene& scene, double time_s = 0);
+    ~RayScene();
+    RayScene(const RayScene&) = delete;
+    RayScene& operator=(const RayScene&) = delete;
+
+    /// Takes the moving objects to where they are at a time. Returns the largest distance in
+    /// metres that a vertex moved (0: nothing changed).
+    float move(double time_s);
+
+    /// Nearest hit of each ray beyond distance 0 (give origins that are off the surface).
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const;
+
+    /// True if nothing lies between two points; both ends are shortened by 0.1 mm.
+    bool visible(const Vec3& from, const Vec3& to) const;
+
+    std::size_t triangle_count() const { return triangles_.size(); }
+    const Triangle& triangle(std::uint32_t index) const { return triangles_[index]; }
+    const Material& material(const Triangle& triangle) const { return materials_[triangle.material]; }
+    const std::vector<Triangle>& triangles() const { return triangles_; }
+
+    /// The hit point from the triangle's own vertices (more exact than origin + t direction),
+    /// moved kOffset_m along the normal to the side that the ray came from.
+    Vec3 point(const Hit& hit, const Vec3& ray_direction) const;
+
+    /// The triangle's unit normal on the side that the ray came from.
+    Vec3 facing_normal(const Hit& hit, const Vec3& ray_direction) const;
+
+    /// Every point on a surface is used at this distance from it, on its own side: the starts of
+    /// rays, the patch that a deposit, a gather ray or an area sample falls in.
+    static constexpr float kOffset_m = 1e-4F;
+
+   private:
+    struct Embree;
+    std::unique_ptr<Embree> embree_;
+    std::vector<Object> moving_;
+    std::vector<Triangle> triangles_;
+    std::vector<Material> materials_;
+};
+
+}  // namespace aula

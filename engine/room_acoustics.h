@@ -1,0 +1,31 @@
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "engine/energy_response.h"
+
+namespace aula {
+
+/// ISO 3382-1 parameters of one octave band; empty where the response has not enough decay.
+struct BandParameters {
+    std::optional<double> t20_s, t30_s, edt_s;
+    std::optional<double> c50_db, c80_db;
+    std::optional<double> d50;   ///< 0..1
+    std::optional<double> ts_s;  ///< centre time
+    std::optional<double> g_db;  ///< strength re 1/(400 pi) 1/m2
+};
+
+using RoomParameters = std::array<BandParameters, kBandCount>;
+
+/// Parameters from an energy response. Time zero is the direct sound's arrival if it is among the
+/// paths, else the first arrival. The decay curve is Schroeder's backward integral; a fit must
+/// reach -25 dB (T20), -35 dB (T30) or -10 dB (EDT) 10 dB clear of what the response's end cuts
+/// off, else it is empty. Never NaN.
+RoomParameters room_parameters(const EnergyResponse& response);
+
+/// Reverberation time in s after Eyring for each band: 24 ln(10) V / (c (4 m V - S ln(1 - a))).
+Bands eyring_time_s(double volume_m3, double surface_m2, const Bands& mean_absorption,
+                    const Bands& attenuation_per_m, double speed_of_sound_m_s);
+
+}  // namespace aula
