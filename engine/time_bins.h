@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace aula {
@@ -9,23 +10,36 @@ namespace aula {
 /// the start and wider later (2 ms from 64 ms, 4 from 128, 8 from 256, 16 from 1024, 32 from 2048,
 /// 64 from 4096), as a late field varies slowly. `coarseness` multiplies every width.
 class TimeBins {
-   public:
+ public:
     TimeBins() = default;
+
+    /// `length_s` > 0, `coarseness` >= 1.
     explicit TimeBins(double length_s, int coarseness = 1);
 
     std::size_t count() const { return edges_s_.empty() ? 0 : edges_s_.size() - 1; }
     double begin_s(std::size_t bin) const { return edges_s_[bin]; }
     double end_s(std::size_t bin) const { return edges_s_[bin + 1]; }
-    double length_s() const { return edges_s_.back(); }
+    double length_s() const { return edges_s_.empty() ? 0 : edges_s_.back(); }
 
     /// The bin that holds a time >= 0; count() at length_s() and beyond.
-    std::size_t index(double time_s) const;
+    std::size_t index(double time_s) const {
+        if (!(time_s < length_s())) return count();
+        // Every edge is a whole number of milliseconds, so no bin starts inside one. The product
+        // may round over an edge; the edges themselves have the last word.
+        std::size_t bin = bin_of_ms_[static_cast<std::size_t>(time_s * 1000)];
+        if (time_s < edges_s_[bin]) {
+            --bin;
+        } else if (time_s >= edges_s_[bin + 1]) {
+            ++bin;
+        }
+        return bin;
+    }
 
     friend bool operator==(const TimeBins&, const TimeBins&) = default;
 
-   private:
+ private:
     std::vector<double> edges_s_;
-    std::vector<std::size_t> first_of_ms_;  ///< bin that holds the start of each millisecond
+    std::vector<std::uint32_t> bin_of_ms_;  ///< [millisecond], one more than the length has
 };
 
 }  // namespace aula
