@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -32,7 +33,7 @@ struct Hit {
 /// mode, both sides). Queries are const and may run on several threads; move() may not run beside
 /// them.
 class RayScene {
-   public:
+ public:
     struct Triangle {
         std::array<Vec3, 3> vertices;
         Vec3 normal;  ///< unit, by the right hand rule; zero for a degenerate triangle
@@ -57,7 +58,9 @@ class RayScene {
 
     std::size_t triangle_count() const { return triangles_.size(); }
     const Triangle& triangle(std::uint32_t index) const { return triangles_[index]; }
-    const Material& material(const Triangle& triangle) const { return materials_[triangle.material]; }
+    const Material& material(const Triangle& triangle) const {
+        return materials_[triangle.material];
+    }
     const std::vector<Triangle>& triangles() const { return triangles_; }
 
     /// The hit point from the triangle's own vertices (more exact than origin + t direction),
@@ -71,10 +74,12 @@ class RayScene {
     /// rays, the patch that a deposit, a gather ray or an area sample falls in.
     static constexpr float kOffset_m = 1e-4F;
 
-   private:
+ private:
+    void update_triangles(std::uint32_t object);
+
     struct Embree;
     std::unique_ptr<Embree> embree_;
-    std::vector<Object> moving_;
+    std::vector<Object> objects_;  ///< vertices kept of the moving ones only
     std::vector<Triangle> triangles_;
     std::vector<Material> materials_;
 };

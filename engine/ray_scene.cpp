@@ -1,0 +1,208 @@
+#include "engine/ray_scene.h"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <string>
+
+#include "engine/error.h"
+
+namespace aula {
+
+namespace {
+
+constexpr std::size_t kPacket = 16;
+
+RTCIntersectContext incoherent_context() {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+    return context;
+}
+
+}  // namespace
+
+struct RayScene::Embree {
+    RTCDevice device = nullptr;
+    RTCScene scene = nullptr;
+    std::vector<std::uint32_t> first_triangle;  // of each geometry
+    std::vector<std::vector<Vec3>> vertices;    // of each geometry, in the world
+
+    Embree() : device(rtcNewDevice("threads=1,set_affinity=0")) {
+        if (!device) throw Error("Embree: cannot start; an x86-64 processor with SSE2 is needed");
+        scene = rtcNewScene(device);
+    }
+    ~Embree() {
+        rtcReleaseScene(scene);
+        rtcReleaseDevice(device);
+    }
+    Embree(const Embree&) = delete;
+    Embree& operator=(const Embree&) = delete;
+
+    void add(const Object& object, const std::vector<Vec3>& world) {
+        RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+        rtcSetGeometryBuildQuality(geometry,
+                                   object.path ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_MEDIUM);
+        auto* vertex_buffer = static_cast<float*>(
+            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                    3 * sizeof(float), world.size()));
+        auto* index_buffer = static_cast<std::uint32_t*>(
+            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                    3 * sizeof(std::uint32_t), object.triangles.size()));
+        copy_vertices(world, vertex_buffer);
+        for (const auto& triangle : object.triangles) {
+            index_buffer = std::copy(triangle.begin(), triangle.end(), index_buffer);
+        }
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometryByID(scene, geometry, static_cast<unsigned>(vertices.size()));
+        rtcReleaseGeometry(geometry);
+        vertices.push_back(world);
+    }
+
+    static void copy_vertices(const std::vector<Vec3>& world, float* buffer) {
+        for (const Vec3& v : world) {
+            *buffer++ = v.x;
+            *buffer++ = v.y;
+            *buffer++ = v.z;
+        }
+    }
+};
+
+RayScene::RayScene(const Scene& scene, double time_s)
+    : embree_(std::make_unique<Embree>()), objects_(scene.objects), materials_(scene.materials) {
+    bool any_moves = false;
+    for (std::uint32_t o = 0; o < objects_.size(); ++o) {
+        const Object& object = objects_[o];
+        any_moves |= object.path.has_value();
+        embree_->first_triangle.push_back(static_cast<std::uint32_t>(triangles_.size()));
+        embree_->add(object, object.world_vertices(time_s));
+        triangles_.resize(triangles_.size() + object.triangles.size());
+        update_triangles(o);
+        if (!object.path) {
+            // Only moving objects are needed again, for their local vertices.
+            objects_[o].vertices.clear();
+            objects_[o].vertices.shrink_to_fit();
+        }
+    }
+    rtcSetSceneFlags(embree_->scene, any_moves ? RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC
+                                               : RTC_SCENE_FLAG_ROBUST);
+    rtcCommitScene(embree_->scene);
+}
+
+RayScene::~RayScene() = default;
+
+void RayScene::update_triangles(std::uint32_t o) {
+    const Object& object = objects_[o];
+    const std::vector<Vec3>& vertices = embree_->vertices[o];
+    for (std::size_t t = 0; t < object.triangles.size(); ++t) {
+        Triangle& triangle = triangles_[embree_->first_triangle[o] + t];
+        for (std::size_t k = 0; k < 3; ++k) triangle.vertices[k] = vertices[object.triangles[t][k]];
+        const Vec3 n = glm::cross(triangle.vertices[1] - triangle.vertices[0],
+                                  triangle.vertices[2] - triangle.vertices[0]);
+        const float twice_area = glm::length(n);
+        triangle.normal = twice_area > 0 ? n / twice_area : Vec3(0);
+        triangle.material = object.triangle_materials[t];
+        triangle.object = o;
+    }
+}
+
+float RayScene::move(double time_s) {
+    float moved_m = 0;
+    for (std::uint32_t o = 0; o < objects_.size(); ++o) {
+        if (!objects_[o].path) continue;
+        std::vector<Vec3> world = objects_[o].world_vertices(time_s);
+        float object_moved_m = 0;
+        for (std::size_t v = 0; v < world.size(); ++v) {
+            object_moved_m =
+                std::max(object_moved_m, glm::distance(world[v], embree_->vertices[o][v]));
+        }
+        if (object_moved_m == 0) continue;
+        moved_m = std::max(moved_m, object_moved_m);
+        embree_->vertices[o] = std::move(world);
+        update_triangles(o);
+        RTCGeometry geometry = rtcGetGeometry(embree_->scene, o);
+        Embree::copy_vertices(embree_->vertices[o], static_cast<float*>(rtcGetGeometryBufferData(
+                                                        geometry, RTC_BUFFER_TYPE_VERTEX, 0)));
+        rtcUpdateGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0);
+        rtcCommitGeometry(geometry);
+    }
+    if (moved_m > 0) rtcCommitScene(embree_->scene);
+    return moved_m;
+}
+
+void RayScene::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
+    assert(rays.size() == hits.size());
+    RTCIntersectContext context = incoherent_context();
+    for (std::size_t first = 0; first < rays.size(); first += kPacket) {
+        const std::size_t count = std::min(kPacket, rays.size() - first);
+        alignas(64) RTCRayHit16 packet;
+        alignas(64) int valid[kPacket];
+        for (std::size_t i = 0; i < kPacket; ++i) {
+            valid[i] = i < count ? -1 : 0;
+            const Ray& ray = rays[first + std::min(i, count - 1)];
+            packet.ray.org_x[i] = ray.origin.x;
+            packet.ray.org_y[i] = ray.origin.y;
+            packet.ray.org_z[i] = ray.origin.z;
+            packet.ray.dir_x[i] = ray.direction.x;
+            packet.ray.dir_y[i] = ray.direction.y;
+            packet.ray.dir_z[i] = ray.direction.z;
+            packet.ray.tnear[i] = 0;
+            packet.ray.tfar[i] = ray.max_m;
+            packet.ray.time[i] = 0;
+            packet.ray.mask[i] = ~0U;
+            packet.ray.id[i] = 0;
+            packet.ray.flags[i] = 0;
+            packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+            packet.hit.primID[i] = RTC_INVALID_GEOMETRY_ID;
+            packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+        }
+        rtcIntersect16(valid, embree_->scene, &context, &packet);
+        for (std::size_t i = 0; i < count; ++i) {
+            Hit& hit = hits[first + i];
+            if (packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) {
+                hit = Hit{};
+                continue;
+            }
+            hit.triangle = embree_->first_triangle[packet.hit.geomID[i]] + packet.hit.primID[i];
+            hit.distance_m = packet.ray.tfar[i];
+            hit.u = packet.hit.u[i];
+            hit.v = packet.hit.v[i];
+        }
+    }
+}
+
+bool RayScene::visible(const Vec3& from, const Vec3& to) const {
+    const Vec3 way = to - from;
+    const float distance_m = glm::length(way);
+    if (distance_m <= 2 * kOffset_m) return true;
+    RTCIntersectContext context = incoherent_context();
+    const Vec3 direction = way / distance_m;
+    RTCRay ray{};
+    ray.org_x = from.x;
+    ray.org_y = from.y;
+    ray.org_z = from.z;
+    ray.dir_x = direction.x;
+    ray.dir_y = direction.y;
+    ray.dir_z = direction.z;
+    ray.tnear = kOffset_m;
+    ray.tfar = distance_m - kOffset_m;
+    ray.mask = ~0U;
+    rtcOccluded1(embree_->scene, &context, &ray);
+    return ray.tfar >= 0;
+}
+
+Vec3 RayScene::facing_normal(const Hit& hit, const Vec3& ray_direction) const {
+    const Vec3& normal = triangles_[hit.triangle].normal;
+    return glm::dot(normal, ray_direction) <= 0 ? normal : -normal;
+}
+
+Vec3 RayScene::point(const Hit& hit, const Vec3& ray_direction) const {
+    const auto& v = triangles_[hit.triangle].vertices;
+    const Vec3 on_surface = v[0] + hit.u * (v[1] - v[0]) + hit.v * (v[2] - v[0]);
+    return on_surface + kOffset_m * facing_normal(hit, ray_direction);
+}
+
+}  // namespace aula
