@@ -26,9 +26,9 @@ std::vector<DeviceInfo> list_output_devices();
 /// An open output device that calls back for sound. Throws AudioInputError if `wanted` matches no
 /// or several devices (the message lists the candidates), AudioFailure if there is no device.
 class AudioDevice {
-   public:
-    /// Fills `channels` planar outputs of `samples` each. Runs on the device's thread with denormals
-    /// flushed. Must not allocate, lock or wait.
+ public:
+    /// Fills `channels` planar outputs of `samples` each. Runs on the device's thread with
+    /// denormals flushed. Must not allocate, lock or wait.
     using Callback = std::function<void(std::span<float* const> outputs, int samples)>;
 
     /// `wanted`: an index, a part of a name, or empty for the default device.
@@ -42,12 +42,12 @@ class AudioDevice {
     void stop();
 
     const DeviceInfo& info() const;
-    bool active() const;             ///< false once the device or its server is gone
+    bool active() const;              ///< false once the device or its server is gone
     std::uint64_t underruns() const;  ///< output underflow flags since start
-    double load() const;             ///< share of the block's time spent in the callback, smoothed
+    double load() const;              ///< share of the block's time spent in the callback, smoothed
     double worst_load() const;
 
-   private:
+ private:
     struct State;
     std::unique_ptr<State> state_;
 };

@@ -11,7 +11,7 @@ namespace aula {
 /// apart, common delay removed, 0 dB diffuse field. Immutable after construction, shared between
 /// threads.
 class Hrtf {
-   public:
+ public:
     /// Reads a SOFA file; an empty path means libmysofa's default (MIT KEMAR). Throws
     /// AudioInputError.
     Hrtf(const std::filesystem::path& sofa_file, double sample_rate_hz);
@@ -32,7 +32,7 @@ class Hrtf {
     /// taps() samples each.
     const std::array<std::array<std::vector<float>, 4>, 2>& decoder() const;
 
-   private:
+ private:
     struct State;
     std::unique_ptr<State> state_;
 };

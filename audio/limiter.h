@@ -12,14 +12,14 @@ namespace aula {
 /// falls before a peak and recovers after it. Delays the sound by latency_samples().
 /// [audio thread, but for the constructor]
 class Limiter {
-   public:
+ public:
     Limiter(double sample_rate_hz, std::size_t channels, int max_block);
     ~Limiter();
 
     void process(std::span<float* const> channels, int samples) noexcept AULA_NONBLOCKING;
     int latency_samples() const;
 
-   private:
+ private:
     struct State;
     std::unique_ptr<State> state_;
 };

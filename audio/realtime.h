@@ -13,13 +13,13 @@ namespace aula {
 /// Flushes denormal numbers to zero on this thread while alive; a decayed input otherwise costs
 /// many times more. [audio thread]
 class FlushDenormals {
-   public:
+ public:
     FlushDenormals() noexcept;
     ~FlushDenormals();
     FlushDenormals(const FlushDenormals&) = delete;
     FlushDenormals& operator=(const FlushDenormals&) = delete;
 
-   private:
+ private:
     unsigned saved_;
 };
 

@@ -57,7 +57,7 @@ struct RenderFrame;
 /// minimum-phase octave-band filters, partitions are transformed, direct sound becomes per-ear
 /// delays, gains and short filters. [propagation thread]
 class RenderFrameBuilder {
-   public:
+ public:
     /// The HRTF is needed for binaural output only.
     RenderFrameBuilder(const RendererConfig& config, std::shared_ptr<const Hrtf> hrtf);
     ~RenderFrameBuilder();
@@ -67,21 +67,21 @@ class RenderFrameBuilder {
 
     /// Fills a frame; `sources` as many as in the config; `head` as of this frame (direct sound's
     /// ears; the reverberation is rotated by the head given to render()).
-    void prepare(std::span<const SourceSound> sources, const HeadRotation& head, RenderFrame& frame);
+    void prepare(std::span<const SourceSound> sources, const HeadRotation& head,
+                 RenderFrame& frame);
 
-   private:
+ private:
     struct State;
     std::unique_ptr<State> state_;
 };
 
-
 /// Plays sources through the newest frame: partitioned convolution of all sources into ambisonics,
 /// exchanged with a raised-cosine crossfade; head rotation; binaural decoding; direct sound through
-/// fractional delay lines whose delay and gain move smoothly from frame to frame (Doppler included).
-/// No latency: sample n of the output hears sample n of the input. The first frame is taken without
-/// a fade. Before it all is silent. [audio thread, but for the constructor]
+/// fractional delay lines whose delay and gain move smoothly from frame to frame (Doppler
+/// included). No latency: sample n of the output hears sample n of the input. The first frame is
+/// taken without a fade. Before it all is silent. [audio thread, but for the constructor]
 class Renderer {
-   public:
+ public:
     Renderer(const RendererConfig& config, std::shared_ptr<const Hrtf> hrtf);
     ~Renderer();
 
@@ -93,7 +93,7 @@ class Renderer {
     void render(std::span<const float* const> inputs, const HeadRotation& head,
                 std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
 
-   private:
+ private:
     struct State;
     Mailbox<RenderFrame> mailbox_;
     std::unique_ptr<State> state_;

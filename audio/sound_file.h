@@ -34,7 +34,7 @@ enum class SampleFormat { float32, pcm24, pcm16 };
 /// nothing is left behind. Throws AudioInputError if the place cannot be written to, AudioFailure
 /// if writing fails (disk full).
 class WavWriter {
-   public:
+ public:
     WavWriter(const std::filesystem::path& file, double sample_rate_hz, std::size_t channels,
               SampleFormat format);
     ~WavWriter();
@@ -44,7 +44,7 @@ class WavWriter {
 
     void commit();
 
-   private:
+ private:
     struct State;
     std::unique_ptr<State> state_;
 };

@@ -1,0 +1,183 @@
+#include "audio/sound_file.h"
+
+#include <fcntl.h>
+#include <sndfile.h>
+#include <unistd.h>
+
+#include <cassert>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <system_error>
+#include <utility>
+
+#include "audio/error.h"
+#include "audio/resample.h"
+
+namespace aula {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+struct CloseSound {
+    void operator()(SNDFILE* file) const { sf_close(file); }
+};
+using SoundHandle = std::unique_ptr<SNDFILE, CloseSound>;
+
+/// A message of libsndfile without the full stop and line end that some carry.
+std::string sound_message(SNDFILE* file) {
+    std::string text = sf_strerror(file);
+    while (!text.empty() && (text.back() == '.' || text.back() == '\n')) text.pop_back();
+    return text;
+}
+
+SoundHandle open_sound(const fs::path& file, SF_INFO& info) {
+    std::error_code ignored;
+    if (fs::is_directory(file, ignored)) {
+        throw AudioInputError(file.string() + ": is a directory; expected a sound file");
+    }
+    info = {};
+    SoundHandle sound(sf_open(file.c_str(), SFM_READ, &info));
+    if (!sound) {
+        throw AudioInputError(file.string() +
+                              ": cannot be read as sound: " + sound_message(nullptr) +
+                              "; expected a file that libsndfile reads (WAV, FLAC, Ogg, ...)");
+    }
+    return sound;
+}
+
+}  // namespace
+
+SoundInfo sound_info(const fs::path& file) {
+    SF_INFO info;
+    open_sound(file, info);
+    return {info.frames, static_cast<double>(info.samplerate), info.channels};
+}
+
+SoundClip read_sound(const fs::path& file, double sample_rate_hz) {
+    SF_INFO info;
+    const SoundHandle sound = open_sound(file, info);
+    const auto channels = static_cast<std::size_t>(info.channels);
+
+    SoundClip clip;
+    clip.sample_rate_hz = sample_rate_hz;
+    constexpr sf_count_t kFrames = 16384;
+    std::vector<float> interleaved(static_cast<std::size_t>(kFrames) * channels);
+    bool finite = true;
+    while (const sf_count_t got = sf_readf_float(sound.get(), interleaved.data(), kFrames)) {
+        for (std::size_t i = 0; i < static_cast<std::size_t>(got); ++i) {
+            float sum = 0;
+            for (std::size_t c = 0; c < channels; ++c) sum += interleaved[i * channels + c];
+            if (!std::isfinite(sum)) {
+                sum = 0;
+                finite = false;
+            }
+            clip.samples.push_back(sum / static_cast<float>(channels));
+        }
+    }
+    if (sf_error(sound.get()) != SF_ERR_NO_ERROR) {
+        throw AudioInputError(file.string() +
+                              ": cannot be read to its end: " + sound_message(sound.get()));
+    }
+    if (clip.samples.empty()) {
+        throw AudioInputError(file.string() + ": has no samples; expected at least one");
+    }
+    if (channels > 1) {
+        clip.warnings.push_back(file.string() + ": " + std::to_string(channels) +
+                                " channels mixed down to one");
+    }
+    if (!finite) {
+        clip.warnings.push_back(file.string() + ": samples that are not numbers taken as silence");
+    }
+    clip.samples = resample(clip.samples, 1, info.samplerate, sample_rate_hz);
+    return clip;
+}
+
+struct WavWriter::State {
+    fs::path name;       ///< as the user gave it, for messages
+    fs::path target;     ///< links resolved: renaming would replace the link
+    fs::path temporary;  ///< in the target's folder, so that renaming stays within one file system
+    std::size_t channels = 0;
+    int descriptor = -1;
+    SoundHandle sound;
+
+    [[noreturn]] void fail(const std::string& why) const {
+        throw AudioFailure(name.string() + ": writing failed: " + why + "; nothing was kept");
+    }
+
+    ~State() {
+        sound.reset();
+        if (descriptor >= 0) close(descriptor);
+        if (!temporary.empty()) unlink(temporary.c_str());
+    }
+};
+
+WavWriter::WavWriter(const fs::path& file, double sample_rate_hz, std::size_t channels,
+                     SampleFormat format)
+    : state_(std::make_unique<State>()) {
+    state_->name = file;
+    state_->channels = channels;
+    std::error_code error;
+    state_->target = fs::weakly_canonical(file, error);
+    if (error) state_->target = file;
+    if (fs::exists(state_->target, error) && !fs::is_regular_file(state_->target, error)) {
+        throw AudioInputError(file.string() +
+                              ": cannot be written: not a regular file; expected a file name");
+    }
+
+    fs::path temporary = state_->target;
+    temporary += "." + std::to_string(getpid()) + ".part";
+    state_->descriptor = open(temporary.c_str(), O_CREAT | O_TRUNC | O_RDWR | O_CLOEXEC, 0666);
+    if (state_->descriptor < 0) {
+        throw AudioInputError(file.string() + ": cannot be written: " + std::strerror(errno) +
+                              "; expected a name in a folder that can be written to");
+    }
+    state_->temporary = temporary;
+
+    SF_INFO info{};
+    info.samplerate = static_cast<int>(std::lround(sample_rate_hz));
+    info.channels = static_cast<int>(channels);
+    // More than two channels have to be told by the extensible header.
+    info.format = channels > 2 ? SF_FORMAT_WAVEX : SF_FORMAT_WAV;
+    switch (format) {
+        case SampleFormat::float32:
+            info.format |= SF_FORMAT_FLOAT;
+            break;
+        case SampleFormat::pcm24:
+            info.format |= SF_FORMAT_PCM_24;
+            break;
+        case SampleFormat::pcm16:
+            info.format |= SF_FORMAT_PCM_16;
+            break;
+    }
+    state_->sound.reset(sf_open_fd(state_->descriptor, SFM_WRITE, &info, SF_FALSE));
+    if (!state_->sound) state_->fail(sound_message(nullptr));
+    // The peak chunk carries the time of day: the same sound would give other bytes.
+    sf_command(state_->sound.get(), SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);
+    sf_command(state_->sound.get(), SFC_SET_CLIPPING, nullptr, SF_TRUE);
+}
+
+WavWriter::~WavWriter() = default;
+
+void WavWriter::write(std::span<const float> interleaved) {
+    assert(interleaved.size() % state_->channels == 0);
+    const auto frames = static_cast<sf_count_t>(interleaved.size() / state_->channels);
+    errno = 0;
+    if (sf_writef_float(state_->sound.get(), interleaved.data(), frames) != frames) {
+        state_->fail(errno != 0 ? std::strerror(errno) : sound_message(state_->sound.get()));
+    }
+}
+
+void WavWriter::commit() {
+    // Closing writes the header's lengths and may be the first to learn of a full disk.
+    errno = 0;
+    if (sf_close(state_->sound.release()) != 0) state_->fail(std::strerror(errno));
+    if (close(std::exchange(state_->descriptor, -1)) != 0) state_->fail(std::strerror(errno));
+    std::error_code error;
+    fs::rename(state_->temporary, state_->target, error);
+    if (error) state_->fail(error.message());
+    state_->temporary.clear();
+}
+
+}  // namespace aula

@@ -1,0 +1,104 @@
+#include "audio/limiter.h"
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <vector>
+
+using namespace aula;
+
+namespace {
+
+constexpr double kRate_hz = 48000;
+constexpr float kCeiling = 0.8912509F;  // -1 dBFS
+
+using Stereo = std::array<std::vector<float>, 2>;
+
+/// Runs a limiter over the signal in calls of 1 to 256 samples.
+Stereo limited(Stereo signal, int& latency) {
+    Limiter limiter(kRate_hz, 2, 256);
+    latency = limiter.latency_samples();
+    std::mt19937 random(3);
+    std::uniform_int_distribution<std::size_t> call(1, 256);
+    for (std::size_t done = 0; done < signal[0].size();) {
+        const std::size_t n = std::min(call(random), signal[0].size() - done);
+        const std::array<float*, 2> channels{signal[0].data() + done, signal[1].data() + done};
+        limiter.process(channels, static_cast<int>(n));
+        done += n;
+    }
+    return signal;
+}
+
+Stereo noise(std::size_t samples, float scale) {
+    std::mt19937 random(4);
+    std::uniform_real_distribution<float> uniform(-scale, scale);
+    Stereo signal;
+    for (auto& channel : signal) {
+        channel.resize(samples);
+        for (float& x : channel) x = uniform(random);
+    }
+    return signal;
+}
+
+}  // namespace
+
+TEST_CASE("Below the ceiling the limiter is a delay, bit by bit") {
+    const Stereo in = noise(20000, kCeiling);
+    int latency = 0;
+    const Stereo out = limited(in, latency);
+    CHECK(latency == 192);  // 4 ms
+    for (std::size_t c = 0; c < 2; ++c) {
+        CHECK(std::equal(in[c].begin(), in[c].end() - latency, out[c].begin() + latency));
+        CHECK(
+            std::all_of(out[c].begin(), out[c].begin() + latency, [](float x) { return x == 0; }));
+    }
+}
+
+TEST_CASE("No output sample is above the ceiling, whatever comes") {
+    Stereo in = noise(48000, 4);
+    // Lone peaks in silence, far apart and next to each other.
+    for (std::size_t i = 10000; i < 20000; ++i) in[0][i] = in[1][i] = 0;
+    in[0][12000] = 3;
+    in[1][12001] = -30;
+    in[0][15000] = 1e6F;
+    int latency = 0;
+    const Stereo out = limited(in, latency);
+    float peak = 0;
+    for (const auto& channel : out) {
+        for (const float x : channel) peak = std::max(peak, std::abs(x));
+    }
+    CHECK(peak <= kCeiling);
+    // The lone peak comes out at the ceiling, not lower: one part in 10^6 is the gain's rounding.
+    CHECK(std::abs(out[1][static_cast<std::size_t>(12001 + latency)]) ==
+          Approx(kCeiling).epsilon(1e-6));
+}
+
+TEST_CASE("Both channels get the same gain") {
+    Stereo in = noise(9600, 3);
+    for (std::size_t i = 0; i < in[0].size(); ++i) in[1][i] = 0.125F * in[0][i];
+    int latency = 0;
+    const Stereo out = limited(in, latency);
+    for (std::size_t i = 0; i < out[0].size(); ++i) CHECK(out[1][i] == 0.125F * out[0][i]);
+}
+
+TEST_CASE("The gain moves smoothly and is exactly one again after a peak") {
+    Stereo in;
+    in[0].assign(96000, 0.5F);
+    in[1].assign(96000, 0.5F);
+    in[0][1000] = 4;
+    int latency = 0;
+    const Stereo out = limited(in, latency);
+    float step = 0;
+    for (std::size_t i = static_cast<std::size_t>(latency) + 1; i < out[1].size(); ++i) {
+        step = std::max(step, std::abs(out[1][i] - out[1][i - 1]));
+    }
+    // The gain falls by 1 - 0.89 / 4 = 0.78 in 192 samples, in a straight line.
+    CHECK(step < 0.5F * 0.78F / 192 * 1.01F);
+    CHECK(step > 0.5F * 0.78F / 192 * 0.9F);
+    // One tenth of a second after the peak e^-1 of the reduction is left, then nothing.
+    CHECK(out[1][1000 + 4800] == Approx(0.5F * (1 - 0.78F / 2.718F)).epsilon(0.05));
+    CHECK(out[1].back() == 0.5F);
+}

@@ -1,0 +1,200 @@
+#include "audio/sound_file.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <numbers>
+#include <string>
+
+#include "audio/error.h"
+
+using namespace aula;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A folder of its own for each test, removed afterwards.
+class TemporaryFolder {
+ public:
+    TemporaryFolder() {
+        std::string name = (fs::temp_directory_path() / "aula-test-XXXXXX").string();
+        REQUIRE(mkdtemp(name.data()) != nullptr);
+        path_ = name;
+    }
+    ~TemporaryFolder() { fs::remove_all(path_); }
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+    fs::path operator/(const std::string& name) const { return path_ / name; }
+    bool empty() const { return fs::is_empty(path_); }
+    const fs::path& path() const { return path_; }
+
+ private:
+    fs::path path_;
+};
+
+std::string bytes(const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void write_wav(const fs::path& file, double rate_hz, std::size_t channels,
+               const std::vector<float>& interleaved, SampleFormat format = SampleFormat::float32) {
+    WavWriter writer(file, rate_hz, channels, format);
+    writer.write(interleaved);
+    writer.commit();
+}
+
+std::string error_of(const fs::path& file) {
+    try {
+        read_sound(file, 48000);
+    } catch (const AudioInputError& error) {
+        return error.what();
+    }
+    return {};
+}
+
+}  // namespace
+
+TEST_CASE("A float WAV is read back bit by bit") {
+    const TemporaryFolder folder;
+    const std::vector<float> samples{0.1F, -2.5F, 1e-20F, 0.75F};
+    write_wav(folder / "a.wav", 48000, 1, samples);
+    const SoundClip clip = read_sound(folder / "a.wav", 48000);
+    CHECK(clip.samples == samples);
+    CHECK(clip.warnings.empty());
+    CHECK(sound_info(folder / "a.wav").frames == 4);
+    CHECK(sound_info(folder / "a.wav").sample_rate_hz == 48000);
+}
+
+TEST_CASE("The same sound gives the same bytes in every format") {
+    const TemporaryFolder folder;
+    const SampleFormat format =
+        GENERATE(SampleFormat::float32, SampleFormat::pcm24, SampleFormat::pcm16);
+    const std::vector<float> samples{0.5F, -0.5F, 0.25F, 0.125F};
+    write_wav(folder / "a.wav", 48000, 2, samples, format);
+    write_wav(folder / "b.wav", 48000, 2, samples, format);
+    const std::string a = bytes(folder / "a.wav");
+    CHECK(a == bytes(folder / "b.wav"));
+    // The peak chunk holds the time of writing.
+    CHECK(a.find("PEAK") == std::string::npos);
+    CHECK(sound_info(folder / "a.wav").channels == 2);
+}
+
+TEST_CASE("Integer formats clip instead of wrapping round") {
+    const TemporaryFolder folder;
+    write_wav(folder / "a.wav", 48000, 1, {1.5F, -1.5F}, SampleFormat::pcm16);
+    const SoundClip clip = read_sound(folder / "a.wav", 48000);
+    CHECK(clip.samples[0] > 0.99F);
+    CHECK(clip.samples[1] < -0.99F);
+}
+
+TEST_CASE("Several channels are mixed down with a warning") {
+    const TemporaryFolder folder;
+    write_wav(folder / "a.wav", 48000, 4, {1, 0, 0, 0, 0.5F, 0.5F, 0.5F, 0.5F});
+    const SoundClip clip = read_sound(folder / "a.wav", 48000);
+    CHECK(clip.samples == std::vector<float>{0.25F, 0.5F});
+    REQUIRE(clip.warnings.size() == 1);
+    CHECK(clip.warnings[0] == (folder / "a.wav").string() + ": 4 channels mixed down to one");
+}
+
+TEST_CASE("Another sample rate is converted without delay or loss of level") {
+    const TemporaryFolder folder;
+    constexpr double kTone_hz = 1000;
+    std::vector<float> tone(44100);
+    for (std::size_t n = 0; n < tone.size(); ++n) {
+        tone[n] = static_cast<float>(
+            std::sin(2 * std::numbers::pi * kTone_hz * static_cast<double>(n) / 44100));
+    }
+    write_wav(folder / "a.wav", 44100, 1, tone);
+    const SoundClip clip = read_sound(folder / "a.wav", 48000);
+    REQUIRE(clip.samples.size() == 48000);
+    // Away from the ends, where the tone is switched on and off. soxr's HQ is good for 20 bits.
+    double worst = 0;
+    for (std::size_t n = 2000; n < 46000; ++n) {
+        const double wanted =
+            std::sin(2 * std::numbers::pi * kTone_hz * static_cast<double>(n) / 48000);
+        worst = std::max(worst, std::abs(double{clip.samples[n]} - wanted));
+    }
+    CHECK(worst < 1e-5);
+}
+
+TEST_CASE("A sound that cannot be read says so in one line with its name") {
+    const TemporaryFolder folder;
+    std::ofstream(folder / "text.wav") << "this is no sound";
+    fs::create_directory(folder / "folder.wav");
+    write_wav(folder / "empty.wav", 48000, 1, {});
+    for (const std::string name : {"missing.wav", "text.wav", "folder.wav", "empty.wav"}) {
+        const std::string error = error_of(folder / name);
+        CAPTURE(error);
+        CHECK(error.starts_with((folder / name).string() + ": "));
+        CHECK(error.find('\n') == std::string::npos);
+        CHECK(error.find("expected") != std::string::npos);
+    }
+    CHECK_THROWS_AS(sound_info(folder / "text.wav"), AudioInputError);
+}
+
+TEST_CASE("Samples that are not numbers become silence with a warning") {
+    const TemporaryFolder folder;
+    write_wav(folder / "a.wav", 48000, 1, {0.5F, NAN, INFINITY, 0.25F});
+    const SoundClip clip = read_sound(folder / "a.wav", 48000);
+    CHECK(clip.samples == std::vector<float>{0.5F, 0, 0, 0.25F});
+    CHECK(clip.warnings.size() == 1);
+}
+
+TEST_CASE("Without commit nothing is left behind and an older file stays") {
+    const TemporaryFolder folder;
+    {
+        WavWriter writer(folder / "a.wav", 48000, 1, SampleFormat::float32);
+        writer.write(std::vector<float>(1000, 0.5F));
+    }
+    CHECK(folder.empty());
+    write_wav(folder / "a.wav", 48000, 1, {0.5F});
+    const std::string before = bytes(folder / "a.wav");
+    {
+        WavWriter writer(folder / "a.wav", 48000, 1, SampleFormat::float32);
+        writer.write(std::vector<float>(1000, 0.5F));
+    }
+    CHECK(bytes(folder / "a.wav") == before);
+    CHECK(std::distance(fs::directory_iterator(folder.path()), {}) == 1);
+}
+
+TEST_CASE("A place that cannot be written to is an input error") {
+    const TemporaryFolder folder;
+    fs::create_directory(folder / "folder.wav");
+    for (const fs::path& file :
+         {folder / "folder.wav", folder / "no/such/folder/a.wav", fs::path("/dev/null")}) {
+        CAPTURE(file);
+        CHECK_THROWS_AS(WavWriter(file, 48000, 1, SampleFormat::float32), AudioInputError);
+    }
+    CHECK(fs::is_character_file("/dev/null"));
+}
+
+TEST_CASE("A full disk fails, says so and leaves nothing behind") {
+    const TemporaryFolder folder;
+    // A limit on the size of files makes write() fall short as a full disk does.
+    rlimit before{};
+    REQUIRE(getrlimit(RLIMIT_FSIZE, &before) == 0);
+    const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit small{65536, before.rlim_max};
+    REQUIRE(setrlimit(RLIMIT_FSIZE, &small) == 0);
+    std::string error;
+    try {
+        WavWriter writer(folder / "a.wav", 48000, 1, SampleFormat::float32);
+        for (int i = 0; i < 100; ++i) writer.write(std::vector<float>(1000, 0.5F));
+        writer.commit();
+    } catch (const AudioFailure& failure) {
+        error = failure.what();
+    }
+    REQUIRE(setrlimit(RLIMIT_FSIZE, &before) == 0);
+    std::signal(SIGXFSZ, old_handler);
+    CHECK(error.starts_with((folder / "a.wav").string() + ": writing failed"));
+    CHECK(folder.empty());
+}
