@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -19,21 +21,42 @@ struct ImpulseResponse {
 /// Turns energy responses into impulse responses: seeded white noise through a power-complementary
 /// octave filter bank (the carriers), each shaped by the square root of its band's energy and
 /// scaled so that the band's total is exact. The carriers never change, so from frame to frame only
-/// the energies are heard. Allocates in the constructor and where an output has to grow.
-/// [propagation thread]
+/// the energies are heard. Allocates. [propagation thread]
 class ImpulseResponseBuilder {
-   public:
+ public:
+    /// Responses last `length_s`; of a longer energy response the rest is left out, after a shorter
+    /// one there is silence. `sample_rate_hz` >= 8000.
     ImpulseResponseBuilder(double sample_rate_hz, double length_s, std::uint64_t seed);
 
     void build(const EnergyResponse& energy, ImpulseResponse& out) const;
 
     std::size_t length_samples() const { return length_samples_; }
 
-   private:
+ private:
+    /// Power moments of a channel's carriers over one cell of half a millisecond: the sums of
+    /// c^2, c^2 t and c^2 t^2, t in samples from the cell's start. They give the energy of a
+    /// carrier under a linear envelope without a pass over its samples.
+    struct Moments {
+        Bands zeroth, first, second;
+    };
+    struct Channel {
+        std::array<std::vector<float>, kBandCount> carriers;  ///< [band][sample]
+        std::vector<Moments> moments;                         ///< [cell]
+    };
+    struct Segment;
+    std::vector<Segment> envelope(const EnergyResponse& energy) const;
+    Bands wanted_energy(const EnergyResponse& energy) const;
+    Bands gains(const Channel& channel, const std::vector<Segment>& segments,
+                const Bands& wanted) const;
+
+    double start_samples(std::size_t cell) const;
+    std::size_t first_sample(std::size_t cell) const;
+    float middle(std::size_t sample, std::size_t cell) const;
+
     double sample_rate_hz_;
     std::size_t length_samples_;
-    /// [channel][band][sample]; the channels are independent, the bands of one sum to white noise
-    std::vector<std::array<std::vector<float>, kBandCount>> carriers_;
+    Bands band_power_;  ///< what white noise of unit variance has in each band; sums to 1
+    std::array<Channel, 4> channels_;  ///< independent
 };
 
 }  // namespace aula

@@ -1,0 +1,325 @@
+#include "engine/impulse_response.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+#include "engine/octave_bank.h"
+
+// Clones for wider vectors, picked at load time. Sanitizers run before the picking can.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define AULA_VECTOR_CLONES __attribute__((target_clones("arch=haswell", "default")))
+#else
+#define AULA_VECTOR_CLONES
+#endif
+
+namespace aula {
+namespace {
+
+constexpr double kCell_s = 0.0005;  // edges and centres of all TimeBins are multiples of it
+constexpr double kWarmUp_s = 0.5;   // until the lowest octave's filters ring steadily
+
+// Uniform white noise of unit variance from a counter: the same bits on every machine.
+// The mixer is SplitMix64's.
+double noise(std::uint64_t seed, std::uint64_t channel, std::uint64_t sample) {
+    std::uint64_t x = seed * 0x9E3779B97F4A7C15ULL + (channel << 56) + sample;
+    for (int round = 0; round < 2; ++round) {
+        x += 0x9E3779B97F4A7C15ULL;
+        x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ULL;
+        x = (x ^ (x >> 27)) * 0x94D049BB133111EBULL;
+        x ^= x >> 31;
+    }
+    return (static_cast<double>(x >> 11) * 0x1p-53 - 0.5) * std::sqrt(12.0);
+}
+
+/// A linear function of time, one for each band.
+struct Ramp {
+    Bands level;  ///< at its start
+    Bands slope;  ///< per sample
+};
+
+/// A point of the envelope, which is linear in between.
+struct Knot {
+    std::size_t cell;  ///< starts here
+    Bands amplitude;   ///< pressure over a carrier of unit variance
+    Vec3 direction;    ///< energy-weighted mean
+};
+
+// out[j] = sum over the bands of (level + slope (j + offset)) carrier[j].
+AULA_VECTOR_CLONES void shape(std::size_t count, float offset, const Ramp& line,
+                              const std::array<const float*, kBandCount>& carrier, float* out) {
+    const std::array<const float*, kBandCount> c = carrier;
+    for (std::size_t j = 0; j < count; ++j) {
+        const float t = static_cast<float>(static_cast<int>(j)) + offset;
+        float sum = 0;
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            sum += (line.level[b] + line.slope[b] * t) * c[b][j];
+        }
+        out[j] = sum;
+    }
+}
+
+// The first-order channels from W and three independent diffuse ones, see build().
+AULA_VECTOR_CLONES void spread(std::size_t count, float offset, Vec3 v, Vec3 slope, const float* w,
+                               float* y, float* z, float* x) {
+    for (std::size_t j = 0; j < count; ++j) {
+        const float t = static_cast<float>(static_cast<int>(j)) + offset;
+        const float vx = v.x + slope.x * t;
+        const float vy = v.y + slope.y * t;
+        const float vz = v.z + slope.z * t;
+        const float rest = 1 - (vx * vx + vy * vy + vz * vz);
+        const float q = std::sqrt(std::max(rest, 0.0F) * (1.0F / 3));
+        x[j] = vx * w[j] + q * x[j];
+        y[j] = vy * w[j] + q * y[j];
+        z[j] = vz * w[j] + q * z[j];
+    }
+}
+
+// A band cannot change faster than about a period of its centre: cut sharper, its carrier would
+// spill into the other octaves. So a bin's energy is spread over its own time and a period after
+// (1 ms at 1 kHz, 16 ms at 63 Hz: less than the octave's own filter takes).
+std::vector<Bands> spread_in_time(const EnergyResponse& energy) {
+    const TimeBins& bins = energy.bins;
+    std::vector<Bands> out(bins.count());
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        const double period_s = 1 / double{kBandCentres_hz[b]};
+        for (std::size_t i = 0; i < bins.count(); ++i) {
+            const double begin_s = bins.begin_s(i);
+            const double end_s = bins.end_s(i) + period_s;
+            for (std::size_t k = i; k < bins.count() && bins.begin_s(k) < end_s; ++k) {
+                const double overlap_s = std::min(end_s, bins.end_s(k)) - bins.begin_s(k);
+                out[k][b] +=
+                    energy.energy[i][b] * static_cast<float>(overlap_s / (end_s - begin_s));
+            }
+        }
+    }
+    return out;
+}
+
+}  // namespace
+
+/// A piece of the envelope between two cells' starts.
+struct ImpulseResponseBuilder::Segment {
+    std::size_t begin_cell, end_cell;
+    Ramp amplitude;        ///< pressure over a carrier of unit variance
+    Vec3 direction;        ///< energy-weighted mean at the start
+    Vec3 direction_slope;  ///< per sample
+};
+
+ImpulseResponseBuilder::ImpulseResponseBuilder(double sample_rate_hz, double length_s,
+                                               std::uint64_t seed)
+    : sample_rate_hz_(sample_rate_hz),
+      length_samples_(static_cast<std::size_t>(std::ceil(length_s * sample_rate_hz - 1e-6))) {
+    assert(sample_rate_hz >= 8000 && length_s > 0);
+    const auto warm_up = static_cast<std::size_t>(kWarmUp_s * sample_rate_hz);
+    OctaveBank impulse_bank(sample_rate_hz);
+    std::array<double, kBandCount> power{};
+    for (std::size_t n = 0; n < 2 * warm_up; ++n) {
+        const auto h = impulse_bank.process(n == 0 ? 1 : 0);
+        for (std::size_t b = 0; b < kBandCount; ++b) power[b] += h[b] * h[b];
+    }
+    for (std::size_t b = 0; b < kBandCount; ++b) band_power_[b] = static_cast<float>(power[b]);
+
+    const std::size_t cells = static_cast<std::size_t>(
+        std::ceil(static_cast<double>(length_samples_) / start_samples(1)));
+    for (std::size_t c = 0; c < channels_.size(); ++c) {
+        Channel& channel = channels_[c];
+        channel.moments.resize(cells);
+        for (auto& carrier : channel.carriers) carrier.resize(length_samples_);
+        OctaveBank bank(sample_rate_hz);
+        for (std::size_t n = 0; n < warm_up + length_samples_; ++n) {
+            const auto bands = bank.process(noise(seed, c, n));
+            if (n < warm_up) continue;
+            for (std::size_t b = 0; b < kBandCount; ++b) {
+                channel.carriers[b][n - warm_up] = static_cast<float>(bands[b]);
+            }
+        }
+        for (std::size_t cell = 0; cell < cells; ++cell) {
+            const std::size_t begin = first_sample(cell);
+            const std::size_t end = std::min(first_sample(cell + 1), length_samples_);
+            Moments& m = channel.moments[cell];
+            for (std::size_t n = begin; n < end; ++n) {
+                const float t = middle(n, cell);
+                for (std::size_t b = 0; b < kBandCount; ++b) {
+                    const float power_b = channel.carriers[b][n] * channel.carriers[b][n];
+                    m.zeroth[b] += power_b;
+                    m.first[b] += power_b * t;
+                    m.second[b] += power_b * t * t;
+                }
+            }
+        }
+    }
+}
+
+/// Where a cell starts, in samples.
+double ImpulseResponseBuilder::start_samples(std::size_t cell) const {
+    return static_cast<double>(cell) * kCell_s * sample_rate_hz_;
+}
+
+/// The first sample of a cell; a start that is whole but for rounding is that sample.
+std::size_t ImpulseResponseBuilder::first_sample(std::size_t cell) const {
+    return static_cast<std::size_t>(std::ceil(start_samples(cell) - 1e-6));
+}
+
+/// The middle of a sample from the start of a cell, in samples.
+float ImpulseResponseBuilder::middle(std::size_t sample, std::size_t cell) const {
+    return static_cast<float>(static_cast<double>(sample) + 0.5 - start_samples(cell));
+}
+
+// The amplitude is linear between the edges and the centre of each bin and meets its neighbour's
+// at the edge, so that no steps are heard. With a^2 the bin's mean power, e0 and e1 the amplitudes
+// at its edges and c the one at its centre, the bin keeps its energy if
+//     [(e0^2 + e0 c + c^2) + (c^2 + c e1 + e1^2)] / 6 = a^2, that is
+//     c = (sqrt(s^2 + 8 (6 a^2 - q)) - s) / 4,   s = e0 + e1, q = e0^2 + e1^2.
+// At the edges stands the geometric mean of both bins' amplitudes (an exponential decay's own
+// value), but at most sqrt(3) times the lower one: then q <= 6 a^2 and c is real.
+std::vector<ImpulseResponseBuilder::Segment> ImpulseResponseBuilder::envelope(
+    const EnergyResponse& energy) const {
+    const TimeBins& bins = energy.bins;
+    const auto cell_at = [](double time_s) {
+        return static_cast<std::size_t>(std::lround(time_s / kCell_s));
+    };
+    const std::vector<Bands> spread_energy = spread_in_time(energy);
+    // Edge, centre, edge, centre .. edge; before and after the response there is silence.
+    std::vector<Knot> knots;
+    knots.reserve(2 * bins.count() + 1);
+    Bands before;
+    Vec3 direction_before{0};
+    float energy_before = 0;
+    for (std::size_t i = 0; i <= bins.count(); ++i) {
+        const bool inside = i < bins.count();
+        Bands a;
+        const Vec3 direction = inside ? energy.direction[i] : Vec3{0};
+        const float sum = inside ? energy.energy[i].sum() : 0;
+        if (inside) {
+            // p^2 = 4 pi I, spread over the bin's samples.
+            const double samples = (bins.end_s(i) - bins.begin_s(i)) * sample_rate_hz_;
+            const auto k = static_cast<float>(4 * std::numbers::pi / samples);
+            for (std::size_t b = 0; b < kBandCount; ++b) a[b] = std::sqrt(k * spread_energy[i][b]);
+        }
+        Knot edge{cell_at(inside ? bins.begin_s(i) : bins.length_s()), {}, Vec3{0}};
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            edge.amplitude[b] =
+                std::min(std::sqrt(before[b] * a[b]), std::sqrt(3.0F) * std::min(before[b], a[b]));
+        }
+        if (sum + energy_before > 0) {
+            edge.direction = (direction_before + direction) / (energy_before + sum);
+        } else if (i > 0) {
+            edge.direction = knots.back().direction;  // what lingers comes from where it came from
+        }
+        if (i > 0) {
+            const Bands& start = knots[knots.size() - 2].amplitude;
+            for (std::size_t b = 0; b < kBandCount; ++b) {
+                const float s = start[b] + edge.amplitude[b];
+                const float q = start[b] * start[b] + edge.amplitude[b] * edge.amplitude[b];
+                const float rest = std::max(6 * before[b] * before[b] - q, 0.0F);
+                knots.back().amplitude[b] = (std::sqrt(s * s + 8 * rest) - s) / 4;
+            }
+        }
+        knots.push_back(edge);
+        if (!inside) break;
+        const double centre_s = 0.5 * (bins.begin_s(i) + bins.end_s(i));
+        knots.push_back({cell_at(centre_s), {}, sum > 0 ? direction / sum : edge.direction});
+        before = a;
+        direction_before = direction;
+        energy_before = sum;
+    }
+
+    std::vector<Segment> segments;
+    segments.reserve(knots.size());
+    for (std::size_t k = 0; k + 1 < knots.size(); ++k) {
+        const Knot& from = knots[k];
+        const Knot& to = knots[k + 1];
+        const auto per_sample =
+            static_cast<float>(1 / (start_samples(to.cell) - start_samples(from.cell)));
+        segments.push_back({from.cell,
+                            to.cell,
+                            {from.amplitude, (to.amplitude + from.amplitude * -1) * per_sample},
+                            from.direction,
+                            (to.direction - from.direction) * per_sample});
+    }
+    return segments;
+}
+
+/// The sum of squares that each band of a channel is to have.
+Bands ImpulseResponseBuilder::wanted_energy(const EnergyResponse& energy) const {
+    const double length_s = static_cast<double>(length_samples_) / sample_rate_hz_;
+    std::array<double, kBandCount> sum{};
+    for (std::size_t i = 0; i < energy.bins.count(); ++i) {
+        const double begin_s = energy.bins.begin_s(i);
+        const double width_s = energy.bins.end_s(i) - begin_s;
+        const double inside = std::clamp((length_s - begin_s) / width_s, 0.0, 1.0);
+        for (std::size_t b = 0; b < kBandCount; ++b) sum[b] += inside * double{energy.energy[i][b]};
+    }
+    Bands wanted;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        wanted[b] = static_cast<float>(double{band_power_[b]} * 4 * std::numbers::pi * sum[b]);
+    }
+    return wanted;
+}
+
+/// What to multiply each band of a channel by so that its squares sum to `wanted`.
+Bands ImpulseResponseBuilder::gains(const Channel& channel, const std::vector<Segment>& segments,
+                                    const Bands& wanted) const {
+    std::array<double, kBandCount> sum{};
+    for (const Segment& s : segments) {
+        const std::size_t end = std::min(s.end_cell, channel.moments.size());
+        Bands energy;
+        for (std::size_t cell = s.begin_cell; cell < end; ++cell) {
+            // The sum of (level + slope t)^2 c^2 over the cell.
+            const auto t = static_cast<float>(start_samples(cell) - start_samples(s.begin_cell));
+            const Bands& slope = s.amplitude.slope;
+            const Bands level = s.amplitude.level + slope * t;
+            const Moments& m = channel.moments[cell];
+            energy += level * level * m.zeroth + level * slope * m.first * 2.0F +
+                      slope * slope * m.second;
+        }
+        for (std::size_t b = 0; b < kBandCount; ++b) sum[b] += double{energy[b]};
+    }
+    Bands gain;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        if (sum[b] > 0) gain[b] = static_cast<float>(std::sqrt(double{wanted[b]} / sum[b]));
+    }
+    return gain;
+}
+
+// Spatial shape. Let the energy E of a bin come from directions u with the energy-weighted mean v;
+// |v| is 1 for a single direction, 0 for a diffuse field. A plane wave of pressure p from u gives
+// W = p and X_i = u_i p, so <W X_i> = v_i E and the <X_i^2> sum to E. With w and d_i independent
+// noises of power E,
+//     W = w,   X_i = v_i w + sqrt((1 - |v|^2) / 3) d_i
+// has <W X_i> = v_i E, and its <X_i^2> sum to |v|^2 E + 3 (1 - |v|^2)/3 E = E.
+void ImpulseResponseBuilder::build(const EnergyResponse& energy, ImpulseResponse& out) const {
+    out.sample_rate_hz = sample_rate_hz_;
+    out.paths = energy.paths;
+    out.channels.resize(channels_.size());
+    for (auto& samples : out.channels) samples.assign(length_samples_, 0.0F);
+
+    const std::vector<Segment> segments = envelope(energy);
+    const Bands wanted = wanted_energy(energy);
+    std::array<Bands, 4> gain;
+    for (std::size_t c = 0; c < gain.size(); ++c) gain[c] = gains(channels_[c], segments, wanted);
+
+    for (const Segment& s : segments) {
+        const std::size_t begin = first_sample(s.begin_cell);
+        const std::size_t end = std::min(first_sample(s.end_cell), length_samples_);
+        if (begin >= end) break;
+        const float offset = middle(begin, s.begin_cell);
+        std::array<float*, 4> samples{};
+        for (std::size_t c = 0; c < channels_.size(); ++c) {
+            samples[c] = out.channels[c].data() + begin;
+            std::array<const float*, kBandCount> carrier{};
+            for (std::size_t b = 0; b < kBandCount; ++b) {
+                carrier[b] = channels_[c].carriers[b].data() + begin;
+            }
+            shape(end - begin, offset, {s.amplitude.level * gain[c], s.amplitude.slope * gain[c]},
+                  carrier, samples[c]);
+        }
+        const auto [w, y, z, x] = samples;
+        spread(end - begin, offset, s.direction, s.direction_slope, w, y, z, x);
+    }
+}
+
+}  // namespace aula
