@@ -63,6 +63,11 @@ class RayScene {
     }
     const std::vector<Triangle>& triangles() const { return triangles_; }
 
+    /// True for a triangle of an object that has a path.
+    bool moves(const Triangle& triangle) const {
+        return objects_[triangle.object].path.has_value();
+    }
+
     /// The hit point from the triangle's own vertices (more exact than origin + t direction),
     /// moved kOffset_m along the normal to the side that the ray came from.
     Vec3 point(const Hit& hit, const Vec3& ray_direction) const;

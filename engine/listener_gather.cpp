@@ -1,0 +1,266 @@
+#include "engine/listener_gather.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "engine/multiversion.h"
+#include "engine/sampling.h"
+#include "engine/transmission.h"
+
+namespace aula {
+
+namespace {
+
+constexpr int kBatchRays = 128;
+constexpr std::size_t kChunks = 8;  // of hits, each summed by itself whatever the threads
+
+/// A mirror ray below this weight in every band plays roulette.
+constexpr float kRouletteWeight = 0.25F;
+
+struct MirrorRay {
+    Ray ray;
+    Vec3 first_direction{0};
+    Bands weight = Bands::filled(1);
+    float length_m = 0;
+    int order = 1;
+    RandomStream random;
+};
+
+void trace_batch(const RayScene& scene, const PatchGrid& grid, const Vec3& listener,
+                 const GatherSettings& settings, std::uint64_t frame_seed, int batch,
+                 std::vector<GatherHit>& out, std::uint64_t& segments) {
+    const ScrambledSobol sobol(derive_seed(frame_seed, 1));
+    std::vector<MirrorRay> rays;
+    for (int i = batch * kBatchRays; i < std::min((batch + 1) * kBatchRays, settings.rays); ++i) {
+        MirrorRay r;
+        r.first_direction = uniform_direction(sobol.point(static_cast<std::uint32_t>(i)));
+        r.ray = {listener, r.first_direction, settings.max_length_m};
+        r.random = RandomStream(derive_seed(frame_seed, 2, i));
+        rays.push_back(r);
+    }
+    std::vector<Ray> queries;
+    std::vector<Hit> hits;
+    while (!rays.empty()) {
+        queries.clear();
+        for (const MirrorRay& r : rays) queries.push_back(r.ray);
+        hits.resize(rays.size());
+        scene.intersect(queries, hits);
+        segments += rays.size();
+        std::size_t alive = 0;
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            if (!hits[i].any()) continue;
+            MirrorRay r = rays[i];
+            const Vec3 direction = r.ray.direction;
+            const Vec3 normal = scene.facing_normal(hits[i], direction);
+            const Vec3 point = scene.point(hits[i], direction);
+            const Material& material = scene.material(scene.triangle(hits[i].triangle));
+            r.length_m += hits[i].distance_m;
+            r.weight *= transmission(settings.attenuation_per_m, hits[i].distance_m);
+            const std::uint32_t patch = grid.find(point, normal);
+            const float area_m2 = patch == PatchGrid::kNone ? 0 : grid.area_m2(patch);
+            if (area_m2 > 0 && material.scattering.max() > 0) {
+                // A patch of area A that radiates B by Lambert's law has the radiance B / (pi A);
+                // fluence is radiance times solid angle, 4 pi / M for each of M rays:
+                // 4 pi / M * B / (pi A) = 4 / (M A) * B.
+                const float factor = 4 / (static_cast<float>(settings.rays) * area_m2);
+                out.push_back({patch, r.length_m, r.first_direction, r.weight * factor});
+            }
+            if (settings.order > 0 && r.order == settings.order) continue;
+            r.weight *= complement(material.scattering) * complement(material.absorption);
+            const float strongest = r.weight.max();
+            if (!(strongest > 0)) continue;
+            if (strongest < kRouletteWeight) {
+                const float survival = strongest / kRouletteWeight;
+                if (!(r.random.uniform() < survival)) continue;
+                r.weight *= 1 / survival;
+            }
+            ++r.order;
+            r.ray = {point, mirror(direction, normal), settings.max_length_m - r.length_m};
+            rays[alive++] = r;
+        }
+        rays.resize(alive);
+    }
+}
+
+/// Bins of one width that follow each other.
+struct Region {
+    std::size_t first_bin = 0;
+    std::size_t end_bin = 0;
+    float width_s = 0;
+};
+
+std::vector<Region> regions_of(const TimeBins& bins) {
+    std::vector<Region> regions;
+    for (std::size_t k = 0; k < bins.count(); ++k) {
+        const auto width_s = static_cast<float>(bins.end_s(k) - bins.begin_s(k));
+        if (regions.empty() || std::abs(regions.back().width_s - width_s) > 1e-6F) {
+            regions.push_back({k, k, width_s});
+        }
+        regions.back().end_bin = k + 1;
+    }
+    return regions;
+}
+
+/// One patch's row as floats.
+struct FloatRow {
+    std::vector<float> energy;  // [bin][band]
+    std::vector<float> sum;     // [bin], over bands
+    Bands total;
+    std::size_t first_bin = 0;
+    std::size_t end_bin = 0;
+};
+
+/// What a chunk of hits adds; one bin more than the response, for what falls out at its end.
+struct Partial {
+    std::vector<float> energy;     // [bin][band]
+    std::vector<float> direction;  // [bin][4]
+};
+
+AULA_MULTIVERSION
+void convert_row(const std::int64_t* sums, std::size_t first_bin, std::size_t end_bin, double scale,
+                 float* energy, float* sum) {
+    for (std::size_t k = first_bin; k < end_bin; ++k) {
+        float total = 0;
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            const auto e =
+                static_cast<float>(static_cast<double>(sums[k * kBandCount + b]) * scale);
+            energy[k * kBandCount + b] = e;
+            total += e;
+        }
+        sum[k] = total;
+    }
+}
+
+/// Adds bins [bin, end) of one width, of which the first begins `x` of an output bin after the
+/// start of output bin `out`, until the output's width changes at out_end. Energy is uniform in
+/// time inside a bin: the share before the next output edge stays, the rest goes on. Returns the
+/// bin after the last one added; `x` and `out` follow.
+AULA_MULTIVERSION
+std::size_t add_bins(const float* energy, const float* sum, std::size_t bin, std::size_t end,
+                     float ratio, const float* weight, const float* direction, float& x,
+                     std::size_t& out, std::size_t out_end, float* out_energy,
+                     float* out_direction) {
+    for (; bin < end && out < out_end; ++bin) {
+        const float stays = std::min(1.0F, (1 - x) / ratio);
+        const float goes = 1 - stays;
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            const float e = weight[b] * energy[bin * kBandCount + b];
+            out_energy[out * kBandCount + b] += stays * e;
+            out_energy[(out + 1) * kBandCount + b] += goes * e;
+        }
+        for (std::size_t axis = 0; axis < 4; ++axis) {
+            const float d = direction[axis] * sum[bin];
+            out_direction[out * 4 + axis] += stays * d;
+            out_direction[(out + 1) * 4 + axis] += goes * d;
+        }
+        x += ratio;
+        if (x >= 1) {
+            x -= 1;
+            ++out;
+        }
+    }
+    return bin;
+}
+
+void add_row(const FloatRow& row, const GatherHit& hit, const TimeBins& bins,
+             const std::vector<Region>& regions, double shift_s, Partial& partial) {
+    // The direction carries the energy of all bands: the mean weight by the row's own spectrum.
+    float weighted = 0;
+    for (std::size_t b = 0; b < kBandCount; ++b) weighted += hit.weight[b] * row.total[b];
+    const float mean_weight = weighted / row.total.sum();
+    const std::array<float, 4> direction{hit.direction.x * mean_weight,
+                                         hit.direction.y * mean_weight,
+                                         hit.direction.z * mean_weight, 0};
+    for (const Region& in : regions) {
+        std::size_t bin = std::max(row.first_bin, in.first_bin);
+        const std::size_t end = std::min(row.end_bin, in.end_bin);
+        while (bin < end) {
+            const double begin_s = bins.begin_s(bin) + shift_s;
+            std::size_t out = bins.index(begin_s);
+            if (out >= bins.count()) return;
+            const auto region = std::find_if(regions.begin(), regions.end(),
+                                             [&](const Region& r) { return out < r.end_bin; });
+            auto x = static_cast<float>((begin_s - bins.begin_s(out)) / double{region->width_s});
+            bin =
+                add_bins(row.energy.data(), row.sum.data(), bin, end, in.width_s / region->width_s,
+                         hit.weight.value.data(), direction.data(), x, out, region->end_bin,
+                         partial.energy.data(), partial.direction.data());
+        }
+    }
+}
+
+}  // namespace
+
+std::vector<GatherHit> trace_gather(const RayScene& scene, const PatchGrid& grid,
+                                    const Vec3& listener, const GatherSettings& settings,
+                                    std::uint64_t frame_seed, WorkerPool& workers,
+                                    std::uint64_t& segments) {
+    const auto batches = static_cast<std::size_t>((settings.rays + kBatchRays - 1) / kBatchRays);
+    std::vector<std::vector<GatherHit>> found(batches);
+    std::vector<std::uint64_t> counts(batches, 0);
+    workers.run(batches, [&](std::size_t i) {
+        trace_batch(scene, grid, listener, settings, frame_seed, static_cast<int>(i), found[i],
+                    counts[i]);
+    });
+    std::vector<GatherHit> hits;
+    for (std::size_t i = 0; i < batches; ++i) {
+        hits.insert(hits.end(), found[i].begin(), found[i].end());
+        segments += counts[i];
+    }
+    std::stable_sort(hits.begin(), hits.end(),
+                     [](const GatherHit& a, const GatherHit& b) { return a.patch < b.patch; });
+    return hits;
+}
+
+void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, WorkerPool& workers,
+                  EnergyResponse& response) {
+    if (cache.emitted() == 0) return;
+    const TimeBins& bins = response.bins;
+    const std::vector<Region> regions = regions_of(bins);
+    const double scale = PatchCache::kUnit / static_cast<double>(cache.emitted());
+    std::vector<Partial> partials(kChunks);
+    workers.run(kChunks, [&](std::size_t chunk) {
+        Partial& partial = partials[chunk];
+        partial.energy.assign((bins.count() + 1) * kBandCount, 0);
+        partial.direction.assign((bins.count() + 1) * 4, 0);
+        FloatRow row;
+        row.energy.resize(bins.count() * kBandCount);
+        row.sum.resize(bins.count());
+        std::uint32_t present = PatchGrid::kNone;
+        for (std::size_t i = hits.size() * chunk / kChunks; i < hits.size() * (chunk + 1) / kChunks;
+             ++i) {
+            const GatherHit& hit = hits[i];
+            if (hit.patch >= cache.row_count()) continue;
+            const PatchCache::Row& source = cache.row(hit.patch);
+            if (source.end_bin == 0) continue;
+            if (hit.patch != present) {
+                present = hit.patch;
+                row.first_bin = source.first_bin;
+                row.end_bin = source.end_bin;
+                convert_row(source.sum.get(), row.first_bin, row.end_bin, scale, row.energy.data(),
+                            row.sum.data());
+                row.total = {};
+                for (std::size_t k = row.first_bin; k < row.end_bin; ++k) {
+                    for (std::size_t b = 0; b < kBandCount; ++b) {
+                        row.total[b] += row.energy[k * kBandCount + b];
+                    }
+                }
+            }
+            if (!(row.total.sum() > 0)) continue;
+            add_row(row, hit, bins, regions,
+                    double{hit.length_m} / double{response.speed_of_sound_m_s}, partial);
+        }
+    });
+    for (const Partial& partial : partials) {
+        for (std::size_t k = 0; k < bins.count(); ++k) {
+            for (std::size_t b = 0; b < kBandCount; ++b) {
+                response.energy[k][b] += partial.energy[k * kBandCount + b];
+            }
+            response.direction[k] += Vec3(partial.direction[k * 4], partial.direction[k * 4 + 1],
+                                          partial.direction[k * 4 + 2]);
+        }
+    }
+}
+
+}  // namespace aula

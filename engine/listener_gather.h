@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "engine/energy_response.h"
+#include "engine/patch_cache.h"
+#include "engine/patch_grid.h"
+#include "engine/ray_scene.h"
+#include "engine/worker_pool.h"
+
+namespace aula {
+
+/// A ray from the listener that met a patch: what the patch radiates is heard with this weight,
+/// this much later, from this direction.
+struct GatherHit {
+    std::uint32_t patch = 0;
+    float length_m = 0;
+    Vec3 direction{0};  ///< unit, from the listener
+    Bands weight;       ///< 4 / (M A) * mirror legs * air, 1/m2
+};
+
+struct GatherSettings {
+    int rays = 1024;  ///< M
+    int order = 0;    ///< highest reflection order, the patch's own included; 0: no limit
+    float max_length_m = 343;
+    Bands attenuation_per_m;
+};
+
+/// Traces M low-discrepancy rays from a listener; at partly specular surfaces they go on as mirror
+/// rays. Hits come sorted by patch. Adds to `segments`. [propagation thread]
+std::vector<GatherHit> trace_gather(const RayScene& scene, const PatchGrid& grid,
+                                    const Vec3& listener, const GatherSettings& settings,
+                                    std::uint64_t frame_seed, WorkerPool& workers,
+                                    std::uint64_t& segments);
+
+/// Adds what the patches radiate to a response. [propagation thread]
+void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, WorkerPool& workers,
+                  EnergyResponse& response);
+
+}  // namespace aula

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "engine/ray_scene.h"
+#include "engine/worker_pool.h"
+
+namespace aula {
+
+/// Patches that follow area, whatever the triangles: cells of lambda x lambda x lambda, each
+/// parted by the dominant direction (+-x, +-y, +-z) of the surface normal on the side that faces
+/// the sound. A patch's area is its effective area: exact by clipping, times the share of sample
+/// points that sound can reach (of coincident faces one counts, of faces buried in solids none).
+/// [propagation thread]
+class PatchGrid {
+ public:
+    static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+    /// `inside`: points in the space that sound can reach, such as sources and listeners.
+    PatchGrid(const RayScene& scene, float patch_size_m, std::span<const Vec3> inside,
+              std::uint64_t seed, WorkerPool& workers);
+    ~PatchGrid();
+
+    /// The patch of a point (off the surface by RayScene::kOffset_m) with its facing normal, or
+    /// kNone.
+    std::uint32_t find(const Vec3& point, const Vec3& facing_normal) const;
+
+    /// Effective area; 0 if nothing of the patch can be reached.
+    float area_m2(std::uint32_t patch) const;
+
+    /// Brings the areas of moving objects up to date after RayScene::move.
+    void scene_moved();
+
+    std::size_t size() const;
+
+    /// Number of patches that sound reached when the grid was made.
+    std::size_t reached() const;
+
+    float patch_size_m() const { return patch_size_m_; }
+
+ private:
+    struct State;
+    float patch_size_m_;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace aula

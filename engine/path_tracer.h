@@ -1,0 +1,95 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/patch_grid.h"
+#include "engine/patch_subdivision.h"
+#include "engine/path_identifier.h"
+#include "engine/ray_scene.h"
+#include "engine/time_bins.h"
+
+namespace aula {
+
+/// A ray that crossed a listener's sphere after its last reflection.
+struct Arrival {
+    PathIdentifier path;  ///< source, patches, listener
+    std::uint32_t listener = 0;
+    float length_m = 0;  ///< of the path, to the middle of the chord
+    Vec3 direction{0};   ///< unit, from the listener to where the ray came from
+    Bands energy;        ///< energy * chord / sphere volume, 1/m2, for a ray of energy 1
+};
+
+/// Diffusely leaving energy s (1 - alpha) E at one reflection of a ray that started with energy 1.
+struct Deposit {
+    std::array<float, kBandCount> energy{};
+    std::uint32_t patch = 0;
+    std::uint32_t bin = 0;  ///< of TimeBins, by the ray's own length
+};
+
+/// What one batch of rays found, in the order of rays within each reflection.
+struct TraceBatch {
+    std::vector<Arrival> arrivals;
+    std::vector<Deposit> deposits;
+    std::uint64_t segments = 0;
+
+    void clear() {
+        arrivals.clear();
+        deposits.clear();
+        segments = 0;
+    }
+};
+
+struct TraceSettings {
+    int rays = 1000;         ///< of a source in a frame
+    int order = 0;           ///< highest reflection order; 0: no limit
+    int specular_order = 3;  ///< purely specular paths up to here are left to the image sources
+    bool specular = true;    ///< false leaves out purely specular paths of every order
+    float max_length_m = 343;
+    float listener_radius_m = 0.5F;
+    float speed_of_sound_m_s = 343.2F;
+    Bands attenuation_per_m;
+    bool independent_rays = false;  ///< random first directions in place of stratified ones
+};
+
+/// Monte Carlo path tracing from a source: rays of energy 1 in every band, reflected diffusely or
+/// specularly by the scattering coefficient, until the response ends or unbiased roulette ends them
+/// below -80 dB. Const, so that several threads may trace batches at once. [propagation thread]
+class PathTracer {
+ public:
+    /// Rays of a batch; batches do not depend on threads, so neither do results.
+    static constexpr int kBatchRays = 128;
+
+    /// Collects arrivals at listeners, each with its path identifier.
+    PathTracer(const RayScene& scene, const PatchSubdivision& subdivision,
+               const TraceSettings& settings);
+
+    /// Collects deposits on the cells of a grid, and of arrivals only the purely specular ones
+    /// (whose path identifier is left empty).
+    PathTracer(const RayScene& scene, const PatchGrid& grid, const TimeBins& bins,
+               const TraceSettings& settings);
+
+    int batch_count() const { return (settings_.rays + kBatchRays - 1) / kBatchRays; }
+
+    /// Traces one batch of a source's rays. `frame_seed` is one for each frame.
+    void trace(std::size_t source, const Vec3& position, std::span<const Vec3> listeners,
+               std::uint64_t frame_seed, int batch, TraceBatch& out) const;
+
+ private:
+    struct Path;
+    void start(std::size_t source, const Vec3& position, std::uint64_t frame_seed, int batch,
+               std::vector<Path>& paths) const;
+    void collect_arrivals(const Path& path, float segment_m, std::span<const Vec3> listeners,
+                          TraceBatch& out) const;
+    bool reflect(Path& path, const Hit& hit, TraceBatch& out) const;
+
+    const RayScene& scene_;
+    const PatchSubdivision* subdivision_ = nullptr;
+    const PatchGrid* grid_ = nullptr;
+    const TimeBins* bins_ = nullptr;
+    TraceSettings settings_;
+};
+
+}  // namespace aula

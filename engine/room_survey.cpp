@@ -1,0 +1,99 @@
+#include "engine/room_survey.h"
+
+#include <cmath>
+#include <vector>
+
+#include "engine/sampling.h"
+
+namespace aula {
+
+namespace {
+
+constexpr int kSurveyPaths = 2048;
+constexpr int kSurveyBounces = 32;
+
+}  // namespace
+
+void flood(const RayScene& scene, std::span<const Vec3> inside, int paths, int bounces,
+           std::uint64_t seed, const std::function<void(const Ray&, const Hit&)>& visit) {
+    if (inside.empty()) return;
+    const auto count = static_cast<std::size_t>(paths);
+    std::vector<Ray> rays(count);
+    std::vector<RandomStream> random(count);
+    std::vector<Hit> hits(count);
+    const ScrambledSobol sobol(seed);
+    for (std::size_t i = 0; i < count; ++i) {
+        random[i] = RandomStream(derive_seed(seed, i));
+        rays[i] = {inside[i % inside.size()],
+                   uniform_direction(sobol.point(static_cast<std::uint32_t>(i)))};
+    }
+    for (int bounce = 0; bounce < bounces && !rays.empty(); ++bounce) {
+        hits.resize(rays.size());
+        scene.intersect(rays, hits);
+        std::size_t alive = 0;
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            const Hit& hit = hits[i];
+            Ray next;
+            if (hit.any() && scene.moves(scene.triangle(hit.triangle))) {
+                const Vec3 through = scene.facing_normal(hit, rays[i].direction);
+                next = {scene.point(hit, rays[i].direction) - 2 * RayScene::kOffset_m * through,
+                        rays[i].direction};
+            } else {
+                visit(rays[i], hit);
+                if (!hit.any()) continue;
+                next = {scene.point(hit, rays[i].direction),
+                        lambert_direction(scene.facing_normal(hit, rays[i].direction),
+                                          random[i].uniform_2d())};
+            }
+            rays[alive] = next;
+            random[alive] = random[i];
+            ++alive;
+        }
+        rays.resize(alive);
+        random.resize(alive);
+    }
+}
+
+RoomSurvey survey_room(const RayScene& scene, std::span<const Vec3> inside, std::uint64_t seed) {
+    double length_m = 0;
+    std::size_t hits = 0;
+    std::size_t escaped = 0;
+    std::array<double, kBandCount> absorption{};
+    flood(scene, inside, kSurveyPaths, kSurveyBounces, seed, [&](const Ray&, const Hit& hit) {
+        if (!hit.any()) {
+            ++escaped;
+            return;
+        }
+        ++hits;
+        length_m += double{hit.distance_m};
+        const Material& material = scene.material(scene.triangle(hit.triangle));
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            absorption[b] += double{material.absorption[b]};
+        }
+    });
+    RoomSurvey survey;
+    if (hits == 0) return survey;
+    survey.mean_free_path_m = length_m / static_cast<double>(hits);
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        survey.mean_absorption[b] = static_cast<float>(
+            (absorption[b] + static_cast<double>(escaped)) / static_cast<double>(hits + escaped));
+    }
+    return survey;
+}
+
+Bands reverberation_time_s(const RoomSurvey& survey, const Medium& medium) {
+    Bands time_s;
+    if (!(survey.mean_free_path_m > 0)) return time_s;
+    const double c = double{medium.speed_of_sound_m_s()};
+    const Bands attenuation = medium.attenuation_per_m();
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        // Eyring with the mean free path l: energy falls as exp(-(m - ln(1 - a) / l) c t).
+        const double per_m = double{attenuation[b]} -
+                             std::log1p(-std::min(0.999, double{survey.mean_absorption[b]})) /
+                                 survey.mean_free_path_m;
+        time_s[b] = static_cast<float>(std::min(100.0, 6 * std::log(10.0) / (c * per_m + 1e-9)));
+    }
+    return time_s;
+}
+
+}  // namespace aula

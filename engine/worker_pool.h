@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+
+namespace aula {
+
+/// Threads that work through numbered jobs; the calling thread works too. [propagation thread]
+class WorkerPool {
+ public:
+    /// `threads` >= 1, the caller included.
+    explicit WorkerPool(int threads);
+    ~WorkerPool();
+
+    int threads() const;
+
+    /// Calls job(0) ... job(count - 1), each once, in any order and on any thread; returns when
+    /// all are done. Jobs must not throw.
+    void run(std::size_t count, const std::function<void(std::size_t)>& job);
+
+ private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace aula
