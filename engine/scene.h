@@ -96,11 +96,11 @@ std::optional<Estimator> estimator_from_name(const std::string& name);
 /// How to simulate: a scene's "simulation" object, each value with its default.
 struct Simulation {
     Estimator estimator = Estimator::patch;
-    int rays = 1000;              ///< per source and frame
-    int order = 0;                ///< highest reflection order; 0: no limit
-    int specular_order = 3;       ///< highest order of the image sources
-    bool specular = true;         ///< false leaves purely specular paths out
-    bool direct = true;           ///< false leaves the direct sound out
+    int rays = 1000;               ///< per source and frame
+    int order = 0;                 ///< highest reflection order; 0: no limit
+    int specular_order = 3;        ///< highest order of the image sources
+    bool specular = true;          ///< false leaves purely specular paths out
+    bool direct = true;            ///< false leaves the direct sound out
     float response_time_s = 0.5F;  ///< tau
     float patch_size_m = 0.5F;     ///< lambda
     float listener_radius_m = 0.5F;

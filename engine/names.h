@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace aula {
+
+/// A name as error messages show it: in double quotes, control characters replaced so that the
+/// message stays one line.
+std::string quoted(const std::string& name);
+
+/// `"a", "b", "c"`.
+std::string quoted_list(const std::vector<std::string>& names);
+
+/// The name that was probably meant: the candidate with the fewest changed characters, or empty
+/// if none is near.
+std::string nearest_name(const std::string& name, const std::vector<std::string>& candidates);
+
+}  // namespace aula
