@@ -21,10 +21,12 @@ using RoomParameters = std::array<BandParameters, kBandCount>;
 /// Parameters from an energy response. Time zero is the direct sound's arrival if it is among the
 /// paths, else the first arrival. The decay curve is Schroeder's backward integral; a fit must
 /// reach -25 dB (T20), -35 dB (T30) or -10 dB (EDT) 10 dB clear of what the response's end cuts
-/// off, else it is empty. Never NaN.
+/// off, else it is empty; the others need a total 10 dB clear of it. What is cut off is estimated
+/// from the late slope and counted in. Never NaN or infinite.
 RoomParameters room_parameters(const EnergyResponse& response);
 
-/// Reverberation time in s after Eyring for each band: 24 ln(10) V / (c (4 m V - S ln(1 - a))).
+/// Reverberation time in s after Eyring for each band: 24 ln(10) V / (c (4 m V - S ln(1 - a))),
+/// infinite without any loss.
 Bands eyring_time_s(double volume_m3, double surface_m2, const Bands& mean_absorption,
                     const Bands& attenuation_per_m, double speed_of_sound_m_s);
 
