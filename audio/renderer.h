@@ -51,7 +51,14 @@ struct RendererConfig {
 
 /// Everything the audio thread needs of one propagation frame, transformed and ready. Made by
 /// RenderFrameBuilder, handed over through a mailbox, given back to be filled again.
-struct RenderFrame;
+struct RenderFrame {
+    struct Parts;
+
+    explicit RenderFrame(std::unique_ptr<Parts> filled);
+    ~RenderFrame();
+
+    std::unique_ptr<Parts> parts;
+};
 
 /// Prepares frames: early paths are added to the reverberation as fractional-delay taps through
 /// minimum-phase octave-band filters, partitions are transformed, direct sound becomes per-ear

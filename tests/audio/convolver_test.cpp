@@ -5,26 +5,16 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
-#include <random>
 #include <vector>
 
+#include "tests/audio/signals.h"
+
 using namespace aula;
+using namespace aula::test;
 
 namespace {
 
-using Signal = std::vector<float>;
-using Signals = std::vector<Signal>;
 using Responses = std::vector<Signals>;  // [input][output]
-
-Signals random_signals(std::size_t count, std::size_t samples, unsigned seed) {
-    std::mt19937 random(seed);
-    std::normal_distribution<float> normal;
-    Signals signals(count, Signal(samples));
-    for (Signal& signal : signals) {
-        for (float& x : signal) x = normal(random);
-    }
-    return signals;
-}
 
 /// Unrelated responses for each input and output, of unit energy each.
 Responses random_responses(const ConvolutionShape& shape, std::size_t taps, unsigned seed) {

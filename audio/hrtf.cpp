@@ -1,0 +1,301 @@
+#include "audio/hrtf.h"
+
+#include <mysofa.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "audio/aligned.h"
+#include "audio/error.h"
+#include "audio/fft.h"
+#include "audio/head_responses.h"
+#include "audio/minimum_phase.h"
+#include "audio/resample.h"
+
+namespace aula {
+
+namespace {
+
+constexpr const char* kDefaultFile = "/usr/share/libmysofa/default.sofa";
+
+constexpr double kResponse_s = 256.0 / 48000;
+constexpr float kLowestMagnitude = 1e-4F;  // of the greatest: -80 dB
+
+// Delays are sought where both ears hear; above, the response behind the head is all ripple.
+constexpr double kDelayBand_hz = 8000;
+
+// The correction of the diffuse field is bounded re its mean level in this band: what a measurement
+// has no energy for cannot be brought back.
+constexpr double kLevelFrom_hz = 200;
+constexpr double kLevelTo_hz = 8000;
+constexpr double kGreatestBoost = 16;  // 24 dB
+
+// Silence in front, for the resampler's ringing before an early onset.
+constexpr std::size_t kLead_samples = 64;
+
+struct CloseSofa {
+    void operator()(MYSOFA_HRTF* sofa) const { mysofa_free(sofa); }
+};
+using Sofa = std::unique_ptr<MYSOFA_HRTF, CloseSofa>;
+
+Sofa load(const std::filesystem::path& file) {
+    const auto fail = [&](const std::string& why) {
+        throw AudioInputError(file.string() + ": " + why +
+                              "; expected a SOFA file of head-related impulse responses "
+                              "(SimpleFreeFieldHRIR)");
+    };
+    if (!std::filesystem::is_regular_file(file)) fail("no such file");
+    int error = MYSOFA_OK;
+    Sofa sofa(mysofa_load(file.c_str(), &error));
+    if (!sofa || error != MYSOFA_OK) fail("cannot be read as SOFA");
+    if (mysofa_check(sofa.get()) != MYSOFA_OK) fail("is a SOFA file of another kind");
+    if (sofa->R != 2 || sofa->M < 4 || sofa->N < 2 || sofa->C != 3) {
+        fail("has no two ears and four directions");
+    }
+    mysofa_tocartesian(sofa.get());
+    return sofa;
+}
+
+/// Magnitude and delay of one measured response, apart.
+struct Analysis {
+    std::vector<float> log_magnitude;
+    double delay_s = 0;
+};
+
+/// Takes measured responses apart and makes minimum-phase ones of their magnitudes.
+class ResponseSplitter {
+ public:
+    ResponseSplitter(std::size_t measured_samples, std::size_t taps, double sample_rate_hz)
+        : sample_rate_hz_(sample_rate_hz),
+          taps_(taps),
+          size_(std::bit_ceil(4 * std::max(measured_samples, taps))),
+          fft_(size_),
+          phase_(size_),
+          signal_(size_),
+          measured_(fft_.bins()),
+          cross_(fft_.bins()),
+          log_response_(fft_.bins()) {}
+
+    double bin_hz() const { return sample_rate_hz_ / static_cast<double>(size_); }
+
+    Analysis analyse(std::span<const float> measured) {
+        std::fill(std::copy(measured.begin(), measured.end(), signal_.begin()), signal_.end(),
+                  0.0F);
+        fft_.forward(signal_.data(), measured_.data());
+        float greatest = 0;
+        for (const std::complex<float>& bin : measured_)
+            greatest = std::max(greatest, std::abs(bin));
+        Analysis analysis;
+        for (const std::complex<float>& bin : measured_) {
+            analysis.log_magnitude.push_back(
+                std::log(std::max(std::abs(bin), greatest * kLowestMagnitude)));
+        }
+        phase_.complete(analysis.log_magnitude, log_response_);
+        analysis.delay_s = excess_delay_samples() / sample_rate_hz_;
+        return analysis;
+    }
+
+    std::vector<float> minimum_phase(std::span<const float> log_magnitude) {
+        phase_.complete(log_magnitude, log_response_);
+        for (std::size_t k = 0; k < cross_.size(); ++k) cross_[k] = std::exp(log_response_[k]);
+        fft_.inverse(cross_.data(), signal_.data());
+        std::vector<float> response(signal_.begin(),
+                                    signal_.begin() + static_cast<std::ptrdiff_t>(taps_));
+        for (float& x : response) x /= static_cast<float>(size_);
+        fade_out(response);
+        return response;
+    }
+
+ private:
+    /// Where the cross-correlation of the response with its minimum-phase twin peaks.
+    double excess_delay_samples() {
+        const double band = kDelayBand_hz / bin_hz();
+        std::fill(cross_.begin(), cross_.end(), 0.0F);
+        for (std::size_t k = 0; k < cross_.size() && static_cast<double>(k) < band; ++k) {
+            const double weight =
+                0.5 + 0.5 * std::cos(std::numbers::pi * static_cast<double>(k) / band);
+            cross_[k] =
+                static_cast<float>(weight) * measured_[k] * std::exp(std::conj(log_response_[k]));
+        }
+        fft_.inverse(cross_.data(), signal_.data());
+        const auto peak = static_cast<std::size_t>(
+            std::max_element(signal_.begin(), signal_.end()) - signal_.begin());
+        // A parabola through the peak and its neighbours; the band is narrow enough for it.
+        const double before = double{signal_[(peak + size_ - 1) % size_]};
+        const double after = double{signal_[(peak + 1) % size_]};
+        const double top = double{signal_[peak]};
+        return static_cast<double>(peak) + 0.5 * (before - after) / (before - 2 * top + after);
+    }
+
+    double sample_rate_hz_;
+    std::size_t taps_;
+    std::size_t size_;
+    RealFft fft_;
+    MinimumPhase phase_;
+    AlignedVector<float> signal_;
+    AlignedVector<std::complex<float>> measured_;
+    AlignedVector<std::complex<float>> cross_;
+    std::vector<std::complex<float>> log_response_;
+};
+
+/// Resampled responses, [direction * 2 + ear][sample] with kLead_samples of silence before.
+std::vector<std::vector<float>> resampled(const MYSOFA_HRTF& sofa, double sample_rate_hz) {
+    const std::size_t channels = std::size_t{2} * sofa.M;
+    const std::size_t lead = kLead_samples;
+    std::vector<float> interleaved((lead + sofa.N + lead) * channels);
+    for (std::size_t c = 0; c < channels; ++c) {
+        for (std::size_t n = 0; n < sofa.N; ++n) {
+            interleaved[(lead + n) * channels + c] = sofa.DataIR.values[c * sofa.N + n];
+        }
+    }
+    interleaved =
+        resample(interleaved, channels, double{sofa.DataSamplingRate.values[0]}, sample_rate_hz);
+    const std::size_t samples = interleaved.size() / channels;
+    std::vector<std::vector<float>> out(channels, std::vector<float>(samples));
+    for (std::size_t c = 0; c < channels; ++c) {
+        for (std::size_t n = 0; n < samples; ++n) out[c][n] = interleaved[n * channels + c];
+    }
+    return out;
+}
+
+/// Logarithm of the gain that makes the ears' mean energy in a diffuse field 1 at every frequency:
+/// it takes out the loudspeaker and the ear canal, which all directions share.
+std::vector<float> diffuse_field_correction(const std::vector<std::array<Analysis, 2>>& analyses,
+                                            const std::vector<double>& weights, double bin_hz) {
+    std::vector<double> energy(analyses[0][0].log_magnitude.size());
+    for (std::size_t i = 0; i < analyses.size(); ++i) {
+        for (const Analysis& ear : analyses[i]) {
+            for (std::size_t k = 0; k < energy.size(); ++k) {
+                energy[k] += 0.5 * weights[i] * std::exp(2 * double{ear.log_magnitude[k]});
+            }
+        }
+    }
+    double sum = 0;
+    double bins = 0;
+    for (std::size_t k = 0; k < energy.size(); ++k) {
+        const double frequency_hz = bin_hz * static_cast<double>(k);
+        if (frequency_hz < kLevelFrom_hz || frequency_hz > kLevelTo_hz) continue;
+        sum += energy[k];
+        ++bins;
+    }
+    std::vector<float> log_gain;
+    for (const double e : energy) {
+        const double relative = std::max(e / (sum / bins), 1 / (kGreatestBoost * kGreatestBoost));
+        log_gain.push_back(static_cast<float>(-0.5 * std::log(relative * sum / bins)));
+    }
+    return log_gain;
+}
+
+}  // namespace
+
+struct Hrtf::State {
+    std::size_t taps = 0;
+    HeadResponses head;
+    std::array<std::array<std::vector<float>, 4>, 2> decoder;
+};
+
+Hrtf::Hrtf(const std::filesystem::path& sofa_file, double sample_rate_hz)
+    : state_(std::make_unique<State>()) {
+    State& s = *state_;
+    s.taps = fast_fft_size(static_cast<std::size_t>(std::llround(kResponse_s * sample_rate_hz)));
+    const Sofa sofa = load(sofa_file.empty() ? kDefaultFile : sofa_file);
+    const auto responses = resampled(*sofa, sample_rate_hz);
+    ResponseSplitter splitter(responses[0].size(), s.taps, sample_rate_hz);
+
+    HeadResponses& head = s.head;
+    head.sample_rate_hz = sample_rate_hz;
+    std::vector<std::array<Analysis, 2>> analyses(sofa->M);
+    for (std::size_t i = 0; i < sofa->M; ++i) {
+        const float* const position = sofa->SourcePosition.values + 3 * i;
+        const float length = std::hypot(position[0], position[1], position[2]);
+        head.directions.push_back(
+            {position[0] / length, position[1] / length, position[2] / length});
+        for (std::size_t e = 0; e < 2; ++e) {
+            analyses[i][e] = splitter.analyse(responses[2 * i + e]);
+            // Delays stand for each ear, or for each direction and ear, in samples of the file.
+            const std::size_t place = sofa->DataDelay.elements == 2 ? e : 2 * i + e;
+            if (place < sofa->DataDelay.elements) {
+                analyses[i][e].delay_s += double{sofa->DataDelay.values[place]} /
+                                          double{sofa->DataSamplingRate.values[0]};
+            }
+        }
+    }
+    head.weights = sphere_shares(head.directions);
+    const std::vector<float> correction =
+        diffuse_field_correction(analyses, head.weights, splitter.bin_hz());
+    for (std::array<Analysis, 2>& analysis : analyses) {
+        std::array<Ear, 2>& ears = head.ears.emplace_back();
+        for (std::size_t e = 0; e < 2; ++e) {
+            std::vector<float>& log_magnitude = analysis[e].log_magnitude;
+            for (std::size_t k = 0; k < correction.size(); ++k) log_magnitude[k] += correction[k];
+            ears[e] = {splitter.minimum_phase(log_magnitude), analysis[e].delay_s};
+        }
+    }
+    double earliest_s = head.ears[0][0].delay_s;
+    for (const auto& ears : head.ears) {
+        for (const Ear& ear : ears) earliest_s = std::min(earliest_s, ear.delay_s);
+    }
+    for (auto& ears : head.ears) {
+        for (Ear& ear : ears) ear.delay_s -= earliest_s;
+    }
+    s.decoder = design_decoder(head, s.taps);
+}
+
+Hrtf::~Hrtf() = default;
+
+std::size_t Hrtf::taps() const { return state_->taps; }
+
+const std::array<std::array<std::vector<float>, 4>, 2>& Hrtf::decoder() const {
+    return state_->decoder;
+}
+
+// Four nearest directions, weighted by (1 / angle - 1 / angle of the fifth)^2: exact at a measured
+// direction, and continuous where one neighbour gives way to another (Franke and Little 1980).
+std::array<Hrtf::Ear, 2> Hrtf::ears(const std::array<float, 3>& direction) const {
+    constexpr std::size_t kNeighbours = 4;
+    const HeadResponses& head = state_->head;
+    std::vector<std::pair<double, std::size_t>> nearest;
+    nearest.reserve(head.directions.size());
+    for (std::size_t i = 0; i < head.directions.size(); ++i) {
+        double squared = 0;
+        for (std::size_t c = 0; c < 3; ++c) {
+            const double difference = double{head.directions[i][c]} - double{direction[c]};
+            squared += difference * difference;
+        }
+        // The chord serves as well as the angle.
+        nearest.emplace_back(std::sqrt(squared), i);
+    }
+    const std::size_t count = std::min(kNeighbours, nearest.size() - 1);
+    std::partial_sort(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(count) + 1,
+                      nearest.end());
+
+    constexpr double kSame = 1e-6;
+    const double reach = std::max(nearest[count].first, 2 * kSame);
+    std::array<double, kNeighbours> weights{};
+    double sum = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+        const double distance = std::max(nearest[k].first, kSame);
+        weights[k] = std::pow(std::max(1 / distance - 1 / reach, 0.0), 2);
+        sum += weights[k];
+    }
+    std::array<Ear, 2> ears;
+    for (std::size_t e = 0; e < 2; ++e) {
+        ears[e].minimum_phase.assign(state_->taps, 0.0F);
+        for (std::size_t k = 0; k < count; ++k) {
+            const double weight = sum > 0 ? weights[k] / sum : 1.0 / static_cast<double>(count);
+            const Ear& ear = head.ears[nearest[k].second][e];
+            ears[e].delay_s += weight * ear.delay_s;
+            for (std::size_t n = 0; n < state_->taps; ++n) {
+                ears[e].minimum_phase[n] += static_cast<float>(weight) * ear.minimum_phase[n];
+            }
+        }
+    }
+    return ears;
+}
+
+}  // namespace aula

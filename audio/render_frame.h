@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "audio/convolver.h"
+#include "audio/direct_path.h"
+#include "audio/renderer.h"
+
+namespace aula {
+
+/// The measures that a renderer and the builder of its frames share, worked out from the config.
+struct RenderShape {
+    RenderShape(const RendererConfig& config, const Hrtf* hrtf);
+
+    ConvolutionShape reverberation;  ///< every source into W, or W Y Z X
+    std::size_t early_taps;          ///< of the filter of an early path
+    std::size_t band_taps;           ///< of the filter of the direct sound's band gains
+    DirectPath::Shape direct;
+    std::size_t fade_samples;  ///< of an exchange of frames
+};
+
+struct RenderFrame::Parts {
+    explicit Parts(const RenderShape& shape);
+
+    ConvolutionFilter reverberation;
+    std::vector<DirectSound> direct;  ///< one for each source
+};
+
+}  // namespace aula
