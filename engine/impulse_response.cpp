@@ -5,15 +5,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/multiversion.h"
 #include "engine/octave_bank.h"
-
-// Clones for wider vectors, picked at load time. Sanitizers run before the picking can.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define AULA_VECTOR_CLONES __attribute__((target_clones("arch=haswell", "default")))
-#else
-#define AULA_VECTOR_CLONES
-#endif
+#include "engine/sampling.h"
 
 namespace aula {
 namespace {
@@ -21,17 +15,9 @@ namespace {
 constexpr double kCell_s = 0.0005;  // edges and centres of all TimeBins are multiples of it
 constexpr double kWarmUp_s = 0.5;   // until the lowest octave's filters ring steadily
 
-// Uniform white noise of unit variance from a counter: the same bits on every machine.
-// The mixer is SplitMix64's.
-double noise(std::uint64_t seed, std::uint64_t channel, std::uint64_t sample) {
-    std::uint64_t x = seed * 0x9E3779B97F4A7C15ULL + (channel << 56) + sample;
-    for (int round = 0; round < 2; ++round) {
-        x += 0x9E3779B97F4A7C15ULL;
-        x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ULL;
-        x = (x ^ (x >> 27)) * 0x94D049BB133111EBULL;
-        x ^= x >> 31;
-    }
-    return (static_cast<double>(x >> 11) * 0x1p-53 - 0.5) * std::sqrt(12.0);
+// Uniform white noise of unit variance, the same bits on every machine.
+double noise(RandomStream& random) {
+    return (static_cast<double>(random.bits() >> 11) * 0x1p-53 - 0.5) * std::sqrt(12.0);
 }
 
 /// A linear function of time, one for each band.
@@ -48,8 +34,8 @@ struct Knot {
 };
 
 // out[j] = sum over the bands of (level + slope (j + offset)) carrier[j].
-AULA_VECTOR_CLONES void shape(std::size_t count, float offset, const Ramp& line,
-                              const std::array<const float*, kBandCount>& carrier, float* out) {
+AULA_MULTIVERSION void shape(std::size_t count, float offset, const Ramp& line,
+                             const std::array<const float*, kBandCount>& carrier, float* out) {
     const std::array<const float*, kBandCount> c = carrier;
     for (std::size_t j = 0; j < count; ++j) {
         const float t = static_cast<float>(static_cast<int>(j)) + offset;
@@ -62,8 +48,8 @@ AULA_VECTOR_CLONES void shape(std::size_t count, float offset, const Ramp& line,
 }
 
 // The first-order channels from W and three independent diffuse ones, see build().
-AULA_VECTOR_CLONES void spread(std::size_t count, float offset, Vec3 v, Vec3 slope, const float* w,
-                               float* y, float* z, float* x) {
+AULA_MULTIVERSION void spread(std::size_t count, float offset, Vec3 v, Vec3 slope, const float* w,
+                              float* y, float* z, float* x) {
     for (std::size_t j = 0; j < count; ++j) {
         const float t = static_cast<float>(static_cast<int>(j)) + offset;
         const float vx = v.x + slope.x * t;
@@ -129,8 +115,9 @@ ImpulseResponseBuilder::ImpulseResponseBuilder(double sample_rate_hz, double len
         channel.moments.resize(cells);
         for (auto& carrier : channel.carriers) carrier.resize(length_samples_);
         OctaveBank bank(sample_rate_hz);
+        RandomStream random(derive_seed(seed, c));
         for (std::size_t n = 0; n < warm_up + length_samples_; ++n) {
-            const auto bands = bank.process(noise(seed, c, n));
+            const auto bands = bank.process(noise(random));
             if (n < warm_up) continue;
             for (std::size_t b = 0; b < kBandCount; ++b) {
                 channel.carriers[b][n - warm_up] = static_cast<float>(bands[b]);

@@ -1,22 +1,24 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
-#include <set>
-#include <span>
+#include <map>
+#include <optional>
 #include <vector>
 
 #include "engine/energy_response.h"
 #include "engine/ray_scene.h"
+#include "engine/scene_planes.h"
 
 namespace aula {
 
-/// Direct sound and image sources up to a specular order. Coplanar triangles are merged to planes;
-/// candidates are sequences of planes, all of them where they are few, else found by specular
-/// chains of rays from the listener and kept while they stay valid; every candidate is validated
-/// exactly (each reflection point on a face of its plane, each leg unobstructed).
-/// [propagation thread]
+/// Direct sound and image sources up to a specular order. Candidates are sequences of the scene's
+/// planes: all of them up to the order at which they become many, beyond that those that specular
+/// chains of rays from the listeners meet, kept while they stay valid. Every candidate is validated
+/// exactly: each reflection point on a face of its plane, each leg unobstructed. The same calls
+/// give the same paths. [propagation thread]
 class SpecularPaths {
-   public:
+ public:
     /// `order` 0: direct sound only.
     SpecularPaths(const RayScene& scene, int order, std::uint64_t seed);
 
@@ -29,25 +31,35 @@ class SpecularPaths {
 
     /// The valid paths from a source to a listener, ascending in length: the direct sound if
     /// `direct` and visible, then reflections: energy prod (1 - s)(1 - alpha) / (4 pi d^2) times
-    /// exp(-attenuation d) in each band.
+    /// exp(-attenuation d) in each band, d at least 0.1 m. A source or listener within 0.5 mm of a
+    /// plane has no reflection in it. [several threads at once]
     std::vector<SpecularPath> find(const Vec3& source, const Vec3& listener, bool direct,
                                    const Bands& attenuation_per_m) const;
 
-   private:
-    using Sequence = std::vector<std::uint32_t>;
-    struct Plane {
-        Vec3 normal;
-        float offset_m;  ///< dot(normal, x) on the plane
+ private:
+    using Sequence = std::vector<std::uint32_t>;  ///< planes from the listener to the source
+
+    /// A sequence that rays have met, and when it was last a path, in calls of discover().
+    struct Discovered {
+        explicit Discovered(std::uint64_t now) : last_valid(now) {}
+        mutable std::atomic<std::uint64_t> last_valid;
     };
-    void build_planes();
+
+    void list_sequences();
+    void forget_the_oldest();
+    struct Workspace;
+    std::optional<SpecularPath> path_along(const Sequence& sequence, const Vec3& source,
+                                           const Vec3& listener, const Bands& attenuation_per_m,
+                                           Workspace& work) const;
 
     const RayScene& scene_;
-    int order_;
+    std::size_t order_;
     std::uint64_t seed_;
-    std::vector<Plane> planes_;
-    std::vector<std::uint32_t> plane_of_triangle_;
-    std::set<Sequence> candidates_;
-    bool exhaustive_ = false;
+    ScenePlanes planes_;
+    std::size_t listed_order_ = 0;
+    std::vector<Sequence> listed_;  ///< all up to listed_order_
+    std::map<Sequence, Discovered> discovered_;
+    std::uint64_t discoveries_ = 0;
 };
 
 }  // namespace aula
