@@ -15,7 +15,7 @@ using Point = ScenePlanes::Point;
 
 constexpr double kTolerance_m = 1e-3;
 constexpr double kTolerance_rad = 0.1 * 3.14159265358979 / 180;
-constexpr double kCell = 0.01;  // of the normals' grid, several tolerances wide
+constexpr double kCell = 0.004;  // of the normals' grid, two tolerances wide
 
 Point normal_of(const RayScene::Triangle& t) {
     const Point a(t.vertices[0]);
