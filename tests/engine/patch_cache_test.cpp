@@ -1,0 +1,122 @@
+#include "engine/patch_cache.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <random>
+#include <vector>
+
+using namespace aula;
+
+namespace {
+
+constexpr std::size_t kBins = 10;
+constexpr std::size_t kPatches = 20;
+constexpr std::size_t kPlenty = 1'000'000'000;
+
+TraceBatch one_deposit(std::uint32_t patch, float energy) {
+    TraceBatch batch;
+    batch.segments = 1;
+    batch.deposits.push_back({Bands::filled(energy).value, patch, 3});
+    return batch;
+}
+
+/// Radiated energy of a patch in bin 3, band 0.
+double radiated(const PatchCache& cache, std::uint32_t patch) {
+    const PatchCache::Row& row = cache.row(patch);
+    if (!row.sum) return 0;
+    return static_cast<double>(row.sum[3 * kBandCount]) * PatchCache::kUnit /
+           static_cast<double>(cache.emitted());
+}
+
+class Walk {
+ public:
+    explicit Walk(int window, std::size_t log_bytes = kPlenty)
+        : cache(kBins, window, 0.5F, log_bytes), workers(1) {}
+
+    void frame(const Vec3& source, std::uint32_t patch, double travel_m = 0) {
+        TraceBatch batch = one_deposit(patch, 1);
+        cache.add_frame(source, travel_m, 1, kPatches, {&batch, 1}, workers);
+    }
+
+    PatchCache cache;
+    WorkerPool workers;
+};
+
+}  // namespace
+
+TEST_CASE("while nothing changes a patch cache gathers for ever") {
+    Walk walk(5);
+    for (int f = 0; f < 100; ++f) walk.frame(Vec3(0), f % 2 ? 1 : 2);
+    CHECK(walk.cache.emitted() == 100);
+    CHECK(radiated(walk.cache, 1) == Approx(0.5));
+    CHECK(radiated(walk.cache, 2) == Approx(0.5));
+}
+
+TEST_CASE("once the source has moved nothing older than the window is left") {
+    Walk walk(5);
+    for (int f = 0; f < 100; ++f) walk.frame(Vec3(0), 1);
+    for (int f = 1; f <= 4; ++f) walk.frame(Vec3(0.01F, 0, 0), 2);
+    CHECK(walk.cache.emitted() == 5);
+    CHECK(radiated(walk.cache, 1) > 0);
+    walk.frame(Vec3(0.01F, 0, 0), 2);
+    CHECK(radiated(walk.cache, 1) == 0);
+    CHECK(radiated(walk.cache, 2) == Approx(1));
+    // It stands again: it gathers again.
+    for (int f = 0; f < 50; ++f) walk.frame(Vec3(0.01F, 0, 0), 2);
+    CHECK(walk.cache.emitted() == 55);
+}
+
+TEST_CASE("a walking source keeps the frames within reach of the patch size") {
+    Walk walk(30);
+    for (int f = 0; f < 100; ++f) walk.frame(Vec3(0.05F * static_cast<float>(f), 0, 0), 1);
+    // Reach is 0.4 of 0.5 m: the present frame and those up to 0.2 m behind, to rounding.
+    CHECK(walk.cache.emitted() >= 4);
+    CHECK(walk.cache.emitted() <= 5);
+}
+
+TEST_CASE("after a jump only the present is heard") {
+    Walk walk(30);
+    for (int f = 0; f < 20; ++f) walk.frame(Vec3(0), 1);
+    walk.frame(Vec3(5, 0, 0), 2);
+    CHECK(walk.cache.emitted() == 1);
+    CHECK(radiated(walk.cache, 1) == 0);
+}
+
+TEST_CASE("a moving scene counts like a moving source") {
+    Walk walk(30);
+    for (int f = 0; f < 20; ++f) walk.frame(Vec3(0), 1, 0.05 * f);
+    CHECK(walk.cache.emitted() <= 5);
+    for (int f = 0; f < 100; ++f) walk.frame(Vec3(0), 2, 0.05 * 20);
+    CHECK(radiated(walk.cache, 1) == 0);
+}
+
+TEST_CASE("removing is exact: sums are those of the frames that are left") {
+    std::mt19937_64 random(9);
+    std::uniform_real_distribution<float> energy(0, 1);
+    std::uniform_int_distribution<std::uint32_t> patch(0, kPatches - 1);
+    WorkerPool workers(2);
+    PatchCache moved(kBins, 4, 0.5F, kPlenty);
+    PatchCache fresh(kBins, 4, 0.5F, kPlenty);
+    for (int f = 0; f < 50; ++f) {
+        std::vector<TraceBatch> batches;
+        for (int i = 0; i < 100; ++i) batches.push_back(one_deposit(patch(random), energy(random)));
+        const Vec3 source(0.05F * static_cast<float>(f), 0, 0);
+        if (f >= 46) fresh.add_frame(source, 0, 100, kPatches, batches, workers);
+        moved.add_frame(source, 0, 100, kPatches, batches, workers);
+    }
+    REQUIRE(moved.emitted() == fresh.emitted());
+    for (std::uint32_t p = 0; p < kPatches; ++p) {
+        const auto& a = moved.row(p).sum;
+        const auto& b = fresh.row(p).sum;
+        for (std::size_t i = 0; i < kBins * kBandCount; ++i) {
+            CHECK((a ? a[i] : 0) == (b ? b[i] : 0));
+        }
+    }
+}
+
+TEST_CASE("a short log keeps memory flat") {
+    Walk walk(1000, 20 * sizeof(Deposit));
+    for (int f = 0; f < 100; ++f) walk.frame(Vec3(1e-4F * static_cast<float>(f), 0, 0), 1);
+    CHECK(walk.cache.emitted() <= 21);
+    CHECK(radiated(walk.cache, 1) == Approx(1));
+}

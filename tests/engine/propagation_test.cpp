@@ -1,0 +1,333 @@
+#include "engine/propagation.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include "engine/diffuse_path_cache.h"
+#include "engine/path_tracer.h"
+#include "engine/sampling.h"
+#include "tests/support/measure.h"
+#include "tests/support/rooms.h"
+#include "tests/support/statistics.h"
+
+using namespace aula;
+
+namespace {
+
+Scene box_room(float absorption = 0.2F, float scattering = 1) {
+    return test::grey_room(test::box(Vec3(5, 4, 3)), absorption, scattering, Vec3(1.2F, 1.1F, 1.5F),
+                           Vec3(3.7F, 2.9F, 1.2F));
+}
+
+Simulation with(const Scene& scene, Estimator estimator, float ir_length_s,
+                float response_time_s = 0.5F) {
+    Simulation simulation = scene.simulation;
+    simulation.estimator = estimator;
+    simulation.ir_length_s = ir_length_s;
+    simulation.response_time_s = response_time_s;
+    return simulation;
+}
+
+double total(const EnergyResponse& response) {
+    return test::energy_between(response, 0, response.bins.length_s());
+}
+
+}  // namespace
+
+TEST_CASE("with tau = 0 the cache holds plain path tracing's energies bit for bit") {
+    const Scene scene = box_room();
+    const RayScene rays(scene);
+    const PatchSubdivision subdivision(rays, 0.5F);
+    TraceSettings settings;
+    settings.rays = 2000;
+    settings.max_length_m = 200;
+    const PathTracer tracer(rays, subdivision, settings);
+    for (const auto readout :
+         {DiffusePathCache::Readout::published, DiffusePathCache::Readout::windowed}) {
+        DiffusePathCache cache(readout, 1, 1'000'000'000);
+        for (int frame = 0; frame < 3; ++frame) {
+            TraceBatch all;
+            for (int b = 0; b < tracer.batch_count(); ++b) {
+                tracer.trace(0, scene.sources[0].position, {&scene.listener.pose.position, 1},
+                             derive_seed(1, frame), b, all);
+            }
+            REQUIRE(all.arrivals.size() > 100);
+            cache.add_frame(all.arrivals, settings.rays);
+            std::map<std::pair<std::uint64_t, std::uint64_t>, std::array<std::int64_t, kBandCount>>
+                plain;
+            for (const Arrival& a : all.arrivals) {
+                auto& sums = plain[{a.path.low, a.path.high}];
+                for (std::size_t b = 0; b < kBandCount; ++b) {
+                    sums[b] += DiffusePathCache::to_fixed(a.energy[b]);
+                }
+            }
+            CHECK(cache.size() == plain.size());
+            for (const auto& [path, sums] : plain) {
+                const auto* entry = cache.find({path.first, path.second});
+                REQUIRE(entry);
+                CHECK(entry->intensity_sum == sums);
+            }
+        }
+    }
+}
+
+TEST_CASE("with tau = 0 and lambda -> 0 the echogram is plain path tracing's") {
+    const Scene scene = box_room();
+    Propagation plain(scene, with(scene, Estimator::pt, 0.5F));
+    for (const Estimator estimator : {Estimator::dpc, Estimator::dpc_published}) {
+        Simulation simulation = with(scene, estimator, 0.5F, 0);
+        simulation.patch_size_m = 1e-4F;
+        Propagation cached(scene, simulation);
+        plain.restart(1);
+        for (int frame = 0; frame < 3; ++frame) {
+            plain.step(test::standing(scene));
+            cached.step(test::standing(scene));
+            const auto& a = plain.response(0);
+            const auto& b = cached.response(0);
+            REQUIRE(total(a) > 0);
+            for (std::size_t k = 0; k < a.bins.count(); ++k) {
+                // Fixed point to 2^-32 and sums of a few floats in another order.
+                CHECK(b.energy[k][4] == Approx(a.energy[k][4]).epsilon(1e-5).margin(1e-9));
+            }
+        }
+    }
+}
+
+TEST_CASE("late fluence in a lossless room is c P / V, for any shape") {
+    struct Shape {
+        Object object;
+        Vec3 source;
+        Vec3 listener;
+    };
+    const std::vector<Shape> shapes{
+        {test::box(Vec3(5, 4, 3)), Vec3(1.2F, 1.1F, 1.5F), Vec3(3.7F, 2.9F, 1.2F)},
+        {test::icosphere(2.5F, 3), Vec3(0.5F, 0.3F, 0), Vec3(-1, 0.5F, 0.4F)},
+        {test::l_shaped_room(), Vec3(5, 1.5F, 1.5F), Vec3(1.5F, 5, 1.2F)},
+    };
+    for (std::size_t i = 0; i < shapes.size(); ++i) {
+        const Shape& shape = shapes[i];
+        const double volume = test::volume_m3(shape.object);
+        for (const float scattering : {1.0F, 0.4F}) {
+            const Scene scene =
+                test::grey_room(shape.object, 0, scattering, shape.source, shape.listener);
+            const double exact = double{scene.medium.speed_of_sound_m_s()} / volume * (0.35 - 0.15);
+            for (const Estimator estimator : {Estimator::pt, Estimator::dpc, Estimator::patch}) {
+                Propagation propagation(scene, with(scene, estimator, 0.35F, 0.1F));
+                const auto samples = test::restarts(
+                    propagation, scene, 16, 3,
+                    [](const EnergyResponse& r) { return test::energy_between(r, 0.15, 0.35); });
+                const test::Estimate e = test::estimate(samples);
+                CAPTURE(i, scattering, estimator_name(estimator), e.mean, e.standard_error, exact);
+                // The L-shaped room has diffused to 1e-3 by 150 ms.
+                CHECK(std::abs(e.mean - exact) < test::kFamilyZ * e.standard_error + 2e-3 * exact);
+                CHECK(std::abs(e.z(1.15 * exact)) > test::kRefutedZ);  // companion
+            }
+        }
+    }
+}
+
+TEST_CASE("dpc-published is louder than the truth, as a lossless room shows") {
+    const Scene scene = box_room(0);
+    Propagation propagation(scene, with(scene, Estimator::dpc_published, 0.3F, 0.5F));
+    const auto samples = test::restarts(propagation, scene, 6, 15, [](const EnergyResponse& r) {
+        return test::energy_between(r, 0.1, 0.3);
+    });
+    const test::Estimate e = test::estimate(samples);
+    const double exact = 343.2 / 60 * 0.2;
+    CAPTURE(e.mean, e.standard_error, exact);
+    // Nearly all paths of higher order are hit once in 15 frames: mean over true of the k-th frame
+    // of an empty cache is H_15 = 3.3; it has to be far above 1.
+    CHECK(e.mean > 2 * exact);
+    CHECK(e.mean < 3.4 * exact);
+}
+
+TEST_CASE("patch agrees with plain path tracing for any scattering and each band") {
+    Scene scene = box_room();
+    scene.materials[0].absorption = {{0.1F, 0.2F, 0.3F, 0.4F, 0.5F, 0.2F, 0.1F, 0.3F}};
+    scene.materials[0].scattering = {{0.1F, 0.2F, 0.4F, 0.6F, 0.8F, 1.0F, 0.3F, 0.0F}};
+    Propagation plain(scene, with(scene, Estimator::pt, 0.3F));
+    Propagation patch(scene, with(scene, Estimator::patch, 0.3F, 0.1F));
+    for (const auto& [begin_s, end_s] : {std::pair(0.0, 0.3), std::pair(0.05, 0.15)}) {
+        for (std::size_t band = 0; band < kBandCount; ++band) {
+            const auto read = [&, begin = begin_s, end = end_s](const EnergyResponse& r) {
+                return test::energy_between(r, begin, end, band);
+            };
+            const auto a = test::estimate(test::restarts(plain, scene, 200, 1, read));
+            const auto b = test::estimate(test::restarts(patch, scene, 16, 3, read));
+            const double error = std::hypot(a.standard_error, b.standard_error);
+            CAPTURE(begin_s, band, a.mean, b.mean, error);
+            // The detector sphere averages over 0.5 m: up to 1 % at the onset.
+            CHECK(std::abs(a.mean - b.mean) < test::kFamilyZ * error + 0.01 * a.mean);
+            CHECK(error < 0.06 * a.mean);  // so that a missing or doubled part would be seen
+        }
+    }
+}
+
+TEST_CASE("patch finds the exact energy of every order in a Lambert box") {
+    const double exact[] = {2.5561, 3.4597, 3.8235, 4.0175};  // 1e-2 P/m2 for rho = 1
+    const Scene scene = box_room(0);
+    double sum = 0;
+    for (int order = 1; order <= 4; ++order) {
+        sum += exact[order - 1] * 1e-2;
+        Simulation simulation = with(scene, Estimator::patch, 0.3F, 0.5F);
+        simulation.order = order;
+        simulation.patch_size_m = 0.25F;
+        Propagation propagation(scene, simulation);
+        const test::Estimate e = test::estimate(test::restarts(propagation, scene, 24, 15, total));
+        CAPTURE(order, e.mean, e.standard_error, sum);
+        // Patches of 0.25 m smear the first order by less than 0.2 %.
+        CHECK(std::abs(e.mean - sum) < test::kFamilyZ * e.standard_error + 2e-3 * sum);
+        CHECK(std::abs(e.z(1.03 * sum)) > test::kRefutedZ);  // companion
+    }
+}
+
+TEST_CASE("the same seed gives the same bits with one thread and with three") {
+    for (const Estimator estimator :
+         {Estimator::pt, Estimator::dpc_published, Estimator::dpc, Estimator::patch}) {
+        Scene scene = box_room(0.2F, 0.4F);
+        scene.simulation.specular_order = 2;
+        scene.simulation.direct = true;
+        scene.sources.push_back(scene.sources[0]);
+        scene.sources[1].position = Vec3(4, 1, 2);
+        std::vector<std::vector<EnergyResponse>> results;
+        for (const int threads : {1, 3}) {
+            Simulation simulation = with(scene, estimator, 0.2F, 0.2F);
+            simulation.threads = threads;
+            Propagation propagation(scene, simulation, 3);
+            std::vector<EnergyResponse> responses;
+            for (int f = 0; f < 8; ++f) {
+                FrameInput input = test::standing(scene);
+                input.sources[0].x += 0.02F * static_cast<float>(f);
+                input.listeners = {Vec3(3, 2, 1), Vec3(1, 3, 2), Vec3(2, 0.5F, 1)};
+                input.listeners[1].y -= 0.05F * static_cast<float>(f);
+                propagation.step(input);
+            }
+            for (std::size_t s = 0; s < 2; ++s) {
+                for (std::size_t l = 0; l < 3; ++l) {
+                    responses.push_back(propagation.response(s, l));
+                }
+            }
+            results.push_back(responses);
+        }
+        CAPTURE(estimator_name(estimator));
+        for (std::size_t i = 0; i < results[0].size(); ++i) {
+            CHECK(total(results[0][i]) > 0);
+            CHECK(results[0][i].energy == results[1][i].energy);
+            CHECK(results[0][i].direction == results[1][i].direction);
+            REQUIRE(results[0][i].paths.size() == results[1][i].paths.size());
+            for (std::size_t p = 0; p < results[0][i].paths.size(); ++p) {
+                CHECK(results[0][i].paths[p].energy == results[1][i].paths[p].energy);
+            }
+        }
+        CHECK_FALSE(results[0][0].energy == results[0][1].energy);  // companion
+    }
+}
+
+TEST_CASE("a listener that jumps hears the new place at once") {
+    const Scene scene = box_room();
+    Propagation propagation(scene, with(scene, Estimator::patch, 0.3F));
+    FrameInput input = test::standing(scene);
+    for (int f = 0; f < 30; ++f) propagation.step(input);
+    input.listeners[0] = Vec3(1.5F, 1.3F, 1.4F);  // next to the source
+    propagation.step(input);
+    const double after = total(propagation.response(0));
+
+    Scene there = scene;
+    there.listener.pose.position = input.listeners[0];
+    Propagation reference(there, with(there, Estimator::patch, 0.3F));
+    const test::Estimate e = test::estimate(test::restarts(reference, there, 24, 15, total));
+    // A frame more or less of the same statistics: 5 standard deviations of one restart.
+    CHECK(std::abs(after - e.mean) < 5 * e.standard_error * std::sqrt(24.0));
+    CHECK(e.standard_error * std::sqrt(24.0) < 0.02 * e.mean);
+}
+
+TEST_CASE("nothing older than tau is heard of a source that has moved away") {
+    // Two rooms that no sound joins; the source jumps from the listener's to the other.
+    Scene scene = box_room();
+    scene.objects.push_back(test::box(Vec3(5, 4, 3), 0, Vec3(10, 0, 0)));
+    scene.sources[0].path = Path{{{0, {scene.sources[0].position}}, {1, {Vec3(12, 2, 1)}}}, false};
+    constexpr int kWindow = 6;
+    for (const Estimator estimator :
+         {Estimator::pt, Estimator::dpc_published, Estimator::dpc, Estimator::patch}) {
+        Propagation propagation(scene, with(scene, estimator, 0.3F, kWindow / 30.0F));
+        FrameInput input = test::standing(scene);
+        for (int f = 0; f < 20; ++f) propagation.step(input);
+        CHECK(total(propagation.response(0)) > 0);
+        input.sources[0] = Vec3(12, 2, 1);
+        for (int f = 0; f < kWindow; ++f) propagation.step(input);
+        CAPTURE(estimator_name(estimator));
+        CHECK(total(propagation.response(0)) == 0);
+    }
+}
+
+TEST_CASE("a door that closes silences the room behind it within tau") {
+    Scene scene = box_room();
+    scene.objects.clear();
+    // One long room, and a wall that slides into its middle.
+    scene.objects.push_back(test::box(Vec3(10, 4, 3)));
+    Object wall = test::box(Vec3(0.2F, 4.2F, 3.2F), 0, Vec3(0, -0.1F, -0.1F));
+    wall.path = Path{{{0, {Vec3(5, 5, 0)}}, {0.2, {Vec3(5, 0, 0)}}}, false};
+    scene.objects.push_back(wall);
+    scene.listener.pose.position = Vec3(8, 2, 1.2F);
+    constexpr int kWindow = 5;
+    Propagation propagation(scene, with(scene, Estimator::patch, 0.3F, kWindow / 30.0F));
+    double open = 0;
+    for (int f = 0; f < 7 + kWindow; ++f) {
+        propagation.step(test::standing(scene, f / 30.0));
+        if (f == 0) open = total(propagation.response(0));
+    }
+    CHECK(open > 0);
+    CHECK(total(propagation.response(0)) < 1e-4 * open);
+}
+
+TEST_CASE("little memory makes patches larger, not the sound wrong") {
+    Scene scene = box_room(0);
+    Simulation small = with(scene, Estimator::patch, 0.35F, 0.1F);
+    small.memory_mb = 4;
+    Propagation propagation(scene, small);
+    const auto samples = test::restarts(propagation, scene, 16, 3, [](const EnergyResponse& r) {
+        return test::energy_between(r, 0.15, 0.35);
+    });
+    const test::Estimate e = test::estimate(samples);
+    CHECK(std::abs(e.z(343.2 / 60 * 0.2)) < test::kFamilyZ);
+    CHECK(propagation.statistics().memory_bytes < 4'500'000);
+    Propagation plenty(scene, with(scene, Estimator::patch, 0.35F, 0.1F));
+    plenty.step(test::standing(scene));
+    CHECK(plenty.statistics().memory_bytes > 4'500'000);  // companion
+}
+
+TEST_CASE("directions point to where the sound comes from") {
+    // A floor only: everything arrives from below.
+    Scene scene = test::grey_room(test::square(20), 0.1F, 1, Vec3(0, 0, 1.5F), Vec3(2, 0, 1.5F));
+    for (const Estimator estimator :
+         {Estimator::pt, Estimator::dpc_published, Estimator::dpc, Estimator::patch}) {
+        Propagation propagation(scene, with(scene, estimator, 0.1F));
+        for (int f = 0; f < 30; ++f) propagation.step(test::standing(scene));
+        const EnergyResponse& r = propagation.response(0);
+        Vec3 sum(0);
+        float energy = 0;
+        for (std::size_t k = 0; k < r.bins.count(); ++k) {
+            sum += r.direction[k];
+            energy += r.energy[k].sum();
+        }
+        CAPTURE(estimator_name(estimator));
+        REQUIRE(energy > 0);
+        CHECK(sum.z / energy < -0.5F);
+        // The floor between the two is bright: from the source's side, minus x.
+        CHECK(sum.x / energy < -0.1F);
+        CHECK(std::abs(sum.y / energy) < 0.1F);
+    }
+}
+
+TEST_CASE("the response is as long as the room rings, at most 4 s") {
+    const auto length = [](float absorption) {
+        const Scene scene = box_room(absorption);
+        return Propagation(scene, scene.simulation).response_length_s();
+    };
+    // Eyring for 60 m3 and 94 m2: 0.46 s at 0.2; bins end up to 8 ms later. Mean free path and
+    // absorption come from 65000 segments: 1 %.
+    CHECK(length(0.2F) == Approx(24 * std::log(10.0) * 60 / (343.2 * 94 * 0.22314)).margin(0.015));
+    CHECK(length(0) == Approx(4).margin(0.05));
+}

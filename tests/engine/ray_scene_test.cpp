@@ -1,0 +1,95 @@
+#include "engine/ray_scene.h"
+
+#include <catch2/catch.hpp>
+#include <glm/geometric.hpp>
+#include <vector>
+
+#include "engine/sampling.h"
+#include "tests/support/rooms.h"
+
+using namespace aula;
+
+TEST_CASE("rays in a box hit its walls where they must, in batches of any size") {
+    const Vec3 size(5, 4, 3);
+    const Vec3 origin(1, 2, 1.5F);
+    const RayScene scene(test::grey_room(test::box(size), 0.1F, 1, origin, origin));
+    for (const std::size_t count : {1U, 15U, 16U, 17U, 100U}) {
+        RandomStream random(count);
+        std::vector<Ray> rays(count);
+        for (Ray& ray : rays) ray = {origin, uniform_direction(random.uniform_2d())};
+        std::vector<Hit> hits(count);
+        scene.intersect(rays, hits);
+        for (std::size_t i = 0; i < count; ++i) {
+            float nearest = 1e9F;
+            for (int axis = 0; axis < 3; ++axis) {
+                const float d = rays[i].direction[axis];
+                nearest = std::min(nearest, ((d > 0 ? size[axis] : 0) - origin[axis]) / d);
+            }
+            REQUIRE(hits[i].any());
+            // Rounding of single precision over a few metres.
+            CHECK(hits[i].distance_m == Approx(nearest).epsilon(1e-5));
+            const Vec3 point = scene.point(hits[i], rays[i].direction);
+            const Vec3 normal = scene.facing_normal(hits[i], rays[i].direction);
+            CHECK(glm::dot(normal, rays[i].direction) < 0);
+            CHECK(glm::distance(point - RayScene::kOffset_m * normal,
+                                origin + nearest * rays[i].direction) < 1e-5F);
+        }
+    }
+}
+
+TEST_CASE("a ray ends at its longest distance") {
+    const RayScene scene(test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 1, Vec3(1), Vec3(2)));
+    const Ray rays[] = {{Vec3(1, 1, 1), Vec3(1, 0, 0), 3.9F}, {Vec3(1, 1, 1), Vec3(1, 0, 0), 4.1F}};
+    Hit hits[2];
+    scene.intersect(rays, hits);
+    CHECK_FALSE(hits[0].any());
+    CHECK(hits[1].any());
+}
+
+TEST_CASE("walls part what is not visible") {
+    const RayScene scene(test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 1, Vec3(1), Vec3(2)));
+    CHECK(scene.visible(Vec3(1, 1, 1), Vec3(4, 3, 2)));
+    CHECK_FALSE(scene.visible(Vec3(1, 1, 1), Vec3(6, 1, 1)));
+    // Points on a wall are seen from inside.
+    CHECK(scene.visible(Vec3(0, 1, 1), Vec3(4, 3, 2)));
+    CHECK(scene.visible(Vec3(1, 1, 1), Vec3(1, 1, 1)));
+}
+
+TEST_CASE("no ray leaks through the edges of a finely divided sphere") {
+    const RayScene scene(test::grey_room(test::icosphere(2, 4), 0.1F, 1, Vec3(0), Vec3(0)));
+    RandomStream random(5);
+    std::vector<Ray> rays(200000);
+    for (Ray& ray : rays) ray = {Vec3(0.1F, 0.2F, 0), uniform_direction(random.uniform_2d())};
+    // Aimed at vertices and edges, too.
+    for (std::size_t t = 0; t < scene.triangle_count(); ++t) {
+        const auto& v = scene.triangle(static_cast<std::uint32_t>(t)).vertices;
+        rays.push_back({Vec3(0), glm::normalize(v[0])});
+        rays.push_back({Vec3(0), glm::normalize(v[0] + v[1])});
+    }
+    std::vector<Hit> hits(rays.size());
+    scene.intersect(rays, hits);
+    std::size_t leaks = 0;
+    for (const Hit& hit : hits) leaks += hit.any() ? 0 : 1;
+    CHECK(leaks == 0);
+}
+
+TEST_CASE("a moving object is met where it is") {
+    Scene scene = test::grey_room(test::box(Vec3(10, 4, 3)), 0.1F, 1, Vec3(1), Vec3(2));
+    Object door = test::box(Vec3(0.1F, 4, 3));
+    door.path = Path{{{0, {Vec3(2, 0, 0)}}, {1, {Vec3(5, 0, 0)}}}, false};
+    scene.objects.push_back(door);
+    RayScene rays(scene);
+    const auto distance = [&] {
+        const Ray ray{Vec3(1, 1, 1), Vec3(1, 0, 0)};
+        Hit hit;
+        rays.intersect({&ray, 1}, {&hit, 1});
+        CHECK(rays.triangle(hit.triangle).object == 1);
+        return hit.distance_m;
+    };
+    CHECK(distance() == Approx(1));
+    CHECK(rays.move(0) == 0);
+    CHECK(rays.move(0.5) == Approx(1.5));
+    CHECK(distance() == Approx(2.5));
+    CHECK(rays.move(2) == Approx(1.5));
+    CHECK(distance() == Approx(4));
+}

@@ -1,0 +1,82 @@
+#include "tests/support/measure.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/sampling.h"
+
+namespace aula::test {
+
+FrameInput standing(const Scene& scene, double time_s) {
+    FrameInput input;
+    input.time_s = time_s;
+    for (const Source& source : scene.sources) input.sources.push_back(source.position);
+    input.listeners.push_back(scene.listener.pose.position);
+    return input;
+}
+
+std::vector<double> restarts(Propagation& propagation, const Scene& scene, int count, int frames,
+                             const std::function<double(const EnergyResponse&)>& read) {
+    std::vector<double> samples;
+    for (int i = 0; i < count; ++i) {
+        propagation.restart(derive_seed(test_seed(), i));
+        for (int f = 0; f < frames; ++f) propagation.step(standing(scene));
+        samples.push_back(read(propagation.response(0)));
+    }
+    return samples;
+}
+
+double energy_between(const EnergyResponse& response, double begin_s, double end_s,
+                      std::size_t band) {
+    double sum = 0;
+    for (std::size_t k = 0; k < response.bins.count(); ++k) {
+        const double begin = response.bins.begin_s(k);
+        const double end = response.bins.end_s(k);
+        const double overlap = std::min(end, end_s) - std::max(begin, begin_s);
+        if (overlap > 0) sum += double{response.energy[k][band]} * overlap / (end - begin);
+    }
+    return sum;
+}
+
+EnergyResponse mean_response(Propagation& propagation, const Scene& scene, int frames) {
+    EnergyResponse mean;
+    std::vector<std::array<double, kBandCount>> sum;
+    for (int f = 0; f < frames; ++f) {
+        propagation.step(standing(scene));
+        mean = propagation.response(0);
+        sum.resize(mean.bins.count());
+        for (std::size_t k = 0; k < sum.size(); ++k) {
+            for (std::size_t b = 0; b < kBandCount; ++b) sum[k][b] += double{mean.energy[k][b]};
+        }
+    }
+    for (std::size_t k = 0; k < sum.size(); ++k) {
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            mean.energy[k][b] = static_cast<float>(sum[k][b] / frames);
+        }
+    }
+    return mean;
+}
+
+double decay_rate(const EnergyResponse& response, double begin_s, double end_s, int steps) {
+    const double step_s = (end_s - begin_s) / steps;
+    double t_mean = 0;
+    double y_mean = 0;
+    std::vector<double> t;
+    std::vector<double> y;
+    for (int i = 0; i < steps; ++i) {
+        t.push_back(begin_s + (i + 0.5) * step_s);
+        y.push_back(
+            std::log(energy_between(response, begin_s + i * step_s, begin_s + (i + 1) * step_s)));
+        t_mean += t.back() / steps;
+        y_mean += y.back() / steps;
+    }
+    double ty = 0;
+    double tt = 0;
+    for (std::size_t i = 0; i < t.size(); ++i) {
+        ty += (t[i] - t_mean) * (y[i] - y_mean);
+        tt += (t[i] - t_mean) * (t[i] - t_mean);
+    }
+    return -ty / tt;
+}
+
+}  // namespace aula::test

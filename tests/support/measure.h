@@ -1,0 +1,29 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "engine/propagation.h"
+#include "tests/support/statistics.h"
+
+namespace aula::test {
+
+/// The input of a frame in which everything stands where the scene has it.
+FrameInput standing(const Scene& scene, double time_s = 0);
+
+/// Independent restarts of `frames` frames each; from each a number, read from the last response.
+std::vector<double> restarts(Propagation& propagation, const Scene& scene, int count, int frames,
+                             const std::function<double(const EnergyResponse&)>& read);
+
+/// Energy of a band between two times, bins split uniformly in time. 1/m2
+double energy_between(const EnergyResponse& response, double begin_s, double end_s,
+                      std::size_t band = 0);
+
+/// The mean of responses of `frames` consecutive frames, energies only.
+EnergyResponse mean_response(Propagation& propagation, const Scene& scene, int frames);
+
+/// The rate s of a decay exp(-s t) in 1/s: least squares through the logarithms of the energy in
+/// `steps` equal parts between two times.
+double decay_rate(const EnergyResponse& response, double begin_s, double end_s, int steps);
+
+}  // namespace aula::test
