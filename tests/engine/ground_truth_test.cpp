@@ -149,7 +149,7 @@ TEST_CASE("a Lambert sphere decays at its exact rate, not at Eyring's") {
         for (int i = 0; i < 8; ++i) {
             Simulation simulation = patch(scene, 0.3F, 0);
             simulation.seed = derive_seed(test::test_seed(), i);
-            simulation.rays = 4000;
+            simulation.rays = 1500;
             Propagation propagation(scene, simulation);
             for (int f = 0; f < 25; ++f) propagation.step(test::standing(scene));
             // From 8 mean free times on, over 40 dB at most.
@@ -181,7 +181,7 @@ TEST_CASE("Lambert boxes decay more slowly than Eyring by the known factors") {
         for (int i = 0; i < 8; ++i) {
             Simulation simulation = patch(scene, 0.45F, 0);
             simulation.seed = derive_seed(test::test_seed(), i);
-            simulation.rays = 4000;
+            simulation.rays = 1500;
             Propagation propagation(scene, simulation);
             for (int f = 0; f < 25; ++f) propagation.step(test::standing(scene));
             rates.push_back(test::decay_rate(propagation.response(0), 0.1,
