@@ -24,11 +24,12 @@ struct DeviceInfo {
 std::vector<DeviceInfo> list_output_devices();
 
 /// An open output device that calls back for sound. Throws AudioInputError if `wanted` matches no
-/// or several devices (the message lists the candidates), AudioFailure if there is no device.
+/// or several devices (the message lists the candidates), SampleRateRefused if the device plays at
+/// another rate, AudioFailure if there is no device or it cannot be opened.
 class AudioDevice {
  public:
-    /// Fills `channels` planar outputs of `samples` each. Runs on the device's thread with
-    /// denormals flushed. Must not allocate, lock or wait.
+    /// Fills `channels` planar outputs of `samples` each, at most `block`. Runs on the device's
+    /// thread with denormals flushed. Must not allocate, lock or wait.
     using Callback = std::function<void(std::span<float* const> outputs, int samples)>;
 
     /// `wanted`: an index, a part of a name, or empty for the default device.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <stdexcept>
+#include <string>
 
 namespace aula {
 
@@ -14,6 +15,18 @@ class AudioInputError : public std::runtime_error {
 class AudioFailure : public std::runtime_error {
  public:
     using std::runtime_error::runtime_error;
+};
+
+/// A device that does not play at the sample rate asked for, but at its own.
+class SampleRateRefused : public AudioFailure {
+ public:
+    SampleRateRefused(const std::string& message, double device_rate_hz)
+        : AudioFailure(message), device_rate_hz_(device_rate_hz) {}
+
+    double device_rate_hz() const { return device_rate_hz_; }
+
+ private:
+    double device_rate_hz_;
 };
 
 }  // namespace aula

@@ -1,0 +1,157 @@
+#include "audio/device.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <thread>
+
+#include "audio/error.h"
+#include "audio/sound_file.h"
+#include "tests/support/jack_server.h"
+
+using namespace aula;
+using namespace aula::test;
+
+// These tests play in real time against a server of their own. They judge flags and recordings.
+
+namespace {
+
+constexpr double kRate_hz = 48000;
+constexpr int kBlock = 256;
+
+/// 1 kHz at 48 kHz: a period is 48 samples, to the bit.
+class Tone {
+ public:
+    Tone() {
+        for (std::size_t n = 0; n < period_.size(); ++n) {
+            period_[n] = static_cast<float>(
+                0.5 * std::sin(2 * std::numbers::pi * static_cast<double>(n) / 48));
+        }
+    }
+    void operator()(std::span<float* const> outputs, int samples) {
+        for (int n = 0; n < samples; ++n, ++time_) {
+            for (float* const output : outputs) output[n] = period_[time_ % period_.size()];
+        }
+    }
+
+ private:
+    std::array<float, 48> period_{};
+    std::size_t time_ = 0;
+};
+
+std::string message_of(const std::string& wanted, double rate_hz, std::size_t channels) {
+    try {
+        AudioDevice(wanted, rate_hz, channels, kBlock, Tone());
+    } catch (const std::runtime_error& error) {
+        return error.what();
+    }
+    return {};
+}
+
+}  // namespace
+
+TEST_CASE("Ten seconds of a tone reach the server without an underrun or a gap") {
+    const JackServer server(kBlock);
+    if (!server.running()) {
+        WARN("skipped: no JACK server can run here");
+        return;
+    }
+    const std::filesystem::path file =
+        std::filesystem::temp_directory_path() / ("aula-tone-" + std::to_string(getpid()) + ".wav");
+    JackRecording recording(file, 10);
+    if (!recording.running()) {
+        WARN("skipped: jack_capture cannot run here");
+        return;
+    }
+
+    AudioDevice device("", kRate_hz, 2, kBlock, Tone());
+    device.start();
+    recording.wait();
+    CHECK(device.active());
+    CHECK(device.underruns() == 0);
+    CHECK(device.load() > 0);
+    CHECK(device.worst_load() >= device.load());
+    device.stop();
+    CHECK_FALSE(device.active());
+
+    const std::vector<float> heard = read_sound(file, kRate_hz).samples;
+    std::filesystem::remove(file);
+    std::size_t first = 0;
+    while (first < heard.size() && heard[first] == 0) ++first;
+    // The two channels are connected one after the other. Then at least nine seconds were recorded,
+    // each period the same as the one before.
+    first += 4800;
+    REQUIRE(heard.size() > first + 9 * 48000);
+    std::size_t breaks = 0;
+    for (std::size_t n = first + 48; n < heard.size(); ++n) {
+        if (heard[n] != heard[n - 48]) ++breaks;
+    }
+    CHECK(breaks == 0);
+    CHECK(*std::max_element(heard.begin(), heard.end()) == 0.5F);
+}
+
+TEST_CASE("Devices are listed, chosen by index or part of the name, and refused in one line") {
+    const JackServer server(kBlock);
+    if (!server.running()) {
+        WARN("skipped: no JACK server can run here");
+        return;
+    }
+    const std::vector<DeviceInfo> devices = list_output_devices();
+    REQUIRE_FALSE(devices.empty());
+    CHECK(devices[0].output_channels >= 2);
+    const std::string name = devices[0].name;
+    CHECK(AudioDevice(std::to_string(devices[0].index), kRate_hz, 2, kBlock, Tone()).info().name ==
+          name);
+    CHECK(AudioDevice(name.substr(1), kRate_hz, 2, kBlock, Tone()).info().name == name);
+
+    CHECK_THROWS_AS(AudioDevice("no such device", kRate_hz, 2, kBlock, Tone()), AudioInputError);
+    CHECK(message_of("no such device", kRate_hz, 2).find(name) != std::string::npos);
+    CHECK_THROWS_AS(AudioDevice("", kRate_hz, 64, kBlock, Tone()), AudioFailure);
+    try {
+        AudioDevice("", 44100, 2, kBlock, Tone());
+        FAIL("a server at 48 kHz took 44.1 kHz");
+    } catch (const SampleRateRefused& error) {
+        CHECK(error.device_rate_hz() == kRate_hz);
+        CHECK(std::string(error.what()).find("48000 Hz, not at 44100 Hz") != std::string::npos);
+    }
+}
+
+TEST_CASE("A server that goes away leaves a device that is not active and closes") {
+    auto server = std::make_unique<JackServer>(kBlock);
+    if (!server->running()) {
+        WARN("skipped: no JACK server can run here");
+        return;
+    }
+    AudioDevice device("", kRate_hz, 2, kBlock, Tone());
+    device.start();
+    CHECK(device.active());
+    server.reset();
+    // It takes a second of silence to be sure.
+    for (int turn = 0; turn < 50 && device.active(); ++turn) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    CHECK_FALSE(device.active());
+    device.stop();
+    CHECK_THROWS_AS(device.start(), AudioFailure);
+}
+
+TEST_CASE("Where no server runs there is one line that names --offline") {
+    setenv("JACK_DEFAULT_SERVER", "aula-test-no-such-server", 1);
+    if (!list_output_devices().empty()) {
+        WARN("skipped: this machine has a sound device");
+        return;
+    }
+    CHECK_THROWS_AS(AudioDevice("", kRate_hz, 2, kBlock, Tone()), AudioFailure);
+    const std::string message = message_of("", kRate_hz, 2);
+    CHECK(message.find("--offline") != std::string::npos);
+    CHECK(message.find('\n') == std::string::npos);
+}

@@ -1,0 +1,183 @@
+#include "audio/realtime.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <vector>
+
+#include "audio/hrtf.h"
+#include "audio/limiter.h"
+#include "audio/renderer.h"
+#include "tests/audio/signals.h"
+#include "tests/support/realtime_trap.h"
+
+using namespace aula;
+using namespace aula::test;
+
+namespace {
+
+/// Keeps the compiler from leaving an allocation out.
+template <typename T>
+T* used(T* p) {
+    asm volatile("" : : "r"(p) : "memory");
+    return p;
+}
+
+constexpr double kRate_hz = 48000;
+
+/// A frame of a walk with image sources, direct sound that comes, goes and jumps.
+SourceSound frame_of_walk(unsigned frame, const Signals& late) {
+    SourceSound sound;
+    for (std::size_t c = 0; c < 4; ++c) sound.ambisonics[c] = late[c];
+    DiscretePath path;
+    path.delay_s = 0.01 + 0.0001 * frame + (frame % 50 == 0 ? 0.1 : 0.0);
+    path.direction = {std::cos(0.01F * static_cast<float>(frame)),
+                      std::sin(0.01F * static_cast<float>(frame)), 0};
+    path.band_gain = {1, 1, 1, 0.9F, 0.8F, 0.7F, 0.6F, 0.5F};
+    sound.early = {path};
+    if (frame % 7 != 0) sound.direct = path;
+    return sound;
+}
+
+}  // namespace
+
+TEST_CASE("The trap sees an allocation and a free") {
+    if (!RealtimeTrap::available()) {
+        WARN("skipped: sanitizers own these functions");
+        return;
+    }
+    RealtimeViolations before;
+    RealtimeViolations after;
+    {
+        const RealtimeTrap trap;
+        before = trap.violations();
+        std::free(used(std::malloc(100)));
+        after = trap.violations();
+    }
+    CHECK(before.total() == 0);
+    CHECK(after.allocations == 1);
+    CHECK(after.frees == 1);
+    CHECK(after.total() == 2);
+}
+
+TEST_CASE("The trap sees each way to allocate") {
+    if (!RealtimeTrap::available()) {
+        WARN("skipped: sanitizers own these functions");
+        return;
+    }
+    RealtimeViolations seen;
+    void* aligned = nullptr;
+    {
+        const RealtimeTrap trap;
+        void* p = used(std::calloc(3, 5));
+        p = used(std::realloc(p, 1000));
+        std::free(p);
+        delete used(new int(3));
+        struct alignas(64) Line {
+            char bytes[64];
+        };
+        delete used(new Line{});
+        if (posix_memalign(&aligned, 64, 64) == 0) std::free(used(aligned));
+        seen = trap.violations();
+    }
+    CHECK(seen.allocations == 5);
+    CHECK(seen.frees == 4);
+}
+
+TEST_CASE("The trap sees a lock and a write") {
+    if (!RealtimeTrap::available()) {
+        WARN("skipped: sanitizers own these functions");
+        return;
+    }
+    std::mutex mutex;
+    RealtimeViolations locked;
+    RealtimeViolations written;
+    {
+        const RealtimeTrap trap;
+        mutex.lock();
+        mutex.unlock();
+        locked = trap.violations();
+    }
+    {
+        const RealtimeTrap trap;
+        static_cast<void>(!write(STDOUT_FILENO, "", 0));
+        written = trap.violations();
+    }
+    CHECK(locked.locks == 1);
+    CHECK(locked.total() == 1);
+    CHECK(written.writes == 1);
+    CHECK(written.total() == 1);
+}
+
+TEST_CASE("The audio thread neither allocates, frees, locks nor writes in 20000 blocks") {
+    if (!RealtimeTrap::available()) {
+        WARN("skipped: sanitizers own these functions");
+        return;
+    }
+    const OutputFormat format =
+        GENERATE(OutputFormat::binaural, OutputFormat::mono, OutputFormat::foa);
+    constexpr std::size_t kBlock = 64;
+    constexpr std::size_t kBlocks = 20000;
+    RendererConfig config;
+    config.block = kBlock;
+    config.response_samples = 2400;
+    config.output = format;
+    const std::shared_ptr<const Hrtf> hrtf =
+        format == OutputFormat::binaural ? std::make_shared<const Hrtf>("", kRate_hz) : nullptr;
+    RenderFrameBuilder builder(config, hrtf);
+    Renderer renderer(config, hrtf);
+    Limiter limiter(kRate_hz, channel_count(format), kBlock);
+    const FlushDenormals flush;
+
+    const Signal noise = random_signals(1, kBlock, 1)[0];
+    const Signal silence(kBlock);
+    const Signals late = random_signals(4, config.response_samples, 2);
+    Signals outputs(channel_count(format), Signal(kBlock));
+    std::vector<float*> out;
+    for (Signal& output : outputs) out.push_back(output.data());
+
+    RealtimeViolations violations;
+    unsigned frames = 0;
+    float loudest = 0;
+    for (std::size_t block = 0; block < kBlocks; ++block) {
+        if (block % 25 == 3) {
+            std::unique_ptr<RenderFrame> frame = renderer.mailbox().reclaim();
+            if (!frame) frame = builder.make_frame();
+            const SourceSound sound = frame_of_walk(frames++, late);
+            builder.prepare(std::span(&sound, 1), kNoRotation, *frame);
+            renderer.mailbox().publish(std::move(frame));
+        }
+        // A third of the time silent, so that all decays.
+        const std::array<const float*, 1> in{(block / 1000) % 3 == 2 ? silence.data()
+                                                                     : noise.data()};
+        const auto samples = static_cast<int>(block % 10 == 9 ? 1 + block % kBlock : kBlock);
+        const float angle = 0.001F * static_cast<float>(block);
+        const HeadRotation head{{{std::cos(angle), std::sin(angle), 0},
+                                 {-std::sin(angle), std::cos(angle), 0},
+                                 {0, 0, 1}}};
+        {
+            const RealtimeTrap trap;
+            renderer.render(in, head, out, samples);
+            limiter.process(out, samples);
+            const RealtimeViolations seen = trap.violations();
+            violations.allocations += seen.allocations;
+            violations.frees += seen.frees;
+            violations.locks += seen.locks;
+            violations.writes += seen.writes;
+        }
+        for (const float x : outputs[0]) loudest = std::max(loudest, std::abs(x));
+    }
+    CHECK(violations.allocations == 0);
+    CHECK(violations.frees == 0);
+    CHECK(violations.locks == 0);
+    CHECK(violations.writes == 0);
+    CHECK(frames == 800);
+    CHECK(loudest > 0.1F);
+}

@@ -1,0 +1,115 @@
+#include "tests/support/realtime_trap.h"
+
+#include <dlfcn.h>
+#include <pthread.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstddef>
+
+namespace aula::test {
+
+namespace {
+
+thread_local bool trapped = false;
+thread_local RealtimeViolations seen;
+
+}  // namespace
+
+RealtimeTrap::RealtimeTrap() {
+    seen = {};
+    trapped = true;
+}
+RealtimeTrap::~RealtimeTrap() { trapped = false; }
+
+RealtimeViolations RealtimeTrap::violations() const { return seen; }
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+
+bool RealtimeTrap::available() { return false; }
+
+}  // namespace aula::test
+
+#else
+
+bool RealtimeTrap::available() { return true; }
+
+namespace {
+
+void count(std::uint64_t RealtimeViolations::*kind) {
+    if (trapped) ++(seen.*kind);
+}
+
+using MutexLock = int (*)(pthread_mutex_t*);
+MutexLock next_mutex_lock = nullptr;
+
+// Before main: looking a symbol up locks and allocates itself.
+__attribute__((constructor)) void find_next() {
+    next_mutex_lock = reinterpret_cast<MutexLock>(dlsym(RTLD_NEXT, "pthread_mutex_lock"));
+}
+
+}  // namespace
+
+}  // namespace aula::test
+
+using aula::test::count;
+using aula::test::RealtimeViolations;
+
+extern "C" {
+
+void* __libc_malloc(std::size_t);
+void* __libc_calloc(std::size_t, std::size_t);
+void* __libc_realloc(void*, std::size_t);
+void* __libc_memalign(std::size_t, std::size_t);
+void __libc_free(void*);
+
+void* malloc(std::size_t size) {
+    count(&RealtimeViolations::allocations);
+    return __libc_malloc(size);
+}
+
+void* calloc(std::size_t number, std::size_t size) {
+    count(&RealtimeViolations::allocations);
+    return __libc_calloc(number, size);
+}
+
+void* realloc(void* p, std::size_t size) {
+    count(&RealtimeViolations::allocations);
+    return __libc_realloc(p, size);
+}
+
+int posix_memalign(void** p, std::size_t alignment, std::size_t size) {
+    count(&RealtimeViolations::allocations);
+    *p = __libc_memalign(alignment, size);
+    return *p == nullptr ? ENOMEM : 0;
+}
+
+void* aligned_alloc(std::size_t alignment, std::size_t size) {
+    count(&RealtimeViolations::allocations);
+    return __libc_memalign(alignment, size);
+}
+
+void* memalign(std::size_t alignment, std::size_t size) {
+    count(&RealtimeViolations::allocations);
+    return __libc_memalign(alignment, size);
+}
+
+void free(void* p) {
+    if (p != nullptr) count(&RealtimeViolations::frees);
+    __libc_free(p);
+}
+
+int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
+    count(&RealtimeViolations::locks);
+    return aula::test::next_mutex_lock(mutex);
+}
+
+ssize_t write(int descriptor, const void* bytes, std::size_t size) {
+    count(&RealtimeViolations::writes);
+    return syscall(SYS_write, descriptor, bytes, size);
+}
+
+}  // extern "C"
+
+#endif
