@@ -1,0 +1,269 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "engine/propagation.h"
+#include "engine/room_acoustics.h"
+#include "engine/scene_file.h"
+
+// The reference scenes against the answers in their own files, by the estimator `patch`. Random
+// numbers come from the scenes' seed, so that the runs are the same each time; rays and frames are
+// so many that the statistical error is well below the tolerance in the file.
+
+using aula::Bands;
+using aula::EnergyResponse;
+using aula::kBandCount;
+using aula::Scene;
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Reference {
+    Scene scene;
+    json expect;
+
+    double number(const char* key) const { return expect.at(key).get<double>(); }
+    std::vector<double> list(const char* key) const {
+        return expect.at(key).get<std::vector<double>>();
+    }
+    double tolerance(const char* key) const { return expect.at("tolerance").at(key).get<double>(); }
+};
+
+Reference reference(const std::string& name) {
+    const fs::path file = fs::path(AULA_SOURCE_DIR) / "scenes/reference" / (name + ".json");
+    std::ifstream stream(file);
+    const json content = json::parse(stream, nullptr, true, true);
+    return {aula::load_scene(file).scene, content.at("expect")};
+}
+
+/// The mean response of several frames of `rays` rays.
+EnergyResponse response(const Scene& scene, int frames, int rays, int order = 0) {
+    aula::Simulation simulation = scene.simulation;
+    simulation.rays = rays;
+    if (order > 0) simulation.order = order;
+    aula::Propagation propagation(scene, simulation);
+    const aula::FrameInput input{.sources = {scene.sources[0].position},
+                                 .listeners = {scene.listener.pose.position}};
+    // The cache gathers over all frames by itself; gather rays are new in each.
+    EnergyResponse mean;
+    for (int f = 0; f < frames; ++f) {
+        propagation.step(input);
+        const EnergyResponse& now = propagation.response(0);
+        if (f == 0) {
+            mean = now;
+            continue;
+        }
+        for (std::size_t k = 0; k < mean.energy.size(); ++k) mean.energy[k] += now.energy[k];
+    }
+    for (Bands& energy : mean.energy) energy *= 1.0F / static_cast<float>(frames);
+    return mean;
+}
+
+/// Energy, mean length and its variance of one reflection order in one band.
+struct Order {
+    double energy = 0;
+    double mean_length_m = 0;
+    double length_variance_m2 = 0;
+};
+
+/// Orders 1 to `highest`, each as what a limit of that order adds to the limit before.
+std::vector<Order> orders(const Scene& scene, int highest, int frames, int rays, std::size_t band) {
+    std::vector<Order> result;
+    std::vector<double> before;
+    for (int n = 1; n <= highest; ++n) {
+        const EnergyResponse r = response(scene, frames, rays, n);
+        before.resize(r.energy.size());
+        Order order;
+        double first = 0;
+        double second = 0;
+        for (std::size_t k = 0; k < r.energy.size(); ++k) {
+            const double energy = double{r.energy[k][band]} - before[k];
+            const double length_m =
+                (r.bins.begin_s(k) + r.bins.end_s(k)) / 2 * double{r.speed_of_sound_m_s};
+            order.energy += energy;
+            first += energy * length_m;
+            second += energy * length_m * length_m;
+            before[k] = double{r.energy[k][band]};
+        }
+        order.mean_length_m = first / order.energy;
+        order.length_variance_m2 =
+            second / order.energy - order.mean_length_m * order.mean_length_m;
+        result.push_back(order);
+    }
+    return result;
+}
+
+}  // namespace
+
+TEST_CASE("reference: free field, direct sound alone") {
+    for (const char* name : {"free_field", "free_field_air"}) {
+        INFO(name);
+        const Reference r = reference(name);
+        const EnergyResponse e = response(r.scene, 1, 1);
+        REQUIRE(e.paths.size() == 1);
+        const double tolerance = r.number("relative_tolerance");
+        CHECK(double{e.paths[0].length_m} == Approx(r.number("distance_m")).epsilon(tolerance));
+        CHECK(double{e.paths[0].length_m} / double{e.speed_of_sound_m_s} ==
+              Approx(r.number("delay_s")).epsilon(tolerance));
+        const json& energy = r.expect.at("energy_per_m2");
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            const double want = (energy.is_array() ? energy[b] : energy).get<double>();
+            CHECK(e.total(b) == Approx(want).epsilon(tolerance));
+        }
+    }
+}
+
+TEST_CASE("reference: a lossless room's late energy arrives at the rate c / V") {
+    const Reference r = reference("lossless_box");
+    const EnergyResponse e = response(r.scene, 10, 1000);
+    const auto uniform = e.uniform(0.1);
+    double late = 0;
+    for (std::size_t k = 1; k <= 4; ++k) late += double{uniform[k][4]};
+    CHECK(late / 0.4 ==
+          Approx(r.number("late_energy_rate_per_m2_s")).epsilon(r.number("relative_tolerance")));
+}
+
+TEST_CASE("reference: the 5 x 4 x 3 box's orders") {
+    const Reference r = reference("box_5x4x3");
+    const auto found = orders(r.scene, 3, 60, 4000, 4);
+    for (std::size_t n = 0; n < found.size(); ++n) {
+        INFO("order " << n + 1);
+        CHECK(found[n].energy ==
+              Approx(r.list("order_energy_per_m2")[n]).epsilon(r.tolerance("order_energy")));
+        CHECK(found[n].mean_length_m ==
+              Approx(r.list("order_mean_length_m")[n]).epsilon(r.tolerance("order_mean_length")));
+    }
+}
+
+TEST_CASE("reference: the 5 x 4 x 3 box's room-acoustic parameters, and not Eyring's time") {
+    const Reference r = reference("box_5x4x3");
+    const auto p = aula::room_parameters(response(r.scene, 20, 2000))[4];
+    REQUIRE((p.t30_s && p.edt_s && p.c80_db && p.d50 && p.ts_s && p.g_db));
+    CHECK(*p.t30_s == Approx(r.number("t30_s")).epsilon(r.tolerance("t30")));
+    CHECK(*p.t30_s != Approx(r.number("t_eyring_s")).epsilon(r.tolerance("t30")));
+    CHECK(*p.edt_s == Approx(r.number("edt_s")).epsilon(r.tolerance("edt")));
+    CHECK(*p.c80_db == Approx(r.number("c80_db")).margin(r.tolerance("c80_db")));
+    CHECK(*p.d50 == Approx(r.number("d50")).margin(r.tolerance("d50")));
+    CHECK(*p.ts_s == Approx(r.number("ts_s")).margin(r.tolerance("ts_s")));
+    CHECK(*p.g_db == Approx(r.number("g_db")).margin(r.tolerance("g_db")));
+}
+
+TEST_CASE("reference: every order of the sphere is rho^n 4 / S") {
+    const Reference r = reference("sphere");
+    for (const std::size_t band : {std::size_t{0}, std::size_t{7}}) {
+        const double rho = 1 - double{r.scene.materials.at(0).absorption[band]};
+        const auto found = orders(r.scene, 3, 60, 4000, band);
+        for (std::size_t n = 0; n < found.size(); ++n) {
+            INFO("band " << band << ", order " << n + 1);
+            const double want =
+                std::pow(rho, double(n + 1)) * r.number("order_energy_rho_1_per_m2");
+            CHECK(found[n].energy == Approx(want).epsilon(r.tolerance("order_energy")));
+        }
+    }
+}
+
+TEST_CASE("reference: path lengths in the sphere, source and listener at its centre") {
+    const Reference r = reference("sphere_centre");
+    const auto found = orders(r.scene, 3, 60, 4000, 0);
+    for (std::size_t n = 0; n < found.size(); ++n) {
+        INFO("order " << n + 1);
+        CHECK(found[n].mean_length_m ==
+              Approx(r.list("order_mean_length_m")[n]).epsilon(r.tolerance("order_mean_length")));
+        if (n == 0) continue;  // all of one length: what is left is the width of a time bin
+        CHECK(found[n].length_variance_m2 == Approx(r.list("order_length_variance_m2")[n])
+                                                 .epsilon(r.tolerance("order_length_variance")));
+    }
+}
+
+TEST_CASE("reference: the sphere decays at its exact rate, and not at Eyring's") {
+    const Reference r = reference("sphere");
+    const auto parameters = aula::room_parameters(response(r.scene, 20, 1000));
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        INFO("band " << b);
+        REQUIRE(parameters[b].t30_s);
+        CHECK(*parameters[b].t30_s == Approx(r.list("t_s")[b]).epsilon(r.tolerance("t")));
+        CHECK(*parameters[b].t30_s != Approx(r.list("t_eyring_s")[b]).epsilon(r.tolerance("t")));
+    }
+}
+
+TEST_CASE("reference: boxes decay more slowly than Eyring says") {
+    for (const char* name : {"decay_box", "decay_cube"}) {
+        const Reference r = reference(name);
+        const double tolerance = r.number("relative_tolerance");
+        const auto parameters = aula::room_parameters(response(r.scene, 20, 1000));
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            INFO(name << ", band " << b);
+            REQUIRE(parameters[b].t30_s);
+            CHECK(*parameters[b].t30_s == Approx(r.list("t_s")[b]).epsilon(tolerance));
+            CHECK(*parameters[b].t30_s != Approx(r.list("t_eyring_s")[b]).epsilon(tolerance));
+        }
+    }
+}
+
+TEST_CASE("reference: the 10 x 8 x 4 box decays as other engines found") {
+    const Reference r = reference("box_10x8x4");
+    const auto parameters = aula::room_parameters(response(r.scene, 10, 1000));
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        INFO("band " << b);
+        REQUIRE(parameters[b].t30_s);
+        CHECK(*parameters[b].t30_s ==
+              Approx(r.list("t30_s")[b]).epsilon(r.number("relative_tolerance")));
+    }
+}
+
+TEST_CASE("reference: first order at the centre of a cube") {
+    const Reference r = reference("cube_center");
+    const EnergyResponse e = response(r.scene, 20, 4000);
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        CHECK(e.total(b) ==
+              Approx(r.list("energy_per_m2")[b]).epsilon(r.number("relative_tolerance")));
+    }
+}
+
+TEST_CASE("reference: the reflection of a plane, and its course in time") {
+    const Reference r = reference("plane");
+    const double tolerance = r.number("relative_tolerance");
+    const EnergyResponse e = response(r.scene, 20, 4000);
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        CHECK(e.total(b) == Approx(r.list("energy_per_m2")[b]).epsilon(tolerance));
+    }
+    const auto uniform = e.uniform(0.001);
+    for (std::size_t i = 0; i < r.list("times_s").size(); ++i) {
+        double until = 0;
+        const auto end = static_cast<std::size_t>(std::lround(r.list("times_s")[i] * 1000));
+        for (std::size_t k = 0; k < end; ++k) until += double{uniform[k][0]};
+        INFO("until " << end << " ms");
+        CHECK(until == Approx(r.list("energy_until_rho_1_per_m2")[i]).epsilon(tolerance));
+    }
+}
+
+TEST_CASE("reference: a smooth box has exactly the image sources' arrivals") {
+    const Reference r = reference("shoebox_specular");
+    const EnergyResponse e = response(r.scene, 1, 100);
+    const json& arrivals = r.expect.at("arrivals");
+    REQUIRE(e.paths.size() == arrivals.size());
+    const double pi = std::acos(-1.0);
+    for (std::size_t i = 0; i < arrivals.size(); ++i) {
+        const auto row = arrivals[i].get<std::vector<double>>();
+        const aula::SpecularPath& path = e.paths[i];
+        INFO("arrival " << i << " of order " << row[0] << " after " << row[1] << " m");
+        CHECK(path.order == static_cast<int>(row[0]));
+        CHECK(double{path.length_m} == Approx(row[1]).margin(r.tolerance("length_m")));
+        for (int axis = 0; axis < 3; ++axis) {
+            CHECK(double{path.direction[axis]} ==
+                  Approx(row[static_cast<std::size_t>(axis) + 2]).margin(r.tolerance("direction")));
+        }
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            const double rho = 1 - double{r.scene.materials.at(0).absorption[b]};
+            const double want = std::pow(rho, row[0]) / (4 * pi * row[1] * row[1]);
+            CHECK(double{path.energy[b]} == Approx(want).epsilon(r.tolerance("relative_energy")));
+        }
+    }
+    // All of the sound: nothing is left over for the rays.
+    for (const Bands& energy : e.energy) CHECK(energy == Bands{});
+}
