@@ -369,6 +369,9 @@ void Propagation::restart(std::uint64_t seed) {
 
 const FrameStatistics& Propagation::statistics() const { return state_->statistics; }
 
-double Propagation::response_length_s() const { return state_->bins.length_s(); }
+double Propagation::response_length_s() const {
+    const auto& given = state_->simulation.ir_length_s;
+    return given ? double{*given} : state_->bins.length_s();
+}
 
 }  // namespace aula
