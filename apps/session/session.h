@@ -1,0 +1,41 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "apps/session/session_options.h"
+#include "engine/scene.h"
+
+namespace aula {
+
+/// A scene that can be rendered to a file or played live: the whole engine and the whole audio
+/// side behind one object.
+///
+///     auto loaded = aula::load_scene("room.json");
+///     aula::Session session(loaded.scene, {});
+///     session.render("out.wav");  // or session.play();
+class Session {
+ public:
+    Session(Scene scene, SessionOptions options);
+
+    /// Renders the walk to a WAV file. The sources and the listener follow their paths; a frame's
+    /// pose takes effect in the block that contains its time. Returns false, and leaves no file,
+    /// if `progress` asked to stop. The same scene, seed and options give the same bytes with any
+    /// number of threads. Throws Error, AudioInputError, AudioFailure.
+    bool render(const std::filesystem::path& file, const Progress& progress = {});
+
+    /// Plays on the output device until the end of the walk; never returns if it has none. For more
+    /// control use a Player. Throws Error, AudioInputError, AudioFailure.
+    void play();
+
+    /// What was odd about the sound files; complete after render() or play().
+    const std::vector<std::string>& warnings() const { return warnings_; }
+
+ private:
+    Scene scene_;
+    SessionOptions options_;
+    std::vector<std::string> warnings_;
+};
+
+}  // namespace aula

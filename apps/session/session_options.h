@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "audio/renderer.h"
+#include "audio/sound_file.h"
+
+namespace aula {
+
+/// What a scene sounds through. How it is simulated stands in Scene::simulation.
+struct SessionOptions {
+    double sample_rate_hz = 48000;
+    int block = 256;  ///< samples
+    OutputFormat output = OutputFormat::binaural;
+    std::filesystem::path hrtf;                   ///< SOFA file; empty: libmysofa's default
+    SampleFormat format = SampleFormat::float32;  ///< of rendered files; PCM passes a limiter
+    std::optional<double> duration_s;             ///< from the scene where absent
+    std::string device;  ///< index or part of a name; empty: the default device
+};
+
+/// The HRTF of binaural output at a rate; null for other outputs. Throws AudioInputError.
+std::shared_ptr<const Hrtf> hrtf_for(const SessionOptions& options, double sample_rate_hz);
+
+/// Told the share that is done, 0..1; returns false to stop.
+using Progress = std::function<bool(double done)>;
+
+}  // namespace aula

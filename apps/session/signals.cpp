@@ -1,0 +1,73 @@
+#include "apps/session/signals.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "apps/session/mix_bits.h"
+#include "audio/error.h"
+#include "audio/sound_file.h"
+
+namespace aula {
+
+namespace {
+
+// A uniform distribution over -a..a has the RMS a / sqrt(3); -20 dBFS is an RMS of 0.1.
+const float kNoiseAmplitude = 0.1F * std::sqrt(3.0F);
+
+float noise_sample(std::uint64_t seed, std::int64_t index) noexcept {
+    const auto bits = static_cast<std::int64_t>(mix_bits(seed + static_cast<std::uint64_t>(index)));
+    return kNoiseAmplitude * static_cast<float>(static_cast<double>(bits) * 0x1p-63);
+}
+
+}  // namespace
+
+Signal::Signal(const Source& source, double sample_rate_hz, std::uint64_t noise_seed)
+    : noise_(source.signal == Source::Signal::noise),
+      loop_(source.loop),
+      noise_seed_(mix_bits(noise_seed)) {
+    if (source.signal == Source::Signal::impulse) {
+        samples_.assign(loop_ ? static_cast<std::size_t>(std::lround(sample_rate_hz)) : 1, 0.0F);
+        samples_[0] = 1;
+    } else if (source.signal == Source::Signal::file) {
+        SoundClip clip = read_sound(source.signal_file, sample_rate_hz);
+        if (clip.samples.empty())
+            throw AudioInputError(source.signal_file.string() + ": no samples; expected a sound");
+        samples_ = std::move(clip.samples);
+        warnings_ = std::move(clip.warnings);
+    }
+}
+
+void Signal::read(std::int64_t first, std::span<float> out) const noexcept {
+    if (noise_) {
+        for (std::size_t i = 0; i < out.size(); ++i)
+            out[i] = noise_sample(noise_seed_, first + static_cast<std::int64_t>(i));
+        return;
+    }
+    const auto length = static_cast<std::int64_t>(samples_.size());
+    std::int64_t at = loop_ ? first % length : first;
+    for (float& sample : out) {
+        if (loop_ && at == length) at = 0;
+        sample = at < length ? samples_[static_cast<std::size_t>(at)] : 0.0F;
+        ++at;
+    }
+}
+
+std::optional<std::int64_t> Signal::length_samples() const {
+    if (noise_ || loop_) return std::nullopt;
+    return static_cast<std::int64_t>(samples_.size());
+}
+
+std::optional<std::int64_t> Signal::cycle_samples() const {
+    if (noise_ || !loop_) return std::nullopt;
+    return static_cast<std::int64_t>(samples_.size());
+}
+
+std::vector<Signal> read_signals(const Scene& scene, double sample_rate_hz) {
+    std::vector<Signal> signals;
+    for (std::size_t s = 0; s < scene.sources.size(); ++s)
+        signals.emplace_back(scene.sources[s], sample_rate_hz, mix_bits(scene.simulation.seed) + s);
+    return signals;
+}
+
+}  // namespace aula

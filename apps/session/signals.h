@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/scene.h"
+
+namespace aula {
+
+/// What a source plays, before its gain: a function of the sample index alone, so that any block
+/// can be asked for in any order and gives the same samples. A file plays from its first sample,
+/// an impulse is one unit sample, looped each second; noise is white and uniform with an RMS of
+/// -20 dBFS and never ends.
+class Signal {
+ public:
+    /// Reads and resamples the file, if it is one. Different `noise_seed`s give independent noise.
+    /// Throws AudioInputError.
+    Signal(const Source& source, double sample_rate_hz, std::uint64_t noise_seed);
+
+    /// Samples from index `first` on; zero beyond the end. [audio thread, wait-free]
+    void read(std::int64_t first, std::span<float> out) const noexcept;
+
+    /// Samples of an unlooped file or impulse; empty if it never ends.
+    std::optional<std::int64_t> length_samples() const;
+
+    /// Samples of one round of a loop; empty if it is not looped or noise.
+    std::optional<std::int64_t> cycle_samples() const;
+
+    /// Such as "voice.wav: 2 channels mixed down to one".
+    const std::vector<std::string>& warnings() const { return warnings_; }
+
+ private:
+    bool noise_;
+    bool loop_;
+    std::uint64_t noise_seed_;
+    std::vector<float> samples_;  ///< the file, or one second (looped) or sample of an impulse
+    std::vector<std::string> warnings_;
+};
+
+/// The signals of all sources, in their order. Throws AudioInputError.
+std::vector<Signal> read_signals(const Scene& scene, double sample_rate_hz);
+
+}  // namespace aula

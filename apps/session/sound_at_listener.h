@@ -1,0 +1,35 @@
+#pragma once
+
+#include "audio/renderer.h"
+#include "engine/impulse_response.h"
+#include "engine/scene.h"
+
+namespace aula {
+
+/// The engine's impulse response as the renderer takes it: the reverberation's samples stay where
+/// they are (keep `response` alive), arrivals get delays in seconds and pressure gains.
+SourceSound source_sound(const ImpulseResponse& response, double speed_of_sound_m_s, float gain_db);
+
+/// The head's axes as the renderer takes them.
+HeadRotation head_rotation(const Pose& pose);
+
+/// The head's turning between frames: it moves evenly to each new orientation within one frame,
+/// the short way round, as the renderer moves the sound. [audio thread]
+class HeadMotion {
+ public:
+    explicit HeadMotion(int frame_samples) : frame_samples_(frame_samples) {}
+
+    /// Where to turn to from here on. The first time the head is there at once.
+    void turn_to(const Pose& pose) noexcept;
+
+    /// The orientation after so many more samples.
+    HeadRotation advance(int samples) noexcept;
+
+ private:
+    int frame_samples_;
+    int remaining_samples_ = -1;  ///< -1: no orientation yet
+    Pose now_;
+    Pose target_;
+};
+
+}  // namespace aula
