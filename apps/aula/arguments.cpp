@@ -1,0 +1,291 @@
+#include "apps/aula/arguments.h"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <string_view>
+
+#include "engine/error.h"
+
+namespace aula {
+
+namespace {
+
+[[noreturn]] void fail(const std::string& option, const std::string& text,
+                       const std::string& expected) {
+    throw Error(option, "", "\"" + text + "\" is not usable; expected " + expected);
+}
+
+/// The whole text as a number within bounds, else an Error that says what was expected.
+template <typename T>
+T read_number(const std::string& option, const std::string& text, T least, T most,
+              const std::string& expected) {
+    T value{};
+    const char* end = text.data() + text.size();
+    const auto read = std::from_chars(text.data(), end, value);
+    const bool usable =
+        read.ec == std::errc() && read.ptr == end && value >= least && value <= most;
+    if (!usable) fail(option, text, expected);
+    return value;
+}
+
+Vec3 read_point(const std::string& option, const std::string& text) {
+    constexpr float kLargest_m = 1e6F;
+    const std::string expected = "x,y,z in metres";
+    std::vector<float> numbers;
+    std::size_t begin = 0;
+    while (begin <= text.size()) {
+        const std::size_t end = std::min(text.find(',', begin), text.size());
+        const std::string part = text.substr(begin, end - begin);
+        float value = 0;
+        const auto read = std::from_chars(part.data(), part.data() + part.size(), value);
+        if (read.ec != std::errc() || read.ptr != part.data() + part.size() ||
+            !(std::abs(value) <= kLargest_m))
+            fail(option, text, expected);
+        numbers.push_back(value);
+        begin = end + 1;
+    }
+    if (numbers.size() != 3) fail(option, text, expected);
+    return {numbers[0], numbers[1], numbers[2]};
+}
+
+void place_listener(Scene& scene, const Vec3& position) {
+    scene.listener.pose = scene.listener.pose_at(0);
+    scene.listener.pose.position = position;
+    scene.listener.path.reset();
+}
+
+void place_source(Scene& scene, const std::string& name, const Vec3& position) {
+    std::string names;
+    for (Source& source : scene.sources) {
+        if (source.name == name) {
+            source.position = position;
+            source.path.reset();
+            return;
+        }
+        names += (names.empty() ? "" : ", ") + source.name;
+    }
+    throw Error("--source-position", "",
+                "the scene has no source \"" + name + "\"; expected one of " + names);
+}
+
+/// The options of the program, each with its reader. CLI11 finds them on the command line; what
+/// their values mean is read here, so that every message says what was expected.
+class Options {
+ public:
+    explicit Options(Arguments& arguments) : arguments_(arguments) {
+        app_.set_help_flag();
+        app_.allow_windows_style_options(false);
+        app_.add_option("SCENE", words_, "scene, or a command and its scene");
+        add_modes();
+        add_places();
+        add_simulation();
+        add_sound();
+        app_.add_flag("--no-window", no_window_);
+        app_.add_flag("--quiet", arguments_.quiet);
+        app_.add_flag("--version", version_);
+        app_.add_flag("--help,-h", help_);
+    }
+
+    void parse(int argc, const char* const* argv) {
+        try {
+            app_.parse(argc, argv);
+        } catch (const CLI::ParseError& error) {
+            throw Error(std::string(error.what()) + "; expected what aula --help lists");
+        }
+        arguments_.command = command();
+    }
+
+ private:
+    void text(const std::string& option, std::function<void(const std::string&)> take) {
+        app_.add_option_function<std::string>(option, std::move(take));
+    }
+
+    void path(const std::string& option, std::optional<std::filesystem::path>& out) {
+        text(option, [option, &out](const std::string& value) {
+            if (value.empty()) fail(option, value, "the name of a file");
+            out = value;
+        });
+    }
+
+    template <typename T>
+    void choice(const std::string& option, std::vector<std::pair<std::string, T>> choices,
+                std::function<void(T)> take) {
+        text(option, [=](const std::string& value) {
+            std::string names;
+            for (const auto& [name, chosen] : choices) {
+                if (name == value) return take(chosen);
+                names += (names.empty() ? "" : ", ") + name;
+            }
+            fail(option, value, "one of " + names);
+        });
+    }
+
+    template <typename T>
+    void integer(const std::string& option, T least, T most, std::function<void(T)> take) {
+        const std::string expected =
+            "a whole number from " + std::to_string(least) + " to " + std::to_string(most);
+        text(option, [=](const std::string& value) {
+            take(read_number(option, value, least, most, expected));
+        });
+    }
+
+    /// A number above 0, or from 0 where `zero` is allowed.
+    void real(const std::string& option, double most, const std::string& expected,
+              std::function<void(double)> take, bool zero = false) {
+        const double least = zero ? 0 : std::numeric_limits<float>::min();
+        text(option, [=](const std::string& value) {
+            take(read_number(option, value, least, most, expected));
+        });
+    }
+
+    /// An option that changes the scene's simulation.
+    auto simulation(auto Simulation::*member) {
+        return [this, member](auto value) {
+            arguments_.scene_changes.push_back([member, value](Scene& scene) {
+                using Member = std::remove_reference_t<decltype(scene.simulation.*member)>;
+                scene.simulation.*member = static_cast<Member>(value);
+            });
+        };
+    }
+
+    void add_modes() {
+        path("--offline", offline_);
+        path("--ir", arguments_.ir);
+        path("--echogram", arguments_.echogram);
+        // A flag, so that `--report SCENE` leaves SCENE alone; "" stands for no file.
+        app_.add_flag("--report{}", report_);
+        integer<int>("--frames", 1, 1'000'000, [this](int n) { arguments_.frames = n; });
+        real("--bin-ms", 1000, "milliseconds above 0, at most 1000",
+             [this](double ms) { arguments_.bin_s = ms / 1000; });
+        app_.add_flag("--list-devices", list_devices_);
+    }
+
+    void add_places() {
+        text("--position", [this](const std::string& value) {
+            const Vec3 position = read_point("--position", value);
+            arguments_.scene_changes.push_back(
+                [position](Scene& scene) { place_listener(scene, position); });
+        });
+        app_.add_option("--source-position", source_positions_)->allow_extra_args(false);
+    }
+
+    // The bounds are those of the scene file.
+    void add_simulation() {
+        std::vector<std::pair<std::string, Estimator>> estimators;
+        for (const auto e :
+             {Estimator::pt, Estimator::dpc_published, Estimator::dpc, Estimator::patch})
+            estimators.emplace_back(estimator_name(e), e);
+        choice<Estimator>("--estimator", estimators, simulation(&Simulation::estimator));
+        integer<int>("--rays", 1, 100'000'000, simulation(&Simulation::rays));
+        integer<int>("--order", 0, 1'000'000, simulation(&Simulation::order));
+        integer<int>("--specular-order", 0, 1000, simulation(&Simulation::specular_order));
+        real("--response-time", 3600, "seconds from 0 to 3600",
+             simulation(&Simulation::response_time_s), true);
+        real("--patch-size", 1e6, "metres above 0", simulation(&Simulation::patch_size_m));
+        real("--listener-radius", 1e6, "metres above 0",
+             simulation(&Simulation::listener_radius_m));
+        real("--frame-rate", 1000, "frames per second above 0, at most 1000",
+             simulation(&Simulation::frame_rate_hz));
+        real("--ir-length", 10, "seconds above 0, at most 10",
+             simulation(&Simulation::ir_length_s));
+        integer<std::uint64_t>("--seed", 0, std::numeric_limits<std::uint64_t>::max(),
+                               simulation(&Simulation::seed));
+        integer<int>("--threads", 1, 1024, simulation(&Simulation::threads));
+        integer<int>("--memory-mb", 1, 1'000'000, simulation(&Simulation::memory_mb));
+    }
+
+    void add_sound() {
+        SessionOptions& session = arguments_.session;
+        choice<OutputFormat>("--output",
+                             {{"binaural", OutputFormat::binaural},
+                              {"mono", OutputFormat::mono},
+                              {"foa", OutputFormat::foa}},
+                             [&](OutputFormat o) { session.output = o; });
+        integer<int>("--ambisonic-order", 1, 1, [](int) {});
+        text("--hrtf", [&](const std::string& file) {
+            if (file.empty()) fail("--hrtf", file, "a SOFA file");
+            session.hrtf = file;
+        });
+        choice<SampleFormat>("--format",
+                             {{"float", SampleFormat::float32},
+                              {"pcm24", SampleFormat::pcm24},
+                              {"pcm16", SampleFormat::pcm16}},
+                             [&](SampleFormat f) { session.format = f; });
+        integer<int>("--sample-rate", 8000, 192'000, [&](int hz) { session.sample_rate_hz = hz; });
+        text("--block", [&](const std::string& value) {
+            constexpr int kLeast = 16;
+            constexpr int kMost = 8192;
+            const std::string expected = "a power of two from 16 to 8192";
+            session.block = read_number("--block", value, kLeast, kMost, expected);
+            if ((session.block & (session.block - 1)) != 0) fail("--block", value, expected);
+        });
+        real("--duration", 1e6, "seconds above 0, at most 1e6",
+             [&](double s) { session.duration_s = s; });
+        text("--device", [&](const std::string& name) { session.device = name; });
+    }
+
+    Arguments::Command command() {
+        using Command = Arguments::Command;
+        if (help_) return Command::help;
+        if (version_) return Command::version;
+        if (list_devices_) return Command::list_devices;
+        read_source_positions();
+        Command word = Command::play;
+        if (!words_.empty() && words_[0] == "materials") word = Command::materials;
+        if (!words_.empty() && words_[0] == "info") word = Command::info;
+        if (!words_.empty() && words_[0] == "check") word = Command::check;
+        const std::size_t wanted = word == Command::materials || word == Command::play ? 1 : 2;
+        if (words_.size() < wanted) throw Error("no SCENE given; expected aula SCENE [options]");
+        if (words_.size() > wanted)
+            throw Error("\"" + words_[wanted] + "\" is one argument too many; expected one SCENE");
+        arguments_.scene = words_.back();
+        if (word != Command::play) return word;
+
+        arguments_.report = report_.has_value();
+        if (report_ && !report_->empty()) arguments_.report_json = *report_;
+        const bool measures = arguments_.ir || arguments_.echogram || arguments_.report;
+        if (offline_ && measures)
+            throw Error(
+                "--offline cannot be combined with --ir, --echogram or --report; expected one or "
+                "the other");
+        if (arguments_.ir && arguments_.session.format != SampleFormat::float32)
+            throw Error("--format: --ir writes float; expected no --format or float");
+        if (offline_) arguments_.offline = *offline_;
+        return measures ? Command::measure : offline_ ? Command::render : Command::play;
+    }
+
+    void read_source_positions() {
+        for (const std::string& text : source_positions_) {
+            const std::size_t equals = text.rfind('=');
+            if (equals == std::string::npos || equals == 0)
+                fail("--source-position", text, "NAME=x,y,z");
+            const std::string name = text.substr(0, equals);
+            const Vec3 position = read_point("--source-position", text.substr(equals + 1));
+            arguments_.scene_changes.push_back(
+                [name, position](Scene& scene) { place_source(scene, name, position); });
+        }
+    }
+
+    Arguments& arguments_;
+    CLI::App app_;
+    std::vector<std::string> words_;
+    std::vector<std::string> source_positions_;
+    std::optional<std::filesystem::path> offline_;
+    std::optional<std::string> report_;
+    bool no_window_ = false;
+    bool version_ = false;
+    bool help_ = false;
+    bool list_devices_ = false;
+};
+
+}  // namespace
+
+Arguments read_arguments(int argc, const char* const* argv) {
+    Arguments arguments;
+    Options(arguments).parse(argc, argv);
+    return arguments;
+}
+
+}  // namespace aula

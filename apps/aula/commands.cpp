@@ -1,0 +1,195 @@
+#include "apps/aula/commands.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <numbers>
+
+#include "apps/aula/interrupt.h"
+#include "apps/session/signals.h"
+#include "audio/device.h"
+#include "engine/material_library.h"
+#include "engine/ray_scene.h"
+#include "engine/room_acoustics.h"
+#include "engine/scene_file.h"
+
+namespace aula {
+
+namespace {
+
+/// What the triangles of a scene enclose.
+struct Room {
+    std::size_t triangles = 0;
+    Vec3 least{0};
+    Vec3 most{0};
+    double surface_m2 = 0;
+    double volume_m3 = 0;
+    bool closed = false;
+    Bands mean_absorption{};
+};
+
+Room measure_room(const Scene& scene) {
+    const RayScene rays(scene);
+    Room room{.triangles = rays.triangle_count()};
+    if (room.triangles == 0) return room;
+    room.least = room.most = rays.triangle(0).vertices[0];
+    for (const auto& triangle : rays.triangles()) {
+        for (const Vec3& vertex : triangle.vertices) {
+            room.least = glm::min(room.least, vertex);
+            room.most = glm::max(room.most, vertex);
+        }
+    }
+    // Divergence theorem: the integral of x . n over a closed surface is three times its volume.
+    // From the middle, where rounding is least.
+    const glm::dvec3 middle = glm::dvec3(room.least + room.most) * 0.5;
+    glm::dvec3 directed_m2{0};
+    std::array<double, kBandCount> absorbing_m2{};
+    for (const auto& triangle : rays.triangles()) {
+        const glm::dvec3 a = glm::dvec3(triangle.vertices[0]) - middle;
+        const glm::dvec3 b = glm::dvec3(triangle.vertices[1]) - middle;
+        const glm::dvec3 c = glm::dvec3(triangle.vertices[2]) - middle;
+        const glm::dvec3 area_m2 = 0.5 * glm::cross(b - a, c - a);
+        directed_m2 += area_m2;
+        room.volume_m3 += glm::dot(a, area_m2) / 3;
+        room.surface_m2 += glm::length(area_m2);
+        for (std::size_t band = 0; band < kBandCount; ++band)
+            absorbing_m2[band] += glm::length(area_m2) *
+                                  static_cast<double>(rays.material(triangle).absorption[band]);
+    }
+    room.volume_m3 = std::abs(room.volume_m3);
+    // The directed areas of a closed surface cancel out.
+    constexpr double kClosed = 1e-3;
+    room.closed = glm::length(directed_m2) < kClosed * room.surface_m2;
+    for (std::size_t band = 0; band < kBandCount; ++band)
+        room.mean_absorption[band] = static_cast<float>(absorbing_m2[band] / room.surface_m2);
+    return room;
+}
+
+/// Reverberation time after Sabine, in s, air absorption included.
+Bands sabine_time_s(const Room& room, const Medium& medium) {
+    const Bands attenuation_per_m = medium.attenuation_per_m();
+    Bands time_s;
+    for (std::size_t band = 0; band < kBandCount; ++band) {
+        const double absorbing_m2 =
+            room.surface_m2 * static_cast<double>(room.mean_absorption[band]) +
+            4 * static_cast<double>(attenuation_per_m[band]) * room.volume_m3;
+        time_s[band] =
+            static_cast<float>(24 * std::numbers::ln10 * room.volume_m3 /
+                               (static_cast<double>(medium.speed_of_sound_m_s()) * absorbing_m2));
+    }
+    return time_s;
+}
+
+void print_row(const char* label, const Bands& values, int decimals) {
+    std::printf("%-16s", label);
+    for (const float value : values.value) {
+        if (std::isfinite(value))
+            std::printf("%8.*f", decimals, static_cast<double>(value));
+        else
+            std::printf("%8s", "-");
+    }
+    std::printf("\n");
+}
+
+void print_point(const char* label, const Vec3& p) {
+    std::printf("%-16s%.2f, %.2f, %.2f m\n", label, static_cast<double>(p.x),
+                static_cast<double>(p.y), static_cast<double>(p.z));
+}
+
+void print_band_names() {
+    std::printf("%-16s", "Hz");
+    for (const float centre : kBandCentres_hz) std::printf("%8.0f", static_cast<double>(centre));
+    std::printf("\n");
+}
+
+std::string describe(const Path& path) {
+    std::array<char, 64> text{};
+    std::snprintf(text.data(), text.size(), "path of %.1f s%s", path.duration_s(),
+                  path.loop ? ", repeated" : "");
+    return text.data();
+}
+
+}  // namespace
+
+void warn(const std::vector<std::string>& warnings, bool quiet) {
+    if (quiet) return;
+    for (const std::string& warning : warnings)
+        std::fprintf(stderr, "aula: warning: %s\n", warning.c_str());
+}
+
+int interrupted_status() { return 128 + interrupt_signal(); }
+
+Scene read_scene(const Arguments& arguments) {
+    LoadedScene loaded = load_scene(arguments.scene);
+    warn(loaded.warnings, arguments.quiet);
+    for (const auto& change : arguments.scene_changes) change(loaded.scene);
+    return std::move(loaded.scene);
+}
+
+int list_devices() {
+    const std::vector<DeviceInfo> devices = list_output_devices();
+    if (devices.empty()) std::printf("no output devices\n");
+    for (const DeviceInfo& device : devices)
+        std::printf("%c %3d  %-40s  %-10s  %2d channels  %6.0f Hz  %5.1f ms\n",
+                    device.is_default ? '*' : ' ', device.index, device.name.c_str(),
+                    device.host_api.c_str(), device.output_channels, device.sample_rate_hz,
+                    1000 * device.latency_s);
+    return 0;
+}
+
+int list_materials() {
+    print_band_names();
+    for (const LibraryMaterial& entry : material_library()) {
+        std::printf("\n%s\n", entry.material.name.c_str());
+        print_row("  absorption", entry.material.absorption, 2);
+        print_row("  scattering", entry.material.scattering, 2);
+        std::printf("  %s\n", entry.source.c_str());
+    }
+    return 0;
+}
+
+int show_info(const Arguments& arguments) {
+    const Scene scene = read_scene(arguments);
+    const Room room = measure_room(scene);
+    std::printf("%-16s%zu\n", "triangles", room.triangles);
+    if (room.triangles > 0) {
+        print_point("from", room.least);
+        print_point("to", room.most);
+        std::printf("%-16s%.1f m2\n", "surface", room.surface_m2);
+        std::printf("%-16s%.1f m3%s\n", "volume", room.volume_m3,
+                    room.closed ? "" : " (the surface is not closed: of little meaning)");
+    }
+    for (const Source& source : scene.sources) {
+        print_point(("source " + source.name).c_str(), source.position_at(0));
+        if (source.path) std::printf("%-16s%s\n", "", describe(*source.path).c_str());
+    }
+    print_point("listener", scene.listener.pose_at(0).position);
+    if (scene.listener.path) std::printf("%-16s%s\n", "", describe(*scene.listener.path).c_str());
+    if (room.triangles == 0) return 0;
+    std::printf("\n");
+    print_band_names();
+    print_row("absorption", room.mean_absorption, 2);
+    print_row("Sabine s", sabine_time_s(room, scene.medium), 2);
+    print_row("Eyring s",
+              eyring_time_s(room.volume_m3, room.surface_m2, room.mean_absorption,
+                            scene.medium.attenuation_per_m(),
+                            static_cast<double>(scene.medium.speed_of_sound_m_s())),
+              2);
+    return 0;
+}
+
+int check_scene(const Arguments& arguments) {
+    const Scene scene = read_scene(arguments);
+    for (const Signal& signal : read_signals(scene, arguments.session.sample_rate_hz))
+        warn(signal.warnings(), arguments.quiet);
+    std::size_t triangles = 0;
+    for (const Object& object : scene.objects) triangles += object.triangles.size();
+    std::printf("%s: ok, %zu triangles, %zu materials, %zu sources\n", arguments.scene.c_str(),
+                triangles, scene.materials.size(), scene.sources.size());
+    return 0;
+}
+
+}  // namespace aula

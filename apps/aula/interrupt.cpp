@@ -1,0 +1,27 @@
+#include "apps/aula/interrupt.h"
+
+#include <csignal>
+#include <initializer_list>
+
+namespace aula {
+
+namespace {
+
+// A signal handler has nowhere else to leave its news.
+volatile std::sig_atomic_t noted_signal = 0;
+
+void note(int signal) { noted_signal = signal; }
+
+}  // namespace
+
+void note_interrupts() {
+    struct sigaction action {};
+    action.sa_handler = note;
+    sigemptyset(&action.sa_mask);
+    action.sa_flags = SA_RESTART;
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaction(signal, &action, nullptr);
+}
+
+int interrupt_signal() { return noted_signal; }
+
+}  // namespace aula

@@ -1,0 +1,105 @@
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+#include "apps/aula/commands.h"
+#include "apps/aula/interrupt.h"
+#include "apps/aula/terminal.h"
+#include "apps/aula/walker.h"
+#include "apps/session/player.h"
+
+namespace aula {
+
+namespace {
+
+template <typename... Values>
+std::string formatted(const char* format, Values... values) {
+    std::array<char, 256> text{};
+    std::snprintf(text.data(), text.size(), format, values...);
+    return text.data();
+}
+
+std::string level_text(float peak) {
+    if (peak < 1e-5F) return "silent";
+    return formatted("%.1f dBFS", 20 * std::log10(static_cast<double>(peak)));
+}
+
+/// Degrees 0 to 359, anticlockwise from x.
+int heading_deg(const Pose& pose) {
+    const long turned_deg = std::lround(pose.yaw_rad * 180 / std::numbers::pi_v<float>);
+    return static_cast<int>(((turned_deg % 360) + 360) % 360);
+}
+
+std::string status_text(const PlayStatus& s) {
+    const Vec3 at = s.listener.position;
+    return formatted("%6.1f s  (%.1f, %.1f, %.1f) m  %3d deg  frame %.1f/%.1f ms  ", s.time_s,
+                     static_cast<double>(at.x), static_cast<double>(at.y),
+                     static_cast<double>(at.z), heading_deg(s.listener), s.frame_mean_ms,
+                     s.frame_worst_ms) +
+           formatted("audio %.0f %%  underruns %llu  ", 100 * s.load,
+                     static_cast<unsigned long long>(s.underruns)) +
+           level_text(s.peak);
+}
+
+std::string summary_text(const PlayStatus& s) {
+    return formatted("played %.1f s, underruns %llu, frames %llu (%llu late), ", s.time_s,
+                     static_cast<unsigned long long>(s.underruns),
+                     static_cast<unsigned long long>(s.frames),
+                     static_cast<unsigned long long>(s.late_frames)) +
+           formatted("frame mean %.1f ms worst %.1f ms, audio load worst %.0f %%", s.frame_mean_ms,
+                     s.frame_worst_ms, 100 * s.worst_load);
+}
+
+constexpr const char* kKeysText =
+    "w/s or up/down walk, a/d step aside, left/right turn, q quits, ? shows this";
+
+}  // namespace
+
+int play(const Arguments& arguments) {
+    using Clock = std::chrono::steady_clock;
+    constexpr int kKeyWait_ms = 20;
+    constexpr std::chrono::milliseconds kStatusInterval{100};
+
+    const Scene scene = read_scene(arguments);
+    Player player(scene, arguments.session);
+    warn(player.warnings(), arguments.quiet);
+    PlayStatus status = player.status();
+    {
+        StatusLine line(!arguments.quiet);
+        KeyInput keys;
+        const bool walks = keys.active() && !scene.listener.path;
+        if (line.visible())
+            std::fprintf(stderr, "playing on %s; %s\n", player.device().name.c_str(),
+                         walks ? kKeysText : "q or Ctrl-C ends");
+        Walker walker(scene.listener.pose_at(0));
+        Clock::time_point walked = Clock::now();
+        Clock::time_point next_status = walked;
+        while (!status.finished && interrupt_signal() == 0) {
+            const auto key = keys.read(kKeyWait_ms);
+            if (key == Key::quit) break;
+            if (key == Key::help && line.visible()) {
+                line.clear();
+                std::fprintf(stderr, "%s\n", kKeysText);
+            }
+            const Clock::time_point now = Clock::now();
+            if (walks) {
+                if (key) walker.press(*key);
+                player.move_listener(
+                    walker.advance(std::chrono::duration<double>(now - walked).count()));
+            }
+            walked = now;
+            if (now >= next_status) {
+                next_status = now + kStatusInterval;
+                status = player.status();
+                line.show(status_text(status));
+            }
+        }
+        status = player.status();
+    }
+    if (!arguments.quiet) std::fprintf(stderr, "%s\n", summary_text(status).c_str());
+    return interrupt_signal() != 0 ? interrupted_status() : 0;
+}
+
+}  // namespace aula

@@ -1,0 +1,127 @@
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+
+#include "apps/aula/commands.h"
+#include "apps/aula/interrupt.h"
+#include "apps/aula/terminal.h"
+#include "apps/session/measurement_text.h"
+#include "apps/session/output_file.h"
+#include "apps/session/session.h"
+#include "audio/error.h"
+#include "audio/sound_file.h"
+
+namespace aula {
+
+namespace {
+
+/// A bar on standard error, drawn ten times a second; asks to stop when a signal came.
+class ProgressBar {
+ public:
+    ProgressBar(const std::string& what, bool quiet) : what_(what), line_(!quiet) {}
+
+    bool operator()(double done) {
+        const auto now = std::chrono::steady_clock::now();
+        if (line_.visible() && now >= next_) {
+            next_ = now + std::chrono::milliseconds(100);
+            constexpr std::size_t kWidth = 40;
+            const auto full = static_cast<std::size_t>(std::lround(done * kWidth));
+            line_.show(what_ + " [" + std::string(full, '#') + std::string(kWidth - full, '.') +
+                       "] " + std::to_string(std::lround(done * 100)) + " %");
+        }
+        return interrupt_signal() == 0;
+    }
+
+ private:
+    std::string what_;
+    StatusLine line_;
+    std::chrono::steady_clock::time_point next_;
+};
+
+/// OUT-NAME.wav where there are several sources; characters outside [A-Za-z0-9._-] become '_'.
+std::filesystem::path response_file(const std::filesystem::path& file, const Scene& scene,
+                                    std::size_t source) {
+    if (scene.sources.size() == 1) return file;
+    std::string name = scene.sources[source].name;
+    for (char& c : name) {
+        const bool letter = (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
+        const bool other = (c >= '0' && c <= '9') || c == '.' || c == '_' || c == '-';
+        if (!letter && !other) c = '_';
+    }
+    std::filesystem::path out = file;
+    out.replace_filename(file.stem().string() + "-" + name + file.extension().string());
+    return out;
+}
+
+void write_planar(WavWriter& writer, const std::vector<std::vector<float>>& channels) {
+    std::vector<float> interleaved;
+    for (std::size_t i = 0; i < channels[0].size(); ++i)
+        for (const auto& channel : channels) interleaved.push_back(channel[i]);
+    writer.write(interleaved);
+}
+
+void print(const std::string& text) {
+    if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0)
+        throw AudioFailure("standard output: cannot write");
+}
+
+/// The files of --ir, --echogram and --report: all are opened before the long work and get their
+/// names after it, so that what cannot be written is said first and nothing is left half done.
+class MeasurementFiles {
+ public:
+    MeasurementFiles(const Arguments& arguments, const Scene& scene) : arguments_(arguments) {
+        const SessionOptions& session = arguments.session;
+        if (arguments.ir)
+            for (std::size_t s = 0; s < scene.sources.size(); ++s)
+                responses_.push_back(std::make_unique<WavWriter>(
+                    response_file(*arguments.ir, scene, s), session.sample_rate_hz,
+                    channel_count(session.output), SampleFormat::float32));
+        if (arguments.echogram) echogram_.emplace(*arguments.echogram);
+        if (arguments.report_json) report_.emplace(*arguments.report_json);
+    }
+
+    void write(const Scene& scene, const Measurement& measurement,
+               const std::shared_ptr<const Hrtf>& hrtf) {
+        for (std::size_t s = 0; s < responses_.size(); ++s)
+            write_planar(*responses_[s],
+                         impulse_response(scene, s, measurement, arguments_.session, hrtf));
+        if (echogram_) echogram_->write(echogram_csv(scene, measurement, arguments_.bin_s));
+        const std::vector<RoomParameters> parameters = room_parameters(measurement);
+        if (report_) report_->write(report_json(scene, parameters));
+        if (arguments_.report) print(report_table(scene, parameters));
+        for (auto& response : responses_) response->commit();
+        if (echogram_) echogram_->commit();
+        if (report_) report_->commit();
+    }
+
+ private:
+    const Arguments& arguments_;
+    std::vector<std::unique_ptr<WavWriter>> responses_;
+    std::optional<OutputFile> echogram_;
+    std::optional<OutputFile> report_;
+};
+
+}  // namespace
+
+int render(const Arguments& arguments) {
+    Session session(read_scene(arguments), arguments.session);
+    ProgressBar bar("rendering", arguments.quiet);
+    const bool done = session.render(arguments.offline, std::ref(bar));
+    warn(session.warnings(), arguments.quiet);
+    return done ? 0 : interrupted_status();
+}
+
+int measure(const Arguments& arguments) {
+    const Scene scene = read_scene(arguments);
+    MeasurementFiles files(arguments, scene);
+    const auto hrtf =
+        arguments.ir ? hrtf_for(arguments.session, arguments.session.sample_rate_hz) : nullptr;
+    ProgressBar bar("measuring", arguments.quiet);
+    const auto measurement = measure(scene, arguments.frames, std::ref(bar));
+    if (!measurement) return interrupted_status();
+    files.write(scene, *measurement, hrtf);
+    return 0;
+}
+
+}  // namespace aula

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <termios.h>
+
+#include <optional>
+#include <string>
+
+namespace aula {
+
+enum class Key { forward, back, left, right, turn_left, turn_right, help, quit };
+
+/// Single keys from standard input while alive, without echo; the terminal is as before
+/// afterwards. Does nothing where standard input is no terminal, or not ours to read.
+class KeyInput {
+ public:
+    KeyInput();
+    ~KeyInput();
+    KeyInput(const KeyInput&) = delete;
+    KeyInput& operator=(const KeyInput&) = delete;
+
+    bool active() const { return saved_.has_value(); }
+
+    /// The next key, waiting for it up to a time; empty if none of ours was pressed.
+    std::optional<Key> read(int timeout_ms);
+
+ private:
+    std::optional<termios> saved_;
+};
+
+/// One line on standard error that is written over again and again; nothing where that is no
+/// terminal.
+class StatusLine {
+ public:
+    explicit StatusLine(bool wanted);
+    ~StatusLine();
+    StatusLine(const StatusLine&) = delete;
+    StatusLine& operator=(const StatusLine&) = delete;
+
+    bool visible() const { return visible_; }
+
+    /// Shows a line, cut to the terminal's width.
+    void show(const std::string& text);
+
+    /// Wipes it out, to make room for other output.
+    void clear();
+
+ private:
+    bool visible_;
+    bool shown_ = false;
+};
+
+}  // namespace aula
