@@ -1,0 +1,187 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <functional>
+
+#include "tests/support/program.h"
+#include "tests/support/small_scenes.h"
+
+namespace {
+
+using namespace aula::test;
+
+ProgramResult aula_with(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), AULA_PROGRAM);
+    return run_program(arguments);
+}
+
+std::string with(std::string scene, const std::string& from, const std::string& to) {
+    const std::size_t at = scene.find(from);
+    REQUIRE(at != std::string::npos);
+    return scene.replace(at, from.size(), to);
+}
+
+/// The program says one line that begins with "aula: " and holds all of `parts`, exits with 2 and
+/// leaves the folder as it was.
+void require_refused(const TemporaryFolder& folder, std::vector<std::string> arguments,
+                     const std::vector<std::string>& parts) {
+    const auto before = names_in(folder.path());
+    const ProgramResult result = aula_with(std::move(arguments));
+    INFO("standard error: " << result.err);
+    CHECK(result.status == 2);
+    CHECK(result.out.empty());
+    CHECK(result.err.rfind("aula: ", 0) == 0);
+    CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
+    CHECK(result.err.find("expected") != std::string::npos);
+    for (const std::string& part : parts) {
+        INFO("expected part: " << part);
+        CHECK(result.err.find(part) != std::string::npos);
+    }
+    CHECK(names_in(folder.path()) == before);
+}
+
+}  // namespace
+
+TEST_CASE("Bad arguments are refused in one line, with status 2") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const std::string out = folder.path() / "out.wav";
+    struct Bad {
+        std::vector<std::string> arguments;
+        std::vector<std::string> parts;
+    };
+    const std::vector<Bad> all = {
+        {{}, {"SCENE"}},
+        {{scene, scene}, {"one argument too many"}},
+        {{"check"}, {"SCENE"}},
+        {{scene, "--no-such-option"}, {"--no-such-option"}},
+        {{scene, "--rays"}, {"--rays"}},
+        {{scene, "--offline", out, "--rays", "0"}, {"--rays", "\"0\"", "from 1"}},
+        {{scene, "--offline", out, "--rays", "many"}, {"--rays", "\"many\"", "whole number"}},
+        {{scene, "--offline", out, "--rays", "10.5"}, {"--rays", "10.5"}},
+        {{scene, "--offline", out, "--seed", "-1"}, {"--seed", "-1"}},
+        {{scene, "--offline", out, "--response-time", "nan"}, {"--response-time"}},
+        {{scene, "--offline", out, "--ir-length", "11"}, {"--ir-length", "at most 10"}},
+        {{scene, "--offline", out, "--duration", "0"}, {"--duration", "above 0"}},
+        {{scene, "--offline", out, "--estimator", "magic"}, {"--estimator", "dpc-published"}},
+        {{scene, "--offline", out, "--output", "stereo"}, {"--output", "binaural"}},
+        {{scene, "--offline", out, "--format", "mp3"}, {"--format", "pcm24"}},
+        {{scene, "--offline", out, "--block", "100"}, {"--block", "power of two"}},
+        {{scene, "--offline", out, "--ambisonic-order", "3"}, {"--ambisonic-order"}},
+        {{scene, "--offline", out, "--position", "1,2"}, {"--position", "x,y,z"}},
+        {{scene, "--offline", out, "--source-position", "hiss"}, {"NAME=x,y,z"}},
+        {{scene, "--offline", out, "--source-position", "bell=1,1,1"}, {"bell", "hiss"}},
+        {{scene, "--offline", out, "--report"}, {"--offline", "--report"}},
+        {{scene, "--offline", folder.path() / "none/out.wav"}, {"none/out.wav"}},
+        {{scene, "--echogram", folder.path() / "none/out.csv"}, {"none/out.csv"}},
+        {{scene, "--echogram", folder.path()}, {folder.path()}},
+        {{scene, "--offline", out, "--hrtf", folder.path() / "none.sofa"}, {"none.sofa"}},
+    };
+    for (const Bad& bad : all) require_refused(folder, bad.arguments, bad.parts);
+}
+
+TEST_CASE("Bad scenes are refused in one line that names the place, with status 2") {
+    const TemporaryFolder folder;
+    folder.write("words.wav", "these are words, not sound");
+    struct Bad {
+        std::string text;
+        std::string place;
+    };
+    const std::vector<Bad> all = {
+        {"{\"aula\": 1,, }", "bad.json: line 1"},
+        {with(kSmallRoom, "\"aula\": 1", "\"aula\": 9"), "bad.json: /aula"},
+        {with(kSmallRoom, "\"simulation\"", "\"simulatoin\""), "simulatoin"},
+        {with(kSmallRoom, "\"absorption\": 0.3", "\"absorption\": 1.3"),
+         "bad.json: /materials/wall/absorption"},
+        {with(kSmallRoom, "\"material\": \"wall\"", "\"material\": \"jelly\""),
+         "bad.json: /geometry/0/material"},
+        {with(kSmallRoom, "[1.2, 1.1, 1.5]", "[1.2, 1.1]"), "bad.json: /sources/0/position"},
+        {with(kSmallRoom, "\"t\": 1", "\"t\": -1"), "bad.json: /listener/path/points/1/t"},
+        {with(kSmallRoom, "\"noise\"", "\"none.wav\""), "bad.json: /sources/0/signal"},
+        {with(kSmallRoom, "\"noise\"", "\"words.wav\""), "words.wav"},
+        {with(kSmallRoom, "\"rays\": 200", "\"rays\": 0"), "bad.json: /simulation/rays"},
+    };
+    for (const Bad& bad : all) {
+        const std::string scene = folder.write("bad.json", bad.text);
+        require_refused(folder, {scene, "--offline", folder.path() / "out.wav"}, {bad.place});
+    }
+}
+
+TEST_CASE("A scene that is not there, or is a folder, is refused") {
+    const TemporaryFolder folder;
+    require_refused(folder, {folder.path() / "none.json"}, {"none.json"});
+    require_refused(folder, {folder.path()}, {folder.path()});
+}
+
+TEST_CASE("Help and version go to standard output with status 0") {
+    const ProgramResult help = aula_with({"--help"});
+    REQUIRE(help.status == 0);
+    REQUIRE(help.err.empty());
+    for (const char* option : {"--offline",
+                               "--ir",
+                               "--echogram",
+                               "--report",
+                               "--frames",
+                               "--position",
+                               "--source-position",
+                               "--estimator",
+                               "--rays",
+                               "--order",
+                               "--specular-order",
+                               "--response-time",
+                               "--patch-size",
+                               "--listener-radius",
+                               "--frame-rate",
+                               "--ir-length",
+                               "--seed",
+                               "--threads",
+                               "--memory-mb",
+                               "--duration",
+                               "--output",
+                               "--ambisonic-order",
+                               "--hrtf",
+                               "--format",
+                               "--sample-rate",
+                               "--block",
+                               "--device",
+                               "--list-devices",
+                               "--no-window",
+                               "--quiet",
+                               "--version",
+                               "--bin-ms"}) {
+        INFO(option);
+        CHECK(help.out.find(option) != std::string::npos);
+    }
+    const ProgramResult version = aula_with({"--version"});
+    REQUIRE(version.status == 0);
+    REQUIRE(version.out.rfind("aula ", 0) == 0);
+}
+
+TEST_CASE("A disk that is full is said so, with status 1") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kFreeField);
+    const ProgramResult result = aula_with({scene, "--frames", "1", "--echogram", "/dev/full"});
+    INFO(result.err);
+    REQUIRE(result.status == 1);
+    REQUIRE(result.err.rfind("aula: ", 0) == 0);
+}
+
+TEST_CASE("Words in place of the scene are commands; a file of that name is opened as ./info") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const ProgramResult info = aula_with({"info", scene});
+    INFO(info.err);
+    REQUIRE(info.status == 0);
+    // 5 x 4 x 3 m
+    CHECK(info.out.find("94.0 m2") != std::string::npos);
+    CHECK(info.out.find("60.0 m3\n") != std::string::npos);
+    const ProgramResult check = aula_with({"check", scene});
+    CHECK(check.status == 0);
+    CHECK(check.out.find("ok, 12 triangles") != std::string::npos);
+    const ProgramResult materials = aula_with({"materials"});
+    CHECK(materials.status == 0);
+    for (const char* name : {"plaster", "wood", "concrete", "brick", "glass", "carpet", "water"})
+        CHECK(materials.out.find(name) != std::string::npos);
+    folder.write("info", kSmallRoom);
+    const ProgramResult file = aula_with({"check", (folder.path() / "info").string()});
+    CHECK(file.status == 0);
+}

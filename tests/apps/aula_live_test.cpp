@@ -1,0 +1,135 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "audio/sound_file.h"
+#include "tests/support/jack_server.h"
+#include "tests/support/program.h"
+
+namespace {
+
+using namespace aula::test;
+
+constexpr double kRate_hz = 48000;
+
+/// Sound of an octave around a centre: two band-pass biquads in a row, -3 dB at the edges each.
+std::vector<double> octave(const std::vector<float>& samples, double centre_hz) {
+    const double w = 2 * std::numbers::pi * centre_hz / kRate_hz;
+    const double alpha = std::sin(w) / (2 * std::numbers::sqrt2);
+    std::vector<double> out(samples.begin(), samples.end());
+    for (int stage = 0; stage < 2; ++stage) {
+        double x1 = 0, x2 = 0, y1 = 0, y2 = 0;
+        for (double& x : out) {
+            const double y =
+                (alpha * (x - x2) + 2 * std::cos(w) * y1 - (1 - alpha) * y2) / (1 + alpha);
+            x2 = std::exchange(x1, x);
+            y2 = std::exchange(y1, y);
+            x = y;
+        }
+    }
+    return out;
+}
+
+/// The lag in samples at which `late` is most like `early`: first by their loudness in
+/// milliseconds, then by the samples themselves.
+std::size_t lag(const std::vector<float>& early, const std::vector<float>& late) {
+    constexpr std::size_t kMillisecond = 48;
+    const auto best = [](const std::vector<float>& a, const std::vector<float>& b, std::size_t from,
+                         std::size_t to) {
+        std::size_t best_lag = from;
+        double best_product = -1;
+        for (std::size_t l = from; l <= to; ++l) {
+            double product = 0;
+            for (std::size_t i = 0; i < a.size() && i + l < b.size(); ++i)
+                product += static_cast<double>(a[i]) * static_cast<double>(b[i + l]);
+            if (product > best_product) {
+                best_product = product;
+                best_lag = l;
+            }
+        }
+        return best_lag;
+    };
+    const auto loudness = [](const std::vector<float>& samples) {
+        std::vector<float> out(samples.size() / kMillisecond);
+        for (std::size_t i = 0; i < out.size() * kMillisecond; ++i)
+            out[i / kMillisecond] += std::abs(samples[i]);
+        return out;
+    };
+    const auto a = loudness(early);
+    const auto b = loudness(late);
+    const std::size_t coarse = kMillisecond * best(a, b, 0, b.size() / 2);
+    const std::size_t from = coarse - std::min(coarse, 3 * kMillisecond);
+    return best(early, late, from, coarse + 3 * kMillisecond);
+}
+
+}  // namespace
+
+TEST_CASE("Live on a JACK server nothing underruns, and what is heard is what is rendered") {
+    const TemporaryFolder folder;
+    const std::string scene = AULA_SOURCE_DIR "/scenes/two_rooms.json";
+    const std::string heard_file = folder.path() / "heard.wav";
+    const std::string rendered_file = folder.path() / "rendered.wav";
+    const JackServer server(256);
+    if (!server.running()) {
+        WARN("skipped: no JACK server can run here");
+        return;
+    }
+    JackRecording recording(heard_file, 20);
+    if (!recording.running()) {
+        WARN("skipped: jack_capture cannot run here");
+        return;
+    }
+    const ProgramResult live = run_program({AULA_PROGRAM, scene, "--no-window"});
+    recording.wait();
+    INFO(live.err);
+    REQUIRE(live.status == 0);
+    REQUIRE(live.err.find("underruns 0,") != std::string::npos);
+    // Where propagation cannot keep up the walk is heard late, and no comparison is fair.
+    unsigned frames = 0;
+    unsigned late = 0;
+    const std::size_t counts = live.err.find("frames ");
+    REQUIRE(std::sscanf(live.err.c_str() + counts, "frames %u (%u late)", &frames, &late) == 2);
+    if (10 * late > frames) {
+        WARN("skipped: this machine is too busy: " << live.err);
+        return;
+    }
+    const ProgramResult offline = run_program({AULA_PROGRAM, scene, "--offline", rendered_file});
+    REQUIRE(offline.status == 0);
+
+    const auto heard = aula::read_sound(heard_file, kRate_hz).samples;
+    const auto rendered = aula::read_sound(rendered_file, kRate_hz).samples;
+    const std::size_t shift = lag(rendered, heard);
+    REQUIRE(shift + rendered.size() / 2 < heard.size());
+
+    // The listener is heard one frame later live, 1/30 s: the walk is 5 cm behind. 1 dB is the
+    // just noticeable difference of level. What is 40 dB below the loudest half second is pauses.
+    constexpr std::size_t kHalfSecond = 24000;
+    constexpr double kPauses = 1e-4;
+    std::size_t compared = 0;
+    for (const double centre_hz : {250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0}) {
+        const auto a = octave(rendered, centre_hz);
+        const auto b = octave(heard, centre_hz);
+        std::vector<std::pair<double, double>> energies;
+        for (std::size_t at = 0; at + kHalfSecond <= a.size(); at += kHalfSecond) {
+            if (at + shift + kHalfSecond > b.size()) break;
+            auto& [rendered_energy, heard_energy] = energies.emplace_back(0, 0);
+            for (std::size_t i = at; i < at + kHalfSecond; ++i) {
+                rendered_energy += a[i] * a[i];
+                heard_energy += b[i + shift] * b[i + shift];
+            }
+        }
+        const double loudest = std::max_element(energies.begin(), energies.end())->first;
+        for (std::size_t window = 0; window < energies.size(); ++window) {
+            const auto [rendered_energy, heard_energy] = energies[window];
+            if (rendered_energy < kPauses * loudest) continue;
+            INFO(centre_hz << " Hz, from " << 0.5 * static_cast<double>(window) << " s");
+            CHECK(10 * std::log10(heard_energy / rendered_energy) == Approx(0).margin(1));
+            ++compared;
+        }
+    }
+    REQUIRE(compared > 60);
+}

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/support/temporary_folder.h"
+
+namespace aula::test {
+
+/// Names of what is in a folder, sorted.
+std::vector<std::string> names_in(const std::filesystem::path& folder);
+
+std::string read_file(const std::filesystem::path& file);
+
+/// How a program ended and what it said.
+struct ProgramResult {
+    int status = -1;  ///< exit status; 128 + signal if a signal ended it
+    std::string out;
+    std::string err;
+};
+
+/// A program running with standard input from /dev/null and output to files.
+class Program {
+ public:
+    explicit Program(const std::vector<std::string>& command);
+
+    void signal(int number) const;
+    bool running();
+    ProgramResult wait();
+
+ private:
+    TemporaryFolder folder_;
+    pid_t pid_ = -1;
+    int wait_status_ = 0;
+    bool ended_ = false;
+};
+
+/// Runs a program to its end.
+ProgramResult run_program(const std::vector<std::string>& command);
+
+}  // namespace aula::test

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+
+namespace aula::test {
+
+/// A source 3.432 m in front of the listener, 10 ms away, and nothing else.
+inline const std::string kFreeField = R"({
+  "aula": 1,
+  "medium": {"air_absorption": false},
+  "sources": [{"name": "click", "position": [3.432, 0, 0], "signal": "impulse"}],
+  "listener": {"position": [0, 0, 0]}
+})";
+
+/// A small lively room with noise, and a walk of one second.
+inline const std::string kSmallRoom = R"({
+  "aula": 1,
+  "geometry": [{"box": [5, 4, 3], "material": "wall"}],
+  "materials": {"wall": {"absorption": 0.3, "scattering": 0.5}},
+  "sources": [{"name": "hiss", "position": [1.2, 1.1, 1.5], "signal": "noise", "gain_db": -6}],
+  "listener": {"position": [3.7, 2.9, 1.2], "path": {"points": [
+    {"t": 0, "position": [3.7, 2.9, 1.2], "yaw_deg": 180},
+    {"t": 1, "position": [2.5, 2.9, 1.2], "yaw_deg": 120}]}},
+  "simulation": {"rays": 200, "ir_length_s": 0.5}
+})";
+
+}  // namespace aula::test
