@@ -142,6 +142,25 @@ TEST_CASE("meshes that cannot be used are refused with the reason") {
     CHECK_FALSE(reason("text.glb", "this is no mesh").empty());
     CHECK_FALSE(reason("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n# no face here\n").empty());
     CHECK_FALSE(reason("mesh.unknown", "x").empty());
+    CHECK_THAT(reason("endless.ply", "ply\nformat ascii 1.0\nelement vertex 3\nend_headers\n"),
+               Contains("end_header"));
+}
+
+TEST_CASE("a concave polygon of a mesh file is covered once") {
+    const aula::ImportedMesh mesh =
+        import("l.obj", "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nf 4 5 6 1 2 3\n");
+    float area = 0;
+    for (const auto& [a, b, c] : mesh.triangles) {
+        const auto& v = mesh.vertices;
+        area += glm::length(glm::cross(v[b] - v[a], v[c] - v[a])) / 2;
+    }
+    CHECK(area == Approx(3));
+}
+
+TEST_CASE("a face with too few or repeated corners does not harm the others") {
+    const aula::ImportedMesh mesh =
+        import("odd.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 1 1 1 1\nf 1 2\nf 1 2 3\nf 1 2 1 2\n");
+    CHECK(mesh.triangles.size() == 1);
 }
 
 TEST_CASE("glTF is y up and the others z up unless the scene says otherwise") {
