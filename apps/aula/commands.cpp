@@ -95,7 +95,7 @@ void print_row(const char* label, const Bands& values, int decimals) {
 }
 
 void print_point(const char* label, const Vec3& p) {
-    std::printf("%-16s%.2f, %.2f, %.2f m\n", label, static_cast<double>(p.x),
+    std::printf("%-15s %.2f, %.2f, %.2f m\n", label, static_cast<double>(p.x),
                 static_cast<double>(p.y), static_cast<double>(p.z));
 }
 
