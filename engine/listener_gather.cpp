@@ -16,7 +16,12 @@ constexpr int kBatchRays = 128;
 constexpr std::size_t kChunks = 8;  // of hits, each summed by itself whatever the threads
 
 /// A mirror ray below this weight in every band plays roulette.
-constexpr float kRouletteWeight = 0.25F;
+constexpr float kRouletteWeight = 0.7F;
+
+/// From here on, where the sound field is diffuse, the first kLateShare of the rays (of a
+/// low-discrepancy sequence, so evenly spread themselves) stand for all.
+constexpr double kLate_s = 0.512;
+constexpr float kLateShare = 0.25F;
 
 struct MirrorRay {
     Ray ray;
@@ -24,6 +29,7 @@ struct MirrorRay {
     Bands weight = Bands::filled(1);
     float length_m = 0;
     int order = 1;
+    bool late = false;
     RandomStream random;
 };
 
@@ -37,6 +43,7 @@ void trace_batch(const RayScene& scene, const PatchGrid& grid, const Vec3& liste
         r.first_direction = uniform_direction(sobol.point(static_cast<std::uint32_t>(i)));
         r.ray = {listener, r.first_direction, settings.max_length_m};
         r.random = RandomStream(derive_seed(frame_seed, 2, i));
+        r.late = static_cast<float>(i) < kLateShare * static_cast<float>(settings.rays);
         rays.push_back(r);
     }
     std::vector<Ray> queries;
@@ -64,7 +71,7 @@ void trace_batch(const RayScene& scene, const PatchGrid& grid, const Vec3& liste
                 // fluence is radiance times solid angle, 4 pi / M for each of M rays:
                 // 4 pi / M * B / (pi A) = 4 / (M A) * B.
                 const float factor = 4 / (static_cast<float>(settings.rays) * area_m2);
-                out.push_back({patch, r.length_m, r.first_direction, r.weight * factor});
+                out.push_back({patch, r.length_m, r.first_direction, r.weight * factor, r.late});
             }
             if (settings.order > 0 && r.order == settings.order) continue;
             r.weight *= complement(material.scattering) * complement(material.absorption);
@@ -132,15 +139,58 @@ void convert_row(const std::int64_t* sums, std::size_t first_bin, std::size_t en
     }
 }
 
+/// Adds `count` bins that are as wide as the output's: each leaves the share `stays` in the output
+/// bin of its number and gives the rest to the next. One value is a bin's `kWide` numbers.
+template <std::size_t kWide>
+inline void add_equal_bins(const float* in, std::size_t count, float stays, const float* weight,
+                           float* out) {
+    float keep[kWide];
+    float pass[kWide];
+    for (std::size_t b = 0; b < kWide; ++b) {
+        keep[b] = stays * weight[b];
+        pass[b] = (1 - stays) * weight[b];
+    }
+    for (std::size_t b = 0; b < kWide; ++b) out[b] += keep[b] * in[b];
+    for (std::size_t k = 1; k < count; ++k) {
+        for (std::size_t b = 0; b < kWide; ++b) {
+            out[k * kWide + b] += keep[b] * in[k * kWide + b] + pass[b] * in[(k - 1) * kWide + b];
+        }
+    }
+    for (std::size_t b = 0; b < kWide; ++b) {
+        out[count * kWide + b] += pass[b] * in[(count - 1) * kWide + b];
+    }
+}
+
+/// As add_equal_bins, one number of a bin times the four of a direction.
+inline void add_equal_sums(const float* sum, std::size_t count, float stays, const float* direction,
+                           float* out) {
+    float before = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+        const float here = stays * sum[k] + (1 - stays) * before;
+        before = sum[k];
+        for (std::size_t axis = 0; axis < 4; ++axis) out[k * 4 + axis] += direction[axis] * here;
+    }
+    for (std::size_t axis = 0; axis < 4; ++axis) {
+        out[count * 4 + axis] += direction[axis] * (1 - stays) * before;
+    }
+}
+
 /// Adds bins [bin, end) of one width, of which the first begins `x` of an output bin after the
-/// start of output bin `out`, until the output's width changes at out_end. Energy is uniform in
-/// time inside a bin: the share before the next output edge stays, the rest goes on. Returns the
-/// bin after the last one added; `x` and `out` follow.
+/// start of output bin `out`, until the output's width changes at out_end. An output bin is
+/// 1 / `ratio` times as wide, `ratio` <= 1. Energy is uniform in time inside a bin: the share
+/// before the next output edge stays, the rest goes on. Returns the bin after the last one added.
 AULA_MULTIVERSION
 std::size_t add_bins(const float* energy, const float* sum, std::size_t bin, std::size_t end,
-                     float ratio, const float* weight, const float* direction, float& x,
-                     std::size_t& out, std::size_t out_end, float* out_energy,
+                     float ratio, const float* weight, const float* direction, float x,
+                     std::size_t out, std::size_t out_end, float* out_energy,
                      float* out_direction) {
+    if (ratio > 0.999F) {
+        const std::size_t count = std::min(end - bin, out_end - out);
+        add_equal_bins<kBandCount>(energy + bin * kBandCount, count, 1 - x, weight,
+                                   out_energy + out * kBandCount);
+        add_equal_sums(sum + bin, count, 1 - x, direction, out_direction + out * 4);
+        return bin + count;
+    }
     for (; bin < end && out < out_end; ++bin) {
         const float stays = std::min(1.0F, (1 - x) / ratio);
         const float goes = 1 - stays;
@@ -163,25 +213,29 @@ std::size_t add_bins(const float* energy, const float* sum, std::size_t bin, std
     return bin;
 }
 
-void add_row(const FloatRow& row, const GatherHit& hit, const TimeBins& bins,
-             const std::vector<Region>& regions, double shift_s, Partial& partial) {
+/// Adds bins [first_bin, end_bin) of a row, `factor` times, later by `shift_s`.
+void add_row(const FloatRow& row, std::size_t first_bin, std::size_t end_bin, float factor,
+             const GatherHit& hit, const TimeBins& bins, const std::vector<Region>& regions,
+             double shift_s, Partial& partial) {
     // The direction carries the energy of all bands: the mean weight by the row's own spectrum.
+    const Bands weight = hit.weight * factor;
     float weighted = 0;
-    for (std::size_t b = 0; b < kBandCount; ++b) weighted += hit.weight[b] * row.total[b];
+    for (std::size_t b = 0; b < kBandCount; ++b) weighted += weight[b] * row.total[b];
     const float mean_weight = weighted / row.total.sum();
     const std::array<float, 4> direction{hit.direction.x * mean_weight,
                                          hit.direction.y * mean_weight,
                                          hit.direction.z * mean_weight, 0};
     for (const Region& in : regions) {
-        std::size_t bin = std::max(row.first_bin, in.first_bin);
-        const std::size_t end = std::min(row.end_bin, in.end_bin);
+        std::size_t bin = std::max(first_bin, in.first_bin);
+        const std::size_t end = std::min(end_bin, in.end_bin);
         while (bin < end) {
             const double begin_s = bins.begin_s(bin) + shift_s;
-            std::size_t out = bins.index(begin_s);
+            const std::size_t out = bins.index(begin_s);
             if (out >= bins.count()) return;
             const auto region = std::find_if(regions.begin(), regions.end(),
                                              [&](const Region& r) { return out < r.end_bin; });
-            auto x = static_cast<float>((begin_s - bins.begin_s(out)) / double{region->width_s});
+            const auto x =
+                static_cast<float>((begin_s - bins.begin_s(out)) / double{region->width_s});
             bin =
                 add_bins(row.energy.data(), row.sum.data(), bin, end, in.width_s / region->width_s,
                          hit.weight.value.data(), direction.data(), x, out, region->end_bin,
@@ -208,8 +262,9 @@ std::vector<GatherHit> trace_gather(const RayScene& scene, const PatchGrid& grid
         hits.insert(hits.end(), found[i].begin(), found[i].end());
         segments += counts[i];
     }
-    std::stable_sort(hits.begin(), hits.end(),
-                     [](const GatherHit& a, const GatherHit& b) { return a.patch < b.patch; });
+    std::stable_sort(hits.begin(), hits.end(), [](const GatherHit& a, const GatherHit& b) {
+        return a.patch != b.patch ? a.patch < b.patch : a.late && !b.late;
+    });
     return hits;
 }
 
@@ -227,6 +282,7 @@ void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, W
         FloatRow row;
         row.energy.resize(bins.count() * kBandCount);
         row.sum.resize(bins.count());
+        const std::size_t late_bin = bins.index(kLate_s);
         std::uint32_t present = PatchGrid::kNone;
         for (std::size_t i = hits.size() * chunk / kChunks; i < hits.size() * (chunk + 1) / kChunks;
              ++i) {
@@ -236,10 +292,15 @@ void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, W
             if (source.end_bin == 0) continue;
             if (hit.patch != present) {
                 present = hit.patch;
-                row.first_bin = source.first_bin;
-                row.end_bin = source.end_bin;
-                convert_row(source.sum.get(), row.first_bin, row.end_bin, scale, row.energy.data(),
+                row.first_bin = row.end_bin = source.first_bin;
+            }
+            // Late hits come first among those of a patch, so that a row is converted once.
+            const std::size_t end_bin =
+                hit.late ? source.end_bin : std::min<std::size_t>(source.end_bin, late_bin);
+            if (row.end_bin < end_bin) {
+                convert_row(source.sum.get(), row.end_bin, end_bin, scale, row.energy.data(),
                             row.sum.data());
+                row.end_bin = end_bin;
                 row.total = {};
                 for (std::size_t k = row.first_bin; k < row.end_bin; ++k) {
                     for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -248,8 +309,13 @@ void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, W
                 }
             }
             if (!(row.total.sum() > 0)) continue;
-            add_row(row, hit, bins, regions,
-                    double{hit.length_m} / double{response.speed_of_sound_m_s}, partial);
+            const double shift_s = double{hit.length_m} / double{response.speed_of_sound_m_s};
+            add_row(row, row.first_bin, std::min(end_bin, late_bin), 1, hit, bins, regions, shift_s,
+                    partial);
+            if (hit.late) {
+                add_row(row, std::max(row.first_bin, late_bin), end_bin, 1 / kLateShare, hit, bins,
+                        regions, shift_s, partial);
+            }
         }
     });
     for (const Partial& partial : partials) {

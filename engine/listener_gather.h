@@ -18,6 +18,7 @@ struct GatherHit {
     float length_m = 0;
     Vec3 direction{0};  ///< unit, from the listener
     Bands weight;       ///< 4 / (M A) * mirror legs * air, 1/m2
+    bool late = false;  ///< of the rays that stand for all in the late part of the response
 };
 
 struct GatherSettings {
@@ -28,7 +29,8 @@ struct GatherSettings {
 };
 
 /// Traces M low-discrepancy rays from a listener; at partly specular surfaces they go on as mirror
-/// rays. Hits come sorted by patch. Adds to `segments`. [propagation thread]
+/// rays. Hits come sorted by patch,
+/// late ones first. Adds to `segments`. [propagation thread]
 std::vector<GatherHit> trace_gather(const RayScene& scene, const PatchGrid& grid,
                                     const Vec3& listener, const GatherSettings& settings,
                                     std::uint64_t frame_seed, WorkerPool& workers,

@@ -44,9 +44,10 @@ void PatchCache::add_frame(const Vec3& source, double travel_m, int rays, std::s
                            std::span<TraceBatch> batches, WorkerPool& workers) {
     if (rows_.size() < patch_count) rows_.resize(patch_count);
     Frame frame{source, travel_m, static_cast<std::uint64_t>(rays), {}};
-    for (TraceBatch& batch : batches) {
-        frame.deposits.push_back(batch.deposits);
-        frame.deposits.back().shrink_to_fit();
+    frame.deposits = std::move(spare_);
+    frame.deposits.resize(batches.size());
+    for (std::size_t i = 0; i < batches.size(); ++i) {
+        std::swap(frame.deposits[i], batches[i].deposits);
     }
     const bool changed =
         !log_.empty() && (log_.back().source != source || log_.back().travel_m != travel_m);
@@ -83,6 +84,7 @@ void PatchCache::add_frame(const Vec3& source, double travel_m, int rays, std::s
         if (kept > 0 && bytes > log_bytes_) break;
         ++kept;
     }
+    if (kept < log_.size()) spare_ = std::move(log_.front().deposits);
     log_.erase(log_.begin(), log_.end() - static_cast<std::ptrdiff_t>(kept));
 }
 
@@ -106,7 +108,13 @@ void PatchCache::apply(const Frame& frame, std::int64_t sign, WorkerPool& worker
     const auto jobs = static_cast<std::size_t>(workers.threads());
     workers.run(jobs, [&](std::size_t job) {
         for (const auto& batch : frame.deposits) {
-            for (const Deposit& deposit : batch) {
+            for (std::size_t i = 0; i < batch.size(); ++i) {
+                // Sums lie scattered in memory: ask for those that come soon.
+                if (const std::size_t soon = i + 8; soon < batch.size()) {
+                    const auto& sum = rows_[batch[soon].patch].sum;
+                    if (sum) __builtin_prefetch(&sum[batch[soon].bin * kBandCount], 1);
+                }
+                const Deposit& deposit = batch[i];
                 if (deposit.patch % jobs != job) continue;
                 Row& row = rows_[deposit.patch];
                 if (!row.sum) {

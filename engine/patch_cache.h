@@ -37,7 +37,8 @@ class PatchCache {
     bool complete(const Vec3& source, double travel_m) const;
 
     /// Takes the deposits of one frame, for a source position and the distance that anything in
-    /// the scene has moved since the start. Takes the batches' deposits over.
+    /// the scene has moved since the start. Takes the batches' deposits over; what is left in them
+    /// is to be cleared.
     void add_frame(const Vec3& source, double travel_m, int rays, std::size_t patch_count,
                    std::span<TraceBatch> batches, WorkerPool& workers);
 
@@ -68,9 +69,10 @@ class PatchCache {
     std::size_t log_bytes_;
     std::vector<Row> rows_;
     std::uint64_t emitted_ = 0;
-    std::size_t summed_frames_ = 0;     ///< frames that the sums hold, the newest ones
-    std::size_t unchanged_frames_ = 0;  ///< newest frames with one source position and scene
-    std::deque<Frame> log_;             ///< newest last; may be shorter than summed_frames_
+    std::size_t summed_frames_ = 0;            ///< frames that the sums hold, the newest ones
+    std::size_t unchanged_frames_ = 0;         ///< newest frames with one source position and scene
+    std::vector<std::vector<Deposit>> spare_;  ///< memory of a forgotten frame
+    std::deque<Frame> log_;                    ///< newest last; may be shorter than summed_frames_
 };
 
 }  // namespace aula
