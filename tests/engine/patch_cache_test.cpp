@@ -101,7 +101,8 @@ TEST_CASE("removing is exact: sums are those of the frames that are left") {
         std::vector<TraceBatch> batches;
         for (int i = 0; i < 100; ++i) batches.push_back(one_deposit(patch(random), energy(random)));
         const Vec3 source(0.05F * static_cast<float>(f), 0, 0);
-        if (f >= 46) fresh.add_frame(source, 0, 100, kPatches, batches, workers);
+        std::vector<TraceBatch> again = batches;
+        if (f >= 46) fresh.add_frame(source, 0, 100, kPatches, again, workers);
         moved.add_frame(source, 0, 100, kPatches, batches, workers);
     }
     REQUIRE(moved.emitted() == fresh.emitted());
