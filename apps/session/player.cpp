@@ -142,6 +142,9 @@ Player::State::State(const Scene& scene_in, const SessionOptions& options)
         rate_hz = refused.device_rate_hz();
         build(options);
         open_device(options);
+        warnings.push_back("the output device \"" + device->info().name + "\" plays at " +
+                           std::to_string(std::lround(rate_hz)) + " Hz, not at " +
+                           std::to_string(std::lround(options.sample_rate_hz)));
     }
     compute(0);
     publish();
