@@ -19,9 +19,9 @@ struct ImpulseResponse {
 };
 
 /// Turns energy responses into impulse responses: seeded white noise through a power-complementary
-/// octave filter bank (the carriers), each shaped by the square root of its band's energy and
-/// scaled so that the band's total is exact. The carriers never change, so from frame to frame only
-/// the energies are heard. Allocates. [propagation thread]
+/// octave filter bank, levelled over short times (the carriers), each shaped by the square root of
+/// its band's energy and scaled so that the band's total is exact. The carriers never change, so
+/// from frame to frame only the energies are heard. Allocates. [propagation thread]
 class ImpulseResponseBuilder {
  public:
     /// Responses last `length_s`; of a longer energy response the rest is left out, after a shorter

@@ -144,9 +144,9 @@ TEST_CASE("each octave decays at its own rate") {
         while (schroeder[begin][b] > schroeder[0][b] - 5) ++begin;
         while (schroeder[end][b] > schroeder[0][b] - 35) ++end;
         const double t30_s = 2 * static_cast<double>(end - begin) / kRate_hz;
-        // Statistical, fixed seed: 30 dB from two levels of the curve, each with a standard
-        // deviation of 4.3 dB / sqrt(707 Hz * T / 13.8) = 0.64 dB at 1 kHz: 3% of T; twice that.
-        CHECK(t30_s == Approx(time_s[b]).epsilon(0.06));
+        // Statistical, fixed seed: over 24 seeds the standard deviation of the fitted T30 is 0.7%
+        // at 1 kHz; two points of the curve in place of the fit have twice that. 3 of them.
+        CHECK(t30_s == Approx(time_s[b]).epsilon(0.04));
     }
 }
 
