@@ -1,0 +1,170 @@
+// aula-bench: measures Aula and prints tables.
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <iostream>
+
+#include "apps/bench/noise.h"
+#include "apps/bench/settings.h"
+#include "apps/bench/table.h"
+#include "apps/bench/tracking.h"
+#include "engine/error.h"
+#include "engine/scene_file.h"
+
+namespace {
+
+using aula::bench::Row;
+using aula::bench::Settings;
+using aula::bench::Subject;
+
+constexpr int kFailed = 1;
+constexpr int kBadInput = 2;
+
+/// Shows what is going on in one line of the terminal, if stderr is one.
+class ProgressLine {
+ public:
+    void show(const std::string& text) {
+        if (!terminal_) return;
+        std::cerr << "\r\033[K" << text << std::flush;
+    }
+    void clear() {
+        if (terminal_) std::cerr << "\r\033[K" << std::flush;
+    }
+
+ private:
+    bool terminal_ = isatty(STDERR_FILENO) != 0;
+};
+
+Subject load(const std::string& file, const Settings& settings) {
+    const aula::LoadedScene loaded = aula::load_scene(file);
+    for (const std::string& warning : loaded.warnings) {
+        std::cerr << "aula: warning: " << warning << "\n";
+    }
+    return Subject(std::filesystem::path(file).filename().string(), loaded.scene, settings);
+}
+
+class Bench {
+ public:
+    Bench(const Settings& settings, ProgressLine& progress)
+        : settings_(settings), progress_(progress) {}
+
+    void noise(const std::string& file) {
+        const Subject subject = load(file, settings_);
+        take("noise of " + subject.description(), aula::bench::noise_columns(),
+             aula::bench::measure_noise(subject, settings_));
+    }
+
+    void tracking(const std::string& file) {
+        const Subject subject = load(file, settings_);
+        take("tracking in " + subject.description(), aula::bench::tracking_columns(),
+             aula::bench::measure_tracking(subject, settings_));
+    }
+
+    const std::vector<Row>& rows() const { return rows_; }
+
+ private:
+    void take(const std::string& title, const std::vector<aula::bench::Column>& columns,
+              const std::vector<Row>& rows) {
+        progress_.clear();
+        if (rows_.empty()) std::cout << aula::bench::machine() << "\n";
+        std::cout << "\n" << title << "\n" << format_table(columns, rows) << std::flush;
+        rows_.insert(rows_.end(), rows.begin(), rows.end());
+    }
+
+    const Settings& settings_;
+    ProgressLine& progress_;
+    std::vector<Row> rows_;
+};
+
+int run(int argc, char** argv) {
+    CLI::App app{
+        "Measures Aula: each command prints a table of one row an estimator or a library."};
+    app.require_subcommand(1);
+    app.fallthrough();
+
+    Settings settings;
+    ProgressLine progress;
+    settings.progress = [&](const std::string& text) { progress.show(text); };
+
+    std::vector<std::string> estimators;
+    std::string json;
+    app.add_option("--estimator", estimators, "only this one: pt, dpc-published, dpc or patch")
+        ->allow_extra_args(false)
+        ->check(CLI::IsMember({"pt", "dpc-published", "dpc", "patch"}));
+    app.add_option("--rays", settings.rays, "per source and frame")->check(CLI::Range(1, 1 << 24));
+    app.add_option("--order", settings.order, "highest reflection order, 0: no limit")
+        ->check(CLI::Range(0, 1 << 20));
+    app.add_option("--response-time", settings.response_time_s, "tau in s")
+        ->check(CLI::Range(0.0, 3600.0));
+    app.add_option("--frames", settings.frames,
+                   "noise: publish after so many frames (tau times the frame rate)")
+        ->check(CLI::Range(1, 1 << 20));
+    app.add_option("--seed", settings.seed, "of all random numbers");
+    app.add_option("--threads", settings.threads, "of the propagation")->check(CLI::Range(1, 1024));
+    app.add_option("--restarts", settings.restarts, "noise: independent restarts")
+        ->capture_default_str()
+        ->check(CLI::Range(2, 1 << 20));
+    app.add_option("--positions", settings.positions, "tracking: places of the walk")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 1 << 10));
+    app.add_option("--reference-rays", settings.reference_rays,
+                   "at most, though the reference has not converged")
+        ->capture_default_str()
+        ->check(CLI::Range(1.0, 1e12));
+    app.add_option("--json", json, "write the rows to this file, too");
+
+    std::string scene;
+    std::vector<std::string> scenes;
+    CLI::App* noise = app.add_subcommand(
+        "noise", "how much a response differs from one restart to the next, beside its bias");
+    noise->add_option("SCENE", scene, "scene file")->required();
+    CLI::App* tracking =
+        app.add_subcommand("tracking", "the error while the listener or the source walks");
+    tracking->add_option("SCENE", scene, "scene file")->required();
+    CLI::App* all = app.add_subcommand("all", "everything");
+    all->add_option("SCENE", scenes, "scene files")->required();
+
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::Success& e) {
+        return app.exit(e);
+    } catch (const CLI::ParseError& e) {
+        std::cerr << "aula-bench: " << e.what() << "\n";
+        return kBadInput;
+    }
+    if (!estimators.empty()) {
+        settings.estimators.clear();
+        for (const std::string& name : estimators) {
+            settings.estimators.push_back(*aula::estimator_from_name(name));
+        }
+    }
+
+    try {
+        Bench bench(settings, progress);
+        if (*noise) bench.noise(scene);
+        if (*tracking) bench.tracking(scene);
+        if (*all) {
+            for (const std::string& file : scenes) {
+                bench.noise(file);
+                bench.tracking(file);
+            }
+        }
+        if (!json.empty()) aula::bench::write_json(json, bench.rows());
+    } catch (const aula::Error& e) {
+        progress.clear();
+        std::cerr << "aula-bench: " << e.what() << "\n";
+        return kBadInput;
+    } catch (const std::exception& e) {
+        progress.clear();
+        std::cerr << "aula-bench: " << e.what() << "\n";
+        return kFailed;
+    }
+    return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) { return run(argc, argv); }

@@ -1,0 +1,67 @@
+#include "apps/bench/settings.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <thread>
+
+#include "engine/error.h"
+
+namespace aula::bench {
+
+Subject::Subject(std::string scene_name, const Scene& given, const Settings& settings)
+    : name(std::move(scene_name)), scene(given) {
+    if (scene.sources.empty()) throw Error(name, "/sources", "is empty; expected a source");
+    scene.sources.resize(1);
+    Simulation& s = scene.simulation;
+    s.rays = settings.rays.value_or(s.rays);
+    s.order = settings.order.value_or(s.order);
+    s.response_time_s = settings.response_time_s.value_or(s.response_time_s);
+    s.seed = settings.seed.value_or(s.seed);
+    if (settings.threads) s.threads = settings.threads;
+    threads =
+        s.threads.value_or(std::max(1, static_cast<int>(std::thread::hardware_concurrency()) - 1));
+    s.threads = threads;
+    frames = settings.frames.value_or(s.window_frames());
+}
+
+Simulation Subject::simulation(Estimator estimator, int rays) const {
+    Simulation s = scene.simulation;
+    s.estimator = estimator;
+    s.rays = rays;
+    return s;
+}
+
+std::string Subject::description() const {
+    const Simulation& s = scene.simulation;
+    std::size_t triangles = 0;
+    for (const Object& object : scene.objects) triangles += object.triangles.size();
+    std::array<char, 256> text{};
+    std::snprintf(text.data(), text.size(),
+                  "%s: %zu triangles, order %s, tau %g s, %d frames at %g Hz, lambda %g m, "
+                  "detector %g m, seed %llu, %d thread%s",
+                  name.c_str(), triangles,
+                  s.order == 0 ? "unlimited" : std::to_string(s.order).c_str(),
+                  double{s.response_time_s}, frames, double{s.frame_rate_hz},
+                  double{s.patch_size_m}, double{s.listener_radius_m},
+                  static_cast<unsigned long long>(s.seed), threads, threads == 1 ? "" : "s");
+    return text.data();
+}
+
+double cpu_time_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+int rays_for_cpu_time(double budget_s, int rays, const std::function<double(int)>& frame_cpu_s) {
+    constexpr int kRounds = 5;
+    constexpr double kCloseEnough = 0.02;
+    // The cost is a fixed part and one for each ray: going by proportion closes in from one side.
+    for (int round = 0; round < kRounds; ++round) {
+        const double share = frame_cpu_s(rays) / budget_s;
+        if (std::abs(share - 1) < kCloseEnough) break;
+        rays = std::max(1, static_cast<int>(std::lround(rays / std::clamp(share, 0.05, 20.0))));
+    }
+    return rays;
+}
+
+}  // namespace aula::bench

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/scene.h"
+
+namespace aula::bench {
+
+/// The command line's say over a scene's settings, and how much to measure.
+struct Settings {
+    std::vector<Estimator> estimators{Estimator::pt, Estimator::dpc_published, Estimator::dpc,
+                                      Estimator::patch};
+    std::optional<int> rays;
+    std::optional<int> order;
+    std::optional<float> response_time_s;
+    std::optional<std::uint64_t> seed;
+    std::optional<int> threads;
+    std::optional<int> frames;     ///< published after; the window F where absent
+    int restarts = 64;             ///< of each estimator, at least 2
+    int positions = 8;             ///< of a walk, at least 1
+    double reference_rays = 64e6;  ///< no more of them, though the reference has not converged
+    std::function<void(const std::string&)> progress;  ///< what is going on, in a few words
+};
+
+/// A scene as it is measured: named, its settings overridden, its first source alone.
+struct Subject {
+    std::string name;
+    Scene scene;
+    int frames = 1;   ///< until a response is published; `pt`: one
+    int threads = 1;  ///< of the propagation
+
+    /// Throws Error if the scene has no source.
+    Subject(std::string scene_name, const Scene& given, const Settings& settings);
+
+    /// The scene's settings with another estimator and number of rays.
+    Simulation simulation(Estimator estimator, int rays) const;
+
+    /// One line: what all rows have in common.
+    std::string description() const;
+};
+
+/// CPU time of this process so far, all threads, in s.
+double cpu_time_s();
+
+/// The number of rays with which a frame costs `budget_s` of CPU time, found by measuring:
+/// `frame_cpu_s(rays)`. Starts from `rays`.
+int rays_for_cpu_time(double budget_s, int rays, const std::function<double(int)>& frame_cpu_s);
+
+}  // namespace aula::bench

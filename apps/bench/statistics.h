@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "engine/energy_response.h"
+
+namespace aula::bench {
+
+/// Width of the bins that figures of merit are taken over, and of the groups of them.
+inline constexpr double kBin_s = 0.01;
+inline constexpr std::size_t kGroupBins = 5;
+
+/// A range of bins [first, end).
+struct BinRange {
+    std::size_t first = 0;
+    std::size_t end = 0;
+
+    std::size_t count() const { return end - first; }
+};
+
+/// The bins of 50 to 500 ms, as far as there are `bin_count`.
+BinRange late_bins(std::size_t bin_count);
+
+/// What the estimators find, without direct sound and image sources: energy per bin of kBin_s,
+/// summed over the octave bands, up to 500 ms. 1/m2
+std::vector<double> estimated_energy(const EnergyResponse& response);
+
+/// The same for the direction sums, per group of bins.
+std::vector<Vec3> estimated_direction(const EnergyResponse& response);
+
+/// Standard deviation over the restarts over their mean, the mean of it over bins:
+/// `restarts[i][bin]`, at least two. Bins that are empty in every restart are left out.
+double relative_deviation(const std::vector<std::vector<double>>& restarts, BinRange bins);
+
+/// Standard deviation in degrees of the direction round its mean over the restarts, the mean of it
+/// over the groups of `bins`: `restarts[i][group]`, at least two.
+double direction_deviation_deg(const std::vector<std::vector<Vec3>>& restarts, BinRange bins);
+
+/// Energy over the reference's in groups of bins, the mean over restarts and groups.
+double energy_ratio(const std::vector<std::vector<double>>& restarts,
+                    std::span<const double> reference, BinRange bins);
+
+/// From the bin of the reference's peak to the end.
+BinRange bins_from_peak(std::span<const double> reference);
+
+/// Sum over `bins` of the squared relative error.
+double squared_relative_error(std::span<const double> energy, std::span<const double> reference,
+                              BinRange bins);
+
+}  // namespace aula::bench

@@ -1,0 +1,107 @@
+#include "apps/bench/table.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "engine/error.h"
+
+namespace aula::bench {
+
+namespace {
+
+std::string fixed(double x, int decimals) {
+    std::array<char, 64> text{};
+    std::snprintf(text.data(), text.size(), "%.*f", decimals, x);
+    return text.data();
+}
+
+std::string to_text(const Value& value, int decimals) {
+    if (const auto* number = std::get_if<double>(&value)) return fixed(*number, decimals);
+    if (const auto* whole = std::get_if<std::int64_t>(&value)) return std::to_string(*whole);
+    if (const auto* text = std::get_if<std::string>(&value)) return *text;
+    if (const auto* place = std::get_if<std::array<double, 3>>(&value)) {
+        return fixed((*place)[0], decimals) + "," + fixed((*place)[1], decimals) + "," +
+               fixed((*place)[2], decimals);
+    }
+    return "-";
+}
+
+nlohmann::ordered_json to_json(const Value& value) {
+    return std::visit(
+        [](const auto& v) -> nlohmann::ordered_json {
+            if constexpr (std::is_same_v<std::decay_t<decltype(v)>, std::monostate>) {
+                return nullptr;
+            } else {
+                return v;
+            }
+        },
+        value);
+}
+
+}  // namespace
+
+const Value& Row::at(const std::string& name) const {
+    static const Value nothing;
+    const auto found = std::find_if(figures.begin(), figures.end(),
+                                    [&](const auto& figure) { return figure.first == name; });
+    return found == figures.end() ? nothing : found->second;
+}
+
+std::string format_table(const std::vector<Column>& columns, const std::vector<Row>& rows) {
+    std::vector<std::string> lines(rows.size() + 1);
+    for (const Column& column : columns) {
+        std::vector<std::string> cells{column.heading};
+        bool text = false;
+        for (const Row& row : rows) {
+            text |= std::holds_alternative<std::string>(row.at(column.figure));
+            cells.push_back(to_text(row.at(column.figure), column.decimals));
+        }
+        std::size_t width = 0;
+        for (const std::string& cell : cells) width = std::max(width, cell.size());
+        for (std::size_t i = 0; i < cells.size(); ++i) {
+            const std::string blank(width - cells[i].size(), ' ');
+            if (!lines[i].empty()) lines[i] += "  ";
+            lines[i] += text ? cells[i] + blank : blank + cells[i];
+        }
+    }
+    std::string table;
+    for (std::string& line : lines) {
+        line.erase(line.find_last_not_of(' ') + 1);
+        table += line + "\n";
+    }
+    return table;
+}
+
+std::string machine() {
+    std::string processor = "unknown processor";
+    std::ifstream information("/proc/cpuinfo");
+    for (std::string line; std::getline(information, line);) {
+        if (line.rfind("model name", 0) != 0) continue;
+        processor = line.substr(std::min(line.size(), line.find(':') + 2));
+        break;
+    }
+    return processor + ", " + std::to_string(std::thread::hardware_concurrency()) +
+           " processors, " + AULA_BENCH_BUILD;
+}
+
+void write_json(const std::filesystem::path& file, const std::vector<Row>& rows) {
+    nlohmann::ordered_json document;
+    document["machine"] = machine();
+    document["rows"] = nlohmann::ordered_json::array();
+    for (const Row& row : rows) {
+        nlohmann::ordered_json entry;
+        for (const auto& [name, value] : row.figures) entry[name] = to_json(value);
+        document["rows"].push_back(entry);
+    }
+    std::ofstream out(file);
+    out << document.dump(2) << "\n";
+    out.close();
+    if (!out) throw Error(file.string(), "", "cannot write; expected a file that can be written");
+}
+
+}  // namespace aula::bench
