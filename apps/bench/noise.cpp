@@ -16,7 +16,7 @@ namespace {
 
 /// The reference goes on until the mean ratio's standard error from it is below this.
 constexpr double kReferenceError = 0.002;
-constexpr std::uint64_t kReferenceRound = 1 << 19;
+constexpr std::uint64_t kReferenceRound = 1 << 17;
 
 /// Restarts that the cost of a frame is taken from when rays are matched to CPU time.
 constexpr int kCostRestarts = 4;

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <thread>
 #include <memory>
+#include <thread>
 
 #include "apps/bench/reference.h"
 #include "apps/bench/statistics.h"

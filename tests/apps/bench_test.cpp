@@ -214,7 +214,10 @@ TEST_CASE("late bins go from 50 to 500 ms, or to the response's end") {
 
 TEST_CASE("a table is aligned and its rows are the same in JSON") {
     const std::vector<Row> rows{
-        {{{"estimator", "pt"}, {"rays", std::int64_t{1000}}, {"noise", 0.12345}, {"none", Value{}}}},
+        {{{"estimator", "pt"},
+          {"rays", std::int64_t{1000}},
+          {"noise", 0.12345},
+          {"none", Value{}}}},
         {{{"estimator", "patch"}, {"rays", std::int64_t{50}}, {"noise", 2.0}, {"none", Value{}}}}};
     CHECK(format_table({{"estimator", "estimator", 0},
                         {"rays", "rays", 0},
