@@ -1,4 +1,5 @@
-# cmake -DBUILD=.. -DCONSUMER=.. -DSCENE=.. -DWORK=.. -DGENERATOR=.. -DCOMPILER=.. -P run.cmake:
+# cmake -DBUILD=.. -DCONSUMER=.. -DSCENE=.. -DWORK=.. -DGENERATOR=.. -DCOMPILER=.. -DSANITIZE=..
+# -P run.cmake:
 # installs Aula, builds the consumer against what was installed, renders a scene with it.
 file(REMOVE_RECURSE "${WORK}")
 function(run)
@@ -6,8 +7,12 @@ function(run)
 endfunction()
 
 run("${CMAKE_COMMAND}" --install "${BUILD}" --prefix "${WORK}/prefix")
+set(flags "")
+if(SANITIZE)
+    set(flags "-fsanitize=${SANITIZE}")
+endif()
 run("${CMAKE_COMMAND}" -S "${CONSUMER}" -B "${WORK}/build" -G "${GENERATOR}"
-    "-DCMAKE_CXX_COMPILER=${COMPILER}" "-DCMAKE_CXX_FLAGS=${FLAGS}" -DCMAKE_BUILD_TYPE=Release
+    "-DCMAKE_CXX_COMPILER=${COMPILER}" "-DCMAKE_CXX_FLAGS=${flags}" -DCMAKE_BUILD_TYPE=Release
     "-DCMAKE_PREFIX_PATH=${WORK}/prefix")
 run("${CMAKE_COMMAND}" --build "${WORK}/build")
 run("${WORK}/build/render_room" "${SCENE}" "${WORK}/out.wav")
