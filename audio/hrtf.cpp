@@ -24,7 +24,7 @@ namespace {
 constexpr const char* kDefaultFile = "/usr/share/libmysofa/default.sofa";
 
 constexpr double kResponse_s = 256.0 / 48000;
-constexpr float kLowestMagnitude = 1e-4F;  // of the greatest: -80 dB
+constexpr float kLowestEnergy = 1e-8F;  // of the greatest: -80 dB
 
 // Delays are sought where both ears hear; above, the response behind the head is all ripple.
 constexpr double kDelayBand_hz = 8000;
@@ -89,11 +89,11 @@ class ResponseSplitter {
         fft_.forward(signal_.data(), measured_.data());
         float greatest = 0;
         for (const std::complex<float>& bin : measured_)
-            greatest = std::max(greatest, std::abs(bin));
+            greatest = std::max(greatest, std::norm(bin));
         Analysis analysis;
         for (const std::complex<float>& bin : measured_) {
             analysis.log_magnitude.push_back(
-                std::log(std::max(std::abs(bin), greatest * kLowestMagnitude)));
+                0.5F * std::log(std::max(std::norm(bin), greatest * kLowestEnergy)));
         }
         phase_.complete(analysis.log_magnitude, log_response_);
         analysis.delay_s = excess_delay_samples() / sample_rate_hz_;
