@@ -2,12 +2,12 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <utility>
 #include <vector>
 
 #include "audio/sound_file.h"
 #include "tests/support/jack_server.h"
+#include "tests/support/octave.h"
 #include "tests/support/program.h"
 
 namespace {
@@ -15,24 +15,6 @@ namespace {
 using namespace aula::test;
 
 constexpr double kRate_hz = 48000;
-
-/// Sound of an octave around a centre: two band-pass biquads in a row, -3 dB at the edges each.
-std::vector<double> octave(const std::vector<float>& samples, double centre_hz) {
-    const double w = 2 * std::numbers::pi * centre_hz / kRate_hz;
-    const double alpha = std::sin(w) / (2 * std::numbers::sqrt2);
-    std::vector<double> out(samples.begin(), samples.end());
-    for (int stage = 0; stage < 2; ++stage) {
-        double x1 = 0, x2 = 0, y1 = 0, y2 = 0;
-        for (double& x : out) {
-            const double y =
-                (alpha * (x - x2) + 2 * std::cos(w) * y1 - (1 - alpha) * y2) / (1 + alpha);
-            x2 = std::exchange(x1, x);
-            y2 = std::exchange(y1, y);
-            x = y;
-        }
-    }
-    return out;
-}
 
 /// The lag in samples at which `late` is most like `early`: first by their loudness in
 /// milliseconds, then by the samples themselves.
@@ -111,8 +93,8 @@ TEST_CASE("Live on a JACK server nothing underruns, and what is heard is what is
     constexpr double kPauses = 1e-4;
     std::size_t compared = 0;
     for (const double centre_hz : {250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0}) {
-        const auto a = octave(rendered, centre_hz);
-        const auto b = octave(heard, centre_hz);
+        const auto a = octave(rendered, centre_hz, kRate_hz);
+        const auto b = octave(heard, centre_hz, kRate_hz);
         std::vector<std::pair<double, double>> energies;
         for (std::size_t at = 0; at + kHalfSecond <= a.size(); at += kHalfSecond) {
             if (at + shift + kHalfSecond > b.size()) break;
