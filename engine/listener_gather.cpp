@@ -236,10 +236,9 @@ void add_row(const FloatRow& row, std::size_t first_bin, std::size_t end_bin, fl
                                              [&](const Region& r) { return out < r.end_bin; });
             const auto x =
                 static_cast<float>((begin_s - bins.begin_s(out)) / double{region->width_s});
-            bin =
-                add_bins(row.energy.data(), row.sum.data(), bin, end, in.width_s / region->width_s,
-                         hit.weight.value.data(), direction.data(), x, out, region->end_bin,
-                         partial.energy.data(), partial.direction.data());
+            bin = add_bins(row.energy.data(), row.sum.data(), bin, end,
+                           in.width_s / region->width_s, weight.value.data(), direction.data(), x,
+                           out, region->end_bin, partial.energy.data(), partial.direction.data());
         }
     }
 }
