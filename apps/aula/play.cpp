@@ -68,7 +68,7 @@ int play(const Arguments& arguments) {
     PlayStatus status = player.status();
     {
         StatusLine line(!arguments.quiet);
-        KeyInput keys;
+        const KeyInput keys;
         const bool walks = keys.active() && !scene.listener.path;
         if (line.visible())
             std::fprintf(stderr, "playing on %s; %s\n", player.device().name.c_str(),

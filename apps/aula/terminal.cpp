@@ -58,7 +58,7 @@ KeyInput::~KeyInput() {
     if (saved_) tcsetattr(STDIN_FILENO, TCSANOW, &*saved_);
 }
 
-std::optional<Key> KeyInput::read(int timeout_ms) {
+std::optional<Key> KeyInput::read(int timeout_ms) const {
     pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
     if (!active() || !input_is_ours()) {
         std::this_thread::sleep_for(std::chrono::milliseconds(timeout_ms));

@@ -21,7 +21,7 @@ class KeyInput {
     bool active() const { return saved_.has_value(); }
 
     /// The next key, waiting for it up to a time; empty if none of ours was pressed.
-    std::optional<Key> read(int timeout_ms);
+    std::optional<Key> read(int timeout_ms) const;
 
  private:
     std::optional<termios> saved_;

@@ -177,7 +177,7 @@ std::optional<Measurement> measure(const Scene& scene, std::optional<int> frames
 std::vector<std::vector<float>> impulse_response(const Scene& scene, std::size_t source,
                                                  const Measurement& measurement,
                                                  const SessionOptions& options,
-                                                 std::shared_ptr<const Hrtf> hrtf) {
+                                                 const std::shared_ptr<const Hrtf>& hrtf) {
     const FlushDenormals flush;
     const double rate_hz = options.sample_rate_hz;
     const EnergyResponse& energy = measurement.responses[source];
@@ -211,8 +211,10 @@ std::vector<std::vector<float>> impulse_response(const Scene& scene, std::size_t
                                              std::vector<float>(blocks * block));
     std::vector<float> input(block);
     input[0] = 1;
+    std::vector<float*> outputs;
+    outputs.reserve(channels.size());
     for (std::size_t first = 0; first < length; first += block) {
-        std::vector<float*> outputs;
+        outputs.clear();
         for (auto& channel : channels) outputs.push_back(channel.data() + first);
         const std::array<const float*, 1> inputs{input.data()};
         renderer.render(inputs, head, outputs, options.block);

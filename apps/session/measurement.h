@@ -32,6 +32,6 @@ std::optional<Measurement> measure(const Scene& scene, std::optional<int> frames
 std::vector<std::vector<float>> impulse_response(const Scene& scene, std::size_t source,
                                                  const Measurement& measurement,
                                                  const SessionOptions& options,
-                                                 std::shared_ptr<const Hrtf> hrtf);
+                                                 const std::shared_ptr<const Hrtf>& hrtf);
 
 }  // namespace aula

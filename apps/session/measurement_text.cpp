@@ -34,7 +34,7 @@ constexpr std::array<Column, 8> kColumns{{
 /// A number as JSON and CSV take it, whatever the locale.
 std::string number(double value, std::chars_format format, int precision) {
     std::array<char, 64> text{};
-    const auto end =
+    char* const end =
         std::to_chars(text.data(), text.data() + text.size(), value, format, precision).ptr;
     return {text.data(), end};
 }

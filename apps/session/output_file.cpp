@@ -5,8 +5,8 @@
 
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <string>
+#include <system_error>
 
 #include "audio/error.h"
 #include "engine/error.h"
@@ -16,7 +16,7 @@ namespace aula {
 namespace {
 
 [[noreturn]] void fail_writing(const std::filesystem::path& file, int error) {
-    throw AudioFailure(file.string() + ": cannot write: " + std::strerror(error));
+    throw AudioFailure(file.string() + ": cannot write: " + std::generic_category().message(error));
 }
 
 }  // namespace
@@ -33,7 +33,7 @@ OutputFile::OutputFile(std::filesystem::path file) : file_(std::move(file)), des
     descriptor_ = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     if (descriptor_ < 0)
         throw Error(file_.string(), "",
-                    std::string("cannot be written, ") + std::strerror(errno) +
+                    std::string("cannot be written, ") + std::generic_category().message(errno) +
                         "; expected a place to write to");
 }
 
