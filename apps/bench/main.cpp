@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <iostream>
 
+#include "apps/bench/convolve.h"
 #include "apps/bench/noise.h"
 #include "apps/bench/settings.h"
 #include "apps/bench/table.h"
@@ -22,6 +23,9 @@ using aula::bench::Subject;
 
 constexpr int kFailed = 1;
 constexpr int kBadInput = 2;
+
+/// Four seconds of sound.
+constexpr int kConvolutionBlocks = 1500;
 
 /// Shows what is going on in one line of the terminal, if stderr is one.
 class ProgressLine {
@@ -61,6 +65,11 @@ class Bench {
         const Subject subject = load(file, settings_);
         take("tracking in " + subject.description(), aula::bench::tracking_columns(),
              aula::bench::measure_tracking(subject, settings_));
+    }
+
+    void convolve() {
+        take("convolution at 48 kHz, CPU time of a block", aula::bench::convolution_columns(),
+             aula::bench::measure_convolution(settings_, kConvolutionBlocks));
     }
 
     const std::vector<Row>& rows() const { return rows_; }
@@ -124,6 +133,8 @@ int run(int argc, char** argv) {
     CLI::App* tracking =
         app.add_subcommand("tracking", "the error while the listener or the source walks");
     tracking->add_option("SCENE", scene, "scene file")->required();
+    CLI::App* convolve = app.add_subcommand(
+        "convolve", "what a block costs the audio thread, beside other libraries");
     CLI::App* all = app.add_subcommand("all", "everything");
     all->add_option("SCENE", scenes, "scene files")->required();
 
@@ -146,11 +157,13 @@ int run(int argc, char** argv) {
         Bench bench(settings, progress);
         if (*noise) bench.noise(scene);
         if (*tracking) bench.tracking(scene);
+        if (*convolve) bench.convolve();
         if (*all) {
             for (const std::string& file : scenes) {
                 bench.noise(file);
                 bench.tracking(file);
             }
+            bench.convolve();
         }
         if (!json.empty()) aula::bench::write_json(json, bench.rows());
     } catch (const aula::Error& e) {

@@ -8,6 +8,8 @@
 #include "apps/bench/reference.h"
 #include "apps/bench/statistics.h"
 #include "apps/bench/table.h"
+#include "apps/bench/uniform_convolver.h"
+#include "engine/sampling.h"
 #include "engine/scene_file.h"
 
 using namespace aula;
@@ -238,4 +240,36 @@ TEST_CASE("a table is aligned and its rows are the same in JSON") {
     CHECK(document["rows"][1]["rays"] == 50);
     CHECK(document["rows"][1]["none"].is_null());
     std::filesystem::remove(file);
+}
+
+TEST_CASE("the textbook's convolver gives the sum over all inputs, from the first sample on") {
+    constexpr std::size_t kBlock = 16;
+    constexpr std::size_t kBlocks = 6;
+    constexpr std::size_t kTaps = 37;  // more than two partitions, the last one not full
+    RandomStream random(1);
+    const auto noise = [&](std::size_t count) {
+        std::vector<float> samples(count);
+        for (float& x : samples) x = 2 * random.uniform() - 1;
+        return samples;
+    };
+    const std::vector<std::vector<float>> inputs{noise(kBlock * kBlocks), noise(kBlock * kBlocks)};
+    const std::vector<std::vector<float>> filters{noise(kTaps), noise(kTaps)};
+    UniformConvolver convolver(2, 1, kBlock, kTaps);
+    for (std::size_t i = 0; i < 2; ++i) convolver.set_filter(i, 0, filters[i]);
+    std::vector<float> output(kBlock * kBlocks);
+    for (std::size_t b = 0; b < kBlocks; ++b) {
+        const float* in[] = {&inputs[0][b * kBlock], &inputs[1][b * kBlock]};
+        float* out[] = {&output[b * kBlock]};
+        convolver.process(in, out);
+    }
+    for (std::size_t n = 0; n < output.size(); ++n) {
+        double wanted = 0;
+        for (std::size_t i = 0; i < 2; ++i) {
+            for (std::size_t k = 0; k < std::min(kTaps, n + 1); ++k) {
+                wanted += double{filters[i][k]} * double{inputs[i][n - k]};
+            }
+        }
+        // Rounding: 74 products of at most 1, through transforms of 32: some 1e-6.
+        CHECK(std::abs(double{output[n]} - wanted) < 2e-5);
+    }
 }

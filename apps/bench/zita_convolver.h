@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+
+namespace aula::bench {
+
+/// zita-convolver with partitions of one block, all in the calling thread.
+class ZitaConvolver {
+ public:
+    /// Throws Error where zita-convolver refuses.
+    ZitaConvolver(std::size_t inputs, std::size_t outputs, std::size_t block, std::size_t taps);
+    ~ZitaConvolver();
+
+    void set_filter(std::size_t input, std::size_t output, std::span<const float> taps);
+
+    /// Call once, after the filters are set.
+    void start();
+
+    /// Overwrites the outputs; one block.
+    void process(std::span<const float* const> inputs, std::span<float* const> outputs);
+
+ private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace aula::bench
