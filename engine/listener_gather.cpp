@@ -33,9 +33,15 @@ struct MirrorRay {
     RandomStream random;
 };
 
+std::size_t batch_count(const GatherSettings& settings) {
+    return static_cast<std::size_t>((settings.rays + kBatchRays - 1) / kBatchRays);
+}
+
+/// Traces a batch wave by wave, a wave being the next segment of every ray; `sent` sees each.
+template <typename Sent>
 void trace_batch(const RayScene& scene, const PatchGrid& grid, const Vec3& listener,
                  const GatherSettings& settings, std::uint64_t frame_seed, int batch,
-                 std::vector<GatherHit>& out, std::uint64_t& segments) {
+                 std::vector<GatherHit>& out, const Sent& sent) {
     const ScrambledSobol sobol(derive_seed(frame_seed, 1));
     std::vector<MirrorRay> rays;
     for (int i = batch * kBatchRays; i < std::min((batch + 1) * kBatchRays, settings.rays); ++i) {
@@ -53,7 +59,7 @@ void trace_batch(const RayScene& scene, const PatchGrid& grid, const Vec3& liste
         for (const MirrorRay& r : rays) queries.push_back(r.ray);
         hits.resize(rays.size());
         scene.intersect(queries, hits);
-        segments += rays.size();
+        sent(queries);
         std::size_t alive = 0;
         for (std::size_t i = 0; i < rays.size(); ++i) {
             if (!hits[i].any()) continue;
@@ -249,12 +255,12 @@ std::vector<GatherHit> trace_gather(const RayScene& scene, const PatchGrid& grid
                                     const Vec3& listener, const GatherSettings& settings,
                                     std::uint64_t frame_seed, WorkerPool& workers,
                                     std::uint64_t& segments) {
-    const auto batches = static_cast<std::size_t>((settings.rays + kBatchRays - 1) / kBatchRays);
+    const std::size_t batches = batch_count(settings);
     std::vector<std::vector<GatherHit>> found(batches);
     std::vector<std::uint64_t> counts(batches, 0);
     workers.run(batches, [&](std::size_t i) {
         trace_batch(scene, grid, listener, settings, frame_seed, static_cast<int>(i), found[i],
-                    counts[i]);
+                    [&](const std::vector<Ray>& wave) { counts[i] += wave.size(); });
     });
     std::vector<GatherHit> hits;
     for (std::size_t i = 0; i < batches; ++i) {
@@ -265,6 +271,18 @@ std::vector<GatherHit> trace_gather(const RayScene& scene, const PatchGrid& grid
         return a.patch != b.patch ? a.patch < b.patch : a.late && !b.late;
     });
     return hits;
+}
+
+std::vector<Ray> gather_rays(const RayScene& scene, const PatchGrid& grid, const Vec3& listener,
+                             const GatherSettings& settings, std::uint64_t frame_seed) {
+    std::vector<Ray> all;
+    std::vector<GatherHit> unused;
+    for (std::size_t i = 0; i < batch_count(settings); ++i) {
+        trace_batch(
+            scene, grid, listener, settings, frame_seed, static_cast<int>(i), unused,
+            [&](const std::vector<Ray>& wave) { all.insert(all.end(), wave.begin(), wave.end()); });
+    }
+    return all;
 }
 
 void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, WorkerPool& workers,

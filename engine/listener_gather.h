@@ -36,6 +36,10 @@ std::vector<GatherHit> trace_gather(const RayScene& scene, const PatchGrid& grid
                                     std::uint64_t frame_seed, WorkerPool& workers,
                                     std::uint64_t& segments);
 
+/// The rays that trace_gather sends, batch after batch, to be traced elsewhere.
+std::vector<Ray> gather_rays(const RayScene& scene, const PatchGrid& grid, const Vec3& listener,
+                             const GatherSettings& settings, std::uint64_t frame_seed);
+
 /// Adds what the patches radiate to a response. [propagation thread]
 void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, WorkerPool& workers,
                   EnergyResponse& response);

@@ -41,6 +41,24 @@ PathTracer::PathTracer(const RayScene& scene, const PatchGrid& grid, const TimeB
 
 void PathTracer::trace(std::size_t source, const Vec3& position, std::span<const Vec3> listeners,
                        std::uint64_t frame_seed, int batch, TraceBatch& out) const {
+    trace_waves(source, position, listeners, frame_seed, batch, out, [](std::span<const Ray>) {});
+}
+
+std::vector<Ray> PathTracer::rays(std::size_t source, const Vec3& position,
+                                  std::uint64_t frame_seed, int batch) const {
+    std::vector<Ray> all;
+    TraceBatch unused;
+    trace_waves(source, position, {}, frame_seed, batch, unused, [&](std::span<const Ray> wave) {
+        all.insert(all.end(), wave.begin(), wave.end());
+    });
+    return all;
+}
+
+/// Traces a batch wave by wave, a wave being the next segment of every path; `sent` sees each.
+template <typename Sent>
+void PathTracer::trace_waves(std::size_t source, const Vec3& position,
+                             std::span<const Vec3> listeners, std::uint64_t frame_seed, int batch,
+                             TraceBatch& out, const Sent& sent) const {
     std::vector<Path> paths;
     start(source, position, frame_seed, batch, paths);
     std::vector<Ray> rays(paths.size());
@@ -52,6 +70,7 @@ void PathTracer::trace(std::size_t source, const Vec3& position, std::span<const
                        settings_.max_length_m - paths[i].length_m};
         }
         scene_.intersect(std::span(rays).first(paths.size()), std::span(hits).first(paths.size()));
+        sent(std::span<const Ray>(rays).first(paths.size()));
         out.segments += paths.size();
 
         // Collect arrivals along each segment, reflect at its end; keep the paths that go on.

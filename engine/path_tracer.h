@@ -77,8 +77,15 @@ class PathTracer {
     void trace(std::size_t source, const Vec3& position, std::span<const Vec3> listeners,
                std::uint64_t frame_seed, int batch, TraceBatch& out) const;
 
+    /// The rays that trace() sends for a batch, in its order, to be traced elsewhere.
+    std::vector<Ray> rays(std::size_t source, const Vec3& position, std::uint64_t frame_seed,
+                          int batch) const;
+
  private:
     struct Path;
+    template <typename Sent>
+    void trace_waves(std::size_t source, const Vec3& position, std::span<const Vec3> listeners,
+                     std::uint64_t frame_seed, int batch, TraceBatch& out, const Sent& sent) const;
     void start(std::size_t source, const Vec3& position, std::uint64_t frame_seed, int batch,
                std::vector<Path>& paths) const;
     void collect_arrivals(const Path& path, float segment_m, std::span<const Vec3> listeners,

@@ -228,16 +228,26 @@ struct Propagation::State {
         }
     }
 
-    void trace(const FrameInput& input, std::uint64_t frame_seed) {
+    std::uint64_t frame_seed() const { return derive_seed(seed, SeedPurpose::frame, frame); }
+
+    /// Source and batch of what is traced in this frame.
+    std::vector<std::pair<std::size_t, std::size_t>> trace_jobs(const FrameInput& input) const {
         std::vector<std::pair<std::size_t, std::size_t>> jobs;
         for (std::size_t s = 0; s < batches.size(); ++s) {
-            for (TraceBatch& batch : batches[s]) batch.clear();
             if (simulation.estimator == Estimator::patch &&
                 patch_caches[s].complete(input.sources[s], travel_m)) {
                 continue;
             }
             for (std::size_t b = 0; b < batches[s].size(); ++b) jobs.emplace_back(s, b);
         }
+        return jobs;
+    }
+
+    void trace(const FrameInput& input, std::uint64_t frame_seed) {
+        for (auto& of_source : batches) {
+            for (TraceBatch& batch : of_source) batch.clear();
+        }
+        const auto jobs = trace_jobs(input);
         workers.run(jobs.size(), [&](std::size_t job) {
             const auto [s, b] = jobs[job];
             tracer->trace(s, input.sources[s], input.listeners, frame_seed, static_cast<int>(b),
@@ -271,6 +281,15 @@ struct Propagation::State {
         }
     }
 
+    GatherSettings gather_settings() const {
+        GatherSettings settings;
+        settings.rays = kGatherRays;
+        settings.order = simulation.order;
+        settings.max_length_m = static_cast<float>(bins.length_s()) * speed_of_sound_m_s;
+        settings.attenuation_per_m = attenuation_per_m;
+        return settings;
+    }
+
     void respond(const FrameInput& input, std::uint64_t frame_seed) {
         for (EnergyResponse& response : responses) {
             std::fill(response.energy.begin(), response.energy.end(), Bands{});
@@ -279,11 +298,7 @@ struct Propagation::State {
         for (std::size_t i = 0; i < path_caches.size(); ++i) path_caches[i].add_to(responses[i]);
         for (std::size_t i = 0; i < arrivals.size(); ++i) arrivals[i].add_to(responses[i]);
         if (patch_caches.empty()) return;
-        GatherSettings settings;
-        settings.rays = kGatherRays;
-        settings.order = simulation.order;
-        settings.max_length_m = static_cast<float>(bins.length_s()) * speed_of_sound_m_s;
-        settings.attenuation_per_m = attenuation_per_m;
+        const GatherSettings settings = gather_settings();
         for (std::size_t l = 0; l < listener_count; ++l) {
             const std::vector<GatherHit> hits = trace_gather(
                 rays, *grid, input.listeners[l], settings,
@@ -332,7 +347,7 @@ void Propagation::step(const FrameInput& input) {
     assert(input.listeners.size() == s.listener_count);
     s.statistics = {};
     Stopwatch watch;
-    const std::uint64_t frame_seed = derive_seed(s.seed, SeedPurpose::frame, s.frame);
+    const std::uint64_t frame_seed = s.frame_seed();
 
     // Move what moves.
     const float moved_m = s.rays.move(input.time_s);
@@ -355,6 +370,23 @@ void Propagation::step(const FrameInput& input) {
     s.statistics.specular_s = watch.lap_s();
     s.count_caches();
     ++s.frame;
+}
+
+std::vector<Ray> Propagation::rays(const FrameInput& input) const {
+    const State& s = *state_;
+    const std::uint64_t frame_seed = s.frame_seed();
+    std::vector<Ray> all;
+    const auto append = [&](const std::vector<Ray>& more) {
+        all.insert(all.end(), more.begin(), more.end());
+    };
+    for (const auto& [source, batch] : s.trace_jobs(input)) {
+        append(s.tracer->rays(source, input.sources[source], frame_seed, static_cast<int>(batch)));
+    }
+    for (std::size_t l = 0; s.grid && l < s.listener_count; ++l) {
+        append(gather_rays(s.rays, *s.grid, input.listeners[l], s.gather_settings(),
+                           derive_seed(frame_seed, SeedPurpose::gather, l)));
+    }
+    return all;
 }
 
 const EnergyResponse& Propagation::response(std::size_t source, std::size_t listener) const {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "engine/energy_response.h"
+#include "engine/ray_scene.h"
 #include "engine/scene.h"
 
 namespace aula {
@@ -17,20 +18,20 @@ struct FrameInput {
 
 /// What a frame cost and what the caches hold.
 struct FrameStatistics {
-    double trace_s = 0;      ///< wall-clock parts of the step
+    double trace_s = 0;  ///< wall-clock parts of the step
     double cache_s = 0;
     double gather_s = 0;
     double specular_s = 0;
-    std::uint64_t segments = 0;      ///< ray segments traced, source and gather rays
-    std::size_t cache_entries = 0;   ///< diffuse path cache entries, or occupied patches
-    std::size_t memory_bytes = 0;    ///< of the caches
+    std::uint64_t segments = 0;     ///< ray segments traced, source and gather rays
+    std::size_t cache_entries = 0;  ///< diffuse path cache entries, or occupied patches
+    std::size_t memory_bytes = 0;   ///< of the caches
 };
 
 /// The propagation engine: one step() a frame traces rays from every source, updates the caches
 /// and gives the energy response of every source at every listener. Deterministic: the same scene,
 /// seed and inputs give the same bits with any number of threads. [propagation thread]
 class Propagation {
-   public:
+ public:
     /// Throws Error if the settings cannot be used.
     Propagation(const Scene& scene, const Simulation& simulation, std::size_t listener_count = 1);
     ~Propagation();
@@ -48,10 +49,14 @@ class Propagation {
 
     const FrameStatistics& statistics() const;
 
+    /// The rays that the next step() will send if nothing in the scene moves, path by path and then
+    /// those of the gather, for the benchmark to trace again.
+    std::vector<Ray> rays(const FrameInput& input) const;
+
     /// Length of the responses: as set, or from the room's reverberation time, at most 4 s.
     double response_length_s() const;
 
-   private:
+ private:
     struct State;
     std::unique_ptr<State> state_;
 };

@@ -174,6 +174,28 @@ void RayScene::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
     }
 }
 
+void RayScene::intersect_each(std::span<const Ray> rays, std::span<Hit> hits) const {
+    assert(rays.size() == hits.size());
+    RTCIntersectContext context = incoherent_context();
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        RTCRayHit query{};
+        query.ray.org_x = rays[i].origin.x;
+        query.ray.org_y = rays[i].origin.y;
+        query.ray.org_z = rays[i].origin.z;
+        query.ray.dir_x = rays[i].direction.x;
+        query.ray.dir_y = rays[i].direction.y;
+        query.ray.dir_z = rays[i].direction.z;
+        query.ray.tfar = rays[i].max_m;
+        query.ray.mask = ~0U;
+        query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+        rtcIntersect1(embree_->scene, &context, &query);
+        hits[i] = query.hit.geomID == RTC_INVALID_GEOMETRY_ID
+                      ? Hit{}
+                      : Hit{embree_->first_triangle[query.hit.geomID] + query.hit.primID,
+                            query.ray.tfar, query.hit.u, query.hit.v};
+    }
+}
+
 bool RayScene::visible(const Vec3& from, const Vec3& to) const {
     const Vec3 way = to - from;
     const float distance_m = glm::length(way);

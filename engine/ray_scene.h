@@ -53,6 +53,10 @@ class RayScene {
     /// Nearest hit of each ray beyond distance 0 (give origins that are off the surface).
     void intersect(std::span<const Ray> rays, std::span<Hit> hits) const;
 
+    /// The same by Embree's plain query for one ray at a time: what the benchmark measures the
+    /// engine against.
+    void intersect_each(std::span<const Ray> rays, std::span<Hit> hits) const;
+
     /// True if nothing lies between two points; both ends are shortened by 0.1 mm.
     bool visible(const Vec3& from, const Vec3& to) const;
 

@@ -11,6 +11,7 @@
 #include "apps/bench/noise.h"
 #include "apps/bench/settings.h"
 #include "apps/bench/table.h"
+#include "apps/bench/trace.h"
 #include "apps/bench/tracking.h"
 #include "engine/error.h"
 #include "engine/scene_file.h"
@@ -65,6 +66,12 @@ class Bench {
         const Subject subject = load(file, settings_);
         take("tracking in " + subject.description(), aula::bench::tracking_columns(),
              aula::bench::measure_tracking(subject, settings_));
+    }
+
+    void trace(const std::string& file) {
+        const Subject subject = load(file, settings_);
+        take("tracing in " + subject.description(), aula::bench::tracing_columns(),
+             aula::bench::measure_tracing(subject, settings_));
     }
 
     void convolve() {
@@ -133,6 +140,9 @@ int run(int argc, char** argv) {
     CLI::App* tracking =
         app.add_subcommand("tracking", "the error while the listener or the source walks");
     tracking->add_option("SCENE", scene, "scene file")->required();
+    CLI::App* trace =
+        app.add_subcommand("trace", "segments a second of whole frames beside Embree alone");
+    trace->add_option("SCENE", scene, "scene file")->required();
     CLI::App* convolve = app.add_subcommand(
         "convolve", "what a block costs the audio thread, beside other libraries");
     CLI::App* all = app.add_subcommand("all", "everything");
@@ -157,11 +167,13 @@ int run(int argc, char** argv) {
         Bench bench(settings, progress);
         if (*noise) bench.noise(scene);
         if (*tracking) bench.tracking(scene);
+        if (*trace) bench.trace(scene);
         if (*convolve) bench.convolve();
         if (*all) {
             for (const std::string& file : scenes) {
                 bench.noise(file);
                 bench.tracking(file);
+                bench.trace(file);
             }
             bench.convolve();
         }

@@ -111,6 +111,21 @@ TEST_CASE("bench_smoke: tracking prints a row for each mover and estimator") {
     CHECK(document["rows"][8]["mover"] == "both");
 }
 
+TEST_CASE("bench_smoke: trace compares whole frames with Embree alone") {
+    const Folder folder;
+    const std::string scene = folder.write("room.json", kScene);
+    REQUIRE(run(folder, "trace " + scene + " --json " + folder.file("rows.json")) == 0);
+    const nlohmann::json document = nlohmann::json::parse(folder.read("rows.json"));
+    REQUIRE(document.at("rows").size() == 4);
+    for (const nlohmann::json& row : document["rows"]) {
+        check_keys(row, {"bench", "scene", "basis", "triangles", "threads", "segments_per_s",
+                         "raw_per_s", "ratio"});
+        CHECK(row["triangles"] == 12);
+        CHECK(row["segments_per_s"].get<double>() > 0);
+        CHECK(row["raw_per_s"].get<double>() > 0);
+    }
+}
+
 TEST_CASE("bench_smoke: bad input is one line and exit code 2") {
     const Folder folder;
     const std::string still =

@@ -237,6 +237,24 @@ TEST_CASE("the same seed gives the same bits with one thread and with three") {
     }
 }
 
+TEST_CASE("the rays told beforehand are those that a frame sends") {
+    const Scene scene = box_room(0.2F, 0.5F);
+    for (const Estimator estimator : {Estimator::dpc, Estimator::patch}) {
+        Propagation propagation(scene, with(scene, estimator, 0.3F));
+        const FrameInput input{0, {scene.sources[0].position}, {scene.listener.pose.position}};
+        std::vector<Ray> before;
+        for (int frame = 0; frame < 3; ++frame) {
+            const std::vector<Ray> rays = propagation.rays(input);
+            propagation.step(input);
+            CHECK(rays.size() == propagation.statistics().segments);
+            CHECK(rays.front().origin == scene.sources[0].position);
+            // Each frame sends others.
+            if (!before.empty()) CHECK(rays.front().direction != before.front().direction);
+            before = rays;
+        }
+    }
+}
+
 TEST_CASE("a listener that jumps hears the new place at once") {
     const Scene scene = box_room();
     Propagation propagation(scene, with(scene, Estimator::patch, 0.3F));

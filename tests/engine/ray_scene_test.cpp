@@ -46,6 +46,30 @@ TEST_CASE("a ray ends at its longest distance") {
     CHECK(hits[1].any());
 }
 
+TEST_CASE("rays one by one hit what rays in packets hit") {
+    const RayScene scene(test::grey_room(test::icosphere(2, 4), 0.1F, 1, Vec3(0), Vec3(0)));
+    RandomStream random(1);
+    std::vector<Ray> rays(1000);
+    for (Ray& ray : rays) {
+        // Some end before the wall.
+        ray = {Vec3(0), uniform_direction(random.uniform_2d()), 1 + 2 * random.uniform()};
+    }
+    std::vector<Hit> packets(rays.size());
+    std::vector<Hit> singles(rays.size());
+    scene.intersect(rays, packets);
+    scene.intersect_each(rays, singles);
+    std::size_t same = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        REQUIRE(packets[i].any() == singles[i].any());
+        if (!packets[i].any()) continue;
+        same += packets[i].triangle == singles[i].triangle;
+        // Rounding of single precision over two metres.
+        CHECK(packets[i].distance_m == Approx(singles[i].distance_m).epsilon(1e-6));
+    }
+    // A ray through an edge may be given to either neighbour.
+    CHECK(same > 400);
+}
+
 TEST_CASE("walls part what is not visible") {
     const RayScene scene(test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 1, Vec3(1), Vec3(2)));
     CHECK(scene.visible(Vec3(1, 1, 1), Vec3(4, 3, 2)));
