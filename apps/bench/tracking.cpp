@@ -19,7 +19,7 @@ constexpr double kLongestWalk_s = 10;
 
 /// The reference goes on until its standard error is this share of the least error measured.
 constexpr double kReferenceShare = 0.2;
-constexpr double kFirstReferenceRays = 1 << 18;
+constexpr double kFirstReferenceRays = 1 << 16;
 
 /// Where source and listener are in the frames of a walk.
 struct Walk {
