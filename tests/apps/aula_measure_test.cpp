@@ -160,7 +160,7 @@ TEST_CASE("Several sources have a response each, named after them") {
     REQUIRE(aula::sound_info(folder.path() / "ir-click.wav").channels == 4);
 }
 
-TEST_CASE("--position and --source-position put listener and source where they say") {
+TEST_CASE("the options --position and --source-position put listener and source where they say") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("free.json", kFreeField);
     const std::string out = folder.path() / "ir.wav";
