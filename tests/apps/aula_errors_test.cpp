@@ -165,7 +165,7 @@ TEST_CASE("A disk that is full is said so, with status 1") {
     REQUIRE(result.err.rfind("aula: ", 0) == 0);
 }
 
-TEST_CASE("Words in place of the scene are commands; a file of that name is opened as ./info") {
+TEST_CASE("Words in place of the scene are commands, a file of that name is opened as ./info") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kSmallRoom);
     const ProgramResult info = aula_with({"info", scene});

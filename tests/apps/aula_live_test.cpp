@@ -2,6 +2,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -48,6 +50,28 @@ std::size_t lag(const std::vector<float>& early, const std::vector<float>& late)
     return best(early, late, from, coarse + 3 * kMillisecond);
 }
 
+/// What the program says at its end.
+struct Played {
+    unsigned underruns = 0;
+    unsigned frames = 0;
+    unsigned late = 0;  ///< frame times left out
+};
+
+Played read_summary(const std::string& text) {
+    Played played;
+    const std::size_t at = text.find("underruns ");
+    REQUIRE(at != std::string::npos);
+    REQUIRE(std::sscanf(text.c_str() + at, "underruns %u, frames %u (%u late)", &played.underruns,
+                        &played.frames, &played.late) == 3);
+    return played;
+}
+
+/// More wants to run than there are processors.
+bool machine_is_busy() {
+    double load = 0;
+    return getloadavg(&load, 1) == 1 && load > std::thread::hardware_concurrency();
+}
+
 }  // namespace
 
 TEST_CASE("Live on a JACK server nothing underruns, and what is heard is what is rendered") {
@@ -60,25 +84,30 @@ TEST_CASE("Live on a JACK server nothing underruns, and what is heard is what is
         WARN("skipped: no JACK server can run here");
         return;
     }
-    JackRecording recording(heard_file, 20);
-    if (!recording.running()) {
-        WARN("skipped: jack_capture cannot run here");
-        return;
+    // A machine that is busy with other things slips now and then whatever it plays; a program that
+    // is at fault does so each time.
+    constexpr int kAttempts = 3;
+    Played played;
+    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+        JackRecording recording(heard_file, 20);
+        if (!recording.running()) {
+            WARN("skipped: jack_capture cannot run here");
+            return;
+        }
+        const ProgramResult live = run_program({AULA_PROGRAM, scene, "--no-window"});
+        recording.wait();
+        INFO(live.err);
+        REQUIRE(live.status == 0);
+        played = read_summary(live.err);
+        if (played.underruns == 0) break;
+        WARN("attempt " << attempt + 1 << ": " << live.err);
     }
-    const ProgramResult live = run_program({AULA_PROGRAM, scene, "--no-window"});
-    recording.wait();
-    INFO(live.err);
-    REQUIRE(live.status == 0);
-    REQUIRE(live.err.find("underruns 0,") != std::string::npos);
     // Where propagation cannot keep up the walk is heard late, and no comparison is fair.
-    unsigned frames = 0;
-    unsigned late = 0;
-    const std::size_t counts = live.err.find("frames ");
-    REQUIRE(std::sscanf(live.err.c_str() + counts, "frames %u (%u late)", &frames, &late) == 2);
-    if (10 * late > frames) {
-        WARN("skipped: this machine is too busy: " << live.err);
+    if (10 * played.late > played.frames || (played.underruns > 0 && machine_is_busy())) {
+        WARN("skipped: this machine is too busy to play");
         return;
     }
+    REQUIRE(played.underruns == 0);
     const ProgramResult offline = run_program({AULA_PROGRAM, scene, "--offline", rendered_file});
     REQUIRE(offline.status == 0);
 
