@@ -115,6 +115,8 @@ int run(int argc, char** argv) {
         ->check(CLI::Range(0, 1 << 20));
     app.add_option("--response-time", settings.response_time_s, "tau in s")
         ->check(CLI::Range(0.0, 3600.0));
+    app.add_option("--patch-size", settings.patch_size_m, "lambda in m")
+        ->check(CLI::Range(0.001, 1000.0));
     app.add_option("--frames", settings.frames,
                    "noise: publish after so many frames (tau times the frame rate)")
         ->check(CLI::Range(1, 1 << 20));

@@ -28,6 +28,7 @@ struct Restarts {
     double frame_s = 0;
     double frame_cpu_s = 0;
     double memory_bytes = 0;
+    std::size_t cache_entries = 0;
 };
 
 Restarts run(const Subject& subject, Estimator estimator, int rays, int restarts,
@@ -51,6 +52,8 @@ Restarts run(const Subject& subject, Estimator estimator, int rays, int restarts
             frames / restarts;
         result.memory_bytes = std::max(result.memory_bytes,
                                        static_cast<double>(propagation.statistics().memory_bytes));
+        result.cache_entries =
+            std::max(result.cache_entries, propagation.statistics().cache_entries);
         result.energy.push_back(estimated_energy(propagation.response(0)));
         result.direction.push_back(estimated_direction(propagation.response(0)));
     }
@@ -156,6 +159,8 @@ std::vector<Row> measure_noise(const Subject& subject, const Settings& settings)
                        {"energy_ratio_error", std::hypot(ratio_error(reference, bins),
                                                          ratio_error(r.restarts, wanted, bins))},
                        {"memory_mb", r.restarts.memory_bytes / 1e6},
+                       {"cache_entries", static_cast<std::int64_t>(r.restarts.cache_entries)},
+                       {"patch_size_m", double{s.patch_size_m}},
                        {"restarts", std::int64_t{settings.restarts}},
                        {"reference_rays", static_cast<std::int64_t>(reference.rays())},
                        {"reference_error", ratio_error(reference, bins)}};
@@ -176,6 +181,7 @@ const std::vector<Column>& noise_columns() {
                                              {"direction_noise_deg", "direction deg", 2},
                                              {"energy_ratio", "energy ratio", 4},
                                              {"energy_ratio_error", "+-", 4},
+                                             {"cache_entries", "entries", 0},
                                              {"memory_mb", "memory MB", 1},
                                              {"reference_error", "reference +-", 4}};
     return columns;

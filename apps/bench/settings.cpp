@@ -19,6 +19,7 @@ Subject::Subject(std::string scene_name, const Scene& given, const Settings& set
     s.rays = settings.rays.value_or(s.rays);
     s.order = settings.order.value_or(s.order);
     s.response_time_s = settings.response_time_s.value_or(s.response_time_s);
+    s.patch_size_m = settings.patch_size_m.value_or(s.patch_size_m);
     s.seed = settings.seed.value_or(s.seed);
     if (settings.threads) s.threads = settings.threads;
     threads =

@@ -124,36 +124,52 @@ Published follow(const Subject& subject, const Walk& walk, Estimator estimator, 
     return published;
 }
 
-/// The truth at every measured position of a walk. Sound travels both ways alike, so if either end
-/// stands while the scene does, rays from there serve all positions of the other one.
-class WalkReference {
- public:
-    WalkReference(const Subject& subject, const Walk& walk, std::size_t bin_count) {
-        const bool scene_moves =
-            std::any_of(subject.scene.objects.begin(), subject.scene.objects.end(),
-                        [](const Object& object) { return object.path.has_value(); });
-        const auto add = [&](double time_s, const Vec3& emitter, std::vector<Vec3> receivers) {
-            for (std::size_t r = 0; r < receivers.size(); ++r)
-                places_.push_back({tracers_.size(), r});
-            tracers_.push_back(std::make_unique<Reference>(subject.scene, subject.scene.simulation,
-                                                           time_s, emitter, receivers, bin_count));
-        };
-        std::vector<Vec3> sources;
-        std::vector<Vec3> listeners;
-        for (const std::size_t k : walk.measured) {
-            sources.push_back(walk.frames[k].sources[0]);
-            listeners.push_back(walk.frames[k].listeners[0]);
-        }
-        if (!scene_moves && walk.source_stands()) {
-            add(0, sources[0], listeners);
-        } else if (!scene_moves && walk.listener_stands()) {
-            add(0, listeners[0], sources);
+/// Rays from one end of a walk serve these positions of the other end.
+struct Bundle {
+    double time_s = 0;
+    Vec3 emitter{0};
+    std::vector<Vec3> receivers;
+
+    friend bool operator==(const Bundle&, const Bundle&) = default;
+};
+
+/// Sound travels both ways alike: if either end stands while the scene does, one bundle from there
+/// serves the whole walk, in the order of its positions. Else each position has its own.
+std::vector<Bundle> bundles_of(const Subject& subject, const Walk& walk) {
+    const bool scene_moves =
+        std::any_of(subject.scene.objects.begin(), subject.scene.objects.end(),
+                    [](const Object& object) { return object.path.has_value(); });
+    std::vector<Bundle> bundles;
+    for (const std::size_t k : walk.measured) {
+        const FrameInput& frame = walk.frames[k];
+        const bool from_listener = !walk.source_stands() && walk.listener_stands();
+        const Vec3 emitter = from_listener ? frame.listeners[0] : frame.sources[0];
+        const Vec3 receiver = from_listener ? frame.sources[0] : frame.listeners[0];
+        if (!bundles.empty() && !scene_moves && bundles.back().emitter == emitter) {
+            bundles.back().receivers.push_back(receiver);
         } else {
-            for (std::size_t i = 0; i < sources.size(); ++i) {
-                add(walk.frames[walk.measured[i]].time_s, sources[i], {listeners[i]});
-            }
+            bundles.push_back({scene_moves ? frame.time_s : 0, emitter, {receiver}});
         }
     }
+    return bundles;
+}
+
+/// The truth at every measured position of a walk.
+class WalkReference {
+ public:
+    WalkReference(const Subject& subject, std::vector<Bundle> bundles, std::size_t bin_count)
+        : bundles_(std::move(bundles)) {
+        for (const Bundle& bundle : bundles_) {
+            for (std::size_t r = 0; r < bundle.receivers.size(); ++r) {
+                places_.push_back({tracers_.size(), r});
+            }
+            tracers_.push_back(std::make_unique<Reference>(subject.scene, subject.scene.simulation,
+                                                           bundle.time_s, bundle.emitter,
+                                                           bundle.receivers, bin_count));
+        }
+    }
+
+    const std::vector<Bundle>& bundles() const { return bundles_; }
 
     /// Doubles the rays.
     void trace_more(WorkerPool& workers) {
@@ -192,8 +208,9 @@ class WalkReference {
         std::size_t tracer;
         std::size_t receiver;
     };
-    std::vector<std::unique_ptr<Reference>> tracers_;
-    std::vector<Place> places_;  ///< of each position
+    std::vector<Bundle> bundles_;
+    std::vector<std::unique_ptr<Reference>> tracers_;  ///< of each bundle
+    std::vector<Place> places_;                        ///< of each position
 };
 
 struct Deviation {
@@ -223,7 +240,7 @@ Deviation deviation_of(const Published& published, const WalkReference& referenc
 }
 
 std::vector<Row> measure_walk(const Subject& subject, const Walk& walk, const Settings& settings,
-                              WorkerPool& workers) {
+                              std::unique_ptr<WalkReference>& reference, WorkerPool& workers) {
     const int scene_rays = subject.scene.simulation.rays;
     const std::size_t all = walk.frames.size();
     const auto cost_frames =
@@ -254,24 +271,31 @@ std::vector<Row> measure_walk(const Subject& subject, const Walk& walk, const Se
         r.published = follow(subject, walk, r.estimator, r.rays, all, settings);
     }
 
-    // Converge the reference against the best of them.
-    WalkReference reference(subject, walk, runs.front().published.energy.front().size());
-    double least_error = 0;
-    do {
-        settings.progress(std::string("tracking: ") + walk.mover + ", reference, " +
-                          std::to_string(static_cast<std::int64_t>(reference.rays())) + " rays");
-        reference.trace_more(workers);
-        least_error = deviation_of(runs.front().published, reference).error;
+    // Converge the reference against the best of them; that of the walk before may serve.
+    std::vector<Bundle> bundles = bundles_of(subject, walk);
+    if (!reference || reference->bundles() != bundles) {
+        reference = std::make_unique<WalkReference>(subject, std::move(bundles),
+                                                    runs.front().published.energy.front().size());
+        reference->trace_more(workers);
+    }
+    const auto least_error = [&] {
+        double least = deviation_of(runs.front().published, *reference).error;
         for (const Run& r : runs) {
-            least_error = std::min(least_error, deviation_of(r.published, reference).error);
+            least = std::min(least, deviation_of(r.published, *reference).error);
         }
-    } while (reference.error() > kReferenceShare * least_error &&
-             reference.rays() < settings.reference_rays);
+        return least;
+    };
+    while (reference->error() > kReferenceShare * least_error() &&
+           reference->rays() < settings.reference_rays) {
+        settings.progress(std::string("tracking: ") + walk.mover + ", reference, " +
+                          std::to_string(static_cast<std::int64_t>(reference->rays())) + " rays");
+        reference->trace_more(workers);
+    }
 
     std::vector<Row> rows;
     std::vector<double> pt_error;
     for (const Run& r : runs) {
-        const Deviation deviation = deviation_of(r.published, reference);
+        const Deviation deviation = deviation_of(r.published, *reference);
         // Plain path tracing comes first on each basis, if at all.
         if (r.estimator == Estimator::pt) pt_error.push_back(deviation.error);
         Row row;
@@ -290,8 +314,8 @@ std::vector<Row> measure_walk(const Subject& subject, const Walk& walk, const Se
             {"tracking_error", deviation.error},
             {"error_to_pt", pt_error.empty() ? Value{} : Value{deviation.error / pt_error.back()}},
             {"energy_ratio", deviation.energy_ratio},
-            {"reference_rays", static_cast<std::int64_t>(reference.rays())},
-            {"reference_error", reference.error()}};
+            {"reference_rays", static_cast<std::int64_t>(reference->rays())},
+            {"reference_error", reference->error()}};
         rows.push_back(row);
     }
     return rows;
@@ -301,9 +325,10 @@ std::vector<Row> measure_walk(const Subject& subject, const Walk& walk, const Se
 
 std::vector<Row> measure_tracking(const Subject& subject, const Settings& settings) {
     WorkerPool workers(static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
+    std::unique_ptr<WalkReference> reference;
     std::vector<Row> rows;
     for (const Walk& walk : walks_of(subject, settings)) {
-        const std::vector<Row> more = measure_walk(subject, walk, settings, workers);
+        const std::vector<Row> more = measure_walk(subject, walk, settings, reference, workers);
         rows.insert(rows.end(), more.begin(), more.end());
     }
     return rows;
