@@ -17,9 +17,6 @@ constexpr double kDirectFilter_s = 256.0 / 48000;
 constexpr double kFade_s = 1024.0 / 48000;
 constexpr std::size_t kShortestFade_samples = 512;
 
-// Delay lines reach at least this far (more than a kilometre); what is farther is heard from there.
-constexpr double kLongestDelay_s = 3;
-
 std::size_t to_samples(double seconds, double sample_rate_hz) {
     return static_cast<std::size_t>(std::llround(seconds * sample_rate_hz));
 }
@@ -57,7 +54,7 @@ RenderShape::RenderShape(const RendererConfig& config, const Hrtf* hrtf) {
     direct.block = block;
     direct.frame_samples = std::max<std::size_t>(1, to_samples(config.frame_s, rate));
     direct.longest_delay_samples =
-        std::max(config.response_samples, to_samples(kLongestDelay_s, rate));
+        std::max(config.response_samples, to_samples(config.longest_delay_s, rate));
 
     // A fade is over before the next frame comes, a block's jitter allowed for; only very short
     // frames have to wait, for a shorter fade would be heard.

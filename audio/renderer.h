@@ -47,6 +47,7 @@ struct RendererConfig {
     std::size_t response_samples = 48000;  ///< longest reverberation
     double frame_s = 1.0 / 30;  ///< time between propagation frames: moves are spread over it
     OutputFormat output = OutputFormat::binaural;
+    double longest_delay_s = 3;  ///< of direct sound; what is farther is heard as late as this
 };
 
 /// Everything the audio thread needs of one propagation frame, transformed and ready. Made by

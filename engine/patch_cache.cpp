@@ -8,8 +8,9 @@ namespace aula {
 
 namespace {
 
-/// 2^26 rays of at most 8 energy units, in units of 2^-34, stay below 2^63.
-constexpr std::uint64_t kMostRays = 1ULL << 26;
+/// 2^22 rays leave less noise than the gather has, and their sums stay below 2^63 in units of
+/// 2^-34 even where each ray meets a patch a hundred times in one bin.
+constexpr std::uint64_t kMostRays = 1ULL << 22;
 
 /// A frame holds while source and scene are within this share of the patch size of where they were
 /// then. At 1.5 m/s, 30 frames a second and patches of 0.5 m that is four frames, which is where
@@ -110,7 +111,8 @@ void PatchCache::apply(const Frame& frame, std::int64_t sign, WorkerPool& worker
         for (const auto& batch : frame.deposits) {
             for (std::size_t i = 0; i < batch.size(); ++i) {
                 // Sums lie scattered in memory: ask for those that come soon.
-                if (const std::size_t soon = i + 8; soon < batch.size()) {
+                if (const std::size_t soon = i + 8;
+                    soon < batch.size() && batch[soon].patch % jobs == job) {
                     const auto& sum = rows_[batch[soon].patch].sum;
                     if (sum) __builtin_prefetch(&sum[batch[soon].bin * kBandCount], 1);
                 }

@@ -70,14 +70,15 @@ void for_each_cell(const Polygon& polygon, float cell_m, int axis, Vec3 middle,
         low = std::min(low, polygon.at(i)[axis]);
         high = std::max(high, polygon.at(i)[axis]);
     }
-    const float first = std::floor(low / cell_m);
-    const float last = std::floor(high / cell_m);
-    for (float k = first; k <= last; ++k) {
+    const auto first = static_cast<int>(std::floor(low / cell_m));
+    const auto last = static_cast<int>(std::floor(high / cell_m));
+    for (int k = first; k <= last; ++k) {
+        const auto border_m = static_cast<float>(k) * cell_m;
         Polygon part = polygon;
-        if (k > first) part = cut(part, axis, k * cell_m, -1);
-        if (k < last && part.count > 2) part = cut(part, axis, (k + 1) * cell_m, 1);
+        if (k > first) part = cut(part, axis, border_m, -1);
+        if (k < last && part.count > 2) part = cut(part, axis, border_m + cell_m, 1);
         if (part.count < 3) continue;
-        middle[axis] = (k + 0.5F) * cell_m;
+        middle[axis] = border_m + 0.5F * cell_m;
         for_each_cell(part, cell_m, axis + 1, middle, visit);
     }
 }
@@ -89,6 +90,7 @@ struct PatchGrid::State {
     WorkerPool& workers;
     std::uint64_t seed;
     float cell_m;
+    Vec3 origin{0};  // cells count from the lowest corner of the scene
     tsl::robin_map<std::uint64_t, std::uint32_t, MixHash> patch_of_cell;
     std::vector<float> static_area_m2;  // of objects that stand
     std::vector<float> area_m2;         // of all
@@ -96,7 +98,21 @@ struct PatchGrid::State {
     std::size_t reached_count = 0;
 
     State(const RayScene& rays, WorkerPool& pool, std::uint64_t sample_seed, float patch_size_m)
-        : scene(rays), workers(pool), seed(sample_seed), cell_m(patch_size_m) {}
+        : scene(rays), workers(pool), seed(sample_seed) {
+        Vec3 low(std::numeric_limits<float>::infinity());
+        Vec3 high = -low;
+        for (const RayScene::Triangle& triangle : rays.triangles()) {
+            for (const Vec3& v : triangle.vertices) {
+                low = glm::min(low, v);
+                high = glm::max(high, v);
+            }
+        }
+        if (rays.triangle_count() > 0) origin = low;
+        const Vec3 extent = rays.triangle_count() > 0 ? high - low : Vec3(0);
+        // A key has 20 bits for each coordinate, of which moving objects may need some.
+        cell_m = std::max(patch_size_m,
+                          std::max({extent.x, extent.y, extent.z}) / static_cast<float>(1 << 17));
+    }
 
     struct Sample {
         Vec3 point;  // on the surface
@@ -106,7 +122,7 @@ struct PatchGrid::State {
         bool back = false;
     };
 
-    static std::uint64_t key(const Vec3& point, const Vec3& normal, float cells_per_m) {
+    std::uint64_t key(const Vec3& point, const Vec3& normal) const {
         const Vec3 size = glm::abs(normal);
         std::uint64_t direction = 0;
         if (size.x >= size.y && size.x >= size.z) {
@@ -118,16 +134,17 @@ struct PatchGrid::State {
         }
         constexpr std::int64_t kBias = 1 << 19;
         const auto cell = [&](float x) {
-            return static_cast<std::uint64_t>(
-                       static_cast<std::int64_t>(std::floor(x * cells_per_m)) + kBias) &
+            return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x / cell_m)) +
+                                              kBias) &
                    0xfffff;
         };
-        return direction << 60 | cell(point.x) << 40 | cell(point.y) << 20 | cell(point.z);
+        const Vec3 p = point - origin;
+        return direction << 60 | cell(p.x) << 40 | cell(p.y) << 20 | cell(p.z);
     }
 
     std::uint32_t patch_at(const Vec3& point, const Vec3& normal) {
         const auto [entry, added] = patch_of_cell.try_emplace(
-            key(point, normal, 1 / cell_m), static_cast<std::uint32_t>(area_m2.size()));
+            key(point, normal), static_cast<std::uint32_t>(area_m2.size()));
         if (added) {
             static_area_m2.push_back(0);
             area_m2.push_back(0);
@@ -144,17 +161,19 @@ struct PatchGrid::State {
         for (const bool back : {false, true}) {
             const Vec3 normal = back ? -triangle.normal : triangle.normal;
             Polygon whole;
-            for (const Vec3& v : triangle.vertices) whole.add(v + RayScene::kOffset_m * normal);
+            for (const Vec3& v : triangle.vertices)
+                whole.add(v - origin + RayScene::kOffset_m * normal);
             for_each_cell(whole, cell_m, 0, Vec3(0), [&](const Vec3& middle, const Polygon& part) {
                 const float area = part.area_m2();
                 if (!(area > 0)) return;
-                const std::uint32_t patch = patch_at(middle, normal);
+                const std::uint32_t patch = patch_at(origin + middle, normal);
                 const int count = std::clamp(
                     static_cast<int>(std::ceil(kSamplesPerPatch * area / (cell_m * cell_m))), 1,
                     kSamplesPerPatch);
                 for (int i = 0; i < count; ++i) {
-                    samples.push_back({point_in(part, random) - RayScene::kOffset_m * normal, t,
-                                       patch, area / static_cast<float>(count), back});
+                    samples.push_back(
+                        {origin + point_in(part, random) - RayScene::kOffset_m * normal, t, patch,
+                         area / static_cast<float>(count), back});
                 }
             });
         }
@@ -187,9 +206,9 @@ struct PatchGrid::State {
             flood(scene, inside, kFloodPaths, kFloodBounces, derive_seed(seed, 1 << 30, round),
                   [&](const Ray& ray, const Hit& hit) {
                       if (!hit.any()) return;
-                      const auto found = patch_of_cell.find(
-                          key(scene.point(hit, ray.direction),
-                              scene.facing_normal(hit, ray.direction), 1 / cell_m));
+                      const auto found =
+                          patch_of_cell.find(key(scene.point(hit, ray.direction),
+                                                 scene.facing_normal(hit, ray.direction)));
                       if (found == patch_of_cell.end() || reached[found->second]) return;
                       reached[found->second] = 1;
                       ++reached_count;
@@ -257,16 +276,15 @@ struct PatchGrid::State {
     /// that moves.
     bool sound_at(const Ray& ray, const Hit& hit) const {
         if (!hit.any() || scene.moves(scene.triangle(hit.triangle))) return true;
-        const auto found = patch_of_cell.find(key(
-            scene.point(hit, ray.direction), scene.facing_normal(hit, ray.direction), 1 / cell_m));
+        const auto found = patch_of_cell.find(
+            key(scene.point(hit, ray.direction), scene.facing_normal(hit, ray.direction)));
         return found != patch_of_cell.end() && reached[found->second];
     }
 };
 
 PatchGrid::PatchGrid(const RayScene& scene, float patch_size_m, std::span<const Vec3> inside,
                      std::uint64_t seed, WorkerPool& workers)
-    : patch_size_m_(patch_size_m),
-      state_(std::make_unique<State>(scene, workers, seed, patch_size_m)) {
+    : state_(std::make_unique<State>(scene, workers, seed, patch_size_m)) {
     std::vector<State::Sample> standing;
     std::vector<State::Sample> moving;
     for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
@@ -290,12 +308,13 @@ void PatchGrid::scene_moved() {
 }
 
 std::uint32_t PatchGrid::find(const Vec3& point, const Vec3& facing_normal) const {
-    const auto found =
-        state_->patch_of_cell.find(State::key(point, facing_normal, 1 / state_->cell_m));
+    const auto found = state_->patch_of_cell.find(state_->key(point, facing_normal));
     return found == state_->patch_of_cell.end() ? kNone : found->second;
 }
 
 float PatchGrid::area_m2(std::uint32_t patch) const { return state_->area_m2[patch]; }
+
+float PatchGrid::patch_size_m() const { return state_->cell_m; }
 
 std::size_t PatchGrid::size() const { return state_->area_m2.size(); }
 

@@ -40,11 +40,11 @@ class PatchGrid {
     /// Number of patches that sound reached when the grid was made.
     std::size_t reached() const;
 
-    float patch_size_m() const { return patch_size_m_; }
+    /// As wanted, or larger in scenes of more than 2^17 patches across.
+    float patch_size_m() const;
 
  private:
     struct State;
-    float patch_size_m_;
     std::unique_ptr<State> state_;
 };
 

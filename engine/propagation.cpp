@@ -123,8 +123,7 @@ struct Propagation::State {
           workers(settings.threads.value_or(default_threads())),
           inside(places(scene)),
           bins(response_length_s()),
-          specular(rays, simulation.specular ? simulation.specular_order : 0,
-                   derive_seed(settings.seed, SeedPurpose::specular)),
+          specular(rays, image_source_order(), derive_seed(settings.seed, SeedPurpose::specular)),
           seed(settings.seed) {
         TraceSettings trace;
         trace.rays = simulation.rays;
@@ -147,6 +146,13 @@ struct Propagation::State {
             of_source.resize(static_cast<std::size_t>(tracer->batch_count()));
         }
         make_caches();
+    }
+
+    /// Highest order of the image sources; the limit of all orders holds for them, too.
+    int image_source_order() const {
+        if (!simulation.specular) return 0;
+        return simulation.order > 0 ? std::min(simulation.order, simulation.specular_order)
+                                    : simulation.specular_order;
     }
 
     double response_length_s() const {
@@ -260,6 +266,7 @@ struct Propagation::State {
 
     void update_caches(const FrameInput& input) {
         for (std::size_t s = 0; s < batches.size(); ++s) {
+            if (batches[s].front().segments == 0) continue;  // not traced: its cache is complete
             std::vector<std::vector<Arrival>> at(listener_count);
             for (const TraceBatch& batch : batches[s]) {
                 for (const Arrival& arrival : batch.arrivals) {
@@ -274,7 +281,7 @@ struct Propagation::State {
                                              simulation.rays);
                 }
             }
-            if (!patch_caches.empty() && batches[s].front().segments > 0) {
+            if (!patch_caches.empty()) {
                 patch_caches[s].add_frame(input.sources[s], travel_m, simulation.rays, grid->size(),
                                           batches[s], workers);
             }

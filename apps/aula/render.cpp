@@ -11,6 +11,7 @@
 #include "apps/session/session.h"
 #include "audio/error.h"
 #include "audio/sound_file.h"
+#include "engine/error.h"
 
 namespace aula {
 
@@ -72,6 +73,7 @@ class MeasurementFiles {
  public:
     MeasurementFiles(const Arguments& arguments, const Scene& scene) : arguments_(arguments) {
         const SessionOptions& session = arguments.session;
+        check_names_differ(scene);
         if (arguments.ir)
             for (std::size_t s = 0; s < scene.sources.size(); ++s)
                 responses_.push_back(std::make_unique<WavWriter>(
@@ -96,6 +98,22 @@ class MeasurementFiles {
     }
 
  private:
+    void check_names_differ(const Scene& scene) const {
+        std::vector<std::filesystem::path> files;
+        if (arguments_.ir)
+            for (std::size_t s = 0; s < scene.sources.size(); ++s)
+                files.push_back(response_file(*arguments_.ir, scene, s));
+        if (arguments_.echogram) files.push_back(*arguments_.echogram);
+        if (arguments_.report_json) files.push_back(*arguments_.report_json);
+        for (std::size_t i = 0; i < files.size(); ++i)
+            for (std::size_t k = 0; k < i; ++k)
+                if (std::filesystem::absolute(files[i]).lexically_normal() ==
+                    std::filesystem::absolute(files[k]).lexically_normal())
+                    throw Error(files[i].string() +
+                                ": two results would be written there; expected a file for each "
+                                "(sources need names that differ in [A-Za-z0-9._-])");
+    }
+
     const Arguments& arguments_;
     std::vector<std::unique_ptr<WavWriter>> responses_;
     std::optional<OutputFile> echogram_;

@@ -14,7 +14,8 @@ FrameMaker::FrameMaker(const Scene& scene, double sample_rate_hz, int block, Out
               .sources = scene.sources.size(),
               .response_samples = impulse_responses_.length_samples(),
               .frame_s = 1.0 / static_cast<double>(scene.simulation.frame_rate_hz),
-              .output = output},
+              .output = output,
+              .longest_delay_s = longest_delay_s(scene)},
       builder_(config_, std::move(hrtf)),
       responses_(scene.sources.size()),
       sounds_(scene.sources.size()) {

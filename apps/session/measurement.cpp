@@ -193,7 +193,8 @@ std::vector<std::vector<float>> impulse_response(const Scene& scene, std::size_t
         .sources = 1,
         .response_samples = builder.length_samples(),
         .frame_s = 1.0 / static_cast<double>(scene.simulation.frame_rate_hz),
-        .output = options.output};
+        .output = options.output,
+        .longest_delay_s = longest_delay_s(scene)};
     const HeadRotation head = head_rotation(scene.listener.pose_at(0));
     Renderer renderer(config, hrtf);
     RenderFrameBuilder frames(config, hrtf);

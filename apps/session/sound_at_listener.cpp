@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <numbers>
+#include <optional>
+#include <vector>
 
 namespace aula {
 
@@ -39,6 +42,22 @@ SourceSound source_sound(const ImpulseResponse& response, double speed_of_sound_
     }
     sound.gain = std::pow(10.0F, gain_db / 20);
     return sound;
+}
+
+double longest_delay_s(const Scene& scene) {
+    const auto places = [](const Vec3& position, const std::optional<Path>& path) {
+        std::vector<Vec3> points{position};
+        if (path)
+            for (const Path::Point& point : path->points) points.push_back(point.pose.position);
+        return points;
+    };
+    float farthest_m = 0;
+    for (const Vec3& heard : places(scene.listener.pose.position, scene.listener.path))
+        for (const Source& source : scene.sources)
+            for (const Vec3& sounding : places(source.position, source.path))
+                farthest_m = std::max(farthest_m, glm::distance(heard, sounding));
+    constexpr float kToSpare_m = 1000;
+    return static_cast<double>((farthest_m + kToSpare_m) / scene.medium.speed_of_sound_m_s());
 }
 
 HeadRotation head_rotation(const Pose& pose) {

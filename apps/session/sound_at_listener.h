@@ -10,6 +10,10 @@ namespace aula {
 /// they are (keep `response` alive), arrivals get delays in seconds and pressure gains.
 SourceSound source_sound(const ImpulseResponse& response, double speed_of_sound_m_s, float gain_db);
 
+/// The longest delay of direct sound in a scene, for the renderer: from every place of a source to
+/// every place of the listener, with a kilometre to spare for walks by hand.
+double longest_delay_s(const Scene& scene);
+
 /// The head's axes as the renderer takes them.
 HeadRotation head_rotation(const Pose& pose);
 
