@@ -157,8 +157,12 @@ class Options {
         // A flag, so that `--report SCENE` leaves SCENE alone; "" stands for no file.
         app_.add_flag("--report{}", report_);
         integer<int>("--frames", 1, 1'000'000, [this](int n) { arguments_.frames = n; });
-        real("--bin-ms", 1000, "milliseconds above 0, at most 1000",
-             [this](double ms) { arguments_.bin_s = ms / 1000; });
+        constexpr double kNarrowestBin_ms = 0.01;
+        const char* const widths = "milliseconds from 0.01 to 1000";
+        real("--bin-ms", 1000, widths, [this, widths](double ms) {
+            if (ms < kNarrowestBin_ms) fail("--bin-ms", std::to_string(ms), widths);
+            arguments_.bin_s = ms / 1000;
+        });
         app_.add_flag("--list-devices", list_devices_);
     }
 
