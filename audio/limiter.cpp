@@ -35,6 +35,7 @@ struct Limiter::State {
     std::int64_t held = kUnity;
     std::size_t position = 0;
     std::uint64_t now = 0;
+    float least_gain = 1;
 
     /// Candidates of the sliding minimum, times and gains ascending; a ring.
     struct Candidate {
@@ -96,16 +97,20 @@ Limiter::~Limiter() = default;
 
 int Limiter::latency_samples() const { return static_cast<int>(state_->window); }
 
+float Limiter::least_gain() const noexcept { return state_->least_gain; }
+
 void Limiter::process(std::span<float* const> channels, int samples) noexcept {
     State& s = *state_;
     const auto count = static_cast<std::size_t>(samples);
     assert(channels.size() == s.delayed.size() && count <= s.gains.size());
 
     const std::size_t start = s.position;
+    s.least_gain = 1;
     for (std::size_t i = 0; i < count; ++i) {
         float peak = 0;
         for (float* const channel : channels) peak = std::max(peak, std::abs(channel[i]));
         s.gains[i] = s.next_gain(peak);
+        s.least_gain = std::min(s.least_gain, s.gains[i]);
     }
     for (std::size_t c = 0; c < channels.size(); ++c) {
         std::size_t position = start;

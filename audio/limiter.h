@@ -19,6 +19,9 @@ class Limiter {
     void process(std::span<float* const> channels, int samples) noexcept AULA_NONBLOCKING;
     int latency_samples() const;
 
+    /// The least gain in the last process(). [audio thread]
+    float least_gain() const noexcept AULA_NONBLOCKING;
+
  private:
     struct State;
     std::unique_ptr<State> state_;

@@ -183,8 +183,7 @@ int show_info(const Arguments& arguments) {
 
 int check_scene(const Arguments& arguments) {
     const Scene scene = read_scene(arguments);
-    for (const Signal& signal : read_signals(scene, arguments.session.sample_rate_hz))
-        warn(signal.warnings(), arguments.quiet);
+    warn(warnings_of(read_signals(scene, arguments.session.sample_rate_hz)), arguments.quiet);
     std::size_t triangles = 0;
     for (const Object& object : scene.objects) triangles += object.triangles.size();
     std::printf("%s: ok, %zu triangles, %zu materials, %zu sources\n", arguments.scene.c_str(),

@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "apps/session/play_controls.h"
 #include "audio/renderer.h"
 #include "engine/impulse_response.h"
 #include "engine/propagation.h"
@@ -24,13 +25,24 @@ class FrameMaker {
     /// An empty frame with all memory in place.
     std::unique_ptr<RenderFrame> make_frame() const { return builder_.make_frame(); }
 
-    /// Fills a frame with what is heard at a time, the sources on their paths.
-    void fill(double time_s, const Pose& listener, RenderFrame& frame);
+    /// Fills a frame with what is heard at a time: the listener and the sources on their paths, or
+    /// where and as the controls say.
+    void fill(double time_s, const PlayControls& controls, RenderFrame& frame);
+
+    /// Fills the caches with what a frame at that time finds: propagates up to a window of frames,
+    /// for not much longer than a time, and plays none.
+    void settle(double time_s, const PlayControls& controls, double longest_s);
 
     double response_length_s() const { return propagation_.response_length_s(); }
     const FrameStatistics& statistics() const { return propagation_.statistics(); }
 
+    /// Where the sources were in the newest frame.
+    const std::vector<Vec3>& source_positions() const { return input_.sources; }
+
  private:
+    void propagate(double time_s, const PlayControls& controls);
+    SourceSound sound_of(std::size_t source, const PlayControls& controls);
+
     const Scene& scene_;
     Propagation propagation_;
     ImpulseResponseBuilder impulse_responses_;

@@ -56,7 +56,7 @@ class FramePipeline {
                 auto frame = spent_.pop();
                 if (!frame || stop_) return;
                 const double time_s = static_cast<double>(k) / frame_rate_hz;
-                maker_.fill(time_s, scene_.listener.pose_at(time_s), **frame);
+                maker_.fill(time_s, {}, **frame);
                 ready_.push(std::move(*frame));
             }
         } catch (...) {
@@ -92,7 +92,7 @@ struct PlanarBlock {
 /// The audio side of a walk, block by block.
 class BlockRenderer {
  public:
-    BlockRenderer(const Scene& scene, FrameMaker& maker, const std::vector<Signal>& signals,
+    BlockRenderer(const Scene& scene, FrameMaker& maker, const SignalSet& signals,
                   const Timeline& timeline, std::shared_ptr<const Hrtf> hrtf)
         : scene_(scene),
           signals_(signals),
@@ -109,7 +109,7 @@ class BlockRenderer {
     void render(std::int64_t first, std::span<float* const> outputs) {
         take_frames_before(first + block_);
         for (std::size_t s = 0; s < signals_.size(); ++s) {
-            signals_[s].read(first, inputs_.samples[s]);
+            signals_[s]->read(first, inputs_.samples[s]);
             timeline_.fade(first, rate_hz_, inputs_.samples[s]);
         }
         renderer_.render(inputs_.const_pointers, head_.advance(block_), outputs, block_);
@@ -140,7 +140,7 @@ class BlockRenderer {
     }
 
     const Scene& scene_;
-    const std::vector<Signal>& signals_;
+    const SignalSet& signals_;
     const Timeline& timeline_;
     double rate_hz_;
     int block_;
@@ -160,9 +160,9 @@ bool render_offline(const Scene& scene, const SessionOptions& options,
     const double rate_hz = options.sample_rate_hz;
     const std::size_t channels = channel_count(options.output);
     WavWriter writer(file, rate_hz, channels, options.format);
-    const std::vector<Signal> signals = read_signals(scene, rate_hz);
-    for (const Signal& signal : signals)
-        warnings.insert(warnings.end(), signal.warnings().begin(), signal.warnings().end());
+    const SignalSet signals = read_signals(scene, rate_hz);
+    const std::vector<std::string> odd = warnings_of(signals);
+    warnings.insert(warnings.end(), odd.begin(), odd.end());
     const auto hrtf = hrtf_for(options, rate_hz);
     FrameMaker maker(scene, rate_hz, options.block, options.output, hrtf);
     const Timeline timeline = offline_timeline({.scene = scene,

@@ -5,8 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "apps/session/play_controls.h"
 #include "apps/session/session_options.h"
+#include "apps/session/signals.h"
 #include "audio/device.h"
+#include "engine/propagation.h"
 #include "engine/scene.h"
 
 namespace aula {
@@ -15,22 +18,30 @@ namespace aula {
 struct PlayStatus {
     double time_s = 0;              ///< sound played so far
     Pose listener;                  ///< of the newest frame
+    std::vector<Vec3> sources;      ///< where they were in the newest frame
     std::uint64_t frames = 0;       ///< propagation frames
     std::uint64_t late_frames = 0;  ///< frame times that passed while an earlier frame was computed
     double frame_mean_ms = 0;
     double frame_worst_ms = 0;
-    double load = 0;  ///< share of a block's time that the audio thread needs
+    double frame_ms = 0;        ///< of the newest frame
+    FrameStatistics frame;      ///< of the newest frame
+    double response_age_s = 0;  ///< since the newest response was handed over
+    double load = 0;            ///< share of a block's time that the audio thread needs
     double worst_load = 0;
     std::uint64_t underruns = 0;
-    float peak = 0;         ///< largest sample since the last status()
-    bool finished = false;  ///< played to the end
+    float peak = 0;             ///< largest sample since the last status()
+    float limiter_gain = 1;     ///< least gain of the limiter since the last status()
+    bool preparing = false;     ///< a change is on its way
+    std::uint64_t changes = 0;  ///< changes that are heard
+    std::string change_error;   ///< why the last change was not made; empty if it was
+    bool finished = false;      ///< played to the end
 };
 
-/// Plays a scene on an output device. Owns the device with its audio thread, which only renders,
-/// and the propagation thread, which wakes at each frame time, hands over the frame that it has
-/// computed for the one before, takes the newest listener pose and computes the next; a pose is
-/// heard one frame after its time. Sound starts with the constructor and stops with the
-/// destructor.
+/// Plays a scene on an output device. Owns the device with its audio thread, which only renders;
+/// the propagation thread, which wakes at each frame time, hands over the frame that it has
+/// computed for the one before, takes the newest poses and computes the next, so that a pose is
+/// heard one frame after its time; and a thread that prepares changes. Sound starts with the
+/// constructor and stops with the destructor.
 class Player {
  public:
     /// Keeps a copy of the scene. If the device refuses the sample rate its own is used. Throws
@@ -42,6 +53,19 @@ class Player {
 
     /// Where the listener is from now on, if the scene gives it no path. [any thread]
     void move_listener(const Pose& pose);
+
+    /// What is changed from the next frame on. [any thread]
+    void control(const PlayControls& controls);
+
+    /// Plays on with another scene or other options, whatever differs: they are prepared in the
+    /// background while the sound goes on, then faded to. Of several changes in a row the newest
+    /// is made. Time goes on, or begins anew (and controls are back at nothing changed). The
+    /// device stays: its name, sample rate, block and output are not changed. What is wrong with a
+    /// change is said in the status, and what played plays on. [any thread]
+    void change(const Scene& scene, const SessionOptions& options, bool starts_anew = false);
+
+    /// Plays another signal on a source, until a change gives that source another. [any thread]
+    void play_signal(std::size_t source, std::shared_ptr<const Signal> signal);
 
     /// Throws AudioFailure if the device is lost, and what the propagation thread threw.
     PlayStatus status();

@@ -38,6 +38,9 @@ Signal::Signal(const Source& source, double sample_rate_hz, std::uint64_t noise_
     }
 }
 
+Signal::Signal(std::vector<float> samples, bool loop)
+    : noise_(false), loop_(loop), noise_seed_(0), samples_(std::move(samples)) {}
+
 void Signal::read(std::int64_t first, std::span<float> out) const noexcept {
     if (noise_) {
         for (std::size_t i = 0; i < out.size(); ++i)
@@ -63,11 +66,24 @@ std::optional<std::int64_t> Signal::cycle_samples() const {
     return static_cast<std::int64_t>(samples_.size());
 }
 
-std::vector<Signal> read_signals(const Scene& scene, double sample_rate_hz) {
-    std::vector<Signal> signals;
+std::shared_ptr<const Signal> read_signal(const Scene& scene, std::size_t source,
+                                          double sample_rate_hz) {
+    return std::make_shared<const Signal>(scene.sources[source], sample_rate_hz,
+                                          mix_bits(scene.simulation.seed) + source);
+}
+
+SignalSet read_signals(const Scene& scene, double sample_rate_hz) {
+    SignalSet signals;
     for (std::size_t s = 0; s < scene.sources.size(); ++s)
-        signals.emplace_back(scene.sources[s], sample_rate_hz, mix_bits(scene.simulation.seed) + s);
+        signals.push_back(read_signal(scene, s, sample_rate_hz));
     return signals;
+}
+
+std::vector<std::string> warnings_of(const SignalSet& signals) {
+    std::vector<std::string> all;
+    for (const auto& signal : signals)
+        all.insert(all.end(), signal->warnings().begin(), signal->warnings().end());
+    return all;
 }
 
 }  // namespace aula

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -19,6 +20,9 @@ class Signal {
     /// Reads and resamples the file, if it is one. Different `noise_seed`s give independent noise.
     /// Throws AudioInputError.
     Signal(const Source& source, double sample_rate_hz, std::uint64_t noise_seed);
+
+    /// Plays samples that were made elsewhere.
+    Signal(std::vector<float> samples, bool loop);
 
     /// Samples from index `first` on; zero beyond the end. [audio thread, wait-free]
     void read(std::int64_t first, std::span<float> out) const noexcept;
@@ -40,7 +44,17 @@ class Signal {
     std::vector<std::string> warnings_;
 };
 
+/// One signal for each source of a scene. Shared, so that what is kept is not read again.
+using SignalSet = std::vector<std::shared_ptr<const Signal>>;
+
+/// The signal of one source of a scene. Throws AudioInputError.
+std::shared_ptr<const Signal> read_signal(const Scene& scene, std::size_t source,
+                                          double sample_rate_hz);
+
 /// The signals of all sources, in their order. Throws AudioInputError.
-std::vector<Signal> read_signals(const Scene& scene, double sample_rate_hz);
+SignalSet read_signals(const Scene& scene, double sample_rate_hz);
+
+/// What was odd about the files of all.
+std::vector<std::string> warnings_of(const SignalSet& signals);
 
 }  // namespace aula

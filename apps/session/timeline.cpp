@@ -33,12 +33,12 @@ Lengths lengths(const TimelineInput& input) {
     const auto seconds = [&](std::int64_t samples) {
         return static_cast<double>(samples) / input.sample_rate_hz;
     };
-    for (const Signal& signal : input.signals) {
-        if (const auto length = signal.length_samples()) {
+    for (const auto& signal : input.signals) {
+        if (const auto length = signal->length_samples()) {
             l.signals_s = std::max(l.signals_s, seconds(*length));
         } else {
             l.signal_goes_on = true;
-            l.cycle_s = std::max(l.cycle_s, seconds(signal.cycle_samples().value_or(0)));
+            l.cycle_s = std::max(l.cycle_s, seconds(signal->cycle_samples().value_or(0)));
         }
     }
     return l;

@@ -27,7 +27,7 @@ struct Timeline {
 /// What a timeline is made from.
 struct TimelineInput {
     const Scene& scene;
-    const std::vector<Signal>& signals;
+    const SignalSet& signals;
     double sample_rate_hz;
     double response_length_s;
     std::optional<double> duration_s;  ///< as asked for: exactly that long

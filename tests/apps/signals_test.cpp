@@ -80,8 +80,8 @@ TEST_CASE("The noises of two sources of a scene are independent") {
     scene.sources = {source(Source::Signal::noise, false), source(Source::Signal::noise, false)};
     const auto signals = aula::read_signals(scene, kRate_hz);
     constexpr std::size_t kCount = 48000;
-    const auto a = read(signals[0], 0, kCount);
-    const auto b = read(signals[1], 0, kCount);
+    const auto a = read(*signals[0], 0, kCount);
+    const auto b = read(*signals[1], 0, kCount);
     double product = 0;
     double own = 0;
     for (std::size_t i = 0; i < kCount; ++i) {

@@ -1,0 +1,137 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "apps/session/signals.h"
+#include "apps/session/sound_at_listener.h"
+#include "apps/session/timeline.h"
+#include "audio/limiter.h"
+#include "audio/mailbox.h"
+#include "audio/renderer.h"
+#include "audio/sample_ring.h"
+
+namespace aula {
+
+/// How long a change of signals, or of what plays, is faded.
+inline constexpr double kChangeFade_s = 0.05;
+
+/// A scene as the audio thread plays it: signals through a renderer of its own. Its input is faded
+/// in when it begins; when something else follows its input is faded out and the room rings out.
+/// So the sum of what ends and what begins hears every sample of the signals once, whatever the
+/// two are, and nothing clicks.
+class Stage {
+ public:
+    /// `starts_anew`: the signals begin with the stage; else they go on where they are.
+    Stage(const RendererConfig& config, SignalSet signals, const Timeline& timeline,
+          std::shared_ptr<const Hrtf> hrtf, bool starts_anew);
+    ~Stage();
+    Stage(const Stage&) = delete;
+    Stage& operator=(const Stage&) = delete;
+
+    /// Where the frames to be heard go. [propagation thread]
+    Mailbox<RenderFrame>& frames() { return renderer_.mailbox(); }
+
+    /// Other signals for the same sources; they are crossfaded. [one thread at a time]
+    Mailbox<SignalSet>& signals() { return next_signals_; }
+
+ private:
+    friend class LiveMixer;
+
+    enum class State { playing, ringing, ending };
+
+    void begin(std::int64_t position, bool faded) noexcept AULA_NONBLOCKING;
+    void retire() noexcept AULA_NONBLOCKING { state_ = State::ringing; }
+    void end() noexcept AULA_NONBLOCKING { state_ = State::ending; }
+    bool faded_in() const noexcept { return input_fade_ == fade_.size(); }
+    bool ended() const noexcept { return state_ == State::ending && output_fade_ == 0; }
+
+    void read_inputs(std::int64_t position, int samples) noexcept AULA_NONBLOCKING;
+    void render(std::int64_t position, std::span<float* const> sum,
+                int samples) noexcept AULA_NONBLOCKING;
+
+    double rate_hz_;
+    Timeline timeline_;
+    bool starts_anew_;
+    std::int64_t zero_ = 0;  ///< position of the signals' first sample
+    std::unique_ptr<SignalSet> first_signals_;
+    SignalSet* signals_;
+    SignalSet* fading_signals_ = nullptr;  ///< being replaced
+    Mailbox<SignalSet> next_signals_;
+    Renderer renderer_;
+    HeadMotion head_;
+
+    State state_ = State::playing;
+    std::vector<float> fade_;      ///< rising raised cosine
+    std::size_t input_fade_ = 0;   ///< how far the input is faded in
+    std::size_t output_fade_;      ///< how far the output is there
+    std::size_t signal_fade_ = 0;  ///< how far the signals have changed
+    std::int64_t ring_samples_;    ///< left of the ringing out
+
+    std::vector<std::vector<float>> inputs_;
+    std::vector<const float*> input_pointers_;
+    std::vector<std::vector<float>> outputs_;
+    std::vector<float*> output_pointers_;
+    std::vector<float> scratch_;
+};
+
+/// The audio thread's part of live playing: the stage that plays, those that ring out, the limiter.
+/// What other threads read of it is atomic or goes through a ring.
+class LiveMixer {
+ public:
+    LiveMixer(double sample_rate_hz, int block, std::size_t channels);
+    ~LiveMixer();
+
+    /// Fills the outputs, in blocks of our own size where the device asks for more.
+    /// [audio thread, wait-free]
+    void render(std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
+
+    /// What is to be played from now on, each with a first frame in it; what was played rings out.
+    /// Spent stages come back. [propagation thread]
+    Mailbox<Stage>& stages() { return stages_; }
+    Mailbox<Pose>& head_poses() { return head_poses_; }
+
+    /// What is heard, interleaved, for one reader that asked for it with listen(). What finds no
+    /// room is lost.
+    SampleRing& heard() { return heard_; }
+    void listen(bool wanted) { listened_.store(wanted); }
+
+    /// [any thread]
+    double time_s() const { return static_cast<double>(position_.load()) / rate_hz_; }
+    float take_peak() { return peak_.exchange(0); }
+    float take_limiter_gain() { return limiter_gain_.exchange(1); }  ///< the least since
+    std::size_t channels() const { return channels_; }
+
+ private:
+    static constexpr std::size_t kMostRinging = 2;
+
+    void render_block(std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
+    void follow_head() noexcept AULA_NONBLOCKING;
+    void change_stage() noexcept AULA_NONBLOCKING;
+    void give_back_ended() noexcept AULA_NONBLOCKING;
+
+    double rate_hz_;
+    int block_;
+    std::size_t channels_;
+    Limiter limiter_;
+    Mailbox<Stage> stages_;
+    Mailbox<Pose> head_poses_;
+    Stage* playing_ = nullptr;
+    Stage* waiting_ = nullptr;  ///< for a place among the ringing ones
+    std::array<Stage*, kMostRinging> ringing_{};
+    Pose head_;
+    bool head_known_ = false;
+    std::vector<float*> output_pointers_;
+    std::vector<float> interleaved_;
+    SampleRing heard_;
+    std::atomic<bool> listened_ = false;
+    std::atomic<std::int64_t> position_ = 0;
+    std::atomic<float> peak_ = 0;
+    std::atomic<float> limiter_gain_ = 1;
+};
+
+}  // namespace aula

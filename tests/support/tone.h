@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+namespace aula::test {
+
+inline constexpr double kRate_hz = 48000;
+inline constexpr double kTone_hz = 1000;
+
+/// A second of a tone that swells from nothing and dies away, so that its spectrum is narrow.
+inline std::vector<float> tone() {
+    std::vector<float> samples(48000);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        const double t = static_cast<double>(i) / kRate_hz;
+        const double swell = std::sin(std::numbers::pi * t);
+        samples[i] =
+            static_cast<float>(0.1 * swell * swell * std::sin(2 * std::numbers::pi * kTone_hz * t));
+    }
+    return samples;
+}
+
+/// Energy of a signal that begins and ends in silence within +-200 Hz of the tone, by its DFT.
+inline double energy_near_tone(const std::vector<float>& samples) {
+    const auto n = static_cast<double>(samples.size());
+    double energy = 0;
+    const auto first = static_cast<int>(std::ceil((kTone_hz - 200) / kRate_hz * n));
+    const auto last = static_cast<int>(std::floor((kTone_hz + 200) / kRate_hz * n));
+    for (int bin = first; bin <= last; ++bin) {
+        // Goertzel: one multiplication a sample.
+        const double w = 2 * std::numbers::pi * bin / n;
+        const double twice_cos = 2 * std::cos(w);
+        double s1 = 0;
+        double s2 = 0;
+        for (const float x : samples) {
+            const double s = static_cast<double>(x) + twice_cos * s1 - s2;
+            s2 = s1;
+            s1 = s;
+        }
+        energy += 2 / n * (s1 * s1 + s2 * s2 - twice_cos * s1 * s2);
+    }
+    return energy;
+}
+
+inline double share_off_tone(const std::vector<float>& samples) {
+    double total = 0;
+    for (const float x : samples) total += static_cast<double>(x) * static_cast<double>(x);
+    return (total - energy_near_tone(samples)) / total;
+}
+
+}  // namespace aula::test
