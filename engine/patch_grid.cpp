@@ -95,6 +95,7 @@ struct PatchGrid::State {
     std::vector<float> static_area_m2;  // of objects that stand
     std::vector<float> area_m2;         // of all
     std::vector<char> reached;          // by the flood
+    std::vector<Cell> cells;
     std::size_t reached_count = 0;
 
     State(const RayScene& rays, WorkerPool& pool, std::uint64_t sample_seed, float patch_size_m)
@@ -149,8 +150,16 @@ struct PatchGrid::State {
             static_area_m2.push_back(0);
             area_m2.push_back(0);
             reached.push_back(0);
+            cells.push_back(cell_at(point, entry->first >> 60));
         }
         return entry->second;
+    }
+
+    Cell cell_at(const Vec3& point, std::uint64_t direction) const {
+        Cell cell;
+        cell.middle = origin + (glm::floor((point - origin) / cell_m) + 0.5F) * cell_m;
+        cell.direction[static_cast<int>(direction / 2)] = direction % 2 == 0 ? 1.0F : -1.0F;
+        return cell;
     }
 
     /// Cells of both sides of a triangle, sampled in proportion to area.
@@ -313,6 +322,8 @@ std::uint32_t PatchGrid::find(const Vec3& point, const Vec3& facing_normal) cons
 }
 
 float PatchGrid::area_m2(std::uint32_t patch) const { return state_->area_m2[patch]; }
+
+PatchGrid::Cell PatchGrid::cell(std::uint32_t patch) const { return state_->cells[patch]; }
 
 float PatchGrid::patch_size_m() const { return state_->cell_m; }
 

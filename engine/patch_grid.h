@@ -32,6 +32,13 @@ class PatchGrid {
     /// Effective area; 0 if nothing of the patch can be reached.
     float area_m2(std::uint32_t patch) const;
 
+    /// Where a patch is.
+    struct Cell {
+        Vec3 middle{0};     ///< of the cube, not of the surface in it
+        Vec3 direction{0};  ///< dominant direction of the normals, a unit along an axis
+    };
+    Cell cell(std::uint32_t patch) const;
+
     /// Brings the areas of moving objects up to date after RayScene::move.
     void scene_moved();
 

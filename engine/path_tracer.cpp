@@ -54,6 +54,34 @@ std::vector<Ray> PathTracer::rays(std::size_t source, const Vec3& position,
     return all;
 }
 
+std::vector<PathLine> PathTracer::lines(std::size_t source, const Vec3& position,
+                                        std::uint64_t frame_seed, int count, int order) const {
+    constexpr float kIntoTheOpen_m = 3;
+    std::vector<PathLine> all;
+    TraceBatch unused;
+    std::vector<Path> paths;
+    for (int batch = 0; batch < batch_count(); ++batch)
+        start(source, position, frame_seed, batch, paths);
+    paths.resize(std::min(paths.size(), static_cast<std::size_t>(count)));
+    for (Path& path : paths) {
+        PathLine& line = all.emplace_back(PathLine{{position}, {1}});
+        for (bool goes_on = true; goes_on && path.order < order;) {
+            const Ray ray{path.origin, path.direction, settings_.max_length_m - path.length_m};
+            Hit hit;
+            scene_.intersect(std::span(&ray, 1), std::span(&hit, 1));
+            if (!hit.any()) {
+                line.points.push_back(path.origin + kIntoTheOpen_m * path.direction);
+                line.energy.push_back(line.energy.back());
+                break;
+            }
+            goes_on = reflect(path, hit, unused);
+            line.points.push_back(path.origin);
+            line.energy.push_back(path.energy.sum() / kBandCount);
+        }
+    }
+    return all;
+}
+
 /// Traces a batch wave by wave, a wave being the next segment of every path; `sent` sees each.
 template <typename Sent>
 void PathTracer::trace_waves(std::size_t source, const Vec3& position,

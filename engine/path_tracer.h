@@ -22,6 +22,12 @@ struct Arrival {
     Bands energy;        ///< energy * chord / sphere volume, 1/m2, for a ray of energy 1
 };
 
+/// The way of a ray, to be looked at.
+struct PathLine {
+    std::vector<Vec3> points;   ///< the source, then each reflection; in the open a last point
+    std::vector<float> energy;  ///< [point] mean of all bands when it leaves there, 1 at the source
+};
+
 /// Diffusely leaving energy s (1 - alpha) E at one reflection of a ray that started with energy 1.
 struct Deposit {
     std::array<float, kBandCount> energy{};
@@ -71,11 +77,18 @@ class PathTracer {
     PathTracer(const RayScene& scene, const PatchGrid& grid, const TimeBins& bins,
                const TraceSettings& settings);
 
+    /// Other rays of a source from the next frame on.
+    void set_rays(int rays) { settings_.rays = rays; }
+
     int batch_count() const { return (settings_.rays + kBatchRays - 1) / kBatchRays; }
 
     /// Traces one batch of a source's rays. `frame_seed` is one for each frame.
     void trace(std::size_t source, const Vec3& position, std::span<const Vec3> listeners,
                std::uint64_t frame_seed, int batch, TraceBatch& out) const;
+
+    /// The first `count` paths that trace() follows in a frame, up to a reflection order.
+    std::vector<PathLine> lines(std::size_t source, const Vec3& position, std::uint64_t frame_seed,
+                                int count, int order) const;
 
     /// The rays that trace() sends for a batch, in its order, to be traced elsewhere.
     std::vector<Ray> rays(std::size_t source, const Vec3& position, std::uint64_t frame_seed,

@@ -408,6 +408,32 @@ void Propagation::restart(std::uint64_t seed) {
 
 const FrameStatistics& Propagation::statistics() const { return state_->statistics; }
 
+std::vector<PathLine> Propagation::path_lines(const FrameInput& input, std::size_t source,
+                                              int count, int order) const {
+    const State& s = *state_;
+    if (s.frame == 0) return {};
+    const int most = s.simulation.order > 0 ? std::min(order, s.simulation.order) : order;
+    return s.tracer->lines(source, input.sources[source],
+                           derive_seed(s.seed, SeedPurpose::frame, s.frame - 1), count, most);
+}
+
+std::vector<PatchEnergy> Propagation::patch_energies(std::size_t source, double begin_s,
+                                                     double end_s) const {
+    const State& s = *state_;
+    if (s.patch_caches.empty()) return {};
+    return aula::patch_energies(*s.grid, s.patch_caches[source], s.bins, begin_s, end_s);
+}
+
+float Propagation::patch_size_m() const { return state_->grid ? state_->grid->patch_size_m() : 0; }
+
+void Propagation::set_rays(int rays) {
+    State& s = *state_;
+    s.simulation.rays = rays;
+    s.tracer->set_rays(rays);
+    for (auto& of_source : s.batches)
+        of_source.resize(static_cast<std::size_t>(s.tracer->batch_count()));
+}
+
 double Propagation::response_length_s() const {
     const auto& given = state_->simulation.ir_length_s;
     return given ? double{*given} : state_->bins.length_s();

@@ -3,7 +3,9 @@
 #include <memory>
 #include <vector>
 
+#include "engine/display.h"
 #include "engine/energy_response.h"
+#include "engine/path_tracer.h"
 #include "engine/ray_scene.h"
 #include "engine/scene.h"
 
@@ -52,6 +54,21 @@ class Propagation {
     /// The rays that the next step() will send if nothing in the scene moves, path by path and then
     /// those of the gather, for the benchmark to trace again.
     std::vector<Ray> rays(const FrameInput& input) const;
+
+    /// The first `count` of the newest frame's paths from a source, up to a reflection order, to be
+    /// looked at. `input` is that frame's.
+    std::vector<PathLine> path_lines(const FrameInput& input, std::size_t source, int count,
+                                     int order) const;
+
+    /// What every patch radiates of a source's sound within a time after emission, to be looked
+    /// at; empty for estimators without patches.
+    std::vector<PatchEnergy> patch_energies(std::size_t source, double begin_s, double end_s) const;
+
+    /// Edge of the patches; 0 for estimators without.
+    float patch_size_m() const;
+
+    /// Other rays per source from the next frame on.
+    void set_rays(int rays);
 
     /// Length of the responses: as set, or from the room's reverberation time, at most 4 s.
     double response_length_s() const;
