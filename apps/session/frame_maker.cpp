@@ -1,7 +1,10 @@
 #include "apps/session/frame_maker.h"
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 
+#include "apps/session/ray_budget.h"
 #include "apps/session/sound_at_listener.h"
 
 namespace aula {
@@ -19,15 +22,28 @@ FrameMaker::FrameMaker(const Scene& scene, double sample_rate_hz, int block, Out
               .output = output,
               .longest_delay_s = longest_delay_s(scene)},
       builder_(config_, std::move(hrtf)),
+      rays_(scene.simulation.rays),
       responses_(scene.sources.size()),
       sounds_(scene.sources.size()) {
     input_.sources.resize(scene.sources.size());
     input_.listeners.resize(1);
 }
 
+int FrameMaker::rays_wanted(const PlayControls& controls) const {
+    if (controls.frame_share && frame_s_ > 0)
+        return rays_within_budget(rays_, statistics(), frame_s_,
+                                  *controls.frame_share * config_.frame_s);
+    return controls.rays.value_or(scene_.simulation.rays);
+}
+
 void FrameMaker::propagate(double time_s, const PlayControls& controls) {
+    if (const int wanted = rays_wanted(controls); wanted != rays_) {
+        propagation_.set_rays(wanted);
+        rays_ = wanted;
+    }
+    listener_ = controls.listener_at(scene_, time_s);
     input_.time_s = time_s;
-    input_.listeners[0] = controls.listener_at(scene_, time_s).position;
+    input_.listeners[0] = listener_.position;
     for (std::size_t s = 0; s < scene_.sources.size(); ++s)
         input_.sources[s] =
             controls.source(s).position.value_or(scene_.sources[s].position_at(time_s));
@@ -67,9 +83,37 @@ SourceSound FrameMaker::sound_of(std::size_t source, const PlayControls& control
 }
 
 void FrameMaker::fill(double time_s, const PlayControls& controls, RenderFrame& frame) {
+    const auto begin = std::chrono::steady_clock::now();
     propagate(time_s, controls);
     for (std::size_t s = 0; s < scene_.sources.size(); ++s) sounds_[s] = sound_of(s, controls);
-    builder_.prepare(sounds_, head_rotation(controls.listener_at(scene_, time_s)), frame);
+    builder_.prepare(sounds_, head_rotation(listener_), frame);
+    frame_s_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+FrameView FrameMaker::view(const ViewRequest& request) const {
+    FrameView view;
+    if (scene_.sources.empty()) return view;
+    view.source = std::min(request.source, scene_.sources.size() - 1);
+    view.listener = listener_;
+    view.sources = input_.sources;
+    view.simulation = scene_.simulation;
+    view.simulation.rays = rays_;
+    view.response = propagation_.response(view.source);
+    view.length_s = response_length_s();
+    view.impulse_response.assign(request.columns, 0);
+    const std::vector<float>& pressure = responses_[view.source].channels[0];
+    for (std::size_t i = 0; i < pressure.size(); ++i) {
+        float& column = view.impulse_response[i * request.columns / pressure.size()];
+        column = std::max(column, std::abs(pressure[i]));
+    }
+    if (request.lines > 0)
+        view.lines =
+            propagation_.path_lines(input_, view.source, request.lines, request.line_order);
+    if (request.patches)
+        view.patches = propagation_.patch_energies(view.source, request.patches_begin_s,
+                                                   request.patches_end_s);
+    view.patch_size_m = propagation_.patch_size_m();
+    return view;
 }
 
 }  // namespace aula

@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "apps/session/frame_view.h"
 #include "apps/session/play_controls.h"
 #include "audio/renderer.h"
 #include "engine/impulse_response.h"
@@ -33,13 +34,20 @@ class FrameMaker {
     /// for not much longer than a time, and plays none.
     void settle(double time_s, const PlayControls& controls, double longest_s);
 
+    /// Copies what is to be looked at of the newest frame. Counts are left to the caller.
+    FrameView view(const ViewRequest& request) const;
+
     double response_length_s() const { return propagation_.response_length_s(); }
     const FrameStatistics& statistics() const { return propagation_.statistics(); }
+
+    /// Rays per source of the newest frame.
+    int rays() const { return rays_; }
 
     /// Where the sources were in the newest frame.
     const std::vector<Vec3>& source_positions() const { return input_.sources; }
 
  private:
+    int rays_wanted(const PlayControls& controls) const;
     void propagate(double time_s, const PlayControls& controls);
     SourceSound sound_of(std::size_t source, const PlayControls& controls);
 
@@ -49,6 +57,9 @@ class FrameMaker {
     RendererConfig config_;
     RenderFrameBuilder builder_;
     FrameInput input_;
+    int rays_;            ///< of the newest frame
+    double frame_s_ = 0;  ///< that the newest frame took
+    Pose listener_;
     std::vector<ImpulseResponse> responses_;  ///< one for each source
     std::vector<SourceSound> sounds_;
 };

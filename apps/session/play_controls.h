@@ -25,6 +25,8 @@ struct PlayControls {
     bool direct = true;                  ///< whether this part is heard
     bool early = true;                   ///< image sources
     bool late = true;                    ///< everything else
+    std::optional<int> rays;             ///< per source and frame; the scene's where absent
+    std::optional<double> frame_share;   ///< of its time that a frame may take: as many rays
     float wet = 0.5F;  ///< 0: direct sound only, 0.5: all as it is, 1: no direct sound
 
     SourceControl source(std::size_t s) const {

@@ -42,6 +42,7 @@ struct Player::State {
     void compute();
     void publish();
     void begin_prepared();
+    void show(double spare_s);
     double scene_time_s() const { return time_s - playing->zero_s; }
 
     void prepare_changes();
@@ -51,8 +52,10 @@ struct Player::State {
     double rate_hz = 0;
     std::vector<std::string> warnings;
     std::unique_ptr<LiveMixer> mixer;
+    std::unique_ptr<Monitor> monitor;
 
     // Of the propagation thread.
+    Clock::time_point shown;                ///< when the last view was made
     double time_s = 0;                      ///< of the frame in hand, of all that was played
     std::unique_ptr<RenderFrame> computed;  ///< waits for its time to be published
     Pose computed_pose;
@@ -66,6 +69,8 @@ struct Player::State {
     std::optional<Change> change;
     PlayControls controls;
     PlayStatus status;
+    std::optional<ViewRequest> request;
+    std::shared_ptr<const FrameView> view;
     Clock::time_point published = Clock::now();
     double frame_sum_ms = 0;
     std::exception_ptr failure;
@@ -122,7 +127,9 @@ Player::State::~State() {
 void Player::State::build(const Scene& scene, const SessionOptions& options) {
     playing = std::make_unique<Performance>(scene, options, rate_hz, false);
     warnings = warnings_of(playing->signals);
+    monitor.reset();
     mixer = std::make_unique<LiveMixer>(rate_hz, options.block, channel_count(options.output));
+    monitor = std::make_unique<Monitor>(*mixer, rate_hz);
 }
 
 void Player::State::open_device(const SessionOptions& options) {
@@ -162,6 +169,7 @@ void Player::State::propagate() {
         }
         begin_prepared();
         compute();
+        show(std::chrono::duration<double>(at(time_s + frame_s) - Clock::now()).count());
         zero -= std::chrono::duration_cast<Clock::duration>(
             std::chrono::duration<double>(kCorrection * (mixer->time_s() - now_s)));
     }
@@ -189,6 +197,7 @@ void Player::State::compute() {
     status.frame_worst_ms = std::max(status.frame_worst_ms, took_ms);
     status.frame = playing->maker.statistics();
     status.sources = playing->maker.source_positions();
+    status.rays = playing->maker.rays();
 }
 
 void Player::State::publish() {
@@ -201,6 +210,29 @@ void Player::State::publish() {
     const std::lock_guard lock(mutex);
     status.listener = computed_pose;
     published = Clock::now();
+}
+
+/// Copies what is to be looked at, if there is time until the next frame, or was none for long.
+void Player::State::show(double spare_s) {
+    constexpr double kEnough_s = 0.004;
+    constexpr std::chrono::milliseconds kLong{500};
+    std::optional<ViewRequest> wanted_view;
+    std::uint64_t frame = 0;
+    std::uint64_t changes = 0;
+    {
+        const std::lock_guard lock(mutex);
+        wanted_view = request;
+        frame = status.frames;
+        changes = status.changes;
+    }
+    if (!wanted_view || (spare_s < kEnough_s && Clock::now() < shown + kLong)) return;
+    auto made = std::make_shared<FrameView>(playing->maker.view(*wanted_view));
+    made->frame = frame;
+    made->changes = changes;
+    shown = Clock::now();
+    std::shared_ptr<const FrameView> replaced = std::move(made);
+    const std::lock_guard lock(mutex);
+    std::swap(view, replaced);
 }
 
 /// Goes over to what has been prepared, if there is something: its first frame is computed at once
@@ -311,6 +343,24 @@ void Player::play_signal(std::size_t source, std::shared_ptr<const Signal> signa
     *signals = playing.signals;
     playing.other_signals.publish(std::move(signals));
 }
+
+void Player::watch(const std::optional<ViewRequest>& request) {
+    const std::lock_guard lock(state_->mutex);
+    state_->request = request;
+}
+
+std::shared_ptr<const FrameView> Player::view() const {
+    const std::lock_guard lock(state_->mutex);
+    return state_->view;
+}
+
+void Player::measure_loudness() { state_->monitor->start(); }
+
+void Player::record(const std::filesystem::path& file) { state_->monitor->record(file); }
+
+void Player::stop_recording() { state_->monitor->stop_recording(); }
+
+MonitorStatus Player::monitor_status() { return state_->monitor->status(); }
 
 PlayStatus Player::status() {
     PlayStatus status;

@@ -2,9 +2,12 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "apps/session/frame_view.h"
+#include "apps/session/monitor.h"
 #include "apps/session/play_controls.h"
 #include "apps/session/session_options.h"
 #include "apps/session/signals.h"
@@ -25,6 +28,7 @@ struct PlayStatus {
     double frame_worst_ms = 0;
     double frame_ms = 0;        ///< of the newest frame
     FrameStatistics frame;      ///< of the newest frame
+    int rays = 0;               ///< per source, of the newest frame
     double response_age_s = 0;  ///< since the newest response was handed over
     double load = 0;            ///< share of a block's time that the audio thread needs
     double worst_load = 0;
@@ -66,6 +70,24 @@ class Player {
 
     /// Plays another signal on a source, until a change gives that source another. [any thread]
     void play_signal(std::size_t source, std::shared_ptr<const Signal> signal);
+
+    /// Has copies made of what a frame is to be looked at, from now on, or no more. [any thread]
+    void watch(const std::optional<ViewRequest>& request);
+
+    /// The newest copy; null before the first. Made between two frames, and seldom where there is
+    /// no time between them. [any thread]
+    std::shared_ptr<const FrameView> view() const;
+
+    /// Measures from now on how loud it is. [one thread]
+    void measure_loudness();
+
+    /// Writes what is heard to a WAV file until stop_recording(). Throws AudioInputError.
+    /// [one thread]
+    void record(const std::filesystem::path& file);
+    void stop_recording();
+
+    /// Loudness and recording. [one thread]
+    MonitorStatus monitor_status();
 
     /// Throws AudioFailure if the device is lost, and what the propagation thread threw.
     PlayStatus status();

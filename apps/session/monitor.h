@@ -1,0 +1,60 @@
+#pragma once
+
+#include <condition_variable>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "apps/session/live_mixer.h"
+#include "audio/loudness.h"
+#include "audio/sound_file.h"
+
+namespace aula {
+
+/// What is heard: its loudness, and a recording of it.
+struct MonitorStatus {
+    Loudness loudness;
+    bool recording = false;
+    double recorded_s = 0;
+    std::string error;  ///< why the last recording ended early; empty if it did not
+};
+
+/// Listens to a mixer on a thread of its own, from start() on: measures loudness and, when asked
+/// to, writes what is heard to a file (32-bit float). The mixer outlives it.
+class Monitor {
+ public:
+    Monitor(LiveMixer& mixer, double sample_rate_hz);
+    ~Monitor();
+    Monitor(const Monitor&) = delete;
+    Monitor& operator=(const Monitor&) = delete;
+
+    void start();
+
+    /// Begins a recording. Throws AudioInputError if the file cannot be written.
+    void record(const std::filesystem::path& file);
+
+    /// Ends the recording, if there is one, and gives the file its name.
+    void stop_recording();
+
+    /// The true peak is that since the last call.
+    MonitorStatus status();
+
+ private:
+    void run();
+    void take_in();
+
+    LiveMixer& mixer_;
+    double rate_hz_;
+    std::mutex mutex_;  ///< of what follows
+    std::condition_variable stopping_;
+    bool stop_ = false;
+    LoudnessMeter meter_;
+    std::unique_ptr<WavWriter> writer_;
+    std::size_t recorded_samples_ = 0;
+    std::string error_;
+    std::thread thread_;
+};
+
+}  // namespace aula
