@@ -196,7 +196,6 @@ std::vector<float> diffuse_field_correction(const std::vector<std::array<Analysi
 struct Hrtf::State {
     std::size_t taps = 0;
     HeadResponses head;
-    std::array<std::array<std::vector<float>, 4>, 2> decoder;
 };
 
 Hrtf::Hrtf(const std::filesystem::path& sofa_file, double sample_rate_hz)
@@ -243,16 +242,13 @@ Hrtf::Hrtf(const std::filesystem::path& sofa_file, double sample_rate_hz)
     for (auto& ears : head.ears) {
         for (Ear& ear : ears) ear.delay_s -= earliest_s;
     }
-    s.decoder = design_decoder(head, s.taps);
 }
 
 Hrtf::~Hrtf() = default;
 
 std::size_t Hrtf::taps() const { return state_->taps; }
 
-const std::array<std::array<std::vector<float>, 4>, 2>& Hrtf::decoder() const {
-    return state_->decoder;
-}
+const HeadResponses& Hrtf::responses() const { return state_->head; }
 
 // Four nearest directions, weighted by (1 / angle - 1 / angle of the fifth)^2: exact at a measured
 // direction, and continuous where one neighbour gives way to another (Franke and Little 1980).

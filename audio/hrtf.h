@@ -7,6 +7,8 @@
 
 namespace aula {
 
+struct HeadResponses;
+
 /// Head-related impulse responses of one SOFA file at one sample rate: minimum phase and delay
 /// apart, common delay removed, 0 dB diffuse field. Immutable after construction, shared between
 /// threads.
@@ -28,9 +30,8 @@ class Hrtf {
 
     std::size_t taps() const;
 
-    /// Decoder from first-order ambisonics (W Y Z X, SN3D, head axes) to the ears: [ear][channel],
-    /// taps() samples each.
-    const std::array<std::array<std::vector<float>, 4>, 2>& decoder() const;
+    /// The measured responses behind it all.
+    const HeadResponses& responses() const;
 
  private:
     struct State;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "audio/ambisonic_decoder.h"
+
 namespace aula {
 
 namespace {
@@ -35,16 +37,29 @@ std::size_t channel_count(OutputFormat format) {
     return 4;
 }
 
+int field_order(const RendererConfig& config) {
+    switch (config.output) {
+        case OutputFormat::mono:
+            return 0;
+        case OutputFormat::foa:
+            return 1;
+        case OutputFormat::binaural:
+            break;
+    }
+    return config.ambisonic_order;
+}
+
 RenderShape::RenderShape(const RendererConfig& config, const Hrtf* hrtf) {
     const bool binaural = config.output == OutputFormat::binaural;
     assert(!binaural || hrtf != nullptr);
     const double rate = config.sample_rate_hz;
     const auto block = static_cast<std::size_t>(config.block);
+    lead_samples = binaural ? decoder_lead_samples(rate) : 0;
     early_taps = fast_fft_size(to_samples(kEarlyFilter_s, rate));
     band_taps = fast_fft_size(to_samples(kDirectFilter_s, rate));
 
     reverberation.inputs = config.sources;
-    reverberation.outputs = config.output == OutputFormat::mono ? 1 : 4;
+    reverberation.outputs = ambisonic_channels(field_order(config));
     reverberation.block = block;
     reverberation.taps = config.response_samples + early_taps;
 

@@ -13,7 +13,8 @@ namespace aula {
 struct RenderShape {
     RenderShape(const RendererConfig& config, const Hrtf* hrtf);
 
-    ConvolutionShape reverberation;  ///< every source into W, or W Y Z X
+    ConvolutionShape reverberation;  ///< every source into the ambisonic field
+    std::size_t lead_samples;        ///< that the decoder's delay takes off all that passes it
     std::size_t early_taps;          ///< of the filter of an early path
     std::size_t band_taps;           ///< of the filter of the direct sound's band gains
     DirectPath::Shape direct;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "audio/ambisonics.h"
 #include "audio/band_filter.h"
 #include "audio/fractional_delay.h"
 #include "audio/kernels.h"
@@ -11,23 +12,6 @@
 #include "audio/renderer.h"
 
 namespace aula {
-
-namespace {
-
-/// First-order ambisonics, ACN order W Y Z X, SN3D.
-std::array<float, 4> encode(const std::array<float, 3>& direction) {
-    return {1, direction[1], direction[2], direction[0]};
-}
-
-std::array<float, 3> rotate(const HeadRotation& rotation, const std::array<float, 3>& v) {
-    std::array<float, 3> turned;
-    for (std::size_t i = 0; i < 3; ++i) {
-        turned[i] = rotation[i][0] * v[0] + rotation[i][1] * v[1] + rotation[i][2] * v[2];
-    }
-    return turned;
-}
-
-}  // namespace
 
 struct RenderFrameBuilder::State {
     State(const RendererConfig& settings, std::shared_ptr<const Hrtf> head)
@@ -85,7 +69,10 @@ void RenderFrameBuilder::prepare(std::span<const SourceSound> sources, const Hea
         for (std::size_t c = 0; c < s.responses.size(); ++c) {
             const std::span<const float> in = source.ambisonics[c];
             assert(in.size() <= s.config.response_samples);
-            const auto end = std::transform(in.begin(), in.end(), s.responses[c].begin(),
+            // What comes within the decoder's lead of the emission is lost.
+            const auto lead =
+                static_cast<std::ptrdiff_t>(std::min(s.shape.lead_samples, in.size()));
+            const auto end = std::transform(in.begin() + lead, in.end(), s.responses[c].begin(),
                                             [&](float x) { return source.gain * x; });
             std::fill(end, s.responses[c].end(), 0.0F);
         }
@@ -100,7 +87,8 @@ void RenderFrameBuilder::prepare(std::span<const SourceSound> sources, const Hea
 }
 
 void RenderFrameBuilder::State::add_early(const DiscretePath& path, float gain) {
-    const double delay = path.delay_s * config.sample_rate_hz;
+    const double delay = std::max(
+        0.0, path.delay_s * config.sample_rate_hz - static_cast<double>(shape.lead_samples));
     const double whole = std::floor(delay);
     if (whole >= static_cast<double>(config.response_samples)) return;
 
@@ -116,7 +104,7 @@ void RenderFrameBuilder::State::add_early(const DiscretePath& path, float gain) 
     const std::size_t skipped = start < 0 ? static_cast<std::size_t>(-start) : 0;
     const std::size_t first = start < 0 ? 0 : static_cast<std::size_t>(start);
     const std::size_t count = std::min(delayed.size() - skipped, shape.reverberation.taps - first);
-    const std::array<float, 4> encoding = encode(path.direction);
+    const auto encoding = encode_direction(path.direction);
     for (std::size_t c = 0; c < responses.size(); ++c) {
         const float weight = gain * encoding[c];
         for (std::size_t n = 0; n < count; ++n) {
@@ -129,7 +117,7 @@ void RenderFrameBuilder::State::prepare_direct(const DiscretePath& path, float g
                                                const HeadRotation& head, DirectSound& sound) {
     direct_bands.design(path.band_gain, bands);
     for (float& x : bands) x *= gain;
-    const std::array<float, 3> direction = rotate(head, path.direction);
+    const std::array<float, 3> direction = in_head_axes(head, path.direction);
     const auto place = [&](double delay_s) {
         return std::clamp(delay_s * config.sample_rate_hz, DirectPath::kShortestDelay_samples,
                           static_cast<double>(shape.direct.longest_delay_samples));
@@ -137,7 +125,8 @@ void RenderFrameBuilder::State::prepare_direct(const DiscretePath& path, float g
     if (config.output != OutputFormat::binaural) {
         sound.points[0].delay_samples = place(path.delay_s);
         std::copy(bands.begin(), bands.end(), sound.points[0].filter.begin());
-        sound.encoding = encode(direction);
+        const auto encoding = encode_direction(direction);
+        std::copy_n(encoding.begin(), sound.encoding.size(), sound.encoding.begin());
         return;
     }
     const std::array<Hrtf::Ear, 2> ears = hrtf->ears(direction);

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "audio/ambisonics.h"
 #include "audio/hrtf.h"
 #include "audio/mailbox.h"
 #include "audio/realtime.h"
@@ -27,18 +28,13 @@ struct DiscretePath {
 
 /// What one source sounds like at the listener in one frame.
 struct SourceSound {
-    /// Reverberation, first-order ambisonics ACN/SN3D (W Y Z X) in world axes, sample 0 is
-    /// emission; all of one length, at most RendererConfig::response_samples. For mono only W.
-    std::array<std::span<const float>, 4> ambisonics;
+    /// Reverberation, ambisonics ACN/SN3D (W Y Z X ...) in world axes, sample 0 is emission; all of
+    /// one length, at most RendererConfig::response_samples. As many channels as field_order() has.
+    std::array<std::span<const float>, kMostAmbisonicChannels> ambisonics;
     std::vector<DiscretePath> early;     ///< image sources, rendered into the reverberation
     std::optional<DiscretePath> direct;  ///< rendered through a delay line, moves smoothly
     float gain = 1;                      ///< of the source, linear
 };
-
-/// Orientation of the head: rows are the head's x (front), y (left), z (up) axes in world axes, so
-/// that head = rotation * world.
-using HeadRotation = std::array<std::array<float, 3>, 3>;
-inline constexpr HeadRotation kNoRotation{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 
 struct RendererConfig {
     double sample_rate_hz = 48000;
@@ -47,8 +43,12 @@ struct RendererConfig {
     std::size_t response_samples = 48000;  ///< longest reverberation
     double frame_s = 1.0 / 30;  ///< time between propagation frames: moves are spread over it
     OutputFormat output = OutputFormat::binaural;
+    int ambisonic_order = 1;     ///< of the field that binaural output is decoded from, 1 to 3
     double longest_delay_s = 3;  ///< of direct sound; what is farther is heard as late as this
 };
+
+/// The order of the ambisonic field that an output needs: mono 0, foa 1.
+int field_order(const RendererConfig& config);
 
 /// Everything the audio thread needs of one propagation frame, transformed and ready. Made by
 /// RenderFrameBuilder, handed over through a mailbox, given back to be filled again.

@@ -15,6 +15,7 @@ namespace {
 constexpr double kCell_s = 0.0005;  // edges and centres of all TimeBins are multiples of it
 constexpr double kWarmUp_s = 0.5;   // until the lowest octave's filters ring steadily
 constexpr double kLevelling = 8;    // window in samples that are independent in the band
+constexpr std::size_t kChunk_samples = 1024;  // of all channels: they stay in the cache
 
 // Uniform white noise of unit variance, the same bits on every machine.
 double noise(RandomStream& random) {
@@ -66,19 +67,18 @@ AULA_MULTIVERSION void shape(std::size_t count, float offset, const Ramp& line,
     }
 }
 
-// The first-order channels from W and three independent diffuse ones, see build().
-AULA_MULTIVERSION void spread(std::size_t count, float offset, Vec3 v, Vec3 slope, const float* w,
-                              float* y, float* z, float* x) {
-    for (std::size_t j = 0; j < count; ++j) {
-        const float t = static_cast<float>(static_cast<int>(j)) + offset;
-        const float vx = v.x + slope.x * t;
-        const float vy = v.y + slope.y * t;
-        const float vz = v.z + slope.z * t;
-        const float rest = 1 - (vx * vx + vy * vy + vz * vz);
-        const float q = std::sqrt(std::max(rest, 0.0F) * (1.0F / 3));
-        x[j] = vx * w[j] + q * x[j];
-        y[j] = vy * w[j] + q * y[j];
-        z[j] = vz * w[j] + q * z[j];
+// out += sum over the rows of (level + slope t) in, the same for a row of a triangle.
+AULA_MULTIVERSION void mix(std::size_t count, float offset, std::size_t width, const float* level,
+                           const float* slope, const std::array<const float*, 16>& in, float* out) {
+    for (std::size_t j = 0; j < count; ++j) out[j] = 0;
+    for (std::size_t c = 0; c < width; ++c) {
+        const float* const x = in[c];
+        const float base = level[c];
+        const float rise = slope[c];
+        for (std::size_t j = 0; j < count; ++j) {
+            const float t = static_cast<float>(static_cast<int>(j)) + offset;
+            out[j] += (base + rise * t) * x[j];
+        }
     }
 }
 
@@ -108,15 +108,17 @@ std::vector<Bands> spread_in_time(const EnergyResponse& energy) {
 /// A piece of the envelope between two cells' starts.
 struct ImpulseResponseBuilder::Segment {
     std::size_t begin_cell, end_cell;
-    Ramp amplitude;        ///< pressure over a carrier of unit variance
-    Vec3 direction;        ///< energy-weighted mean at the start
-    Vec3 direction_slope;  ///< per sample
+    Ramp amplitude;      ///< pressure over a carrier of unit variance
+    Vec3 direction;      ///< energy-weighted mean at the start
+    Vec3 direction_end;  ///< at the end
 };
 
 ImpulseResponseBuilder::ImpulseResponseBuilder(double sample_rate_hz, double length_s,
-                                               std::uint64_t seed)
+                                               std::uint64_t seed, int ambisonic_order)
     : sample_rate_hz_(sample_rate_hz),
-      length_samples_(static_cast<std::size_t>(std::ceil(length_s * sample_rate_hz - 1e-6))) {
+      length_samples_(static_cast<std::size_t>(std::ceil(length_s * sample_rate_hz - 1e-6))),
+      field_(ambisonic_order),
+      channels_(field_.channels()) {
     assert(sample_rate_hz >= 8000 && length_s > 0);
     const auto warm_up = static_cast<std::size_t>(kWarmUp_s * sample_rate_hz);
     OctaveBank impulse_bank(sample_rate_hz);
@@ -248,7 +250,7 @@ std::vector<ImpulseResponseBuilder::Segment> ImpulseResponseBuilder::envelope(
                             to.cell,
                             {from.amplitude, (to.amplitude + from.amplitude * -1) * per_sample},
                             from.direction,
-                            (to.direction - from.direction) * per_sample});
+                            to.direction});
     }
     return segments;
 }
@@ -295,40 +297,60 @@ Bands ImpulseResponseBuilder::gains(const Channel& channel, const std::vector<Se
     return gain;
 }
 
-// Spatial shape. Let the energy E of a bin come from directions u with the energy-weighted mean v;
-// |v| is 1 for a single direction, 0 for a diffuse field. A plane wave of pressure p from u gives
-// W = p and X_i = u_i p, so <W X_i> = v_i E and the <X_i^2> sum to E. With w and d_i independent
-// noises of power E,
-//     W = w,   X_i = v_i w + sqrt((1 - |v|^2) / 3) d_i
-// has <W X_i> = v_i E, and its <X_i^2> sum to |v|^2 E + 3 (1 - |v|^2)/3 E = E.
+// Every channel is first shaped with the energies of W; then the field's covariance mixes them,
+// moving in a straight line from knot to knot.
 void ImpulseResponseBuilder::build(const EnergyResponse& energy, ImpulseResponse& out) const {
     out.sample_rate_hz = sample_rate_hz_;
     out.paths = energy.paths;
     out.channels.resize(channels_.size());
-    for (auto& samples : out.channels) samples.assign(length_samples_, 0.0F);
+    for (auto& samples : out.channels) samples.resize(length_samples_);
 
     const std::vector<Segment> segments = envelope(energy);
     const Bands wanted = wanted_energy(energy);
-    std::array<Bands, 4> gain;
-    for (std::size_t c = 0; c < gain.size(); ++c) gain[c] = gains(channels_[c], segments, wanted);
+    std::vector<Bands> gain;
+    for (const Channel& channel : channels_) gain.push_back(gains(channel, segments, wanted));
 
+    std::vector<float> mixing(field_.triangle());
+    std::vector<float> mixing_end(field_.triangle());
+    std::vector<float> slope(field_.triangle());
+    std::vector<float> noises(channels_.size() * kChunk_samples);
+    std::size_t filled = 0;
     for (const Segment& s : segments) {
         const std::size_t begin = first_sample(s.begin_cell);
         const std::size_t end = std::min(first_sample(s.end_cell), length_samples_);
         if (begin >= end) break;
-        const float offset = middle(begin, s.begin_cell);
-        std::array<float*, 4> samples{};
-        for (std::size_t c = 0; c < channels_.size(); ++c) {
-            samples[c] = out.channels[c].data() + begin;
-            std::array<const float*, kBandCount> carrier{};
-            for (std::size_t b = 0; b < kBandCount; ++b) {
-                carrier[b] = channels_[c].carriers[b].data() + begin;
-            }
-            shape(end - begin, offset, {s.amplitude.level * gain[c], s.amplitude.slope * gain[c]},
-                  carrier, samples[c]);
+        filled = end;
+        if (&s == &segments.front()) field_.mixing(s.direction, mixing.data());
+        field_.mixing(s.direction_end, mixing_end.data());
+        const auto per_sample =
+            static_cast<float>(1 / (start_samples(s.end_cell) - start_samples(s.begin_cell)));
+        for (std::size_t i = 0; i < slope.size(); ++i) {
+            slope[i] = (mixing_end[i] - mixing[i]) * per_sample;
         }
-        const auto [w, y, z, x] = samples;
-        spread(end - begin, offset, s.direction, s.direction_slope, w, y, z, x);
+        for (std::size_t first = begin; first < end; first += kChunk_samples) {
+            const std::size_t count = std::min(kChunk_samples, end - first);
+            const float offset = middle(first, s.begin_cell);
+            std::array<const float*, 16> noise{};
+            for (std::size_t c = 0; c < channels_.size(); ++c) {
+                std::array<const float*, kBandCount> carrier{};
+                for (std::size_t b = 0; b < kBandCount; ++b) {
+                    carrier[b] = channels_[c].carriers[b].data() + first;
+                }
+                float* const shaped = noises.data() + c * kChunk_samples;
+                shape(count, offset, {s.amplitude.level * gain[c], s.amplitude.slope * gain[c]},
+                      carrier, shaped);
+                noise[c] = shaped;
+            }
+            for (std::size_t c = 0; c < channels_.size(); ++c) {
+                const std::size_t row = c * (c + 1) / 2;
+                mix(count, offset, c + 1, mixing.data() + row, slope.data() + row, noise,
+                    out.channels[c].data() + first);
+            }
+        }
+        mixing.swap(mixing_end);
+    }
+    for (auto& samples : out.channels) {
+        std::fill(samples.begin() + static_cast<std::ptrdiff_t>(filled), samples.end(), 0.0F);
     }
 }
 

@@ -5,28 +5,31 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/arrival_field.h"
 #include "engine/energy_response.h"
 
 namespace aula {
 
 /// What is heard of one source at one listener, in world axes. The reverberant part is sampled:
-/// first-order ambisonics (ACN, SN3D: W Y Z X), sample 0 is emission, pressure 1 at 1 m in free
-/// field. Direct sound and image sources stay discrete, for delay lines and ears.
+/// ambisonics (ACN, SN3D: W Y Z X ...), sample 0 is emission, pressure 1 at 1 m in free field.
+/// Direct sound and image sources stay discrete, for delay lines and ears.
 struct ImpulseResponse {
     double sample_rate_hz = 48000;
-    std::vector<std::vector<float>> channels;  ///< [4][sample]
+    std::vector<std::vector<float>> channels;  ///< [(order + 1)^2][sample]
     std::vector<SpecularPath> paths;
 };
 
 /// Turns energy responses into impulse responses: seeded white noise through a power-complementary
 /// octave filter bank, levelled over short times (the carriers), each shaped by the square root of
-/// its band's energy and scaled so that the band's total is exact. The carriers never change, so
-/// from frame to frame only the energies are heard. Allocates. [propagation thread]
+/// its band's energy and scaled so that the band's total is exact, then mixed to arrive from where
+/// the energy comes from. The carriers never change, so from frame to frame only energies and
+/// directions are heard; W is the same for every order. Allocates. [propagation thread]
 class ImpulseResponseBuilder {
  public:
     /// Responses last `length_s`; of a longer energy response the rest is left out, after a shorter
-    /// one there is silence. `sample_rate_hz` >= 8000.
-    ImpulseResponseBuilder(double sample_rate_hz, double length_s, std::uint64_t seed);
+    /// one there is silence. `sample_rate_hz` >= 8000; `ambisonic_order` 0 to 3.
+    ImpulseResponseBuilder(double sample_rate_hz, double length_s, std::uint64_t seed,
+                           int ambisonic_order = 1);
 
     void build(const EnergyResponse& energy, ImpulseResponse& out) const;
 
@@ -56,7 +59,8 @@ class ImpulseResponseBuilder {
     double sample_rate_hz_;
     std::size_t length_samples_;
     Bands band_power_;  ///< what white noise of unit variance has in each band; sums to 1
-    std::array<Channel, 4> channels_;  ///< independent
+    ArrivalField field_;
+    std::vector<Channel> channels_;  ///< independent
 };
 
 }  // namespace aula

@@ -207,7 +207,8 @@ class Options {
                               {"mono", OutputFormat::mono},
                               {"foa", OutputFormat::foa}},
                              [&](OutputFormat o) { session.output = o; });
-        integer<int>("--ambisonic-order", 1, 1, [](int) {});
+        integer<int>("--ambisonic-order", 1, kHighestAmbisonicOrder,
+                     [&](int order) { session.ambisonic_order = order; });
         text("--hrtf", [&](const std::string& file) {
             if (file.empty()) fail("--hrtf", file, "a SOFA file");
             session.hrtf = file;

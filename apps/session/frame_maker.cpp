@@ -9,18 +9,13 @@
 
 namespace aula {
 
-FrameMaker::FrameMaker(const Scene& scene, double sample_rate_hz, int block, OutputFormat output,
+FrameMaker::FrameMaker(const Scene& scene, double sample_rate_hz, const SessionOptions& options,
                        std::shared_ptr<const Hrtf> hrtf)
     : scene_(scene),
       propagation_(scene, scene.simulation),
-      impulse_responses_(sample_rate_hz, propagation_.response_length_s(), scene.simulation.seed),
-      config_{.sample_rate_hz = sample_rate_hz,
-              .block = block,
-              .sources = scene.sources.size(),
-              .response_samples = impulse_responses_.length_samples(),
-              .frame_s = 1.0 / static_cast<double>(scene.simulation.frame_rate_hz),
-              .output = output,
-              .longest_delay_s = longest_delay_s(scene)},
+      config_(renderer_config(scene, propagation_.response_length_s(), sample_rate_hz, options)),
+      impulse_responses_(sample_rate_hz, propagation_.response_length_s(), scene.simulation.seed,
+                         field_order(config_)),
       builder_(config_, std::move(hrtf)),
       rays_(scene.simulation.rays),
       responses_(scene.sources.size()),

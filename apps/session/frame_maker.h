@@ -5,6 +5,7 @@
 
 #include "apps/session/frame_view.h"
 #include "apps/session/play_controls.h"
+#include "apps/session/session_options.h"
 #include "audio/renderer.h"
 #include "engine/impulse_response.h"
 #include "engine/propagation.h"
@@ -17,8 +18,8 @@ namespace aula {
 class FrameMaker {
  public:
     /// Keeps a reference to the scene. The HRTF is needed for binaural output only. Throws Error if
-    /// the scene's settings cannot be used.
-    FrameMaker(const Scene& scene, double sample_rate_hz, int block, OutputFormat output,
+    /// the scene's settings cannot be used. Of the options block, output and order are used.
+    FrameMaker(const Scene& scene, double sample_rate_hz, const SessionOptions& options,
                std::shared_ptr<const Hrtf> hrtf);
 
     const RendererConfig& config() const { return config_; }
@@ -53,8 +54,8 @@ class FrameMaker {
 
     const Scene& scene_;
     Propagation propagation_;
-    ImpulseResponseBuilder impulse_responses_;
     RendererConfig config_;
+    ImpulseResponseBuilder impulse_responses_;
     RenderFrameBuilder builder_;
     FrameInput input_;
     int rays_;            ///< of the newest frame

@@ -181,20 +181,15 @@ std::vector<std::vector<float>> impulse_response(const Scene& scene, std::size_t
     const FlushDenormals flush;
     const double rate_hz = options.sample_rate_hz;
     const EnergyResponse& energy = measurement.responses[source];
-    const ImpulseResponseBuilder builder(rate_hz, measurement.length_s, scene.simulation.seed);
+    RendererConfig config = renderer_config(scene, measurement.length_s, rate_hz, options);
+    config.sources = 1;
+    const ImpulseResponseBuilder builder(rate_hz, measurement.length_s, scene.simulation.seed,
+                                         field_order(config));
     ImpulseResponse response;
     builder.build(energy, response);
     const SourceSound sound = source_sound(response, static_cast<double>(energy.speed_of_sound_m_s),
                                            scene.sources[source].gain_db);
 
-    const RendererConfig config{
-        .sample_rate_hz = rate_hz,
-        .block = options.block,
-        .sources = 1,
-        .response_samples = builder.length_samples(),
-        .frame_s = 1.0 / static_cast<double>(scene.simulation.frame_rate_hz),
-        .output = options.output,
-        .longest_delay_s = longest_delay_s(scene)};
     const HeadRotation head = head_rotation(scene.listener.pose_at(0));
     Renderer renderer(config, hrtf);
     RenderFrameBuilder frames(config, hrtf);

@@ -164,7 +164,7 @@ bool render_offline(const Scene& scene, const SessionOptions& options,
     const std::vector<std::string> odd = warnings_of(signals);
     warnings.insert(warnings.end(), odd.begin(), odd.end());
     const auto hrtf = hrtf_for(options, rate_hz);
-    FrameMaker maker(scene, rate_hz, options.block, options.output, hrtf);
+    FrameMaker maker(scene, rate_hz, options, hrtf);
     const Timeline timeline = offline_timeline({.scene = scene,
                                                 .signals = signals,
                                                 .sample_rate_hz = rate_hz,

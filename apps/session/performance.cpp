@@ -36,7 +36,7 @@ Performance::Performance(const Scene& scene_in, const SessionOptions& options_in
       starts_anew(starts_anew_in),
       signals(signals_of(scene, sample_rate_hz, before)),
       hrtf(hrtf_after(options, sample_rate_hz, before)),
-      maker(scene, sample_rate_hz, options.block, options.output, hrtf),
+      maker(scene, sample_rate_hz, options, hrtf),
       timeline(live_timeline({.scene = scene,
                               .signals = signals,
                               .sample_rate_hz = sample_rate_hz,

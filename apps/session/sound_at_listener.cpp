@@ -32,7 +32,7 @@ float towards(float from_rad, float to_rad, float share) {
 SourceSound source_sound(const ImpulseResponse& response, double speed_of_sound_m_s,
                          float gain_db) {
     SourceSound sound;
-    for (std::size_t channel = 0; channel < sound.ambisonics.size(); ++channel)
+    for (std::size_t channel = 0; channel < response.channels.size(); ++channel)
         sound.ambisonics[channel] = response.channels[channel];
     for (const SpecularPath& path : response.paths) {
         if (path.order == 0)
@@ -58,6 +58,19 @@ double longest_delay_s(const Scene& scene) {
                 farthest_m = std::max(farthest_m, glm::distance(heard, sounding));
     constexpr float kToSpare_m = 1000;
     return static_cast<double>((farthest_m + kToSpare_m) / scene.medium.speed_of_sound_m_s());
+}
+
+RendererConfig renderer_config(const Scene& scene, double response_length_s, double sample_rate_hz,
+                               const SessionOptions& options) {
+    return {
+        .sample_rate_hz = sample_rate_hz,
+        .block = options.block,
+        .sources = scene.sources.size(),
+        .response_samples = static_cast<std::size_t>(std::ceil(response_length_s * sample_rate_hz)),
+        .frame_s = 1.0 / static_cast<double>(scene.simulation.frame_rate_hz),
+        .output = options.output,
+        .ambisonic_order = options.ambisonic_order,
+        .longest_delay_s = longest_delay_s(scene)};
 }
 
 HeadRotation head_rotation(const Pose& pose) {

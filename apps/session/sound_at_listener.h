@@ -1,18 +1,24 @@
 #pragma once
 
+#include "apps/session/session_options.h"
 #include "audio/renderer.h"
 #include "engine/impulse_response.h"
 #include "engine/scene.h"
 
 namespace aula {
 
-/// The engine's impulse response as the renderer takes it: the reverberation's samples stay where
-/// they are (keep `response` alive), arrivals get delays in seconds and pressure gains.
+/// The engine's impulse response, of the renderer's order, as the renderer takes it: the
+/// reverberation's samples stay where they are (keep `response` alive), arrivals get delays in
+/// seconds and pressure gains.
 SourceSound source_sound(const ImpulseResponse& response, double speed_of_sound_m_s, float gain_db);
 
 /// The longest delay of direct sound in a scene, for the renderer: from every place of a source to
 /// every place of the listener, with a kilometre to spare for walks by hand.
 double longest_delay_s(const Scene& scene);
+
+/// The renderer's settings for a scene; of the options block, output and order are used.
+RendererConfig renderer_config(const Scene& scene, double response_length_s, double sample_rate_hz,
+                               const SessionOptions& options);
 
 /// The head's axes as the renderer takes them.
 HeadRotation head_rotation(const Pose& pose);

@@ -154,14 +154,13 @@ TEST_CASE("Reflections come from their side, in time with the direct sound") {
     CHECK(middle_sample(direct) > 480);
 }
 
-TEST_CASE("A diffuse field has level 0 dB in every octave, decoded or from many directions") {
+TEST_CASE("A diffuse field has level 0 dB in every octave, from directions anywhere") {
     const std::shared_ptr<const Hrtf> hrtf = kemar();
     constexpr std::size_t kDirections = 400;
     for (double centre_hz = 125; centre_hz < 20000; centre_hz *= 2) {
         const double from_hz = centre_hz / std::numbers::sqrt2;
         const double to_hz = centre_hz * std::numbers::sqrt2;
         std::array<double, 2> direct{};
-        std::array<double, 2> decoded{};
         Signal padded(8192);
         const auto energy_of = [&](const std::vector<float>& response) {
             std::fill(std::copy(response.begin(), response.end(), padded.begin()), padded.end(),
@@ -182,14 +181,8 @@ TEST_CASE("A diffuse field has level 0 dB in every octave, decoded or from many 
             }
         }
         for (std::size_t e = 0; e < 2; ++e) {
-            for (std::size_t c = 0; c < 4; ++c) {
-                decoded[e] +=
-                    energy_of(hrtf->decoder()[e][c]) * (c == 0 ? 1.0 : 1.0 / 3) / impulse_energy;
-            }
-            CAPTURE(centre_hz, e, direct[e], decoded[e]);
+            CAPTURE(centre_hz, e, direct[e]);
             const double direct_db = 10 * std::log10(direct[e]);
-            const double decoded_db = 10 * std::log10(decoded[e]);
-            CHECK(decoded_db == Approx(direct_db).margin(1));
             // Above 11 kHz the bound on the correction tells.
             CHECK(direct_db == Approx(0).margin(centre_hz < 10000 ? 0.3 : 2));
         }
