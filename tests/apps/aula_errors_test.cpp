@@ -66,7 +66,7 @@ TEST_CASE("Bad arguments are refused in one line, with status 2") {
         {{scene, "--offline", out, "--output", "stereo"}, {"--output", "binaural"}},
         {{scene, "--offline", out, "--format", "mp3"}, {"--format", "pcm24"}},
         {{scene, "--offline", out, "--block", "100"}, {"--block", "power of two"}},
-        {{scene, "--offline", out, "--ambisonic-order", "3"}, {"--ambisonic-order"}},
+        {{scene, "--offline", out, "--ambisonic-order", "4"}, {"--ambisonic-order"}},
         {{scene, "--offline", out, "--position", "1,2"}, {"--position", "x,y,z"}},
         {{scene, "--offline", out, "--source-position", "hiss"}, {"NAME=x,y,z"}},
         {{scene, "--offline", out, "--source-position", "bell=1,1,1"}, {"bell", "hiss"}},
