@@ -11,6 +11,7 @@
 #include "apps/bench/noise.h"
 #include "apps/bench/settings.h"
 #include "apps/bench/table.h"
+#include "apps/bench/tessellation.h"
 #include "apps/bench/trace.h"
 #include "apps/bench/tracking.h"
 #include "engine/error.h"
@@ -69,7 +70,8 @@ class Bench {
     }
 
     void trace(const std::string& file) {
-        const Subject subject = load(file, settings_);
+        Subject subject = load(file, settings_);
+        if (settings_.triangles) aula::bench::tessellate(subject.scene, *settings_.triangles);
         take("tracing in " + subject.description(), aula::bench::tracing_columns(),
              aula::bench::measure_tracing(subject, settings_));
     }
@@ -132,6 +134,9 @@ int run(int argc, char** argv) {
                    "at most, though the reference has not converged")
         ->capture_default_str()
         ->check(CLI::Range(1.0, 1e12));
+    app.add_option("--triangles", settings.triangles,
+                   "trace: divide the surfaces into so many triangles or more")
+        ->check(CLI::Range(1, 1 << 24));
     app.add_option("--json", json, "write the rows to this file, too");
 
     std::string scene;

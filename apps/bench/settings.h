@@ -20,9 +20,10 @@ struct Settings {
     std::optional<float> patch_size_m;
     std::optional<std::uint64_t> seed;
     std::optional<int> threads;
-    std::optional<int> frames;     ///< published after; the window F where absent
-    int restarts = 64;             ///< of each estimator, at least 2
-    int positions = 8;             ///< of a walk, at least 1
+    std::optional<int> frames;             ///< published after; the window F where absent
+    std::optional<std::size_t> triangles;  ///< trace: surfaces are divided into so many or more
+    int restarts = 64;                     ///< of each estimator, at least 2
+    int positions = 8;                     ///< of a walk, at least 1
     double reference_rays = 64e6;  ///< no more of them, though the reference has not converged
     std::function<void(const std::string&)> progress;  ///< what is going on, in a few words
 };

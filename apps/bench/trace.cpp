@@ -1,7 +1,9 @@
 #include "apps/bench/trace.h"
 
+#include <algorithm>
 #include <cassert>
 #include <chrono>
+#include <optional>
 
 #include "engine/propagation.h"
 #include "engine/ray_scene.h"
@@ -14,45 +16,82 @@ namespace {
 constexpr int kTimedFrames = 60;
 constexpr std::size_t kShare = 1024;  // rays that a thread takes at a time
 
-struct Speed {
-    double segments = 0;
-    double frame_s = 0;
-    double raw_s = 0;
-};
-
-double seconds_of(const auto& work) {
-    const auto began = std::chrono::steady_clock::now();
-    work();
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+double wall_time_s() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
 }
+
+double median(std::vector<double> values) {
+    std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+    return values[values.size() / 2];
+}
+
+struct Speed {
+    double segments = 0;  // a frame
+    double prepare_s = 0;
+    double frame_s = 0;
+    double one_thread_frame_s = 0;  // of the same frames
+    double raw_s = 0;
+    FrameStatistics parts;  // sums over frames
+};
 
 Speed measure(const Subject& subject, Estimator estimator, const RayScene& scene,
               const Settings& settings) {
-    Propagation propagation(subject.scene,
-                            subject.simulation(estimator, subject.scene.simulation.rays));
+    const auto clock_s = subject.threads == 1 ? cpu_time_s : wall_time_s;
+    const auto seconds_of = [&](const auto& work) {
+        const double began_s = clock_s();
+        work();
+        return clock_s() - began_s;
+    };
+    Simulation simulation = subject.simulation(estimator, subject.scene.simulation.rays);
+    Speed speed;
+    std::optional<Propagation> propagation;
+    speed.prepare_s = seconds_of([&] { propagation.emplace(subject.scene, simulation); });
+    std::optional<Propagation> one_thread;
+    if (subject.threads > 1) {
+        simulation.threads = 1;
+        one_thread.emplace(subject.scene, simulation);
+    }
     WorkerPool workers(subject.threads);
     const FrameInput input{
         0, {subject.scene.sources[0].position_at(0)}, {subject.scene.listener.pose_at(0).position}};
     // Fill the window: caches cost more when full.
-    for (int i = 0; i < subject.scene.simulation.window_frames(); ++i) propagation.step(input);
-    Speed speed;
+    for (int i = 0; i < subject.scene.simulation.window_frames(); ++i) {
+        propagation->step(input);
+        if (one_thread) one_thread->step(input);
+    }
+    std::vector<double> frame_s;
+    std::vector<double> one_thread_frame_s;
+    std::vector<double> raw_s;
     for (int i = 0; i < kTimedFrames; ++i) {
         settings.progress(std::string("trace: ") + estimator_name(estimator) + ", frame " +
                           std::to_string(i + 1));
-        const std::vector<Ray> rays = propagation.rays(input);
+        const std::vector<Ray> rays = propagation->rays(input);
         std::vector<Hit> hits(rays.size());
-        speed.frame_s += seconds_of([&] { propagation.step(input); });
-        speed.raw_s += seconds_of([&] {
+        frame_s.push_back(seconds_of([&] { propagation->step(input); }));
+        raw_s.push_back(seconds_of([&] {
             workers.run((rays.size() + kShare - 1) / kShare, [&](std::size_t share) {
                 const std::size_t first = share * kShare;
                 const std::size_t count = std::min(kShare, rays.size() - first);
                 scene.intersect_each(std::span(rays).subspan(first, count),
                                      std::span(hits).subspan(first, count));
             });
-        });
-        assert(rays.size() == propagation.statistics().segments);
-        speed.segments += static_cast<double>(rays.size());
+        }));
+        if (one_thread) {
+            one_thread_frame_s.push_back(seconds_of([&] { one_thread->step(input); }));
+        }
+        const FrameStatistics& parts = propagation->statistics();
+        assert(rays.size() == parts.segments);
+        speed.segments += static_cast<double>(parts.segments) / kTimedFrames;
+        speed.parts.trace_s += parts.trace_s;
+        speed.parts.cache_s += parts.cache_s;
+        speed.parts.gather_s += parts.gather_s;
+        speed.parts.specular_s += parts.specular_s;
+        speed.parts.memory_bytes = parts.memory_bytes;
     }
+    speed.frame_s = median(frame_s);
+    speed.raw_s = median(raw_s);
+    if (one_thread) speed.one_thread_frame_s = median(one_thread_frame_s);
     return speed;
 }
 
@@ -63,6 +102,11 @@ std::vector<Row> measure_tracing(const Subject& subject, const Settings& setting
     std::vector<Row> rows;
     for (const Estimator estimator : settings.estimators) {
         const Speed speed = measure(subject, estimator, scene, settings);
+        const FrameStatistics& parts = speed.parts;
+        const double parts_s = parts.trace_s + parts.cache_s + parts.gather_s + parts.specular_s;
+        const auto segment_ns = [&](double part_s) {
+            return part_s / parts_s * speed.frame_s / speed.segments * 1e9;
+        };
         Row row;
         row.figures = {{"bench", "trace"},
                        {"scene", subject.name},
@@ -71,10 +115,21 @@ std::vector<Row> measure_tracing(const Subject& subject, const Settings& setting
                        {"rays", std::int64_t{subject.scene.simulation.rays}},
                        {"triangles", static_cast<std::int64_t>(scene.triangle_count())},
                        {"threads", std::int64_t{subject.threads}},
-                       {"segments", speed.segments / kTimedFrames},
+                       {"prepare_s", speed.prepare_s},
+                       {"segments", speed.segments},
+                       {"frame_ms", speed.frame_s * 1e3},
+                       {"memory_mb", static_cast<double>(parts.memory_bytes) / 1e6},
+                       {"trace_ns", segment_ns(parts.trace_s)},
+                       {"cache_ns", segment_ns(parts.cache_s)},
+                       {"gather_ns", segment_ns(parts.gather_s)},
+                       {"specular_ns", segment_ns(parts.specular_s)},
+                       {"raw_ns", speed.raw_s / speed.segments * 1e9},
                        {"segments_per_s", speed.segments / speed.frame_s},
                        {"raw_per_s", speed.segments / speed.raw_s},
-                       {"ratio", speed.raw_s / speed.frame_s}};
+                       {"ratio", speed.raw_s / speed.frame_s},
+                       {"times_one_thread", speed.one_thread_frame_s > 0
+                                                ? Value(speed.one_thread_frame_s / speed.frame_s)
+                                                : Value()}};
         rows.push_back(row);
     }
     return rows;
@@ -82,10 +137,13 @@ std::vector<Row> measure_tracing(const Subject& subject, const Settings& setting
 
 const std::vector<Column>& tracing_columns() {
     static const std::vector<Column> columns{
-        {"estimator", "estimator", 0},       {"rays", "rays", 0},
-        {"triangles", "triangles", 0},       {"threads", "threads", 0},
-        {"segments", "segments a frame", 0}, {"segments_per_s", "segments/s", 0},
-        {"raw_per_s", "raw/s", 0},           {"ratio", "/ raw", 3}};
+        {"estimator", "estimator", 0},  {"rays", "rays", 0},
+        {"triangles", "triangles", 0},  {"prepare_s", "prepare s", 2},
+        {"segments", "segments", 0},    {"frame_ms", "ms a frame", 2},
+        {"memory_mb", "MB", 1},         {"trace_ns", "trace ns", 0},
+        {"cache_ns", "cache", 0},       {"gather_ns", "gather", 0},
+        {"specular_ns", "specular", 0}, {"raw_ns", "raw", 0},
+        {"ratio", "/ raw", 3},          {"times_one_thread", "x one thread", 2}};
     return columns;
 }
 

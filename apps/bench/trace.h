@@ -9,7 +9,9 @@ namespace aula::bench {
 
 /// Ray segments that the engine gets through in whole frames, caches, gathering and image sources
 /// included, against Embree alone: the same rays through rtcIntersect1 on as many threads, frame by
-/// frame in turn. A row an estimator.
+/// frame in turn. A row an estimator. Times are medians of frames: CPU time where one thread works,
+/// so that other programs do not count; with more, time by the clock, and beside it that of one
+/// thread for the same frame.
 std::vector<Row> measure_tracing(const Subject& subject, const Settings& settings);
 
 const std::vector<Column>& tracing_columns();
