@@ -43,12 +43,15 @@ struct alignas(32) Bands {
     friend constexpr Bands operator*(Bands a, float k) { return a *= k; }
     friend constexpr bool operator==(const Bands&, const Bands&) = default;
 
+    // In pairs, so that no number waits for all the others.
     constexpr float sum() const {
-        float s = 0;
-        for (float x : value) s += x;
-        return s;
+        return ((value[0] + value[4]) + (value[2] + value[6])) +
+               ((value[1] + value[5]) + (value[3] + value[7]));
     }
-    constexpr float max() const { return *std::max_element(value.begin(), value.end()); }
+    constexpr float max() const {
+        return std::max(std::max(std::max(value[0], value[4]), std::max(value[2], value[6])),
+                        std::max(std::max(value[1], value[5]), std::max(value[3], value[7])));
+    }
 };
 
 /// 1 - x in each band.

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "engine/multiversion.h"
 #include "engine/room_survey.h"
 #include "engine/sampling.h"
 
@@ -24,6 +25,37 @@ constexpr std::size_t kChunk = 1024;  // samples of a job
 struct MixHash {
     std::size_t operator()(std::uint64_t key) const { return mix64(key); }
 };
+
+/// The key of a cell of the grid: 20 bits for each coordinate and the dominant direction of a
+/// normal; without branches.
+inline std::uint64_t cell_key(const Vec3& point, const Vec3& normal, float cells_per_m) {
+    const Vec3 size(std::abs(normal.x), std::abs(normal.y), std::abs(normal.z));
+    const bool along_x = size.x >= size.y && size.x >= size.z;
+    const bool along_y = size.y >= size.z;
+    const std::int32_t axis = along_x ? 0 : along_y ? 2 : 4;
+    const float component = along_x ? normal.x : along_y ? normal.y : normal.z;
+    const std::int32_t direction = axis + (component > 0 ? 0 : 1);
+    constexpr std::int32_t kBias = 1 << 19;
+    const auto cell = [cells_per_m](float x_m) {
+        const float x = x_m * cells_per_m;
+        const auto toward_zero = static_cast<std::int32_t>(x);
+        const std::int32_t below = static_cast<float>(toward_zero) > x ? 1 : 0;
+        return static_cast<std::uint64_t>(static_cast<std::uint32_t>(toward_zero - below + kBias) &
+                                          0xfffffU);
+    };
+    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(direction)) << 60 |
+           cell(point.x) << 40 | cell(point.y) << 20 | cell(point.z);
+}
+
+AULA_MULTIVERSION
+void cell_keys(const LanePoints& points, const LanePoints& normals, const Vec3& origin,
+               float cells_per_m, std::array<std::uint64_t, kLanes>& keys) {
+    for (std::size_t i = 0; i < kLanes; ++i) {
+        keys[i] =
+            cell_key(Vec3(points.x[i] - origin.x, points.y[i] - origin.y, points.z[i] - origin.z),
+                     Vec3(normals.x[i], normals.y[i], normals.z[i]), cells_per_m);
+    }
+}
 
 /// A convex polygon that a triangle is clipped to: three corners and one more for each of six cuts.
 struct Polygon {
@@ -124,23 +156,7 @@ struct PatchGrid::State {
     };
 
     std::uint64_t key(const Vec3& point, const Vec3& normal) const {
-        const Vec3 size = glm::abs(normal);
-        std::uint64_t direction = 0;
-        if (size.x >= size.y && size.x >= size.z) {
-            direction = normal.x > 0 ? 0 : 1;
-        } else if (size.y >= size.z) {
-            direction = normal.y > 0 ? 2 : 3;
-        } else {
-            direction = normal.z > 0 ? 4 : 5;
-        }
-        constexpr std::int64_t kBias = 1 << 19;
-        const auto cell = [&](float x) {
-            return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x / cell_m)) +
-                                              kBias) &
-                   0xfffff;
-        };
-        const Vec3 p = point - origin;
-        return direction << 60 | cell(p.x) << 40 | cell(p.y) << 20 | cell(p.z);
+        return cell_key(point - origin, normal, 1 / cell_m);
     }
 
     std::uint32_t patch_at(const Vec3& point, const Vec3& normal) {
@@ -319,6 +335,16 @@ void PatchGrid::scene_moved() {
 std::uint32_t PatchGrid::find(const Vec3& point, const Vec3& facing_normal) const {
     const auto found = state_->patch_of_cell.find(state_->key(point, facing_normal));
     return found == state_->patch_of_cell.end() ? kNone : found->second;
+}
+
+void PatchGrid::find(const LanePoints& points, const LanePoints& facing_normals, std::size_t count,
+                     std::array<std::uint32_t, kLanes>& patches) const {
+    alignas(64) std::array<std::uint64_t, kLanes> keys;
+    cell_keys(points, facing_normals, state_->origin, 1 / state_->cell_m, keys);
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto found = state_->patch_of_cell.find(keys[i]);
+        patches[i] = found == state_->patch_of_cell.end() ? kNone : found->second;
+    }
 }
 
 float PatchGrid::area_m2(std::uint32_t patch) const { return state_->area_m2[patch]; }

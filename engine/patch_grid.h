@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -28,6 +29,10 @@ class PatchGrid {
     /// The patch of a point (off the surface by RayScene::kOffset_m) with its facing normal, or
     /// kNone.
     std::uint32_t find(const Vec3& point, const Vec3& facing_normal) const;
+
+    /// The same for the first `count` lanes.
+    void find(const LanePoints& points, const LanePoints& facing_normals, std::size_t count,
+              std::array<std::uint32_t, kLanes>& patches) const;
 
     /// Effective area; 0 if nothing of the patch can be reached.
     float area_m2(std::uint32_t patch) const;

@@ -8,6 +8,7 @@
 #include "engine/patch_grid.h"
 #include "engine/patch_subdivision.h"
 #include "engine/path_identifier.h"
+#include "engine/path_wave.h"
 #include "engine/ray_scene.h"
 #include "engine/time_bins.h"
 
@@ -66,7 +67,7 @@ struct TraceSettings {
 class PathTracer {
  public:
     /// Rays of a batch; batches do not depend on threads, so neither do results.
-    static constexpr int kBatchRays = 128;
+    static constexpr int kBatchRays = static_cast<int>(kLanes);
 
     /// Collects arrivals at listeners, each with its path identifier.
     PathTracer(const RayScene& scene, const PatchSubdivision& subdivision,
@@ -95,15 +96,16 @@ class PathTracer {
                           int batch) const;
 
  private:
-    struct Path;
     template <typename Sent>
     void trace_waves(std::size_t source, const Vec3& position, std::span<const Vec3> listeners,
                      std::uint64_t frame_seed, int batch, TraceBatch& out, const Sent& sent) const;
     void start(std::size_t source, const Vec3& position, std::uint64_t frame_seed, int batch,
-               std::vector<Path>& paths) const;
-    void collect_arrivals(const Path& path, float segment_m, std::span<const Vec3> listeners,
+               PathWave& wave) const;
+    void collect_arrivals(const PathWave& wave, int order, std::span<const Vec3> listeners,
                           TraceBatch& out) const;
-    bool reflect(Path& path, const Hit& hit, TraceBatch& out) const;
+    void add_arrival(const PathWave& wave, std::size_t lane, const Vec3& listener,
+                     std::uint32_t index, TraceBatch& out) const;
+    void deposit(const PathWave& wave, TraceBatch& out) const;
 
     const RayScene& scene_;
     const PatchSubdivision* subdivision_ = nullptr;

@@ -135,22 +135,41 @@ float RayScene::move(double time_s) {
 
 void RayScene::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
     assert(rays.size() == hits.size());
+    RayLanes lanes;
+    HitLanes found;
+    for (std::size_t first = 0; first < rays.size(); first += kLanes) {
+        const std::size_t count = std::min(kLanes, rays.size() - first);
+        for (std::size_t i = 0; i < count; ++i) {
+            lanes.origin.set(i, rays[first + i].origin);
+            lanes.direction.set(i, rays[first + i].direction);
+            lanes.max_m[i] = rays[first + i].max_m;
+        }
+        intersect(lanes, count, found);
+        for (std::size_t i = 0; i < count; ++i) {
+            hits[first + i] = {found.triangle[i], found.distance_m[i], found.u[i], found.v[i]};
+        }
+    }
+}
+
+void RayScene::intersect(const RayLanes& rays, std::size_t count, HitLanes& hits) const {
+    assert(count <= kLanes);
     RTCIntersectContext context = incoherent_context();
-    for (std::size_t first = 0; first < rays.size(); first += kPacket) {
-        const std::size_t count = std::min(kPacket, rays.size() - first);
+    for (std::size_t first = 0; first < count; first += kPacket) {
         alignas(64) RTCRayHit16 packet;
         alignas(64) int valid[kPacket];
+        const auto take = [first](const std::array<float, kLanes>& from, float* to) {
+            std::copy_n(from.data() + first, kPacket, to);
+        };
+        take(rays.origin.x, packet.ray.org_x);
+        take(rays.origin.y, packet.ray.org_y);
+        take(rays.origin.z, packet.ray.org_z);
+        take(rays.direction.x, packet.ray.dir_x);
+        take(rays.direction.y, packet.ray.dir_y);
+        take(rays.direction.z, packet.ray.dir_z);
+        take(rays.max_m, packet.ray.tfar);
         for (std::size_t i = 0; i < kPacket; ++i) {
-            valid[i] = i < count ? -1 : 0;
-            const Ray& ray = rays[first + std::min(i, count - 1)];
-            packet.ray.org_x[i] = ray.origin.x;
-            packet.ray.org_y[i] = ray.origin.y;
-            packet.ray.org_z[i] = ray.origin.z;
-            packet.ray.dir_x[i] = ray.direction.x;
-            packet.ray.dir_y[i] = ray.direction.y;
-            packet.ray.dir_z[i] = ray.direction.z;
+            valid[i] = first + i < count ? -1 : 0;
             packet.ray.tnear[i] = 0;
-            packet.ray.tfar[i] = ray.max_m;
             packet.ray.time[i] = 0;
             packet.ray.mask[i] = ~0U;
             packet.ray.id[i] = 0;
@@ -160,16 +179,15 @@ void RayScene::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
             packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
         }
         rtcIntersect16(valid, embree_->scene, &context, &packet);
-        for (std::size_t i = 0; i < count; ++i) {
-            Hit& hit = hits[first + i];
-            if (packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) {
-                hit = Hit{};
-                continue;
-            }
-            hit.triangle = embree_->first_triangle[packet.hit.geomID[i]] + packet.hit.primID[i];
-            hit.distance_m = packet.ray.tfar[i];
-            hit.u = packet.hit.u[i];
-            hit.v = packet.hit.v[i];
+        for (std::size_t i = 0; i < kPacket; ++i) {
+            const bool any = packet.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
+            hits.triangle[first + i] =
+                any ? embree_->first_triangle[packet.hit.geomID[i]] + packet.hit.primID[i]
+                    : kNoTriangle;
+            hits.distance_m[first + i] =
+                any ? packet.ray.tfar[i] : std::numeric_limits<float>::infinity();
+            hits.u[first + i] = packet.hit.u[i];
+            hits.v[first + i] = packet.hit.v[i];
         }
     }
 }

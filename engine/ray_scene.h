@@ -29,12 +29,43 @@ struct Hit {
     bool any() const { return triangle != kNoTriangle; }
 };
 
+/// Rays side by side, as vector units take them. Some lanes beyond those in use may be computed
+/// with, but never count.
+inline constexpr std::size_t kLanes = 128;
+
+struct LanePoints {
+    alignas(64) std::array<float, kLanes> x{};
+    alignas(64) std::array<float, kLanes> y{};
+    alignas(64) std::array<float, kLanes> z{};
+
+    Vec3 at(std::size_t i) const { return {x[i], y[i], z[i]}; }
+    void set(std::size_t i, const Vec3& p) {
+        x[i] = p.x;
+        y[i] = p.y;
+        z[i] = p.z;
+    }
+};
+
+struct RayLanes {
+    LanePoints origin;
+    LanePoints direction;  ///< unit
+    alignas(64) std::array<float, kLanes> max_m{};
+};
+
+/// A Hit a lane.
+struct HitLanes {
+    alignas(64) std::array<std::uint32_t, kLanes> triangle{};
+    alignas(64) std::array<float, kLanes> distance_m{};
+    alignas(64) std::array<float, kLanes> u{};
+    alignas(64) std::array<float, kLanes> v{};
+};
+
 /// The scene's triangles in world coordinates at one time, and rays against them (Embree, robust
 /// mode, both sides). Queries are const and may run on several threads; move() may not run beside
 /// them.
 class RayScene {
  public:
-    struct Triangle {
+    struct alignas(64) Triangle {
         std::array<Vec3, 3> vertices;
         Vec3 normal;  ///< unit, by the right hand rule; zero for a degenerate triangle
         std::uint32_t material = 0;
@@ -53,6 +84,9 @@ class RayScene {
     /// Nearest hit of each ray beyond distance 0 (give origins that are off the surface).
     void intersect(std::span<const Ray> rays, std::span<Hit> hits) const;
 
+    /// The same for the first `count` lanes.
+    void intersect(const RayLanes& rays, std::size_t count, HitLanes& hits) const;
+
     /// The same by Embree's plain query for one ray at a time: what the benchmark measures the
     /// engine against.
     void intersect_each(std::span<const Ray> rays, std::span<Hit> hits) const;
@@ -62,6 +96,7 @@ class RayScene {
 
     std::size_t triangle_count() const { return triangles_.size(); }
     const Triangle& triangle(std::uint32_t index) const { return triangles_[index]; }
+    const Material& material(std::uint32_t index) const { return materials_[index]; }
     const Material& material(const Triangle& triangle) const {
         return materials_[triangle.material];
     }

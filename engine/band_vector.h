@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+
+#include "engine/bands.h"
+
+namespace aula {
+
+static_assert(kBandCount == 8);
+
+/// All bands in one vector: what the innermost loops compute with. The compiler splits it where
+/// registers are shorter.
+using BandVector = float __attribute__((vector_size(32)));
+using BandIntegers = std::int32_t __attribute__((vector_size(32)));
+using BandSums = std::int64_t __attribute__((vector_size(64)));
+
+inline BandVector load_bands(const float* from) {
+    BandVector v;
+    std::memcpy(&v, from, sizeof v);
+    return v;
+}
+
+inline BandVector load_bands(const Bands& from) { return load_bands(from.value.data()); }
+
+inline void store_bands(const BandVector& v, float* to) { std::memcpy(to, &v, sizeof v); }
+
+/// The sum over all bands, in each of them.
+inline BandVector sum_of_bands(BandVector v) {
+    v += __builtin_shufflevector(v, v, 4, 5, 6, 7, 0, 1, 2, 3);
+    v += __builtin_shufflevector(v, v, 2, 3, 0, 1, 6, 7, 4, 5);
+    return v + __builtin_shufflevector(v, v, 1, 0, 3, 2, 5, 4, 7, 6);
+}
+
+inline BandVector max_of(const BandVector& a, const BandVector& b) { return a > b ? a : b; }
+
+/// The largest of all bands, in each of them.
+inline BandVector max_of_bands(BandVector v) {
+    v = max_of(v, __builtin_shufflevector(v, v, 4, 5, 6, 7, 0, 1, 2, 3));
+    v = max_of(v, __builtin_shufflevector(v, v, 2, 3, 0, 1, 6, 7, 4, 5));
+    return max_of(v, __builtin_shufflevector(v, v, 1, 0, 3, 2, 5, 4, 7, 6));
+}
+
+}  // namespace aula
