@@ -13,26 +13,6 @@
 
 namespace aula {
 
-AULA_CLONES
-void multiply_add_spectra(const float* __restrict x, const float* __restrict h,
-                          float* __restrict sum, std::size_t bins) noexcept {
-    const auto aligned = [](auto* p) {
-        return static_cast<decltype(p)>(__builtin_assume_aligned(p, 64));
-    };
-    const float* const x_re = aligned(x);
-    const float* const x_im = aligned(x + bins);
-    const float* const h_re = aligned(h);
-    const float* const h_im = aligned(h + bins);
-    float* const sum_re = aligned(sum);
-    float* const sum_im = aligned(sum + bins);
-    for (std::size_t k = 0; k < bins; ++k) {
-        const float re = x_re[k] * h_re[k] - x_im[k] * h_im[k];
-        const float im = x_re[k] * h_im[k] + x_im[k] * h_re[k];
-        sum_re[k] += re;
-        sum_im[k] += im;
-    }
-}
-
 namespace {
 
 /// A run of outputs whose sums stay in registers over all taps.

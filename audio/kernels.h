@@ -9,14 +9,6 @@ namespace aula {
 // The inner loops of convolution and interpolation. The instruction set is chosen at run time: the
 // same bytes come out on the same machine. Arrays do not overlap. [audio thread, wait-free]
 
-/// Split spectra hold the real parts of `bins` bins, then their imaginary parts; `bins` is a
-/// multiple of this and the arrays are aligned to kAlignment_bytes.
-inline constexpr std::size_t kBinMultiple = 16;
-
-/// sum += x * h, bin by bin, all three split spectra.
-void multiply_add_spectra(const float* x, const float* h, float* sum,
-                          std::size_t bins) noexcept AULA_NONBLOCKING;
-
 /// out[n] = sum over k < taps of h[k] x[n - k]; `x` has taps - 1 samples before its first.
 void filter(const float* x, const float* h, std::size_t taps, float* out,
             std::size_t samples) noexcept AULA_NONBLOCKING;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "audio/ambisonic_decoder.h"
+#include "audio/fft.h"
 
 namespace aula {
 

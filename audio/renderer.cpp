@@ -74,18 +74,35 @@ struct Renderer::State {
     std::vector<DirectPath> direct;
     std::unique_ptr<Decoder> decoder;  ///< binaural output only
 
-    RenderFrame* current = nullptr;
-    RenderFrame* next = nullptr;  ///< being faded in
+    /// Frames that something here still refers to, the newest last.
+    std::array<RenderFrame*, 2 * kMostLevels> held{};
+    std::size_t held_count = 0;
 
     std::vector<AlignedVector<float>> ambisonics;  ///< binaural output only uses them
     std::vector<float*> field;                     ///< pointers to them
     std::vector<const float*> const_field;
 
-    void exchange(const RenderFrame& frame) noexcept {
-        reverberation.exchange(&frame.parts->reverberation);
+    void exchange(RenderFrame* frame) noexcept {
+        assert(held_count < held.size());
+        held[held_count++] = frame;
+        reverberation.exchange(&frame->parts->reverberation);
         for (std::size_t i = 0; i < direct.size(); ++i) {
-            direct[i].exchange(&frame.parts->direct[i]);
+            direct[i].exchange(&frame->parts->direct[i]);
         }
+    }
+
+    /// Gives back frames that are no longer used. All parts of an exchange fade over the same
+    /// samples; but the reverberation's later levels hold on to a frame for longer.
+    void release(Mailbox<RenderFrame>& mailbox) noexcept {
+        std::size_t kept = 0;
+        for (std::size_t i = 0; i < held_count; ++i) {
+            if (reverberation.uses(&held[i]->parts->reverberation)) {
+                held[kept++] = held[i];
+            } else {
+                mailbox.give_back(held[i]);
+            }
+        }
+        held_count = kept;
     }
 };
 
@@ -93,8 +110,7 @@ Renderer::Renderer(const RendererConfig& config, std::shared_ptr<const Hrtf> hrt
     : state_(std::make_unique<State>(config, hrtf.get())) {}
 
 Renderer::~Renderer() {
-    if (state_->current != nullptr) mailbox_.give_back(state_->current);
-    if (state_->next != nullptr) mailbox_.give_back(state_->next);
+    for (std::size_t i = 0; i < state_->held_count; ++i) mailbox_.give_back(state_->held[i]);
 }
 
 void Renderer::render(std::span<const float* const> inputs, const HeadRotation& head,
@@ -104,11 +120,8 @@ void Renderer::render(std::span<const float* const> inputs, const HeadRotation& 
     assert(inputs.size() == s.config.sources && samples <= s.config.block);
     assert(outputs.size() == channel_count(s.config.output));
 
-    if (s.next == nullptr) {
-        if (RenderFrame* const frame = mailbox_.take()) {
-            (s.current == nullptr ? s.current : s.next) = frame;
-            s.exchange(*frame);
-        }
+    if (!s.reverberation.fading()) {
+        if (RenderFrame* const frame = mailbox_.take()) s.exchange(frame);
     }
 
     const std::span<float* const> field = s.decoder ? std::span<float* const>(s.field) : outputs;
@@ -119,12 +132,7 @@ void Renderer::render(std::span<const float* const> inputs, const HeadRotation& 
     for (std::size_t i = 0; i < s.direct.size(); ++i) {
         s.direct[i].process(inputs[i], outputs, count);
     }
-
-    // All parts of an exchange fade over the same samples.
-    if (s.next != nullptr && !s.reverberation.fading()) {
-        mailbox_.give_back(s.current);
-        s.current = std::exchange(s.next, nullptr);
-    }
+    s.release(mailbox_);
 }
 
 }  // namespace aula

@@ -1,5 +1,6 @@
 #include "tests/audio/signals.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <complex>
@@ -69,6 +70,25 @@ double energy_outside_db(const Signal& signal, double centre_hz, double distance
         if (std::abs(frequency_hz - centre_hz) > distance_hz) outside += energy;
     }
     return 10 * std::log10(outside / total);
+}
+
+double peak_outside_db(const Signal& signal, double centre_hz, double distance_hz,
+                       double sample_rate_hz) {
+    Spectrum spectrum = transform(signal, true, sample_rate_hz);
+    AlignedVector<std::complex<float>> rest = spectrum.bins;
+    for (std::size_t k = 0; k < rest.size(); ++k) {
+        const double frequency_hz = static_cast<double>(k) * spectrum.bin_hz;
+        if (std::abs(frequency_hz - centre_hz) <= distance_hz) rest[k] = 0;
+    }
+    RealFft fft(2 * (rest.size() - 1));
+    AlignedVector<float> samples(fft.size());
+    const auto peak = [&](AlignedVector<std::complex<float>>& bins) {
+        fft.inverse(bins.data(), samples.data());
+        float largest = 0;
+        for (const float x : samples) largest = std::max(largest, std::abs(x));
+        return double{largest};
+    };
+    return 20 * std::log10(peak(rest) / peak(spectrum.bins));
 }
 
 double band_energy(const Signal& signal, double from_hz, double to_hz, double sample_rate_hz) {

@@ -18,6 +18,12 @@ Signal sine(double frequency_hz, std::size_t samples, double sample_rate_hz);
 double energy_outside_db(const Signal& signal, double centre_hz, double distance_hz,
                          double sample_rate_hz);
 
+/// The largest sample of what is left of the signal without the part of the spectrum nearer than
+/// `distance_hz` to `centre_hz`, in dB re the largest sample of the whole; seen through that
+/// window.
+double peak_outside_db(const Signal& signal, double centre_hz, double distance_hz,
+                       double sample_rate_hz);
+
 /// Energy between two frequencies.
 double band_energy(const Signal& signal, double from_hz, double to_hz, double sample_rate_hz);
 

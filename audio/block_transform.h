@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "audio/aligned.h"
+#include "audio/realtime.h"
+#include "audio/spectral_kernels.h"
+
+namespace aula {
+
+/// The transform under which partitioned convolution is a product of spectra. A window of 2 M real
+/// samples, the older and the newer half, has M complex bins; the product of a window's spectrum
+/// with that of a filter of M taps, transformed back, has the newer M samples of their convolution.
+/// The bins are not frequencies in order: they mean something only to the inverse with the same
+/// kernels. A transform can be done in steps of like cost, spread over calls.
+///
+/// Buffers must be aligned to kAlignment_bytes, but for windows and filters. Objects are not
+/// changed by use. [any thread, wait-free but for the constructor]
+class BlockTransform {
+ public:
+    /// `size` is M, a power of two from 16 to 4096.
+    explicit BlockTransform(std::size_t size, const SpectralKernels& kernels = best_kernels());
+
+    std::size_t size() const { return size_; }
+    std::size_t chunks() const { return size_ / kChunk_bins; }
+    std::size_t work_floats() const { return 2 * size_; }
+
+    /// Steps of a transform in either direction, to be done in order.
+    std::size_t steps() const { return passes_.size() + 1; }
+
+    /// Spectrum of a window. The last step writes the spectrum, whose chunks are `stride` floats
+    /// apart; what steps hand on lies in `work`.
+    void forward_step(std::size_t step, const float* older, const float* newer, float* work,
+                      float* spectrum,
+                      std::size_t stride = kChunk_floats) const noexcept AULA_NONBLOCKING;
+
+    /// All steps for a filter of size() taps, or for a window.
+    void forward_filter(const float* taps, float* work, float* spectrum,
+                        std::size_t stride) const noexcept AULA_NONBLOCKING;
+    void forward(const float* older, const float* newer, float* work,
+                 float* spectrum) const noexcept AULA_NONBLOCKING;
+
+    /// The newer half of a window, size() samples, written by the last step.
+    void inverse_step(std::size_t step, const float* spectrum, std::size_t stride, float* work,
+                      float* newer) const noexcept AULA_NONBLOCKING;
+    void inverse(const float* spectrum, std::size_t stride, float* work,
+                 float* newer) const noexcept AULA_NONBLOCKING;
+
+ private:
+    /// Butterflies of `radix` vectors that are span / radix apart.
+    struct Pass {
+        std::size_t span;
+        std::vector<float> twiddles;
+    };
+
+    std::size_t size_;
+    std::size_t vectors_;
+    SpectralKernels::Passes kernels_;
+    bool starts_with_2_ = false;  ///< the first pass has butterflies of two
+    std::vector<Pass> passes_;    ///< in the forward direction
+    AlignedVector<float> weights_;
+    AlignedVector<float> inverse_weights_;
+    AlignedVector<float> lane_twiddles_;
+};
+
+}  // namespace aula

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "audio/aligned.h"
+#include "audio/block_transform.h"
+#include "audio/partition_levels.h"
+
+namespace aula {
+
+/// Spectra of one partition of an input's filters to all outputs, interleaved chunk by chunk:
+/// [chunk][output]. Not changed while a filter refers to it.
+struct FilterPartition {
+    void* spectra = nullptr;  ///< floats or half-precision numbers
+    float scale = 1;          ///< that half-precision numbers are to be multiplied by
+    std::shared_ptr<AlignedVector<float>> memory;
+};
+
+/// Impulse responses from every input to every output, transformed partition by partition. Filters
+/// of one FilterTransform share the partitions that they have in common. Not to be changed while a
+/// convolver uses it.
+class ConvolutionFilter {
+ public:
+    explicit ConvolutionFilter(const ConvolutionShape& shape);
+
+    /// Null where the filters of an input are all zero.
+    const FilterPartition* partition(std::size_t level, std::size_t input,
+                                     std::size_t index) const noexcept {
+        return levels_[level][input * counts_[level] + index].get();
+    }
+
+ private:
+    friend class FilterTransform;
+    std::vector<std::size_t> counts_;  ///< [level]
+    std::vector<std::vector<std::shared_ptr<const FilterPartition>>> levels_;
+};
+
+/// Fills filters. Only partitions that differ from those of the call before are transformed; memory
+/// is taken from a pool, to which it comes back when no filter refers to it. Filters are filled and
+/// destroyed on the same thread. [propagation thread]
+class FilterTransform {
+ public:
+    explicit FilterTransform(const ConvolutionShape& shape);
+
+    /// Sets an input's impulse responses, one for each output, each at most shape.taps long.
+    void transform(std::span<const std::span<const float>> responses, std::size_t input,
+                   ConvolutionFilter& filter);
+
+ private:
+    struct Level {
+        PartitionLevel measure;
+        BlockTransform transform;
+        std::vector<std::shared_ptr<FilterPartition>> pool;
+        std::size_t next_in_pool = 0;
+        std::vector<std::shared_ptr<const FilterPartition>> newest;  ///< [input][partition]
+    };
+
+    bool take_over(std::span<const std::span<const float>> responses, std::size_t input,
+                   std::size_t first, std::size_t count);
+    std::shared_ptr<const FilterPartition> transformed(Level& level, std::size_t input,
+                                                       std::size_t first);
+    void transform_half(const Level& level, std::size_t input, std::size_t first,
+                        FilterPartition& partition);
+    std::shared_ptr<FilterPartition> unused_partition(Level& level);
+    float* kept(std::size_t input, std::size_t output, std::size_t tap) {
+        return kept_.data() + (input * shape_.outputs + output) * padded_taps_ + tap;
+    }
+
+    ConvolutionShape shape_;
+    std::vector<Level> levels_;
+    std::size_t padded_taps_;
+    AlignedVector<float> kept_;  ///< [input][output][tap], of the call before
+    AlignedVector<float> work_;
+    AlignedVector<float> spectrum_;
+};
+
+}  // namespace aula
