@@ -47,24 +47,32 @@ std::vector<PathLine> PathTracer::lines(std::size_t source, const Vec3& position
     constexpr float kIntoTheOpen_m = 3;
     std::vector<PathLine> all;
     TraceBatch unused;
-    std::vector<Path> paths;
-    for (int batch = 0; batch < batch_count(); ++batch)
-        start(source, position, frame_seed, batch, paths);
-    paths.resize(std::min(paths.size(), static_cast<std::size_t>(count)));
-    for (Path& path : paths) {
-        PathLine& line = all.emplace_back(PathLine{{position}, {1}});
-        for (bool goes_on = true; goes_on && path.order < order;) {
-            const Ray ray{path.origin, path.direction, settings_.max_length_m - path.length_m};
-            Hit hit;
-            scene_.intersect(std::span(&ray, 1), std::span(&hit, 1));
-            if (!hit.any()) {
-                line.points.push_back(path.origin + kIntoTheOpen_m * path.direction);
+    const auto memory = std::make_unique<PathWave>();
+    PathWave& wave = *memory;
+    const auto most = static_cast<std::size_t>(std::max(0, count));
+    for (int batch = 0; batch < batch_count() && all.size() < most; ++batch) {
+        wave.count = 0;
+        start(source, position, frame_seed, batch, wave);
+        wave.count = std::min(wave.count, most - all.size());
+        const std::size_t first = all.size();
+        all.resize(first + wave.count, PathLine{{position}, {1}});
+        for (int k = 0; k < order && wave.count > 0; ++k) {
+            scene_.intersect(wave.rays, wave.count, wave.hits);
+            for (std::size_t i = wave.count; i-- > 0;) {
+                if (wave.hits.triangle[i] != kNoTriangle) continue;
+                PathLine& line = all[first + wave.ray[i]];
+                line.points.push_back(wave.rays.origin.at(i) +
+                                      kIntoTheOpen_m * wave.rays.direction.at(i));
                 line.energy.push_back(line.energy.back());
-                break;
+                wave.remove(i);
             }
-            goes_on = reflect(path, hit, unused);
-            line.points.push_back(path.origin);
-            line.energy.push_back(path.energy.sum() / kBandCount);
+            reflect(wave, unused);
+            for (std::size_t i = wave.count; i-- > 0;) {
+                PathLine& line = all[first + wave.ray[i]];
+                line.points.push_back(wave.point.at(i));
+                line.energy.push_back(wave.energy[i].sum() / kBandCount);
+                if (wave.ended[i] != 0) wave.remove(i);
+            }
         }
     }
     return all;
@@ -89,23 +97,28 @@ void PathTracer::trace_waves(std::size_t source, const Vec3& position,
         }
 
         // Reflect at the hits; keep the paths that go on.
-        wave.arrive(scene_);
-        wave.scatter(scene_, settings_.attenuation_per_m);
-        if (grid_) {
-            deposit(wave, out);
-        } else {
-            for (std::size_t i = 0; i < wave.count; ++i) {
-                const Hit hit{wave.hits.triangle[i], wave.hits.distance_m[i], wave.hits.u[i],
-                              wave.hits.v[i]};
-                wave.identifier[i] =
-                    wave.identifier[i].extended(subdivision_->patch(hit, wave.back[i] != 0));
-            }
-        }
-        wave.leave(settings_.max_length_m);
+        reflect(wave, out);
         for (std::size_t i = wave.count; i-- > 0;) {
             if (wave.ended[i] != 0) wave.remove(i);
         }
     }
+}
+
+/// Brings paths to their hits and sends them on.
+void PathTracer::reflect(PathWave& wave, TraceBatch& out) const {
+    wave.arrive(scene_);
+    wave.scatter(scene_, settings_.attenuation_per_m);
+    if (grid_) {
+        deposit(wave, out);
+    } else {
+        for (std::size_t i = 0; i < wave.count; ++i) {
+            const Hit hit{wave.hits.triangle[i], wave.hits.distance_m[i], wave.hits.u[i],
+                          wave.hits.v[i]};
+            wave.identifier[i] =
+                wave.identifier[i].extended(subdivision_->patch(hit, wave.back[i] != 0));
+        }
+    }
+    wave.leave(settings_.max_length_m);
 }
 
 void PathTracer::start(std::size_t source, const Vec3& position, std::uint64_t frame_seed,
@@ -122,7 +135,10 @@ void PathTracer::start(std::size_t source, const Vec3& position, std::uint64_t f
                                         ? RandomStream(derive_seed(seed, i)).uniform_2d()
                                         : sobol.point(static_cast<unsigned>(i))));
         wave.rays.max_m[lane] = settings_.max_length_m;
+        wave.ray[lane] = static_cast<std::uint32_t>(i - first);
         wave.energy[lane] = Bands::filled(1);
+        wave.length_m[lane] = 0;
+        wave.diffuse[lane] = 0;
         wave.random[lane] = derive_seed(frame_seed, SeedPurpose::rays, source, i);
         wave.identifier[lane] = PathIdentifier::start(source);
     }

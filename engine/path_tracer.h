@@ -105,6 +105,7 @@ class PathTracer {
                           TraceBatch& out) const;
     void add_arrival(const PathWave& wave, std::size_t lane, const Vec3& listener,
                      std::uint32_t index, TraceBatch& out) const;
+    void reflect(PathWave& wave, TraceBatch& out) const;
     void deposit(const PathWave& wave, TraceBatch& out) const;
 
     const RayScene& scene_;

@@ -130,6 +130,7 @@ void PathWave::remove(std::size_t lane) {
     move_lane(rays.origin, last, lane);
     move_lane(rays.direction, last, lane);
     rays.max_m[lane] = rays.max_m[last];
+    ray[lane] = ray[last];
     energy[lane] = energy[last];
     length_m[lane] = length_m[last];
     random[lane] = random[last];

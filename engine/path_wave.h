@@ -20,7 +20,8 @@ struct PathWave {
     std::size_t count = 0;  ///< lanes in use
 
     // The paths.
-    RayLanes rays;  ///< next segments
+    RayLanes rays;                            ///< next segments
+    std::array<std::uint32_t, kLanes> ray{};  ///< number in the batch
     std::array<Bands, kLanes> energy{};
     alignas(64) std::array<float, kLanes> length_m{};         ///< so far
     alignas(64) std::array<std::uint64_t, kLanes> random{};   ///< state of each path's generator
