@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/geometric.hpp>
 
 #include "engine/multiversion.h"
 #include "engine/sampling.h"
@@ -72,7 +73,8 @@ void trace_batch(const RayScene& scene, const PatchGrid& grid, const Vec3& liste
             r.weight *= transmission(settings.attenuation_per_m, hits[i].distance_m);
             const std::uint32_t patch = grid.find(point, normal);
             const float area_m2 = patch == PatchGrid::kNone ? 0 : grid.area_m2(patch);
-            if (area_m2 > 0 && material.scattering.max() > 0) {
+            // Mirrors count as well where they share a patch with a surface that scatters.
+            if (area_m2 > 0) {
                 // A patch of area A that radiates B by Lambert's law has the radiance B / (pi A);
                 // fluence is radiance times solid angle, 4 pi / M for each of M rays:
                 // 4 pi / M * B / (pi A) = 4 / (M A) * B.
@@ -335,14 +337,21 @@ void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, W
             }
         }
     });
-    for (const Partial& partial : partials) {
-        for (std::size_t k = 0; k < bins.count(); ++k) {
+    for (std::size_t k = 0; k < bins.count(); ++k) {
+        Bands energy;
+        Vec3 direction(0);
+        for (const Partial& partial : partials) {
             for (std::size_t b = 0; b < kBandCount; ++b) {
-                response.energy[k][b] += partial.energy[k * kBandCount + b];
+                energy[b] += partial.energy[k * kBandCount + b];
             }
-            response.direction[k] += Vec3(partial.direction[k * 4], partial.direction[k * 4 + 1],
-                                          partial.direction[k * 4 + 2]);
+            direction += Vec3(partial.direction[k * 4], partial.direction[k * 4 + 1],
+                              partial.direction[k * 4 + 2]);
         }
+        // Directions are weighted by a row's whole spectrum, which a bin's own may differ from.
+        const float length = glm::length(direction);
+        if (length > energy.sum()) direction *= energy.sum() / length;
+        response.energy[k] += energy;
+        response.direction[k] += direction;
     }
 }
 

@@ -6,7 +6,9 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <map>
 
+#include "engine/axis_cuts.h"
 #include "engine/multiversion.h"
 #include "engine/room_survey.h"
 #include "engine/sampling.h"
@@ -16,19 +18,27 @@ namespace aula {
 namespace {
 
 constexpr int kSamplesPerPatch = 16;  // on a full cell
+constexpr int kFineSamples = 64;      // where some samples count and others do not
 constexpr int kReachRays = 4;         // tries to get from a sample to where sound has been
 constexpr int kFloodPaths = 4096;
 constexpr int kFloodBounces = 32;
 constexpr int kFloodRounds = 12;
 constexpr std::size_t kChunk = 1024;  // samples of a job
 
+constexpr float kAxisAligned = 0.99999F;  // cosine: a wall that cuts cells is as straight as this
+constexpr float kWallCells = 4;           // and has the area of so many cells
+
 struct MixHash {
     std::size_t operator()(std::uint64_t key) const { return mix64(key); }
 };
 
-/// The key of a cell of the grid: 20 bits for each coordinate and the dominant direction of a
-/// normal; without branches.
-inline std::uint64_t cell_key(const Vec3& point, const Vec3& normal, float cells_per_m) {
+/// A cell of the grid: its number along each axis.
+using CellIndex = std::array<std::int32_t, 3>;
+using Cuts = std::array<AxisCuts, 3>;
+
+/// The key of a patch: 20 bits for each number of its cell and the dominant direction of a normal;
+/// without branches.
+inline std::uint64_t cell_key(const CellIndex& cell, const Vec3& normal) {
     const Vec3 size(std::abs(normal.x), std::abs(normal.y), std::abs(normal.z));
     const bool along_x = size.x >= size.y && size.x >= size.z;
     const bool along_y = size.y >= size.z;
@@ -36,24 +46,25 @@ inline std::uint64_t cell_key(const Vec3& point, const Vec3& normal, float cells
     const float component = along_x ? normal.x : along_y ? normal.y : normal.z;
     const std::int32_t direction = axis + (component > 0 ? 0 : 1);
     constexpr std::int32_t kBias = 1 << 19;
-    const auto cell = [cells_per_m](float x_m) {
-        const float x = x_m * cells_per_m;
-        const auto toward_zero = static_cast<std::int32_t>(x);
-        const std::int32_t below = static_cast<float>(toward_zero) > x ? 1 : 0;
-        return static_cast<std::uint64_t>(static_cast<std::uint32_t>(toward_zero - below + kBias) &
-                                          0xfffffU);
+    const auto bits = [](std::int32_t k) {
+        return static_cast<std::uint64_t>(static_cast<std::uint32_t>(k + kBias) & 0xfffffU);
     };
     return static_cast<std::uint64_t>(static_cast<std::uint32_t>(direction)) << 60 |
-           cell(point.x) << 40 | cell(point.y) << 20 | cell(point.z);
+           bits(cell[0]) << 40 | bits(cell[1]) << 20 | bits(cell[2]);
+}
+
+/// The cell of a point that is given from the grid's origin.
+inline CellIndex cell_at(const Cuts& cuts, const Vec3& point) {
+    return {cuts[0].cell(point.x), cuts[1].cell(point.y), cuts[2].cell(point.z)};
 }
 
 AULA_MULTIVERSION
 void cell_keys(const LanePoints& points, const LanePoints& normals, const Vec3& origin,
-               float cells_per_m, std::array<std::uint64_t, kLanes>& keys) {
+               const Cuts& cuts, std::array<std::uint64_t, kLanes>& keys) {
     for (std::size_t i = 0; i < kLanes; ++i) {
-        keys[i] =
-            cell_key(Vec3(points.x[i] - origin.x, points.y[i] - origin.y, points.z[i] - origin.z),
-                     Vec3(normals.x[i], normals.y[i], normals.z[i]), cells_per_m);
+        keys[i] = cell_key(cell_at(cuts, Vec3(points.x[i] - origin.x, points.y[i] - origin.y,
+                                              points.z[i] - origin.z)),
+                           Vec3(normals.x[i], normals.y[i], normals.z[i]));
     }
 }
 
@@ -88,30 +99,30 @@ Polygon cut(const Polygon& polygon, int axis, float at, float sign) {
     return kept;
 }
 
-/// Calls `visit(middle of the cell, polygon)` for the part of a polygon in every cell it meets.
+/// Calls `visit(cell, polygon)` for the part of a polygon in every cell it meets.
 template <typename Visit>
-void for_each_cell(const Polygon& polygon, float cell_m, int axis, Vec3 middle,
+void for_each_cell(const Polygon& polygon, const Cuts& cuts, std::size_t axis, CellIndex cell,
                    const Visit& visit) {
     if (axis == 3) {
-        visit(middle, polygon);
+        visit(cell, polygon);
         return;
     }
-    float low = polygon.at(0)[axis];
+    const auto along = static_cast<int>(axis);
+    float low = polygon.at(0)[along];
     float high = low;
     for (int i = 1; i < polygon.count; ++i) {
-        low = std::min(low, polygon.at(i)[axis]);
-        high = std::max(high, polygon.at(i)[axis]);
+        low = std::min(low, polygon.at(i)[along]);
+        high = std::max(high, polygon.at(i)[along]);
     }
-    const auto first = static_cast<int>(std::floor(low / cell_m));
-    const auto last = static_cast<int>(std::floor(high / cell_m));
-    for (int k = first; k <= last; ++k) {
-        const auto border_m = static_cast<float>(k) * cell_m;
+    const std::int32_t first = cuts[axis].cell(low);
+    const std::int32_t last = cuts[axis].cell(high);
+    for (std::int32_t k = first; k <= last; ++k) {
         Polygon part = polygon;
-        if (k > first) part = cut(part, axis, border_m, -1);
-        if (k < last && part.count > 2) part = cut(part, axis, border_m + cell_m, 1);
+        if (k > first) part = cut(part, along, cuts[axis].begin_m(k), -1);
+        if (k < last && part.count > 2) part = cut(part, along, cuts[axis].begin_m(k + 1), 1);
         if (part.count < 3) continue;
-        middle[axis] = border_m + 0.5F * cell_m;
-        for_each_cell(part, cell_m, axis + 1, middle, visit);
+        cell[axis] = k;
+        for_each_cell(part, cuts, axis + 1, cell, visit);
     }
 }
 
@@ -123,6 +134,7 @@ struct PatchGrid::State {
     std::uint64_t seed;
     float cell_m;
     Vec3 origin{0};  // cells count from the lowest corner of the scene
+    Cuts cuts;
     tsl::robin_map<std::uint64_t, std::uint32_t, MixHash> patch_of_cell;
     std::vector<float> static_area_m2;  // of objects that stand
     std::vector<float> area_m2;         // of all
@@ -145,6 +157,28 @@ struct PatchGrid::State {
         // A key has 20 bits for each coordinate, of which moving objects may need some.
         cell_m = std::max(patch_size_m,
                           std::max({extent.x, extent.y, extent.z}) / static_cast<float>(1 << 17));
+        for (int axis = 0; axis < 3; ++axis) {
+            cuts[static_cast<std::size_t>(axis)] =
+                AxisCuts(extent[axis], cell_m, walls_across(axis));
+        }
+    }
+
+    /// The standing walls that lie straight across an axis, those within a millimetre as one.
+    std::vector<AxisCuts::Wall> walls_across(int axis) const {
+        std::map<std::int64_t, double> areas;
+        for (const RayScene::Triangle& triangle : scene.triangles()) {
+            if (std::abs(triangle.normal[axis]) < kAxisAligned || scene.moves(triangle)) continue;
+            areas[std::llround(1000 * (triangle.vertices[0][axis] - origin[axis]))] +=
+                double{glm::length(glm::cross(triangle.vertices[1] - triangle.vertices[0],
+                                              triangle.vertices[2] - triangle.vertices[0]))} /
+                2;
+        }
+        std::vector<AxisCuts::Wall> walls;
+        for (const auto& [at_mm, area] : areas) {
+            if (area < double{kWallCells * cell_m * cell_m}) continue;
+            walls.push_back({static_cast<float>(at_mm) / 1000, area});
+        }
+        return walls;
     }
 
     struct Sample {
@@ -155,73 +189,87 @@ struct PatchGrid::State {
         bool back = false;
     };
 
-    std::uint64_t key(const Vec3& point, const Vec3& normal) const {
-        return cell_key(point - origin, normal, 1 / cell_m);
+    std::uint64_t key_at(const Vec3& point, const Vec3& normal) const {
+        return cell_key(cell_at(cuts, point - origin), normal);
     }
 
-    std::uint32_t patch_at(const Vec3& point, const Vec3& normal) {
+    std::uint32_t patch_at(const CellIndex& cell, const Vec3& normal) {
         const auto [entry, added] = patch_of_cell.try_emplace(
-            key(point, normal), static_cast<std::uint32_t>(area_m2.size()));
+            cell_key(cell, normal), static_cast<std::uint32_t>(area_m2.size()));
         if (added) {
             static_area_m2.push_back(0);
             area_m2.push_back(0);
             reached.push_back(0);
-            cells.push_back(cell_at(point, entry->first >> 60));
+            cells.push_back(cell_of(cell, entry->first >> 60));
         }
         return entry->second;
     }
 
-    Cell cell_at(const Vec3& point, std::uint64_t direction) const {
+    Cell cell_of(const CellIndex& index, std::uint64_t direction) const {
         Cell cell;
-        cell.middle = origin + (glm::floor((point - origin) / cell_m) + 0.5F) * cell_m;
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto a = static_cast<std::size_t>(axis);
+            cell.middle[axis] =
+                origin[axis] + (cuts[a].begin_m(index[a]) + cuts[a].begin_m(index[a] + 1)) / 2;
+        }
         cell.direction[static_cast<int>(direction / 2)] = direction % 2 == 0 ? 1.0F : -1.0F;
         return cell;
     }
 
-    /// Cells of both sides of a triangle, sampled in proportion to area.
-    void sample(std::uint32_t t, std::vector<Sample>& samples) {
+    /// Samples on both sides of a triangle in proportion to area, `per_cell` of them where it
+    /// fills a cell, for patches that are `wanted(patch)`.
+    template <typename Wanted>
+    void sample(std::uint32_t t, int per_cell, const Wanted& wanted, std::vector<Sample>& samples) {
         const RayScene::Triangle& triangle = scene.triangle(t);
         if (triangle.normal == Vec3(0)) return;
-        RandomStream random(derive_seed(seed, t));
         for (const bool back : {false, true}) {
             const Vec3 normal = back ? -triangle.normal : triangle.normal;
             Polygon whole;
             for (const Vec3& v : triangle.vertices)
                 whole.add(v - origin + RayScene::kOffset_m * normal);
-            for_each_cell(whole, cell_m, 0, Vec3(0), [&](const Vec3& middle, const Polygon& part) {
+            const ScrambledSobol sobol(derive_seed(seed, t, back));
+            std::uint32_t next = 0;
+            const auto add = [&](const CellIndex& cell, const Polygon& part) {
                 const float area = part.area_m2();
                 if (!(area > 0)) return;
-                const std::uint32_t patch = patch_at(origin + middle, normal);
-                const int count = std::clamp(
-                    static_cast<int>(std::ceil(kSamplesPerPatch * area / (cell_m * cell_m))), 1,
-                    kSamplesPerPatch);
+                const std::uint32_t patch = patch_at(cell, normal);
+                if (!wanted(patch)) return;
+                const int count =
+                    std::clamp(static_cast<int>(std::ceil(static_cast<float>(per_cell) * area /
+                                                          (cell_m * cell_m))),
+                               1, per_cell);
                 for (int i = 0; i < count; ++i) {
-                    samples.push_back(
-                        {origin + point_in(part, random) - RayScene::kOffset_m * normal, t, patch,
-                         area / static_cast<float>(count), back});
+                    samples.push_back({origin + point_in(part, sobol.point(next++)) -
+                                           RayScene::kOffset_m * normal,
+                                       t, patch, area / static_cast<float>(count), back});
                 }
-            });
+            };
+            for_each_cell(whole, cuts, 0, {}, add);
         }
     }
 
-    static Vec3 point_in(const Polygon& polygon, RandomStream& random) {
+    /// Patches of both sides of a triangle.
+    void add_patches(std::uint32_t t) {
+        std::vector<Sample> none;
+        sample(
+            t, 1, [](std::uint32_t) { return false; }, none);
+    }
+
+    /// Uniform in a polygon for uniform u.
+    static Vec3 point_in(const Polygon& polygon, std::array<float, 2> u) {
         // A triangle of the fan by area, then a point in it.
-        float rest = random.uniform() * polygon.area_m2();
+        const auto area_of = [&](int corner) {
+            return glm::length(glm::cross(polygon.at(corner - 1) - polygon.at(0),
+                                          polygon.at(corner) - polygon.at(0))) /
+                   2;
+        };
+        float rest = u[0] * polygon.area_m2();
         int corner = 2;
-        for (; corner < polygon.count - 1; ++corner) {
-            const float area = glm::length(glm::cross(polygon.at(corner - 1) - polygon.at(0),
-                                                      polygon.at(corner) - polygon.at(0))) /
-                               2;
-            if (rest < area) break;
-            rest -= area;
-        }
-        auto [u, v] = random.uniform_2d();
-        if (u + v > 1) {
-            u = 1 - u;
-            v = 1 - v;
-        }
-        return polygon.at(0) + u * (polygon.at(corner - 1) - polygon.at(0)) +
-               v * (polygon.at(corner) - polygon.at(0));
+        while (corner < polygon.count - 1 && rest >= area_of(corner)) rest -= area_of(corner++);
+        const float share = area_of(corner) > 0 ? std::min(1.0F, rest / area_of(corner)) : 0;
+        const float across = std::sqrt(share);
+        return polygon.at(0) + across * ((1 - u[1]) * (polygon.at(corner - 1) - polygon.at(0)) +
+                                         u[1] * (polygon.at(corner) - polygon.at(0)));
     }
 
     /// Marks the patches that sound from `inside` gets to, until a round finds hardly more.
@@ -232,8 +280,8 @@ struct PatchGrid::State {
                   [&](const Ray& ray, const Hit& hit) {
                       if (!hit.any()) return;
                       const auto found =
-                          patch_of_cell.find(key(scene.point(hit, ray.direction),
-                                                 scene.facing_normal(hit, ray.direction)));
+                          patch_of_cell.find(key_at(scene.point(hit, ray.direction),
+                                                    scene.facing_normal(hit, ray.direction)));
                       if (found == patch_of_cell.end() || reached[found->second]) return;
                       reached[found->second] = 1;
                       ++reached_count;
@@ -242,8 +290,35 @@ struct PatchGrid::State {
         }
     }
 
-    /// Adds the area of every sample that sound can reach.
-    void add_reachable(const std::vector<Sample>& samples, std::vector<float>& areas) {
+    /// Adds the area of the given triangles that sound can reach. Where only a part of a patch can
+    /// be reached, many more samples tell how much.
+    void add_reachable(const std::vector<std::uint32_t>& triangles, std::vector<float>& areas) {
+        std::vector<Sample> samples;
+        for (const std::uint32_t t : triangles) {
+            sample(
+                t, kSamplesPerPatch, [](std::uint32_t) { return true; }, samples);
+        }
+        areas.resize(area_m2.size());
+        std::vector<char> counts = reachable(samples);
+        std::vector<char> some(areas.size(), 0);
+        std::vector<char> others(areas.size(), 0);
+        for (std::size_t i = 0; i < samples.size(); ++i) {
+            (counts[i] ? some : others)[samples[i].patch] = 1;
+        }
+        const auto in_part = [&](std::uint32_t patch) { return some[patch] && others[patch]; };
+        for (const Sample& s : samples) {
+            if (some[s.patch] && !in_part(s.patch)) areas[s.patch] += s.area_m2;
+        }
+        samples.clear();
+        for (const std::uint32_t t : triangles) sample(t, kFineSamples, in_part, samples);
+        counts = reachable(samples);
+        for (std::size_t i = 0; i < samples.size(); ++i) {
+            if (counts[i]) areas[samples[i].patch] += samples[i].area_m2;
+        }
+    }
+
+    /// For every sample, whether sound can reach it.
+    std::vector<char> reachable(const std::vector<Sample>& samples) const {
         std::vector<char> counts(samples.size(), 0);
         workers.run((samples.size() + kChunk - 1) / kChunk, [&](std::size_t chunk) {
             const std::size_t first = chunk * kChunk;
@@ -252,9 +327,7 @@ struct PatchGrid::State {
                          std::span(counts).subspan(first, count),
                          RandomStream(derive_seed(seed, 1 << 29, chunk)));
         });
-        for (std::size_t i = 0; i < samples.size(); ++i) {
-            if (counts[i]) areas[samples[i].patch] += samples[i].area_m2;
-        }
+        return counts;
     }
 
     void test_samples(std::span<const Sample> samples, std::span<char> counts,
@@ -264,7 +337,7 @@ struct PatchGrid::State {
             return s.back ? -n : n;
         };
         // Of faces that coincide only the one that a ray meets counts.
-        constexpr float kAbove_m = 1e-3F;
+        constexpr float kAbove_m = 2 * RayScene::kOffset_m;
         std::vector<Ray> rays(samples.size());
         std::vector<Hit> hits(samples.size());
         for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -302,7 +375,7 @@ struct PatchGrid::State {
     bool sound_at(const Ray& ray, const Hit& hit) const {
         if (!hit.any() || scene.moves(scene.triangle(hit.triangle))) return true;
         const auto found = patch_of_cell.find(
-            key(scene.point(hit, ray.direction), scene.facing_normal(hit, ray.direction)));
+            key_at(scene.point(hit, ray.direction), scene.facing_normal(hit, ray.direction)));
         return found != patch_of_cell.end() && reached[found->second];
     }
 };
@@ -310,10 +383,11 @@ struct PatchGrid::State {
 PatchGrid::PatchGrid(const RayScene& scene, float patch_size_m, std::span<const Vec3> inside,
                      std::uint64_t seed, WorkerPool& workers)
     : state_(std::make_unique<State>(scene, workers, seed, patch_size_m)) {
-    std::vector<State::Sample> standing;
-    std::vector<State::Sample> moving;
+    std::vector<std::uint32_t> standing;
+    std::vector<std::uint32_t> moving;
     for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
-        state_->sample(t, scene.moves(scene.triangle(t)) ? moving : standing);
+        state_->add_patches(t);
+        (scene.moves(scene.triangle(t)) ? moving : standing).push_back(t);
     }
     state_->flood_from(inside);
     state_->add_reachable(standing, state_->static_area_m2);
@@ -324,23 +398,23 @@ PatchGrid::PatchGrid(const RayScene& scene, float patch_size_m, std::span<const 
 PatchGrid::~PatchGrid() = default;
 
 void PatchGrid::scene_moved() {
-    std::vector<State::Sample> moving;
+    std::vector<std::uint32_t> moving;
     for (std::uint32_t t = 0; t < state_->scene.triangle_count(); ++t) {
-        if (state_->scene.moves(state_->scene.triangle(t))) state_->sample(t, moving);
+        if (state_->scene.moves(state_->scene.triangle(t))) moving.push_back(t);
     }
     state_->area_m2 = state_->static_area_m2;
     state_->add_reachable(moving, state_->area_m2);
 }
 
 std::uint32_t PatchGrid::find(const Vec3& point, const Vec3& facing_normal) const {
-    const auto found = state_->patch_of_cell.find(state_->key(point, facing_normal));
+    const auto found = state_->patch_of_cell.find(state_->key_at(point, facing_normal));
     return found == state_->patch_of_cell.end() ? kNone : found->second;
 }
 
 void PatchGrid::find(const LanePoints& points, const LanePoints& facing_normals, std::size_t count,
                      std::array<std::uint32_t, kLanes>& patches) const {
     alignas(64) std::array<std::uint64_t, kLanes> keys;
-    cell_keys(points, facing_normals, state_->origin, 1 / state_->cell_m, keys);
+    cell_keys(points, facing_normals, state_->origin, state_->cuts, keys);
     for (std::size_t i = 0; i < count; ++i) {
         const auto found = state_->patch_of_cell.find(keys[i]);
         patches[i] = found == state_->patch_of_cell.end() ? kNone : found->second;

@@ -12,6 +12,7 @@
 #include "engine/diffuse_path_cache.h"
 #include "engine/error.h"
 #include "engine/listener_gather.h"
+#include "engine/off_surface.h"
 #include "engine/patch_cache.h"
 #include "engine/patch_grid.h"
 #include "engine/path_tracer.h"
@@ -234,6 +235,14 @@ struct Propagation::State {
         }
     }
 
+    /// The frame's places, those on surfaces moved off them, or half of their rays were lost.
+    FrameInput off_surfaces(const FrameInput& given) const {
+        FrameInput input = given;
+        for (Vec3& source : input.sources) source = off_surface(rays, source);
+        for (Vec3& listener : input.listeners) listener = off_surface(rays, listener);
+        return input;
+    }
+
     std::uint64_t frame_seed() const { return derive_seed(seed, SeedPurpose::frame, frame); }
 
     /// Source and batch of what is traced in this frame.
@@ -348,21 +357,22 @@ Propagation::Propagation(const Scene& scene, const Simulation& simulation,
 
 Propagation::~Propagation() = default;
 
-void Propagation::step(const FrameInput& input) {
+void Propagation::step(const FrameInput& given) {
     State& s = *state_;
-    assert(input.sources.size() == s.scene.sources.size());
-    assert(input.listeners.size() == s.listener_count);
+    assert(given.sources.size() == s.scene.sources.size());
+    assert(given.listeners.size() == s.listener_count);
     s.statistics = {};
     Stopwatch watch;
     const std::uint64_t frame_seed = s.frame_seed();
 
     // Move what moves.
-    const float moved_m = s.rays.move(input.time_s);
+    const float moved_m = s.rays.move(given.time_s);
     if (moved_m > 0) {
         s.travel_m += double{moved_m};
         s.specular.scene_moved();
         if (s.grid) s.grid->scene_moved();
     }
+    const FrameInput input = s.off_surfaces(given);
 
     // Trace rays from every source; update the caches with what they found.
     s.trace(input, frame_seed);
@@ -379,8 +389,9 @@ void Propagation::step(const FrameInput& input) {
     ++s.frame;
 }
 
-std::vector<Ray> Propagation::rays(const FrameInput& input) const {
+std::vector<Ray> Propagation::rays(const FrameInput& given) const {
     const State& s = *state_;
+    const FrameInput input = s.off_surfaces(given);
     const std::uint64_t frame_seed = s.frame_seed();
     std::vector<Ray> all;
     const auto append = [&](const std::vector<Ray>& more) {

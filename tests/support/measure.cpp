@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 
 #include "engine/sampling.h"
 
@@ -24,6 +25,51 @@ std::vector<double> restarts(Propagation& propagation, const Scene& scene, int c
         samples.push_back(read(propagation.response(0)));
     }
     return samples;
+}
+
+Simulation with(const Scene& scene, Estimator estimator, float ir_length_s,
+                float response_time_s) {
+    Simulation simulation = scene.simulation;
+    simulation.estimator = estimator;
+    simulation.ir_length_s = ir_length_s;
+    simulation.response_time_s = response_time_s;
+    return simulation;
+}
+
+double total(const EnergyResponse& response, std::size_t band) {
+    return energy_between(response, 0, response.bins.length_s(), band);
+}
+
+std::string fault(const EnergyResponse& response) {
+    const auto bad = [](const Bands& energy) {
+        return std::any_of(energy.value.begin(), energy.value.end(),
+                           [](float e) { return !(e >= 0) || !std::isfinite(e); });
+    };
+    for (std::size_t k = 0; k < response.bins.count(); ++k) {
+        const std::string place = " in bin " + std::to_string(k);
+        if (bad(response.energy[k])) return "energy negative or not finite" + place;
+        const float length = glm::length(response.direction[k]);
+        if (!(length <= response.energy[k].sum() * (1 + 1e-4F))) {
+            return "direction longer than its energy" + place;  // rounding of some 1000 arrivals
+        }
+    }
+    for (std::size_t i = 0; i < response.paths.size(); ++i) {
+        const SpecularPath& path = response.paths[i];
+        const std::string place = " of path " + std::to_string(i);
+        if (bad(path.energy)) return "energy negative or not finite" + place;
+        if (!(path.length_m >= 0) || !std::isfinite(path.length_m)) return "bad length" + place;
+        if (!(std::abs(glm::length(path.direction) - 1) < 1e-5F)) return "bad direction" + place;
+    }
+    return "";
+}
+
+bool same_bits(const EnergyResponse& a, const EnergyResponse& b) {
+    const auto same_path = [](const SpecularPath& p, const SpecularPath& q) {
+        return p.order == q.order && p.length_m == q.length_m && p.direction == q.direction &&
+               p.energy == q.energy && p.id == q.id;
+    };
+    return a.energy == b.energy && a.direction == b.direction &&
+           std::equal(a.paths.begin(), a.paths.end(), b.paths.begin(), b.paths.end(), same_path);
 }
 
 double energy_between(const EnergyResponse& response, double begin_s, double end_s,

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+namespace aula {
+
+/// Cells along one axis: no wider than wanted and cut where walls stand, so that a cell does not
+/// reach through a wall. Beyond the ends all cells have the wanted width. [propagation thread]
+class AxisCuts {
+ public:
+    /// A wall: its place on the axis and its area.
+    struct Wall {
+        float at_m = 0;
+        double area_m2 = 0;
+    };
+
+    AxisCuts() = default;
+
+    /// Cells from 0 to `length_m`. Of walls closer to each other than a tenth of a cell only the
+    /// largest cuts; the largest of all go first, until cells are twice as many as without walls.
+    AxisCuts(float length_m, float cell_m, std::vector<Wall> walls);
+
+    /// The cell of a place, negative before 0. Without branches, so that a compiler does many at
+    /// once.
+    std::int32_t cell(float at_m) const {
+        const auto slot = static_cast<std::int32_t>(std::clamp(at_m * slots_per_m_, 0.0F, slots_));
+        const std::int32_t first = first_[static_cast<std::size_t>(slot)];
+        const std::int32_t inside =
+            first + (at_m >= edges_m_[static_cast<std::size_t>(first) + 1] ? 1 : 0);
+        const std::int32_t before = static_cast<std::int32_t>(at_m / cell_m_) - 1;
+        const std::int32_t beyond =
+            count() + static_cast<std::int32_t>((at_m - length_m_) / cell_m_);
+        return at_m < 0 ? before : at_m >= length_m_ ? beyond : inside;
+    }
+
+    /// Where a cell begins.
+    float begin_m(std::int32_t cell) const {
+        if (cell < 0) return static_cast<float>(cell) * cell_m_;
+        if (cell <= count()) return edges_m_[static_cast<std::size_t>(cell)];
+        return edges_m_.back() + static_cast<float>(cell - count()) * cell_m_;
+    }
+
+ private:
+    std::int32_t count() const { return static_cast<std::int32_t>(edges_m_.size()) - 1; }
+
+    float cell_m_ = 1;
+    float length_m_ = 0;
+    float slots_ = 0;  ///< slots divide the length, each less wide than any cell
+    float slots_per_m_ = 0;
+    std::vector<float> edges_m_{0, 0};
+    std::vector<std::int32_t> first_{0};  ///< [slot] the cell that its start is in
+};
+
+}  // namespace aula
