@@ -13,6 +13,7 @@ static_assert(kBandCount == 8);
 /// registers are shorter.
 using BandVector = float __attribute__((vector_size(32)));
 using BandIntegers = std::int32_t __attribute__((vector_size(32)));
+using BandDoubles = double __attribute__((vector_size(64)));
 using BandSums = std::int64_t __attribute__((vector_size(64)));
 
 inline BandVector load_bands(const float* from) {
@@ -22,6 +23,13 @@ inline BandVector load_bands(const float* from) {
 }
 
 inline BandVector load_bands(const Bands& from) { return load_bands(from.value.data()); }
+
+/// A bin's sums in fixed point, times a scale.
+inline BandVector to_bands(const std::int64_t* sums, double scale) {
+    BandSums v;
+    std::memcpy(&v, sums, sizeof v);
+    return __builtin_convertvector(__builtin_convertvector(v, BandDoubles) * scale, BandVector);
+}
 
 inline void store_bands(const BandVector& v, float* to) { std::memcpy(to, &v, sizeof v); }
 
@@ -40,5 +48,16 @@ inline BandVector max_of_bands(BandVector v) {
     v = max_of(v, __builtin_shufflevector(v, v, 2, 3, 0, 1, 6, 7, 4, 5));
     return max_of(v, __builtin_shufflevector(v, v, 1, 0, 3, 2, 5, 4, 7, 6));
 }
+
+/// A direction, and a number that is not used.
+using FourVector = float __attribute__((vector_size(16)));
+
+inline FourVector load_four(const float* from) {
+    FourVector v;
+    std::memcpy(&v, from, sizeof v);
+    return v;
+}
+
+inline void store_four(const FourVector& v, float* to) { std::memcpy(to, &v, sizeof v); }
 
 }  // namespace aula

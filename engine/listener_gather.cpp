@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "engine/band_vector.h"
 #include "engine/multiversion.h"
 #include "engine/sampling.h"
 #include "engine/transmission.h"
@@ -132,55 +133,46 @@ struct Partial {
     std::vector<float> direction;  // [bin][4]
 };
 
+/// Bins [first_bin, end_bin) of a row as floats, with their sums over bands; adds to `total`.
 AULA_MULTIVERSION
 void convert_row(const std::int64_t* sums, std::size_t first_bin, std::size_t end_bin, double scale,
-                 float* energy, float* sum) {
+                 float* energy, float* sum, Bands& total) {
+    BandVector all = load_bands(total);
     for (std::size_t k = first_bin; k < end_bin; ++k) {
-        float total = 0;
-        for (std::size_t b = 0; b < kBandCount; ++b) {
-            const auto e =
-                static_cast<float>(static_cast<double>(sums[k * kBandCount + b]) * scale);
-            energy[k * kBandCount + b] = e;
-            total += e;
-        }
-        sum[k] = total;
+        const BandVector e = to_bands(sums + k * kBandCount, scale);
+        store_bands(e, energy + k * kBandCount);
+        sum[k] = sum_of_bands(e)[0];
+        all += e;
     }
+    store_bands(all, total.value.data());
 }
 
 /// Adds `count` bins that are as wide as the output's: each leaves the share `stays` in the output
-/// bin of its number and gives the rest to the next. One value is a bin's `kWide` numbers.
-template <std::size_t kWide>
+/// bin of its number and gives the rest to the next.
 inline void add_equal_bins(const float* in, std::size_t count, float stays, const float* weight,
                            float* out) {
-    float keep[kWide];
-    float pass[kWide];
-    for (std::size_t b = 0; b < kWide; ++b) {
-        keep[b] = stays * weight[b];
-        pass[b] = (1 - stays) * weight[b];
+    const BandVector keep = stays * load_bands(weight);
+    const BandVector pass = (1 - stays) * load_bands(weight);
+    BandVector passed{};
+    for (std::size_t k = 0; k < count; ++k) {
+        const BandVector here = load_bands(in + k * kBandCount);
+        store_bands(load_bands(out + k * kBandCount) + keep * here + passed, out + k * kBandCount);
+        passed = pass * here;
     }
-    for (std::size_t b = 0; b < kWide; ++b) out[b] += keep[b] * in[b];
-    for (std::size_t k = 1; k < count; ++k) {
-        for (std::size_t b = 0; b < kWide; ++b) {
-            out[k * kWide + b] += keep[b] * in[k * kWide + b] + pass[b] * in[(k - 1) * kWide + b];
-        }
-    }
-    for (std::size_t b = 0; b < kWide; ++b) {
-        out[count * kWide + b] += pass[b] * in[(count - 1) * kWide + b];
-    }
+    store_bands(load_bands(out + count * kBandCount) + passed, out + count * kBandCount);
 }
 
 /// As add_equal_bins, one number of a bin times the four of a direction.
 inline void add_equal_sums(const float* sum, std::size_t count, float stays, const float* direction,
                            float* out) {
-    float before = 0;
+    const FourVector keep = stays * load_four(direction);
+    const FourVector pass = (1 - stays) * load_four(direction);
+    FourVector passed{};
     for (std::size_t k = 0; k < count; ++k) {
-        const float here = stays * sum[k] + (1 - stays) * before;
-        before = sum[k];
-        for (std::size_t axis = 0; axis < 4; ++axis) out[k * 4 + axis] += direction[axis] * here;
+        store_four(load_four(out + k * 4) + keep * sum[k] + passed, out + k * 4);
+        passed = pass * sum[k];
     }
-    for (std::size_t axis = 0; axis < 4; ++axis) {
-        out[count * 4 + axis] += direction[axis] * (1 - stays) * before;
-    }
+    store_four(load_four(out + count * 4) + passed, out + count * 4);
 }
 
 /// Adds bins [bin, end) of one width, of which the first begins `x` of an output bin after the
@@ -194,24 +186,24 @@ std::size_t add_bins(const float* energy, const float* sum, std::size_t bin, std
                      float* out_direction) {
     if (ratio > 0.999F) {
         const std::size_t count = std::min(end - bin, out_end - out);
-        add_equal_bins<kBandCount>(energy + bin * kBandCount, count, 1 - x, weight,
-                                   out_energy + out * kBandCount);
+        add_equal_bins(energy + bin * kBandCount, count, 1 - x, weight,
+                       out_energy + out * kBandCount);
         add_equal_sums(sum + bin, count, 1 - x, direction, out_direction + out * 4);
         return bin + count;
     }
+    const BandVector weights = load_bands(weight);
+    const FourVector directions = load_four(direction);
     for (; bin < end && out < out_end; ++bin) {
         const float stays = std::min(1.0F, (1 - x) / ratio);
         const float goes = 1 - stays;
-        for (std::size_t b = 0; b < kBandCount; ++b) {
-            const float e = weight[b] * energy[bin * kBandCount + b];
-            out_energy[out * kBandCount + b] += stays * e;
-            out_energy[(out + 1) * kBandCount + b] += goes * e;
-        }
-        for (std::size_t axis = 0; axis < 4; ++axis) {
-            const float d = direction[axis] * sum[bin];
-            out_direction[out * 4 + axis] += stays * d;
-            out_direction[(out + 1) * 4 + axis] += goes * d;
-        }
+        const BandVector e = weights * load_bands(energy + bin * kBandCount);
+        float* to = out_energy + out * kBandCount;
+        store_bands(load_bands(to) + stays * e, to);
+        store_bands(load_bands(to + kBandCount) + goes * e, to + kBandCount);
+        const FourVector d = directions * sum[bin];
+        float* towards = out_direction + out * 4;
+        store_four(load_four(towards) + stays * d, towards);
+        store_four(load_four(towards + 4) + goes * d, towards + 4);
         x += ratio;
         if (x >= 1) {
             x -= 1;
@@ -312,20 +304,15 @@ void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, W
             if (hit.patch != present) {
                 present = hit.patch;
                 row.first_bin = row.end_bin = source.first_bin;
+                row.total = {};
             }
             // Late hits come first among those of a patch, so that a row is converted once.
             const std::size_t end_bin =
                 hit.late ? source.end_bin : std::min<std::size_t>(source.end_bin, late_bin);
             if (row.end_bin < end_bin) {
                 convert_row(source.sum.get(), row.end_bin, end_bin, scale, row.energy.data(),
-                            row.sum.data());
+                            row.sum.data(), row.total);
                 row.end_bin = end_bin;
-                row.total = {};
-                for (std::size_t k = row.first_bin; k < row.end_bin; ++k) {
-                    for (std::size_t b = 0; b < kBandCount; ++b) {
-                        row.total[b] += row.energy[k * kBandCount + b];
-                    }
-                }
             }
             if (!(row.total.sum() > 0)) continue;
             const double shift_s = double{hit.length_m} / double{response.speed_of_sound_m_s};
