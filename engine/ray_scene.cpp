@@ -90,6 +90,7 @@ RayScene::RayScene(const Scene& scene, double time_s)
     rtcSetSceneFlags(embree_->scene, any_moves ? RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC
                                                : RTC_SCENE_FLAG_ROBUST);
     rtcCommitScene(embree_->scene);
+    update_few();
 }
 
 RayScene::~RayScene() = default;
@@ -107,6 +108,13 @@ void RayScene::update_triangles(std::uint32_t o) {
         triangle.material = object.triangle_materials[t];
         triangle.object = o;
     }
+}
+
+void RayScene::update_few() {
+    if (triangles_.size() > FewTriangles::kMost) return;
+    std::vector<FewTriangles::Vertices> vertices;
+    for (const Triangle& triangle : triangles_) vertices.push_back(triangle.vertices);
+    few_.emplace(vertices);
 }
 
 float RayScene::move(double time_s) {
@@ -129,7 +137,10 @@ float RayScene::move(double time_s) {
         rtcUpdateGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0);
         rtcCommitGeometry(geometry);
     }
-    if (moved_m > 0) rtcCommitScene(embree_->scene);
+    if (moved_m > 0) {
+        rtcCommitScene(embree_->scene);
+        update_few();
+    }
     return moved_m;
 }
 
@@ -153,6 +164,10 @@ void RayScene::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
 
 void RayScene::intersect(const RayLanes& rays, std::size_t count, HitLanes& hits) const {
     assert(count <= kLanes);
+    if (few_) {
+        few_->intersect(rays, count, hits);
+        return;
+    }
     RTCIntersectContext context = incoherent_context();
     for (std::size_t first = 0; first < count; first += kPacket) {
         alignas(64) RTCRayHit16 packet;

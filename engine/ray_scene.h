@@ -4,14 +4,15 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "engine/few_triangles.h"
+#include "engine/ray_lanes.h"
 #include "engine/scene.h"
 
 namespace aula {
-
-inline constexpr std::uint32_t kNoTriangle = std::numeric_limits<std::uint32_t>::max();
 
 struct Ray {
     Vec3 origin;
@@ -27,37 +28,6 @@ struct Hit {
     float v = 0;  ///< of its third vertex
 
     bool any() const { return triangle != kNoTriangle; }
-};
-
-/// Rays side by side, as vector units take them. Some lanes beyond those in use may be computed
-/// with, but never count.
-inline constexpr std::size_t kLanes = 128;
-
-struct LanePoints {
-    alignas(64) std::array<float, kLanes> x{};
-    alignas(64) std::array<float, kLanes> y{};
-    alignas(64) std::array<float, kLanes> z{};
-
-    Vec3 at(std::size_t i) const { return {x[i], y[i], z[i]}; }
-    void set(std::size_t i, const Vec3& p) {
-        x[i] = p.x;
-        y[i] = p.y;
-        z[i] = p.z;
-    }
-};
-
-struct RayLanes {
-    LanePoints origin;
-    LanePoints direction;  ///< unit
-    alignas(64) std::array<float, kLanes> max_m{};
-};
-
-/// A Hit a lane.
-struct HitLanes {
-    alignas(64) std::array<std::uint32_t, kLanes> triangle{};
-    alignas(64) std::array<float, kLanes> distance_m{};
-    alignas(64) std::array<float, kLanes> u{};
-    alignas(64) std::array<float, kLanes> v{};
 };
 
 /// The scene's triangles in world coordinates at one time, and rays against them (Embree, robust
@@ -120,11 +90,13 @@ class RayScene {
 
  private:
     void update_triangles(std::uint32_t object);
+    void update_few();
 
     struct Embree;
     std::unique_ptr<Embree> embree_;
     std::vector<Object> objects_;  ///< vertices kept of the moving ones only
     std::vector<Triangle> triangles_;
+    std::optional<FewTriangles> few_;  ///< in place of Embree where that is faster
     std::vector<Material> materials_;
 };
 
