@@ -82,7 +82,7 @@ class Options {
         add_places();
         add_simulation();
         add_sound();
-        app_.add_flag("--no-window", no_window_);
+        add_window();
         app_.add_flag("--quiet", arguments_.quiet);
         app_.add_flag("--version", version_);
         app_.add_flag("--help,-h", help_);
@@ -231,6 +231,16 @@ class Options {
         text("--device", [&](const std::string& name) { session.device = name; });
     }
 
+    void add_window() {
+        app_.add_flag("--no-window", no_window_);
+        path("--scene-dir", arguments_.scene_dir);
+        path("--screenshot", arguments_.screenshot);
+        real("--after", 3600, "seconds above 0, at most 3600", [this](double s) {
+            after_given_ = true;
+            arguments_.screenshot_after_s = s;
+        });
+    }
+
     Arguments::Command command() {
         using Command = Arguments::Command;
         if (help_) return Command::help;
@@ -246,6 +256,9 @@ class Options {
         if (words_.size() > wanted)
             throw Error("\"" + words_[wanted] + "\" is one argument too many; expected one SCENE");
         arguments_.scene = words_.back();
+        arguments_.window = !no_window_;
+        if (after_given_ && !arguments_.screenshot)
+            throw Error("--after: there is nothing to wait for; expected --screenshot, too");
         if (word != Command::play) return word;
 
         arguments_.report = report_.has_value();
@@ -280,6 +293,7 @@ class Options {
     std::optional<std::filesystem::path> offline_;
     std::optional<std::string> report_;
     bool no_window_ = false;
+    bool after_given_ = false;
     bool version_ = false;
     bool help_ = false;
     bool list_devices_ = false;

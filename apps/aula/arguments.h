@@ -36,6 +36,10 @@ struct Arguments {
     double bin_s = 1e-3;
     SessionOptions session;
     bool quiet = false;
+    bool window = true;                              ///< if there can be one
+    std::optional<std::filesystem::path> scene_dir;  ///< of scenes to switch among
+    std::optional<std::filesystem::path> screenshot;
+    double screenshot_after_s = 5;
 
     /// What options change in a scene, in the order given. Throws Error.
     std::vector<std::function<void(Scene&)>> scene_changes;

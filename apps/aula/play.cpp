@@ -1,7 +1,10 @@
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <filesystem>
 #include <numbers>
 
 #include "apps/aula/commands.h"
@@ -9,6 +12,10 @@
 #include "apps/aula/terminal.h"
 #include "apps/aula/walker.h"
 #include "apps/session/player.h"
+#include "engine/error.h"
+#ifdef AULA_HAS_WINDOW
+#include "apps/window/window.h"
+#endif
 
 namespace aula {
 
@@ -55,9 +62,7 @@ std::string summary_text(const PlayStatus& s) {
 constexpr const char* kKeysText =
     "w/s or up/down walk, a/d step aside, left/right turn, q quits, ? shows this";
 
-}  // namespace
-
-int play(const Arguments& arguments) {
+int play_in_terminal(const Arguments& arguments) {
     using Clock = std::chrono::steady_clock;
     constexpr int kKeyWait_ms = 20;
     constexpr std::chrono::milliseconds kStatusInterval{100};
@@ -100,6 +105,56 @@ int play(const Arguments& arguments) {
     }
     if (!arguments.quiet) std::fprintf(stderr, "%s\n", summary_text(status).c_str());
     return interrupt_signal() != 0 ? interrupted_status() : 0;
+}
+
+}  // namespace
+
+#ifdef AULA_HAS_WINDOW
+
+namespace {
+
+/// The scene files of a folder, in the order of their names.
+std::vector<std::filesystem::path> scenes_in(const std::filesystem::path& folder) {
+    std::vector<std::filesystem::path> files;
+    std::error_code error;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, error))
+        if (entry.path().extension() == ".json") files.push_back(entry.path());
+    if (files.empty())
+        throw Error("--scene-dir", "",
+                    "no scene in \"" + folder.string() + "\"; expected a folder with scene files");
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+int play_in_window(const Arguments& arguments) {
+    WindowOptions options;
+    options.scene_file = arguments.scene;
+    options.session = arguments.session;
+    options.load = [&](const std::filesystem::path& file) {
+        Arguments of_file = arguments;
+        of_file.scene = file;
+        return read_scene(of_file);
+    };
+    if (arguments.scene_dir) options.scenes = scenes_in(*arguments.scene_dir);
+    options.screenshot = arguments.screenshot;
+    options.screenshot_after_s = arguments.screenshot_after_s;
+    options.keeps_state = !arguments.screenshot && std::getenv("AULA_NO_STATE") == nullptr;
+    options.interrupted = [] { return interrupt_signal() != 0; };
+    show_window(options);
+    return interrupt_signal() != 0 ? interrupted_status() : 0;
+}
+
+}  // namespace
+
+#endif
+
+int play(const Arguments& arguments) {
+#ifdef AULA_HAS_WINDOW
+    if (arguments.window && window_possible()) return play_in_window(arguments);
+#endif
+    if (arguments.screenshot)
+        throw Error("--screenshot", "", "there is no window here; expected a display");
+    return play_in_terminal(arguments);
 }
 
 }  // namespace aula

@@ -4,9 +4,10 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <string_view>
+
+#include "apps/session/json_text.h"
 
 namespace aula {
 
@@ -54,23 +55,6 @@ std::string csv_field(const std::string& text) {
     for (const char c : text) {
         if (c == '"') quoted += '"';
         quoted += c;
-    }
-    return quoted + '"';
-}
-
-std::string json_string(const std::string& text) {
-    std::string quoted = "\"";
-    for (const char c : text) {
-        if (c == '"' || c == '\\') {
-            quoted += '\\';
-            quoted += c;
-        } else if (static_cast<unsigned char>(c) < 0x20) {
-            std::array<char, 8> escape{};
-            std::snprintf(escape.data(), escape.size(), "\\u%04x", static_cast<unsigned>(c));
-            quoted += escape.data();
-        } else {
-            quoted += c;
-        }
     }
     return quoted + '"';
 }

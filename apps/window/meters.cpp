@@ -1,0 +1,133 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+#include "apps/window/panels.h"
+
+namespace aula {
+
+namespace {
+
+template <typename... Values>
+std::string formatted(const char* format, Values... values) {
+    std::array<char, 160> text{};
+    std::snprintf(text.data(), text.size(), format, values...);
+    return text.data();
+}
+
+double decibels(double amplitude) { return amplitude > 1e-6 ? 20 * std::log10(amplitude) : -120; }
+
+std::string level_text(double level_db, const char* unit) {
+    return level_db <= -100 ? std::string("silent") : formatted("%.1f ", level_db) + unit;
+}
+
+struct Part {
+    double share;
+    glm::vec3 colour;
+};
+
+/// A bar of parts side by side, with a mark, the label on it.
+void bar(const std::string& label, std::initializer_list<Part> parts, double mark = -1) {
+    ImDrawList* draw = ImGui::GetWindowDrawList();
+    const ImVec2 corner = ImGui::GetCursorScreenPos();
+    const ImVec2 size{ImGui::GetContentRegionAvail().x, 1.15F * ImGui::GetFontSize()};
+    ImGui::Dummy(size);
+    draw->AddRectFilled(corner, {corner.x + size.x, corner.y + size.y},
+                        packed({0.06F, 0.07F, 0.085F}), 3);
+    double from = 0;
+    for (const Part& part : parts) {
+        const double to = std::min(1.0, from + std::max(0.0, part.share));
+        draw->AddRectFilled({corner.x + static_cast<float>(from) * size.x, corner.y},
+                            {corner.x + static_cast<float>(to) * size.x, corner.y + size.y},
+                            packed(part.colour, 0.75F), 2);
+        from = to;
+    }
+    if (mark >= 0) {
+        const float x = corner.x + static_cast<float>(std::min(mark, 1.0)) * size.x;
+        draw->AddLine({x, corner.y}, {x, corner.y + size.y}, packed({1, 1, 1}, 0.9F), 2);
+    }
+    draw->AddText({corner.x + 6, corner.y + 0.07F * size.y}, packed({0.95F, 0.96F, 0.98F}),
+                  label.c_str());
+}
+
+const glm::vec3 kGreen{0.20F, 0.58F, 0.35F};
+const glm::vec3 kAmber{0.80F, 0.55F, 0.15F};
+const glm::vec3 kRed{0.80F, 0.22F, 0.20F};
+
+glm::vec3 load_colour(double share) { return share < 0.6 ? kGreen : share < 0.9 ? kAmber : kRed; }
+
+double level_share(double level_db) { return std::clamp((level_db + 60) / 60, 0.0, 1.0); }
+
+}  // namespace
+
+void Meters::draw(const Model& model) {
+    constexpr double kFalls_db_s = 20;
+    constexpr double kHold_s = 1.5;
+    const PlayStatus& s = model.status();
+    const Loudness& loudness = model.heard().loudness;
+    // The level jumps up and falls slowly; its peak stays for a while.
+    const double now_db = decibels(static_cast<double>(s.peak));
+    level_db_ =
+        std::max(now_db, level_db_ - kFalls_db_s * static_cast<double>(ImGui::GetIO().DeltaTime));
+    if (now_db >= peak_db_ || ImGui::GetTime() > peak_time_s_ + kHold_s) {
+        peak_db_ = std::max(now_db, level_db_);
+        peak_time_s_ = ImGui::GetTime();
+    }
+    const bool limited = s.limiter_gain < 0.999F;
+    bar(level_text(level_db_, "dBFS") + (limited ? "  limiter " : "  peak ") +
+            (limited ? formatted("%.1f dB", decibels(static_cast<double>(s.limiter_gain)))
+                     : level_text(peak_db_, "")),
+        {{level_share(level_db_), limited          ? kRed
+                                  : level_db_ > -6 ? kAmber
+                                                   : kGreen}},
+        level_share(peak_db_));
+    ImGui::Text("LUFS %s now, %s 3 s, %s all", level_text(loudness.momentary_lufs, "").c_str(),
+                level_text(loudness.short_term_lufs, "").c_str(),
+                level_text(loudness.integrated_lufs, "").c_str());
+    ImGui::Text("true peak %s", level_text(decibels(loudness.true_peak), "dBTP").c_str());
+
+    bar(formatted("audio %.0f %%, worst %.0f %%", 100 * s.load, 100 * s.worst_load),
+        {{s.load, load_colour(s.load)}}, s.worst_load);
+    const double frame_s = 1 / static_cast<double>(model.setting().simulation.frame_rate_hz);
+    const FrameStatistics& f = s.frame;
+    const double took_s = s.frame_ms / 1000;
+    const double rest_s = took_s - f.trace_s - f.cache_s - f.gather_s - f.specular_s;
+    bar(formatted("frame %.1f ms of %.1f", s.frame_ms, 1000 * frame_s),
+        {{f.trace_s / frame_s, {0.85F, 0.50F, 0.20F}},
+         {f.cache_s / frame_s, {0.75F, 0.30F, 0.50F}},
+         {f.gather_s / frame_s, {0.25F, 0.50F, 0.85F}},
+         {f.specular_s / frame_s, {0.80F, 0.75F, 0.25F}},
+         {rest_s / frame_s, {0.35F, 0.60F, 0.55F}}});
+    const auto part = [](const glm::vec3& colour, const char* name, double seconds) {
+        ImGui::TextColored({colour.x, colour.y, colour.z, 1}, "%s %.1f", name, 1000 * seconds);
+    };
+    part({0.95F, 0.60F, 0.30F}, "trace", f.trace_s);
+    ImGui::SameLine(0, 6);
+    part({0.90F, 0.45F, 0.65F}, "cache", f.cache_s);
+    ImGui::SameLine(0, 6);
+    part({0.45F, 0.65F, 0.95F}, "gather", f.gather_s);
+    ImGui::SameLine(0, 6);
+    part({0.88F, 0.83F, 0.40F}, "images", f.specular_s);
+    ImGui::SameLine(0, 6);
+    part({0.50F, 0.78F, 0.72F}, "filters", rest_s);
+    ImGui::Text("%.2f M rays/s, %zu cache entries, %.0f MB",
+                static_cast<double>(f.segments) / std::max(took_s, frame_s) * 1e-6, f.cache_entries,
+                static_cast<double>(f.memory_bytes) * 1e-6);
+    ImGui::Text("response %.0f ms old, %llu of %llu frames late", 1000 * s.response_age_s,
+                static_cast<unsigned long long>(s.late_frames),
+                static_cast<unsigned long long>(s.frames));
+    if (s.underruns == 0) {
+        ImGui::TextColored({0.5F, 0.85F, 0.6F, 1}, "no underrun in %.0f s", s.time_s);
+    } else {
+        ImGui::TextColored(
+            {1, 0.5F, 0.4F, 1}, "%llu underruns, the last %s",
+            static_cast<unsigned long long>(s.underruns),
+            model.last_underrun_s() < 0
+                ? "before"
+                : formatted("%.0f s ago", s.time_s - model.last_underrun_s()).c_str());
+    }
+}
+
+}  // namespace aula

@@ -1,0 +1,155 @@
+#pragma once
+
+#include <array>
+#include <deque>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/session/play_controls.h"
+#include "apps/session/player.h"
+#include "apps/window/curves.h"
+#include "apps/window/first_person.h"
+#include "apps/window/test_signals.h"
+#include "apps/window/undo.h"
+#include "apps/window/window.h"
+#include "engine/material_library.h"
+#include "engine/ray_scene.h"
+
+namespace aula {
+
+/// Everything that a window shows and changes, without a window: the player, the scene as edited,
+/// two settings to compare, the surface in hand, what there is to say. [window's thread]
+class Model {
+ public:
+    /// A setting, and how it did when it was last heard.
+    struct Setting {
+        Simulation simulation;
+        std::shared_ptr<const FrameView> view;
+        FrameNoise noise;
+    };
+
+    struct Message {
+        std::string text;
+        bool is_error = false;
+        double time_s = 0;  ///< of the window's clock
+    };
+
+    /// What was picked with the mouse.
+    struct Surface {
+        std::vector<std::uint32_t> triangles;
+        std::uint32_t picked = 0;
+        float area_m2 = 0;
+    };
+
+    explicit Model(const WindowOptions& options);
+
+    /// Takes in what has happened: status, views, files. `now_s` is the window's clock.
+    void update(double now_s);
+
+    Player& player() { return *player_; }
+    const PlayStatus& status() const { return status_; }
+    const MonitorStatus& heard() const { return heard_; }
+    double last_underrun_s() const { return last_underrun_s_; }
+
+    const Scene& scene() const { return *document_.now().scene; }
+    const std::filesystem::path& scene_file() const { return scene_file_; }
+    const RayScene& rays() const { return *rays_; }
+    std::uint64_t geometry_version() const { return geometry_version_; }
+    std::uint64_t scene_version() const { return scene_version_; }
+    Vec3 low() const { return low_; }
+    Vec3 high() const { return high_; }
+    double scene_time_s() const { return status_.time_s; }
+
+    // What is heard.
+    PlayControls controls;  ///< hand_over() after a change
+    void hand_over() { player_->control(controls); }
+    void walk(const WalkInput& input, double time_s);
+    void take_listener(const Pose& pose);
+    void follow_path();
+    bool follows_path() const { return scene().listener.path && !controls.listener; }
+    bool collides = true;
+    void move_source(std::size_t source, const Vec3& position);
+    void source_moved();  ///< the end of a move: a step to undo
+    void play_test_signal(std::size_t source, std::optional<TestSignal> signal);
+    void play_file(std::size_t source, const std::filesystem::path& file);
+    std::optional<TestSignal> test_signal_of(std::size_t source) const;
+
+    // Settings.
+    const Setting& setting() const { return settings_[active_]; }
+    const Setting& other_setting() const { return settings_[1 - active_]; }
+    std::size_t active() const { return active_; }
+    bool compares() const { return settings_[1 - active_].view != nullptr; }
+    void set_simulation(const Simulation& simulation);
+    void switch_setting();
+
+    // The view.
+    ViewRequest request;  ///< watch() after a change
+    void watch() { player_->watch(request); }
+    std::shared_ptr<const FrameView> view() const { return shown_; }
+    bool frozen = false;
+
+    // Surfaces.
+    const std::vector<LibraryMaterial>& library() const { return library_; }
+    const std::optional<Surface>& surface() const { return surface_; }
+    void pick(std::uint32_t triangle);
+    void unpick() { surface_.reset(); }
+    const Material& surface_material() const;
+    void give_material(const Material& material, bool everywhere);
+    bool can_undo() const { return document_.can_undo(); }
+    bool can_redo() const { return document_.can_redo(); }
+    void undo();
+    void redo();
+
+    // Files.
+    void open(const std::filesystem::path& file);
+    void open_next(int step);
+    void toggle_recording();
+    void save_scene();
+
+    const std::deque<Message>& messages() const { return messages_; }
+    void say(const std::string& text, bool is_error = false);
+
+ private:
+    /// What can be undone.
+    struct Document {
+        std::shared_ptr<const Scene> scene;
+        std::vector<std::optional<Vec3>> source_positions;
+    };
+
+    void apply(bool starts_anew);
+    void step(void (Undo<Document>::*direction)());
+    Document document_with(std::shared_ptr<const Scene> scene) const;
+    void geometry_changed();
+    void watch_file();
+    Scene load_endless(const std::filesystem::path& file);
+
+    WindowOptions options_;
+    std::filesystem::path scene_file_;
+    std::filesystem::file_time_type file_time_;
+    std::vector<bool> loops_;  ///< [source] as the file has it
+    Undo<Document> document_;
+    std::unique_ptr<Player> player_;
+    std::unique_ptr<RayScene> rays_;
+    std::uint64_t geometry_version_ = 0;
+    std::uint64_t scene_version_ = 0;
+    Vec3 low_{0};
+    Vec3 high_{0};
+    std::vector<LibraryMaterial> library_;
+    std::array<Setting, 2> settings_;
+    std::size_t active_ = 0;
+    std::optional<Surface> surface_;
+    std::vector<std::optional<TestSignal>> test_signals_;
+    PlayStatus status_;
+    MonitorStatus heard_;
+    std::shared_ptr<const FrameView> shown_;
+    double last_underrun_s_ = -1;
+    std::string change_error_;
+    double now_s_ = 0;
+    double file_looked_at_s_ = 0;
+    std::deque<Message> messages_;
+};
+
+}  // namespace aula

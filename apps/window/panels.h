@@ -1,0 +1,50 @@
+#pragma once
+
+#include <optional>
+
+#include "apps/window/camera.h"
+#include "apps/window/model.h"
+#include "apps/window/plots.h"
+#include "apps/window/view3d.h"
+
+namespace aula {
+
+/// How the patches' energies are seen.
+enum class Heat { none, whole, pulse };
+
+/// What is shown, and how; kept from one session to the next.
+struct Choices {
+    RoomLook look;
+    bool rays = true;
+    Heat heat = Heat::none;
+    PlotChoice plots;
+    bool everywhere = false;  ///< a material goes to all surfaces of the same
+    bool help = false;
+    float budget = 0.6F;              ///< of a frame's time, for "auto"
+    std::optional<Simulation> draft;  ///< a setting whose slider is being dragged
+};
+
+/// Scene, place, what one hears in a line, and buttons.
+void draw_top_bar(Model& model, Choices& choices, Camera& camera);
+
+/// Sources, parts, settings, surface, view.
+void draw_controls(Model& model, Choices& choices);
+
+/// Levels, loads and counts. Keeps what falls slowly.
+class Meters {
+ public:
+    void draw(const Model& model);
+
+ private:
+    double level_db_ = -120;
+    double peak_db_ = -120;
+    double peak_time_s_ = 0;
+};
+
+/// The keys.
+void draw_help(Choices& choices);
+
+/// What there was to say, for some seconds.
+void draw_messages(const Model& model, ImVec2 corner, double now_s);
+
+}  // namespace aula

@@ -1,0 +1,322 @@
+#include "apps/window/picture.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "apps/window/colours.h"
+#include "apps/window/sides.h"
+
+namespace aula {
+
+namespace {
+
+constexpr int kRays = 96;
+constexpr double kPulseSlower = 30;
+constexpr double kPulse_s = 0.25;
+constexpr double kPulseWidth_s = 0.008;
+
+const Colour kSource{1.0F, 0.60F, 0.15F};
+const Colour kListener{0.35F, 0.80F, 1.0F};
+
+glm::vec2 to_glm(const ImVec2& v) { return {v.x, v.y}; }
+ImVec2 to_im(const glm::vec2& v) { return {v.x, v.y}; }
+
+/// Where a ray meets a level plane.
+std::optional<Vec3> on_level(const Ray& ray, float z) {
+    if (std::abs(ray.direction.z) < 0.02F) return std::nullopt;
+    const float distance = (z - ray.origin.z) / ray.direction.z;
+    if (distance <= 0) return std::nullopt;
+    return ray.origin + distance * ray.direction;
+}
+
+}  // namespace
+
+Picture::Picture(const Model& model) : camera(Camera::around(model.low(), model.high())) {}
+
+Pose Picture::listener(const Model& model) const {
+    return model.controls.listener.value_or(model.status().listener);
+}
+
+Screen Picture::screen(const Model& model, const Area& area) const {
+    return {camera, listener(model), to_glm(area.corner), to_glm(area.size)};
+}
+
+Picture::Grip Picture::grip_at(const Model& model, const Screen& screen,
+                               const ImVec2& mouse) const {
+    const auto near = [&](const Vec3& point) {
+        const auto at = screen.project(point);
+        const float reach = std::max(12.0F, 0.2F * screen.pixels_per_metre(point));
+        return at && glm::distance(*at, to_glm(mouse)) < std::min(reach, 40.0F);
+    };
+    for (std::size_t s = 0; s < model.status().sources.size(); ++s)
+        if (near(model.status().sources[s])) return {Grip::What::source, s, false};
+    if (!camera.first_person && near(listener(model).position))
+        return {Grip::What::listener, 0, false};
+    return {Grip::What::view, 0, false};
+}
+
+/// Moves what is held: on its level, or with shift up and down.
+void Picture::drag(Model& model, const Screen& screen, const ImGuiIO& io) {
+    const bool is_source = grip_.what == Grip::What::source;
+    const Pose pose = listener(model);
+    const Vec3 from = is_source ? model.status().sources[grip_.source] : pose.position;
+    Vec3 to = from;
+    if (io.KeyShift) {
+        to.z -= io.MouseDelta.y / std::max(1.0F, screen.pixels_per_metre(from));
+    } else if (const auto level = on_level(screen.ray(to_glm(io.MousePos)), from.z)) {
+        to = *level;
+    }
+    constexpr float kMargin_m = 0.05F;
+    to = glm::clamp(to, model.low() + kMargin_m, model.high() - kMargin_m);
+    if (is_source) {
+        model.move_source(grip_.source, to);
+    } else {
+        Pose moved = pose;
+        moved.position = to;
+        model.take_listener(moved);
+    }
+}
+
+/// Picks the first surface under the mouse that is seen.
+void Picture::pick(Model& model, const Screen& screen, const ImVec2& mouse, bool cut_away) const {
+    Ray ray = screen.ray(to_glm(mouse));
+    constexpr int kMostLayers = 64;
+    for (int layer = 0; layer < kMostLayers; ++layer) {
+        Hit hit;
+        model.rays().intersect(std::span(&ray, 1), std::span(&hit, 1));
+        if (!hit.any()) break;
+        const bool front = glm::dot(model.rays().triangle(hit.triangle).normal, ray.direction) < 0;
+        if (!cut_away || (sides_[hit.triangle] & (front ? 1 : 2)) != 0) {
+            model.pick(hit.triangle);
+            return;
+        }
+        ray.origin += (hit.distance_m + 1e-3F) * ray.direction;
+    }
+    model.unpick();
+}
+
+void Picture::interact(Model& model, const Area& area, const Choices& choices) {
+    const ImGuiIO& io = ImGui::GetIO();
+    const Screen seen = screen(model, area);
+    const bool here = !io.WantCaptureMouse && area.contains(io.MousePos);
+    if (here && ImGui::IsMouseClicked(ImGuiMouseButton_Left))
+        grip_ = grip_at(model, seen, io.MousePos);
+    const bool moves = io.MouseDelta.x != 0 || io.MouseDelta.y != 0;
+    constexpr float kTurn_rad = 0.006F;
+    if (grip_.what != Grip::What::nothing && io.MouseDown[0]) {
+        grip_.moved |= ImGui::IsMouseDragging(ImGuiMouseButton_Left, 4);
+        if (grip_.moved && moves && grip_.what != Grip::What::view) drag(model, seen, io);
+        if (grip_.moved && moves && grip_.what == Grip::What::view) {
+            if (io.KeyShift && !camera.first_person)
+                camera.pan(-io.MouseDelta.x / area.size.y, io.MouseDelta.y / area.size.y);
+            else if (!camera.first_person)
+                camera.turn(-kTurn_rad * io.MouseDelta.x, kTurn_rad * io.MouseDelta.y);
+        }
+    }
+    const bool looks = (here && io.MouseDown[1]) ||
+                       (camera.first_person && grip_.what == Grip::What::view && grip_.moved);
+    if (looks && moves) {
+        Pose pose = listener(model);
+        pose.yaw_rad -= 0.6F * kTurn_rad * io.MouseDelta.x;
+        pose.pitch_rad =
+            std::clamp(pose.pitch_rad - 0.6F * kTurn_rad * io.MouseDelta.y, -1.4F, 1.4F);
+        model.take_listener(pose);
+    }
+    if (here && io.MouseDown[2] && !camera.first_person)
+        camera.pan(-io.MouseDelta.x / area.size.y, io.MouseDelta.y / area.size.y);
+    if (here && io.MouseWheel != 0 && !camera.first_person)
+        camera.zoom(std::pow(0.88F, io.MouseWheel));
+    if (!io.MouseDown[0] && grip_.what != Grip::What::nothing) {
+        if (grip_.what == Grip::What::source && grip_.moved) model.source_moved();
+        if (grip_.what == Grip::What::view && !grip_.moved && here)
+            pick(model, seen, io.MousePos, choices.look.cut_away && !camera.first_person);
+        grip_ = {};
+    }
+}
+
+/// Brings the triangles up to date when the scene has changed or moves.
+void Picture::follow_scene(Model& model) {
+    if (geometry_version_ != model.geometry_version()) {
+        std::vector<Vec3> inside{model.scene().listener.pose_at(0).position};
+        for (const Source& source : model.scene().sources) inside.push_back(source.position_at(0));
+        sides_ = sounding_sides(model.rays(), inside);
+        if (geometry_version_ != 0) {
+            const bool first_person = camera.first_person;
+            camera = Camera::around(model.low(), model.high());
+            camera.first_person = first_person;
+        }
+        geometry_version_ = model.geometry_version();
+        field_patch_m_ = 0;
+    }
+    if (scene_version_ != model.scene_version()) {
+        view_.set_room(model.scene(), model.rays(), sides_);
+        scene_version_ = model.scene_version();
+        picked_ = kNoTriangle;
+    } else if (std::any_of(model.scene().objects.begin(), model.scene().objects.end(),
+                           [](const Object& object) { return object.path.has_value(); })) {
+        view_.move_room(model.rays());
+    }
+    const std::uint32_t picked = model.surface() ? model.surface()->picked : kNoTriangle;
+    if (picked != picked_) {
+        picked_ = picked;
+        view_.set_picked(model.rays(), model.surface() ? model.surface()->triangles
+                                                       : std::vector<std::uint32_t>{});
+    }
+}
+
+void Picture::follow_patches(Model& model, const Choices& choices, double dt_s) {
+    ViewRequest request = model.request;
+    request.lines = choices.rays ? kRays : 0;
+    request.patches = choices.heat != Heat::none;
+    request.patches_begin_s = 0;
+    request.patches_end_s = 10;
+    if (choices.heat == Heat::pulse) {
+        pulse_s_ = std::fmod(pulse_s_ + dt_s / kPulseSlower, kPulse_s);
+        request.patches_begin_s = std::max(0.0, pulse_s_ - kPulseWidth_s);
+        request.patches_end_s = pulse_s_;
+    }
+    model.request = request;
+    model.watch();
+    heat_ += (choices.heat == Heat::none ? -1.0F : 1.0F) * static_cast<float>(3 * dt_s);
+    heat_ = std::clamp(heat_, 0.0F, 1.0F);
+    const auto view = model.view();
+    if (!view || !request.patches || view->patch_size_m <= 0) return;
+    if (view->patch_size_m != field_patch_m_) {
+        field_patch_m_ = view->patch_size_m;
+        field_.cover(model.low(), model.high(), field_patch_m_);
+    }
+    if (view->patches.empty() && choices.heat == Heat::whole) return;
+    field_.follow(view->patches, choices.plots.band, dt_s);
+    view_.set_patches(field_);
+}
+
+void Picture::add_lines(const Model& model, const Choices& choices) {
+    const auto view = model.view();
+    const auto add_path = [&](const Path& path, const Colour& colour) {
+        constexpr int kSteps = 100;
+        Vec3 from = path.at(0).position;
+        for (int i = 1; i <= kSteps; ++i) {
+            const Vec3 to = path.at(path.duration_s() * i / kSteps).position;
+            if (i % 2 == 0) view_.add_line(from, to, colour, 0.8F, 0.8F);
+            from = to;
+        }
+    };
+    if (const auto& path = model.scene().listener.path) add_path(*path, kListener);
+    for (const Source& source : model.scene().sources)
+        if (source.path) add_path(*source.path, kSource);
+    if (!view || !choices.rays) return;
+    view_.add_rays(view->lines);
+    // From where the image sources and the direct sound come.
+    if (camera.first_person) return;
+    constexpr std::size_t kMost = 40;
+    const Vec3 here = view->listener.position;
+    for (std::size_t i = 0; i < std::min(kMost, view->response.paths.size()); ++i) {
+        const SpecularPath& path = view->response.paths[i];
+        const float length_m = path.order == 0 ? path.length_m : std::min(1.0F, path.length_m);
+        view_.add_line(here, here + length_m * path.direction, order_colour(path.order), 0.95F,
+                       path.order == 0 ? 0.95F : 0.15F);
+    }
+}
+
+void Picture::draw(Model& model, const Area& area, const Choices& choices, float scale, int height,
+                   double dt_s) {
+    follow_scene(model);
+    follow_patches(model, choices, dt_s);
+    add_lines(model, choices);
+    const Screen seen = screen(model, area);
+    RoomLook look = choices.look;
+    look.heat = heat_;
+    look.cut_away = look.cut_away && !camera.first_person;
+    const auto pixels = [&](float x) { return static_cast<int>(std::lround(x * scale)); };
+    view_.draw(seen.matrix(), seen.eye(), look, pixels(area.corner.x),
+               height - pixels(area.corner.y + area.size.y), pixels(area.size.x),
+               pixels(area.size.y));
+}
+
+void Picture::draw_labels(const Model& model, const Area& area, const Choices& choices) const {
+    ImDrawList* draw = ImGui::GetBackgroundDrawList();
+    draw->PushClipRect(area.corner, {area.corner.x + area.size.x, area.corner.y + area.size.y});
+    const Screen seen = screen(model, area);
+    const float em = ImGui::GetFontSize();
+    const auto label = [&](const glm::vec2& at, const std::string& text, const Colour& colour) {
+        const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+        const ImVec2 corner{at.x - size.x / 2, at.y - 2.0F * em};
+        draw->AddRectFilled({corner.x - 4, corner.y - 2},
+                            {corner.x + size.x + 4, corner.y + size.y + 2},
+                            packed({0.05F, 0.06F, 0.08F}, 0.75F), 3);
+        draw->AddText(corner, packed(colour), text.c_str());
+    };
+    for (std::size_t s = 0; s < model.status().sources.size(); ++s) {
+        if (s >= model.scene().sources.size()) break;
+        const Vec3 place = model.status().sources[s];
+        const auto at = seen.project(place);
+        if (!at) continue;
+        const float radius = std::clamp(0.12F * seen.pixels_per_metre(place), 6.0F, 26.0F);
+        const bool heard = model.controls.heard(s);
+        draw->AddCircleFilled(to_im(*at), radius, packed(heard ? kSource : Colour(0.45F), 0.95F),
+                              24);
+        draw->AddCircle(to_im(*at), radius, packed({0.1F, 0.05F, 0}, 0.9F), 24, 1.5F);
+        for (int ring = 1; heard && ring <= 2; ++ring)
+            draw->AddCircle(to_im(*at), radius * (1 + 0.45F * static_cast<float>(ring)),
+                            packed(kSource, 0.6F / static_cast<float>(ring)), 24, 1.5F);
+        label(*at - glm::vec2(0, radius), model.scene().sources[s].name, kSource);
+    }
+    const Pose pose = listener(model);
+    if (!camera.first_person) {
+        if (const auto at = seen.project(pose.position)) {
+            const glm::mat3 axes = pose.rotation();
+            const float size_m =
+                std::max(0.16F, 9 / std::max(1.0F, seen.pixels_per_metre(pose.position)));
+            const auto nose = seen.project(pose.position + 2.4F * size_m * axes[0]);
+            const auto left = seen.project(pose.position + size_m * axes[1]);
+            const auto right = seen.project(pose.position - size_m * axes[1]);
+            if (nose && left && right)
+                draw->AddTriangleFilled(to_im(*nose), to_im(*left), to_im(*right),
+                                        packed(kListener, 0.85F));
+            draw->AddCircleFilled(
+                to_im(*at), std::clamp(size_m * seen.pixels_per_metre(pose.position), 6.0F, 30.0F),
+                packed(kListener), 24);
+            label(*at - glm::vec2(0, 0.5F * em), "you", kListener);
+        }
+    }
+    ImVec2 corner{area.corner.x + 12, area.corner.y + area.size.y - 2.0F * em};
+    if (choices.rays) {
+        const auto word = [&](const char* text, const Colour& colour) {
+            draw->AddText({corner.x + 1, corner.y + 1}, packed({0, 0, 0}, 0.8F), text);
+            draw->AddText(corner, packed(colour), text);
+            corner.x += ImGui::CalcTextSize(text).x + 0.6F * em;
+        };
+        word("reflections", {0.8F, 0.84F, 0.9F});
+        for (const auto& [order, text] :
+             {std::pair{0, "none"}, {1, "1"}, {2, "2"}, {3, "3"}, {4, "4"}})
+            word(text, order_colour(order));
+        corner = {area.corner.x + 12, corner.y - 1.6F * em};
+    }
+    if (choices.heat != Heat::none) {
+        const float width = 12 * em;
+        constexpr int kSteps = 24;
+        for (int i = 0; i < kSteps; ++i)
+            draw->AddRectFilled(
+                {corner.x + width * static_cast<float>(i) / kSteps, corner.y + 0.2F * em},
+                {corner.x + width * static_cast<float>(i + 1) / kSteps, corner.y + 0.9F * em},
+                packed(heat_colour(static_cast<float>(i) / (kSteps - 1))));
+        std::array<char, 64> text{};
+        if (choices.heat == Heat::pulse)
+            std::snprintf(text.data(), text.size(), "30 dB, %.0f ms after emission",
+                          1000 * pulse_s_);
+        else
+            std::snprintf(text.data(), text.size(), "30 dB of energy radiated");
+        draw->AddText({corner.x + width + 8, corner.y}, packed({0.85F, 0.88F, 0.93F}), text.data());
+        const auto view = model.view();
+        if (view && view->patch_size_m <= 0)
+            draw->AddText({corner.x, corner.y - 1.3F * em}, packed({1, 0.8F, 0.4F}),
+                          "this estimator has no patches");
+    }
+    draw->PopClipRect();
+}
+
+}  // namespace aula

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <imgui.h>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "apps/window/camera.h"
+#include "apps/window/model.h"
+#include "apps/window/panels.h"
+#include "apps/window/patch_field.h"
+#include "apps/window/view3d.h"
+
+namespace aula {
+
+/// A rectangle of the window, in its coordinates.
+struct Area {
+    ImVec2 corner;
+    ImVec2 size;
+
+    bool contains(const ImVec2& p) const {
+        return p.x >= corner.x && p.y >= corner.y && p.x < corner.x + size.x &&
+               p.y < corner.y + size.y;
+    }
+};
+
+/// The picture of the scene: room, sources, listener, rays and energies, and what the mouse does in
+/// it.
+class Picture {
+ public:
+    explicit Picture(const Model& model);
+
+    Camera camera;
+
+    /// Follows the mouse: turns the view, drags sources, picks surfaces.
+    void interact(Model& model, const Area& area, const Choices& choices);
+
+    /// Draws the scene with OpenGL; `scale` is framebuffer pixels per unit of the window.
+    void draw(Model& model, const Area& area, const Choices& choices, float scale, int height,
+              double dt_s);
+
+    /// Names, places and legends, over what draw() drew.
+    void draw_labels(const Model& model, const Area& area, const Choices& choices) const;
+
+ private:
+    /// What a press of the mouse took hold of.
+    struct Grip {
+        enum class What { nothing, view, source, listener };
+        What what = What::nothing;
+        std::size_t source = 0;
+        bool moved = false;
+    };
+
+    Screen screen(const Model& model, const Area& area) const;
+    Pose listener(const Model& model) const;
+    Grip grip_at(const Model& model, const Screen& screen, const ImVec2& mouse) const;
+    void drag(Model& model, const Screen& screen, const ImGuiIO& io);
+    void pick(Model& model, const Screen& screen, const ImVec2& mouse, bool cut_away) const;
+    void follow_scene(Model& model);
+    void follow_patches(Model& model, const Choices& choices, double dt_s);
+    void add_lines(const Model& model, const Choices& choices);
+
+    View3d view_;
+    PatchField field_;
+    std::vector<std::uint8_t> sides_;
+    std::uint64_t geometry_version_ = 0;
+    std::uint64_t scene_version_ = 0;
+    std::uint32_t picked_ = kNoTriangle;
+    std::uint64_t patches_of_frame_ = 0;
+    float field_patch_m_ = 0;
+    double pulse_s_ = 0;
+    float heat_ = 0;
+    Grip grip_;
+};
+
+}  // namespace aula

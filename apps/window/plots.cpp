@@ -1,0 +1,355 @@
+#include "apps/window/plots.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "apps/window/colours.h"
+#include "engine/room_acoustics.h"
+
+namespace aula {
+
+namespace {
+
+constexpr double kEarly_s = 0.15;
+constexpr double kStep_s = 0.005;
+constexpr double kEarlyStep_s = 0.001;
+
+template <typename... Values>
+std::string formatted(const char* format, Values... values) {
+    std::array<char, 128> text{};
+    std::snprintf(text.data(), text.size(), format, values...);
+    return text.data();
+}
+
+ImFont* small_font() { return ImGui::GetIO().Fonts->Fonts.back(); }
+
+/// A frame with axes, and what is drawn in it.
+class Plot {
+ public:
+    Plot(const char* title, const char* unit, ImVec2 size, double to_s, float bottom_db,
+         float top_db)
+        : draw_(ImGui::GetWindowDrawList()),
+          to_s_(to_s),
+          bottom_db_(bottom_db),
+          top_db_(top_db),
+          line_height_(ImGui::GetFontSize()) {
+        const ImVec2 corner = ImGui::GetCursorScreenPos();
+        ImGui::Dummy(size);
+        draw_->AddText(corner, packed({0.86F, 0.89F, 0.93F}), title);
+        const float title_width = ImGui::CalcTextSize(title).x;
+        ImGui::PushFont(small_font());
+        small_height_ = ImGui::GetFontSize();
+        draw_->AddText({corner.x + title_width + 8, corner.y + 2}, packed({0.55F, 0.6F, 0.66F}),
+                       unit);
+        const float margin = ImGui::CalcTextSize("-100").x + 6;
+        low_ = {corner.x + margin, corner.y + 1.35F * line_height_};
+        high_ = {corner.x + size.x - 6, corner.y + size.y - 1.5F * small_height_};
+        draw_->AddRectFilled(low_, high_, packed({0.06F, 0.07F, 0.085F}), 3);
+        grid();
+        draw_->PushClipRect(low_, high_, true);
+    }
+    ~Plot() {
+        draw_->PopClipRect();
+        ImGui::PopFont();
+    }
+    Plot(const Plot&) = delete;
+    Plot& operator=(const Plot&) = delete;
+
+    float x(double time_s) const {
+        return low_.x + static_cast<float>(time_s / to_s_) * (high_.x - low_.x);
+    }
+    float y(float level_db) const {
+        return high_.y - (level_db - bottom_db_) / (top_db_ - bottom_db_) * (high_.y - low_.y);
+    }
+
+    void line(const std::vector<float>& levels_db, double step_s, ImU32 colour, float width) {
+        points_.clear();
+        for (std::size_t i = 0; i < levels_db.size(); ++i) {
+            const double time_s = (static_cast<double>(i) + 0.5) * step_s;
+            if (time_s > to_s_ + step_s) break;
+            points_.push_back({x(time_s), y(std::max(levels_db[i], bottom_db_ - 20))});
+        }
+        draw_->AddPolyline(points_.data(), static_cast<int>(points_.size()), colour, 0, width);
+    }
+
+    void area(const std::vector<float>& levels_db, double step_s, ImU32 colour) {
+        for (std::size_t i = 0; i < levels_db.size(); ++i) {
+            const double begin_s = static_cast<double>(i) * step_s;
+            if (begin_s > to_s_) break;
+            if (levels_db[i] <= bottom_db_) continue;
+            draw_->AddRectFilled({x(begin_s), y(levels_db[i])},
+                                 {std::max(x(begin_s + step_s), x(begin_s) + 1), high_.y}, colour);
+        }
+    }
+
+    void stem(double time_s, float level_db, ImU32 colour, float width) {
+        if (level_db <= bottom_db_) return;
+        const ImVec2 top{x(time_s), y(level_db)};
+        draw_->AddLine(top, {top.x, high_.y}, colour, width);
+        draw_->AddCircleFilled(top, 1 + width, colour, 8);
+    }
+
+    void segment(double from_s, float from_db, double to_s, float to_db, ImU32 colour) {
+        draw_->AddLine({x(from_s), y(from_db)}, {x(to_s), y(to_db)}, colour, 2);
+    }
+
+    /// A line of text, counted from above, at the right.
+    void note(int line, const std::string& text, ImU32 colour) {
+        const float width = ImGui::CalcTextSize(text.c_str()).x;
+        draw_->AddText(
+            {high_.x - width - 6, low_.y + 3 + static_cast<float>(line) * (small_height_ + 2)},
+            colour, text.c_str());
+    }
+
+ private:
+    void grid() {
+        const ImU32 colour = packed({0.16F, 0.18F, 0.21F});
+        const ImU32 text = packed({0.55F, 0.6F, 0.66F});
+        for (float level_db = bottom_db_; level_db <= top_db_ + 0.1F; level_db += 10) {
+            draw_->AddLine({low_.x, y(level_db)}, {high_.x, y(level_db)}, colour);
+            if (std::fmod(level_db - top_db_, 20.0F) != 0) continue;
+            const std::string label = formatted("%.0f", static_cast<double>(level_db));
+            draw_->AddText({low_.x - 4 - ImGui::CalcTextSize(label.c_str()).x,
+                            y(level_db) - 0.5F * small_height_},
+                           text, label.c_str());
+        }
+        constexpr std::array<double, 8> kSteps_s{0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2};
+        const double step_s = *std::find_if(kSteps_s.begin(), kSteps_s.end() - 1,
+                                            [&](double step) { return to_s_ / step <= 6; });
+        for (int i = 0; i * step_s <= to_s_ * 1.0001; ++i) {
+            const float at = x(i * step_s);
+            draw_->AddLine({at, low_.y}, {at, high_.y}, colour);
+            const std::string label = step_s < 0.1 ? formatted("%.0f ms", i * step_s * 1000)
+                                                   : formatted("%.1f s", i * step_s);
+            const float width = ImGui::CalcTextSize(label.c_str()).x;
+            draw_->AddText({std::min(at - width / 2, high_.x - width), high_.y + 2}, text,
+                           label.c_str());
+        }
+    }
+
+    ImDrawList* draw_;
+    double to_s_;
+    float bottom_db_;
+    float top_db_;
+    float line_height_;
+    float small_height_ = 0;
+    ImVec2 low_;
+    ImVec2 high_;
+    std::vector<ImVec2> points_;
+};
+
+const Colour kDirect{1.0F, 1.0F, 1.0F};
+const Colour kSpecular{1.0F, 0.70F, 0.25F};
+const Colour kDiffuse{0.30F, 0.62F, 0.86F};
+const Colour kOther{0.95F, 0.45F, 0.75F};
+
+float up_to_ten(float level_db) { return 10 * std::ceil(level_db / 10); }
+
+void draw_impulse_response(const FrameView& view, ImVec2 size, double to_s) {
+    float loudest = 1e-6F;
+    for (const float p : view.impulse_response) loudest = std::max(loudest, p);
+    for (const SpecularPath& path : view.response.paths)
+        loudest = std::max(loudest, std::sqrt(12.566F * path.energy.max()));
+    const float top_db = up_to_ten(20 * std::log10(loudest));
+    Plot plot("Impulse response", "dB re 1 m", size, to_s, top_db - 80, top_db);
+    std::vector<float> levels_db;
+    for (const float p : view.impulse_response)
+        levels_db.push_back(20 * std::log10(std::max(p, 1e-9F)));
+    plot.area(levels_db, view.length_s / static_cast<double>(levels_db.size()),
+              packed(kDiffuse, 0.9F));
+    for (auto path = view.response.paths.rbegin(); path != view.response.paths.rend(); ++path) {
+        // p^2 = 4 pi I.
+        const float level_db =
+            energy_db(12.566 * static_cast<double>(path->energy.sum()) / kBandCount);
+        plot.stem(view.response.arrival_s(*path), level_db,
+                  packed(path->order == 0 ? kDirect : kSpecular, path->order == 0 ? 1 : 0.8F),
+                  path->order == 0 ? 2.0F : 1.0F);
+    }
+    plot.note(0, "direct", packed(kDirect));
+    plot.note(1, "image sources", packed(kSpecular));
+    plot.note(2, "reverberation", packed(kDiffuse));
+}
+
+std::string band_name(std::size_t band) {
+    if (band == kAllBands) return "all octaves";
+    const auto centre = static_cast<double>(kBandCentres_hz[band]);
+    return centre < 1000 ? formatted("%.0f Hz", centre) : formatted("%.0f kHz", centre / 1000);
+}
+
+std::string noise_text(const FrameNoise& noise, std::size_t band) {
+    const auto relative = noise.relative(band);
+    return relative ? formatted("%.1f %%", 100 * *relative) : std::string("-");
+}
+
+void draw_energy(const Model& model, const FrameView& view, ImVec2 size, double to_s,
+                 std::size_t band) {
+    const double step_s = to_s <= kEarly_s ? kEarlyStep_s : kStep_s;
+    const EnergyCurve curve = energy_curve(view.response, band, step_s);
+    float loudest_db = kNothing_db;
+    for (const float level_db : curve.diffuse_db) loudest_db = std::max(loudest_db, level_db);
+    for (const Arrow& arrow : curve.arrows) loudest_db = std::max(loudest_db, arrow.level_db);
+    const float top_db = loudest_db > kNothing_db ? up_to_ten(loudest_db) : 0;
+    const std::string title = "Energy, " + band_name(band);
+    Plot plot(title.c_str(), to_s <= kEarly_s ? "dB in 1 ms" : "dB in 5 ms", size, to_s,
+              top_db - 70, top_db);
+    plot.area(curve.diffuse_db, step_s, packed(kDiffuse, 0.8F));
+    for (auto arrow = curve.arrows.rbegin(); arrow != curve.arrows.rend(); ++arrow)
+        plot.stem(arrow->time_s, arrow->level_db,
+                  packed(arrow->order == 0 ? kDirect : kSpecular, arrow->order == 0 ? 1 : 0.85F),
+                  arrow->order == 0 ? 2.0F : 1.0F);
+    plot.note(0, "noise " + noise_text(model.setting().noise, band) + " a frame",
+              packed({0.8F, 0.84F, 0.9F}));
+    const auto& other = model.other_setting();
+    if (!other.view) return;
+    plot.line(energy_curve(other.view->response, band, step_s).diffuse_db, step_s,
+              packed(kOther, 0.9F), 1.5F);
+    plot.note(
+        1, std::string(model.active() == 0 ? "B" : "A") + " noise " + noise_text(other.noise, band),
+        packed(kOther));
+}
+
+void draw_decay(const Model& model, const FrameView& view, const RoomParameters& parameters,
+                ImVec2 size, double to_s, std::size_t band) {
+    Plot plot("Decay", "dB, Schroeder", size, to_s, -70, 0);
+    for (std::size_t b = 0; b < kBandCount; ++b)
+        plot.line(decay_curve_db(view.response, b, kStep_s), kStep_s,
+                  packed(band_colour(b), b == band ? 1.0F : 0.38F), b == band ? 2.5F : 1.0F);
+    if (band == kAllBands)
+        plot.line(decay_curve_db(view.response, band, kStep_s), kStep_s,
+                  packed({0.95F, 0.95F, 0.97F}), 2.5F);
+    // T30's slope from -5 to -35 dB, of the octave chosen, or of 1 kHz.
+    const std::size_t of = band == kAllBands ? 4 : band;
+    if (const auto t30_s = parameters[of].t30_s) {
+        const std::vector<float> decay = decay_curve_db(view.response, of, kStep_s);
+        const auto start = std::find_if(decay.begin(), decay.end(), [](float d) { return d < -5; });
+        const double from_s = static_cast<double>(start - decay.begin()) * kStep_s;
+        plot.segment(from_s, -5, from_s + *t30_s / 2, -35, packed({1.0F, 0.9F, 0.3F}));
+        plot.note(0, formatted("T30 %.2f s at ", *t30_s) + band_name(of),
+                  packed({1.0F, 0.9F, 0.3F}));
+    }
+    const auto& other = model.other_setting();
+    if (other.view)
+        plot.line(decay_curve_db(other.view->response, band, kStep_s), kStep_s,
+                  packed(kOther, 0.9F), 1.5F);
+}
+
+struct Row {
+    const char* name;
+    const char* format;
+    std::optional<double> BandParameters::*value;
+    const char* meaning;
+};
+
+constexpr std::array<Row, 6> kRows{{
+    {"T30 s", "%.2f", &BandParameters::t30_s, "reverberation time, from -5 to -35 dB"},
+    {"EDT s", "%.2f", &BandParameters::edt_s, "early decay time, from 0 to -10 dB"},
+    {"C80 dB", "%.1f", &BandParameters::c80_db, "clarity: first 80 ms over the rest"},
+    {"D50", "%.2f", &BandParameters::d50, "definition: share of the first 50 ms"},
+    {"Ts ms", "%.0f", &BandParameters::ts_s, "centre time"},
+    {"G dB", "%.1f", &BandParameters::g_db, "strength: against 10 m in the open"},
+}};
+
+void cell_text(const std::string& text) {
+    const float room = ImGui::GetContentRegionAvail().x;
+    ImGui::SetCursorPosX(ImGui::GetCursorPosX() + room - ImGui::CalcTextSize(text.c_str()).x);
+    ImGui::TextUnformatted(text.c_str());
+}
+
+void draw_table(const Model& model, const RoomParameters& parameters, ImVec2 size,
+                PlotChoice& choice) {
+    ImGui::BeginGroup();
+    ImGui::TextUnformatted("ISO 3382");
+    ImGui::PushFont(small_font());
+    ImGui::SameLine(0, 10);
+    ImGui::TextDisabled("click an octave to see it");
+    if (ImGui::BeginTable("iso", 9, ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingStretchProp,
+                          {size.x, 0})) {
+        ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed,
+                                ImGui::CalcTextSize("C80 dB ").x);
+        for (std::size_t b = 0; b < kBandCount; ++b) ImGui::TableSetupColumn("");
+        ImGui::TableNextRow();
+        ImGui::TableNextColumn();
+        if (ImGui::Selectable("Hz", choice.band == kAllBands)) choice.band = kAllBands;
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            ImGui::TableNextColumn();
+            ImGui::PushStyleColor(ImGuiCol_Text, packed(band_colour(b)));
+            const auto centre = static_cast<double>(kBandCentres_hz[b]);
+            const std::string name =
+                centre < 1000 ? formatted("%.0f", centre) : formatted("%.0fk", centre / 1000);
+            if (ImGui::Selectable(name.c_str(), choice.band == b)) choice.band = b;
+            ImGui::PopStyleColor();
+        }
+        for (const Row& row : kRows) {
+            ImGui::TableNextRow();
+            ImGui::TableNextColumn();
+            ImGui::TextUnformatted(row.name);
+            if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", row.meaning);
+            const bool milliseconds = row.value == &BandParameters::ts_s;
+            for (std::size_t b = 0; b < kBandCount; ++b) {
+                ImGui::TableNextColumn();
+                const auto value = parameters[b].*(row.value);
+                cell_text(value ? formatted(row.format, *value * (milliseconds ? 1000 : 1)) : "-");
+            }
+        }
+        const auto noise_row = [&](const char* name, const FrameNoise& noise) {
+            ImGui::TableNextRow();
+            ImGui::TableNextColumn();
+            ImGui::TextUnformatted(name);
+            if (ImGui::IsItemHovered())
+                ImGui::SetTooltip("how much windows of 20 ms differ from frame to frame");
+            for (std::size_t b = 0; b < kBandCount; ++b) {
+                ImGui::TableNextColumn();
+                const auto relative = noise.relative(b);
+                cell_text(relative ? formatted("%.1f", 100 * *relative) : "-");
+            }
+        };
+        const bool a = model.active() == 0;
+        noise_row(!model.compares() ? "noise %"
+                  : a               ? "A noise %"
+                                    : "B noise %",
+                  model.setting().noise);
+        if (model.compares()) {
+            ImGui::PushStyleColor(ImGuiCol_Text, packed(kOther));
+            noise_row(a ? "B noise %" : "A noise %", model.other_setting().noise);
+            ImGui::PopStyleColor();
+        }
+        ImGui::EndTable();
+    }
+    ImGui::PopFont();
+    ImGui::EndGroup();
+}
+
+}  // namespace
+
+ImU32 packed(const glm::vec3& colour, float alpha) {
+    return ImGui::ColorConvertFloat4ToU32({colour.x, colour.y, colour.z, alpha});
+}
+
+void draw_plots(const Model& model, PlotChoice& choice) {
+    const auto view = model.view();
+    if (!view) {
+        ImGui::TextDisabled("the first frame is being computed");
+        return;
+    }
+    const ImVec2 room = ImGui::GetContentRegionAvail();
+    const float gap = 10;
+    const float table = std::max(ImGui::GetFontSize() * 21, 0.28F * room.x);
+    const ImVec2 size{(room.x - table - 3 * gap) / 3, room.y};
+    const double whole_s = std::max(view->length_s, 0.05);
+    const double to_s = choice.early ? std::min(kEarly_s, whole_s) : whole_s;
+    const RoomParameters parameters = room_parameters(view->response);
+    draw_impulse_response(*view, size, to_s);
+    if (ImGui::IsItemClicked()) choice.early = !choice.early;
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("click: the first 150 ms, or all");
+    ImGui::SameLine(0, gap);
+    draw_energy(model, *view, size, to_s, choice.band);
+    if (ImGui::IsItemClicked()) choice.early = !choice.early;
+    ImGui::SameLine(0, gap);
+    draw_decay(model, *view, parameters, size, whole_s, choice.band);
+    ImGui::SameLine(0, gap);
+    draw_table(model, parameters, {table, room.y}, choice);
+}
+
+}  // namespace aula

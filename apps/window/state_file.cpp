@@ -1,0 +1,64 @@
+#include "apps/window/state_file.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+#include <type_traits>
+
+namespace aula {
+
+namespace {
+
+/// Calls `each(name, value)` for everything that is kept: reading and writing are one list.
+template <typename State, typename Each>
+void for_each_entry(State& state, const Each& each) {
+    each("width", state.width);
+    each("height", state.height);
+    each("solid", state.choices.look.solid);
+    each("edges", state.choices.look.edges);
+    each("see_in", state.choices.look.cut_away);
+    each("rays", state.choices.rays);
+    each("early", state.choices.plots.early);
+    each("everywhere", state.choices.everywhere);
+    each("help", state.choices.help);
+}
+
+}  // namespace
+
+std::optional<std::filesystem::path> state_file() {
+    if (const char* state = std::getenv("XDG_STATE_HOME"); state != nullptr && *state != '\0')
+        return std::filesystem::path(state) / "aula" / "window";
+    if (const char* home = std::getenv("HOME"); home != nullptr && *home != '\0')
+        return std::filesystem::path(home) / ".local" / "state" / "aula" / "window";
+    return std::nullopt;
+}
+
+WindowState read_state(const std::filesystem::path& file) {
+    constexpr int kSmallest = 640;
+    constexpr int kLargest = 16384;
+    WindowState state;
+    std::ifstream in(file);
+    std::string name;
+    long value = 0;
+    while (in >> name >> value) {
+        for_each_entry(state, [&](const char* known, auto& entry) {
+            using Entry = std::remove_reference_t<decltype(entry)>;
+            if (name == known) entry = static_cast<Entry>(value);
+        });
+    }
+    state.width = std::clamp(state.width, kSmallest, kLargest);
+    state.height = std::clamp(state.height, kSmallest * 2 / 3, kLargest);
+    return state;
+}
+
+void write_state(const WindowState& state, const std::filesystem::path& file) {
+    std::error_code none;
+    std::filesystem::create_directories(file.parent_path(), none);
+    std::ofstream out(file);
+    for_each_entry(state, [&](const char* name, const auto& entry) {
+        out << name << ' ' << static_cast<long>(entry) << '\n';
+    });
+}
+
+}  // namespace aula

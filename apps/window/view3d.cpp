@@ -1,0 +1,339 @@
+#include "apps/window/view3d.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/gtc/type_ptr.hpp>
+#include <unordered_map>
+#include <utility>
+
+namespace aula {
+
+namespace {
+
+constexpr const char* kRoomVertex = R"(#version 330 core
+layout(location = 0) in vec3 place;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec3 colour;
+layout(location = 3) in float sides;
+uniform mat4 matrix;
+out vec3 p;
+flat out vec3 n;
+flat out vec3 c;
+flat out int s;
+void main() {
+    p = place;
+    n = normal;
+    c = colour;
+    s = int(sides + 0.5);
+    gl_Position = matrix * vec4(place, 1.0);
+}
+)";
+
+// A surface is lit from the eye and a little from above. Patches are looked up by place and by the
+// direction that the side which is seen faces.
+constexpr const char* kRoomFragment = R"(#version 330 core
+in vec3 p;
+flat in vec3 n;
+flat in vec3 c;
+flat in int s;
+uniform vec3 eye;
+uniform bool cut_away;
+uniform float heat;
+uniform sampler3D field;
+uniform sampler2D palette;
+uniform vec3 origin;
+uniform float cell;
+uniform vec3 size;
+out vec4 shown;
+void main() {
+    vec3 to_eye = normalize(eye - p);
+    bool front = dot(n, to_eye) > 0.0;
+    if (cut_away && (s & (front ? 1 : 2)) == 0) discard;
+    vec3 f = front ? n : -n;
+    float light = 0.50 + 0.28 * dot(f, to_eye) + 0.10 * f.z + 0.07 * f.x + 0.03 * f.y;
+    vec3 lit = c * light;
+    if (heat > 0.0) {
+        vec3 a = abs(f);
+        float d = a.x >= a.y && a.x >= a.z ? (f.x > 0.0 ? 0.0 : 1.0)
+                : a.y >= a.z ? (f.y > 0.0 ? 2.0 : 3.0) : (f.z > 0.0 ? 4.0 : 5.0);
+        vec3 q = (p + 0.002 * f - origin) / cell;
+        q.z = clamp(q.z, 0.5, size.z - 0.5) + d * size.z;
+        vec2 t = texture(field, q / vec3(size.xy, 6.0 * size.z)).rg;
+        float level = t.g > 0.02 ? t.r / t.g : 0.0;
+        vec3 glow = texture(palette, vec2(level, 0.5)).rgb * (0.75 + 0.25 * light);
+        lit = mix(lit, mix(lit * 0.35, glow, 0.85), heat);
+    }
+    shown = vec4(lit, 1.0);
+}
+)";
+
+constexpr const char* kEdgeVertex = R"(#version 330 core
+layout(location = 0) in vec3 place;
+layout(location = 1) in vec3 normal1;
+layout(location = 2) in vec3 normal2;
+layout(location = 3) in vec2 sides;
+uniform mat4 matrix;
+uniform vec3 eye;
+uniform bool cut_away;
+uniform float strength;
+uniform vec3 tint;
+out vec4 c;
+bool seen(vec3 n, float s) {
+    return (int(s + 0.5) & (dot(n, eye - place) > 0.0 ? 1 : 2)) != 0;
+}
+void main() {
+    bool visible = !cut_away || seen(normal1, sides.x) || seen(normal2, sides.y);
+    c = visible ? vec4(tint, strength) : vec4(0.62, 0.68, 0.76, 0.3 * strength);
+    gl_Position = matrix * vec4(place, 1.0);
+    gl_Position.z -= 0.0004 * gl_Position.w;
+}
+)";
+
+constexpr const char* kLineVertex = R"(#version 330 core
+layout(location = 0) in vec3 place;
+layout(location = 1) in vec4 colour;
+uniform mat4 matrix;
+out vec4 c;
+void main() {
+    c = colour;
+    gl_Position = matrix * vec4(place, 1.0);
+    gl_Position.z -= 0.0008 * gl_Position.w;
+}
+)";
+
+constexpr const char* kLineFragment = R"(#version 330 core
+in vec4 c;
+out vec4 shown;
+void main() { shown = c; }
+)";
+
+void append(std::vector<float>& data, const Vec3& v) { data.insert(data.end(), {v.x, v.y, v.z}); }
+
+/// A place to the millimetre, so that corners of neighbours are the same.
+struct Place {
+    long x, y, z;
+    explicit Place(const Vec3& v)
+        : x(std::lround(v.x * 1000)), y(std::lround(v.y * 1000)), z(std::lround(v.z * 1000)) {}
+    auto operator<=>(const Place&) const = default;
+};
+
+struct EdgeHash {
+    std::size_t operator()(const std::pair<Place, Place>& edge) const {
+        std::size_t hash = 0;
+        for (const Place* p : {&edge.first, &edge.second})
+            for (const long k : {p->x, p->y, p->z})
+                hash = (hash ^ static_cast<std::size_t>(k)) * 0x9E3779B97F4A7C15ULL;
+        return hash ^ (hash >> 29);
+    }
+};
+
+}  // namespace
+
+View3d::View3d()
+    : room_program_(kRoomVertex, kRoomFragment),
+      edge_program_(kEdgeVertex, kLineFragment),
+      line_program_(kLineVertex, kLineFragment) {
+    glGenTextures(1, &field_texture_);
+    glGenTextures(1, &palette_texture_);
+    constexpr int kSteps = 256;
+    std::vector<float> palette;
+    for (int i = 0; i < kSteps; ++i)
+        append(palette, heat_colour(static_cast<float>(i) / (kSteps - 1)));
+    glBindTexture(GL_TEXTURE_2D, palette_texture_);
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, kSteps, 1, 0, GL_RGB, GL_FLOAT, palette.data());
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glBindTexture(GL_TEXTURE_2D, 0);
+}
+
+View3d::~View3d() {
+    glDeleteTextures(1, &field_texture_);
+    glDeleteTextures(1, &palette_texture_);
+}
+
+void View3d::make_vertices(const RayScene& rays) {
+    scratch_.clear();
+    for (std::uint32_t t = 0; t < rays.triangle_count(); ++t) {
+        const RayScene::Triangle& triangle = rays.triangle(t);
+        for (const Vec3& v : triangle.vertices) {
+            append(scratch_, v);
+            append(scratch_, triangle.normal);
+            append(scratch_, colours_[t]);
+            scratch_.push_back(static_cast<float>(sides_[t]));
+        }
+    }
+    room_.set(scratch_);
+}
+
+/// Edges where a surface bends or ends, or another material begins.
+void View3d::make_edges(const RayScene& rays) {
+    constexpr float kBend = 0.9F;  // 26 degrees
+    struct Edge {
+        Vec3 from, to;
+        std::uint32_t first;
+        std::uint32_t second;
+        bool sharp;
+    };
+    std::unordered_map<std::pair<Place, Place>, Edge, EdgeHash> edges;
+    for (std::uint32_t t = 0; t < rays.triangle_count(); ++t) {
+        const RayScene::Triangle& triangle = rays.triangle(t);
+        for (std::size_t i = 0; i < 3; ++i) {
+            const Vec3& a = triangle.vertices[i];
+            const Vec3& b = triangle.vertices[(i + 1) % 3];
+            const auto ends = std::minmax(Place(a), Place(b));
+            const auto [entry, added] =
+                edges.try_emplace({ends.first, ends.second}, Edge{a, b, t, t, true});
+            if (added) continue;
+            Edge& edge = entry->second;
+            const RayScene::Triangle& other = rays.triangle(edge.first);
+            edge.sharp = edge.first != edge.second ||
+                         std::abs(glm::dot(other.normal, triangle.normal)) < kBend ||
+                         other.material != triangle.material;
+            edge.second = t;
+        }
+    }
+    scratch_.clear();
+    for (const auto& [ends, edge] : edges) {
+        if (!edge.sharp) continue;
+        for (const Vec3& v : {edge.from, edge.to}) {
+            append(scratch_, v);
+            append(scratch_, rays.triangle(edge.first).normal);
+            append(scratch_, rays.triangle(edge.second).normal);
+            scratch_.push_back(static_cast<float>(sides_[edge.first]));
+            scratch_.push_back(static_cast<float>(sides_[edge.second]));
+        }
+    }
+    edges_.set(scratch_);
+}
+
+void View3d::set_room(const Scene& scene, const RayScene& rays,
+                      std::span<const std::uint8_t> sides) {
+    sides_.assign(sides.begin(), sides.end());
+    colours_.clear();
+    for (const Object& object : scene.objects)
+        for (const std::uint32_t material : object.triangle_materials)
+            colours_.push_back(material_colour(scene.materials[material]));
+    make_vertices(rays);
+    make_edges(rays);
+    picked_.set({});
+}
+
+void View3d::move_room(const RayScene& rays) {
+    make_vertices(rays);
+    make_edges(rays);
+}
+
+void View3d::set_patches(const PatchField& field) {
+    field_origin_ = field.origin();
+    field_cell_m_ = field.cell_m();
+    has_field_ = !field.texels().empty();
+    if (!has_field_) return;
+    glBindTexture(GL_TEXTURE_3D, field_texture_);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    const glm::ivec3 size = field.size();
+    if (size == field_size_) {
+        glTexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, 0, size.x, size.y, 6 * size.z, GL_RG,
+                        GL_UNSIGNED_BYTE, field.texels().data());
+    } else {
+        field_size_ = size;
+        glTexImage3D(GL_TEXTURE_3D, 0, GL_RG8, size.x, size.y, 6 * size.z, 0, GL_RG,
+                     GL_UNSIGNED_BYTE, field.texels().data());
+        for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
+            glTexParameteri(GL_TEXTURE_3D, filter, GL_LINEAR);
+        for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R})
+            glTexParameteri(GL_TEXTURE_3D, wrap, GL_CLAMP_TO_EDGE);
+    }
+    glBindTexture(GL_TEXTURE_3D, 0);
+}
+
+void View3d::set_picked(const RayScene& rays, std::span<const std::uint32_t> triangles) {
+    scratch_.clear();
+    for (const std::uint32_t t : triangles) {
+        for (const Vec3& v : rays.triangle(t).vertices) {
+            append(scratch_, v);
+            scratch_.insert(scratch_.end(), {0.25F, 0.75F, 1.0F, 0.40F});
+        }
+    }
+    picked_.set(scratch_);
+}
+
+void View3d::add_line(const Vec3& from, const Vec3& to, const Colour& colour, float from_alpha,
+                      float to_alpha) {
+    append(line_data_, from);
+    append(line_data_, colour);
+    line_data_.push_back(from_alpha);
+    append(line_data_, to);
+    append(line_data_, colour);
+    line_data_.push_back(to_alpha);
+}
+
+void View3d::add_rays(const std::vector<PathLine>& lines) {
+    const auto alpha = [](float energy) {
+        return std::clamp(0.55F * std::sqrt(energy), 0.03F, 0.55F);
+    };
+    for (const PathLine& line : lines) {
+        for (std::size_t i = 1; i < line.points.size(); ++i) {
+            const float strength = alpha(line.energy[i - 1]);
+            add_line(line.points[i - 1], line.points[i], order_colour(static_cast<int>(i) - 1),
+                     strength, 0.75F * strength);
+        }
+    }
+}
+
+void View3d::draw(const glm::mat4& matrix, const Vec3& eye, const RoomLook& look, int x, int y,
+                  int width, int height) {
+    glViewport(x, y, width, height);
+    glScissor(x, y, width, height);
+    glEnable(GL_SCISSOR_TEST);
+    glEnable(GL_DEPTH_TEST);
+    glDepthMask(GL_TRUE);
+    glClearColor(0.075F, 0.085F, 0.105F, 1);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    if (look.solid) {
+        glDisable(GL_BLEND);
+        glEnable(GL_POLYGON_OFFSET_FILL);
+        glPolygonOffset(1, 1);
+        room_program_.use();
+        glUniformMatrix4fv(room_program_.uniform("matrix"), 1, GL_FALSE, glm::value_ptr(matrix));
+        glUniform3fv(room_program_.uniform("eye"), 1, glm::value_ptr(eye));
+        glUniform1i(room_program_.uniform("cut_away"), look.cut_away ? 1 : 0);
+        glUniform1f(room_program_.uniform("heat"), has_field_ ? look.heat : 0.0F);
+        glUniform3fv(room_program_.uniform("origin"), 1, glm::value_ptr(field_origin_));
+        glUniform1f(room_program_.uniform("cell"), field_cell_m_);
+        const Vec3 size(field_size_);
+        glUniform3fv(room_program_.uniform("size"), 1, glm::value_ptr(size));
+        glUniform1i(room_program_.uniform("field"), 0);
+        glUniform1i(room_program_.uniform("palette"), 1);
+        glActiveTexture(GL_TEXTURE1);
+        glBindTexture(GL_TEXTURE_2D, palette_texture_);
+        glActiveTexture(GL_TEXTURE0);
+        glBindTexture(GL_TEXTURE_3D, field_texture_);
+        room_.draw(GL_TRIANGLES);
+        glDisable(GL_POLYGON_OFFSET_FILL);
+    }
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+    glDepthMask(GL_FALSE);
+    if (look.edges || !look.solid) {
+        edge_program_.use();
+        glUniformMatrix4fv(edge_program_.uniform("matrix"), 1, GL_FALSE, glm::value_ptr(matrix));
+        glUniform3fv(edge_program_.uniform("eye"), 1, glm::value_ptr(eye));
+        glUniform1i(edge_program_.uniform("cut_away"), look.cut_away ? 1 : 0);
+        glUniform1f(edge_program_.uniform("strength"), look.solid ? 0.55F : 0.7F);
+        const Vec3 tint =
+            look.solid && look.heat < 0.5F ? Vec3(0.10F, 0.11F, 0.13F) : Vec3(0.62F, 0.68F, 0.76F);
+        glUniform3fv(edge_program_.uniform("tint"), 1, glm::value_ptr(tint));
+        edges_.draw(GL_LINES);
+    }
+    line_program_.use();
+    glUniformMatrix4fv(line_program_.uniform("matrix"), 1, GL_FALSE, glm::value_ptr(matrix));
+    picked_.draw(GL_TRIANGLES);
+    lines_.set(line_data_, GL_STREAM_DRAW);
+    lines_.draw(GL_LINES);
+    line_data_.clear();
+    glDepthMask(GL_TRUE);
+    glDisable(GL_SCISSOR_TEST);
+}
+
+}  // namespace aula

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <cstdint>
+#include <glm/mat4x4.hpp>
+#include <span>
+#include <vector>
+
+#include "apps/window/colours.h"
+#include "apps/window/gl_objects.h"
+#include "apps/window/patch_field.h"
+#include "engine/path_tracer.h"
+#include "engine/ray_scene.h"
+#include "engine/scene.h"
+
+namespace aula {
+
+/// How the room is drawn.
+struct RoomLook {
+    bool solid = true;
+    bool edges = true;
+    bool cut_away = true;  ///< leaves out what faces away from the sound: one sees in
+    float heat = 0;        ///< how much of the patches' energies is seen, 0..1
+};
+
+/// Draws the room, what its patches radiate, and lines, with OpenGL.
+class View3d {
+ public:
+    View3d();
+    ~View3d();
+    View3d(const View3d&) = delete;
+    View3d& operator=(const View3d&) = delete;
+
+    /// Takes the triangles as they are now; `sides` as of sounding_sides().
+    void set_room(const Scene& scene, const RayScene& rays, std::span<const std::uint8_t> sides);
+
+    /// Takes only their places, for a room in which something moves.
+    void move_room(const RayScene& rays);
+
+    void set_patches(const PatchField& field);
+
+    /// Triangles to be shown as picked.
+    void set_picked(const RayScene& rays, std::span<const std::uint32_t> triangles);
+
+    /// Lines for this picture only, added until draw().
+    void add_line(const Vec3& from, const Vec3& to, const Colour& colour, float from_alpha,
+                  float to_alpha);
+    void add_rays(const std::vector<PathLine>& lines);
+
+    /// Draws everything into a rectangle of the framebuffer, in pixels from its lower left corner.
+    void draw(const glm::mat4& matrix, const Vec3& eye, const RoomLook& look, int x, int y,
+              int width, int height);
+
+ private:
+    void make_vertices(const RayScene& rays);
+    void make_edges(const RayScene& rays);
+
+    GlProgram room_program_;
+    GlProgram edge_program_;
+    GlProgram line_program_;
+    GlVertices room_{3, 3, 3, 1};
+    GlVertices edges_{3, 3, 3, 2};
+    GlVertices lines_{3, 4};
+    GlVertices picked_{3, 4};
+    std::vector<Colour> colours_;      ///< [triangle]
+    std::vector<std::uint8_t> sides_;  ///< [triangle]
+    std::vector<float> scratch_;
+    std::vector<float> line_data_;
+    GLuint field_texture_ = 0;
+    GLuint palette_texture_ = 0;
+    glm::ivec3 field_size_{1};
+    Vec3 field_origin_{0};
+    float field_cell_m_ = 1;
+    bool has_field_ = false;
+};
+
+}  // namespace aula

@@ -1,0 +1,386 @@
+#include "apps/window/window.h"
+
+#include <GL/glew.h>
+#include <GLFW/glfw3.h>
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl3.h>
+#include <imgui.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "apps/window/model.h"
+#include "apps/window/panels.h"
+#include "apps/window/picture.h"
+#include "apps/window/screenshot.h"
+#include "apps/window/state_file.h"
+#include "audio/error.h"
+#include "engine/error.h"
+
+namespace aula {
+
+namespace {
+
+constexpr double kFrame_s = 1.0 / 30;
+constexpr double kUnfocusedFrame_s = 1.0 / 6;
+/// The window may take this share of a processor, whatever its pictures cost.
+constexpr double kShare = 0.4;
+
+void no_message(int, const char*) {}
+
+/// GLFW while alive; silent.
+class Glfw {
+ public:
+    Glfw() {
+        glfwSetErrorCallback(no_message);
+        started_ = glfwInit() == GLFW_TRUE;
+    }
+    ~Glfw() {
+        if (started_) glfwTerminate();
+    }
+    Glfw(const Glfw&) = delete;
+    Glfw& operator=(const Glfw&) = delete;
+    bool started() const { return started_; }
+
+ private:
+    bool started_;
+};
+
+GLFWwindow* open_window(int width, int height, bool visible) {
+    glfwDefaultWindowHints();
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
+    glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+    glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
+    glfwWindowHint(GLFW_SAMPLES, 4);
+    glfwWindowHint(GLFW_VISIBLE, visible ? GLFW_TRUE : GLFW_FALSE);
+    return glfwCreateWindow(width, height, "Aula", nullptr, nullptr);
+}
+
+/// A window with an OpenGL context.
+class NativeWindow {
+ public:
+    NativeWindow(int width, int height) : window_(open_window(width, height, true)) {
+        if (window_ == nullptr)
+            throw AudioFailure("the window cannot be opened; --no-window plays in the terminal");
+        glfwMakeContextCurrent(window_);
+        glewExperimental = GL_TRUE;
+        // Without GLX (Wayland) GLEW complains of that alone.
+        const GLenum loaded = glewInit();
+        if (loaded != GLEW_OK && loaded != GLEW_ERROR_NO_GLX_DISPLAY)
+            throw AudioFailure("OpenGL 3.3 cannot be used; --no-window plays in the terminal");
+        const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+        software_ = renderer != nullptr && std::strstr(renderer, "llvmpipe") != nullptr;
+        glfwSwapInterval(software_ ? 0 : 1);
+    }
+    ~NativeWindow() { glfwDestroyWindow(window_); }
+    NativeWindow(const NativeWindow&) = delete;
+    NativeWindow& operator=(const NativeWindow&) = delete;
+
+    GLFWwindow* get() const { return window_; }
+    bool software() const { return software_; }
+    bool attended() const {
+        return glfwGetWindowAttrib(window_, GLFW_FOCUSED) != 0 ||
+               glfwGetWindowAttrib(window_, GLFW_HOVERED) != 0;
+    }
+
+ private:
+    GLFWwindow* window_;
+    bool software_ = false;
+};
+
+void set_style(float scale) {
+    ImGui::StyleColorsDark();
+    ImGuiStyle& style = ImGui::GetStyle();
+    style.WindowRounding = 0;
+    style.WindowBorderSize = 0;
+    style.FrameRounding = 3;
+    style.GrabRounding = 3;
+    style.ItemSpacing = {6, 4};
+    style.FramePadding = {5, 2};
+    style.WindowPadding = {8, 6};
+    style.CellPadding = {3, 1};
+    ImVec4* colours = style.Colors;
+    colours[ImGuiCol_WindowBg] = {0.105F, 0.117F, 0.14F, 1};
+    colours[ImGuiCol_PopupBg] = {0.12F, 0.135F, 0.16F, 0.98F};
+    colours[ImGuiCol_Header] = {0.17F, 0.20F, 0.25F, 1};
+    colours[ImGuiCol_HeaderHovered] = {0.22F, 0.28F, 0.36F, 1};
+    colours[ImGuiCol_HeaderActive] = {0.20F, 0.42F, 0.60F, 1};
+    colours[ImGuiCol_Button] = {0.19F, 0.23F, 0.29F, 1};
+    colours[ImGuiCol_ButtonHovered] = {0.25F, 0.36F, 0.48F, 1};
+    colours[ImGuiCol_FrameBg] = {0.065F, 0.075F, 0.095F, 1};
+    colours[ImGuiCol_SliderGrab] = {0.30F, 0.55F, 0.75F, 1};
+    colours[ImGuiCol_TableRowBg] = {0, 0, 0, 0};
+    colours[ImGuiCol_TableRowBgAlt] = {1, 1, 1, 0.035F};
+    style.ScaleAllSizes(scale);
+}
+
+/// Text, headings, small text: in this order.
+void load_fonts(float scale) {
+    ImFontAtlas* fonts = ImGui::GetIO().Fonts;
+    const std::filesystem::path folder = "/usr/share/fonts/truetype/dejavu";
+    for (const auto& [name, size] : {std::pair{"DejaVuSans.ttf", 14.0F},
+                                     {"DejaVuSans-Bold.ttf", 17.0F},
+                                     {"DejaVuSans.ttf", 11.5F}}) {
+        const std::filesystem::path file = folder / name;
+        const bool there = std::filesystem::exists(file);
+        if (there)
+            fonts->AddFontFromFileTTF(file.c_str(), std::round(size * scale));
+        else
+            fonts->AddFontDefault();
+    }
+}
+
+/// Dear ImGui while alive.
+class Gui {
+ public:
+    explicit Gui(GLFWwindow* window) {
+        float scale = 1;
+        float unused = 1;
+        glfwGetWindowContentScale(window, &scale, &unused);
+        scale = std::clamp(scale, 1.0F, 4.0F);
+        ImGui::CreateContext();
+        ImGui::GetIO().IniFilename = nullptr;
+        set_style(scale);
+        load_fonts(scale);
+        ImGui_ImplGlfw_InitForOpenGL(window, true);
+        ImGui_ImplOpenGL3_Init("#version 330 core");
+    }
+    ~Gui() {
+        ImGui_ImplOpenGL3_Shutdown();
+        ImGui_ImplGlfw_Shutdown();
+        ImGui::DestroyContext();
+    }
+    Gui(const Gui&) = delete;
+    Gui& operator=(const Gui&) = delete;
+};
+
+bool pressed(int key) { return ImGui::IsKeyPressed(key, false); }
+
+/// The window: what is in it and what happens in it.
+class App {
+ public:
+    App(const WindowOptions& options, Model& model, const WindowState& state)
+        : options_(options),
+          model_(model),
+          choices_(state.choices),
+          native_(state.width, state.height),
+          gui_(native_.get()),
+          picture_(model) {
+        glfwSetWindowUserPointer(native_.get(), this);
+        glfwSetDropCallback(native_.get(), [](GLFWwindow* window, int count, const char** names) {
+            auto* app = static_cast<App*>(glfwGetWindowUserPointer(window));
+            if (count > 0) app->drop(names[0]);
+        });
+    }
+
+    void run() {
+        double last_s = glfwGetTime();
+        while (glfwWindowShouldClose(native_.get()) == 0 && !options_.interrupted()) {
+            const double begin_s = glfwGetTime();
+            const double dt_s = std::min(begin_s - last_s, 0.25);
+            last_s = begin_s;
+            model_.update(begin_s);
+            if (model_.status().finished) return;
+            draw(dt_s);
+            if (wants_screenshot(begin_s)) {
+                write_screenshot(*options_.screenshot, width_, height_);
+                return;
+            }
+            glfwSwapBuffers(native_.get());
+            wait(begin_s);
+        }
+    }
+
+    WindowState state() const {
+        WindowState state;
+        glfwGetWindowSize(native_.get(), &state.width, &state.height);
+        state.choices = choices_;
+        return state;
+    }
+
+ private:
+    bool wants_screenshot(double now_s) const {
+        return options_.screenshot && now_s >= options_.screenshot_after_s &&
+               !model_.status().preparing && model_.view();
+    }
+
+    /// Handles events until the next picture: not more often than the cap says, nor than leaves
+    /// most of the processor to the sound.
+    void wait(double begin_s) const {
+        const double cost_s = glfwGetTime() - begin_s;
+        const double cap_s =
+            native_.attended() || options_.screenshot ? kFrame_s : kUnfocusedFrame_s;
+        const double next_s = begin_s + std::max(cap_s, cost_s / kShare);
+        do {
+            glfwWaitEventsTimeout(std::max(0.001, next_s - glfwGetTime()));
+        } while (glfwGetTime() < next_s && glfwWindowShouldClose(native_.get()) == 0);
+    }
+
+    void drop(const std::filesystem::path& file) {
+        if (file.extension() == ".json")
+            model_.open(file);
+        else
+            model_.play_file(model_.request.source, file);
+    }
+
+    void walk(double dt_s) {
+        const ImGuiIO& io = ImGui::GetIO();
+        if (io.WantTextInput || io.KeyCtrl) return;
+        const auto held = [](int key) { return ImGui::IsKeyDown(key) ? 1.0F : 0.0F; };
+        const float speed = io.KeyShift ? 3.0F : 1.0F;
+        WalkInput input;
+        input.ahead = speed * (held(GLFW_KEY_W) - held(GLFW_KEY_S));
+        input.left = speed * (held(GLFW_KEY_A) - held(GLFW_KEY_D));
+        input.turn_left = held(GLFW_KEY_LEFT) - held(GLFW_KEY_RIGHT);
+        input.look_up = 0.5F * (held(GLFW_KEY_UP) - held(GLFW_KEY_DOWN));
+        model_.walk(input, dt_s);
+    }
+
+    void handle_control_keys() {
+        if (pressed(GLFW_KEY_Z)) model_.undo();
+        if (pressed(GLFW_KEY_Y)) model_.redo();
+        if (pressed(GLFW_KEY_S)) model_.save_scene();
+        if (pressed(GLFW_KEY_Q)) glfwSetWindowShouldClose(native_.get(), GLFW_TRUE);
+    }
+
+    void handle_keys() {
+        const ImGuiIO& io = ImGui::GetIO();
+        if (io.WantTextInput) return;
+        if (io.KeyCtrl) return handle_control_keys();
+        PlayControls& controls = model_.controls;
+        if (pressed(GLFW_KEY_SLASH) || pressed(GLFW_KEY_H)) choices_.help = !choices_.help;
+        if (pressed(GLFW_KEY_ESCAPE)) {
+            choices_.help = false;
+            model_.unpick();
+        }
+        if (pressed(GLFW_KEY_V)) picture_.camera.first_person = !picture_.camera.first_person;
+        if (pressed(GLFW_KEY_T)) model_.follow_path();
+        if (pressed(GLFW_KEY_C)) model_.collides = !model_.collides;
+        if (pressed(GLFW_KEY_X)) model_.switch_setting();
+        if (pressed(GLFW_KEY_F)) model_.frozen = !model_.frozen;
+        if (pressed(GLFW_KEY_P)) choices_.rays = !choices_.rays;
+        if (pressed(GLFW_KEY_E))
+            choices_.heat = static_cast<Heat>((static_cast<int>(choices_.heat) + 1) % 3);
+        if (pressed(GLFW_KEY_G)) choices_.look.solid = !choices_.look.solid;
+        if (pressed(GLFW_KEY_R)) model_.toggle_recording();
+        if (pressed(GLFW_KEY_PAGE_UP)) model_.open_next(-1);
+        if (pressed(GLFW_KEY_PAGE_DOWN)) model_.open_next(1);
+        for (const auto& [key, part] : {std::pair{GLFW_KEY_1, &controls.direct},
+                                        {GLFW_KEY_2, &controls.early},
+                                        {GLFW_KEY_3, &controls.late}}) {
+            if (!pressed(key)) continue;
+            *part = !*part;
+            model_.hand_over();
+        }
+        if (pressed(GLFW_KEY_M)) {
+            const bool all = std::all_of(controls.sources.begin(), controls.sources.end(),
+                                         [](const SourceControl& s) { return s.muted; });
+            for (SourceControl& source : controls.sources) source.muted = !all;
+            model_.hand_over();
+        }
+    }
+
+    template <typename Fill>
+    void panel(const char* name, ImVec2 corner, ImVec2 size, const Fill& fill) {
+        ImGui::SetNextWindowPos(corner);
+        ImGui::SetNextWindowSize(size);
+        if (ImGui::Begin(name, nullptr,
+                         ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
+                             ImGuiWindowFlags_NoSavedSettings |
+                             ImGuiWindowFlags_NoBringToFrontOnFocus))
+            fill();
+        ImGui::End();
+    }
+
+    void draw(double dt_s) {
+        glfwGetFramebufferSize(native_.get(), &width_, &height_);
+        ImGui_ImplOpenGL3_NewFrame();
+        ImGui_ImplGlfw_NewFrame();
+        ImGui::NewFrame();
+        handle_keys();
+        walk(dt_s);
+
+        const ImVec2 whole = ImGui::GetIO().DisplaySize;
+        const float em = ImGui::GetFontSize();
+        const float bar = 2.3F * em;
+        const float side = std::min(24 * em, 0.4F * whole.x);
+        const float plots = std::clamp(0.26F * whole.y, 12.5F * em, 24 * em);
+        const float meters = 13.6F * em;
+        const float left = whole.x - side;
+        const Area area{{0, bar}, {left, whole.y - bar - plots}};
+        picture_.interact(model_, area, choices_);
+
+        panel("bar", {0, 0}, {whole.x, bar},
+              [&] { draw_top_bar(model_, choices_, picture_.camera); });
+        panel("plots", {0, whole.y - plots}, {left, plots},
+              [&] { draw_plots(model_, choices_.plots); });
+        panel("controls", {left, bar}, {side, whole.y - bar - meters}, [&] {
+            ImGui::BeginChild("list");
+            draw_controls(model_, choices_);
+            ImGui::EndChild();
+        });
+        panel("meters", {left, whole.y - meters}, {side, meters}, [&] { meters_.draw(model_); });
+        if (choices_.help) draw_help(choices_);
+        picture_.draw_labels(model_, area, choices_);
+        draw_messages(model_, {12, whole.y - plots - 3.5F * em}, glfwGetTime());
+        ImGui::Render();
+
+        if (width_ == 0 || height_ == 0) return;  // iconified
+        const float scale = static_cast<float>(width_) / std::max(1.0F, whole.x);
+        if (native_.software() && !options_.screenshot) glDisable(GL_MULTISAMPLE);
+        glViewport(0, 0, width_, height_);
+        glClearColor(0, 0, 0, 1);
+        glClear(GL_COLOR_BUFFER_BIT);
+        picture_.draw(model_, area, choices_, scale, height_, dt_s);
+        glViewport(0, 0, width_, height_);
+        ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+    }
+
+    const WindowOptions& options_;
+    Model& model_;
+    Choices choices_;
+    NativeWindow native_;
+    Gui gui_;
+    Picture picture_;
+    Meters meters_;
+    int width_ = 0;
+    int height_ = 0;
+};
+
+/// The calling thread, and those that it makes from here on, give way to all others.
+void give_way() {
+    constexpr int kNiceness = 10;
+    const auto thread = static_cast<id_t>(syscall(SYS_gettid));
+    setpriority(PRIO_PROCESS, thread, kNiceness);
+}
+
+}  // namespace
+
+bool window_possible() {
+    const Glfw glfw;
+    if (!glfw.started()) return false;
+    GLFWwindow* window = open_window(16, 16, false);
+    if (window == nullptr) return false;
+    glfwDestroyWindow(window);
+    return true;
+}
+
+void show_window(const WindowOptions& options) {
+    // The player's threads come first: they do not give way.
+    Model model(options);
+    give_way();
+    const Glfw glfw;
+    if (!glfw.started())
+        throw AudioFailure("there is no display; --no-window plays in the terminal");
+    const auto file = options.keeps_state ? state_file() : std::nullopt;
+    App app(options, model, file ? read_state(*file) : WindowState{});
+    app.run();
+    if (file) write_state(app.state(), *file);
+}
+
+}  // namespace aula

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/session/session_options.h"
+#include "engine/scene.h"
+
+namespace aula {
+
+struct WindowOptions {
+    std::filesystem::path scene_file;
+    SessionOptions session;
+    std::function<Scene(const std::filesystem::path&)> load;  ///< a scene as the user wants it
+    std::vector<std::filesystem::path> scenes;                ///< to switch among
+    std::optional<std::filesystem::path> screenshot;          ///< PNG, written after a time
+    double screenshot_after_s = 5;
+    bool keeps_state = true;  ///< size and what is shown, from one time to the next
+    std::function<bool()> interrupted;
+};
+
+/// Whether a window can be opened here.
+bool window_possible();
+
+/// Plays a scene in a window until that is closed, the time that was asked for is over, or a
+/// screenshot has been written. Throws Error, AudioInputError, AudioFailure.
+void show_window(const WindowOptions& options);
+
+}  // namespace aula
