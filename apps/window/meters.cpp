@@ -103,6 +103,7 @@ void Meters::draw(const Model& model) {
     const auto part = [](const glm::vec3& colour, const char* name, double seconds) {
         ImGui::TextColored({colour.x, colour.y, colour.z, 1}, "%s %.1f", name, 1000 * seconds);
     };
+    ImGui::PushFont(ImGui::GetIO().Fonts->Fonts.back());
     part({0.95F, 0.60F, 0.30F}, "trace", f.trace_s);
     ImGui::SameLine(0, 6);
     part({0.90F, 0.45F, 0.65F}, "cache", f.cache_s);
@@ -112,12 +113,13 @@ void Meters::draw(const Model& model) {
     part({0.88F, 0.83F, 0.40F}, "images", f.specular_s);
     ImGui::SameLine(0, 6);
     part({0.50F, 0.78F, 0.72F}, "filters", rest_s);
+    ImGui::PopFont();
     ImGui::Text("%.2f M rays/s, %zu cache entries, %.0f MB",
                 static_cast<double>(f.segments) / std::max(took_s, frame_s) * 1e-6, f.cache_entries,
                 static_cast<double>(f.memory_bytes) * 1e-6);
-    ImGui::Text("response %.0f ms old, %llu of %llu frames late", 1000 * s.response_age_s,
-                static_cast<unsigned long long>(s.late_frames),
-                static_cast<unsigned long long>(s.frames));
+    ImGui::Text("response %.0f ms old, %llu frames, %llu left out", 1000 * s.response_age_s,
+                static_cast<unsigned long long>(s.frames),
+                static_cast<unsigned long long>(s.late_frames));
     if (s.underruns == 0) {
         ImGui::TextColored({0.5F, 0.85F, 0.6F, 1}, "no underrun in %.0f s", s.time_s);
     } else {

@@ -14,7 +14,7 @@ namespace aula {
 
 namespace {
 
-constexpr int kRays = 96;
+constexpr int kRays = 64;
 constexpr double kPulseSlower = 30;
 constexpr double kPulse_s = 0.25;
 constexpr double kPulseWidth_s = 0.008;

@@ -116,8 +116,9 @@ class Plot {
                            text, label.c_str());
         }
         constexpr std::array<double, 8> kSteps_s{0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2};
+        const float widest = 1.4F * ImGui::CalcTextSize("100 ms").x;
         const double step_s = *std::find_if(kSteps_s.begin(), kSteps_s.end() - 1,
-                                            [&](double step) { return to_s_ / step <= 6; });
+                                            [&](double step) { return x(step) - x(0) >= widest; });
         for (int i = 0; i * step_s <= to_s_ * 1.0001; ++i) {
             const float at = x(i * step_s);
             draw_->AddLine({at, low_.y}, {at, high_.y}, colour);
@@ -268,7 +269,8 @@ void draw_table(const Model& model, const RoomParameters& parameters, ImVec2 siz
                           {size.x, 0})) {
         ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed,
                                 ImGui::CalcTextSize("C80 dB ").x);
-        for (std::size_t b = 0; b < kBandCount; ++b) ImGui::TableSetupColumn("");
+        for (std::size_t b = 0; b < kBandCount; ++b)
+            ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, 1);
         ImGui::TableNextRow();
         ImGui::TableNextColumn();
         if (ImGui::Selectable("Hz", choice.band == kAllBands)) choice.band = kAllBands;

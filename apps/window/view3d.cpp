@@ -181,9 +181,8 @@ void View3d::make_edges(const RayScene& rays) {
         for (std::size_t i = 0; i < 3; ++i) {
             const Vec3& a = triangle.vertices[i];
             const Vec3& b = triangle.vertices[(i + 1) % 3];
-            const auto ends = std::minmax(Place(a), Place(b));
-            const auto [entry, added] =
-                edges.try_emplace({ends.first, ends.second}, Edge{a, b, t, t, true});
+            const std::pair<Place, Place> ends = std::minmax({Place(a), Place(b)});
+            const auto [entry, added] = edges.try_emplace(ends, Edge{a, b, t, t, true});
             if (added) continue;
             Edge& edge = entry->second;
             const RayScene::Triangle& other = rays.triangle(edge.first);
@@ -270,7 +269,7 @@ void View3d::add_line(const Vec3& from, const Vec3& to, const Colour& colour, fl
 
 void View3d::add_rays(const std::vector<PathLine>& lines) {
     const auto alpha = [](float energy) {
-        return std::clamp(0.55F * std::sqrt(energy), 0.03F, 0.55F);
+        return std::clamp(0.40F * std::sqrt(energy), 0.03F, 0.40F);
     };
     for (const PathLine& line : lines) {
         for (std::size_t i = 1; i < line.points.size(); ++i) {

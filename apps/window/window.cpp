@@ -113,7 +113,8 @@ void set_style(float scale) {
     colours[ImGuiCol_Button] = {0.19F, 0.23F, 0.29F, 1};
     colours[ImGuiCol_ButtonHovered] = {0.25F, 0.36F, 0.48F, 1};
     colours[ImGuiCol_FrameBg] = {0.065F, 0.075F, 0.095F, 1};
-    colours[ImGuiCol_SliderGrab] = {0.30F, 0.55F, 0.75F, 1};
+    colours[ImGuiCol_SliderGrab] = {0.22F, 0.40F, 0.56F, 1};
+    colours[ImGuiCol_SliderGrabActive] = {0.30F, 0.55F, 0.75F, 1};
     colours[ImGuiCol_TableRowBg] = {0, 0, 0, 0};
     colours[ImGuiCol_TableRowBgAlt] = {1, 1, 1, 0.035F};
     style.ScaleAllSizes(scale);
