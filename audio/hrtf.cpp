@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -250,48 +251,66 @@ std::size_t Hrtf::taps() const { return state_->taps; }
 
 const HeadResponses& Hrtf::responses() const { return state_->head; }
 
+std::array<Hrtf::Ear, 2> Hrtf::ears(const std::array<float, 3>& direction) const {
+    std::array<Ear, 2> both;
+    for (Ear& ear : both) ear.minimum_phase.resize(state_->taps);
+    std::array<double, 2> delays_s{};
+    ears(direction, {both[0].minimum_phase, both[1].minimum_phase}, delays_s);
+    for (std::size_t e = 0; e < 2; ++e) both[e].delay_s = delays_s[e];
+    return both;
+}
+
 // Four nearest directions, weighted by (1 / angle - 1 / angle of the fifth)^2: exact at a measured
 // direction, and continuous where one neighbour gives way to another (Franke and Little 1980).
-std::array<Hrtf::Ear, 2> Hrtf::ears(const std::array<float, 3>& direction) const {
+void Hrtf::ears(const std::array<float, 3>& direction,
+                const std::array<std::span<float>, 2>& minimum_phase,
+                std::array<double, 2>& delays_s) const noexcept {
     constexpr std::size_t kNeighbours = 4;
     const HeadResponses& head = state_->head;
-    std::vector<std::pair<double, std::size_t>> nearest;
-    nearest.reserve(head.directions.size());
+    struct Neighbour {
+        float distance;  // the chord serves as well as the angle
+        std::size_t index;
+    };
+    std::array<Neighbour, kNeighbours + 1> nearest;
+    nearest.fill({std::numeric_limits<float>::max(), 0});
     for (std::size_t i = 0; i < head.directions.size(); ++i) {
-        double squared = 0;
+        float squared = 0;
         for (std::size_t c = 0; c < 3; ++c) {
-            const double difference = double{head.directions[i][c]} - double{direction[c]};
+            const float difference = head.directions[i][c] - direction[c];
             squared += difference * difference;
         }
-        // The chord serves as well as the angle.
-        nearest.emplace_back(std::sqrt(squared), i);
+        if (squared >= nearest.back().distance) continue;
+        std::size_t place = kNeighbours;
+        for (; place > 0 && nearest[place - 1].distance > squared; --place) {
+            nearest[place] = nearest[place - 1];
+        }
+        nearest[place] = {squared, i};
     }
-    const std::size_t count = std::min(kNeighbours, nearest.size() - 1);
-    std::partial_sort(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(count) + 1,
-                      nearest.end());
+    for (Neighbour& neighbour : nearest) neighbour.distance = std::sqrt(neighbour.distance);
 
-    constexpr double kSame = 1e-6;
-    const double reach = std::max(nearest[count].first, 2 * kSame);
-    std::array<double, kNeighbours> weights{};
-    double sum = 0;
+    // A set has four directions at least.
+    const std::size_t count = std::min(kNeighbours, head.directions.size() - 1);
+    constexpr float kSame = 1e-6F;
+    const float reach = std::max(nearest[count].distance, 2 * kSame);
+    std::array<float, kNeighbours> weights{};
+    float sum = 0;
     for (std::size_t k = 0; k < count; ++k) {
-        const double distance = std::max(nearest[k].first, kSame);
-        weights[k] = std::pow(std::max(1 / distance - 1 / reach, 0.0), 2);
+        const float closeness = 1 / std::max(nearest[k].distance, kSame) - 1 / reach;
+        weights[k] = std::max(closeness, 0.0F) * std::max(closeness, 0.0F);
         sum += weights[k];
     }
-    std::array<Ear, 2> ears;
     for (std::size_t e = 0; e < 2; ++e) {
-        ears[e].minimum_phase.assign(state_->taps, 0.0F);
+        delays_s[e] = 0;
+        std::fill(minimum_phase[e].begin(), minimum_phase[e].end(), 0.0F);
         for (std::size_t k = 0; k < count; ++k) {
-            const double weight = sum > 0 ? weights[k] / sum : 1.0 / static_cast<double>(count);
-            const Ear& ear = head.ears[nearest[k].second][e];
-            ears[e].delay_s += weight * ear.delay_s;
-            for (std::size_t n = 0; n < state_->taps; ++n) {
-                ears[e].minimum_phase[n] += static_cast<float>(weight) * ear.minimum_phase[n];
-            }
+            const float weight = sum > 0 ? weights[k] / sum : 1.0F / static_cast<float>(count);
+            const Ear& ear = head.ears[nearest[k].index][e];
+            delays_s[e] += double{weight} * ear.delay_s;
+            const float* const from = ear.minimum_phase.data();
+            float* const to = minimum_phase[e].data();
+            for (std::size_t n = 0; n < minimum_phase[e].size(); ++n) to[n] += weight * from[n];
         }
     }
-    return ears;
 }
 
 }  // namespace aula

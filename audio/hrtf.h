@@ -3,7 +3,10 @@
 #include <array>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <vector>
+
+#include "audio/realtime.h"
 
 namespace aula {
 
@@ -27,6 +30,12 @@ class Hrtf {
     /// Both ears (left, right) for a direction in head axes (x front, y left, z up); nearest
     /// measured directions interpolated. Allocates. [propagation thread]
     std::array<Ear, 2> ears(const std::array<float, 3>& direction) const;
+
+    /// The same into filters of taps() samples that are there; delays in s. [audio thread,
+    /// wait-free]
+    void ears(const std::array<float, 3>& direction,
+              const std::array<std::span<float>, 2>& minimum_phase,
+              std::array<double, 2>& delays_s) const noexcept AULA_NONBLOCKING;
 
     std::size_t taps() const;
 

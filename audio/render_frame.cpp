@@ -14,8 +14,16 @@ namespace {
 
 // Early reflections carry several walls' absorption: filters that resolve 47 Hz.
 constexpr double kEarlyFilter_s = 1024.0 / 48000;
-// Direct sound carries the air's absorption only, which is smooth.
-constexpr double kDirectFilter_s = 256.0 / 48000;
+// So much is not worth its price in a filter that runs sample by sample.
+constexpr double kPathFilter_s = 256.0 / 48000;
+
+// A turn of the head in less time than this would be heard.
+constexpr std::size_t kShortestTurn_samples = 64;
+
+// Early paths that move through delay lines, of all sources together and of one: the first order in
+// a room of six walls.
+constexpr std::size_t kMovingEarly = 12;
+constexpr std::size_t kMostMovingEarly = 6;
 
 constexpr double kFade_s = 1024.0 / 48000;
 constexpr std::size_t kShortestFade_samples = 512;
@@ -57,33 +65,35 @@ RenderShape::RenderShape(const RendererConfig& config, const Hrtf* hrtf) {
     const auto block = static_cast<std::size_t>(config.block);
     lead_samples = binaural ? decoder_lead_samples(rate) : 0;
     early_taps = fast_fft_size(to_samples(kEarlyFilter_s, rate));
-    band_taps = fast_fft_size(to_samples(kDirectFilter_s, rate));
-
     reverberation.inputs = config.sources;
     reverberation.outputs = ambisonic_channels(field_order(config));
     reverberation.block = block;
     reverberation.taps = config.response_samples + early_taps;
 
-    direct.points = binaural ? 2 : 1;
-    direct.outputs = channel_count(config.output);
-    direct.filter_taps = binaural ? band_taps + hrtf->taps() - 1 : band_taps;
-    direct.block = block;
-    direct.frame_samples = std::max<std::size_t>(1, to_samples(config.frame_s, rate));
-    direct.longest_delay_samples =
+    path.hrtf = binaural ? hrtf : nullptr;
+    path.order = field_order(config);
+    path.sample_rate_hz = rate;
+    path.filter_taps = fast_fft_size(to_samples(kPathFilter_s, rate));
+    path.block = block;
+    path.frame_samples = std::max<std::size_t>(1, to_samples(config.frame_s, rate));
+    path.turn_samples = std::max(block, kShortestTurn_samples);
+    moving_paths =
+        1 + std::clamp<std::size_t>(kMovingEarly / std::max<std::size_t>(1, config.sources), 1,
+                                    kMostMovingEarly);
+    longest_delay_samples =
         std::max(config.response_samples, to_samples(config.longest_delay_s, rate));
 
     // A fade is over before the next frame comes, a block's jitter allowed for; only very short
     // frames have to wait, for a shorter fade would be heard.
-    const std::size_t frame_left = direct.frame_samples > block ? direct.frame_samples - block : 0;
+    const std::size_t frame_left = path.frame_samples > block ? path.frame_samples - block : 0;
     fade_samples = std::max(kShortestFade_samples, std::min(to_samples(kFade_s, rate), frame_left));
 }
 
 RenderFrame::Parts::Parts(const RenderShape& shape)
-    : reverberation(shape.reverberation), direct(shape.reverberation.inputs) {
-    for (DirectSound& sound : direct) {
-        for (std::size_t p = 0; p < shape.direct.points; ++p) {
-            sound.points[p].filter.resize(shape.direct.filter_taps);
-        }
+    : reverberation(shape.reverberation),
+      paths(shape.reverberation.inputs, std::vector<PathSound>(shape.moving_paths)) {
+    for (std::vector<PathSound>& source : paths) {
+        for (PathSound& path : source) path.filter.resize(shape.path.filter_taps);
     }
 }
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "audio/convolver.h"
-#include "audio/direct_path.h"
+#include "audio/moving_path.h"
 #include "audio/renderer.h"
 
 namespace aula {
@@ -16,8 +16,9 @@ struct RenderShape {
     ConvolutionShape reverberation;  ///< every source into the ambisonic field
     std::size_t lead_samples;        ///< that the decoder's delay takes off all that passes it
     std::size_t early_taps;          ///< of the filter of an early path
-    std::size_t band_taps;           ///< of the filter of the direct sound's band gains
-    DirectPath::Shape direct;
+    PathShape path;                  ///< of direct sound and the strongest early paths
+    std::size_t moving_paths;        ///< of a source: the direct sound and early ones
+    std::size_t longest_delay_samples;
     std::size_t fade_samples;  ///< of an exchange of frames
 };
 
@@ -25,7 +26,7 @@ struct RenderFrame::Parts {
     explicit Parts(const RenderShape& shape);
 
     ConvolutionFilter reverberation;
-    std::vector<DirectSound> direct;  ///< one for each source
+    std::vector<std::vector<PathSound>> paths;  ///< [source][moving path], the direct sound first
 };
 
 }  // namespace aula

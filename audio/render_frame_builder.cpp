@@ -2,6 +2,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "audio/ambisonics.h"
@@ -20,34 +21,31 @@ struct RenderFrameBuilder::State {
           shape(config, hrtf.get()),
           transform(shape.reverberation),
           early_bands(config.sample_rate_hz, shape.early_taps),
-          direct_bands(config.sample_rate_hz, shape.band_taps),
-          early(kInterpolationTaps - 1 + shape.early_taps + kInterpolationTaps - 1),
+          path_bands(config.sample_rate_hz, shape.path.filter_taps),
+          early_filter(kInterpolationTaps - 1 + shape.early_taps + kInterpolationTaps - 1),
           delayed(shape.early_taps + kInterpolationTaps - 1),
-          bands(shape.band_taps),
-          // A filter of the ears is run through the band filter: silence around it.
-          head_response(2 * shape.direct.filter_taps) {
+          moving(config.sources, std::vector<std::uint64_t>(shape.moving_paths - 1)) {
         for (std::size_t c = 0; c < shape.reverberation.outputs; ++c) {
             responses.emplace_back(shape.reverberation.taps);
         }
     }
 
     RendererConfig config;
-    std::shared_ptr<const Hrtf> hrtf;
+    std::shared_ptr<const Hrtf> hrtf;  ///< kept alive
     RenderShape shape;
     FilterTransform transform;
     BandFilterDesigner early_bands;
-    BandFilterDesigner direct_bands;
+    BandFilterDesigner path_bands;
     FractionalDelay interpolator;
 
     std::vector<AlignedVector<float>> responses;  ///< [channel] of the source in hand
-    AlignedVector<float> early;                   ///< band filter between zeros
+    AlignedVector<float> early_filter;            ///< band filter between zeros
     AlignedVector<float> delayed;
-    AlignedVector<float> bands;
-    AlignedVector<float> head_response;
+    std::vector<std::vector<std::uint64_t>> moving;  ///< [source][place] early paths that move
 
+    void choose_moving(std::size_t source, std::span<const DiscretePath> early);
     void add_early(const DiscretePath& path, float gain);
-    void prepare_direct(const DiscretePath& path, float gain, const HeadRotation& head,
-                        DirectSound& sound);
+    void prepare_path(const DiscretePath& path, float gain, PathSound& sound);
 };
 
 RenderFrameBuilder::RenderFrameBuilder(const RendererConfig& config,
@@ -60,8 +58,7 @@ std::unique_ptr<RenderFrame> RenderFrameBuilder::make_frame() const {
     return std::make_unique<RenderFrame>(std::make_unique<RenderFrame::Parts>(state_->shape));
 }
 
-void RenderFrameBuilder::prepare(std::span<const SourceSound> sources, const HeadRotation& head,
-                                 RenderFrame& frame) {
+void RenderFrameBuilder::prepare(std::span<const SourceSound> sources, RenderFrame& frame) {
     State& s = *state_;
     assert(sources.size() == s.config.sources);
     for (std::size_t i = 0; i < sources.size(); ++i) {
@@ -76,13 +73,51 @@ void RenderFrameBuilder::prepare(std::span<const SourceSound> sources, const Hea
                                             [&](float x) { return source.gain * x; });
             std::fill(end, s.responses[c].end(), 0.0F);
         }
-        for (const DiscretePath& path : source.early) s.add_early(path, source.gain);
+
+        std::vector<PathSound>& paths = frame.parts->paths[i];
+        for (PathSound& path : paths) path.present = false;
+        if (source.direct) s.prepare_path(*source.direct, source.gain, paths[0]);
+        s.choose_moving(i, source.early);
+        for (const DiscretePath& path : source.early) {
+            const auto place = std::find(s.moving[i].begin(), s.moving[i].end(), path.id);
+            if (path.id != 0 && place != s.moving[i].end()) {
+                const auto index = static_cast<std::size_t>(place - s.moving[i].begin());
+                s.prepare_path(path, source.gain, paths[1 + index]);
+            } else {
+                s.add_early(path, source.gain);
+            }
+        }
         const std::vector<std::span<const float>> views(s.responses.begin(), s.responses.end());
         s.transform.transform(views, i, frame.parts->reverberation);
+    }
+}
 
-        DirectSound& direct = frame.parts->direct[i];
-        direct.present = source.direct.has_value();
-        if (direct.present) s.prepare_direct(*source.direct, source.gain, head, direct);
+/// The strongest early paths move; each keeps its place for as long as it does.
+void RenderFrameBuilder::State::choose_moving(std::size_t source,
+                                              std::span<const DiscretePath> early) {
+    // One that moves already stays until another is twice as strong: no to and fro.
+    constexpr float kStaying = 2;
+    std::vector<std::uint64_t>& places = moving[source];
+    std::vector<std::pair<float, std::uint64_t>> strongest;
+    for (const DiscretePath& path : early) {
+        if (path.id == 0) continue;
+        float energy = 0;
+        for (const float gain : path.band_gain) energy += gain * gain;
+        if (std::find(places.begin(), places.end(), path.id) != places.end()) energy *= kStaying;
+        strongest.emplace_back(energy, path.id);
+    }
+    std::sort(strongest.begin(), strongest.end(), std::greater<>());
+    strongest.resize(std::min(strongest.size(), places.size()));
+    const auto chosen = [&](std::uint64_t id) {
+        return std::any_of(strongest.begin(), strongest.end(),
+                           [&](const auto& s) { return s.second == id; });
+    };
+    for (std::uint64_t& id : places) {
+        if (!chosen(id)) id = 0;
+    }
+    for (const auto& [energy, id] : strongest) {
+        if (std::find(places.begin(), places.end(), id) != places.end()) continue;
+        *std::find(places.begin(), places.end(), 0U) = id;
     }
 }
 
@@ -93,9 +128,10 @@ void RenderFrameBuilder::State::add_early(const DiscretePath& path, float gain) 
     if (whole >= static_cast<double>(config.response_samples)) return;
 
     constexpr std::size_t kMargin = kInterpolationTaps - 1;
-    early_bands.design(path.band_gain, std::span(early).subspan(kMargin, shape.early_taps));
+    early_bands.design(path.band_gain, std::span(early_filter).subspan(kMargin, shape.early_taps));
     const std::array<float, kInterpolationTaps> impulse = interpolator.impulse(delay - whole);
-    filter(early.data() + kMargin, impulse.data(), impulse.size(), delayed.data(), delayed.size());
+    filter(early_filter.data() + kMargin, impulse.data(), impulse.size(), delayed.data(),
+           delayed.size());
 
     // The interpolator's impulse comes kBefore samples late; what would come before the emission
     // is cut off.
@@ -113,32 +149,16 @@ void RenderFrameBuilder::State::add_early(const DiscretePath& path, float gain) 
     }
 }
 
-void RenderFrameBuilder::State::prepare_direct(const DiscretePath& path, float gain,
-                                               const HeadRotation& head, DirectSound& sound) {
-    direct_bands.design(path.band_gain, bands);
-    for (float& x : bands) x *= gain;
-    const std::array<float, 3> direction = in_head_axes(head, path.direction);
-    const auto place = [&](double delay_s) {
-        return std::clamp(delay_s * config.sample_rate_hz, DirectPath::kShortestDelay_samples,
-                          static_cast<double>(shape.direct.longest_delay_samples));
-    };
-    if (config.output != OutputFormat::binaural) {
-        sound.points[0].delay_samples = place(path.delay_s);
-        std::copy(bands.begin(), bands.end(), sound.points[0].filter.begin());
-        const auto encoding = encode_direction(direction);
-        std::copy_n(encoding.begin(), sound.encoding.size(), sound.encoding.begin());
-        return;
-    }
-    const std::array<Hrtf::Ear, 2> ears = hrtf->ears(direction);
-    for (std::size_t e = 0; e < 2; ++e) {
-        sound.points[e].delay_samples = place(path.delay_s + ears[e].delay_s);
-        const std::size_t margin = bands.size() - 1;
-        std::fill(head_response.begin(), head_response.end(), 0.0F);
-        std::copy(ears[e].minimum_phase.begin(), ears[e].minimum_phase.end(),
-                  head_response.begin() + static_cast<std::ptrdiff_t>(margin));
-        filter(head_response.data() + margin, bands.data(), bands.size(),
-               sound.points[e].filter.data(), shape.direct.filter_taps);
-    }
+void RenderFrameBuilder::State::prepare_path(const DiscretePath& path, float gain,
+                                             PathSound& sound) {
+    sound.present = true;
+    sound.id = path.id;
+    sound.delay_samples =
+        std::clamp(path.delay_s * config.sample_rate_hz, DelayLine::kShortest_samples,
+                   static_cast<double>(shape.longest_delay_samples));
+    sound.direction = path.direction;
+    path_bands.design(path.band_gain, sound.filter);
+    for (float& x : sound.filter) x *= gain;
 }
 
 }  // namespace aula

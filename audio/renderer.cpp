@@ -49,10 +49,14 @@ struct Renderer::State {
           shape(settings, hrtf),
           fade(raised_cosine(shape.fade_samples)),
           reverberation(shape.reverberation, shape.fade_samples),
-          rotation(field_order(settings), static_cast<std::size_t>(settings.block)),
+          rotation(field_order(settings), shape.path.turn_samples),
           ambisonics(ambisonic_channels(field_order(settings))) {
+        // A path that starts reads back as far as its filter hears, each ear half a head later.
+        const std::size_t history = 2 * shape.path.filter_taps;
         for (std::size_t i = 0; i < config.sources; ++i) {
-            direct.emplace_back(shape.direct, interpolator, fade);
+            lines.emplace_back(interpolator, shape.longest_delay_samples, history,
+                               shape.path.block);
+            paths.emplace_back(shape.moving_paths, MovingPath(shape.path, fade));
         }
         const auto block = static_cast<std::size_t>(config.block);
         for (AlignedVector<float>& channel : ambisonics) {
@@ -71,8 +75,9 @@ struct Renderer::State {
     FractionalDelay interpolator;
     Convolver reverberation;
     FieldRotation rotation;
-    std::vector<DirectPath> direct;
-    std::unique_ptr<Decoder> decoder;  ///< binaural output only
+    std::vector<DelayLine> lines;                ///< [source]
+    std::vector<std::vector<MovingPath>> paths;  ///< [source][path]
+    std::unique_ptr<Decoder> decoder;            ///< binaural output only
 
     /// Frames that something here still refers to, the newest last.
     std::array<RenderFrame*, 2 * kMostLevels> held{};
@@ -82,12 +87,24 @@ struct Renderer::State {
     std::vector<float*> field;                     ///< pointers to them
     std::vector<const float*> const_field;
 
-    void exchange(RenderFrame* frame) noexcept {
+    void exchange(RenderFrame* frame, const HeadRotation& head) noexcept {
         assert(held_count < held.size());
         held[held_count++] = frame;
         reverberation.exchange(&frame->parts->reverberation);
-        for (std::size_t i = 0; i < direct.size(); ++i) {
-            direct[i].exchange(&frame->parts->direct[i]);
+        for (std::size_t i = 0; i < paths.size(); ++i) {
+            for (std::size_t p = 0; p < paths[i].size(); ++p) {
+                paths[i][p].exchange(&frame->parts->paths[i][p], lines[i], head);
+            }
+        }
+    }
+
+    /// Adds all moving paths to the ears, or to the field.
+    void add_paths(std::span<const float* const> inputs, const HeadRotation& head,
+                   std::span<float* const> out, std::size_t samples) noexcept {
+        for (std::size_t i = 0; i < paths.size(); ++i) {
+            lines[i].write(inputs[i], samples);
+            for (MovingPath& path : paths[i]) path.process(lines[i], head, out, samples);
+            lines[i].advance(samples);
         }
     }
 
@@ -121,16 +138,17 @@ void Renderer::render(std::span<const float* const> inputs, const HeadRotation& 
     assert(outputs.size() == channel_count(s.config.output));
 
     if (!s.reverberation.fading()) {
-        if (RenderFrame* const frame = mailbox_.take()) s.exchange(frame);
+        if (RenderFrame* const frame = mailbox_.take()) s.exchange(frame, head);
     }
 
     const std::span<float* const> field = s.decoder ? std::span<float* const>(s.field) : outputs;
     s.reverberation.process(inputs, field, count);
+    if (!s.decoder) s.add_paths(inputs, head, field, count);
     s.rotation.turn_to(head);
     s.rotation.process(field, count);
-    if (s.decoder) s.decoder->process(s.const_field, outputs, count);
-    for (std::size_t i = 0; i < s.direct.size(); ++i) {
-        s.direct[i].process(inputs[i], outputs, count);
+    if (s.decoder) {
+        s.decoder->process(s.const_field, outputs, count);
+        s.add_paths(inputs, head, outputs, count);
     }
     s.release(mailbox_);
 }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -24,6 +25,7 @@ struct DiscretePath {
     double delay_s = 0;
     std::array<float, 3> direction{1, 0, 0};  ///< unit, from the listener to where it comes from
     std::array<float, 8> band_gain{};  ///< pressure per unit source, octave bands 63 Hz to 8 kHz
+    std::uint64_t id = 0;              ///< the same for the same path in every frame; 0: not known
 };
 
 /// What one source sounds like at the listener in one frame.
@@ -31,7 +33,9 @@ struct SourceSound {
     /// Reverberation, ambisonics ACN/SN3D (W Y Z X ...) in world axes, sample 0 is emission; all of
     /// one length, at most RendererConfig::response_samples. As many channels as field_order() has.
     std::array<std::span<const float>, kMostAmbisonicChannels> ambisonics;
-    std::vector<DiscretePath> early;     ///< image sources, rendered into the reverberation
+    /// Image sources. The strongest of known id are rendered as the direct sound is, the others
+    /// into the reverberation.
+    std::vector<DiscretePath> early;
     std::optional<DiscretePath> direct;  ///< rendered through a delay line, moves smoothly
     float gain = 1;                      ///< of the source, linear
 };
@@ -62,8 +66,8 @@ struct RenderFrame {
 };
 
 /// Prepares frames: early paths are added to the reverberation as fractional-delay taps through
-/// minimum-phase octave-band filters, partitions are transformed, direct sound becomes per-ear
-/// delays, gains and short filters. [propagation thread]
+/// minimum-phase octave-band filters, but for the strongest, which become a delay and a short
+/// filter as the direct sound does; partitions are transformed. [propagation thread]
 class RenderFrameBuilder {
  public:
     /// The HRTF is needed for binaural output only.
@@ -73,10 +77,8 @@ class RenderFrameBuilder {
     /// An empty frame with all memory in place.
     std::unique_ptr<RenderFrame> make_frame() const;
 
-    /// Fills a frame; `sources` as many as in the config; `head` as of this frame (direct sound's
-    /// ears; the reverberation is rotated by the head given to render()).
-    void prepare(std::span<const SourceSound> sources, const HeadRotation& head,
-                 RenderFrame& frame);
+    /// Fills a frame; `sources` as many as in the config.
+    void prepare(std::span<const SourceSound> sources, RenderFrame& frame);
 
  private:
     struct State;
@@ -84,9 +86,10 @@ class RenderFrameBuilder {
 };
 
 /// Plays sources through the newest frame: partitioned convolution of all sources into ambisonics,
-/// exchanged with a raised-cosine crossfade; head rotation; binaural decoding; direct sound through
-/// fractional delay lines whose delay and gain move smoothly from frame to frame (Doppler
-/// included). No latency: sample n of the output hears sample n of the input. The first frame is
+/// exchanged with a raised-cosine crossfade; head rotation; binaural decoding; direct sound and the
+/// strongest early paths through fractional delay lines, whose delay and gain move smoothly from
+/// frame to frame (Doppler included), to the ears. The head's turning is heard from the next block
+/// on. No latency: sample n of the output hears sample n of the input. The first frame is
 /// taken without a fade. Before it all is silent. [audio thread, but for the constructor]
 class Renderer {
  public:

@@ -81,7 +81,7 @@ void FrameMaker::fill(double time_s, const PlayControls& controls, RenderFrame& 
     const auto begin = std::chrono::steady_clock::now();
     propagate(time_s, controls);
     for (std::size_t s = 0; s < scene_.sources.size(); ++s) sounds_[s] = sound_of(s, controls);
-    builder_.prepare(sounds_, head_rotation(listener_), frame);
+    builder_.prepare(sounds_, frame);
     frame_s_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 

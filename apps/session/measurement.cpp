@@ -194,7 +194,7 @@ std::vector<std::vector<float>> impulse_response(const Scene& scene, std::size_t
     Renderer renderer(config, hrtf);
     RenderFrameBuilder frames(config, hrtf);
     auto frame = frames.make_frame();
-    frames.prepare({&sound, 1}, head, *frame);
+    frames.prepare({&sound, 1}, *frame);
     renderer.mailbox().publish(std::move(frame));
 
     auto length = static_cast<std::size_t>(std::ceil(measurement.length_s * rate_hz));

@@ -14,6 +14,7 @@ namespace {
 DiscretePath discrete_path(const SpecularPath& path, double speed_of_sound_m_s) {
     DiscretePath out;
     out.delay_s = static_cast<double>(path.length_m) / speed_of_sound_m_s;
+    out.id = path.id;
     out.direction = {path.direction.x, path.direction.y, path.direction.z};
     // p^2 = 4 pi I: fluence to pressure, 1 at 1 m from a unit source.
     for (std::size_t band = 0; band < kBandCount; ++band)

@@ -32,7 +32,7 @@ Signals ears_of(const SourceSound& sound, const HeadRotation& head = kNoRotation
     RenderFrameBuilder builder(config, kemar());
     Renderer renderer(config, kemar());
     std::unique_ptr<RenderFrame> frame = builder.make_frame();
-    builder.prepare(std::span(&sound, 1), head, *frame);
+    builder.prepare(std::span(&sound, 1), *frame);
     renderer.mailbox().publish(std::move(frame));
     Signal input(4096);
     input[0] = 1;

@@ -41,7 +41,10 @@ SourceSound frame_of_walk(unsigned frame, const Signals& late) {
     path.direction = {std::cos(0.01F * static_cast<float>(frame)),
                       std::sin(0.01F * static_cast<float>(frame)), 0};
     path.band_gain = {1, 1, 1, 0.9F, 0.8F, 0.7F, 0.6F, 0.5F};
+    path.id = 1 + frame % 3;
     sound.early = {path};
+    path.id = 0;
+    sound.early.push_back(path);
     if (frame % 7 != 0) sound.direct = path;
     return sound;
 }
@@ -151,7 +154,7 @@ TEST_CASE("The audio thread neither allocates, frees, locks nor writes in 20000 
             std::unique_ptr<RenderFrame> frame = renderer.mailbox().reclaim();
             if (!frame) frame = builder.make_frame();
             const SourceSound sound = frame_of_walk(frames++, late);
-            builder.prepare(std::span(&sound, 1), kNoRotation, *frame);
+            builder.prepare(std::span(&sound, 1), *frame);
             renderer.mailbox().publish(std::move(frame));
         }
         // A third of the time silent, so that all decays.

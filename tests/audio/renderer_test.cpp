@@ -9,6 +9,7 @@
 
 #include "audio/convolver.h"
 #include "audio/fractional_delay.h"
+#include "tests/audio/player.h"
 #include "tests/audio/signals.h"
 
 using namespace aula;
@@ -16,79 +17,10 @@ using namespace aula::test;
 
 namespace {
 
-constexpr double kRate_hz = 48000;
-constexpr double kSpeed_m_s = 343.2;
-
-RendererConfig config_for(OutputFormat output, std::size_t sources = 1,
-                          std::size_t response_samples = 4800) {
-    RendererConfig config;
-    config.sample_rate_hz = kRate_hz;
-    config.block = 256;
-    config.sources = sources;
-    config.response_samples = response_samples;
-    config.output = output;
-    return config;
-}
-
-DiscretePath path_of(double delay_samples, float gain, std::array<float, 3> direction = {1, 0, 0}) {
-    DiscretePath path;
-    path.delay_s = delay_samples / kRate_hz;
-    path.direction = direction;
-    path.band_gain.fill(gain);
-    return path;
-}
-
-/// Renders in calls of the sizes given, in turn; a frame can be published before any call.
-class Player {
- public:
-    Player(const RendererConfig& config, const std::shared_ptr<const Hrtf>& hrtf, Signals inputs)
-        : builder_(config, hrtf),
-          renderer_(config, hrtf),
-          inputs_(std::move(inputs)),
-          outputs_(channel_count(config.output), Signal(inputs_[0].size())) {}
-
-    void publish(const std::vector<SourceSound>& sources, const HeadRotation& head = kNoRotation) {
-        std::unique_ptr<RenderFrame> frame = renderer_.mailbox().reclaim();
-        if (!frame) frame = builder_.make_frame();
-        builder_.prepare(sources, head, *frame);
-        renderer_.mailbox().publish(std::move(frame));
-    }
-
-    void play_until(std::size_t end, const std::vector<std::size_t>& calls = {256},
-                    const HeadRotation& head = kNoRotation) {
-        for (std::size_t turn = 0; done_ < end; ++turn) {
-            const std::size_t samples = std::min(calls[turn % calls.size()], end - done_);
-            std::vector<const float*> in;
-            std::vector<float*> out;
-            for (const Signal& signal : inputs_) in.push_back(signal.data() + done_);
-            for (Signal& signal : outputs_) out.push_back(signal.data() + done_);
-            renderer_.render(in, head, out, static_cast<int>(samples));
-            done_ += samples;
-        }
-    }
-
-    const Signal& output(std::size_t channel) const { return outputs_[channel]; }
-    const Signals& outputs() const { return outputs_; }
-    std::size_t done() const { return done_; }
-
- private:
-    RenderFrameBuilder builder_;
-    Renderer renderer_;
-    Signals inputs_;
-    Signals outputs_;
-    std::size_t done_ = 0;
-};
-
 Signal impulse(std::size_t samples, std::size_t at = 0) {
     Signal signal(samples);
     signal[at] = 1;
     return signal;
-}
-
-SourceSound sound_of(const Signals& ambisonics) {
-    SourceSound sound;
-    for (std::size_t c = 0; c < ambisonics.size(); ++c) sound.ambisonics[c] = ambisonics[c];
-    return sound;
 }
 
 /// Reverberation for tests: noise that decays, of unit energy in W and a third in the others.
@@ -361,7 +293,7 @@ TEST_CASE("Turning the head turns the field the other way") {
     sound.early = {path_of(100, 1, {0, 1, 0})};  // in front of it
     sound.direct = path_of(200, 1, {0, -1, 0});  // behind it
     Player player(config_for(OutputFormat::foa), nullptr, {impulse(1024)});
-    player.publish({sound}, left);
+    player.publish({sound});
     player.play_until(1024, {256}, left);
     const auto at = [&](std::size_t n) {
         return std::array<float, 4>{player.output(0)[n], player.output(1)[n], player.output(2)[n],

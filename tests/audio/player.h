@@ -1,0 +1,82 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "audio/renderer.h"
+#include "tests/audio/signals.h"
+
+namespace aula::test {
+
+inline constexpr double kRate_hz = 48000;
+inline constexpr double kSpeed_m_s = 343.2;
+
+inline RendererConfig config_for(OutputFormat output, std::size_t sources = 1,
+                                 std::size_t response_samples = 4800) {
+    RendererConfig config;
+    config.sample_rate_hz = kRate_hz;
+    config.block = 256;
+    config.sources = sources;
+    config.response_samples = response_samples;
+    config.output = output;
+    return config;
+}
+
+inline DiscretePath path_of(double delay_samples, float gain,
+                            std::array<float, 3> direction = {1, 0, 0}) {
+    DiscretePath path;
+    path.delay_s = delay_samples / kRate_hz;
+    path.direction = direction;
+    path.band_gain.fill(gain);
+    return path;
+}
+
+/// Renders in calls of the sizes given, in turn; a frame can be published before any call.
+class Player {
+ public:
+    Player(const RendererConfig& config, const std::shared_ptr<const Hrtf>& hrtf, Signals inputs)
+        : builder_(config, hrtf),
+          renderer_(config, hrtf),
+          inputs_(std::move(inputs)),
+          outputs_(channel_count(config.output), Signal(inputs_[0].size())) {}
+
+    void publish(const std::vector<SourceSound>& sources) {
+        std::unique_ptr<RenderFrame> frame = renderer_.mailbox().reclaim();
+        if (!frame) frame = builder_.make_frame();
+        builder_.prepare(sources, *frame);
+        renderer_.mailbox().publish(std::move(frame));
+    }
+
+    void play_until(std::size_t end, const std::vector<std::size_t>& calls = {256},
+                    const HeadRotation& head = kNoRotation) {
+        for (std::size_t turn = 0; done_ < end; ++turn) {
+            const std::size_t samples = std::min(calls[turn % calls.size()], end - done_);
+            std::vector<const float*> in;
+            std::vector<float*> out;
+            for (const Signal& signal : inputs_) in.push_back(signal.data() + done_);
+            for (Signal& signal : outputs_) out.push_back(signal.data() + done_);
+            renderer_.render(in, head, out, static_cast<int>(samples));
+            done_ += samples;
+        }
+    }
+
+    const Signal& output(std::size_t channel) const { return outputs_[channel]; }
+    const Signals& outputs() const { return outputs_; }
+    std::size_t done() const { return done_; }
+
+ private:
+    RenderFrameBuilder builder_;
+    Renderer renderer_;
+    Signals inputs_;
+    Signals outputs_;
+    std::size_t done_ = 0;
+};
+
+inline SourceSound sound_of(const Signals& ambisonics) {
+    SourceSound sound;
+    for (std::size_t c = 0; c < ambisonics.size(); ++c) sound.ambisonics[c] = ambisonics[c];
+    return sound;
+}
+
+}  // namespace aula::test
