@@ -63,6 +63,16 @@ class Bench {
              aula::bench::measure_noise(subject, settings_));
     }
 
+    void sweep(const std::string& file, const std::filesystem::path& plot_folder) {
+        const Subject subject = load(file, settings_);
+        const aula::bench::Sweep sweep = aula::bench::measure_sweep(subject, settings_);
+        std::vector<Row> rows = sweep.by_tau;
+        rows.insert(rows.end(), sweep.by_patch_size.begin(), sweep.by_patch_size.end());
+        take("sweep of tau, then of lambda, in " + subject.description(),
+             aula::bench::sweep_columns(), rows);
+        if (!plot_folder.empty()) aula::bench::write_plots(sweep, plot_folder);
+    }
+
     void tracking(const std::string& file) {
         const Subject subject = load(file, settings_);
         take("tracking in " + subject.description(), aula::bench::tracking_columns(),
@@ -147,6 +157,12 @@ int run(int argc, char** argv) {
     CLI::App* tracking =
         app.add_subcommand("tracking", "the error while the listener or the source walks");
     tracking->add_option("SCENE", scene, "scene file")->required();
+    std::string plot_folder;
+    CLI::App* sweep =
+        app.add_subcommand("sweep", "noise, bias and cost over ranges of tau and of lambda");
+    sweep->add_option("SCENE", scene, "scene file")->required();
+    sweep->add_option("--plot", plot_folder, "draw them as SVG files into this folder")
+        ->check(CLI::ExistingDirectory);
     CLI::App* trace =
         app.add_subcommand("trace", "segments a second of whole frames beside Embree alone");
     trace->add_option("SCENE", scene, "scene file")->required();
@@ -173,6 +189,7 @@ int run(int argc, char** argv) {
     try {
         Bench bench(settings, progress);
         if (*noise) bench.noise(scene);
+        if (*sweep) bench.sweep(scene, plot_folder);
         if (*tracking) bench.tracking(scene);
         if (*trace) bench.trace(scene);
         if (*convolve) bench.convolve();

@@ -1,10 +1,13 @@
 #include "apps/bench/noise.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <thread>
 
+#include "apps/bench/plot.h"
 #include "apps/bench/reference.h"
 #include "apps/bench/statistics.h"
 #include "engine/propagation.h"
@@ -85,23 +88,85 @@ double ratio_error(const Restarts& restarts, const std::vector<double>& referenc
     return std::sqrt(squares / (n - 1) / n);
 }
 
+/// One estimator with one set of settings.
+struct Run {
+    const char* bench;
+    const char* basis;
+    Subject subject;
+    Estimator estimator;
+    int rays;
+    Restarts restarts;
+};
+
+/// Traces until the reference is good enough.
+void converge(Reference& reference, BinRange bins, const Settings& settings) {
+    WorkerPool workers(static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
+    do {
+        settings.progress("noise: reference, " + std::to_string(reference.rays()) + " rays");
+        reference.trace(kReferenceRound, workers);
+    } while (ratio_error(reference, bins) > kReferenceError &&
+             static_cast<double>(reference.rays()) < settings.reference_rays);
+}
+
+/// A row for each run.
+std::vector<Row> rows_of(const std::vector<Run>& runs, const Settings& settings) {
+    const std::size_t bin_count = runs.front().restarts.energy.front().size();
+    const BinRange bins = late_bins(bin_count);
+    const Scene& scene = runs.front().subject.scene;
+    // The same for every tau and lambda.
+    Reference reference(scene, scene.simulation, 0, scene.sources[0].position_at(0),
+                        {scene.listener.pose_at(0).position}, bin_count);
+    converge(reference, bins, settings);
+    const std::vector<double> wanted = reference.response(0);
+
+    std::vector<Row> rows;
+    std::optional<double> pt_noise;
+    for (const Run& r : runs) {
+        const double noise = relative_deviation(r.restarts.energy, bins);
+        // Plain path tracing comes first on each basis, if at all.
+        if (r.estimator == Estimator::pt) pt_noise = noise;
+        const Simulation& s = r.subject.scene.simulation;
+        const Vec3 listener = r.subject.scene.listener.pose_at(0).position;
+        const int frames = r.estimator == Estimator::pt ? 1 : r.subject.frames;
+        Row row;
+        row.figures = {{"bench", r.bench},
+                       {"scene", r.subject.name},
+                       {"basis", r.basis},
+                       {"estimator", estimator_name(r.estimator)},
+                       {"rays", std::int64_t{r.rays}},
+                       {"order", std::int64_t{s.order}},
+                       {"tau_s", double{s.response_time_s}},
+                       {"frames", std::int64_t{frames}},
+                       {"position", std::array<double, 3>{double{listener.x}, double{listener.y},
+                                                          double{listener.z}}},
+                       {"frame_ms", r.restarts.frame_s * 1000},
+                       {"frame_cpu_ms", r.restarts.frame_cpu_s * 1000},
+                       {"noise", noise},
+                       {"noise_to_pt", pt_noise ? Value{noise / *pt_noise} : Value{}},
+                       {"direction_noise_deg", direction_deviation_deg(r.restarts.direction, bins)},
+                       {"energy_ratio", energy_ratio(r.restarts.energy, wanted, bins)},
+                       {"energy_ratio_error", std::hypot(ratio_error(reference, bins),
+                                                         ratio_error(r.restarts, wanted, bins))},
+                       {"memory_mb", r.restarts.memory_bytes / 1e6},
+                       {"cache_entries", static_cast<std::int64_t>(r.restarts.cache_entries)},
+                       {"patch_size_m", double{s.patch_size_m}},
+                       {"restarts", std::int64_t{settings.restarts}},
+                       {"reference_rays", static_cast<std::int64_t>(reference.rays())},
+                       {"reference_error", ratio_error(reference, bins)}};
+        rows.push_back(row);
+    }
+    return rows;
+}
+
 }  // namespace
 
 std::vector<Row> measure_noise(const Subject& subject, const Settings& settings) {
-    const Vec3 listener = subject.scene.listener.pose_at(0).position;
-    const int scene_rays = subject.scene.simulation.rays;
-
     // Run every estimator at equal rays, then at equal CPU time.
-    struct Run {
-        const char* basis;
-        Estimator estimator;
-        int rays;
-        Restarts restarts;
-    };
+    const int scene_rays = subject.scene.simulation.rays;
     std::vector<Run> runs;
     double budget_s = 0;
     for (const Estimator estimator : settings.estimators) {
-        runs.push_back({"rays", estimator, scene_rays,
+        runs.push_back({"noise", "rays", subject, estimator, scene_rays,
                         run(subject, estimator, scene_rays, settings.restarts, settings)});
         if (estimator == Estimator::patch) budget_s = runs.back().restarts.frame_cpu_s;
     }
@@ -118,55 +183,41 @@ std::vector<Row> measure_noise(const Subject& subject, const Settings& settings)
         });
         r.restarts = run(subject, r.estimator, r.rays, settings.restarts, settings);
     }
+    return rows_of(runs, settings);
+}
 
-    // Converge the reference.
-    const std::size_t bin_count = runs.front().restarts.energy.front().size();
-    const BinRange bins = late_bins(bin_count);
-    Reference reference(subject.scene, subject.scene.simulation, 0,
-                        subject.scene.sources[0].position_at(0), {listener}, bin_count);
-    WorkerPool workers(static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
-    do {
-        settings.progress("noise: reference, " + std::to_string(reference.rays()) + " rays");
-        reference.trace(kReferenceRound, workers);
-    } while (ratio_error(reference, bins) > kReferenceError &&
-             static_cast<double>(reference.rays()) < settings.reference_rays);
-    const std::vector<double> wanted = reference.response(0);
-
-    std::vector<Row> rows;
-    std::vector<double> pt_noise;
-    for (const Run& r : runs) {
-        const double noise = relative_deviation(r.restarts.energy, bins);
-        // Plain path tracing comes first on each basis, if at all.
-        if (r.estimator == Estimator::pt) pt_noise.push_back(noise);
-        const Simulation& s = subject.scene.simulation;
-        Row row;
-        row.figures = {{"bench", "noise"},
-                       {"scene", subject.name},
-                       {"basis", r.basis},
-                       {"estimator", estimator_name(r.estimator)},
-                       {"rays", std::int64_t{r.rays}},
-                       {"order", std::int64_t{s.order}},
-                       {"tau_s", double{s.response_time_s}},
-                       {"frames", std::int64_t{r.estimator == Estimator::pt ? 1 : subject.frames}},
-                       {"position", std::array<double, 3>{double{listener.x}, double{listener.y},
-                                                          double{listener.z}}},
-                       {"frame_ms", r.restarts.frame_s * 1000},
-                       {"frame_cpu_ms", r.restarts.frame_cpu_s * 1000},
-                       {"noise", noise},
-                       {"noise_to_pt", pt_noise.empty() ? Value{} : Value{noise / pt_noise.back()}},
-                       {"direction_noise_deg", direction_deviation_deg(r.restarts.direction, bins)},
-                       {"energy_ratio", energy_ratio(r.restarts.energy, wanted, bins)},
-                       {"energy_ratio_error", std::hypot(ratio_error(reference, bins),
-                                                         ratio_error(r.restarts, wanted, bins))},
-                       {"memory_mb", r.restarts.memory_bytes / 1e6},
-                       {"cache_entries", static_cast<std::int64_t>(r.restarts.cache_entries)},
-                       {"patch_size_m", double{s.patch_size_m}},
-                       {"restarts", std::int64_t{settings.restarts}},
-                       {"reference_rays", static_cast<std::int64_t>(reference.rays())},
-                       {"reference_error", ratio_error(reference, bins)}};
-        rows.push_back(row);
+Sweep measure_sweep(const Subject& subject, const Settings& settings) {
+    constexpr std::array<float, 5> kTaus_s{0.1F, 0.2F, 0.5F, 1.0F, 2.0F};
+    constexpr std::array<float, 5> kSizes_m{0.125F, 0.25F, 0.5F, 1.0F, 2.0F};
+    const int rays = subject.scene.simulation.rays;
+    const auto run_at = [&](const Settings& changed, std::vector<Run>& runs) {
+        const Subject at(subject.name, subject.scene, changed);
+        for (const Estimator estimator : settings.estimators) {
+            // Plain path tracing knows neither tau nor lambda.
+            if (estimator == Estimator::pt && !runs.empty()) {
+                runs.push_back(runs.front());
+                runs.back().subject = at;
+                continue;
+            }
+            runs.push_back({"sweep", "rays", at, estimator, rays,
+                            run(at, estimator, rays, settings.restarts, settings)});
+        }
+    };
+    std::vector<Run> runs;
+    for (const float tau_s : kTaus_s) {
+        Settings changed = settings;
+        changed.response_time_s = tau_s;
+        run_at(changed, runs);
     }
-    return rows;
+    const std::size_t by_tau = runs.size();
+    for (const float size_m : kSizes_m) {
+        Settings changed = settings;
+        changed.patch_size_m = size_m;
+        run_at(changed, runs);
+    }
+    const std::vector<Row> rows = rows_of(runs, settings);
+    const auto middle = rows.begin() + static_cast<std::ptrdiff_t>(by_tau);
+    return {{rows.begin(), middle}, {middle, rows.end()}};
 }
 
 const std::vector<Column>& noise_columns() {
@@ -185,6 +236,64 @@ const std::vector<Column>& noise_columns() {
                                              {"memory_mb", "memory MB", 1},
                                              {"reference_error", "reference +-", 4}};
     return columns;
+}
+
+const std::vector<Column>& sweep_columns() {
+    static const std::vector<Column> columns{{"tau_s", "tau s", 2},
+                                             {"patch_size_m", "lambda m", 3},
+                                             {"estimator", "estimator", 0},
+                                             {"frame_cpu_ms", "CPU ms", 2},
+                                             {"noise", "noise", 4},
+                                             {"direction_noise_deg", "direction deg", 2},
+                                             {"energy_ratio", "energy ratio", 4},
+                                             {"energy_ratio_error", "+-", 4},
+                                             {"cache_entries", "entries", 0},
+                                             {"memory_mb", "memory MB", 1}};
+    return columns;
+}
+
+void write_plots(const Sweep& sweep, const std::filesystem::path& folder) {
+    struct Figure {
+        const char* name;
+        const char* title;
+    };
+    constexpr std::array<Figure, 6> kFigures{{{"noise", "noise"},
+                                              {"direction_noise_deg", "direction noise, degrees"},
+                                              {"energy_ratio", "energy over the reference's"},
+                                              {"cache_entries", "cache entries, patches"},
+                                              {"memory_mb", "memory, MB"},
+                                              {"frame_cpu_ms", "CPU time of a frame, ms"}}};
+    const auto number = [](const Value& value) {
+        const auto* whole = std::get_if<std::int64_t>(&value);
+        return whole ? static_cast<double>(*whole) : std::get<double>(value);
+    };
+    const auto draw = [&](const std::vector<Row>& rows, const char* x, const std::string& x_title,
+                          const std::string& file) {
+        std::vector<PlotPanel> panels;
+        for (const Figure& figure : kFigures) {
+            PlotPanel panel{figure.title, {}};
+            for (const Row& row : rows) {
+                const std::string& name = std::get<std::string>(row.at("estimator"));
+                auto curve = std::find_if(panel.curves.begin(), panel.curves.end(),
+                                          [&](const PlotCurve& c) { return c.name == name; });
+                if (curve == panel.curves.end()) {
+                    curve = panel.curves.insert(curve, PlotCurve{name, {}});
+                }
+                curve->points.emplace_back(number(row.at(x)), number(row.at(figure.name)));
+            }
+            panels.push_back(panel);
+        }
+        const Row& first = rows.front();
+        const std::string title = std::get<std::string>(first.at("scene")) + ", " +
+                                  std::to_string(std::get<std::int64_t>(first.at("rays"))) +
+                                  " rays";
+        write_plot(folder / file, title, x_title, panels);
+    };
+    const std::string scene =
+        std::filesystem::path(std::get<std::string>(sweep.by_tau.front().at("scene"))).stem();
+    draw(sweep.by_tau, "tau_s", "response time tau, s", "sweep_tau_" + scene + ".svg");
+    draw(sweep.by_patch_size, "patch_size_m", "patch size lambda, m",
+         "sweep_lambda_" + scene + ".svg");
 }
 
 }  // namespace aula::bench

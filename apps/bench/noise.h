@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <vector>
 
 #include "apps/bench/settings.h"
@@ -13,5 +14,20 @@ namespace aula::bench {
 std::vector<Row> measure_noise(const Subject& subject, const Settings& settings);
 
 const std::vector<Column>& noise_columns();
+
+/// Noise, bias, size and cost of the estimators over a range of tau, and of lambda, the other as
+/// the scene has it; at equal rays.
+struct Sweep {
+    std::vector<Row> by_tau;
+    std::vector<Row> by_patch_size;
+};
+
+Sweep measure_sweep(const Subject& subject, const Settings& settings);
+
+const std::vector<Column>& sweep_columns();
+
+/// Draws a sweep into sweep_tau_NAME.svg and sweep_lambda_NAME.svg of an existing folder, NAME the
+/// scene's. Throws Error if they cannot be written.
+void write_plots(const Sweep& sweep, const std::filesystem::path& folder);
 
 }  // namespace aula::bench

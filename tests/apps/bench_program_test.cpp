@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 #include <string>
 
@@ -91,6 +92,33 @@ TEST_CASE("bench_smoke: noise prints a row an estimator and writes the figures a
     CHECK(document["rows"][3]["frames"] == 3);
     CHECK(document["rows"][4]["basis"] == "cpu");
     CHECK(folder.read("err").empty());
+}
+
+TEST_CASE("bench_smoke: a sweep has rows for every tau and lambda and draws them") {
+    const Folder folder;
+    const std::string scene = folder.write("room.json", kScene);
+    REQUIRE(run(folder, "sweep " + scene + " --restarts 2 --reference-rays 1 --plot " +
+                            folder.file("") + " --json " + folder.file("rows.json")) == 0);
+    const nlohmann::json rows = nlohmann::json::parse(folder.read("rows.json")).at("rows");
+    REQUIRE(rows.size() == 40);  // four estimators at five of each
+    std::set<double> taus_s;
+    std::set<double> sizes_m;
+    for (const nlohmann::json& row : rows) {
+        CHECK(row["bench"] == "sweep");
+        taus_s.insert(row["tau_s"].get<double>());
+        sizes_m.insert(row["patch_size_m"].get<double>());
+    }
+    CHECK(taus_s.size() >= 5);
+    CHECK(sizes_m.size() == 5);
+    for (const char* file : {"sweep_tau_room.svg", "sweep_lambda_room.svg"}) {
+        const std::string drawing = folder.read(file);
+        CHECK(drawing.find("</svg>") != std::string::npos);
+        for (const char* text : {"dpc-published", "patch", "energy over the reference's"}) {
+            CHECK(drawing.find(text) != std::string::npos);
+        }
+        CHECK(drawing.find("nan") == std::string::npos);
+        CHECK(drawing.find("inf") == std::string::npos);
+    }
 }
 
 TEST_CASE("bench_smoke: tracking prints a row for each mover and estimator") {

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace aula::bench {
+
+/// A line through points (x, y), both above 0.
+struct PlotCurve {
+    std::string name;
+    std::vector<std::pair<double, double>> points;
+};
+
+/// One set of axes, both logarithmic.
+struct PlotPanel {
+    std::string title;
+    std::vector<PlotCurve> curves;
+};
+
+/// Writes panels, three in a row, with one legend for the curves of the same name as an SVG file.
+/// Throws Error if it cannot be written.
+void write_plot(const std::filesystem::path& file, const std::string& title,
+                const std::string& x_title, const std::vector<PlotPanel>& panels);
+
+}  // namespace aula::bench
