@@ -6,184 +6,362 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <memory>
+#include <span>
 #include <string>
 
-#include "apps/bench/uniform_convolver.h"
-#ifdef AULA_BENCH_ZITA
-#include "apps/bench/zita_convolver.h"
-#endif
+#include "apps/bench/convolution_case.h"
+#include "apps/bench/convolution_peers.h"
+#include "audio/block_transform.h"
 #include "audio/convolver.h"
 #include "audio/realtime.h"
-#include "engine/sampling.h"
 
 namespace aula::bench {
 
 namespace {
 
-constexpr double kRate_hz = 48000;
-constexpr std::size_t kBlock = 128;
-constexpr double kResponse_s = 2;
 constexpr double kExchange_hz = 30;
-constexpr double kFade_s = 0.02;
 
-struct Case {
+// Filters that are exchanged in turn: so many that a level that takes only every second or third of
+// them does not find the same one again.
+constexpr unsigned kFilters = 5;
+
+struct Channels {
     std::size_t sources;
     std::size_t channels;
 };
-constexpr std::array<Case, 3> kCases{{{1, 2}, {8, 2}, {1, 16}}};
+constexpr std::array<Channels, 4> kChannels{{{1, 2}, {8, 2}, {1, 4}, {1, 16}}};
 
-/// Signals and filters of a case: decaying noise.
-struct Material {
-    std::vector<std::vector<float>> inputs;                  // [source], one block
-    std::vector<std::vector<float>> outputs;                 // [channel]
-    std::vector<std::vector<std::vector<float>>> responses;  // [source][channel]
-    std::vector<const float*> input_pointers;
-    std::vector<float*> output_pointers;
-
-    Material(const Case& c, std::uint64_t seed) {
-        RandomStream random(seed);
-        const auto noise = [&] { return 2 * random.uniform() - 1; };
-        const auto taps = static_cast<std::size_t>(kResponse_s * kRate_hz);
-        for (std::size_t s = 0; s < c.sources; ++s) {
-            inputs.emplace_back(kBlock);
-            std::generate(inputs.back().begin(), inputs.back().end(), noise);
-            responses.emplace_back(c.channels, std::vector<float>(taps));
-            for (std::vector<float>& response : responses.back()) {
-                for (std::size_t n = 0; n < taps; ++n) {
-                    // 60 dB over its length.
-                    const double decay =
-                        std::exp(-6.9 * static_cast<double>(n) / static_cast<double>(taps));
-                    response[n] = 0.01F * noise() * static_cast<float>(decay);
-                }
-            }
-        }
-        outputs.assign(c.channels, std::vector<float>(kBlock));
-        for (const auto& input : inputs) input_pointers.push_back(input.data());
-        for (auto& output : outputs) output_pointers.push_back(output.data());
-    }
-};
-
-struct Cost {
-    double mean_us = 0;
-    double worst_us = 0;
-};
-
-/// CPU time of this thread in us: blocks are far shorter than the slices of time in which a busy
-/// machine takes the processor away.
-double thread_time_us() {
+/// CPU time in us: blocks are far shorter than the slices of time in which a busy machine takes the
+/// processor away.
+double time_us(clockid_t clock) {
     timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    clock_gettime(clock, &now);
     return static_cast<double>(now.tv_sec) * 1e6 + static_cast<double>(now.tv_nsec) * 1e-3;
 }
 
-/// Times `block(i)` after one response's length of warming up.
-Cost time_blocks(int blocks, const std::function<void(int)>& block) {
-    const int warm_up = static_cast<int>(kResponse_s * kRate_hz / static_cast<double>(kBlock));
-    Cost cost;
-    for (int i = -warm_up; i < blocks; ++i) {
-        const double began_us = thread_time_us();
-        block(i);
-        const double spent_us = thread_time_us() - began_us;
-        if (i < 0) continue;
-        cost.mean_us += spent_us / blocks;
-        cost.worst_us = std::max(cost.worst_us, spent_us);
+/// Blocks timed one by one, the least time that each took in any round: what others did to the
+/// machine meanwhile is left out, what the convolver does unevenly is not.
+class BlockTimes {
+ public:
+    explicit BlockTimes(std::size_t blocks) : least_us_(blocks, 1e9) {}
+
+    void round(bool all_threads, std::size_t warm_up, const std::function<void()>& process) {
+        const clockid_t clock = all_threads ? CLOCK_PROCESS_CPUTIME_ID : CLOCK_THREAD_CPUTIME_ID;
+        for (std::size_t i = 0; i < warm_up; ++i) process();
+        double began_us = time_us(clock);
+        for (double& least_us : least_us_) {
+            process();
+            const double ended_us = time_us(clock);
+            least_us = std::min(least_us, ended_us - began_us);
+            began_us = ended_us;
+        }
     }
-    return cost;
+
+    double mean_us() const {
+        double sum = 0;
+        for (const double us : least_us_) sum += us;
+        return sum / static_cast<double>(least_us_.size());
+    }
+    double worst_us() const { return *std::max_element(least_us_.begin(), least_us_.end()); }
+
+ private:
+    std::vector<double> least_us_;
+};
+
+ConvolutionShape shape_of(const ConvolutionCase& c, bool half_precision) {
+    return {c.sources, c.channels, c.block, c.taps(), half_precision};
 }
 
-Cost time_aula(const Case& c, Material& material, double exchange_hz, int blocks) {
-    const ConvolutionShape shape{c.sources, c.channels, kBlock, material.responses[0][0].size()};
+void fill(FilterTransform& transform, const ConvolutionFilters& responses,
+          ConvolutionFilter& filter) {
+    for (std::size_t s = 0; s < responses.size(); ++s) {
+        const std::vector<std::span<const float>> views(responses[s].begin(), responses[s].end());
+        transform.transform(views, s, filter);
+    }
+}
+
+/// Unrelated filters, transformed.
+std::vector<ConvolutionFilter> make_filters(const ConvolutionCase& c, const ConvolutionShape& shape,
+                                            std::uint64_t seed, unsigned count) {
     FilterTransform transform(shape);
-    std::array<ConvolutionFilter, 2> filters{ConvolutionFilter(shape), ConvolutionFilter(shape)};
-    for (ConvolutionFilter& filter : filters) {
-        for (std::size_t s = 0; s < c.sources; ++s) {
-            std::vector<std::span<const float>> responses(material.responses[s].begin(),
-                                                          material.responses[s].end());
-            transform.transform(responses, s, filter);
-        }
+    std::vector<ConvolutionFilter> filters;
+    for (unsigned k = 0; k < count; ++k) {
+        filters.emplace_back(shape);
+        fill(transform, decaying_noise(c, seed + k), filters.back());
     }
-    Convolver convolver(shape, static_cast<std::size_t>(kFade_s * kRate_hz));
-    convolver.exchange(&filters[0]);
-    double next_exchange = exchange_hz > 0 ? 0 : blocks;
-    std::size_t present = 0;
-    return time_blocks(blocks, [&](int i) {
-        if (i >= next_exchange && !convolver.fading()) {
-            present = 1 - present;
-            convolver.exchange(&filters[present]);
-            next_exchange += kRate_hz / static_cast<double>(kBlock) / exchange_hz;
-        }
-        convolver.process(material.input_pointers, material.output_pointers, kBlock);
-    });
+    return filters;
 }
 
-Cost time_textbook(const Case& c, Material& material, int blocks) {
-    UniformConvolver convolver(c.sources, c.channels, kBlock, material.responses[0][0].size());
-    for (std::size_t s = 0; s < c.sources; ++s) {
-        for (std::size_t o = 0; o < c.channels; ++o) {
-            convolver.set_filter(s, o, material.responses[s][o]);
+/// Aula's convolver, exchanging `filters` in turn if there are several; the fade is as long as the
+/// renderer's.
+std::function<void()> start_aula(const ConvolutionCase& c, const ConvolutionShape& shape,
+                                 const std::vector<ConvolutionFilter>& filters,
+                                 const ConvolutionSignals& signals) {
+    struct State {
+        Convolver convolver;
+        std::size_t block = 0;
+        std::size_t exchanges = 0;
+    };
+    const double apart_samples = kConvolutionRate_hz / kExchange_hz;
+    const auto fade = static_cast<std::size_t>(
+        std::clamp(apart_samples - static_cast<double>(c.block), 512.0, 1024.0));
+    const auto state = std::make_shared<State>(State{Convolver(shape, fade)});
+    return [state, c, apart_samples, &filters, &signals] {
+        State& s = *state;
+        const auto due =
+            static_cast<std::size_t>(static_cast<double>(s.block++ * c.block) / apart_samples);
+        if (s.exchanges == 0 || (filters.size() > 1 && due >= s.exchanges)) {
+            if (!s.convolver.fading()) {
+                s.convolver.exchange(&filters[s.exchanges++ % filters.size()]);
+            }
         }
-    }
-    return time_blocks(
-        blocks, [&](int) { convolver.process(material.input_pointers, material.output_pointers); });
+        s.convolver.process(signals.inputs, signals.outputs, c.block);
+    };
 }
 
-#ifdef AULA_BENCH_ZITA
-Cost time_zita(const Case& c, Material& material, int blocks) {
-    ZitaConvolver convolver(c.sources, c.channels, kBlock, material.responses[0][0].size());
-    for (std::size_t s = 0; s < c.sources; ++s) {
-        for (std::size_t o = 0; o < c.channels; ++o) {
-            convolver.set_filter(s, o, material.responses[s][o]);
+/// Bytes of spectra that a block is made from.
+double bytes_of_block(const ConvolutionShape& shape, std::size_t block) {
+    double bytes = 0;
+    for (const PartitionLevel& level : partition_levels(shape)) {
+        const double filter_bytes = level.half_precision ? 2 : 4;
+        bytes += static_cast<double>(2 * shape.inputs * level.count * block) *
+                 (4 + static_cast<double>(shape.outputs) * filter_bytes);
+    }
+    return bytes;
+}
+
+double footprint_bytes(const ConvolutionShape& shape) {
+    double bytes = 0;
+    for (const PartitionLevel& level : partition_levels(shape)) {
+        const double filter_bytes = level.half_precision ? 2 : 4;
+        bytes += static_cast<double>(2 * shape.inputs * level.count * level.size) *
+                 (4 + static_cast<double>(shape.outputs) * filter_bytes);
+    }
+    return bytes;
+}
+
+/// Time for reading `bytes` out of an area that is read again and again, by summing it up: the
+/// machine's bandwidth at that size. In us.
+double read_time_us(double area_bytes, double bytes) {
+    constexpr std::size_t kLanes = 64;
+    const std::size_t count =
+        (static_cast<std::size_t>(area_bytes) / sizeof(float) / kLanes + 1) * kLanes;
+    const AlignedVector<float> area(count, 1.0F);
+    double best_us = 1e9;
+    volatile float sink = 0;
+    for (int round = 0; round < 10; ++round) {
+        const double began_us = time_us(CLOCK_THREAD_CPUTIME_ID);
+        std::array<float, kLanes> sums{};
+        for (std::size_t i = 0; i < count; i += kLanes) {
+            for (std::size_t k = 0; k < kLanes; ++k) sums[k] += area[i + k];
+        }
+        best_us = std::min(best_us, time_us(CLOCK_THREAD_CPUTIME_ID) - began_us);
+        sink = sums[0];
+    }
+    static_cast<void>(sink);
+    return best_us * bytes / static_cast<double>(count * sizeof(float));
+}
+
+Row row_of(const char* bench, const std::string& library, const ConvolutionCase& c) {
+    Row row;
+    row.figures = {{"bench", bench},
+                   {"scene", Value{}},
+                   {"basis", "cpu"},
+                   {"library", library},
+                   {"sources", static_cast<std::int64_t>(c.sources)},
+                   {"channels", static_cast<std::int64_t>(c.channels)},
+                   {"ir_s", c.response_s},
+                   {"block", static_cast<std::int64_t>(c.block)}};
+    return row;
+}
+
+std::vector<ConvolutionCase> cases_of(const ConvolutionSweep& sweep) {
+    std::vector<ConvolutionCase> cases;
+    for (const Channels& channels : kChannels) {
+        for (const double response_s : sweep.responses_s) {
+            for (const std::size_t block : sweep.blocks) {
+                cases.push_back({channels.sources, channels.channels, response_s, block});
+            }
         }
     }
-    convolver.start();
-    return time_blocks(
-        blocks, [&](int) { convolver.process(material.input_pointers, material.output_pointers); });
+    return cases;
 }
-#endif
+
+std::string text_of(const ConvolutionCase& c) {
+    return std::to_string(c.sources) + " x " + std::to_string(c.channels) + ", " +
+           std::to_string(c.taps()) + " taps, blocks of " + std::to_string(c.block);
+}
+
+/// One convolver of a case, measured.
+struct Contestant {
+    std::string name;
+    double exchange_hz;
+    bool all_threads;
+    std::size_t warm_up;
+    BlockTimes times;
+    std::function<std::function<void()>()> start;
+    Value memory_us;
+};
+
+void measure_case(const ConvolutionCase& c, std::uint64_t seed, int rounds,
+                  std::vector<Row>& rows) {
+    const ConvolutionSignals signals(c, seed);
+    // Whole frames of the longest partitions; those that do the same in each block need few.
+    constexpr std::size_t kLongest = 8192;
+    const std::size_t frame = kLongest / c.block;
+    std::vector<Contestant> contestants;
+    std::array<std::vector<ConvolutionFilter>, 2> filters;
+    std::array<std::vector<ConvolutionFilter>, 2> one;
+    for (const bool half : {false, true}) {
+        const ConvolutionShape shape = shape_of(c, half);
+        filters[half] = make_filters(c, shape, seed, kFilters);
+        one[half].push_back(filters[half][0]);
+        const Value memory_us =
+            read_time_us(footprint_bytes(shape), bytes_of_block(shape, c.block));
+        for (const bool exchanging : {false, true}) {
+            const auto& used = exchanging ? filters[half] : one[half];
+            contestants.push_back(
+                {half ? "aula, half" : "aula", exchanging ? kExchange_hz : 0, false, 4 * frame,
+                 BlockTimes(8 * frame),
+                 [&c, shape, &used, &signals] { return start_aula(c, shape, used, signals); },
+                 memory_us});
+        }
+    }
+    const ConvolutionFilters responses = decaying_noise(c, seed);
+    for (const ConvolutionPeer& peer : convolution_peers()) {
+        const std::size_t blocks = peer.uses_threads ? 8 * frame : 32;
+        contestants.push_back(
+            {peer.name, 0, peer.uses_threads, blocks / 2, BlockTimes(blocks),
+             [&c, &responses, &signals, peer] { return peer.start(c, responses, signals); },
+             Value{}});
+    }
+    for (int round = 0; round < rounds; ++round) {
+        for (Contestant& contestant : contestants) {
+            contestant.times.round(contestant.all_threads, contestant.warm_up, contestant.start());
+        }
+    }
+    std::array<double, 2> aula_us{};
+    for (const Contestant& contestant : contestants) {
+        if (contestant.exchange_hz > 0) continue;
+        if (contestant.name == "aula") aula_us[0] = contestant.times.mean_us();
+        if (contestant.name == "aula, half") aula_us[1] = contestant.times.mean_us();
+    }
+    for (const Contestant& contestant : contestants) {
+        const double mean_us = contestant.times.mean_us();
+        const bool own = contestant.name.rfind("aula", 0) == 0;
+        Row row = row_of("convolve", contestant.name, c);
+        row.figures.insert(
+            row.figures.end(),
+            {{"exchange_hz", contestant.exchange_hz},
+             {"mean_us", mean_us},
+             // Threads do their work whenever they are given the time.
+             {"worst_us", contestant.all_threads ? Value{} : Value{contestant.times.worst_us()}},
+             {"ratio", own ? 1.0 : aula_us[0] / mean_us},
+             {"half_ratio", own ? Value{} : Value{aula_us[1] / mean_us}},
+             {"worst_over_mean",
+              contestant.all_threads ? Value{} : Value{contestant.times.worst_us() / mean_us}},
+             {"load_percent", mean_us * 1e-4 * kConvolutionRate_hz / static_cast<double>(c.block)},
+             {"memory_us", contestant.memory_us}});
+        rows.push_back(row);
+    }
+}
+
+/// The transforms of a whole filter, from and to the cache.
+double transforms_us(const ConvolutionShape& shape) {
+    double us = 0;
+    for (const PartitionLevel& level : partition_levels(shape)) {
+        const BlockTransform transform(level.size);
+        const AlignedVector<float> taps(level.size, 1e-3F);
+        AlignedVector<float> work(transform.work_floats());
+        AlignedVector<float> spectrum(2 * level.size);
+        const double began_us = time_us(CLOCK_THREAD_CPUTIME_ID);
+        for (std::size_t i = 0; i < shape.inputs * shape.outputs * level.count; ++i) {
+            transform.forward_filter(taps.data(), work.data(), spectrum.data(), kChunk_floats);
+        }
+        us += time_us(CLOCK_THREAD_CPUTIME_ID) - began_us;
+    }
+    return us;
+}
 
 }  // namespace
 
-std::vector<Row> measure_convolution(const Settings& settings, int blocks) {
+std::vector<Row> measure_convolution(const Settings& settings, const ConvolutionSweep& sweep) {
     const FlushDenormals flush;
     std::vector<Row> rows;
-    for (const Case& c : kCases) {
-        Material material(c, settings.seed.value_or(1));
-        double aula_mean_us = 0;
-        const auto add = [&](const char* library, double exchange_hz, const Cost& cost) {
-            const bool own = std::string(library) == "aula";
-            if (own && exchange_hz == 0) aula_mean_us = cost.mean_us;
-            Row row;
-            row.figures = {{"bench", "convolve"},
-                           {"scene", Value{}},
-                           {"basis", "cpu"},
-                           {"library", library},
-                           {"sources", static_cast<std::int64_t>(c.sources)},
-                           {"channels", static_cast<std::int64_t>(c.channels)},
-                           {"ir_s", kResponse_s},
-                           {"block", static_cast<std::int64_t>(kBlock)},
-                           {"exchange_hz", exchange_hz},
-                           {"mean_us", cost.mean_us},
-                           {"worst_us", cost.worst_us},
-                           {"ratio", own ? 1.0 : aula_mean_us / cost.mean_us}};
-            rows.push_back(row);
-        };
-        settings.progress("convolve: " + std::to_string(c.sources) + " x " +
-                          std::to_string(c.channels));
-        add("aula", 0, time_aula(c, material, 0, blocks));
-        add("aula", kExchange_hz, time_aula(c, material, kExchange_hz, blocks));
-        add("textbook", 0, time_textbook(c, material, blocks));
-#ifdef AULA_BENCH_ZITA
-        add("zita", 0, time_zita(c, material, blocks));
-#endif
+    for (const ConvolutionCase& c : cases_of(sweep)) {
+        settings.progress("convolve: " + text_of(c));
+        measure_case(c, settings.seed.value_or(1), sweep.rounds, rows);
     }
     return rows;
 }
 
 const std::vector<Column>& convolution_columns() {
+    static const std::vector<Column> columns{{"library", "library", 0},
+                                             {"sources", "sources", 0},
+                                             {"channels", "channels", 0},
+                                             {"ir_s", "IR s", 1},
+                                             {"block", "block", 0},
+                                             {"exchange_hz", "exchange Hz", 0},
+                                             {"mean_us", "mean us", 1},
+                                             {"worst_us", "worst us", 1},
+                                             {"worst_over_mean", "worst/mean", 2},
+                                             {"load_percent", "% of a core", 2},
+                                             {"memory_us", "memory us", 1},
+                                             {"ratio", "aula / it", 3},
+                                             {"half_ratio", "half / it", 3}};
+    return columns;
+}
+
+std::vector<Row> measure_preparing(const Settings& settings, const ConvolutionSweep& sweep) {
+    std::vector<Row> rows;
+    const std::uint64_t seed = settings.seed.value_or(1);
+    for (const ConvolutionCase& c : cases_of(sweep)) {
+        settings.progress("prepare: " + text_of(c));
+        // Of each response the samples from a share on are exchanged with another one's.
+        const std::array<ConvolutionFilters, 2> responses{decaying_noise(c, seed),
+                                                          decaying_noise(c, seed + 1)};
+        for (const double share : {1.0, 0.2, 0.0}) {
+            ConvolutionFilters changing = responses[0];
+            const auto first = static_cast<std::ptrdiff_t>(
+                std::lround((1 - share) * static_cast<double>(c.taps())));
+            const ConvolutionShape shape = shape_of(c, false);
+            FilterTransform transform(shape);
+            // As many as circulate between the threads.
+            std::vector<ConvolutionFilter> filters(kFilters, ConvolutionFilter(shape));
+            double least_us = 1e9;
+            double fft_us = 1e9;
+            for (unsigned round = 0; round < 3 * kFilters; ++round) {
+                for (std::size_t s = 0; s < c.sources; ++s) {
+                    for (std::size_t o = 0; o < c.channels; ++o) {
+                        const std::vector<float>& from = responses[round % 2][s][o];
+                        std::copy(from.begin() + first, from.end(), changing[s][o].begin() + first);
+                    }
+                }
+                const double began_us = time_us(CLOCK_THREAD_CPUTIME_ID);
+                fill(transform, changing, filters[round % kFilters]);
+                // The first ones get their memory.
+                if (round >= kFilters) {
+                    least_us = std::min(least_us, time_us(CLOCK_THREAD_CPUTIME_ID) - began_us);
+                    fft_us = std::min(fft_us, transforms_us(shape));
+                }
+            }
+            Row row = row_of("prepare", "aula", c);
+            row.figures.insert(row.figures.end(), {{"changed", share},
+                                                   {"mean_us", least_us},
+                                                   {"fft_us", fft_us},
+                                                   {"ratio", least_us / fft_us}});
+            rows.push_back(row);
+        }
+    }
+    return rows;
+}
+
+const std::vector<Column>& preparing_columns() {
     static const std::vector<Column> columns{
-        {"library", "library", 0}, {"sources", "sources", 0},   {"channels", "channels", 0},
-        {"ir_s", "IR s", 1},       {"block", "block", 0},       {"exchange_hz", "exchange Hz", 0},
-        {"mean_us", "mean us", 1}, {"worst_us", "worst us", 1}, {"ratio", "aula / it", 3}};
+        {"sources", "sources", 0},      {"channels", "channels", 0}, {"ir_s", "IR s", 1},
+        {"block", "block", 0},          {"changed", "changed", 1},   {"mean_us", "us", 0},
+        {"fft_us", "FFTs alone us", 0}, {"ratio", "it / FFTs", 2}};
     return columns;
 }
 

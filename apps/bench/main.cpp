@@ -26,9 +26,6 @@ using aula::bench::Subject;
 constexpr int kFailed = 1;
 constexpr int kBadInput = 2;
 
-/// Four seconds of sound.
-constexpr int kConvolutionBlocks = 1500;
-
 /// Shows what is going on in one line of the terminal, if stderr is one.
 class ProgressLine {
  public:
@@ -86,9 +83,11 @@ class Bench {
              aula::bench::measure_tracing(subject, settings_));
     }
 
-    void convolve() {
+    void convolve(const aula::bench::ConvolutionSweep& sweep) {
         take("convolution at 48 kHz, CPU time of a block", aula::bench::convolution_columns(),
-             aula::bench::measure_convolution(settings_, kConvolutionBlocks));
+             aula::bench::measure_convolution(settings_, sweep));
+        take("preparing filters", aula::bench::preparing_columns(),
+             aula::bench::measure_preparing(settings_, sweep));
     }
 
     const std::vector<Row>& rows() const { return rows_; }
@@ -168,6 +167,14 @@ int run(int argc, char** argv) {
     trace->add_option("SCENE", scene, "scene file")->required();
     CLI::App* convolve = app.add_subcommand(
         "convolve", "what a block costs the audio thread, beside other libraries");
+    aula::bench::ConvolutionSweep sweep;
+    convolve->add_option("--ir-length", sweep.responses_s, "s, one or more (1 2 4)")
+        ->check(CLI::Range(0.01, 10.0));
+    convolve->add_option("--block", sweep.blocks, "one or more (64 128 256 512)")
+        ->check(CLI::Range(64, 4096));
+    convolve->add_option("--rounds", sweep.rounds, "of which the best counts")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 1000));
     CLI::App* all = app.add_subcommand("all", "everything");
     all->add_option("SCENE", scenes, "scene files")->required();
 
@@ -192,14 +199,14 @@ int run(int argc, char** argv) {
         if (*sweep) bench.sweep(scene, plot_folder);
         if (*tracking) bench.tracking(scene);
         if (*trace) bench.trace(scene);
-        if (*convolve) bench.convolve();
+        if (*convolve) bench.convolve(sweep);
         if (*all) {
             for (const std::string& file : scenes) {
                 bench.noise(file);
                 bench.tracking(file);
                 bench.trace(file);
             }
-            bench.convolve();
+            bench.convolve(sweep);
         }
         if (!json.empty()) aula::bench::write_json(json, bench.rows());
     } catch (const aula::Error& e) {

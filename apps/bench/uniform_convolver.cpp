@@ -5,17 +5,17 @@
 
 namespace aula::bench {
 
-UniformConvolver::UniformConvolver(std::size_t inputs, std::size_t outputs, std::size_t block,
-                                   std::size_t taps)
+UniformConvolver::UniformConvolver(const FftLibrary& library, std::size_t inputs,
+                                   std::size_t outputs, std::size_t block, std::size_t taps)
     : inputs_(inputs),
       outputs_(outputs),
       block_(block),
       partitions_((taps + block - 1) / block),
-      fft_(2 * block),
+      fft_(library.plan(2 * block)),
       windows_(inputs, AlignedVector<float>(2 * block, 0)),
-      history_(inputs * partitions_, Spectrum(fft_.bins())),
-      filters_(inputs * outputs * partitions_, Spectrum(fft_.bins())),
-      sum_(fft_.bins()),
+      history_(inputs * partitions_, Spectrum(block + 1)),
+      filters_(inputs * outputs * partitions_, Spectrum(block + 1)),
+      sum_(block + 1),
       signal_(2 * block) {}
 
 void UniformConvolver::set_filter(std::size_t input, std::size_t output,

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "apps/bench/fft_libraries.h"
 #include "audio/aligned.h"
-#include "audio/fft.h"
 
 namespace aula::bench {
 
@@ -16,7 +16,8 @@ namespace aula::bench {
 /// filter.
 class UniformConvolver {
  public:
-    UniformConvolver(std::size_t inputs, std::size_t outputs, std::size_t block, std::size_t taps);
+    UniformConvolver(const FftLibrary& library, std::size_t inputs, std::size_t outputs,
+                     std::size_t block, std::size_t taps);
 
     /// Sets a filter of at most `taps` samples.
     void set_filter(std::size_t input, std::size_t output, std::span<const float> taps);
@@ -31,7 +32,7 @@ class UniformConvolver {
     std::size_t outputs_;
     std::size_t block_;
     std::size_t partitions_;
-    RealFft fft_;
+    FftPair fft_;
     std::vector<AlignedVector<float>> windows_;  ///< [input], the block before and the one in hand
     std::vector<Spectrum> history_;              ///< [input * partitions + ring place]
     std::vector<Spectrum> filters_;              ///< [(output * inputs + input) * partitions + age]

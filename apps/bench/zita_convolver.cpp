@@ -25,14 +25,15 @@ struct ZitaConvolver::State {
 };
 
 ZitaConvolver::ZitaConvolver(std::size_t inputs, std::size_t outputs, std::size_t block,
-                             std::size_t taps)
+                             std::size_t taps, bool uniform)
     : state_(std::make_unique<State>()) {
     state_->block = static_cast<std::uint32_t>(block);
-    // Vectors, as Aula's; equal smallest and largest partitions keep it to one level.
-    state_->convolver.set_options(Convproc::OPT_VECTOR_MODE);
+    // Its fastest options.
+    state_->convolver.set_options(Convproc::OPT_VECTOR_MODE | Convproc::OPT_FFTW_MEASURE);
+    const std::uint32_t largest = uniform ? state_->block : std::uint32_t{Convproc::MAXPART};
     need(state_->convolver.configure(
              static_cast<std::uint32_t>(inputs), static_cast<std::uint32_t>(outputs),
-             static_cast<std::uint32_t>(taps), state_->block, state_->block, state_->block, 0.0F),
+             static_cast<std::uint32_t>(taps), state_->block, state_->block, largest, 0.0F),
          "configure");
 }
 

@@ -6,11 +6,13 @@
 
 namespace aula::bench {
 
-/// zita-convolver with partitions of one block, all in the calling thread.
+/// zita-convolver with partitions of one block, all in the calling thread, or with partitions that
+/// grow as it likes, in threads of its own that it waits for.
 class ZitaConvolver {
  public:
     /// Throws Error where zita-convolver refuses.
-    ZitaConvolver(std::size_t inputs, std::size_t outputs, std::size_t block, std::size_t taps);
+    ZitaConvolver(std::size_t inputs, std::size_t outputs, std::size_t block, std::size_t taps,
+                  bool uniform);
     ~ZitaConvolver();
 
     void set_filter(std::size_t input, std::size_t output, std::span<const float> taps);
