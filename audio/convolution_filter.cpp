@@ -17,22 +17,23 @@ bool all_zero(const float* p, std::size_t count) {
 
 ConvolutionFilter::ConvolutionFilter(const ConvolutionShape& shape) {
     for (const PartitionLevel& level : partition_levels(shape)) {
-        counts_.push_back(level.count);
-        levels_.emplace_back(shape.inputs * level.count);
+        const std::size_t all = shape.inputs * level.count;
+        levels_.push_back({level.count, std::vector<FilterPartition>(all),
+                           std::vector<std::shared_ptr<const void>>(all)});
     }
 }
 
 FilterTransform::FilterTransform(const ConvolutionShape& shape) : shape_(shape) {
-    std::size_t largest = 0;
-    for (const PartitionLevel& measure : partition_levels(shape)) {
-        levels_.push_back({measure, BlockTransform(measure.size), {}, 0, {}});
-        levels_.back().newest.resize(shape.inputs * measure.count);
-        largest = std::max(largest, measure.size);
+    const ConvolutionFilter empty(shape);
+    const std::vector<PartitionLevel> measures = partition_levels(shape);
+    for (std::size_t l = 0; l < measures.size(); ++l) {
+        levels_.push_back({measures[l], BlockTransform(measures[l].size), {}, 0, empty.levels_[l]});
     }
-    padded_taps_ = levels_.back().measure.end_tap();
+    const PartitionLevel& last = measures.back();
+    padded_taps_ = last.end_tap();
     kept_.resize(shape.inputs * shape.outputs * padded_taps_);
-    work_.resize(2 * largest);
-    spectrum_.resize(2 * largest);
+    work_.resize(2 * last.size);
+    spectrum_.resize(2 * last.size);
 }
 
 void FilterTransform::transform(std::span<const std::span<const float>> responses,
@@ -46,11 +47,11 @@ void FilterTransform::transform(std::span<const std::span<const float>> response
             const std::size_t first = measure.first_tap + p * measure.size;
             if (take_over(responses, input, first, measure.size)) {
                 // Given up first, so that its memory may be taken again.
-                level.newest[place].reset();
-                filter.levels_[l][place].reset();
-                level.newest[place] = transformed(level, input, first);
+                filter.levels_[l].memory[place].reset();
+                transform_partition(level, input, p);
             }
-            filter.levels_[l][place] = level.newest[place];
+            filter.levels_[l].memory[place] = level.newest.memory[place];
+            filter.levels_[l].partitions[place] = level.newest.partitions[place];
         }
     }
 }
@@ -77,32 +78,38 @@ bool FilterTransform::take_over(std::span<const std::span<const float>> response
     return changed;
 }
 
-/// Null if all taps are zero.
-std::shared_ptr<const FilterPartition> FilterTransform::transformed(Level& level, std::size_t input,
-                                                                    std::size_t first) {
+void FilterTransform::transform_partition(Level& level, std::size_t input, std::size_t index) {
+    const std::size_t place = input * level.measure.count + index;
+    const std::size_t first = level.measure.first_tap + index * level.measure.size;
+    level.newest.memory[place].reset();
+    level.newest.partitions[place] = {};
     bool zero = true;
     for (std::size_t o = 0; o < shape_.outputs && zero; ++o) {
         zero = all_zero(kept(input, o, first), level.measure.size);
     }
-    if (zero) return nullptr;
-    std::shared_ptr<FilterPartition> partition = unused_partition(level);
+    if (zero) return;
+    const Spectra memory = unused_spectra(level);
+    float scale = 1;
     if (level.measure.half_precision) {
-        transform_half(level, input, first, *partition);
-        return partition;
+        scale = transform_half(level, input, first, static_cast<std::uint16_t*>(memory.get()));
+    } else {
+        auto* const spectra = static_cast<float*>(memory.get());
+        for (std::size_t o = 0; o < shape_.outputs; ++o) {
+            level.transform.forward_filter(kept(input, o, first), work_.data(),
+                                           spectra + o * kChunk_floats,
+                                           shape_.outputs * kChunk_floats);
+        }
     }
-    auto* const spectra = static_cast<float*>(partition->spectra);
-    for (std::size_t o = 0; o < shape_.outputs; ++o) {
-        level.transform.forward_filter(kept(input, o, first), work_.data(),
-                                       spectra + o * kChunk_floats, shape_.outputs * kChunk_floats);
-    }
-    return partition;
+    level.newest.memory[place] = memory;
+    level.newest.partitions[place] = {memory.get(), scale};
 }
 
+/// What the numbers are to be multiplied by.
 // No bin is larger than the sum of the taps' sizes. Scaled by a power of two so that this sum is at
 // most 2^15, bins are far from the largest half-precision number, 65504, and those that matter far
 // from 2^-14, below which precision is lost.
-void FilterTransform::transform_half(const Level& level, std::size_t input, std::size_t first,
-                                     FilterPartition& partition) {
+float FilterTransform::transform_half(const Level& level, std::size_t input, std::size_t first,
+                                      std::uint16_t* spectra) {
     float largest = 0;
     for (std::size_t o = 0; o < shape_.outputs; ++o) {
         const float* const taps = kept(input, o, first);
@@ -113,28 +120,31 @@ void FilterTransform::transform_half(const Level& level, std::size_t input, std:
     int exponent = 0;
     std::frexp(largest, &exponent);
     constexpr int kLargest = 15;
-    partition.scale = std::ldexp(1.0F, exponent - kLargest);
-    auto* const spectra = static_cast<std::uint16_t*>(partition.spectra);
+    const float scale = std::ldexp(1.0F, exponent - kLargest);
     const SpectralKernels& kernels = best_kernels();
     for (std::size_t o = 0; o < shape_.outputs; ++o) {
         level.transform.forward_filter(kept(input, o, first), work_.data(), spectrum_.data(),
                                        kChunk_floats);
         for (std::size_t c = 0; c < level.transform.chunks(); ++c) {
-            kernels.to_half(spectrum_.data() + c * kChunk_floats, kChunk_floats,
-                            1 / partition.scale,
+            kernels.to_half(spectrum_.data() + c * kChunk_floats, kChunk_floats, 1 / scale,
                             spectra + (c * shape_.outputs + o) * kChunk_floats);
         }
     }
+    return scale;
 }
 
-/// A partition that no filter refers to. Memory is got for a whole filter at a time, so that
-/// partitions that are read one after another lie one after another.
-std::shared_ptr<FilterPartition> FilterTransform::unused_partition(Level& level) {
-    std::vector<std::shared_ptr<FilterPartition>>& pool = level.pool;
-    for (std::size_t tried = 0; tried < pool.size(); ++tried) {
-        const std::shared_ptr<FilterPartition>& partition = pool[level.next_in_pool];
+/// Memory that no filter refers to. It is got for a whole filter at a time, so that partitions that
+/// are read one after another lie one after another.
+FilterTransform::Spectra FilterTransform::unused_spectra(Level& level) {
+    std::vector<Spectra>& pool = level.pool;
+    const auto next = [&]() -> const Spectra& {
+        const Spectra& spectra = pool[level.next_in_pool];
         level.next_in_pool = (level.next_in_pool + 1) % pool.size();
-        if (partition.use_count() == 1) return partition;
+        return spectra;
+    };
+    for (std::size_t tried = 0; tried < pool.size(); ++tried) {
+        const Spectra& spectra = next();
+        if (spectra.use_count() == 1) return spectra;
     }
     const std::size_t numbers = 2 * level.measure.size * shape_.outputs;
     const std::size_t floats = level.measure.half_precision ? numbers / 2 : numbers;
@@ -142,12 +152,10 @@ std::shared_ptr<FilterPartition> FilterTransform::unused_partition(Level& level)
     const auto memory = std::make_shared<AlignedVector<float>>(count * floats);
     level.next_in_pool = pool.size();
     for (std::size_t i = 0; i < count; ++i) {
-        pool.push_back(std::make_shared<FilterPartition>(
-            FilterPartition{memory->data() + i * floats, 1.0F, memory}));
+        // Counted one by one, each keeps the whole alive.
+        pool.emplace_back(memory->data() + i * floats, [memory](void*) {});
     }
-    const std::shared_ptr<FilterPartition>& partition = pool[level.next_in_pool];
-    level.next_in_pool = (level.next_in_pool + 1) % pool.size();
-    return partition;
+    return next();
 }
 
 }  // namespace aula

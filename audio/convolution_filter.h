@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
@@ -14,9 +15,8 @@ namespace aula {
 /// Spectra of one partition of an input's filters to all outputs, interleaved chunk by chunk:
 /// [chunk][output]. Not changed while a filter refers to it.
 struct FilterPartition {
-    void* spectra = nullptr;  ///< floats or half-precision numbers
-    float scale = 1;          ///< that half-precision numbers are to be multiplied by
-    std::shared_ptr<AlignedVector<float>> memory;
+    const void* spectra = nullptr;  ///< floats or half-precision numbers; null: all zero
+    float scale = 1;                ///< that half-precision numbers are to be multiplied by
 };
 
 /// Impulse responses from every input to every output, transformed partition by partition. Filters
@@ -26,16 +26,19 @@ class ConvolutionFilter {
  public:
     explicit ConvolutionFilter(const ConvolutionShape& shape);
 
-    /// Null where the filters of an input are all zero.
-    const FilterPartition* partition(std::size_t level, std::size_t input,
-                                     std::size_t index) const noexcept {
-        return levels_[level][input * counts_[level] + index].get();
+    /// The partitions of an input's filters at a level, one after another.
+    const FilterPartition* partitions(std::size_t level, std::size_t input) const noexcept {
+        return levels_[level].partitions.data() + input * levels_[level].count;
     }
 
  private:
     friend class FilterTransform;
-    std::vector<std::size_t> counts_;  ///< [level]
-    std::vector<std::vector<std::shared_ptr<const FilterPartition>>> levels_;
+    struct Level {
+        std::size_t count;                                ///< partitions of an input
+        std::vector<FilterPartition> partitions;          ///< [input][partition]
+        std::vector<std::shared_ptr<const void>> memory;  ///< that each of them needs
+    };
+    std::vector<Level> levels_;
 };
 
 /// Fills filters. Only partitions that differ from those of the call before are transformed; memory
@@ -50,21 +53,23 @@ class FilterTransform {
                    ConvolutionFilter& filter);
 
  private:
+    /// Memory for the spectra of a partition; in use if anything but the pool refers to it.
+    using Spectra = std::shared_ptr<void>;
+
     struct Level {
         PartitionLevel measure;
         BlockTransform transform;
-        std::vector<std::shared_ptr<FilterPartition>> pool;
+        std::vector<Spectra> pool;
         std::size_t next_in_pool = 0;
-        std::vector<std::shared_ptr<const FilterPartition>> newest;  ///< [input][partition]
+        ConvolutionFilter::Level newest;
     };
 
     bool take_over(std::span<const std::span<const float>> responses, std::size_t input,
                    std::size_t first, std::size_t count);
-    std::shared_ptr<const FilterPartition> transformed(Level& level, std::size_t input,
-                                                       std::size_t first);
-    void transform_half(const Level& level, std::size_t input, std::size_t first,
-                        FilterPartition& partition);
-    std::shared_ptr<FilterPartition> unused_partition(Level& level);
+    void transform_partition(Level& level, std::size_t input, std::size_t index);
+    float transform_half(const Level& level, std::size_t input, std::size_t first,
+                         std::uint16_t* spectra);
+    Spectra unused_spectra(Level& level);
     float* kept(std::size_t input, std::size_t output, std::size_t tap) {
         return kept_.data() + (input * shape_.outputs + output) * padded_taps_ + tap;
     }

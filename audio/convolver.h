@@ -15,7 +15,8 @@ namespace aula {
 /// others is spread evenly over the calls. Calls of any size up to a block; whole blocks are the
 /// cheapest. A filter is exchanged by raised-cosine crossfades of the outputs, level by level, all
 /// heard through the whole history of the inputs: the first level fades from the next sample on,
-/// the others when their next frame begins. [audio thread, but for the constructor]
+/// the others when that is done, one after another, so that no block bears it all. [audio thread,
+/// but for the constructor]
 class Convolver {
  public:
     /// `fade_samples` is for the first level, the others fade over a partition of their own.
@@ -40,7 +41,6 @@ class Convolver {
     ConvolutionShape shape_;
     HeadLevel head_;
     std::vector<TailLevel> tails_;
-    const ConvolutionFilter* newest_ = nullptr;
     bool started_ = false;
 };
 

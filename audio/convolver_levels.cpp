@@ -50,19 +50,19 @@ void LevelSums::collect(SpectralHistory& history, const ConvolutionFilter* curre
     shared_.clear();
     current_only_.clear();
     next_only_.clear();
+    constexpr FilterPartition kSilence;
     for (std::size_t i = 0; i < inputs_; ++i) {
+        const FilterPartition* const olds = current ? current->partitions(index_, i) : nullptr;
+        const FilterPartition* const youngs = next ? next->partitions(index_, i) : nullptr;
         for (std::size_t p = first; p < last; ++p) {
-            const auto partition = [&](const ConvolutionFilter* filter) {
-                return filter == nullptr ? nullptr : filter->partition(index_, i, p);
-            };
-            const FilterPartition* const old = partition(current);
-            const FilterPartition* const young = partition(next);
-            const auto list = [&](std::vector<SpectralTerm>& terms, const FilterPartition* added) {
-                if (added == nullptr) return;
+            const FilterPartition& old = olds ? olds[p] : kSilence;
+            const FilterPartition& young = youngs ? youngs[p] : kSilence;
+            const auto list = [&](std::vector<SpectralTerm>& terms, const FilterPartition& added) {
+                if (added.spectra == nullptr) return;
                 assert(terms.size() < terms.capacity());
-                terms.push_back({history.spectrum(i, p), added->spectra, added->scale});
+                terms.push_back({history.spectrum(i, p), added.spectra, added.scale});
             };
-            if (old == young) {
+            if (old.spectra == young.spectra) {
                 list(shared_, old);
             } else {
                 list(current_only_, old);

@@ -90,6 +90,9 @@ class HeadLevel {
     }
     void exchange(const ConvolutionFilter* filter) noexcept AULA_NONBLOCKING;
     bool fading() const noexcept AULA_NONBLOCKING { return next_ != nullptr; }
+
+    /// The filter that is heard, or fading out.
+    const ConvolutionFilter* heard() const noexcept AULA_NONBLOCKING { return current_; }
     bool uses(const ConvolutionFilter* filter) const noexcept AULA_NONBLOCKING {
         return filter == current_ || filter == next_;
     }

@@ -69,6 +69,7 @@ RenderShape::RenderShape(const RendererConfig& config, const Hrtf* hrtf) {
     reverberation.outputs = ambisonic_channels(field_order(config));
     reverberation.block = block;
     reverberation.taps = config.response_samples + early_taps;
+    reverberation.half_precision_tail = config.half_precision_tail;
 
     path.hrtf = binaural ? hrtf : nullptr;
     path.order = field_order(config);

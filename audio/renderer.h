@@ -42,12 +42,13 @@ struct SourceSound {
 
 struct RendererConfig {
     double sample_rate_hz = 48000;
-    int block = 256;  ///< largest number of samples of a call, and the convolver's partition
+    int block = 256;  ///< largest number of samples of a call
     std::size_t sources = 1;
     std::size_t response_samples = 48000;  ///< longest reverberation
     double frame_s = 1.0 / 30;  ///< time between propagation frames: moves are spread over it
     OutputFormat output = OutputFormat::binaural;
-    int ambisonic_order = 1;     ///< of the field that binaural output is decoded from, 1 to 3
+    int ambisonic_order = 1;  ///< of the field that binaural output is decoded from, 1 to 3
+    bool half_precision_tail = false;  ///< of late reverberation: half the memory, -74 dB error
     double longest_delay_s = 3;  ///< of direct sound; what is farther is heard as late as this
 };
 

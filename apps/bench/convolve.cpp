@@ -40,33 +40,35 @@ double time_us(clockid_t clock) {
     return static_cast<double>(now.tv_sec) * 1e6 + static_cast<double>(now.tv_nsec) * 1e-3;
 }
 
-/// Blocks timed one by one, the least time that each took in any round: what others did to the
-/// machine meanwhile is left out, what the convolver does unevenly is not.
+/// Blocks timed in several rounds. The mean is that of the best round. The worst block is the worst
+/// of the least times that each block took in any round: what others did to the machine meanwhile is
+/// left out, what the convolver does unevenly is not.
 class BlockTimes {
  public:
-    explicit BlockTimes(std::size_t blocks) : least_us_(blocks, 1e9) {}
+    explicit BlockTimes(std::size_t blocks) : least_us_(blocks, kNever_us) {}
 
     void round(bool all_threads, std::size_t warm_up, const std::function<void()>& process) {
         const clockid_t clock = all_threads ? CLOCK_PROCESS_CPUTIME_ID : CLOCK_THREAD_CPUTIME_ID;
         for (std::size_t i = 0; i < warm_up; ++i) process();
-        double began_us = time_us(clock);
+        const double round_began_us = time_us(clock);
+        double began_us = round_began_us;
         for (double& least_us : least_us_) {
             process();
             const double ended_us = time_us(clock);
             least_us = std::min(least_us, ended_us - began_us);
             began_us = ended_us;
         }
+        mean_us_ = std::min(mean_us_,
+                            (began_us - round_began_us) / static_cast<double>(least_us_.size()));
     }
 
-    double mean_us() const {
-        double sum = 0;
-        for (const double us : least_us_) sum += us;
-        return sum / static_cast<double>(least_us_.size());
-    }
+    double mean_us() const { return mean_us_; }
     double worst_us() const { return *std::max_element(least_us_.begin(), least_us_.end()); }
 
  private:
+    static constexpr double kNever_us = 1e9;
     std::vector<double> least_us_;
+    double mean_us_ = kNever_us;
 };
 
 ConvolutionShape shape_of(const ConvolutionCase& c, bool half_precision) {
@@ -157,7 +159,7 @@ double read_time_us(double area_bytes, double bytes) {
             for (std::size_t k = 0; k < kLanes; ++k) sums[k] += area[i + k];
         }
         best_us = std::min(best_us, time_us(CLOCK_THREAD_CPUTIME_ID) - began_us);
-        sink = sums[0];
+        for (const float sum : sums) sink = sink + sum;
     }
     static_cast<void>(sink);
     return best_us * bytes / static_cast<double>(count * sizeof(float));

@@ -93,11 +93,13 @@ ExchangePlan::ExchangePlan(const std::vector<PartitionLevel>& levels, std::size_
                 fades.push_back({exchanges[k], fade_samples, k - 1, k});
             }
         } else {
-            const std::size_t last = exchanges.back() + level.size;
+            const std::size_t last = exchanges.back() + fade_samples + level.size;
             std::size_t newest = 0;
             for (std::size_t frame = 0; frame <= last; frame += level.size) {
                 const std::size_t before = newest;
-                while (newest + 1 < exchanges.size() && exchanges[newest + 1] <= frame) ++newest;
+                while (newest + 1 < exchanges.size() &&
+                       exchanges[newest + 1] + fade_samples <= frame)
+                    ++newest;
                 if (newest == before) continue;
                 fades.push_back({frame + level.size, level.size, before, newest});
             }

@@ -30,8 +30,8 @@ void run(Convolver& convolver, const Signals& inputs, Signals& outputs, std::siz
 double worst_error(const Signals& outputs, const ExactSignals& expected);
 
 /// What a convolver is to do when filters are exchanged: how much each filter weighs in the output
-/// of each level. The head fades from the exchange on. A tail takes the newest filter at the start
-/// of a frame, and fades over the frame after that.
+/// of each level. The head fades from the exchange on. A tail takes the newest filter that the head
+/// is done with at the start of a frame, and fades over the frame after that.
 class ExchangePlan {
  public:
     /// Filter k is given at sample exchanges[k], the first at 0, before the first sample.

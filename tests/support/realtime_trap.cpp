@@ -2,6 +2,7 @@
 
 #include <dlfcn.h>
 #include <pthread.h>
+#include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -14,16 +15,44 @@ namespace {
 
 thread_local bool trapped = false;
 thread_local RealtimeViolations seen;
+thread_local RealtimeViolations at_start;
+
+/// What the system has counted of this thread so far.
+RealtimeViolations counted_by_system() {
+    rusage usage{};
+    getrusage(RUSAGE_THREAD, &usage);
+    RealtimeViolations counted;
+    counted.page_faults = static_cast<std::uint64_t>(usage.ru_minflt + usage.ru_majflt);
+    counted.voluntary_switches = static_cast<std::uint64_t>(usage.ru_nvcsw);
+    return counted;
+}
 
 }  // namespace
 
+RealtimeViolations& RealtimeViolations::operator+=(const RealtimeViolations& other) {
+    allocations += other.allocations;
+    frees += other.frees;
+    locks += other.locks;
+    writes += other.writes;
+    page_faults += other.page_faults;
+    voluntary_switches += other.voluntary_switches;
+    return *this;
+}
+
 RealtimeTrap::RealtimeTrap() {
     seen = {};
+    at_start = counted_by_system();
     trapped = true;
 }
 RealtimeTrap::~RealtimeTrap() { trapped = false; }
 
-RealtimeViolations RealtimeTrap::violations() const { return seen; }
+RealtimeViolations RealtimeTrap::violations() const {
+    const RealtimeViolations now = counted_by_system();
+    RealtimeViolations all = seen;
+    all.page_faults = now.page_faults - at_start.page_faults;
+    all.voluntary_switches = now.voluntary_switches - at_start.voluntary_switches;
+    return all;
+}
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 

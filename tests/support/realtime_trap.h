@@ -10,13 +10,19 @@ struct RealtimeViolations {
     std::uint64_t frees = 0;
     std::uint64_t locks = 0;
     std::uint64_t writes = 0;
+    std::uint64_t page_faults = 0;
+    std::uint64_t voluntary_switches = 0;  ///< to another thread, by waiting
 
+    /// Of calls: what they do besides is counted only once.
     std::uint64_t total() const { return allocations + frees + locks + writes; }
+
+    RealtimeViolations& operator+=(const RealtimeViolations& other);
 };
 
 /// Counts, on the thread that made it and while it is alive, every call to malloc and its kin,
 /// free, pthread_mutex_lock and write in this program: linking realtime_trap.cpp puts them in place
-/// of the C library's. Traps do not nest.
+/// of the C library's. What the system counts of the thread, faults and switches, is counted from
+/// one trap to the end of it. Traps do not nest.
 class RealtimeTrap {
  public:
     RealtimeTrap();
