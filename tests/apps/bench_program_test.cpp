@@ -154,6 +154,32 @@ TEST_CASE("bench_smoke: trace compares whole frames with Embree alone") {
     }
 }
 
+TEST_CASE("bench_smoke: convolve has a row for each library, with and without exchange") {
+    const Folder folder;
+    REQUIRE(run(folder, "convolve --ir-length 0.05 --block 512 --rounds 1 --json " +
+                            folder.file("rows.json")) == 0);
+    const nlohmann::json document = nlohmann::json::parse(folder.read("rows.json"));
+    int exchanging = 0;
+    int prepared = 0;
+    for (const nlohmann::json& row : document.at("rows")) {
+        check_keys(row, {"bench", "scene", "basis", "library", "sources", "channels", "ir_s",
+                         "block", "mean_us", "ratio"});
+        CHECK(row["basis"] == "cpu");
+        CHECK(row["mean_us"].get<double>() > 0);
+        if (row["bench"] == "prepare") {
+            check_keys(row, {"changed", "fft_us"});
+            ++prepared;
+            continue;
+        }
+        check_keys(row, {"exchange_hz", "worst_us"});
+        if (row["library"] == "aula") CHECK(row["ratio"] == 1);
+        if (row["exchange_hz"] == 30) ++exchanging;
+    }
+    // Four numbers of sources and channels, two precisions; all, a fifth, nothing changed.
+    CHECK(exchanging == 8);
+    CHECK(prepared == 12);
+}
+
 TEST_CASE("bench_smoke: bad input is one line and exit code 2") {
     const Folder folder;
     const std::string still =
