@@ -4,19 +4,34 @@
 
 namespace aula {
 
-void ArrivalWindow::add_frame(const Vec3& source, const Vec3& listener, double travel_m,
-                              std::span<const Arrival> arrivals, int rays) {
-    if (frames_.size() == window_frames_) frames_.pop_front();
-    frames_.push_back({source, listener, travel_m, {arrivals.begin(), arrivals.end()}, rays});
-    while (!still_holds(frames_.front())) frames_.pop_front();
+void ArrivalWindow::advance(const State& now) {
+    now_ = now;
+    while (!frames_.empty() && !holds(frames_.front())) frames_.pop_front();
 }
 
-bool ArrivalWindow::still_holds(const Frame& frame) const {
-    const Frame& now = frames_.back();
-    const double moved_m = double{glm::distance(frame.source, now.source)} +
-                           double{glm::distance(frame.listener, now.listener)} + now.travel_m -
-                           frame.travel_m;
-    return moved_m <= double{reach_m_};
+double ArrivalWindow::moved_m(const Frame& frame) const {
+    const State& then = frame.state;
+    return double{glm::distance(then.source, now_.source)} +
+           double{glm::distance(then.listener, now_.listener)} + now_.travel_m - then.travel_m;
+}
+
+bool ArrivalWindow::holds(const Frame& frame) const {
+    const double moved = moved_m(frame);
+    return moved == 0 ||
+           (moved <= double{reach_m_} && now_.frame - frame.state.frame < window_frames_);
+}
+
+bool ArrivalWindow::settled() const { return frames_.empty() || moved_m(frames_.front()) == 0; }
+
+void ArrivalWindow::add(std::span<const Arrival> arrivals, int rays) {
+    if (frames_.empty() || frames_.back().state.frame != now_.frame) {
+        if (frames_.size() == window_frames_) frames_.pop_front();
+        frames_.push_back({now_, {}, 0});
+    }
+    Frame& frame = frames_.back();
+    frame.arrivals.insert(frame.arrivals.end(), arrivals.begin(), arrivals.end());
+    frame.rays += rays;
+    while (frames_.size() > 1 && memory_bytes() > memory_bytes_) frames_.pop_front();
 }
 
 void ArrivalWindow::add_to(EnergyResponse& response) const {
@@ -38,7 +53,7 @@ void ArrivalWindow::add_to(EnergyResponse& response) const {
 
 std::size_t ArrivalWindow::memory_bytes() const {
     std::size_t arrivals = 0;
-    for (const Frame& frame : frames_) arrivals += frame.arrivals.size();
+    for (const Frame& frame : frames_) arrivals += frame.arrivals.capacity();
     return arrivals * sizeof(Arrival);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <deque>
 #include <span>
 #include <vector>
@@ -9,19 +10,35 @@
 
 namespace aula {
 
-/// The arrivals of one source at one listener over the last frames, as they came: plain path
-/// tracing with a window of one frame, and the high specular orders of `patch`. Frames from which
-/// source, listener or scene have moved by more than `reach_m` together are left out. [propagation
-/// thread]
+/// The arrivals between one source and one listener over the last frames, as they came and
+/// whichever end the rays left from: plain path tracing with a window of one frame, and what no
+/// gather finds of `patch`. Frames from which source, listener or scene have moved by more than
+/// `reach_m` together are left out, and once anything has moved those older than the window.
+/// [propagation thread]
 class ArrivalWindow {
  public:
-    /// `window_frames` >= 1.
-    ArrivalWindow(int window_frames, float reach_m)
-        : window_frames_(static_cast<std::size_t>(window_frames)), reach_m_(reach_m) {}
+    /// What the arrivals of a frame depend on.
+    struct State {
+        std::uint64_t frame = 0;
+        Vec3 source{0};
+        Vec3 listener{0};
+        double travel_m = 0;  ///< how far anything in the scene has moved since the start
+    };
 
-    /// `travel_m`: how far anything in the scene has moved since the start.
-    void add_frame(const Vec3& source, const Vec3& listener, double travel_m,
-                   std::span<const Arrival> arrivals, int rays);
+    /// `window_frames` >= 1. What does not fit in `memory_bytes` is forgotten, oldest first.
+    ArrivalWindow(int window_frames, float reach_m, std::size_t memory_bytes)
+        : window_frames_(static_cast<std::size_t>(window_frames)),
+          reach_m_(reach_m),
+          memory_bytes_(memory_bytes) {}
+
+    /// Forgets what no longer holds. Call once for each frame, in order.
+    void advance(const State& now);
+
+    /// Takes arrivals of the present frame, after advance(); those of its rays from either end.
+    void add(std::span<const Arrival> arrivals, int rays);
+
+    /// True if every frame held is as the present one: none is from before a change.
+    bool settled() const;
 
     /// Adds the arrivals, each at its own delay, over the rays of their frames.
     void add_to(EnergyResponse& response) const;
@@ -30,16 +47,17 @@ class ArrivalWindow {
 
  private:
     struct Frame {
-        Vec3 source;
-        Vec3 listener;
-        double travel_m;
+        State state;
         std::vector<Arrival> arrivals;
-        int rays;
+        int rays = 0;
     };
-    bool still_holds(const Frame& frame) const;
+    double moved_m(const Frame& frame) const;
+    bool holds(const Frame& frame) const;
 
     std::size_t window_frames_;
     float reach_m_;
+    std::size_t memory_bytes_;
+    State now_;
     std::deque<Frame> frames_;
 };
 

@@ -30,7 +30,6 @@ struct MirrorRay {
     Vec3 first_direction{0};
     Bands weight = Bands::filled(1);
     float length_m = 0;
-    int order = 1;
     bool late = false;
     RandomStream random;
 };
@@ -41,7 +40,7 @@ std::size_t batch_count(const GatherSettings& settings) {
 
 /// Traces a batch wave by wave, a wave being the next segment of every ray; `sent` sees each.
 template <typename Sent>
-void trace_batch(const RayScene& scene, const PatchGrid& grid, const Vec3& listener,
+void trace_batch(const RayScene& scene, const PatchGrid& grid, const Vec3& receiver,
                  const GatherSettings& settings, std::uint64_t frame_seed, int batch,
                  std::vector<GatherHit>& out, const Sent& sent) {
     const ScrambledSobol sobol(derive_seed(frame_seed, 1));
@@ -49,7 +48,7 @@ void trace_batch(const RayScene& scene, const PatchGrid& grid, const Vec3& liste
     for (int i = batch * kBatchRays; i < std::min((batch + 1) * kBatchRays, settings.rays); ++i) {
         MirrorRay r;
         r.first_direction = uniform_direction(sobol.point(static_cast<std::uint32_t>(i)));
-        r.ray = {listener, r.first_direction, settings.max_length_m};
+        r.ray = {receiver, r.first_direction, settings.max_length_m};
         r.random = RandomStream(derive_seed(frame_seed, 2, i));
         r.late = static_cast<float>(i) < kLateShare * static_cast<float>(settings.rays);
         rays.push_back(r);
@@ -82,7 +81,7 @@ void trace_batch(const RayScene& scene, const PatchGrid& grid, const Vec3& liste
                 const float factor = 4 / (static_cast<float>(settings.rays) * area_m2);
                 out.push_back({patch, r.length_m, r.first_direction, r.weight * factor, r.late});
             }
-            if (settings.order > 0 && r.order == settings.order) continue;
+            if (!settings.mirrors) continue;
             r.weight *= complement(material.scattering) * complement(material.absorption);
             const float strongest = r.weight.max();
             if (!(strongest > 0)) continue;
@@ -91,7 +90,6 @@ void trace_batch(const RayScene& scene, const PatchGrid& grid, const Vec3& liste
                 if (!(r.random.uniform() < survival)) continue;
                 r.weight *= 1 / survival;
             }
-            ++r.order;
             r.ray = {point, mirror(direction, normal), settings.max_length_m - r.length_m};
             rays[alive++] = r;
         }
@@ -122,6 +120,7 @@ std::vector<Region> regions_of(const TimeBins& bins) {
 struct FloatRow {
     std::vector<float> energy;  // [bin][band]
     std::vector<float> sum;     // [bin], over bands
+    std::vector<float> moment;  // [bin][4], of a listener's cache
     Bands total;
     std::size_t first_bin = 0;
     std::size_t end_bin = 0;
@@ -145,6 +144,17 @@ void convert_row(const std::int64_t* sums, std::size_t first_bin, std::size_t en
         all += e;
     }
     store_bands(all, total.value.data());
+}
+
+/// Bins [first_bin, end_bin) of moments as floats.
+void convert_moments(const std::int64_t* moments, std::size_t first_bin, std::size_t end_bin,
+                     double scale, float* moment) {
+    for (std::size_t k = first_bin; k < end_bin; ++k) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            moment[k * 4 + axis] =
+                static_cast<float>(static_cast<double>(moments[k * 3 + axis]) * scale);
+        }
+    }
 }
 
 /// Adds `count` bins that are as wide as the output's: each leaves the share `stays` in the output
@@ -175,20 +185,39 @@ inline void add_equal_sums(const float* sum, std::size_t count, float stays, con
     store_four(load_four(out + count * 4) + passed, out + count * 4);
 }
 
+/// As add_equal_bins, of the three numbers of a direction and a fourth that is 0.
+inline void add_equal_moments(const float* in, std::size_t count, float stays, const float* weight,
+                              float* out) {
+    const FourVector keep = stays * load_four(weight);
+    const FourVector pass = (1 - stays) * load_four(weight);
+    FourVector passed{};
+    for (std::size_t k = 0; k < count; ++k) {
+        const FourVector here = load_four(in + k * 4);
+        store_four(load_four(out + k * 4) + keep * here + passed, out + k * 4);
+        passed = pass * here;
+    }
+    store_four(load_four(out + count * 4) + passed, out + count * 4);
+}
+
 /// Adds bins [bin, end) of one width, of which the first begins `x` of an output bin after the
 /// start of output bin `out`, until the output's width changes at out_end. An output bin is
-/// 1 / `ratio` times as wide, `ratio` <= 1. Energy is uniform in time inside a bin: the share
+/// 1 / `ratio` times as wide, `ratio` <= 1. `direction` multiplies the moments, if given, or else
+/// the sums. Energy is uniform in time inside a bin: the share
 /// before the next output edge stays, the rest goes on. Returns the bin after the last one added.
 AULA_MULTIVERSION
-std::size_t add_bins(const float* energy, const float* sum, std::size_t bin, std::size_t end,
-                     float ratio, const float* weight, const float* direction, float x,
-                     std::size_t out, std::size_t out_end, float* out_energy,
+std::size_t add_bins(const float* energy, const float* sum, const float* moment, std::size_t bin,
+                     std::size_t end, float ratio, const float* weight, const float* direction,
+                     float x, std::size_t out, std::size_t out_end, float* out_energy,
                      float* out_direction) {
     if (ratio > 0.999F) {
         const std::size_t count = std::min(end - bin, out_end - out);
         add_equal_bins(energy + bin * kBandCount, count, 1 - x, weight,
                        out_energy + out * kBandCount);
-        add_equal_sums(sum + bin, count, 1 - x, direction, out_direction + out * 4);
+        if (moment) {
+            add_equal_moments(moment + bin * 4, count, 1 - x, direction, out_direction + out * 4);
+        } else {
+            add_equal_sums(sum + bin, count, 1 - x, direction, out_direction + out * 4);
+        }
         return bin + count;
     }
     const BandVector weights = load_bands(weight);
@@ -200,7 +229,8 @@ std::size_t add_bins(const float* energy, const float* sum, std::size_t bin, std
         float* to = out_energy + out * kBandCount;
         store_bands(load_bands(to) + stays * e, to);
         store_bands(load_bands(to + kBandCount) + goes * e, to + kBandCount);
-        const FourVector d = directions * sum[bin];
+        const FourVector d =
+            moment ? directions * load_four(moment + bin * 4) : directions * sum[bin];
         float* towards = out_direction + out * 4;
         store_four(load_four(towards) + stays * d, towards);
         store_four(load_four(towards + 4) + goes * d, towards + 4);
@@ -222,9 +252,9 @@ void add_row(const FloatRow& row, std::size_t first_bin, std::size_t end_bin, fl
     float weighted = 0;
     for (std::size_t b = 0; b < kBandCount; ++b) weighted += weight[b] * row.total[b];
     const float mean_weight = weighted / row.total.sum();
-    const std::array<float, 4> direction{hit.direction.x * mean_weight,
-                                         hit.direction.y * mean_weight,
-                                         hit.direction.z * mean_weight, 0};
+    const bool directed = !row.moment.empty();
+    const Vec3 mean = directed ? Vec3(mean_weight) : hit.direction * mean_weight;
+    const std::array<float, 4> direction{mean.x, mean.y, mean.z, 0};
     for (const Region& in : regions) {
         std::size_t bin = std::max(first_bin, in.first_bin);
         const std::size_t end = std::min(end_bin, in.end_bin);
@@ -236,7 +266,8 @@ void add_row(const FloatRow& row, std::size_t first_bin, std::size_t end_bin, fl
                                              [&](const Region& r) { return out < r.end_bin; });
             const auto x =
                 static_cast<float>((begin_s - bins.begin_s(out)) / double{region->width_s});
-            bin = add_bins(row.energy.data(), row.sum.data(), bin, end,
+            bin = add_bins(row.energy.data(), row.sum.data(),
+                           directed ? row.moment.data() : nullptr, bin, end,
                            in.width_s / region->width_s, weight.value.data(), direction.data(), x,
                            out, region->end_bin, partial.energy.data(), partial.direction.data());
         }
@@ -253,7 +284,7 @@ std::vector<GatherHit> trace_gather(const RayScene& scene, const PatchGrid& grid
     std::vector<std::vector<GatherHit>> found(batches);
     std::vector<std::uint64_t> counts(batches, 0);
     workers.run(batches, [&](std::size_t i) {
-        trace_batch(scene, grid, listener, settings, frame_seed, static_cast<int>(i), found[i],
+        trace_batch(scene, grid, receiver, settings, frame_seed, static_cast<int>(i), found[i],
                     [&](const std::vector<Ray>& wave) { counts[i] += wave.size(); });
     });
     std::vector<GatherHit> hits;
@@ -267,24 +298,24 @@ std::vector<GatherHit> trace_gather(const RayScene& scene, const PatchGrid& grid
     return hits;
 }
 
-std::vector<Ray> gather_rays(const RayScene& scene, const PatchGrid& grid, const Vec3& listener,
+std::vector<Ray> gather_rays(const RayScene& scene, const PatchGrid& grid, const Vec3& receiver,
                              const GatherSettings& settings, std::uint64_t frame_seed) {
     std::vector<Ray> all;
     std::vector<GatherHit> unused;
     for (std::size_t i = 0; i < batch_count(settings); ++i) {
         trace_batch(
-            scene, grid, listener, settings, frame_seed, static_cast<int>(i), unused,
+            scene, grid, receiver, settings, frame_seed, static_cast<int>(i), unused,
             [&](const std::vector<Ray>& wave) { all.insert(all.end(), wave.begin(), wave.end()); });
     }
     return all;
 }
 
-void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, WorkerPool& workers,
-                  EnergyResponse& response) {
+void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, double share,
+                  WorkerPool& workers, EnergyResponse& response) {
     if (cache.emitted() == 0) return;
     const TimeBins& bins = response.bins;
     const std::vector<Region> regions = regions_of(bins);
-    const double scale = PatchCache::kUnit / static_cast<double>(cache.emitted());
+    const double scale = share * PatchCache::kUnit / static_cast<double>(cache.emitted());
     std::vector<Partial> partials(kChunks);
     workers.run(kChunks, [&](std::size_t chunk) {
         Partial& partial = partials[chunk];
@@ -293,6 +324,7 @@ void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, W
         FloatRow row;
         row.energy.resize(bins.count() * kBandCount);
         row.sum.resize(bins.count());
+        if (cache.directed()) row.moment.resize(bins.count() * 4);
         const std::size_t late_bin = bins.index(kLate_s);
         std::uint32_t present = PatchGrid::kNone;
         for (std::size_t i = hits.size() * chunk / kChunks; i < hits.size() * (chunk + 1) / kChunks;
@@ -312,6 +344,10 @@ void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, W
             if (row.end_bin < end_bin) {
                 convert_row(source.sum.get(), row.end_bin, end_bin, scale, row.energy.data(),
                             row.sum.data(), row.total);
+                if (cache.directed()) {
+                    convert_moments(source.moment.get(), row.end_bin, end_bin, scale,
+                                    row.moment.data());
+                }
                 row.end_bin = end_bin;
             }
             if (!(row.total.sum() > 0)) continue;

@@ -11,37 +11,39 @@
 
 namespace aula {
 
-/// A ray from the listener that met a patch: what the patch radiates is heard with this weight,
-/// this much later, from this direction.
+/// A ray from a receiver that met a patch: what the patch radiates arrives with this weight, this
+/// much later, from this direction.
 struct GatherHit {
     std::uint32_t patch = 0;
     float length_m = 0;
-    Vec3 direction{0};  ///< unit, from the listener
+    Vec3 direction{0};  ///< unit, from the receiver
     Bands weight;       ///< 4 / (M A) * mirror legs * air, 1/m2
     bool late = false;  ///< of the rays that stand for all in the late part of the response
 };
 
 struct GatherSettings {
-    int rays = 1024;  ///< M
-    int order = 0;    ///< highest reflection order, the patch's own included; 0: no limit
+    int rays = 1024;      ///< M
+    bool mirrors = true;  ///< rays go on as mirror rays
     float max_length_m = 343;
     Bands attenuation_per_m;
 };
 
-/// Traces M low-discrepancy rays from a listener; at partly specular surfaces they go on as mirror
-/// rays. Hits come sorted by patch,
-/// late ones first. Adds to `segments`. [propagation thread]
+/// Traces M low-discrepancy rays from a receiver, the listener or, where a listener emits, a
+/// source; at partly specular surfaces they go on as mirror rays. Hits come sorted by patch, late
+/// ones first. Adds to `segments`. [propagation thread]
 std::vector<GatherHit> trace_gather(const RayScene& scene, const PatchGrid& grid,
-                                    const Vec3& listener, const GatherSettings& settings,
+                                    const Vec3& receiver, const GatherSettings& settings,
                                     std::uint64_t frame_seed, WorkerPool& workers,
                                     std::uint64_t& segments);
 
 /// The rays that trace_gather sends, batch after batch, to be traced elsewhere.
-std::vector<Ray> gather_rays(const RayScene& scene, const PatchGrid& grid, const Vec3& listener,
+std::vector<Ray> gather_rays(const RayScene& scene, const PatchGrid& grid, const Vec3& receiver,
                              const GatherSettings& settings, std::uint64_t frame_seed);
 
-/// Adds what the patches radiate to a response. [propagation thread]
-void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, WorkerPool& workers,
-                  EnergyResponse& response);
+/// Adds `share` times what the patches radiate to a response. Directions are those in which sound
+/// comes to the listener: the hits' own, or, if the cache is a listener's, what it keeps.
+/// [propagation thread]
+void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, double share,
+                  WorkerPool& workers, EnergyResponse& response);
 
 }  // namespace aula

@@ -1,6 +1,7 @@
 #include "engine/patch_cache.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
 
@@ -8,143 +9,203 @@ namespace aula {
 
 namespace {
 
-/// 2^22 rays leave less noise than the gather has, and their sums stay below 2^63 in units of
-/// 2^-34 even where each ray meets a patch a hundred times in one bin.
-constexpr std::uint64_t kMostRays = 1ULL << 22;
+/// 2^20 rays leave less noise than the gather has, and their sums stay below 2^63 in units of
+/// 2^-34 even where each ray meets a patch four hundred times in one bin.
+constexpr std::uint64_t kMostRays = 1ULL << 20;
 
-/// A frame holds while source and scene are within this share of the patch size of where they were
+/// A frame holds while emitter and scene are within this share of the patch size of where they were
 /// then. At 1.5 m/s, 30 frames a second and patches of 0.5 m that is four frames, which is where
 /// tracking errors of a walking source are least.
 constexpr double kReach = 0.4;
 
-/// Fewer frames are never kept, but after a jump.
-constexpr std::size_t kLeastFrames = 2;
+/// The frame before is kept in any case, but after a jump.
 constexpr double kJump_m = 1;
+
+constexpr std::size_t kAxes = 3;
 
 }  // namespace
 
+double PatchCache::State::moved_m(const State& older) const {
+    return double{glm::distance(emitter, older.emitter)} + travel_m - older.travel_m;
+}
+
 PatchCache::PatchCache(std::size_t bin_count, int window_frames, float patch_size_m,
-                       std::size_t log_bytes)
+                       std::size_t memory_bytes, bool directed)
     : bin_count_(bin_count),
       window_frames_(static_cast<std::size_t>(window_frames)),
       patch_size_m_(patch_size_m),
-      log_bytes_(log_bytes) {}
+      memory_bytes_(memory_bytes),
+      directed_(directed) {}
 
-std::size_t PatchCache::Frame::bytes() const {
-    std::size_t count = 0;
-    for (const auto& batch : deposits) count += batch.size();
-    return count * sizeof(Deposit);
+std::size_t PatchCache::row_bytes(std::size_t bin_count, bool directed) {
+    return bin_count * (kBandCount + (directed ? kAxes : 0)) * sizeof(std::int64_t);
 }
 
-bool PatchCache::complete(const Vec3& source, double travel_m) const {
-    return emitted_ >= kMostRays && !log_.empty() && log_.back().source == source &&
-           log_.back().travel_m == travel_m;
-}
-
-void PatchCache::add_frame(const Vec3& source, double travel_m, int rays, std::size_t patch_count,
-                           std::span<TraceBatch> batches, WorkerPool& workers) {
-    if (rows_.size() < patch_count) rows_.resize(patch_count);
-    Frame frame{source, travel_m, static_cast<std::uint64_t>(rays), {}};
-    frame.deposits = std::move(spare_);
-    frame.deposits.resize(batches.size());
-    for (std::size_t i = 0; i < batches.size(); ++i) {
-        std::swap(frame.deposits[i], batches[i].deposits);
+std::size_t PatchCache::bytes_of(const std::vector<Batch>& batches) {
+    std::size_t sum = 0;
+    for (const Batch& batch : batches) {
+        sum += batch.deposits.capacity() * sizeof(Deposit) +
+               batch.departures.capacity() * sizeof(Vec3);
     }
-    const bool changed =
-        !log_.empty() && (log_.back().source != source || log_.back().travel_m != travel_m);
-    unchanged_frames_ = changed ? 1 : unchanged_frames_ + 1;
-    log_.push_back(std::move(frame));
-    apply(log_.back(), 1, workers);
-    ++summed_frames_;
+    return sum;
+}
 
-    if (unchanged_frames_ < summed_frames_) {
-        const std::size_t keep = frames_that_hold();
-        if (summed_frames_ > log_.size()) {
-            // Older frames than the log holds are in the sums: begin anew with those that stay.
-            for (Row& row : rows_) {
-                if (row.sum) std::fill_n(row.sum.get(), bin_count_ * kBandCount, 0);
-                row.first_bin = ~0U;
-                row.end_bin = 0;
-            }
-            emitted_ = 0;
-            for (std::size_t i = log_.size() - keep; i < log_.size(); ++i) {
-                apply(log_[i], 1, workers);
-            }
-        } else {
-            for (std::size_t i = log_.size() - summed_frames_; i < log_.size() - keep; ++i) {
-                apply(log_[i], -1, workers);
-            }
+bool PatchCache::complete() const { return emitted_ >= kMostRays && settled(); }
+
+void PatchCache::advance(const State& now, WorkerPool& workers) {
+    const bool changed = now.changed_since(now_);
+    now_ = now;
+    if (summed_frames_ == 0) return;
+    if (changed) fresh_frames_ = 0;
+    // Of the frames from before the last change the oldest go first.
+    std::size_t keep = fresh_frames_;
+    while (keep < std::min(summed_frames_, log_.size()) && holds(log_[log_.size() - 1 - keep])) {
+        ++keep;
+    }
+    if (keep < summed_frames_) keep_newest(keep, workers);
+}
+
+bool PatchCache::holds(const Frame& frame) const {
+    const std::uint64_t age = now_.frame - frame.state.frame;
+    if (age >= window_frames_) return false;
+    const double moved_m = now_.moved_m(frame.state);
+    return moved_m <= kReach * double{patch_size_m_} || (age == 1 && moved_m <= kJump_m);
+}
+
+void PatchCache::keep_newest(std::size_t frames, WorkerPool& workers) {
+    if (summed_frames_ <= log_.size()) {
+        for (std::size_t i = log_.size() - summed_frames_; i < log_.size() - frames; ++i) {
+            apply(log_[i], -1, workers);
         }
-        summed_frames_ = keep;
+    } else {
+        // Older frames than the log holds are in the sums: begin anew with those that stay.
+        for (Row& row : rows_) {
+            if (row.deposits == 0) continue;
+            std::fill_n(row.sum.get(), bin_count_ * kBandCount, 0);
+            if (directed_) std::fill_n(row.moment.get(), bin_count_ * kAxes, 0);
+            row.deposits = 0;
+            row.first_bin = ~0U;
+            row.end_bin = 0;
+        }
+        emitted_ = 0;
+        for (std::size_t i = log_.size() - frames; i < log_.size(); ++i) {
+            apply(log_[i], 1, workers);
+        }
     }
-
-    std::size_t bytes = 0;
-    std::size_t kept = 0;
-    for (auto logged = log_.rbegin(); logged != log_.rend() && kept < window_frames_; ++logged) {
-        bytes += logged->bytes();
-        if (kept > 0 && bytes > log_bytes_) break;
-        ++kept;
+    summed_frames_ = frames;
+    fresh_frames_ = std::min(fresh_frames_, frames);
+    if (frames < log_.size()) spare_ = std::move(log_.front().batches);
+    log_.erase(log_.begin(), log_.end() - static_cast<std::ptrdiff_t>(frames));
+    if (frames == 0) {
+        rows_.clear();
+        allocated_rows_ = 0;
     }
-    if (kept < log_.size()) spare_ = std::move(log_.front().deposits);
-    log_.erase(log_.begin(), log_.end() - static_cast<std::ptrdiff_t>(kept));
 }
 
-/// The number of newest logged frames that still hold for the newest one's source and scene.
-std::size_t PatchCache::frames_that_hold() const {
-    const Frame& now = log_.back();
-    const std::size_t most = std::min({log_.size(), window_frames_, summed_frames_});
-    std::size_t keep = 1;
-    for (; keep < most; ++keep) {
-        const Frame& older = log_[log_.size() - 1 - keep];
-        const double moved_m =
-            double{glm::distance(older.source, now.source)} + now.travel_m - older.travel_m;
-        if (moved_m > kJump_m) break;
-        if (keep >= kLeastFrames && moved_m > kReach * double{patch_size_m_}) break;
+void PatchCache::add_frame(int rays, std::size_t patch_count, std::span<TraceBatch> batches,
+                           WorkerPool& workers) {
+    if (rows_.size() < patch_count) rows_.resize(patch_count);
+    Frame frame{now_, static_cast<std::uint64_t>(rays), std::move(spare_)};
+    frame.batches.resize(batches.size());
+    for (std::size_t i = 0; i < batches.size(); ++i) {
+        std::swap(frame.batches[i].deposits, batches[i].deposits);
+        if (directed_) std::swap(frame.batches[i].departures, batches[i].departures);
     }
-    return keep;
+    apply(frame, 1, workers);
+    log_.push_back(std::move(frame));
+    ++summed_frames_;
+    ++fresh_frames_;
+    // While nothing changes a frame from before the change makes room for each new one: the window
+    // grows with those alone that are right.
+    if (fresh_frames_ == 1) window_then_ = summed_frames_;
+    const std::size_t most = std::max(fresh_frames_, window_then_);
+    if (summed_frames_ > most) keep_newest(std::min(most, log_.size()), workers);
+    trim_log();
+}
+
+/// Forgets logged frames that nothing will ask for, and the oldest that do not fit in memory. What
+/// is forgotten of the sums' frames can no longer be taken out: a change then begins anew.
+void PatchCache::trim_log() {
+    if (log_.size() > window_frames_) {
+        spare_ = std::move(log_.front().batches);
+        log_.pop_front();
+    }
+    std::size_t bytes = table_bytes() + bytes_of(spare_);
+    std::size_t kept = 0;
+    for (; kept < log_.size(); ++kept) {
+        bytes += bytes_of(log_[log_.size() - 1 - kept].batches);
+        if (bytes > memory_bytes_) break;
+    }
+    log_.erase(log_.begin(), log_.end() - static_cast<std::ptrdiff_t>(kept));
 }
 
 void PatchCache::apply(const Frame& frame, std::int64_t sign, WorkerPool& workers) {
     // Each job owns the patches of one residue: no two threads touch one row.
     const auto jobs = static_cast<std::size_t>(workers.threads());
+    std::vector<std::size_t> allocated(jobs, 0);
     workers.run(jobs, [&](std::size_t job) {
-        for (const auto& batch : frame.deposits) {
-            for (std::size_t i = 0; i < batch.size(); ++i) {
+        for (const Batch& batch : frame.batches) {
+            const std::vector<Deposit>& deposits = batch.deposits;
+            for (std::size_t i = 0; i < deposits.size(); ++i) {
                 // Sums lie scattered in memory: ask for those that come soon.
                 if (const std::size_t soon = i + 8;
-                    soon < batch.size() && batch[soon].patch % jobs == job) {
-                    const auto& sum = rows_[batch[soon].patch].sum;
-                    if (sum) __builtin_prefetch(&sum[batch[soon].bin * kBandCount], 1);
+                    soon < deposits.size() && deposits[soon].patch % jobs == job) {
+                    const auto& sum = rows_[deposits[soon].patch].sum;
+                    if (sum) __builtin_prefetch(&sum[deposits[soon].bin * kBandCount], 1);
                 }
-                const Deposit& deposit = batch[i];
+                const Deposit& deposit = deposits[i];
                 if (deposit.patch % jobs != job) continue;
                 Row& row = rows_[deposit.patch];
                 if (!row.sum) {
                     row.sum = std::make_unique<std::int64_t[]>(bin_count_ * kBandCount);
+                    if (directed_)
+                        row.moment = std::make_unique<std::int64_t[]>(bin_count_ * kAxes);
+                    ++allocated[job];
                 }
-                row.first_bin = std::min(row.first_bin, deposit.bin);
-                row.end_bin = std::max(row.end_bin, deposit.bin + 1);
-                std::int64_t* sum = &row.sum[deposit.bin * kBandCount];
-                for (std::size_t b = 0; b < kBandCount; ++b) {
-                    sum[b] += sign * std::llrint(double{deposit.energy[b]} / kUnit);
-                }
+                add(deposit, directed_ ? batch.departures[deposit.ray] : Vec3(0), sign);
             }
         }
     });
+    for (const std::size_t more : allocated) allocated_rows_ += more;
     emitted_ += static_cast<std::uint64_t>(sign) * frame.rays;
+}
+
+void PatchCache::add(const Deposit& deposit, const Vec3& departure, std::int64_t sign) {
+    Row& row = rows_[deposit.patch];
+    row.deposits += static_cast<std::uint64_t>(sign);
+    if (row.deposits == 0) {
+        // The last one is taken out: what is left is zero everywhere.
+        row.first_bin = ~0U;
+        row.end_bin = 0;
+    } else {
+        row.first_bin = std::min<std::uint32_t>(row.first_bin, deposit.bin);
+        row.end_bin = std::max<std::uint32_t>(row.end_bin, deposit.bin + 1U);
+    }
+    std::int64_t* sum = &row.sum[deposit.bin * kBandCount];
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        sum[b] += sign * std::llrint(double{deposit.energy[b]} / kUnit);
+    }
+    if (!directed_) return;
+    double energy = 0;
+    for (const float e : deposit.energy) energy += double{e};
+    std::int64_t* moment = &row.moment[deposit.bin * kAxes];
+    for (int axis = 0; axis < 3; ++axis) {
+        moment[axis] += sign * std::llrint(energy * double{departure[axis]} / kUnit);
+    }
 }
 
 std::size_t PatchCache::occupied() const {
     return static_cast<std::size_t>(
-        std::count_if(rows_.begin(), rows_.end(), [](const Row& row) { return row.end_bin > 0; }));
+        std::count_if(rows_.begin(), rows_.end(), [](const Row& row) { return row.deposits > 0; }));
+}
+
+std::size_t PatchCache::table_bytes() const {
+    return rows_.capacity() * sizeof(Row) + allocated_rows_ * row_bytes(bin_count_, directed_);
 }
 
 std::size_t PatchCache::memory_bytes() const {
-    std::size_t bytes = rows_.size() * sizeof(Row);
-    for (const Row& row : rows_) {
-        if (row.sum) bytes += bin_count_ * kBandCount * sizeof(std::int64_t);
-    }
-    for (const Frame& frame : log_) bytes += frame.bytes();
+    std::size_t bytes = table_bytes() + bytes_of(spare_);
+    for (const Frame& frame : log_) bytes += bytes_of(frame.batches);
     return bytes;
 }
 

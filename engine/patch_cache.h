@@ -11,39 +11,66 @@
 
 namespace aula {
 
-/// The energy that every patch radiates for one source, B(patch, arrival-time bin), whoever
-/// listens. While neither source nor scene changes it gathers for ever; once something has changed
-/// it keeps a window of frames: none older than tau, none from which the source or the scene has
-/// moved far against the patch size. Sums are 64-bit fixed point, so that removing is exact.
+/// The energy that every patch radiates for one emitter, B(patch, arrival-time bin), whoever is at
+/// the other end. For a listener it keeps the arrival direction, too: that in which the rays left.
+/// While neither emitter nor scene changes it gathers for ever; once something has changed it keeps
+/// a window of frames: none older than tau, none from which the emitter or the scene has moved far
+/// against the patch size. Sums are 64-bit fixed point, so that removing is exact.
 /// [propagation thread]
 class PatchCache {
  public:
     /// Energies are sums in units of 2^-34 of a ray's energy.
     static constexpr double kUnit = 0x1p-34;
 
-    /// The radiated energy of one patch: [bin][band], zero outside [first_bin, end_bin).
+    /// What the rays of a frame depend on.
+    struct State {
+        std::uint64_t frame = 0;
+        Vec3 emitter{0};
+        double travel_m = 0;  ///< how far anything in the scene has moved since the start
+
+        bool changed_since(const State& older) const {
+            return emitter != older.emitter || travel_m != older.travel_m;
+        }
+        double moved_m(const State& older) const;
+    };
+
+    /// The radiated energy of one patch, zero outside [first_bin, end_bin).
     struct Row {
-        std::unique_ptr<std::int64_t[]> sum;
+        std::unique_ptr<std::int64_t[]> sum;     ///< [bin][band]
+        std::unique_ptr<std::int64_t[]> moment;  ///< [bin][axis] energy of all bands times the
+                                                 ///< unit direction; none for a source
+        std::uint64_t deposits = 0;
         std::uint32_t first_bin = ~0U;
         std::uint32_t end_bin = 0;
     };
 
-    /// `window_frames` is F >= 1. Frames are logged, to be taken out again, in `log_bytes`.
-    PatchCache(std::size_t bin_count, int window_frames, float patch_size_m, std::size_t log_bytes);
+    /// `window_frames` is F >= 1. Frames are logged, to be taken out again, in what the sums leave
+    /// of `memory_bytes`. `directed`: keeps moments.
+    PatchCache(std::size_t bin_count, int window_frames, float patch_size_m,
+               std::size_t memory_bytes, bool directed = false);
     PatchCache(PatchCache&&) = default;
     PatchCache& operator=(PatchCache&&) = default;
 
-    /// True once so many rays have been gathered that more would change nothing.
-    bool complete(const Vec3& source, double travel_m) const;
+    /// Bytes of one patch's row.
+    static std::size_t row_bytes(std::size_t bin_count, bool directed);
 
-    /// Takes the deposits of one frame, for a source position and the distance that anything in
-    /// the scene has moved since the start. Takes the batches' deposits over; what is left in them
-    /// is to be cleared.
-    void add_frame(const Vec3& source, double travel_m, int rays, std::size_t patch_count,
-                   std::span<TraceBatch> batches, WorkerPool& workers);
+    /// True once so many rays have been gathered that more would change nothing.
+    bool complete() const;
+
+    /// True if every frame held is as the present one: none is from before a change.
+    bool settled() const { return fresh_frames_ == summed_frames_; }
+
+    /// Forgets what no longer holds. Call once for each frame, in order.
+    void advance(const State& now, WorkerPool& workers);
+
+    /// Takes the deposits of one frame, after advance(). Takes the batches' memory over; what is
+    /// left in them is to be cleared.
+    void add_frame(int rays, std::size_t patch_count, std::span<TraceBatch> batches,
+                   WorkerPool& workers);
 
     const Row& row(std::uint32_t patch) const { return rows_[patch]; }
     std::size_t row_count() const { return rows_.size(); }
+    bool directed() const { return directed_; }
 
     /// Rays of the frames that the sums hold.
     std::uint64_t emitted() const { return emitted_; }
@@ -52,27 +79,37 @@ class PatchCache {
     std::size_t memory_bytes() const;
 
  private:
-    struct Frame {
-        Vec3 source{0};
-        double travel_m = 0;
-        std::uint64_t rays = 0;
-        std::vector<std::vector<Deposit>> deposits;
-
-        std::size_t bytes() const;
+    struct Batch {
+        std::vector<Deposit> deposits;
+        std::vector<Vec3> departures;
     };
+    struct Frame {
+        State state;
+        std::uint64_t rays = 0;
+        std::vector<Batch> batches;
+    };
+    static std::size_t bytes_of(const std::vector<Batch>& batches);
     void apply(const Frame& frame, std::int64_t sign, WorkerPool& workers);
-    std::size_t frames_that_hold() const;
+    void add(const Deposit& deposit, const Vec3& departure, std::int64_t sign);
+    void keep_newest(std::size_t frames, WorkerPool& workers);
+    bool holds(const Frame& frame) const;
+    void trim_log();
+    std::size_t table_bytes() const;
 
     std::size_t bin_count_;
     std::size_t window_frames_;
     float patch_size_m_;
-    std::size_t log_bytes_;
+    std::size_t memory_bytes_;
+    bool directed_;
+    State now_;
     std::vector<Row> rows_;
     std::uint64_t emitted_ = 0;
-    std::size_t summed_frames_ = 0;            ///< frames that the sums hold, the newest ones
-    std::size_t unchanged_frames_ = 0;         ///< newest frames with one source position and scene
-    std::vector<std::vector<Deposit>> spare_;  ///< memory of a forgotten frame
-    std::deque<Frame> log_;                    ///< newest last; may be shorter than summed_frames_
+    std::size_t allocated_rows_ = 0;
+    std::size_t summed_frames_ = 0;  ///< frames that the sums hold, the newest ones
+    std::size_t fresh_frames_ = 0;   ///< of them, those since emitter and scene last changed
+    std::size_t window_then_ = 0;    ///< frames that the sums held right after that change
+    std::vector<Batch> spare_;       ///< memory of a forgotten frame
+    std::deque<Frame> log_;          ///< newest last; may be shorter than summed_frames_
 };
 
 }  // namespace aula

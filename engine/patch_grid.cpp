@@ -396,6 +396,7 @@ PatchGrid::PatchGrid(const RayScene& scene, float patch_size_m, std::span<const 
 }
 
 PatchGrid::~PatchGrid() = default;
+PatchGrid::PatchGrid(PatchGrid&&) noexcept = default;
 
 void PatchGrid::scene_moved() {
     std::vector<std::uint32_t> moving;

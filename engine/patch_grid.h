@@ -25,6 +25,7 @@ class PatchGrid {
     PatchGrid(const RayScene& scene, float patch_size_m, std::span<const Vec3> inside,
               std::uint64_t seed, WorkerPool& workers);
     ~PatchGrid();
+    PatchGrid(PatchGrid&&) noexcept;
 
     /// The patch of a point (off the surface by RayScene::kOffset_m) with its facing normal, or
     /// kNone.

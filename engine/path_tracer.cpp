@@ -25,16 +25,16 @@ PathTracer::PathTracer(const RayScene& scene, const PatchGrid& grid, const TimeB
                        const TraceSettings& settings)
     : scene_(scene), grid_(&grid), bins_(&bins), settings_(settings) {}
 
-void PathTracer::trace(std::size_t source, const Vec3& position, std::span<const Vec3> listeners,
+void PathTracer::trace(const Emitter& emitter, std::span<const Vec3> receivers,
                        std::uint64_t frame_seed, int batch, TraceBatch& out) const {
-    trace_waves(source, position, listeners, frame_seed, batch, out, [](const PathWave&) {});
+    trace_waves(emitter, receivers, frame_seed, batch, out, [](const PathWave&) {});
 }
 
-std::vector<Ray> PathTracer::rays(std::size_t source, const Vec3& position,
-                                  std::uint64_t frame_seed, int batch) const {
+std::vector<Ray> PathTracer::rays(const Emitter& emitter, std::uint64_t frame_seed,
+                                  int batch) const {
     std::vector<Ray> all;
     TraceBatch unused;
-    trace_waves(source, position, {}, frame_seed, batch, unused, [&](const PathWave& wave) {
+    trace_waves(emitter, {}, frame_seed, batch, unused, [&](const PathWave& wave) {
         for (std::size_t i = 0; i < wave.count; ++i) {
             all.push_back({wave.rays.origin.at(i), wave.rays.direction.at(i), wave.rays.max_m[i]});
         }
@@ -42,8 +42,8 @@ std::vector<Ray> PathTracer::rays(std::size_t source, const Vec3& position,
     return all;
 }
 
-std::vector<PathLine> PathTracer::lines(std::size_t source, const Vec3& position,
-                                        std::uint64_t frame_seed, int count, int order) const {
+std::vector<PathLine> PathTracer::lines(const Emitter& emitter, std::uint64_t frame_seed, int count,
+                                        int order) const {
     constexpr float kIntoTheOpen_m = 3;
     std::vector<PathLine> all;
     TraceBatch unused;
@@ -52,10 +52,10 @@ std::vector<PathLine> PathTracer::lines(std::size_t source, const Vec3& position
     const auto most = static_cast<std::size_t>(std::max(0, count));
     for (int batch = 0; batch < batch_count() && all.size() < most; ++batch) {
         wave.count = 0;
-        start(source, position, frame_seed, batch, wave);
+        start(emitter, frame_seed, batch, wave, unused);
         wave.count = std::min(wave.count, most - all.size());
         const std::size_t first = all.size();
-        all.resize(first + wave.count, PathLine{{position}, {1}});
+        all.resize(first + wave.count, PathLine{{emitter.position}, {1}});
         for (int k = 0; k < order && wave.count > 0; ++k) {
             scene_.intersect(wave.rays, wave.count, wave.hits);
             for (std::size_t i = wave.count; i-- > 0;) {
@@ -80,17 +80,17 @@ std::vector<PathLine> PathTracer::lines(std::size_t source, const Vec3& position
 
 /// Traces a batch wave by wave, a wave being the next segment of every path; `sent` sees each.
 template <typename Sent>
-void PathTracer::trace_waves(std::size_t source, const Vec3& position,
-                             std::span<const Vec3> listeners, std::uint64_t frame_seed, int batch,
-                             TraceBatch& out, const Sent& sent) const {
+void PathTracer::trace_waves(const Emitter& emitter, std::span<const Vec3> receivers,
+                             std::uint64_t frame_seed, int batch, TraceBatch& out,
+                             const Sent& sent) const {
     const auto memory = std::make_unique<PathWave>();
     PathWave& wave = *memory;
-    start(source, position, frame_seed, batch, wave);
+    start(emitter, frame_seed, batch, wave, out);
     for (int order = 0; wave.count > 0; ++order) {
         scene_.intersect(wave.rays, wave.count, wave.hits);
         sent(wave);
         out.segments += wave.count;
-        collect_arrivals(wave, order, listeners, out);
+        collect_arrivals(wave, order, emitter, receivers, out);
         if (settings_.order > 0 && order == settings_.order) break;
         for (std::size_t i = wave.count; i-- > 0;) {
             if (wave.hits.triangle[i] == kNoTriangle) wave.remove(i);
@@ -121,49 +121,54 @@ void PathTracer::reflect(PathWave& wave, TraceBatch& out) const {
     wave.leave(settings_.max_length_m);
 }
 
-void PathTracer::start(std::size_t source, const Vec3& position, std::uint64_t frame_seed,
-                       int batch, PathWave& wave) const {
-    const std::uint64_t seed = derive_seed(frame_seed, SeedPurpose::directions, source);
+void PathTracer::start(const Emitter& emitter, std::uint64_t frame_seed, int batch, PathWave& wave,
+                       TraceBatch& out) const {
+    const std::uint64_t seed = derive_seed(frame_seed, SeedPurpose::directions, emitter.id);
     const ScrambledSobol sobol(seed);
     const int first = batch * kBatchRays;
     const int end = std::min(first + kBatchRays, settings_.rays);
+    out.departures.clear();
     for (int i = first; i < end; ++i) {
         const std::size_t lane = wave.count++;
-        wave.rays.origin.set(lane, position);
+        wave.rays.origin.set(lane, emitter.position);
         wave.rays.direction.set(
             lane, uniform_direction(settings_.independent_rays
                                         ? RandomStream(derive_seed(seed, i)).uniform_2d()
                                         : sobol.point(static_cast<unsigned>(i))));
+        out.departures.push_back(wave.rays.direction.at(lane));
         wave.rays.max_m[lane] = settings_.max_length_m;
         wave.ray[lane] = static_cast<std::uint32_t>(i - first);
         wave.energy[lane] = Bands::filled(1);
         wave.length_m[lane] = 0;
         wave.diffuse[lane] = 0;
-        wave.random[lane] = derive_seed(frame_seed, SeedPurpose::rays, source, i);
-        wave.identifier[lane] = PathIdentifier::start(source);
+        wave.random[lane] = derive_seed(frame_seed, SeedPurpose::rays, emitter.id, i);
+        wave.identifier[lane] = PathIdentifier::start(emitter.id);
     }
 }
 
-void PathTracer::collect_arrivals(const PathWave& wave, int order, std::span<const Vec3> listeners,
-                                  TraceBatch& out) const {
+/// Takes the arrivals of paths that no one else finds.
+void PathTracer::collect_arrivals(const PathWave& wave, int order, const Emitter& emitter,
+                                  std::span<const Vec3> receivers, TraceBatch& out) const {
     // The direct sound and the image sources' paths are found exactly, elsewhere.
-    const bool mirrored = settings_.specular && order > settings_.specular_order;
-    if (order == 0 || (!subdivision_ && !mirrored)) return;
-    for (std::uint32_t l = 0; l < listeners.size(); ++l) {
+    const bool mirrors = settings_.specular && order > settings_.specular_order;
+    const bool limited = settings_.order > 0;
+    if (order == 0 || (!subdivision_ && !mirrors && !limited)) return;
+    for (std::uint32_t r = 0; r < receivers.size(); ++r) {
         for (std::size_t i = 0; i < wave.count; ++i) {
-            if (wave.diffuse[i] != 0 ? subdivision_ != nullptr : mirrored) {
-                add_arrival(wave, i, listeners[l], l, out);
+            const bool diffuse = subdivision_ || (limited && wave.to_diffuse[i] == 0);
+            if (wave.diffuse[i] != 0 ? diffuse : mirrors) {
+                add_arrival(wave, i, emitter, receivers[r], r, out);
             }
         }
     }
 }
 
-/// Adds the arrival of a path's present segment at a listener, if there is one.
-void PathTracer::add_arrival(const PathWave& wave, std::size_t lane, const Vec3& listener,
-                             std::uint32_t index, TraceBatch& out) const {
+/// Adds the arrival of a path's present segment at a receiver, if there is one.
+void PathTracer::add_arrival(const PathWave& wave, std::size_t lane, const Emitter& emitter,
+                             const Vec3& receiver, std::uint32_t index, TraceBatch& out) const {
     const float radius_m = settings_.listener_radius_m;
     const Vec3 direction = wave.rays.direction.at(lane);
-    const Vec3 to_centre = listener - wave.rays.origin.at(lane);
+    const Vec3 to_centre = receiver - wave.rays.origin.at(lane);
     const float nearest_m = glm::dot(to_centre, direction);
     const float half_chord_2 =
         radius_m * radius_m - (glm::dot(to_centre, to_centre) - nearest_m * nearest_m);
@@ -180,7 +185,8 @@ void PathTracer::add_arrival(const PathWave& wave, std::size_t lane, const Vec3&
     const Bands energy = wave.energy[lane] * transmission(settings_.attenuation_per_m, middle_m) *
                          ((leave_m - enter_m) / volume_m3);
     out.arrivals.push_back({subdivision_ ? wave.identifier[lane].ended(index) : PathIdentifier{},
-                            index, wave.length_m[lane] + middle_m, -direction, energy});
+                            index, wave.length_m[lane] + middle_m,
+                            emitter.listens ? out.departures[wave.ray[lane]] : -direction, energy});
 }
 
 void PathTracer::deposit(const PathWave& wave, TraceBatch& out) const {
@@ -191,7 +197,8 @@ void PathTracer::deposit(const PathWave& wave, TraceBatch& out) const {
     for (std::size_t i = 0; i < wave.count; ++i) {
         const std::size_t bin =
             bins_->index(double{wave.length_m[i]} / double{settings_.speed_of_sound_m_s});
-        out.deposits[count] = {wave.scattered[i].value, patch[i], static_cast<std::uint32_t>(bin)};
+        out.deposits[count] = {wave.scattered[i].value, patch[i], static_cast<std::uint16_t>(bin),
+                               static_cast<std::uint16_t>(wave.ray[i])};
         if (patch[i] != PatchGrid::kNone && bin < bins_->count() && wave.scattered[i].max() > 0) {
             ++count;
         }

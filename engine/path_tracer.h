@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -14,12 +15,20 @@
 
 namespace aula {
 
-/// A ray that crossed a listener's sphere after its last reflection.
+/// The end of the paths that rays leave from: a source or, as sound travels both ways alike, a
+/// listener.
+struct Emitter {
+    std::size_t id = 0;  ///< every emitter has its own random numbers and path identifiers
+    Vec3 position{0};
+    bool listens = false;  ///< it is a listener, and receivers are sources
+};
+
+/// A ray that crossed a receiver's sphere after its last reflection.
 struct Arrival {
-    PathIdentifier path;  ///< source, patches, listener
-    std::uint32_t listener = 0;
+    PathIdentifier path;  ///< emitter, patches, receiver
+    std::uint32_t receiver = 0;
     float length_m = 0;  ///< of the path, to the middle of the chord
-    Vec3 direction{0};   ///< unit, from the listener to where the ray came from
+    Vec3 direction{0};   ///< unit, from the listener to where sound comes from, at whichever end
     Bands energy;        ///< energy * chord / sphere volume, 1/m2, for a ray of energy 1
 };
 
@@ -33,35 +42,38 @@ struct PathLine {
 struct Deposit {
     std::array<float, kBandCount> energy{};
     std::uint32_t patch = 0;
-    std::uint32_t bin = 0;  ///< of TimeBins, by the ray's own length
+    std::uint16_t bin = 0;  ///< of TimeBins, by the ray's own length
+    std::uint16_t ray = 0;  ///< of its batch
 };
 
 /// What one batch of rays found, in the order of rays within each reflection.
 struct TraceBatch {
     std::vector<Arrival> arrivals;
     std::vector<Deposit> deposits;
+    std::vector<Vec3> departures;  ///< [ray] the direction in which it left
     std::uint64_t segments = 0;
 
     void clear() {
         arrivals.clear();
         deposits.clear();
+        departures.clear();
         segments = 0;
     }
 };
 
 struct TraceSettings {
-    int rays = 1000;         ///< of a source in a frame
+    int rays = 1000;         ///< of an emitter in a frame, at most
     int order = 0;           ///< highest reflection order; 0: no limit
     int specular_order = 3;  ///< purely specular paths up to here are left to the image sources
     bool specular = true;    ///< false leaves out purely specular paths of every order
     float max_length_m = 343;
-    float listener_radius_m = 0.5F;
+    float listener_radius_m = 0.5F;  ///< of the sphere round a receiver
     float speed_of_sound_m_s = 343.2F;
     Bands attenuation_per_m;
     bool independent_rays = false;  ///< random first directions in place of stratified ones
 };
 
-/// Monte Carlo path tracing from a source: rays of energy 1 in every band, reflected diffusely or
+/// Monte Carlo path tracing from an emitter: rays of energy 1 in every band, reflected diffusely or
 /// specularly by the scattering coefficient, until the response ends or unbiased roulette ends them
 /// below -80 dB. Const, so that several threads may trace batches at once. [propagation thread]
 class PathTracer {
@@ -69,42 +81,46 @@ class PathTracer {
     /// Rays of a batch; batches do not depend on threads, so neither do results.
     static constexpr int kBatchRays = static_cast<int>(kLanes);
 
-    /// Collects arrivals at listeners, each with its path identifier.
+    /// Collects arrivals at receivers, each with its path identifier.
     PathTracer(const RayScene& scene, const PatchSubdivision& subdivision,
                const TraceSettings& settings);
 
-    /// Collects deposits on the cells of a grid, and of arrivals only the purely specular ones
-    /// (whose path identifier is left empty).
+    /// Collects deposits on the cells of a grid, and of arrivals only those that no gather finds,
+    /// without identifier: the purely specular ones and, where the order has a limit, all that end
+    /// in a mirror. (A patch does not know the order of what it radiates, so that a gather ray
+    /// cannot tell whether it may go on.)
     PathTracer(const RayScene& scene, const PatchGrid& grid, const TimeBins& bins,
                const TraceSettings& settings);
 
-    /// Other rays of a source from the next frame on.
+    /// Other rays of an emitter from the next frame on.
     void set_rays(int rays) { settings_.rays = rays; }
 
     int batch_count() const { return (settings_.rays + kBatchRays - 1) / kBatchRays; }
 
-    /// Traces one batch of a source's rays. `frame_seed` is one for each frame.
-    void trace(std::size_t source, const Vec3& position, std::span<const Vec3> listeners,
-               std::uint64_t frame_seed, int batch, TraceBatch& out) const;
+    /// Rays of the first batches together.
+    int rays_of(int batches) const { return std::min(batches * kBatchRays, settings_.rays); }
+
+    /// Traces one batch of an emitter's rays. `frame_seed` is one for each frame.
+    void trace(const Emitter& emitter, std::span<const Vec3> receivers, std::uint64_t frame_seed,
+               int batch, TraceBatch& out) const;
 
     /// The first `count` paths that trace() follows in a frame, up to a reflection order.
-    std::vector<PathLine> lines(std::size_t source, const Vec3& position, std::uint64_t frame_seed,
-                                int count, int order) const;
+    std::vector<PathLine> lines(const Emitter& emitter, std::uint64_t frame_seed, int count,
+                                int order) const;
 
     /// The rays that trace() sends for a batch, in its order, to be traced elsewhere.
-    std::vector<Ray> rays(std::size_t source, const Vec3& position, std::uint64_t frame_seed,
-                          int batch) const;
+    std::vector<Ray> rays(const Emitter& emitter, std::uint64_t frame_seed, int batch) const;
 
  private:
     template <typename Sent>
-    void trace_waves(std::size_t source, const Vec3& position, std::span<const Vec3> listeners,
+    void trace_waves(const Emitter& emitter, std::span<const Vec3> receivers,
                      std::uint64_t frame_seed, int batch, TraceBatch& out, const Sent& sent) const;
-    void start(std::size_t source, const Vec3& position, std::uint64_t frame_seed, int batch,
-               PathWave& wave) const;
-    void collect_arrivals(const PathWave& wave, int order, std::span<const Vec3> listeners,
-                          TraceBatch& out) const;
-    void add_arrival(const PathWave& wave, std::size_t lane, const Vec3& listener,
-                     std::uint32_t index, TraceBatch& out) const;
+    void start(const Emitter& emitter, std::uint64_t frame_seed, int batch, PathWave& wave,
+               TraceBatch& out) const;
+    void collect_arrivals(const PathWave& wave, int order, const Emitter& emitter,
+                          std::span<const Vec3> receivers, TraceBatch& out) const;
+    void add_arrival(const PathWave& wave, std::size_t lane, const Emitter& emitter,
+                     const Vec3& receiver, std::uint32_t index, TraceBatch& out) const;
     void reflect(PathWave& wave, TraceBatch& out) const;
     void deposit(const PathWave& wave, TraceBatch& out) const;
 

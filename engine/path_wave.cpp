@@ -135,6 +135,7 @@ void PathWave::remove(std::size_t lane) {
     length_m[lane] = length_m[last];
     random[lane] = random[last];
     diffuse[lane] = diffuse[last];
+    to_diffuse[lane] = to_diffuse[last];
     identifier[lane] = identifier[last];
     hits.triangle[lane] = hits.triangle[last];
     hits.distance_m[lane] = hits.distance_m[last];

@@ -37,7 +37,8 @@ struct PathWave {
     std::array<Bands, kLanes> scattered{};                 ///< energy s (1 - alpha) E
     alignas(64) std::array<float, kLanes> choice{};        ///< uniform, of the lobe
     alignas(64) std::array<float, kLanes> roulette{};      ///< uniform
-    alignas(64) std::array<std::uint32_t, kLanes> to_diffuse{};  ///< 1 where it goes on diffusely
+    alignas(64) std::array<std::uint32_t, kLanes> to_diffuse{};  ///< 1 where it goes on diffusely,
+                                                                 ///< then of the last reflection
     std::array<std::uint32_t, kLanes> ended{};
 
     /// Takes a path out; the last one moves to its lane.

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <chrono>
-#include <cmath>
 #include <glm/geometric.hpp>
 #include <optional>
 #include <thread>
@@ -11,14 +9,13 @@
 #include "engine/arrival_window.h"
 #include "engine/diffuse_path_cache.h"
 #include "engine/error.h"
-#include "engine/listener_gather.h"
 #include "engine/off_surface.h"
-#include "engine/patch_cache.h"
-#include "engine/patch_grid.h"
+#include "engine/patch_propagation.h"
 #include "engine/path_tracer.h"
 #include "engine/room_survey.h"
 #include "engine/sampling.h"
 #include "engine/specular_paths.h"
+#include "engine/stopwatch.h"
 #include "engine/worker_pool.h"
 
 namespace aula {
@@ -27,31 +24,11 @@ namespace {
 
 constexpr double kLongestDefaultResponse_s = 4;
 constexpr double kShortestDefaultResponse_s = 0.3;
-constexpr int kGatherRays = 1024;
-
-/// Shares of the memory for caches: the patches' sums, the log of frames that may be taken out.
-constexpr double kTableShare = 0.6;
-constexpr double kLogShare = 0.4;
-
-enum class SeedPurpose : std::uint64_t { frame = 1, grid, survey, gather, specular };
+enum class SeedPurpose : std::uint64_t { frame = 1, survey = 3, specular = 5 };
 
 int default_threads() {
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) - 1);
 }
-
-/// Seconds since the last call.
-class Stopwatch {
- public:
-    double lap_s() {
-        const auto now = std::chrono::steady_clock::now();
-        const double s = std::chrono::duration<double>(now - last_).count();
-        last_ = now;
-        return s;
-    }
-
- private:
-    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 /// Points where sound is: all places of sources and listener.
 std::vector<Vec3> places(const Scene& scene) {
@@ -96,22 +73,21 @@ struct Propagation::State {
     WorkerPool workers;
     std::vector<Vec3> inside;
     TimeBins bins;
-    std::optional<PatchSubdivision> subdivision;  // pt, dpc*
-    std::optional<PatchGrid> grid;                // patch
-    std::optional<PathTracer> tracer;
     SpecularPaths specular;
 
-    // [source]
-    std::vector<PatchCache> patch_caches;
-    // [source * listener_count + listener]
-    std::vector<DiffusePathCache> path_caches;
-    std::vector<ArrivalWindow> arrivals;
-    std::vector<EnergyResponse> responses;
+    // pt, dpc*
+    std::optional<PatchSubdivision> subdivision;
+    std::optional<PathTracer> tracer;
+    std::vector<std::vector<TraceBatch>> batches;  // [source][batch]
+    std::vector<DiffusePathCache> path_caches;     // [source * listener_count + listener]
+    std::vector<ArrivalWindow> arrivals;           // the same
+    // patch
+    std::optional<PatchPropagation> patches;
 
+    std::vector<EnergyResponse> responses;  // [source * listener_count + listener]
     std::uint64_t seed;
     std::uint64_t frame = 0;
     double travel_m = 0;  // how far anything in the scene has moved since the start
-    std::vector<std::vector<TraceBatch>> batches;  // [source][batch]
     FrameStatistics statistics;
 
     State(const Scene& given, const Simulation& settings, std::size_t listeners)
@@ -136,17 +112,17 @@ struct Propagation::State {
         trace.speed_of_sound_m_s = speed_of_sound_m_s;
         trace.attenuation_per_m = attenuation_per_m;
         if (simulation.estimator == Estimator::patch) {
-            make_grid();
-            tracer.emplace(rays, *grid, bins, trace);
+            patches.emplace(rays, simulation, trace, bins, inside, scene.sources.size(),
+                            listener_count, workers);
         } else {
             subdivision.emplace(rays, simulation.patch_size_m);
             tracer.emplace(rays, *subdivision, trace);
+            batches.resize(scene.sources.size());
+            for (auto& of_source : batches) {
+                of_source.resize(static_cast<std::size_t>(tracer->batch_count()));
+            }
         }
-        batches.resize(scene.sources.size());
-        for (auto& of_source : batches) {
-            of_source.resize(static_cast<std::size_t>(tracer->batch_count()));
-        }
-        make_caches();
+        restart();
     }
 
     /// Highest order of the image sources; the limit of all orders holds for them, too.
@@ -171,35 +147,10 @@ struct Propagation::State {
         return std::clamp(length_s, kShortestDefaultResponse_s, kLongestDefaultResponse_s);
     }
 
-    double memory_bytes(double share) const { return share * simulation.memory_mb * 1e6; }
-
-    /// Patches of the wanted size, or larger ones where their sums would not fit in memory.
-    void make_grid() {
-        const double row_bytes =
-            static_cast<double>(bins.count() * kBandCount * sizeof(std::int64_t));
-        const double most_rows =
-            std::max(16.0, memory_bytes(kTableShare) / row_bytes /
-                               static_cast<double>(std::max<std::size_t>(1, scene.sources.size())));
-        double surface_m2 = 0;
-        for (const RayScene::Triangle& t : rays.triangles()) {
-            surface_m2 += double{glm::length(glm::cross(t.vertices[1] - t.vertices[0],
-                                                        t.vertices[2] - t.vertices[0]))} /
-                          2;
-        }
-        // Both sides of every triangle may be cells, of which only those in the room need sums.
-        float size_m = std::max(simulation.patch_size_m,
-                                static_cast<float>(std::sqrt(surface_m2 / (4 * most_rows))));
-        for (;; size_m *= 1.25F) {
-            grid.emplace(rays, size_m, inside, derive_seed(simulation.seed, SeedPurpose::grid),
-                         workers);
-            if (static_cast<double>(grid->reached()) <= most_rows) break;
-        }
-    }
-
-    void make_caches() {
+    /// Forgets everything cached.
+    void restart() {
         const std::size_t pairs = scene.sources.size() * listener_count;
-        const int window = simulation.window_frames();
-        patch_caches.clear();
+        frame = 0;
         path_caches.clear();
         arrivals.clear();
         responses.assign(pairs, EnergyResponse{});
@@ -209,12 +160,11 @@ struct Propagation::State {
             response.energy.resize(bins.count());
             response.direction.resize(bins.count());
         }
-        const auto share_of = [&](double share, std::size_t parts) {
-            return static_cast<std::size_t>(memory_bytes(share) / static_cast<double>(parts));
-        };
+        const auto share_bytes =
+            static_cast<std::size_t>(simulation.memory_mb * 1e6 / static_cast<double>(pairs));
         switch (simulation.estimator) {
             case Estimator::pt:
-                arrivals.assign(pairs, ArrivalWindow(1, simulation.listener_radius_m));
+                arrivals.assign(pairs, ArrivalWindow(1, simulation.listener_radius_m, share_bytes));
                 break;
             case Estimator::dpc_published:
             case Estimator::dpc:
@@ -222,15 +172,11 @@ struct Propagation::State {
                     path_caches.emplace_back(simulation.estimator == Estimator::dpc
                                                  ? DiffusePathCache::Readout::windowed
                                                  : DiffusePathCache::Readout::published,
-                                             window, share_of(1, pairs));
+                                             simulation.window_frames(), share_bytes);
                 }
                 break;
             case Estimator::patch:
-                arrivals.assign(pairs, ArrivalWindow(window, simulation.listener_radius_m));
-                for (std::size_t s = 0; s < scene.sources.size(); ++s) {
-                    patch_caches.emplace_back(bins.count(), window, grid->patch_size_m(),
-                                              share_of(kLogShare, scene.sources.size()));
-                }
+                patches->restart();
                 break;
         }
     }
@@ -243,86 +189,50 @@ struct Propagation::State {
         return input;
     }
 
-    std::uint64_t frame_seed() const { return derive_seed(seed, SeedPurpose::frame, frame); }
-
-    /// Source and batch of what is traced in this frame.
-    std::vector<std::pair<std::size_t, std::size_t>> trace_jobs(const FrameInput& input) const {
-        std::vector<std::pair<std::size_t, std::size_t>> jobs;
-        for (std::size_t s = 0; s < batches.size(); ++s) {
-            if (simulation.estimator == Estimator::patch &&
-                patch_caches[s].complete(input.sources[s], travel_m)) {
-                continue;
-            }
-            for (std::size_t b = 0; b < batches[s].size(); ++b) jobs.emplace_back(s, b);
-        }
-        return jobs;
+    PropagationFrame frame_of(const FrameInput& input, std::uint64_t number) const {
+        return {input, number, derive_seed(seed, SeedPurpose::frame, number), travel_m};
     }
 
-    void trace(const FrameInput& input, std::uint64_t frame_seed) {
-        for (auto& of_source : batches) {
-            for (TraceBatch& batch : of_source) batch.clear();
-        }
-        const auto jobs = trace_jobs(input);
-        workers.run(jobs.size(), [&](std::size_t job) {
-            const auto [s, b] = jobs[job];
-            tracer->trace(s, input.sources[s], input.listeners, frame_seed, static_cast<int>(b),
+    /// Traces rays from every source and reads out what they bring, for `pt` and `dpc*`.
+    void propagate_paths(const PropagationFrame& f) {
+        Stopwatch watch;
+        const std::size_t batch_count = batches.empty() ? 0 : batches[0].size();
+        workers.run(batches.size() * batch_count, [&](std::size_t job) {
+            const std::size_t s = job / batch_count;
+            const std::size_t b = job % batch_count;
+            batches[s][b].clear();
+            tracer->trace({s, f.input.sources[s]}, f.input.listeners, f.seed, static_cast<int>(b),
                           batches[s][b]);
         });
-        for (const auto& of_source : batches) {
-            for (const TraceBatch& batch : of_source) statistics.segments += batch.segments;
-        }
-    }
-
-    void update_caches(const FrameInput& input) {
+        statistics.trace_s += watch.lap_s();
         for (std::size_t s = 0; s < batches.size(); ++s) {
-            if (batches[s].front().segments == 0) continue;  // not traced: its cache is complete
             std::vector<std::vector<Arrival>> at(listener_count);
             for (const TraceBatch& batch : batches[s]) {
+                statistics.segments += batch.segments;
                 for (const Arrival& arrival : batch.arrivals) {
-                    at[arrival.listener].push_back(arrival);
+                    at[arrival.receiver].push_back(arrival);
                 }
             }
             for (std::size_t l = 0; l < listener_count; ++l) {
                 const std::size_t pair = s * listener_count + l;
-                if (!path_caches.empty()) path_caches[pair].add_frame(at[l], simulation.rays);
-                if (!arrivals.empty()) {
-                    arrivals[pair].add_frame(input.sources[s], input.listeners[l], travel_m, at[l],
-                                             simulation.rays);
+                EnergyResponse& response = responses[pair];
+                std::fill(response.energy.begin(), response.energy.end(), Bands{});
+                std::fill(response.direction.begin(), response.direction.end(), Vec3(0));
+                if (!path_caches.empty()) {
+                    path_caches[pair].add_frame(at[l], simulation.rays);
+                    path_caches[pair].add_to(response);
+                    statistics.cache_entries += path_caches[pair].size();
+                    statistics.memory_bytes += path_caches[pair].memory_bytes();
+                } else {
+                    arrivals[pair].advance(
+                        {f.number, f.input.sources[s], f.input.listeners[l], f.travel_m});
+                    arrivals[pair].add(at[l], simulation.rays);
+                    arrivals[pair].add_to(response);
+                    statistics.memory_bytes += arrivals[pair].memory_bytes();
                 }
             }
-            if (!patch_caches.empty()) {
-                patch_caches[s].add_frame(input.sources[s], travel_m, simulation.rays, grid->size(),
-                                          batches[s], workers);
-            }
         }
-    }
-
-    GatherSettings gather_settings() const {
-        GatherSettings settings;
-        settings.rays = kGatherRays;
-        settings.order = simulation.order;
-        settings.max_length_m = static_cast<float>(bins.length_s()) * speed_of_sound_m_s;
-        settings.attenuation_per_m = attenuation_per_m;
-        return settings;
-    }
-
-    void respond(const FrameInput& input, std::uint64_t frame_seed) {
-        for (EnergyResponse& response : responses) {
-            std::fill(response.energy.begin(), response.energy.end(), Bands{});
-            std::fill(response.direction.begin(), response.direction.end(), Vec3(0));
-        }
-        for (std::size_t i = 0; i < path_caches.size(); ++i) path_caches[i].add_to(responses[i]);
-        for (std::size_t i = 0; i < arrivals.size(); ++i) arrivals[i].add_to(responses[i]);
-        if (patch_caches.empty()) return;
-        const GatherSettings settings = gather_settings();
-        for (std::size_t l = 0; l < listener_count; ++l) {
-            const std::vector<GatherHit> hits = trace_gather(
-                rays, *grid, input.listeners[l], settings,
-                derive_seed(frame_seed, SeedPurpose::gather, l), workers, statistics.segments);
-            for (std::size_t s = 0; s < patch_caches.size(); ++s) {
-                add_gathered(hits, patch_caches[s], workers, responses[s * listener_count + l]);
-            }
-        }
+        statistics.cache_s += watch.lap_s();
     }
 
     void find_specular(const FrameInput& input) {
@@ -332,20 +242,6 @@ struct Propagation::State {
                                                   input.listeners[pair % listener_count],
                                                   simulation.direct, attenuation_per_m);
         });
-    }
-
-    void count_caches() {
-        for (const PatchCache& cache : patch_caches) {
-            statistics.cache_entries += cache.occupied();
-            statistics.memory_bytes += cache.memory_bytes();
-        }
-        for (const DiffusePathCache& cache : path_caches) {
-            statistics.cache_entries += cache.size();
-            statistics.memory_bytes += cache.memory_bytes();
-        }
-        for (const ArrivalWindow& window : arrivals) {
-            statistics.memory_bytes += window.memory_bytes();
-        }
     }
 };
 
@@ -362,47 +258,41 @@ void Propagation::step(const FrameInput& given) {
     assert(given.sources.size() == s.scene.sources.size());
     assert(given.listeners.size() == s.listener_count);
     s.statistics = {};
-    Stopwatch watch;
-    const std::uint64_t frame_seed = s.frame_seed();
 
     // Move what moves.
     const float moved_m = s.rays.move(given.time_s);
     if (moved_m > 0) {
         s.travel_m += double{moved_m};
         s.specular.scene_moved();
-        if (s.grid) s.grid->scene_moved();
+        if (s.patches) s.patches->scene_moved();
     }
     const FrameInput input = s.off_surfaces(given);
 
-    // Trace rays from every source; update the caches with what they found.
-    s.trace(input, frame_seed);
-    s.statistics.trace_s = watch.lap_s();
-    s.update_caches(input);
-    s.statistics.cache_s = watch.lap_s();
-
-    // Read out the response of every source at every listener.
-    s.respond(input, frame_seed);
-    s.statistics.gather_s = watch.lap_s();
+    // Trace rays and bring the responses up to date.
+    const PropagationFrame frame = s.frame_of(input, s.frame);
+    if (s.patches) {
+        s.patches->step(frame, s.responses, s.statistics);
+    } else {
+        s.propagate_paths(frame);
+    }
+    Stopwatch watch;
     s.find_specular(input);
     s.statistics.specular_s = watch.lap_s();
-    s.count_caches();
     ++s.frame;
 }
 
 std::vector<Ray> Propagation::rays(const FrameInput& given) const {
     const State& s = *state_;
     const FrameInput input = s.off_surfaces(given);
-    const std::uint64_t frame_seed = s.frame_seed();
+    const PropagationFrame frame = s.frame_of(input, s.frame);
+    if (s.patches) return s.patches->rays(frame);
     std::vector<Ray> all;
-    const auto append = [&](const std::vector<Ray>& more) {
-        all.insert(all.end(), more.begin(), more.end());
-    };
-    for (const auto& [source, batch] : s.trace_jobs(input)) {
-        append(s.tracer->rays(source, input.sources[source], frame_seed, static_cast<int>(batch)));
-    }
-    for (std::size_t l = 0; s.grid && l < s.listener_count; ++l) {
-        append(gather_rays(s.rays, *s.grid, input.listeners[l], s.gather_settings(),
-                           derive_seed(frame_seed, SeedPurpose::gather, l)));
+    for (std::size_t source = 0; source < input.sources.size(); ++source) {
+        for (int batch = 0; batch < s.tracer->batch_count(); ++batch) {
+            const std::vector<Ray> more =
+                s.tracer->rays({source, input.sources[source]}, frame.seed, batch);
+            all.insert(all.end(), more.begin(), more.end());
+        }
     }
     return all;
 }
@@ -413,8 +303,7 @@ const EnergyResponse& Propagation::response(std::size_t source, std::size_t list
 
 void Propagation::restart(std::uint64_t seed) {
     state_->seed = seed;
-    state_->frame = 0;
-    state_->make_caches();
+    state_->restart();
 }
 
 const FrameStatistics& Propagation::statistics() const { return state_->statistics; }
@@ -424,25 +313,33 @@ std::vector<PathLine> Propagation::path_lines(const FrameInput& input, std::size
     const State& s = *state_;
     if (s.frame == 0) return {};
     const int most = s.simulation.order > 0 ? std::min(order, s.simulation.order) : order;
-    return s.tracer->lines(source, input.sources[source],
-                           derive_seed(s.seed, SeedPurpose::frame, s.frame - 1), count, most);
+    const PropagationFrame newest = s.frame_of(input, s.frame - 1);
+    if (s.patches) return s.patches->path_lines(newest, source, count, most);
+    return s.tracer->lines({source, input.sources[source]}, newest.seed, count, most);
 }
 
 std::vector<PatchEnergy> Propagation::patch_energies(std::size_t source, double begin_s,
                                                      double end_s) const {
     const State& s = *state_;
-    if (s.patch_caches.empty()) return {};
-    return aula::patch_energies(*s.grid, s.patch_caches[source], s.bins, begin_s, end_s);
+    if (!s.patches) return {};
+    return s.patches->patch_energies(source, begin_s, end_s);
 }
 
-float Propagation::patch_size_m() const { return state_->grid ? state_->grid->patch_size_m() : 0; }
+float Propagation::patch_size_m() const {
+    return state_->patches ? state_->patches->patch_size_m() : 0;
+}
 
 void Propagation::set_rays(int rays) {
     State& s = *state_;
     s.simulation.rays = rays;
+    if (s.patches) {
+        s.patches->set_rays(rays);
+        return;
+    }
     s.tracer->set_rays(rays);
-    for (auto& of_source : s.batches)
+    for (auto& of_source : s.batches) {
         of_source.resize(static_cast<std::size_t>(s.tracer->batch_count()));
+    }
 }
 
 double Propagation::response_length_s() const {

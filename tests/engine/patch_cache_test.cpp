@@ -35,8 +35,16 @@ class Walk {
 
     void frame(const Vec3& source, std::uint32_t patch, double travel_m = 0) {
         TraceBatch batch = one_deposit(patch, 1);
-        cache.add_frame(source, travel_m, 1, kPatches, {&batch, 1}, workers);
+        rest(source, travel_m);
+        cache.add_frame(1, kPatches, {&batch, 1}, workers);
     }
+
+    /// A frame in which no rays are sent.
+    void rest(const Vec3& source, double travel_m = 0) {
+        cache.advance({number++, source, travel_m}, workers);
+    }
+
+    std::uint64_t number = 0;
 
     PatchCache cache;
     WorkerPool workers;
@@ -102,8 +110,11 @@ TEST_CASE("removing is exact: sums are those of the frames that are left") {
         for (int i = 0; i < 100; ++i) batches.push_back(one_deposit(patch(random), energy(random)));
         const Vec3 source(0.05F * static_cast<float>(f), 0, 0);
         std::vector<TraceBatch> again = batches;
-        if (f >= 46) fresh.add_frame(source, 0, 100, kPatches, again, workers);
-        moved.add_frame(source, 0, 100, kPatches, batches, workers);
+        const auto number = static_cast<std::uint64_t>(f);
+        fresh.advance({number, source, 0}, workers);
+        if (f >= 46) fresh.add_frame(100, kPatches, again, workers);
+        moved.advance({number, source, 0}, workers);
+        moved.add_frame(100, kPatches, batches, workers);
     }
     REQUIRE(moved.emitted() == fresh.emitted());
     for (std::uint32_t p = 0; p < kPatches; ++p) {

@@ -50,7 +50,7 @@ TEST_CASE("with tau = 0 the cache holds plain path tracing's energies bit for bi
         for (int frame = 0; frame < 3; ++frame) {
             TraceBatch all;
             for (int b = 0; b < tracer.batch_count(); ++b) {
-                tracer.trace(0, scene.sources[0].position, {&scene.listener.pose.position, 1},
+                tracer.trace({0, scene.sources[0].position}, {&scene.listener.pose.position, 1},
                              derive_seed(1, frame), b, all);
             }
             REQUIRE(all.arrivals.size() > 100);

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <chrono>
+
+namespace aula {
+
+/// Seconds since the last call, or since it was made.
+class Stopwatch {
+ public:
+    double lap_s() {
+        const auto now = std::chrono::steady_clock::now();
+        const double s = std::chrono::duration<double>(now - last_).count();
+        last_ = now;
+        return s;
+    }
+
+ private:
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace aula
