@@ -277,7 +277,7 @@ void add_row(const FloatRow& row, std::size_t first_bin, std::size_t end_bin, fl
 }  // namespace
 
 std::vector<GatherHit> trace_gather(const RayScene& scene, const PatchGrid& grid,
-                                    const Vec3& listener, const GatherSettings& settings,
+                                    const Vec3& receiver, const GatherSettings& settings,
                                     std::uint64_t frame_seed, WorkerPool& workers,
                                     std::uint64_t& segments) {
     const std::size_t batches = batch_count(settings);
