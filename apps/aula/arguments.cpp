@@ -232,6 +232,7 @@ class Options {
     }
 
     void add_window() {
+        text("--osc", [this](const std::string& address) { arguments_.osc = address; });
         app_.add_flag("--no-window", no_window_);
         path("--scene-dir", arguments_.scene_dir);
         path("--screenshot", arguments_.screenshot);
@@ -251,7 +252,8 @@ class Options {
         if (!words_.empty() && words_[0] == "materials") word = Command::materials;
         if (!words_.empty() && words_[0] == "info") word = Command::info;
         if (!words_.empty() && words_[0] == "check") word = Command::check;
-        const std::size_t wanted = word == Command::materials || word == Command::play ? 1 : 2;
+        if (word == Command::materials) return materials_command();
+        const std::size_t wanted = word == Command::play ? 1 : 2;
         if (words_.size() < wanted) throw Error("no SCENE given; expected aula SCENE [options]");
         if (words_.size() > wanted)
             throw Error("\"" + words_[wanted] + "\" is one argument too many; expected one SCENE");
@@ -272,6 +274,18 @@ class Options {
             throw Error("--format: --ir writes float; expected no --format or float");
         if (offline_) arguments_.offline = *offline_;
         return measures ? Command::measure : offline_ ? Command::render : Command::play;
+    }
+
+    /// materials, materials list, materials show NAME.
+    Arguments::Command materials_command() {
+        const std::string what = words_.size() > 1 ? words_[1] : "list";
+        if (what == "show" && words_.size() == 3) {
+            arguments_.material = words_[2];
+        } else if (what != "list" || words_.size() > 2) {
+            throw Error("materials: \"" + words_.back() +
+                        "\" is not usable; expected list, or show and the name of a material");
+        }
+        return Arguments::Command::materials;
     }
 
     void read_source_positions() {

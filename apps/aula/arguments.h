@@ -27,6 +27,7 @@ struct Arguments {
 
     Command command = Command::play;
     std::filesystem::path scene;
+    std::optional<std::string> material;      ///< of materials: the one to show
     std::filesystem::path offline;            ///< of render
     std::optional<std::filesystem::path> ir;  ///< of measure, as the next three
     std::optional<std::filesystem::path> echogram;
@@ -40,6 +41,7 @@ struct Arguments {
     std::optional<std::filesystem::path> scene_dir;  ///< of scenes to switch among
     std::optional<std::filesystem::path> screenshot;
     double screenshot_after_s = 5;
+    std::optional<std::string> osc;  ///< where OSC messages are listened for
 
     /// What options change in a scene, in the order given. Throws Error.
     std::vector<std::function<void(Scene&)>> scene_changes;

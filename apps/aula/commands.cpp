@@ -11,10 +11,14 @@
 #include "apps/aula/interrupt.h"
 #include "apps/session/signals.h"
 #include "audio/device.h"
+#include "engine/error.h"
 #include "engine/material_library.h"
+#include "engine/patch_grid.h"
 #include "engine/ray_scene.h"
 #include "engine/room_acoustics.h"
+#include "engine/room_survey.h"
 #include "engine/scene_file.h"
+#include "engine/worker_pool.h"
 
 namespace aula {
 
@@ -22,6 +26,9 @@ namespace {
 
 /// What the triangles of a scene enclose.
 struct Room {
+    double leaks = 0;             ///< share of rays from inside that get out
+    std::size_t patches = 0;      ///< that sound reaches
+    std::vector<double> area_m2;  ///< [material]
     std::size_t triangles = 0;
     Vec3 least{0};
     Vec3 most{0};
@@ -31,9 +38,26 @@ struct Room {
     Bands mean_absorption{};
 };
 
+std::vector<Vec3> places(const Scene& scene) {
+    std::vector<Vec3> points{scene.listener.pose_at(0).position};
+    for (const Source& source : scene.sources) points.push_back(source.position_at(0));
+    return points;
+}
+
+/// The share of rays sent and reflected inside that get out.
+double leaks(const RayScene& rays, const std::vector<Vec3>& inside) {
+    constexpr int kPaths = 4096;
+    constexpr int kBounces = 32;
+    int escaped = 0;
+    flood(rays, inside, kPaths, kBounces, 1,
+          [&](const Ray&, const Hit& hit) { escaped += hit.any() ? 0 : 1; });
+    return static_cast<double>(escaped) / kPaths;
+}
+
 Room measure_room(const Scene& scene) {
     const RayScene rays(scene);
-    Room room{.triangles = rays.triangle_count()};
+    Room room;
+    room.triangles = rays.triangle_count();
     if (room.triangles == 0) return room;
     room.least = room.most = rays.triangle(0).vertices[0];
     for (const auto& triangle : rays.triangles()) {
@@ -59,6 +83,17 @@ Room measure_room(const Scene& scene) {
             absorbing_m2[band] += glm::length(area_m2) *
                                   static_cast<double>(rays.material(triangle).absorption[band]);
     }
+    room.area_m2.resize(scene.materials.size());
+    for (const auto& triangle : rays.triangles())
+        room.area_m2[triangle.material] += 0.5 * static_cast<double>(glm::length(glm::cross(
+                                                     triangle.vertices[1] - triangle.vertices[0],
+                                                     triangle.vertices[2] - triangle.vertices[0])));
+    const std::vector<Vec3> inside = places(scene);
+    room.leaks = leaks(rays, inside);
+    WorkerPool workers(1);
+    room.patches =
+        PatchGrid(rays, scene.simulation.patch_size_m, inside, scene.simulation.seed, workers)
+            .reached();
     room.volume_m3 = std::abs(room.volume_m3);
     // The directed areas of a closed surface cancel out.
     constexpr double kClosed = 1e-3;
@@ -140,7 +175,32 @@ int list_devices() {
     return 0;
 }
 
-int list_materials() {
+/// Percent, one cell for each tenth: a glance at a curve.
+void print_curve(const char* label, const Bands& shares) {
+    std::printf("%s\n", label);
+    for (std::size_t band = 0; band < kBandCount; ++band) {
+        const auto percent = std::lround(100 * static_cast<double>(shares[band]));
+        const std::string bar(static_cast<std::size_t>(percent) * 40 / 100, '#');
+        std::printf("  %5.0f Hz %3ld %% |%s\n", static_cast<double>(kBandCentres_hz[band]), percent,
+                    bar.c_str());
+    }
+}
+
+int show_material(const std::string& name) {
+    const std::vector<LibraryMaterial> library = material_library();
+    for (const LibraryMaterial& entry : library) {
+        if (entry.material.name != name) continue;
+        std::printf("%s\n%s\n", name.c_str(), entry.source.c_str());
+        print_curve("absorption", entry.material.absorption);
+        print_curve("scattering", entry.material.scattering);
+        return 0;
+    }
+    throw Error("materials", "",
+                "no material \"" + name + "\"; expected a name that aula materials list prints");
+}
+
+int list_materials(const Arguments& arguments) {
+    if (arguments.material) return show_material(*arguments.material);
     print_band_names();
     for (const LibraryMaterial& entry : material_library()) {
         std::printf("\n%s\n", entry.material.name.c_str());
@@ -169,6 +229,16 @@ int show_info(const Arguments& arguments) {
     print_point("listener", scene.listener.pose_at(0).position);
     if (scene.listener.path) std::printf("%-16s%s\n", "", describe(*scene.listener.path).c_str());
     if (room.triangles == 0) return 0;
+    std::printf("%-16s%zu of %.2f m\n", "patches", room.patches,
+                static_cast<double>(scene.simulation.patch_size_m));
+    std::printf("%-16s%.2f %% of the rays get out%s\n", "leaks", 100 * room.leaks,
+                room.leaks == 0 ? ": tight" : "");
+    std::printf("\n");
+    for (std::size_t m = 0; m < room.area_m2.size(); ++m) {
+        if (room.area_m2[m] == 0) continue;
+        std::printf("%-24s%10.1f m2  %4.1f %%\n", scene.materials[m].name.c_str(), room.area_m2[m],
+                    100 * room.area_m2[m] / room.surface_m2);
+    }
     std::printf("\n");
     print_band_names();
     print_row("absorption", room.mean_absorption, 2);
@@ -184,6 +254,13 @@ int show_info(const Arguments& arguments) {
 int check_scene(const Arguments& arguments) {
     const Scene scene = read_scene(arguments);
     warn(warnings_of(read_signals(scene, arguments.session.sample_rate_hz)), arguments.quiet);
+    const RayScene rays(scene);
+    // What lets hardly any ray out is a room with a hole, rather than one that is open.
+    constexpr double kHole = 0.3;
+    if (const double out = leaks(rays, places(scene)); out > 0 && out < kHole)
+        warn({arguments.scene.string() + ": " + std::to_string(std::lround(1e4 * out)) +
+              " of 10000 rays get out: the room has a hole"},
+             arguments.quiet);
     std::size_t triangles = 0;
     for (const Object& object : scene.objects) triangles += object.triangles.size();
     std::printf("%s: ok, %zu triangles, %zu materials, %zu sources\n", arguments.scene.c_str(),

@@ -8,7 +8,7 @@ namespace aula {
 // AudioInputError or AudioFailure.
 
 int list_devices();
-int list_materials();
+int list_materials(const Arguments& arguments);
 int show_info(const Arguments& arguments);
 int check_scene(const Arguments& arguments);
 int play(const Arguments& arguments);

@@ -10,10 +10,12 @@ usage: aula SCENE [options]                play live on the audio device
        aula SCENE --ir OUT.wav --report    measure at the listener's first pose
        aula info SCENE                     what the room is: size, surface, reverberation time
        aula check SCENE                    read all files, say what is wrong
-       aula materials                      the materials that ship with Aula
+       aula materials [list]               the materials that ship with Aula
+       aula materials show NAME            one of them, its curves drawn
 
 SCENE is a JSON file (docs/scene_format.md). A file named like a command is opened as ./info.
-The listener follows the scene's path; without one you walk: w a s d or the arrow keys, q ends.
+The listener follows the scene's path; you walk with w a s d and the arrow keys. In the window ?
+shows the keys (docs/app.md); in the terminal q ends.
 
 examples
   aula scenes/two_rooms.json --offline out.wav
@@ -59,8 +61,14 @@ sound
                          signal and until the room has rung out; only loops: one round; else 10]
   --device NAME|INDEX    output device: its number or a part of its name [the default one]
 
-other
+window and remote control
   --no-window            play in the terminal
+  --scene-dir FOLDER     scenes to go through with page up and page down
+  --screenshot OUT.png   play for a while, write a picture of the window, end
+  --after S              that while, in seconds [5]
+  --osc [ADDRESS:]PORT   listen for OSC messages, by default from this machine only
+
+other
   --quiet                only errors, and what was asked for
   --version, --help
 

@@ -25,7 +25,7 @@ int run(const Arguments& arguments) {
         case Command::list_devices:
             return list_devices();
         case Command::materials:
-            return list_materials();
+            return list_materials(arguments);
         case Command::info:
             return show_info(arguments);
         case Command::check:

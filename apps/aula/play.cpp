@@ -11,7 +11,9 @@
 #include "apps/aula/interrupt.h"
 #include "apps/aula/terminal.h"
 #include "apps/aula/walker.h"
+#include "apps/session/osc_remote.h"
 #include "apps/session/player.h"
+#include "apps/session/scene_edits.h"
 #include "engine/error.h"
 #ifdef AULA_HAS_WINDOW
 #include "apps/window/window.h"
@@ -62,14 +64,33 @@ std::string summary_text(const PlayStatus& s) {
 constexpr const char* kKeysText =
     "w/s or up/down walk, a/d step aside, left/right turn, q quits, ? shows this";
 
+std::vector<std::string> source_names(const Scene& scene) {
+    std::vector<std::string> names;
+    for (const Source& source : scene.sources) names.push_back(source.name);
+    return names;
+}
+
+/// Changes the materials that OSC messages asked for.
+void replace_materials(OscRemote& remote, Scene& scene, Player& player,
+                       const Arguments& arguments) {
+    for (const auto& [from, to] : remote.take_materials()) {
+        auto edited = with_material_replaced(scene, from, to);
+        if (!edited) continue;
+        scene = std::move(*edited);
+        player.change(scene, arguments.session);
+    }
+}
+
 int play_in_terminal(const Arguments& arguments) {
     using Clock = std::chrono::steady_clock;
     constexpr int kKeyWait_ms = 20;
     constexpr std::chrono::milliseconds kStatusInterval{100};
 
-    const Scene scene = read_scene(arguments);
+    Scene scene = read_scene(arguments);
     Player player(scene, arguments.session);
     warn(player.warnings(), arguments.quiet);
+    std::optional<OscRemote> remote;
+    if (arguments.osc) remote.emplace(*arguments.osc, player, source_names(scene));
     PlayStatus status = player.status();
     {
         StatusLine line(!arguments.quiet);
@@ -89,7 +110,7 @@ int play_in_terminal(const Arguments& arguments) {
                 std::fprintf(stderr, "%s\n", kKeysText);
             }
             const Clock::time_point now = Clock::now();
-            if (walks) {
+            if (walks && !remote) {
                 if (key) walker.press(*key);
                 player.move_listener(
                     walker.advance(std::chrono::duration<double>(now - walked).count()));
@@ -99,6 +120,7 @@ int play_in_terminal(const Arguments& arguments) {
                 next_status = now + kStatusInterval;
                 status = player.status();
                 line.show(status_text(status));
+                if (remote) replace_materials(*remote, scene, player, arguments);
             }
         }
         status = player.status();
@@ -136,6 +158,7 @@ int play_in_window(const Arguments& arguments) {
         return read_scene(of_file);
     };
     if (arguments.scene_dir) options.scenes = scenes_in(*arguments.scene_dir);
+    options.osc = arguments.osc;
     options.screenshot = arguments.screenshot;
     options.screenshot_after_s = arguments.screenshot_after_s;
     options.keeps_state = !arguments.screenshot && std::getenv("AULA_NO_STATE") == nullptr;

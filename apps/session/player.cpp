@@ -316,6 +316,16 @@ void Player::control(const PlayControls& controls) {
     state_->controls = controls;
 }
 
+PlayControls Player::controls() const {
+    const std::lock_guard lock(state_->mutex);
+    return state_->controls;
+}
+
+void Player::adjust(const std::function<void(PlayControls&, const Pose&)>& change) {
+    const std::lock_guard lock(state_->mutex);
+    change(state_->controls, state_->status.listener);
+}
+
 void Player::change(const Scene& scene, const SessionOptions& options, bool starts_anew) {
     {
         const std::lock_guard lock(state_->mutex);

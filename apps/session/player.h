@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -60,6 +61,10 @@ class Player {
 
     /// What is changed from the next frame on. [any thread]
     void control(const PlayControls& controls);
+    PlayControls controls() const;
+
+    /// Changes the controls in one go; `change` sees where the listener is. [any thread]
+    void adjust(const std::function<void(PlayControls&, const Pose& listener)>& change);
 
     /// Plays on with another scene or other options, whatever differs: they are prepared in the
     /// background while the sound goes on, then faded to. Of several changes in a row the newest

@@ -7,6 +7,8 @@
 #include <map>
 #include <tuple>
 
+#include "engine/material_library.h"
+
 namespace aula {
 
 namespace {
@@ -107,6 +109,29 @@ Scene with_material(const Scene& scene, const std::vector<std::uint32_t>& triang
         edited.objects[object].triangle_materials[own] = index;
     }
     return edited;
+}
+
+std::optional<Scene> with_material_replaced(const Scene& scene, const std::string& from,
+                                            const std::string& to) {
+    const auto named = [](const std::vector<Material>& materials, const std::string& name) {
+        return std::find_if(materials.begin(), materials.end(),
+                            [&](const Material& m) { return m.name == name; });
+    };
+    const auto old = named(scene.materials, from);
+    std::vector<Material> known = scene.materials;
+    for (const LibraryMaterial& entry : material_library()) known.push_back(entry.material);
+    const auto wanted = named(known, to);
+    if (old == scene.materials.end() || wanted == known.end()) return std::nullopt;
+    std::vector<std::uint32_t> triangles;
+    std::uint32_t t = 0;
+    for (const Object& object : scene.objects) {
+        for (const std::uint32_t material : object.triangle_materials) {
+            if (material == static_cast<std::uint32_t>(old - scene.materials.begin()))
+                triangles.push_back(t);
+            ++t;
+        }
+    }
+    return with_material(scene, triangles, *wanted);
 }
 
 }  // namespace aula

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,5 +25,10 @@ const Material& material_of(const Scene& scene, std::uint32_t triangle);
 /// number.
 Scene with_material(const Scene& scene, const std::vector<std::uint32_t>& triangles,
                     const Material& material);
+
+/// A copy in which all that had one material has another, of the scene or of those that ship with
+/// Aula; empty if either name is not known.
+std::optional<Scene> with_material_replaced(const Scene& scene, const std::string& from,
+                                            const std::string& to);
 
 }  // namespace aula

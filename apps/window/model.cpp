@@ -1,11 +1,14 @@
 #include "apps/window/model.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "apps/session/measurement_text.h"
+#include "apps/session/output_file.h"
 #include "apps/session/scene_edits.h"
 #include "apps/session/scene_writer.h"
 
@@ -52,12 +55,23 @@ Model::Model(const WindowOptions& options)
     player_ = std::make_unique<Player>(scene(), options_.session);
     player_->measure_loudness();
     for (const std::string& warning : player_->warnings()) say(warning);
-    settings_[0].simulation = settings_[1].simulation = scene().simulation;
+    for (Setting& setting : settings_)
+        setting = {scene().simulation, options_.session.ambisonic_order, nullptr, {}};
     controls.sources.resize(scene().sources.size());
     test_signals_.resize(scene().sources.size());
     if (!scene().listener.path) controls.listener = scene().listener.pose;
     hand_over();
     geometry_changed();
+    if (options_.osc) {
+        remote_ = std::make_unique<OscRemote>(*options_.osc, *player_, source_names());
+        say("listening for OSC on port " + std::to_string(remote_->port()));
+    }
+}
+
+std::vector<std::string> Model::source_names() const {
+    std::vector<std::string> names;
+    for (const Source& source : scene().sources) names.push_back(source.name);
+    return names;
 }
 
 /// A scene whose sources go on for ever.
@@ -123,6 +137,17 @@ void Model::update(double now_s) {
         now.view = newest;
     }
     if (!frozen || !shown_) shown_ = now.view;
+    // Others may have moved something: OSC.
+    controls = player_->controls();
+    controls.sources.resize(scene().sources.size());
+    replace_materials();
+    if (saving_.valid() && saving_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
+        try {
+            say(saving_.get());
+        } catch (const std::exception& thrown) {
+            say(thrown.what(), true);
+        }
+    }
 
     const auto moves = [](const Object& object) { return object.path.has_value(); };
     if (std::any_of(scene().objects.begin(), scene().objects.end(), moves))
@@ -133,7 +158,9 @@ void Model::update(double now_s) {
 void Model::apply(bool starts_anew) {
     Scene scene_now = scene();
     scene_now.simulation = settings_[active_].simulation;
-    player_->change(scene_now, options_.session, starts_anew);
+    SessionOptions session = options_.session;
+    session.ambisonic_order = settings_[active_].ambisonic_order;
+    player_->change(scene_now, session, starts_anew);
 }
 
 void Model::walk(const WalkInput& input, double time_s) {
@@ -197,8 +224,9 @@ std::optional<TestSignal> Model::test_signal_of(std::size_t source) const {
     return test_signals_[source];
 }
 
-void Model::set_simulation(const Simulation& simulation) {
+void Model::set_simulation(const Simulation& simulation, int ambisonic_order) {
     settings_[active_].simulation = simulation;
+    settings_[active_].ambisonic_order = ambisonic_order;
     apply(false);
 }
 
@@ -222,10 +250,25 @@ const Material& Model::surface_material() const { return material_of(scene(), su
 void Model::give_material(const Material& material, bool everywhere) {
     const auto triangles =
         everywhere ? triangles_like(scene(), surface_->picked) : surface_->triangles;
-    document_.change(
-        document_with(std::make_shared<const Scene>(with_material(scene(), triangles, material))));
+    scene_edited(std::make_shared<const Scene>(with_material(scene(), triangles, material)));
+}
+
+/// Takes over a scene of other materials.
+void Model::scene_edited(std::shared_ptr<const Scene> edited) {
+    document_.change(document_with(std::move(edited)));
     ++scene_version_;
     apply(false);
+}
+
+void Model::replace_materials() {
+    if (!remote_) return;
+    for (const auto& [from, to] : remote_->take_materials()) {
+        auto edited = with_material_replaced(scene(), from, to);
+        if (edited)
+            scene_edited(std::make_shared<const Scene>(std::move(*edited)));
+        else
+            say("OSC: no material \"" + from + "\" here, or none \"" + to + "\"", true);
+    }
 }
 
 void Model::step(void (Undo<Document>::*direction)()) {
@@ -258,8 +301,8 @@ void Model::open(const std::filesystem::path& file) {
         scene_file_ = file;
         file_time_ = time_of(file);
         document_.restart({std::make_shared<const Scene>(std::move(loaded)), {}});
-        settings_ = {};
-        settings_[0].simulation = settings_[1].simulation = scene().simulation;
+        for (Setting& setting : settings_)
+            setting = {scene().simulation, setting.ambisonic_order, nullptr, {}};
         active_ = 0;
         controls = {};
         controls.sources.resize(scene().sources.size());
@@ -267,6 +310,7 @@ void Model::open(const std::filesystem::path& file) {
         if (!scene().listener.path) controls.listener = scene().listener.pose;
         shown_.reset();
         geometry_changed();
+        if (remote_) remote_->set_sources(source_names());
         apply(true);
         say("opening " + file.filename().string());
     } catch (const std::exception& thrown) {
@@ -328,6 +372,38 @@ void Model::toggle_recording() {
     } catch (const std::exception& thrown) {
         say(thrown.what(), true);
     }
+}
+
+void Model::save_response() {
+    if (!shown_ || saving_.valid()) return;
+    Scene measured = scene();
+    measured.sources = {measured.sources[shown_->source]};
+    measured.listener.pose = shown_->listener;
+    measured.listener.path.reset();
+    measured.simulation = shown_->simulation;
+    SessionOptions session = options_.session;
+    session.sample_rate_hz = player_->sample_rate_hz();
+    session.ambisonic_order = settings_[active_].ambisonic_order;
+    const Measurement measurement{{shown_->response}, shown_->length_s, 1};
+    const std::string stem = scene_file_.stem().string();
+    // The HRTF takes a second to read.
+    saving_ = std::async(std::launch::async, [=] {
+        const auto response_file = free_name(stem + "-ir", ".wav");
+        const auto report_file = free_name(stem + "-report", ".json");
+        const auto channels = impulse_response(measured, 0, measurement, session,
+                                               hrtf_for(session, session.sample_rate_hz));
+        WavWriter writer(response_file, session.sample_rate_hz, channels.size(),
+                         SampleFormat::float32);
+        std::vector<float> interleaved;
+        for (std::size_t i = 0; i < channels[0].size(); ++i)
+            for (const auto& channel : channels) interleaved.push_back(channel[i]);
+        writer.write(interleaved);
+        OutputFile report(report_file);
+        report.write(report_json(measured, room_parameters(measurement)));
+        writer.commit();
+        report.commit();
+        return response_file.string() + " and " + report_file.string() + " written";
+    });
 }
 
 void Model::save_scene() {

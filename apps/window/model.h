@@ -3,11 +3,13 @@
 #include <array>
 #include <deque>
 #include <filesystem>
+#include <future>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "apps/session/osc_remote.h"
 #include "apps/session/play_controls.h"
 #include "apps/session/player.h"
 #include "apps/window/curves.h"
@@ -27,6 +29,7 @@ class Model {
     /// A setting, and how it did when it was last heard.
     struct Setting {
         Simulation simulation;
+        int ambisonic_order = 1;
         std::shared_ptr<const FrameView> view;
         FrameNoise noise;
     };
@@ -82,7 +85,7 @@ class Model {
     const Setting& other_setting() const { return settings_[1 - active_]; }
     std::size_t active() const { return active_; }
     bool compares() const { return settings_[1 - active_].view != nullptr; }
-    void set_simulation(const Simulation& simulation);
+    void set_simulation(const Simulation& simulation, int ambisonic_order);
     void switch_setting();
 
     // The view.
@@ -108,6 +111,7 @@ class Model {
     void open_next(int step);
     void toggle_recording();
     void save_scene();
+    void save_response();  ///< impulse response and report of what is shown
 
     const std::deque<Message>& messages() const { return messages_; }
     void say(const std::string& text, bool is_error = false);
@@ -124,6 +128,9 @@ class Model {
     Document document_with(std::shared_ptr<const Scene> scene) const;
     void geometry_changed();
     void watch_file();
+    void replace_materials();
+    void scene_edited(std::shared_ptr<const Scene> edited);
+    std::vector<std::string> source_names() const;
     Scene load_endless(const std::filesystem::path& file);
 
     WindowOptions options_;
@@ -132,6 +139,8 @@ class Model {
     std::vector<bool> loops_;  ///< [source] as the file has it
     Undo<Document> document_;
     std::unique_ptr<Player> player_;
+    std::unique_ptr<OscRemote> remote_;  ///< ends before the player that it moves
+    std::future<std::string> saving_;
     std::unique_ptr<RayScene> rays_;
     std::uint64_t geometry_version_ = 0;
     std::uint64_t scene_version_ = 0;

@@ -148,7 +148,9 @@ void draw_settings(Model& model, Choices& choices) {
         if (ImGui::SmallButton(preset.name)) {
             Simulation s = model.setting().simulation;
             preset.set(s);
-            model.set_simulation(s);
+            model.controls.rays.reset();
+            model.hand_over();
+            model.set_simulation(s, model.setting().ambisonic_order);
         }
         if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", preset.meaning);
     }
@@ -214,11 +216,17 @@ void draw_settings(Model& model, Choices& choices) {
     float length_s = s.ir_length_s.value_or(view ? static_cast<float>(view->length_s) : 1.0F);
     if (ImGui::SliderFloat("length", &length_s, 0.1F, 6, "%.2f s")) s.ir_length_s = length_s;
     item();
+    int ambisonic_order = model.setting().ambisonic_order;
+    ImGui::SliderInt("ambisonics", &ambisonic_order, 1, 3, "order %d");
+    if (ImGui::IsItemEdited()) {
+        done = true;
+        active = false;
+    }
     ImGui::PopItemWidth();
     choices.draft = active && !done ? std::optional(s) : std::nullopt;
     if (done) {
         s.rays = model.controls.rays.value_or(s.rays);
-        model.set_simulation(s);
+        model.set_simulation(s, ambisonic_order);
     }
 }
 
@@ -293,6 +301,10 @@ void draw_surface(Model& model, Choices& choices) {
     ImGui::EndDisabled();
     ImGui::SameLine();
     if (ImGui::SmallButton("save scene")) model.save_scene();
+    ImGui::SameLine();
+    if (ImGui::SmallButton("save response")) model.save_response();
+    if (ImGui::IsItemHovered())
+        ImGui::SetTooltip("impulse response as WAV and ISO 3382 report as JSON, of what is shown");
 }
 
 void draw_view_choices(Model& model, Choices& choices) {

@@ -18,7 +18,8 @@ struct WindowOptions {
     std::vector<std::filesystem::path> scenes;                ///< to switch among
     std::optional<std::filesystem::path> screenshot;          ///< PNG, written after a time
     double screenshot_after_s = 5;
-    bool keeps_state = true;  ///< size and what is shown, from one time to the next
+    std::optional<std::string> osc;  ///< where OSC messages are listened for
+    bool keeps_state = true;         ///< size and what is shown, from one time to the next
     std::function<bool()> interrupted;
 };
 

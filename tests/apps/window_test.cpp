@@ -1,0 +1,94 @@
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+#include <thread>
+
+#include "tests/support/jack_server.h"
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace {
+
+using namespace aula::test;
+
+/// A display of this process's own, in memory.
+class Display {
+ public:
+    Display()
+        : server_({"Xvfb", name_, "-screen", "0", "1280x800x24", "+extension", "GLX", "-nolisten",
+                   "tcp"}) {
+        setenv("DISPLAY", name_.c_str(), 1);
+        for (int turn = 0; turn < 50 && !running_; ++turn) {
+            running_ =
+                run_program({"sh", "-c", "test -S /tmp/.X11-unix/X" + name_.substr(1)}).status == 0;
+            if (!running_) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        }
+    }
+    ~Display() { unsetenv("DISPLAY"); }
+    bool running() const { return running_; }
+
+ private:
+    std::string name_ = ":" + std::to_string(200 + getpid() % 700);
+    ChildProcess server_;
+    bool running_ = false;
+};
+
+/// Width and height of a PNG file, by its header.
+std::pair<unsigned, unsigned> png_size(const std::string& file) {
+    std::ifstream in(file, std::ios::binary);
+    std::string header(24, '\0');
+    in.read(header.data(), 24);
+    if (!in || header.substr(1, 3) != "PNG") return {0, 0};
+    const auto number = [&](std::size_t at) {
+        unsigned value = 0;
+        for (std::size_t i = 0; i < 4; ++i)
+            value = value << 8 | static_cast<unsigned char>(header[at + i]);
+        return value;
+    };
+    return {number(16), number(20)};
+}
+
+}  // namespace
+
+TEST_CASE("The window opens, plays and draws: a screenshot is written, and nothing else") {
+    if (run_program({"sh", "-c", "command -v Xvfb"}).status != 0) {
+        WARN("skipped: there is no Xvfb here");
+        return;
+    }
+    const JackServer server(256);
+    const Display display;
+    if (!server.running() || !display.running()) {
+        WARN("skipped: neither sound nor display can be had here");
+        return;
+    }
+    const TemporaryFolder folder;
+    const std::string picture = folder.path() / "window.png";
+    setenv("XDG_STATE_HOME", folder.path().c_str(), 1);
+    const ProgramResult result =
+        run_program({AULA_PROGRAM, AULA_SOURCE_DIR "/scenes/shoebox.json", "--screenshot", picture,
+                     "--after", "1", "--frame-rate", "10", "--rays", "200"});
+    unsetenv("XDG_STATE_HOME");
+    INFO(result.err);
+    if (result.err.find("there is no window here") != std::string::npos) {
+        WARN("skipped: built without the window, or no OpenGL 3.3 here");
+        return;
+    }
+    REQUIRE(result.status == 0);
+    CHECK(png_size(picture) == std::pair{1280U, 800U});
+    // A picture of one colour would be a few kilobytes.
+    CHECK(std::filesystem::file_size(picture) > 50'000);
+    CHECK(names_in(folder.path()).size() == 1);
+}
+
+TEST_CASE("Without a display the terminal plays, and a screenshot is refused") {
+    unsetenv("DISPLAY");
+    unsetenv("WAYLAND_DISPLAY");
+    const ProgramResult result = run_program(
+        {AULA_PROGRAM, AULA_SOURCE_DIR "/scenes/shoebox.json", "--screenshot", "/tmp/none.png"});
+    CHECK(result.status == 2);
+    CHECK(result.err.find("--screenshot") != std::string::npos);
+}
