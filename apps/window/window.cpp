@@ -355,9 +355,9 @@ class App {
 
 /// The calling thread, and those that it makes from here on, give way to all others.
 void give_way() {
-    constexpr int kNiceness = 10;
+    constexpr int kNicer = 5;
     const auto thread = static_cast<id_t>(syscall(SYS_gettid));
-    setpriority(PRIO_PROCESS, thread, kNiceness);
+    setpriority(PRIO_PROCESS, thread, getpriority(PRIO_PROCESS, thread) + kNicer);
 }
 
 }  // namespace
