@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "apps/window/model.h"
 #include "apps/window/panels.h"
@@ -67,6 +68,14 @@ class NativeWindow {
     NativeWindow(int width, int height) : window_(open_window(width, height, true)) {
         if (window_ == nullptr)
             throw AudioFailure("the window cannot be opened; --no-window plays in the terminal");
+        glfwSetWindowUserPointer(window_, this);
+        // Keys are noted as they are pressed: a picture may take longer than a tap.
+        glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int, int action, int) {
+            if (action == GLFW_PRESS) of(window).pressed_.push_back(key);
+        });
+        glfwSetDropCallback(window_, [](GLFWwindow* window, int count, const char** names) {
+            of(window).dropped_.insert(of(window).dropped_.end(), names, names + count);
+        });
         glfwMakeContextCurrent(window_);
         glewExperimental = GL_TRUE;
         // Without GLX (Wayland) GLEW complains of that alone.
@@ -83,14 +92,22 @@ class NativeWindow {
 
     GLFWwindow* get() const { return window_; }
     bool software() const { return software_; }
+    std::vector<int> take_pressed() { return std::exchange(pressed_, {}); }
+    std::vector<std::string> take_dropped() { return std::exchange(dropped_, {}); }
     bool attended() const {
         return glfwGetWindowAttrib(window_, GLFW_FOCUSED) != 0 ||
                glfwGetWindowAttrib(window_, GLFW_HOVERED) != 0;
     }
 
  private:
+    static NativeWindow& of(GLFWwindow* window) {
+        return *static_cast<NativeWindow*>(glfwGetWindowUserPointer(window));
+    }
+
     GLFWwindow* window_;
     bool software_ = false;
+    std::vector<int> pressed_;
+    std::vector<std::string> dropped_;
 };
 
 void set_style(float scale) {
@@ -160,8 +177,6 @@ class Gui {
     Gui& operator=(const Gui&) = delete;
 };
 
-bool pressed(int key) { return ImGui::IsKeyPressed(key, false); }
-
 /// The window: what is in it and what happens in it.
 class App {
  public:
@@ -171,13 +186,7 @@ class App {
           choices_(state.choices),
           native_(state.width, state.height),
           gui_(native_.get()),
-          picture_(model) {
-        glfwSetWindowUserPointer(native_.get(), this);
-        glfwSetDropCallback(native_.get(), [](GLFWwindow* window, int count, const char** names) {
-            auto* app = static_cast<App*>(glfwGetWindowUserPointer(window));
-            if (count > 0) app->drop(names[0]);
-        });
-    }
+          picture_(model) {}
 
     void run() {
         double last_s = glfwGetTime();
@@ -242,48 +251,95 @@ class App {
         model_.walk(input, dt_s);
     }
 
-    void handle_control_keys() {
-        if (pressed(GLFW_KEY_Z)) model_.undo();
-        if (pressed(GLFW_KEY_Y)) model_.redo();
-        if (pressed(GLFW_KEY_S)) model_.save_scene();
-        if (pressed(GLFW_KEY_Q)) glfwSetWindowShouldClose(native_.get(), GLFW_TRUE);
+    void handle_control_key(int key) {
+        if (key == GLFW_KEY_Z) model_.undo();
+        if (key == GLFW_KEY_Y) model_.redo();
+        if (key == GLFW_KEY_S) model_.save_scene();
+        if (key == GLFW_KEY_Q) glfwSetWindowShouldClose(native_.get(), GLFW_TRUE);
     }
 
-    void handle_keys() {
-        const ImGuiIO& io = ImGui::GetIO();
-        if (io.WantTextInput) return;
-        if (io.KeyCtrl) return handle_control_keys();
-        PlayControls& controls = model_.controls;
-        if (pressed(GLFW_KEY_SLASH) || pressed(GLFW_KEY_H)) choices_.help = !choices_.help;
-        if (pressed(GLFW_KEY_ESCAPE)) {
-            choices_.help = false;
-            model_.unpick();
+    void toggle_part(bool PlayControls::*part) {
+        model_.controls.*part = !(model_.controls.*part);
+        model_.hand_over();
+    }
+
+    void mute_all() {
+        std::vector<SourceControl>& sources = model_.controls.sources;
+        const bool all = std::all_of(sources.begin(), sources.end(),
+                                     [](const SourceControl& s) { return s.muted; });
+        for (SourceControl& source : sources) source.muted = !all;
+        model_.hand_over();
+    }
+
+    void handle_key(int key) {
+        switch (key) {
+            case GLFW_KEY_SLASH:
+            case GLFW_KEY_H:
+                choices_.help = !choices_.help;
+                break;
+            case GLFW_KEY_ESCAPE:
+                choices_.help = false;
+                model_.unpick();
+                break;
+            case GLFW_KEY_V:
+                picture_.camera.first_person = !picture_.camera.first_person;
+                break;
+            case GLFW_KEY_T:
+                model_.follow_path();
+                break;
+            case GLFW_KEY_C:
+                model_.collides = !model_.collides;
+                break;
+            case GLFW_KEY_X:
+                model_.switch_setting();
+                break;
+            case GLFW_KEY_F:
+                model_.frozen = !model_.frozen;
+                break;
+            case GLFW_KEY_P:
+                choices_.rays = !choices_.rays;
+                break;
+            case GLFW_KEY_E:
+                choices_.heat = static_cast<Heat>((static_cast<int>(choices_.heat) + 1) % 3);
+                break;
+            case GLFW_KEY_G:
+                choices_.look.solid = !choices_.look.solid;
+                break;
+            case GLFW_KEY_R:
+                model_.toggle_recording();
+                break;
+            case GLFW_KEY_M:
+                mute_all();
+                break;
+            case GLFW_KEY_PAGE_UP:
+                model_.open_next(-1);
+                break;
+            case GLFW_KEY_PAGE_DOWN:
+                model_.open_next(1);
+                break;
+            case GLFW_KEY_1:
+                toggle_part(&PlayControls::direct);
+                break;
+            case GLFW_KEY_2:
+                toggle_part(&PlayControls::early);
+                break;
+            case GLFW_KEY_3:
+                toggle_part(&PlayControls::late);
+                break;
+            default:
+                break;
         }
-        if (pressed(GLFW_KEY_V)) picture_.camera.first_person = !picture_.camera.first_person;
-        if (pressed(GLFW_KEY_T)) model_.follow_path();
-        if (pressed(GLFW_KEY_C)) model_.collides = !model_.collides;
-        if (pressed(GLFW_KEY_X)) model_.switch_setting();
-        if (pressed(GLFW_KEY_F)) model_.frozen = !model_.frozen;
-        if (pressed(GLFW_KEY_P)) choices_.rays = !choices_.rays;
-        if (pressed(GLFW_KEY_E))
-            choices_.heat = static_cast<Heat>((static_cast<int>(choices_.heat) + 1) % 3);
-        if (pressed(GLFW_KEY_G)) choices_.look.solid = !choices_.look.solid;
-        if (pressed(GLFW_KEY_R)) model_.toggle_recording();
-        if (pressed(GLFW_KEY_PAGE_UP)) model_.open_next(-1);
-        if (pressed(GLFW_KEY_PAGE_DOWN)) model_.open_next(1);
-        for (const auto& [key, part] : {std::pair{GLFW_KEY_1, &controls.direct},
-                                        {GLFW_KEY_2, &controls.early},
-                                        {GLFW_KEY_3, &controls.late}}) {
-            if (!pressed(key)) continue;
-            *part = !*part;
-            model_.hand_over();
+    }
+
+    void handle_input() {
+        for (const int key : native_.take_pressed()) {
+            if (ImGui::GetIO().WantTextInput) continue;
+            if (ImGui::GetIO().KeyCtrl)
+                handle_control_key(key);
+            else
+                handle_key(key);
         }
-        if (pressed(GLFW_KEY_M)) {
-            const bool all = std::all_of(controls.sources.begin(), controls.sources.end(),
-                                         [](const SourceControl& s) { return s.muted; });
-            for (SourceControl& source : controls.sources) source.muted = !all;
-            model_.hand_over();
-        }
+        for (const std::string& file : native_.take_dropped()) drop(file);
     }
 
     template <typename Fill>
@@ -303,7 +359,7 @@ class App {
         ImGui_ImplOpenGL3_NewFrame();
         ImGui_ImplGlfw_NewFrame();
         ImGui::NewFrame();
-        handle_keys();
+        handle_input();
         walk(dt_s);
 
         const ImVec2 whole = ImGui::GetIO().DisplaySize;
