@@ -31,7 +31,7 @@ struct RayScene::Embree {
     std::vector<std::uint32_t> first_triangle;  // of each geometry
     std::vector<std::vector<Vec3>> vertices;    // of each geometry, in the world
 
-    Embree() : device(rtcNewDevice("threads=1,set_affinity=0")) {
+    Embree() : device(rtcNewDevice("threads=1,set_affinity=0,hugepages=1")) {
         if (!device) throw Error("Embree: cannot start; an x86-64 processor with SSE2 is needed");
         scene = rtcNewScene(device);
     }
@@ -203,6 +203,8 @@ void RayScene::intersect(const RayLanes& rays, std::size_t count, HitLanes& hits
                 any ? packet.ray.tfar[i] : std::numeric_limits<float>::infinity();
             hits.u[first + i] = packet.hit.u[i];
             hits.v[first + i] = packet.hit.v[i];
+            // What is hit is looked at next, and in large scenes lies far away in memory.
+            if (any) __builtin_prefetch(&triangles_[hits.triangle[first + i]]);
         }
     }
 }
