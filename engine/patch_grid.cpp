@@ -216,10 +216,17 @@ struct PatchGrid::State {
         return cell;
     }
 
-    /// Samples on both sides of a triangle in proportion to area, `per_cell` of them where it
-    /// fills a cell, for patches that are `wanted(patch)`.
-    template <typename Wanted>
-    void sample(std::uint32_t t, int per_cell, const Wanted& wanted, std::vector<Sample>& samples) {
+    /// Parts of a patch that are too small for a sample of their own: one of them, drawn by area,
+    /// has one for all, so that samples follow area and not the number of triangles.
+    struct Crumbs {
+        float area_m2 = 0;
+        Sample drawn;
+    };
+
+    /// Calls `visit(patch, part, area, normal, back)` for the part of both sides of a triangle in
+    /// every cell.
+    template <typename Visit>
+    void for_each_part(std::uint32_t t, const Visit& visit) {
         const RayScene::Triangle& triangle = scene.triangle(t);
         if (triangle.normal == Vec3(0)) return;
         for (const bool back : {false, true}) {
@@ -227,32 +234,63 @@ struct PatchGrid::State {
             Polygon whole;
             for (const Vec3& v : triangle.vertices)
                 whole.add(v - origin + RayScene::kOffset_m * normal);
-            const ScrambledSobol sobol(derive_seed(seed, t, back));
-            std::uint32_t next = 0;
-            const auto add = [&](const CellIndex& cell, const Polygon& part) {
+            for_each_cell(whole, cuts, 0, {}, [&](const CellIndex& cell, const Polygon& part) {
                 const float area = part.area_m2();
-                if (!(area > 0)) return;
-                const std::uint32_t patch = patch_at(cell, normal);
-                if (!wanted(patch)) return;
-                const int count =
-                    std::clamp(static_cast<int>(std::ceil(static_cast<float>(per_cell) * area /
-                                                          (cell_m * cell_m))),
-                               1, per_cell);
-                for (int i = 0; i < count; ++i) {
-                    samples.push_back({origin + point_in(part, sobol.point(next++)) -
-                                           RayScene::kOffset_m * normal,
-                                       t, patch, area / static_cast<float>(count), back});
-                }
-            };
-            for_each_cell(whole, cuts, 0, {}, add);
+                if (area > 0) visit(patch_at(cell, normal), part, area, normal, back);
+            });
         }
+    }
+
+    /// Samples on both sides of triangles in proportion to area, `per_cell` of them where they
+    /// fill a cell, for patches that are `wanted(patch)`.
+    template <typename Wanted>
+    std::vector<Sample> sample(const std::vector<std::uint32_t>& triangles, int per_cell,
+                               const Wanted& wanted) {
+        std::vector<Sample> samples;
+        std::vector<Crumbs> crumbs;
+        const float samples_per_m2 = static_cast<float>(per_cell) / (cell_m * cell_m);
+        for (const std::uint32_t t : triangles) {
+            const ScrambledSobol sobol(derive_seed(seed, t));
+            std::uint32_t next = 0;
+            for_each_part(t, [&](std::uint32_t patch, const Polygon& part, float area,
+                                 const Vec3& normal, bool back) {
+                if (!wanted(patch)) return;
+                const auto somewhere = [&] {
+                    return origin + point_in(part, sobol.point(next++)) -
+                           RayScene::kOffset_m * normal;
+                };
+                if (area * samples_per_m2 >= 1) {
+                    const int count =
+                        std::min(static_cast<int>(std::ceil(area * samples_per_m2)), per_cell);
+                    for (int i = 0; i < count; ++i) {
+                        samples.push_back(
+                            {somewhere(), t, patch, area / static_cast<float>(count), back});
+                    }
+                    return;
+                }
+                if (crumbs.size() <= patch) crumbs.resize(area_m2.size());
+                Crumbs& rest = crumbs[patch];
+                rest.area_m2 += area;
+                const float u = RandomStream(derive_seed(seed, t, patch)).uniform();
+                if (u * rest.area_m2 < area) rest.drawn = {somewhere(), t, patch, 0, back};
+                if (rest.area_m2 * samples_per_m2 >= 1) {
+                    rest.drawn.area_m2 = rest.area_m2;
+                    samples.push_back(rest.drawn);
+                    rest.area_m2 = 0;
+                }
+            });
+        }
+        for (Crumbs& rest : crumbs) {
+            if (!(rest.area_m2 > 0)) continue;
+            rest.drawn.area_m2 = rest.area_m2;
+            samples.push_back(rest.drawn);
+        }
+        return samples;
     }
 
     /// Patches of both sides of a triangle.
     void add_patches(std::uint32_t t) {
-        std::vector<Sample> none;
-        sample(
-            t, 1, [](std::uint32_t) { return false; }, none);
+        for_each_part(t, [](std::uint32_t, const Polygon&, float, const Vec3&, bool) {});
     }
 
     /// Uniform in a polygon for uniform u.
@@ -293,11 +331,8 @@ struct PatchGrid::State {
     /// Adds the area of the given triangles that sound can reach. Where only a part of a patch can
     /// be reached, many more samples tell how much.
     void add_reachable(const std::vector<std::uint32_t>& triangles, std::vector<float>& areas) {
-        std::vector<Sample> samples;
-        for (const std::uint32_t t : triangles) {
-            sample(
-                t, kSamplesPerPatch, [](std::uint32_t) { return true; }, samples);
-        }
+        std::vector<Sample> samples =
+            sample(triangles, kSamplesPerPatch, [](std::uint32_t) { return true; });
         areas.resize(area_m2.size());
         std::vector<char> counts = reachable(samples);
         std::vector<char> some(areas.size(), 0);
@@ -309,8 +344,7 @@ struct PatchGrid::State {
         for (const Sample& s : samples) {
             if (some[s.patch] && !in_part(s.patch)) areas[s.patch] += s.area_m2;
         }
-        samples.clear();
-        for (const std::uint32_t t : triangles) sample(t, kFineSamples, in_part, samples);
+        samples = sample(triangles, kFineSamples, in_part);
         counts = reachable(samples);
         for (std::size_t i = 0; i < samples.size(); ++i) {
             if (counts[i]) areas[samples[i].patch] += samples[i].area_m2;
