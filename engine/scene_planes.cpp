@@ -1,12 +1,18 @@
 #include "engine/scene_planes.h"
 
+#include <tsl/robin_map.h>
+
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <optional>
 #include <utility>
+
+#include "engine/sampling.h"
 
 namespace aula {
 namespace {
@@ -27,37 +33,48 @@ double twice_area_m2(const RayScene::Triangle& t) {
     return glm::length(glm::cross(Point(t.vertices[1]) - a, Point(t.vertices[2]) - a));
 }
 
-/// Planes by cell of their normal and offset from the scene's middle.
+/// Planes by cell of their normal and of their offset from the scene's middle.
 class PlaneIndex {
  public:
-    explicit PlaneIndex(const Point& middle) : middle_(middle) {}
+    /// For triangles within `radius_m` of the middle.
+    PlaneIndex(const Point& middle, double radius_m)
+        : middle_(middle), slab_m_(2 * reach_m(radius_m)) {}
 
+    /// `index` is that of the plane, in ascending order from 0.
     void add(const ScenePlanes::Plane& plane, std::uint32_t index) {
+        assert(index == next_.size());
         const Point n = (plane.normal + 1.0) / kCell;
-        planes_.emplace(
-            Key{cell(static_cast<int>(n.x), static_cast<int>(n.y), static_cast<int>(n.z)),
-                plane.offset_m - glm::dot(plane.normal, middle_)},
-            index);
+        const std::uint64_t cell =
+            key(static_cast<int>(n.x), static_cast<int>(n.y), static_cast<int>(n.z),
+                slab(plane.offset_m - glm::dot(plane.normal, middle_)));
+        occupied_[sign_of(cell)] = true;
+        const auto [last, added] = last_in_cell_.try_emplace(cell, index);
+        next_.push_back(added ? kNone : last->second);
+        last.value() = index;
     }
 
-    /// The first plane that a triangle with this normal lies in.
+    /// A plane that a triangle with this normal lies in.
     std::optional<std::uint32_t> find(const std::vector<ScenePlanes::Plane>& planes,
                                       const RayScene::Triangle& triangle,
                                       const Point& normal) const {
+        const Point from_middle = Point(triangle.vertices[0]) - middle_;
+        const double reach = reach_m(glm::length(from_middle));
         for (const double sign : {1.0, -1.0}) {
             const Point n = sign * normal;
-            const Point from_middle = Point(triangle.vertices[0]) - middle_;
             const double offset_m = glm::dot(n, from_middle);
-            const double reach_m = kTolerance_m + kTolerance_rad * glm::length(from_middle);
             const glm::ivec3 low((n + 1.0 - kTolerance_rad) / kCell);
             const glm::ivec3 high((n + 1.0 + kTolerance_rad) / kCell);
             for (int x = low.x; x <= high.x; ++x) {
                 for (int y = low.y; y <= high.y; ++y) {
                     for (int z = low.z; z <= high.z; ++z) {
-                        auto i = planes_.lower_bound({cell(x, y, z), offset_m - reach_m});
-                        const Key end{cell(x, y, z), offset_m + reach_m};
-                        for (; i != planes_.end() && i->first <= end; ++i) {
-                            if (holds(planes[i->second], triangle, n)) return i->second;
+                        for (int at = slab(offset_m - reach); at <= slab(offset_m + reach); ++at) {
+                            const std::uint64_t cell = key(x, y, z, at);
+                            if (!occupied_[sign_of(cell)]) continue;
+                            const auto last = last_in_cell_.find(cell);
+                            if (last == last_in_cell_.end()) continue;
+                            for (auto i = last->second; i != kNone; i = next_[i]) {
+                                if (holds(planes[i], triangle, n)) return i;
+                            }
                         }
                     }
                 }
@@ -67,9 +84,27 @@ class PlaneIndex {
     }
 
  private:
-    using Key = std::pair<int, double>;
+    static constexpr int kSignBits = 23;
+    static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-    static int cell(int x, int y, int z) { return (x << 20) + (y << 10) + z; }
+    struct MixHash {
+        std::size_t operator()(std::uint64_t key) const { return mix64(key); }
+    };
+
+    static double reach_m(double from_middle_m) {
+        return kTolerance_m + kTolerance_rad * from_middle_m;
+    }
+
+    /// Where `occupied_` tells of a cell.
+    static std::size_t sign_of(std::uint64_t cell) { return mix64(cell) >> (64 - kSignBits); }
+
+    /// The offset's cell: as wide as any triangle reaches, so that it looks into two at most.
+    int slab(double offset_m) const { return static_cast<int>(std::floor(offset_m / slab_m_)); }
+
+    static std::uint64_t key(int x, int y, int z, int slab) {
+        return static_cast<std::uint64_t>(static_cast<std::uint32_t>(slab)) << 32 |
+               static_cast<std::uint32_t>((x << 20) + (y << 10) + z);
+    }
 
     static bool holds(const ScenePlanes::Plane& plane, const RayScene::Triangle& triangle,
                       const Point& normal) {
@@ -80,7 +115,12 @@ class PlaneIndex {
     }
 
     Point middle_;
-    std::multimap<Key, std::uint32_t> planes_;
+    double slab_m_;
+    // Most lookups find nothing: a megabyte of bits, which stays near the processor, says so at
+    // once.
+    std::vector<bool> occupied_ = std::vector<bool>(std::size_t{1} << kSignBits);
+    tsl::robin_map<std::uint64_t, std::uint32_t, MixHash> last_in_cell_;
+    std::vector<std::uint32_t> next_;  ///< the one before in the same cell
 };
 
 }  // namespace
@@ -117,7 +157,7 @@ void ScenePlanes::merge() {
         low = glm::min(low, Point(t.vertices[0]));
         high = glm::max(high, Point(t.vertices[0]));
     }
-    PlaneIndex index(0.5 * (low + high));
+    PlaneIndex index(0.5 * (low + high), triangles.empty() ? 0 : 0.5 * glm::length(high - low));
     for (const std::uint32_t t : by_size) {
         if (triangles[t].normal == Vec3(0) || !(size_m2[t] > 0)) continue;
         const Point normal = normal_of(triangles[t]);
