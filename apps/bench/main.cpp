@@ -167,12 +167,12 @@ int run(int argc, char** argv) {
     trace->add_option("SCENE", scene, "scene file")->required();
     CLI::App* convolve = app.add_subcommand(
         "convolve", "what a block costs the audio thread, beside other libraries");
-    aula::bench::ConvolutionSweep sweep;
-    convolve->add_option("--ir-length", sweep.responses_s, "s, one or more (1 2 4)")
+    aula::bench::ConvolutionSweep convolution_sweep;
+    convolve->add_option("--ir-length", convolution_sweep.responses_s, "s, one or more (1 2 4)")
         ->check(CLI::Range(0.01, 10.0));
-    convolve->add_option("--block", sweep.blocks, "one or more (64 128 256 512)")
+    convolve->add_option("--block", convolution_sweep.blocks, "one or more (64 128 256 512)")
         ->check(CLI::Range(64, 4096));
-    convolve->add_option("--rounds", sweep.rounds, "of which the best counts")
+    convolve->add_option("--rounds", convolution_sweep.rounds, "of which the best counts")
         ->capture_default_str()
         ->check(CLI::Range(1, 1000));
     CLI::App* all = app.add_subcommand("all", "everything");
@@ -199,14 +199,14 @@ int run(int argc, char** argv) {
         if (*sweep) bench.sweep(scene, plot_folder);
         if (*tracking) bench.tracking(scene);
         if (*trace) bench.trace(scene);
-        if (*convolve) bench.convolve(sweep);
+        if (*convolve) bench.convolve(convolution_sweep);
         if (*all) {
             for (const std::string& file : scenes) {
                 bench.noise(file);
                 bench.tracking(file);
                 bench.trace(file);
             }
-            bench.convolve(sweep);
+            bench.convolve(convolution_sweep);
         }
         if (!json.empty()) aula::bench::write_json(json, bench.rows());
     } catch (const aula::Error& e) {
