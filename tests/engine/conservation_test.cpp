@@ -1,0 +1,191 @@
+// Mirrors, scattering and image sources together: nothing is counted twice and nothing is lost.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numbers>
+#include <vector>
+
+#include "engine/propagation.h"
+#include "engine/sampling.h"
+#include "tests/support/measure.h"
+#include "tests/support/rooms.h"
+#include "tests/support/statistics.h"
+
+using namespace aula;
+
+namespace {
+
+const Vec3 kSize(5, 4, 3);
+const Vec3 kSource(1.2F, 1.1F, 1.5F);
+const Vec3 kListener(3.7F, 2.9F, 1.2F);
+
+/// Bins and paths between two times. 1/m2
+double all_between(const EnergyResponse& response, double begin_s, double end_s,
+                   std::size_t band = 0) {
+    double sum = test::energy_between(response, begin_s, end_s, band);
+    for (const SpecularPath& path : response.paths) {
+        const double t = response.arrival_s(path);
+        if (t >= begin_s && t < end_s) sum += double{path.energy[band]};
+    }
+    return sum;
+}
+
+/// Energy of all image sources of a box with equal walls, between two times: rho^n / (4 pi d^2).
+double images_between(const Vec3& source, const Vec3& listener, double rho, double begin_m,
+                      double end_m) {
+    const auto along = [&](int axis, int n) {
+        // Image n of the source: n even shifts it by n lengths, n odd mirrors it, too.
+        const double length = double{kSize[axis]};
+        const double at = double{source[axis]};
+        return (n % 2 == 0 ? n * length + at : (n + 1) * length - at) - double{listener[axis]};
+    };
+    const int most = static_cast<int>(end_m / 3) + 2;
+    double sum = 0;
+    for (int i = -most; i <= most; ++i) {
+        for (int j = -most; j <= most; ++j) {
+            for (int k = -most; k <= most; ++k) {
+                const double d = std::hypot(along(0, i), along(1, j), along(2, k));
+                if (d < begin_m || d >= end_m) continue;
+                sum += std::pow(rho, std::abs(i) + std::abs(j) + std::abs(k)) /
+                       (4 * std::numbers::pi * d * d);
+            }
+        }
+    }
+    return sum;
+}
+
+}  // namespace
+
+TEST_CASE("without scattering a box has the image sources' energy, however they are found") {
+    // Whether paths come from image sources or, above the specular order, from rays.
+    for (const int specular_order : {0, 3}) {
+        Scene scene = test::grey_room(test::box(kSize), 0.2F, 0, kSource, kListener);
+        scene.simulation.direct = true;
+        scene.simulation.specular_order = specular_order;
+        scene.simulation.listener_radius_m = 0.3F;
+        scene.simulation.rays = 4000;
+        for (const Estimator estimator : {Estimator::dpc, Estimator::patch}) {
+            Propagation propagation(scene, test::with(scene, estimator, 0.12F, 0.1F));
+            const double c = double{scene.medium.speed_of_sound_m_s()};
+            for (const auto& [begin_s, end_s] : {std::pair(0.0, 0.04), std::pair(0.04, 0.1)}) {
+                const test::Estimate e = test::estimate(test::restarts(
+                    propagation, scene, 8, 3, [&, b = begin_s, n = end_s](const EnergyResponse& r) {
+                        return all_between(r, b, n);
+                    }));
+                const double exact =
+                    images_between(kSource, kListener, 0.8, begin_s * c, end_s * c);
+                CAPTURE(specular_order, estimator_name(estimator), begin_s, e.mean,
+                        e.standard_error, exact);
+                // A sphere of 0.3 m averages 1 / d^2: R^2 / (5 d^2), 0.4 % of the first order. An
+                // arrival on a border may fall on its other side: spread by the sphere, 1 %.
+                CHECK(std::abs(e.mean - exact) < test::kFamilyZ * e.standard_error + 0.01 * exact);
+                CHECK(std::abs(e.mean - exact) < 0.08 * exact);  // and it is precise enough
+                // Companions: the paths of one order twice or not at all are 10 % and more.
+            }
+        }
+    }
+}
+
+TEST_CASE("the specular order decides who finds a path, not how much there is") {
+    // Partly specular walls that differ by band.
+    Scene scene = test::grey_room(test::box(kSize), 0.2F, 0.5F, kSource, kListener);
+    scene.materials[0].absorption = {{0.05F, 0.1F, 0.2F, 0.3F, 0.1F, 0.4F, 0.2F, 0.6F}};
+    scene.materials[0].scattering = {{0, 0.1F, 0.2F, 0.4F, 0.5F, 0.7F, 0.9F, 1}};
+    scene.simulation.direct = true;
+    scene.simulation.rays = 2000;
+    std::vector<std::vector<test::Estimate>> totals;  // [specular order][band]
+    for (const int specular_order : {0, 3}) {
+        scene.simulation.specular_order = specular_order;
+        Propagation propagation(scene, test::with(scene, Estimator::patch, 0.25F, 0.1F));
+        std::vector<std::vector<double>> samples(kBandCount);
+        test::restarts(propagation, scene, 12, 3, [&](const EnergyResponse& r) {
+            for (std::size_t b = 0; b < kBandCount; ++b) {
+                samples[b].push_back(all_between(r, 0, 0.25, b));
+            }
+            return 0.0;
+        });
+        totals.emplace_back();
+        for (const auto& of_band : samples) totals.back().push_back(test::estimate(of_band));
+    }
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        const test::Estimate& most = totals[1][b];  // the fewest paths are the rays'
+        const test::Estimate& e = totals[0][b];
+        const double error = std::hypot(e.standard_error, most.standard_error);
+        CAPTURE(b, e.mean, most.mean, error);
+        // The sphere of 0.5 m: R^2 / (5 d^2) of the first order's part, below 1 %.
+        CHECK(std::abs(e.mean - most.mean) < test::kFamilyZ * error + 0.01 * most.mean);
+    }
+    // The companion: of band 0, all mirrors, the image sources of three orders are over a third.
+    Simulation without = test::with(scene, Estimator::patch, 0.25F, 0.1F);
+    without.specular = false;
+    Propagation propagation(scene, without);
+    propagation.step(test::standing(scene));
+    CHECK(all_between(propagation.response(0), 0, 0.25) < 0.66 * totals[1][0].mean);
+}
+
+TEST_CASE("energy is conserved for any scattering, image sources and all") {
+    // Lossless: late energy is c P / V, of which the image sources' part comes first.
+    for (const float scattering : {0.0F, 0.05F, 0.5F, 1.0F}) {
+        Scene scene = test::grey_room(test::box(kSize), 0, scattering, kSource, kListener);
+        scene.simulation.specular_order = 3;
+        scene.simulation.rays = 2000;
+        const double exact = double{scene.medium.speed_of_sound_m_s()} / 60 * 0.15;
+        for (const Estimator estimator : {Estimator::dpc, Estimator::patch}) {
+            Propagation propagation(scene, test::with(scene, estimator, 0.2F, 0.1F));
+            const test::Estimate e = test::estimate(
+                test::restarts(propagation, scene, 10, 3,
+                               [](const EnergyResponse& r) { return all_between(r, 0.05, 0.2); }));
+            CAPTURE(scattering, estimator_name(estimator), e.mean, e.standard_error, exact);
+            // Images lie in space as the room's volume repeats: their count in a shell of 17 to
+            // 69 m differs from the volume's share by less than 1 %.
+            CHECK(std::abs(e.mean - exact) < test::kFamilyZ * e.standard_error + 0.015 * exact);
+            CHECK(std::abs(e.z(1.15 * exact)) > test::kRefutedZ);  // companion
+        }
+    }
+}
+
+TEST_CASE("source and listener may be exchanged where walls mirror in part and bands differ") {
+    Scene there = test::grey_room(test::l_shaped_room(), 0.2F, 0.3F, Vec3(5, 1.5F, 1.5F),
+                                  Vec3(1.5F, 5, 1.2F));
+    there.materials.push_back({"soft",
+                               {{0.1F, 0.2F, 0.4F, 0.6F, 0.8F, 0.9F, 0.9F, 1}},
+                               {{0.2F, 0.3F, 0.5F, 0.8F, 1, 1, 0.1F, 0.5F}}});
+    there.materials[0].scattering = {{0, 0.1F, 0.3F, 0.5F, 0.7F, 0.9F, 0.2F, 1}};
+    // One wing soft, one hard: the two ways differ in all but the sum.
+    Object& room = there.objects[0];
+    for (std::size_t t = 0; t < room.triangles.size(); ++t) {
+        float x = 0;
+        for (const std::uint32_t v : room.triangles[t]) x += room.vertices[v].x / 3;
+        room.triangle_materials[t] = x > 3 ? 1 : 0;
+    }
+    Scene back = there;
+    std::swap(back.sources[0].position, back.listener.pose.position);
+    const auto totals = [](const Scene& scene) {
+        Propagation propagation(scene, test::with(scene, Estimator::patch, 0.3F, 0.2F));
+        std::vector<std::vector<double>> samples(kBandCount);
+        test::restarts(propagation, scene, 12, 4, [&](const EnergyResponse& r) {
+            for (std::size_t b = 0; b < kBandCount; ++b) {
+                samples[b].push_back(all_between(r, 0, 0.3, b));
+            }
+            return 0.0;
+        });
+        std::vector<test::Estimate> estimates;
+        for (const auto& of_band : samples) estimates.push_back(test::estimate(of_band));
+        return estimates;
+    };
+    const auto one = totals(there);
+    const auto other = totals(back);
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        const double error = std::hypot(one[b].standard_error, other[b].standard_error);
+        CAPTURE(b, one[b].mean, other[b].mean, error);
+        // Patches of 0.5 m, 1 %.
+        CHECK(std::abs(one[b].mean - other[b].mean) < test::kFamilyZ * error + 0.01 * one[b].mean);
+        CHECK(error < 0.05 * one[b].mean);  // so that a difference would be seen
+    }
+    // The companion: the other wing's listener beside the source hears something else.
+    Scene elsewhere = there;
+    elsewhere.listener.pose.position = Vec3(1.5F, 1.5F, 1.2F);
+    const auto third = totals(elsewhere);
+    CHECK(std::abs(third[0].mean - one[0].mean) > 0.1 * one[0].mean);
+}

@@ -1,0 +1,193 @@
+// What must not happen: fireflies, singularities, endless work, sound that is heard too long.
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <vector>
+
+#include "engine/path_tracer.h"
+#include "engine/propagation.h"
+#include "engine/sampling.h"
+#include "tests/support/measure.h"
+#include "tests/support/rooms.h"
+#include "tests/support/statistics.h"
+
+using namespace aula;
+
+namespace {
+
+const Vec3 kSource(1.2F, 1.1F, 1.5F);
+const Vec3 kListener(3.7F, 2.9F, 1.2F);
+
+/// The largest over the mean of the energy in a bin of 20 ms, over frames of their own rays each.
+double firefly(const Scene& scene, Estimator estimator, double begin_s, double end_s, int frames) {
+    Propagation propagation(scene, test::with(scene, estimator, 0.2F, 0));
+    std::vector<double> energies;
+    for (int f = 0; f < frames; ++f) {
+        propagation.restart(derive_seed(test::test_seed(), f));
+        propagation.step(test::standing(scene));
+        energies.push_back(test::energy_between(propagation.response(0), begin_s, end_s));
+    }
+    double mean = 0;
+    for (const double e : energies) mean += e / frames;
+    return *std::max_element(energies.begin(), energies.end()) / mean;
+}
+
+}  // namespace
+
+TEST_CASE("near walls, edges and corners no frame flashes") {
+    for (const Vec3& source : {kSource, Vec3(0.002F)}) {
+        for (const Vec3& listener : {Vec3(0.003F, 2.2F, 1), Vec3(4.998F, 3.999F, 2)}) {
+            const Scene scene =
+                test::grey_room(test::box(Vec3(5, 4, 3)), 0.2F, 0.7F, source, listener);
+            CAPTURE(source.x, source.y, source.z, listener.x, listener.y, listener.z);
+            // A frame's noise is 6 % here and up to 20 % in a corner: no frame of sixty at
+            // more than 4 standard deviations, and so no heavy tail.
+            CHECK(firefly(scene, Estimator::patch, 0.05, 0.07, 60) < 1.8);
+        }
+    }
+    // The companion: plain path tracing, of which a bin holds ten arrivals, does flash.
+    const Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.2F, 0.7F, kSource, kListener);
+    CHECK(firefly(scene, Estimator::pt, 0.05, 0.052, 100) > 1.8);
+}
+
+TEST_CASE("as source and listener come to a wall together the first reflection stays bounded") {
+    // At a height h it is rho / (8 pi h^2); a patch of the size lambda holds no more than
+    // 2 B / A = rho / lambda^2, and no less than half of that nearby.
+    double before = 0;
+    for (const float height_m : {1.0F, 0.5F, 0.1F, 0.02F, 0.001F}) {
+        const Vec3 place(0.25F, 0.25F, height_m);
+        const Scene scene = test::grey_room(test::square(8), 0.2F, 1, place, place);
+        Simulation simulation = test::with(scene, Estimator::patch, 0.1F);
+        simulation.order = 1;
+        Propagation propagation(scene, simulation);
+        for (int f = 0; f < 10; ++f) propagation.step(test::standing(scene));
+        const double energy = test::total(propagation.response(0));
+        CAPTURE(height_m, energy, before);
+        CHECK(energy > 0.9 * before);
+        CHECK(energy < 0.8 / 0.25 * 1.1);
+        before = energy;
+    }
+    CHECK(before > 0.8 / 0.25 * 0.5);
+}
+
+TEST_CASE("tiny patches far from the origin cost no more than near it") {
+    // Floats are 6 cm apart at a million metres: the box is as good as they allow.
+    const Vec3 corner(999990, 0, 0);
+    Scene scene = test::grey_room(test::box(Vec3(1), 0, corner), 0.2F, 1, corner + Vec3(0.25F),
+                                  corner + Vec3(0.5F));
+    for (const Estimator estimator : test::kAllEstimators) {
+        Simulation simulation = test::with(scene, estimator, 0.1F);
+        simulation.patch_size_m = 0.05F;
+        simulation.rays = 100;
+        Propagation propagation(scene, simulation);
+        for (int f = 0; f < 2; ++f) propagation.step(test::standing(scene));
+        CAPTURE(estimator_name(estimator));
+        CHECK(test::fault(propagation.response(0)) == "");
+        CHECK(propagation.statistics().cache_entries < 30'000);
+    }
+}
+
+TEST_CASE("very little memory ends the search for a patch size, too") {
+    Scene scene = test::grey_room(test::icosphere(3, 2), 0.2F, 1, Vec3(0), Vec3(1, 0, 0));
+    scene.objects.push_back(test::box(Vec3(0.5F), 0, Vec3(-1)));
+    const Source source = scene.sources[0];
+    for (int i = 0; i < 20; ++i) scene.sources.push_back(source);
+    Simulation simulation = test::with(scene, Estimator::patch, 10);
+    simulation.memory_mb = 1;
+    simulation.rays = 10;
+    Propagation propagation(scene, simulation);
+    propagation.step(test::standing(scene));
+    CHECK(test::fault(propagation.response(0)) == "");
+}
+
+TEST_CASE("direct sound is there after three seconds, and a response holds as much") {
+    Scene scene = test::grey_room(Object{}, 0, 0, Vec3(0), Vec3(1100, 0, 0));
+    scene.objects.clear();
+    scene.simulation.direct = true;
+    for (const Estimator estimator : test::kAllEstimators) {
+        Simulation simulation = scene.simulation;
+        simulation.estimator = estimator;
+        Propagation propagation(scene, simulation);
+        propagation.step(test::standing(scene));
+        const EnergyResponse& response = propagation.response(0);
+        REQUIRE(response.paths.size() == 1);
+        CHECK(response.arrival_s(response.paths[0]) == Approx(1100 / 343.2).epsilon(1e-6));
+        CHECK(response.bins.length_s() > 1100 / 343.2);
+        CHECK(response.total(0) > 0);
+    }
+}
+
+TEST_CASE("image sources keep to the limit of all orders") {
+    Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.2F, 0, kSource, kListener);
+    scene.simulation.direct = true;
+    scene.simulation.specular_order = 3;
+    for (const int order : {1, 2, 3, 0}) {
+        Simulation simulation = test::with(scene, Estimator::patch, 0.2F);
+        simulation.order = order;
+        Propagation propagation(scene, simulation);
+        propagation.step(test::standing(scene));
+        int highest = 0;
+        for (const SpecularPath& path : propagation.response(0).paths) {
+            highest = std::max(highest, path.order);
+        }
+        CHECK(highest == (order == 0 ? 3 : order));
+    }
+}
+
+TEST_CASE("mirror paths of high order follow a listener after a long rest, too") {
+    // So many rays that the cache is soon complete and no more are traced.
+    Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.2F, 0.0F, kSource, kListener);
+    Simulation simulation = test::with(scene, Estimator::patch, 0.05F, 0.2F);
+    simulation.rays = 1 << 20;
+    simulation.order = 1;
+    Propagation propagation(scene, simulation);
+    FrameInput input = test::standing(scene);
+    for (int f = 0; f < 6; ++f) propagation.step(input);
+    input.listeners[0] = Vec3(1, 1, 1);
+    propagation.step(input);
+    Propagation fresh(scene, simulation);
+    fresh.step(input);
+    // Two frames' estimates of the same place: a million rays, 1 %.
+    CHECK(test::energy_between(propagation.response(0), 0, 0.05) ==
+          Approx(test::energy_between(fresh.response(0), 0, 0.05)).epsilon(0.03));
+}
+
+TEST_CASE("scrambled points have the same mean as independent rays and far less variance") {
+    // The energy of the first orders, from the same number of rays.
+    const Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.2F, 1, kSource, kListener);
+    const RayScene rays(scene);
+    const PatchSubdivision subdivision(rays, 0.5F);
+    const auto first_order = [&](bool independent) {
+        TraceSettings settings;
+        settings.rays = 1024;
+        settings.order = 1;
+        settings.listener_radius_m = 1;
+        settings.independent_rays = independent;
+        const PathTracer tracer(rays, subdivision, settings);
+        std::vector<double> hits;
+        for (int f = 0; f < 300; ++f) {
+            // The rays that meet one quarter of the floor, known by their second start.
+            double sum = 0;
+            for (int b = 0; b < tracer.batch_count(); ++b) {
+                for (const Ray& ray :
+                     tracer.rays(0, kSource, derive_seed(test::test_seed(), f, independent), b)) {
+                    sum += ray.origin.z < 0.01F && ray.origin.x < 2.5F && ray.origin.y < 2 ? 1 : 0;
+                }
+            }
+            hits.push_back(sum / settings.rays);
+        }
+        return test::estimate(hits);
+    };
+    const test::Estimate scrambled = first_order(false);
+    const test::Estimate independent = first_order(true);
+    CAPTURE(scrambled.mean, scrambled.standard_error, independent.mean, independent.standard_error);
+    CHECK(std::abs(scrambled.mean - independent.mean) <
+          test::kFamilyZ * std::hypot(scrambled.standard_error, independent.standard_error));
+    // A region's count has an error of N^-3/4 in place of N^-1/2: a fifth of it for 1024.
+    CHECK(scrambled.standard_error < 0.4 * independent.standard_error);
+    // The companion: independent rays have the binomial spread.
+    const double p = independent.mean;
+    CHECK(independent.standard_error * std::sqrt(300.0) ==
+          Approx(std::sqrt(p * (1 - p) / 1024)).epsilon(4 / std::sqrt(2 * 300.0)));
+}
