@@ -40,6 +40,9 @@ class ArrivalWindow {
     /// True if every frame held is as the present one: none is from before a change.
     bool settled() const;
 
+    /// True if as many frames are held as ever will be.
+    bool full() const { return frames_.size() == window_frames_; }
+
     /// Adds the arrivals, each at its own delay, over the rays of their frames.
     void add_to(EnergyResponse& response) const;
 

@@ -77,6 +77,10 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const Simulation& simu
                                  listener_count * PatchCache::row_bytes(bins.count(), true))),
           inside, workers)),
       tracer_(scene, grid_, bins_, trace) {
+    for (const RayScene::Triangle& t : scene.triangles()) {
+        mirrors_ = mirrors_ || (simulation.specular || simulation.order > 0) &&
+                                   complement(scene.material(t).scattering).max() > 0;
+    }
     gather_settings_.rays = kGatherRays;
     // A patch does not know the order of what it radiates: under a limit the tracer finds what ends
     // in a mirror.
@@ -152,6 +156,8 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
         pairs_[i].changed = status_[s].changed || status_[source_count_ + l].changed;
         pairs_[i].arrivals.advance(
             {frame.number, frame.input.sources[s], frame.input.listeners[l], frame.travel_m});
+        // Rays are wanted as well for what no gather finds, until a window of it is full.
+        if (mirrors_ && !pairs_[i].arrivals.full()) status_[s].complete = false;
     }
 }
 
@@ -200,7 +206,7 @@ void PatchPropagation::update(const std::vector<int>& batches, const Propagation
                 from.listens ? k * listener_count_ + id - source_count_ : id * listener_count_ + k;
             pairs_[pair].arrivals.add(at[k], rays);
         }
-        caches_[id].add_frame(rays, grid_.size(), traced, workers_);
+        if (!caches_[id].complete()) caches_[id].add_frame(rays, grid_.size(), traced, workers_);
     }
 }
 

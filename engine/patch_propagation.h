@@ -108,6 +108,7 @@ class PatchPropagation {
     WorkerPool& workers_;
     TimeBins bins_;
     int window_frames_;
+    bool mirrors_ = false;  ///< paths that end in a mirror are left to the rays
     float listener_radius_m_;
     float speed_of_sound_m_s_;
     double memory_bytes_;

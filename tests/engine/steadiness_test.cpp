@@ -171,7 +171,7 @@ TEST_CASE("scrambled points have the same mean as independent rays and far less 
             double sum = 0;
             for (int b = 0; b < tracer.batch_count(); ++b) {
                 for (const Ray& ray :
-                     tracer.rays(0, kSource, derive_seed(test::test_seed(), f, independent), b)) {
+                     tracer.rays({0, kSource}, derive_seed(test::test_seed(), f, independent), b)) {
                     sum += ray.origin.z < 0.01F && ray.origin.x < 2.5F && ray.origin.y < 2 ? 1 : 0;
                 }
             }
