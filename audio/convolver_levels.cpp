@@ -39,17 +39,15 @@ LevelSums::LevelSums(const ConvolutionShape& shape, const PartitionLevel& level,
       index_(index),
       multiply_add_(level.half_precision ? best_kernels().multiply_add_half
                                          : best_kernels().multiply_add) {
-    shared_.reserve(inputs_ * level.count);
-    current_only_.reserve(inputs_ * level.count);
-    next_only_.reserve(inputs_ * level.count);
+    for (Terms* const terms : {&shared_, &current_only_, &next_only_}) {
+        terms->terms.resize(inputs_ * level.count);
+    }
 }
 
 void LevelSums::collect(SpectralHistory& history, const ConvolutionFilter* current,
                         const ConvolutionFilter* next, std::size_t first,
                         std::size_t last) noexcept {
-    shared_.clear();
-    current_only_.clear();
-    next_only_.clear();
+    shared_.count = current_only_.count = next_only_.count = 0;
     constexpr FilterPartition kSilence;
     for (std::size_t i = 0; i < inputs_; ++i) {
         const FilterPartition* const olds = current ? current->partitions(index_, i) : nullptr;
@@ -57,10 +55,9 @@ void LevelSums::collect(SpectralHistory& history, const ConvolutionFilter* curre
         for (std::size_t p = first; p < last; ++p) {
             const FilterPartition& old = olds ? olds[p] : kSilence;
             const FilterPartition& young = youngs ? youngs[p] : kSilence;
-            const auto list = [&](std::vector<SpectralTerm>& terms, const FilterPartition& added) {
+            const auto list = [&](Terms& to, const FilterPartition& added) {
                 if (added.spectra == nullptr) return;
-                assert(terms.size() < terms.capacity());
-                terms.push_back({history.spectrum(i, p), added.spectra, added.scale});
+                to.terms[to.count++] = {history.spectrum(i, p), added.spectra, added.scale};
             };
             if (old.spectra == young.spectra) {
                 list(shared_, old);
@@ -72,9 +69,9 @@ void LevelSums::collect(SpectralHistory& history, const ConvolutionFilter* curre
     }
 }
 
-void LevelSums::multiply_add(const std::vector<SpectralTerm>& terms, std::size_t first_chunk,
-                             std::size_t last_chunk, float* sums) const noexcept {
-    multiply_add_(terms.data(), terms.size(), outputs_, first_chunk, last_chunk, sums);
+void LevelSums::multiply_add(const Terms& terms, std::size_t first_chunk, std::size_t last_chunk,
+                             float* sums) const noexcept {
+    multiply_add_(terms.terms.data(), terms.count, outputs_, first_chunk, last_chunk, sums);
 }
 
 void LevelSums::set(std::size_t first_chunk, std::size_t last_chunk, bool with_next, float* current,
@@ -221,7 +218,7 @@ void TailLevel::start_frame(const ConvolutionFilter* newest) noexcept {
     history_.advance();
     next_ = newest;
     sums_.collect(history_, current_, next_, 0, level_.count);
-    const std::size_t voices = sums_.empty() ? 0 : sums_.differs() ? 2 : 1;
+    const std::size_t voices = sums_.product_count() == 0 ? 0 : sums_.differs() ? 2 : 1;
     output_pieces_ = outputs_ * voices * transform_.steps();
     cost_of_sums_ = product_cost_ * static_cast<double>(sums_.product_count()) *
                     static_cast<double>(chunks_of_piece(outputs_));

@@ -44,14 +44,13 @@ class LevelSums {
                  const ConvolutionFilter* next, std::size_t first,
                  std::size_t last) noexcept AULA_NONBLOCKING;
 
-    bool empty() const noexcept AULA_NONBLOCKING { return shared_.empty() && !differs(); }
     std::size_t product_count() const noexcept AULA_NONBLOCKING {
-        return shared_.size() + current_only_.size() + next_only_.size();
+        return shared_.count + current_only_.count + next_only_.count;
     }
 
     /// Whether current and next have different sums.
     bool differs() const noexcept AULA_NONBLOCKING {
-        return !current_only_.empty() || !next_only_.empty();
+        return current_only_.count > 0 || next_only_.count > 0;
     }
 
     /// Sets, or adds to, the sums [chunk][output] of a range of chunks; those of next only where
@@ -62,24 +61,27 @@ class LevelSums {
              float* next) const noexcept AULA_NONBLOCKING;
 
  private:
-    void multiply_add(const std::vector<SpectralTerm>& terms, std::size_t first_chunk,
-                      std::size_t last_chunk, float* sums) const noexcept AULA_NONBLOCKING;
+    /// Room for all products there can be.
+    struct Terms {
+        std::vector<SpectralTerm> terms;
+        std::size_t count = 0;
+    };
+    void multiply_add(const Terms& terms, std::size_t first_chunk, std::size_t last_chunk,
+                      float* sums) const noexcept AULA_NONBLOCKING;
 
     std::size_t inputs_;
     std::size_t outputs_;
     std::size_t index_;
     SpectralKernels::MultiplyAdd multiply_add_;
-    std::vector<SpectralTerm> shared_;  ///< within the capacity set in the constructor
-    std::vector<SpectralTerm> current_only_;
-    std::vector<SpectralTerm> next_only_;
+    Terms shared_;
+    Terms current_only_;
+    Terms next_only_;
 };
 
 /// The first level: partitions of a block, heard at once. An exchange fades from any sample on.
 class HeadLevel {
  public:
     HeadLevel(const ConvolutionShape& shape, const PartitionLevel& level, std::size_t fade_samples);
-
-    std::size_t partition() const { return level_.size; }
 
     /// Samples left of the partition in hand.
     std::size_t room() const noexcept AULA_NONBLOCKING { return level_.size - filled_; }
