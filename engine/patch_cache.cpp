@@ -165,6 +165,9 @@ void PatchCache::apply(const Frame& frame, std::int64_t sign, WorkerPool& worker
                 add(deposit, directed_ ? batch.departures[deposit.ray] : Vec3(0), sign);
             }
         }
+        for (std::size_t patch = job; sign < 0 && patch < rows_.size(); patch += jobs) {
+            trim(rows_[patch]);
+        }
     });
     for (const std::size_t more : allocated) allocated_rows_ += more;
     emitted_ += static_cast<std::uint64_t>(sign) * frame.rays;
@@ -173,17 +176,16 @@ void PatchCache::apply(const Frame& frame, std::int64_t sign, WorkerPool& worker
 void PatchCache::add(const Deposit& deposit, const Vec3& departure, std::int64_t sign) {
     Row& row = rows_[deposit.patch];
     row.deposits += static_cast<std::uint64_t>(sign);
-    if (row.deposits == 0) {
-        // The last one is taken out: what is left is zero everywhere.
-        row.first_bin = ~0U;
-        row.end_bin = 0;
-    } else {
+    std::int64_t* sum = &row.sum[deposit.bin * kBandCount];
+    std::int64_t any = 0;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        const std::int64_t energy = std::llrint(double{deposit.energy[b]} / kUnit);
+        sum[b] += sign * energy;
+        any |= energy;
+    }
+    if (sign > 0 && any != 0) {
         row.first_bin = std::min<std::uint32_t>(row.first_bin, deposit.bin);
         row.end_bin = std::max<std::uint32_t>(row.end_bin, deposit.bin + 1U);
-    }
-    std::int64_t* sum = &row.sum[deposit.bin * kBandCount];
-    for (std::size_t b = 0; b < kBandCount; ++b) {
-        sum[b] += sign * std::llrint(double{deposit.energy[b]} / kUnit);
     }
     if (!directed_) return;
     double energy = 0;
@@ -191,6 +193,21 @@ void PatchCache::add(const Deposit& deposit, const Vec3& departure, std::int64_t
     std::int64_t* moment = &row.moment[deposit.bin * kAxes];
     for (int axis = 0; axis < 3; ++axis) {
         moment[axis] += sign * std::llrint(energy * double{departure[axis]} / kUnit);
+    }
+}
+
+/// Leaves out bins that have become empty at both ends: a row then is as if what was taken out had
+/// never been, to the last bit of all that is computed from it.
+void PatchCache::trim(Row& row) const {
+    const auto empty = [&](std::uint32_t bin) {
+        const std::int64_t* sum = &row.sum[bin * kBandCount];
+        return std::all_of(sum, sum + kBandCount, [](std::int64_t energy) { return energy == 0; });
+    };
+    while (row.first_bin < row.end_bin && empty(row.first_bin)) ++row.first_bin;
+    while (row.first_bin < row.end_bin && empty(row.end_bin - 1)) --row.end_bin;
+    if (row.first_bin >= row.end_bin) {
+        row.first_bin = ~0U;
+        row.end_bin = 0;
     }
 }
 

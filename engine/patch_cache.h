@@ -34,7 +34,7 @@ class PatchCache {
         double moved_m(const State& older) const;
     };
 
-    /// The radiated energy of one patch, zero outside [first_bin, end_bin).
+    /// The radiated energy of one patch, zero outside [first_bin, end_bin), but not at its ends.
     struct Row {
         std::unique_ptr<std::int64_t[]> sum;     ///< [bin][band]
         std::unique_ptr<std::int64_t[]> moment;  ///< [bin][axis] energy of all bands times the
@@ -91,6 +91,7 @@ class PatchCache {
     static std::size_t bytes_of(const std::vector<Batch>& batches);
     void apply(const Frame& frame, std::int64_t sign, WorkerPool& workers);
     void add(const Deposit& deposit, const Vec3& departure, std::int64_t sign);
+    void trim(Row& row) const;
     void keep_newest(std::size_t frames, WorkerPool& workers);
     bool holds(const Frame& frame) const;
     void trim_log();

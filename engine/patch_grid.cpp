@@ -28,6 +28,8 @@ constexpr std::size_t kChunk = 1024;  // samples of a job
 constexpr float kAxisAligned = 0.99999F;  // cosine: a wall that cuts cells is as straight as this
 constexpr float kWallCells = 4;           // and has the area of so many cells
 
+constexpr std::uint64_t kNoKey = ~0ULL;
+
 struct MixHash {
     std::size_t operator()(std::uint64_t key) const { return mix64(key); }
 };
@@ -140,6 +142,11 @@ struct PatchGrid::State {
     std::vector<float> area_m2;         // of all
     std::vector<char> reached;          // by the flood
     std::vector<Cell> cells;
+    std::vector<std::uint64_t> keys;     // kNoKey: given up
+    std::vector<std::uint64_t> touched;  // the move at which a triangle was last in the patch
+    std::vector<std::uint32_t> given_up;
+    std::size_t lasting = 0;  // patches of the start; those after come and go with what moves
+    std::uint64_t moves = 0;
     std::size_t reached_count = 0;
 
     State(const RayScene& rays, WorkerPool& pool, std::uint64_t sample_seed, float patch_size_m)
@@ -194,15 +201,38 @@ struct PatchGrid::State {
     }
 
     std::uint32_t patch_at(const CellIndex& cell, const Vec3& normal) {
-        const auto [entry, added] = patch_of_cell.try_emplace(
-            cell_key(cell, normal), static_cast<std::uint32_t>(area_m2.size()));
-        if (added) {
+        const std::uint64_t key = cell_key(cell, normal);
+        const auto [entry, added] = patch_of_cell.try_emplace(key, kNone);
+        if (added) entry.value() = new_patch(key, cell);
+        touched[entry->second] = moves;
+        return entry->second;
+    }
+
+    std::uint32_t new_patch(std::uint64_t key, const CellIndex& cell) {
+        if (given_up.empty()) {
+            given_up.push_back(static_cast<std::uint32_t>(area_m2.size()));
             static_area_m2.push_back(0);
             area_m2.push_back(0);
             reached.push_back(0);
-            cells.push_back(cell_of(cell, entry->first >> 60));
+            cells.emplace_back();
+            keys.push_back(kNoKey);
+            touched.push_back(moves);
         }
-        return entry->second;
+        const std::uint32_t patch = given_up.back();
+        given_up.pop_back();
+        keys[patch] = key;
+        cells[patch] = cell_of(cell, key >> 60);
+        return patch;
+    }
+
+    /// Gives up the patches that no moving object has met in the last `keep` moves.
+    void give_up(std::uint64_t keep) {
+        for (std::size_t patch = lasting; patch < keys.size(); ++patch) {
+            if (keys[patch] == kNoKey || moves - touched[patch] <= keep) continue;
+            patch_of_cell.erase(keys[patch]);
+            keys[patch] = kNoKey;
+            given_up.push_back(static_cast<std::uint32_t>(patch));
+        }
     }
 
     Cell cell_of(const CellIndex& index, std::uint64_t direction) const {
@@ -423,6 +453,7 @@ PatchGrid::PatchGrid(const RayScene& scene, float patch_size_m, std::span<const 
         state_->add_patches(t);
         (scene.moves(scene.triangle(t)) ? moving : standing).push_back(t);
     }
+    state_->lasting = state_->keys.size();
     state_->flood_from(inside);
     state_->add_reachable(standing, state_->static_area_m2);
     state_->area_m2 = state_->static_area_m2;
@@ -432,7 +463,9 @@ PatchGrid::PatchGrid(const RayScene& scene, float patch_size_m, std::span<const 
 PatchGrid::~PatchGrid() = default;
 PatchGrid::PatchGrid(PatchGrid&&) noexcept = default;
 
-void PatchGrid::scene_moved() {
+void PatchGrid::scene_moved(int keep) {
+    ++state_->moves;
+    state_->give_up(static_cast<std::uint64_t>(keep));
     std::vector<std::uint32_t> moving;
     for (std::uint32_t t = 0; t < state_->scene.triangle_count(); ++t) {
         if (state_->scene.moves(state_->scene.triangle(t))) moving.push_back(t);

@@ -45,8 +45,10 @@ class PatchGrid {
     };
     Cell cell(std::uint32_t patch) const;
 
-    /// Brings the areas of moving objects up to date after RayScene::move.
-    void scene_moved();
+    /// Brings the areas of moving objects up to date after RayScene::move. Patches that objects
+    /// came to and have left for more than `keep` such moves are given up; new ones take their
+    /// numbers.
+    void scene_moved(int keep);
 
     std::size_t size() const;
 

@@ -42,7 +42,7 @@ class PatchPropagation {
     void restart();
 
     /// Brings the patches up to date after RayScene::move.
-    void scene_moved() { grid_.scene_moved(); }
+    void scene_moved() { grid_.scene_moved(window_frames_); }
 
     /// Traces a frame and brings `responses` ([source * listener count + listener], without their
     /// paths) up to date; adds to `statistics`.
