@@ -77,9 +77,11 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const Simulation& simu
                                  listener_count * PatchCache::row_bytes(bins.count(), true))),
           inside, workers)),
       tracer_(scene, grid_, bins_, trace) {
-    for (const RayScene::Triangle& t : scene.triangles()) {
-        mirrors_ = mirrors_ || (simulation.specular || simulation.order > 0) &&
-                                   complement(scene.material(t).scattering).max() > 0;
+    if (simulation.specular || simulation.order > 0) {
+        mirrors_ = std::any_of(scene.triangles().begin(), scene.triangles().end(),
+                               [&](const RayScene::Triangle& t) {
+                                   return complement(scene.material(t).scattering).max() > 0;
+                               });
     }
     gather_settings_.rays = kGatherRays;
     // A patch does not know the order of what it radiates: under a limit the tracer finds what ends
