@@ -193,6 +193,9 @@ void PathTracer::deposit(const PathWave& wave, TraceBatch& out) const {
     std::array<std::uint32_t, kLanes> patch;
     grid_->find(wave.point, wave.normal, wave.count, patch);
     std::size_t count = out.deposits.size();
+    // Frames are kept: no more memory than they need.
+    if (out.deposits.capacity() < count + wave.count)
+        out.deposits.reserve(count + count / 8 + wave.count);
     out.deposits.resize(count + wave.count);
     for (std::size_t i = 0; i < wave.count; ++i) {
         const std::size_t bin =
