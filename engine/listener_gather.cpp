@@ -342,10 +342,10 @@ void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, d
             const std::size_t end_bin =
                 hit.late ? source.end_bin : std::min<std::size_t>(source.end_bin, late_bin);
             if (row.end_bin < end_bin) {
-                convert_row(source.sum.get(), row.end_bin, end_bin, scale, row.energy.data(),
+                convert_row(source.sum, row.end_bin, end_bin, scale, row.energy.data(),
                             row.sum.data(), row.total);
                 if (cache.directed()) {
-                    convert_moments(source.moment.get(), row.end_bin, end_bin, scale,
+                    convert_moments(source.moment, row.end_bin, end_bin, scale,
                                     row.moment.data());
                 }
                 row.end_bin = end_bin;

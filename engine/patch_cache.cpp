@@ -81,8 +81,8 @@ void PatchCache::keep_newest(std::size_t frames, WorkerPool& workers) {
         // Older frames than the log holds are in the sums: begin anew with those that stay.
         for (Row& row : rows_) {
             if (row.deposits == 0) continue;
-            std::fill_n(row.sum.get(), bin_count_ * kBandCount, 0);
-            if (directed_) std::fill_n(row.moment.get(), bin_count_ * kAxes, 0);
+            std::fill_n(row.sum, bin_count_ * kBandCount, 0);
+            if (directed_) std::fill_n(row.moment, bin_count_ * kAxes, 0);
             row.deposits = 0;
             row.first_bin = ~0U;
             row.end_bin = 0;
@@ -98,6 +98,7 @@ void PatchCache::keep_newest(std::size_t frames, WorkerPool& workers) {
     log_.erase(log_.begin(), log_.end() - static_cast<std::ptrdiff_t>(frames));
     if (frames == 0) {
         rows_.clear();
+        row_memory_ = std::make_unique<RowMemory>();
         allocated_rows_ = 0;
     }
 }
@@ -150,16 +151,15 @@ void PatchCache::apply(const Frame& frame, std::int64_t sign, WorkerPool& worker
                 // Sums lie scattered in memory: ask for those that come soon.
                 if (const std::size_t soon = i + 8;
                     soon < deposits.size() && deposits[soon].patch % jobs == job) {
-                    const auto& sum = rows_[deposits[soon].patch].sum;
+                    const std::int64_t* sum = rows_[deposits[soon].patch].sum;
                     if (sum) __builtin_prefetch(&sum[deposits[soon].bin * kBandCount], 1);
                 }
                 const Deposit& deposit = deposits[i];
                 if (deposit.patch % jobs != job) continue;
                 Row& row = rows_[deposit.patch];
                 if (!row.sum) {
-                    row.sum = std::make_unique<std::int64_t[]>(bin_count_ * kBandCount);
-                    if (directed_)
-                        row.moment = std::make_unique<std::int64_t[]>(bin_count_ * kAxes);
+                    row.sum = row_memory_->take(bin_count_ * kBandCount);
+                    if (directed_) row.moment = row_memory_->take(bin_count_ * kAxes);
                     ++allocated[job];
                 }
                 add(deposit, directed_ ? batch.departures[deposit.ray] : Vec3(0), sign);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/path_tracer.h"
+#include "engine/row_memory.h"
 #include "engine/worker_pool.h"
 
 namespace aula {
@@ -36,9 +37,9 @@ class PatchCache {
 
     /// The radiated energy of one patch, zero outside [first_bin, end_bin), but not at its ends.
     struct Row {
-        std::unique_ptr<std::int64_t[]> sum;     ///< [bin][band]
-        std::unique_ptr<std::int64_t[]> moment;  ///< [bin][axis] energy of all bands times the
-                                                 ///< unit direction; none for a source
+        std::int64_t* sum = nullptr;     ///< [bin][band]
+        std::int64_t* moment = nullptr;  ///< [bin][axis] energy of all bands times the
+                                         ///< unit direction; none for a source
         std::uint64_t deposits = 0;
         std::uint32_t first_bin = ~0U;
         std::uint32_t end_bin = 0;
@@ -103,6 +104,7 @@ class PatchCache {
     std::size_t memory_bytes_;
     bool directed_;
     State now_;
+    std::unique_ptr<RowMemory> row_memory_ = std::make_unique<RowMemory>();
     std::vector<Row> rows_;
     std::uint64_t emitted_ = 0;
     std::size_t allocated_rows_ = 0;
