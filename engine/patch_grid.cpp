@@ -239,8 +239,8 @@ struct PatchGrid::State {
         Cell cell;
         for (int axis = 0; axis < 3; ++axis) {
             const auto a = static_cast<std::size_t>(axis);
-            cell.middle[axis] =
-                origin[axis] + (cuts[a].begin_m(index[a]) + cuts[a].begin_m(index[a] + 1)) / 2;
+            cell.low[axis] = origin[axis] + cuts[a].begin_m(index[a]);
+            cell.high[axis] = origin[axis] + cuts[a].begin_m(index[a] + 1);
         }
         cell.direction[static_cast<int>(direction / 2)] = direction % 2 == 0 ? 1.0F : -1.0F;
         return cell;

@@ -40,7 +40,8 @@ class PatchGrid {
 
     /// Where a patch is.
     struct Cell {
-        Vec3 middle{0};     ///< of the cube, not of the surface in it
+        Vec3 low{0};  ///< of the box that the surface lies in
+        Vec3 high{0};
         Vec3 direction{0};  ///< dominant direction of the normals, a unit along an axis
     };
     Cell cell(std::uint32_t patch) const;

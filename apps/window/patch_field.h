@@ -19,7 +19,7 @@ class PatchField {
         std::uint8_t there = 0;
     };
 
-    /// Covers a room with patches of a size.
+    /// Covers a room with patches of about a size, by texels of half of it.
     void cover(const Vec3& low, const Vec3& high, float patch_size_m);
 
     /// Follows energies of a band, or of all (kBandCount), for `dt_s`. The loudest is at full
@@ -35,7 +35,8 @@ class PatchField {
     static constexpr float kRange_db = 30;
 
  private:
-    std::size_t index(const PatchGrid::Cell& cell) const;
+    template <typename Visit>
+    void for_each_texel(const PatchGrid::Cell& cell, const Visit& visit) const;
 
     glm::ivec3 size_{0};
     Vec3 origin_{0};
@@ -44,6 +45,7 @@ class PatchField {
     std::vector<float> energy_;  ///< [texel] sum of the newest patches
     std::vector<float> level_;   ///< [texel] as shown, 0..1
     std::vector<Texel> texels_;
+    std::vector<std::size_t> occupied_;  ///< texels where there is a patch
 };
 
 }  // namespace aula
