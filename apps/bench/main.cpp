@@ -46,7 +46,9 @@ Subject load(const std::string& file, const Settings& settings) {
     for (const std::string& warning : loaded.warnings) {
         std::cerr << "aula: warning: " << warning << "\n";
     }
-    return Subject(std::filesystem::path(file).filename().string(), loaded.scene, settings);
+    Subject subject(std::filesystem::path(file).filename().string(), loaded.scene, settings);
+    if (settings.triangles) aula::bench::tessellate(subject.scene, *settings.triangles);
+    return subject;
 }
 
 class Bench {
@@ -77,8 +79,7 @@ class Bench {
     }
 
     void trace(const std::string& file) {
-        Subject subject = load(file, settings_);
-        if (settings_.triangles) aula::bench::tessellate(subject.scene, *settings_.triangles);
+        const Subject subject = load(file, settings_);
         take("tracing in " + subject.description(), aula::bench::tracing_columns(),
              aula::bench::measure_tracing(subject, settings_));
     }
@@ -144,7 +145,7 @@ int run(int argc, char** argv) {
         ->capture_default_str()
         ->check(CLI::Range(1.0, 1e12));
     app.add_option("--triangles", settings.triangles,
-                   "trace: divide the surfaces into so many triangles or more")
+                   "divide the surfaces into so many triangles or more")
         ->check(CLI::Range(1, 1 << 24));
     app.add_option("--json", json, "write the rows to this file, too");
 

@@ -21,7 +21,7 @@ struct Settings {
     std::optional<std::uint64_t> seed;
     std::optional<int> threads;
     std::optional<int> frames;             ///< published after; the window F where absent
-    std::optional<std::size_t> triangles;  ///< trace: surfaces are divided into so many or more
+    std::optional<std::size_t> triangles;  ///< surfaces are divided into so many or more
     int restarts = 64;                     ///< of each estimator, at least 2
     int positions = 8;                     ///< of a walk, at least 1
     double reference_rays = 64e6;  ///< no more of them, though the reference has not converged
