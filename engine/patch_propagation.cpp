@@ -133,9 +133,10 @@ Emitter PatchPropagation::emitter(std::size_t id, const FrameInput& input) const
     return {id, input.listeners[id - source_count_], true};
 }
 
-const std::vector<Vec3>& PatchPropagation::receivers_of(const Emitter& emitter,
-                                                        const FrameInput& input) const {
-    return emitter.listens ? input.sources : input.listeners;
+/// The other end of an emitter's paths.
+std::span<const Receiver> PatchPropagation::receivers_of(const Emitter& emitter) const {
+    const std::span<const Receiver> all(receivers_);
+    return emitter.listens ? all.first(source_count_) : all.subspan(source_count_);
 }
 
 /// Forgets what has become wrong since the last frame.
@@ -150,6 +151,14 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
         status_[id].changed = !positions_.empty() && (scene_moved || positions_[id] != position);
         status_[id].complete = caches_[id].complete();
         status_[id].gathered = caches_[id].emitted();
+    }
+    receivers_.resize(emitter_count());
+    for (std::size_t id = 0; id < emitter_count(); ++id) {
+        // Only arrivals of paths that end in a mirror need to know what is seen.
+        if (!mirrors_) receivers_[id] = {positions[id], 1};
+        if (mirrors_ && (positions_.empty() || status_[id].changed)) {
+            receivers_[id] = make_receiver(scene_, positions[id], listener_radius_m_);
+        }
     }
     positions_ = std::move(positions);
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
@@ -183,7 +192,7 @@ void PatchPropagation::trace(const PropagationFrame& frame, const std::vector<in
     workers_.run(jobs.size(), [&](std::size_t job) {
         const auto [id, b] = jobs[job];
         const Emitter from = emitter(id, frame.input);
-        tracer_.trace(from, receivers_of(from, frame.input), frame.seed, b,
+        tracer_.trace(from, receivers_of(from), frame.seed, b,
                       batches_[id][static_cast<std::size_t>(b)]);
     });
     for (const auto& [id, b] : jobs) {
@@ -199,7 +208,7 @@ void PatchPropagation::update(const std::vector<int>& batches, const Propagation
             std::span(batches_[id]).first(static_cast<std::size_t>(batches[id]));
         const int rays = tracer_.rays_of(batches[id]);
         const Emitter from = emitter(id, frame.input);
-        std::vector<std::vector<Arrival>> at(receivers_of(from, frame.input).size());
+        std::vector<std::vector<Arrival>> at(receivers_of(from).size());
         for (const TraceBatch& batch : traced) {
             for (const Arrival& arrival : batch.arrivals) at[arrival.receiver].push_back(arrival);
         }

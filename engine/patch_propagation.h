@@ -88,7 +88,7 @@ class PatchPropagation {
 
     std::size_t emitter_count() const { return source_count_ + listener_count_; }
     Emitter emitter(std::size_t id, const FrameInput& input) const;
-    const std::vector<Vec3>& receivers_of(const Emitter& emitter, const FrameInput& input) const;
+    std::span<const Receiver> receivers_of(const Emitter& emitter) const;
     void advance(const PropagationFrame& frame);
     std::vector<int> plan_batches(std::span<const EmitterStatus> status) const;
     void trace(const PropagationFrame& frame, const std::vector<int>& batches,
@@ -123,6 +123,7 @@ class PatchPropagation {
     std::vector<EmitterStatus> status_;
     std::vector<std::vector<TraceBatch>> batches_;  // [emitter][batch]
     std::vector<Vec3> positions_;                   // in the last frame
+    std::vector<Receiver> receivers_;
     double travel_m_ = 0;
 
     std::vector<Pair> pairs_;  // [source * listener_count + listener]

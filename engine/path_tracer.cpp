@@ -25,7 +25,7 @@ PathTracer::PathTracer(const RayScene& scene, const PatchGrid& grid, const TimeB
                        const TraceSettings& settings)
     : scene_(scene), grid_(&grid), bins_(&bins), settings_(settings) {}
 
-void PathTracer::trace(const Emitter& emitter, std::span<const Vec3> receivers,
+void PathTracer::trace(const Emitter& emitter, std::span<const Receiver> receivers,
                        std::uint64_t frame_seed, int batch, TraceBatch& out) const {
     trace_waves(emitter, receivers, frame_seed, batch, out, [](const PathWave&) {});
 }
@@ -80,7 +80,7 @@ std::vector<PathLine> PathTracer::lines(const Emitter& emitter, std::uint64_t fr
 
 /// Traces a batch wave by wave, a wave being the next segment of every path; `sent` sees each.
 template <typename Sent>
-void PathTracer::trace_waves(const Emitter& emitter, std::span<const Vec3> receivers,
+void PathTracer::trace_waves(const Emitter& emitter, std::span<const Receiver> receivers,
                              std::uint64_t frame_seed, int batch, TraceBatch& out,
                              const Sent& sent) const {
     const auto memory = std::make_unique<PathWave>();
@@ -148,7 +148,7 @@ void PathTracer::start(const Emitter& emitter, std::uint64_t frame_seed, int bat
 
 /// Takes the arrivals of paths that no one else finds.
 void PathTracer::collect_arrivals(const PathWave& wave, int order, const Emitter& emitter,
-                                  std::span<const Vec3> receivers, TraceBatch& out) const {
+                                  std::span<const Receiver> receivers, TraceBatch& out) const {
     // The direct sound and the image sources' paths are found exactly, elsewhere.
     const bool mirrors = settings_.specular && order > settings_.specular_order;
     const bool limited = settings_.order > 0;
@@ -165,10 +165,10 @@ void PathTracer::collect_arrivals(const PathWave& wave, int order, const Emitter
 
 /// Adds the arrival of a path's present segment at a receiver, if there is one.
 void PathTracer::add_arrival(const PathWave& wave, std::size_t lane, const Emitter& emitter,
-                             const Vec3& receiver, std::uint32_t index, TraceBatch& out) const {
+                             const Receiver& receiver, std::uint32_t index, TraceBatch& out) const {
     const float radius_m = settings_.listener_radius_m;
     const Vec3 direction = wave.rays.direction.at(lane);
-    const Vec3 to_centre = receiver - wave.rays.origin.at(lane);
+    const Vec3 to_centre = receiver.position - wave.rays.origin.at(lane);
     const float nearest_m = glm::dot(to_centre, direction);
     const float half_chord_2 =
         radius_m * radius_m - (glm::dot(to_centre, to_centre) - nearest_m * nearest_m);
@@ -179,9 +179,13 @@ void PathTracer::add_arrival(const PathWave& wave, std::size_t lane, const Emitt
     const float leave_m = std::min(segment_m, nearest_m + half_chord_m);
     if (leave_m <= enter_m) return;
     const float middle_m = (enter_m + leave_m) / 2;
-    // The volume average of fluence: energy * chord / (4/3 pi R^3).
-    const float volume_m3 =
-        4.0F / 3.0F * std::numbers::pi_v<float> * radius_m * radius_m * radius_m;
+    if (receiver.seen_share < 1 &&
+        !scene_.visible(receiver.position, wave.rays.origin.at(lane) + middle_m * direction)) {
+        return;
+    }
+    // The volume average of fluence: energy * chord / (4/3 pi R^3), as far as it is seen.
+    const float volume_m3 = receiver.seen_share * 4.0F / 3.0F * std::numbers::pi_v<float> *
+                            radius_m * radius_m * radius_m;
     const Bands energy = wave.energy[lane] * transmission(settings_.attenuation_per_m, middle_m) *
                          ((leave_m - enter_m) / volume_m3);
     out.arrivals.push_back({subdivision_ ? wave.identifier[lane].ended(index) : PathIdentifier{},

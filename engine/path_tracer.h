@@ -11,6 +11,7 @@
 #include "engine/path_identifier.h"
 #include "engine/path_wave.h"
 #include "engine/ray_scene.h"
+#include "engine/receiver.h"
 #include "engine/time_bins.h"
 
 namespace aula {
@@ -101,8 +102,8 @@ class PathTracer {
     int rays_of(int batches) const { return std::min(batches * kBatchRays, settings_.rays); }
 
     /// Traces one batch of an emitter's rays. `frame_seed` is one for each frame.
-    void trace(const Emitter& emitter, std::span<const Vec3> receivers, std::uint64_t frame_seed,
-               int batch, TraceBatch& out) const;
+    void trace(const Emitter& emitter, std::span<const Receiver> receivers,
+               std::uint64_t frame_seed, int batch, TraceBatch& out) const;
 
     /// The first `count` paths that trace() follows in a frame, up to a reflection order.
     std::vector<PathLine> lines(const Emitter& emitter, std::uint64_t frame_seed, int count,
@@ -113,14 +114,14 @@ class PathTracer {
 
  private:
     template <typename Sent>
-    void trace_waves(const Emitter& emitter, std::span<const Vec3> receivers,
+    void trace_waves(const Emitter& emitter, std::span<const Receiver> receivers,
                      std::uint64_t frame_seed, int batch, TraceBatch& out, const Sent& sent) const;
     void start(const Emitter& emitter, std::uint64_t frame_seed, int batch, PathWave& wave,
                TraceBatch& out) const;
     void collect_arrivals(const PathWave& wave, int order, const Emitter& emitter,
-                          std::span<const Vec3> receivers, TraceBatch& out) const;
+                          std::span<const Receiver> receivers, TraceBatch& out) const;
     void add_arrival(const PathWave& wave, std::size_t lane, const Emitter& emitter,
-                     const Vec3& receiver, std::uint32_t index, TraceBatch& out) const;
+                     const Receiver& receiver, std::uint32_t index, TraceBatch& out) const;
     void reflect(PathWave& wave, TraceBatch& out) const;
     void deposit(const PathWave& wave, TraceBatch& out) const;
 

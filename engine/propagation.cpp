@@ -196,12 +196,16 @@ struct Propagation::State {
     /// Traces rays from every source and reads out what they bring, for `pt` and `dpc*`.
     void propagate_paths(const PropagationFrame& f) {
         Stopwatch watch;
+        std::vector<Receiver> receivers;
+        for (const Vec3& listener : f.input.listeners) {
+            receivers.push_back(make_receiver(rays, listener, simulation.listener_radius_m));
+        }
         const std::size_t batch_count = batches.empty() ? 0 : batches[0].size();
         workers.run(batches.size() * batch_count, [&](std::size_t job) {
             const std::size_t s = job / batch_count;
             const std::size_t b = job % batch_count;
             batches[s][b].clear();
-            tracer->trace({s, f.input.sources[s]}, f.input.listeners, f.seed, static_cast<int>(b),
+            tracer->trace({s, f.input.sources[s]}, receivers, f.seed, static_cast<int>(b),
                           batches[s][b]);
         });
         statistics.trace_s += watch.lap_s();

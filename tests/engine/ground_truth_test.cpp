@@ -99,7 +99,8 @@ TEST_CASE("from a sphere's centre to its centre the lengths have the exact mean 
         for (int b = 0; b < tracer.batch_count(); ++b) {
             TraceBatch batch;
             const Vec3 centre(0);
-            tracer.trace({0, centre}, {&centre, 1}, test::test_seed(), b, batch);
+            const Receiver receiver{centre};
+            tracer.trace({0, centre}, {&receiver, 1}, test::test_seed(), b, batch);
             for (const Arrival& a : batch.arrivals) {
                 const double e = double{a.energy[0]};
                 const double r = double{a.length_m};

@@ -31,8 +31,8 @@ struct Traced {
         std::vector<Arrival> all;
         for (int b = 0; b < tracer.batch_count(); ++b) {
             TraceBatch batch;
-            tracer.trace({0, scene.sources[0].position}, {&scene.listener.pose.position, 1},
-                         frame_seed, b, batch);
+            const Receiver receiver{scene.listener.pose.position};
+            tracer.trace({0, scene.sources[0].position}, {&receiver, 1}, frame_seed, b, batch);
             all.insert(all.end(), batch.arrivals.begin(), batch.arrivals.end());
         }
         return all;

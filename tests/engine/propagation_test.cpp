@@ -50,8 +50,9 @@ TEST_CASE("with tau = 0 the cache holds plain path tracing's energies bit for bi
         for (int frame = 0; frame < 3; ++frame) {
             TraceBatch all;
             for (int b = 0; b < tracer.batch_count(); ++b) {
-                tracer.trace({0, scene.sources[0].position}, {&scene.listener.pose.position, 1},
-                             derive_seed(1, frame), b, all);
+                const Receiver receiver{scene.listener.pose.position};
+                tracer.trace({0, scene.sources[0].position}, {&receiver, 1}, derive_seed(1, frame),
+                             b, all);
             }
             REQUIRE(all.arrivals.size() > 100);
             cache.add_frame(all.arrivals, settings.rays);
