@@ -8,6 +8,7 @@
 #include <iostream>
 
 #include "apps/bench/convolve.h"
+#include "apps/bench/crowd.h"
 #include "apps/bench/noise.h"
 #include "apps/bench/settings.h"
 #include "apps/bench/table.h"
@@ -78,6 +79,12 @@ class Bench {
              aula::bench::measure_tracking(subject, settings_));
     }
 
+    void sources(const std::string& file) {
+        const Subject subject = load(file, settings_);
+        take("many sources in " + subject.description(), aula::bench::crowd_columns(),
+             aula::bench::measure_crowd(subject, settings_));
+    }
+
     void trace(const std::string& file) {
         const Subject subject = load(file, settings_);
         take("tracing in " + subject.description(), aula::bench::tracing_columns(),
@@ -140,6 +147,12 @@ int run(int argc, char** argv) {
     app.add_option("--positions", settings.positions, "tracking: places of the walk")
         ->capture_default_str()
         ->check(CLI::Range(1, 1 << 10));
+    app.add_option("--rest", settings.rest_s, "tracking: all stand so many s before the walk")
+        ->capture_default_str()
+        ->check(CLI::Range(0.0, 3600.0));
+    app.add_option("--sources", settings.sources, "sources: so many beside one")
+        ->capture_default_str()
+        ->check(CLI::Range(2, 1024));
     app.add_option("--reference-rays", settings.reference_rays,
                    "at most, though the reference has not converged")
         ->capture_default_str()
@@ -157,6 +170,8 @@ int run(int argc, char** argv) {
     CLI::App* tracking =
         app.add_subcommand("tracking", "the error while the listener or the source walks");
     tracking->add_option("SCENE", scene, "scene file")->required();
+    CLI::App* crowd = app.add_subcommand("sources", "what many sources cost beside one");
+    crowd->add_option("SCENE", scene, "scene file")->required();
     std::string plot_folder;
     CLI::App* sweep =
         app.add_subcommand("sweep", "noise, bias and cost over ranges of tau and of lambda");
@@ -199,6 +214,7 @@ int run(int argc, char** argv) {
         if (*noise) bench.noise(scene);
         if (*sweep) bench.sweep(scene, plot_folder);
         if (*tracking) bench.tracking(scene);
+        if (*crowd) bench.sources(scene);
         if (*trace) bench.trace(scene);
         if (*convolve) bench.convolve(convolution_sweep);
         if (*all) {

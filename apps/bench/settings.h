@@ -24,6 +24,8 @@ struct Settings {
     std::optional<std::size_t> triangles;  ///< surfaces are divided into so many or more
     int restarts = 64;                     ///< of each estimator, at least 2
     int positions = 8;                     ///< of a walk, at least 1
+    double rest_s = 0;                     ///< tracking: all stand so long before the walk
+    int sources = 32;                      ///< sources: so many beside one
     double reference_rays = 64e6;  ///< no more of them, though the reference has not converged
     std::function<void(const std::string&)> progress;  ///< what is going on, in a few words
 };

@@ -108,6 +108,9 @@ Published follow(const Subject& subject, const Walk& walk, Estimator estimator, 
     settings.progress(std::string("tracking: ") + walk.mover + ", " + estimator_name(estimator) +
                       ", " + std::to_string(rays) + " rays");
     Propagation propagation(scene_of(subject, walk), subject.simulation(estimator, rays));
+    const double rate_hz = double{subject.scene.simulation.frame_rate_hz};
+    const auto rest = static_cast<int>(std::lround(settings.rest_s * rate_hz));
+    for (int k = 0; k < rest; ++k) propagation.step(walk.frames[0]);
     Published published;
     const auto began = std::chrono::steady_clock::now();
     const double cpu_began_s = cpu_time_s();
@@ -309,6 +312,7 @@ std::vector<Row> measure_walk(const Subject& subject, const Walk& walk, const Se
             {"order", std::int64_t{subject.scene.simulation.order}},
             {"tau_s", double{subject.scene.simulation.response_time_s}},
             {"positions", std::int64_t{settings.positions}},
+            {"rest_s", settings.rest_s},
             {"frame_ms", r.published.frame_s * 1000},
             {"frame_cpu_ms", r.published.frame_cpu_s * 1000},
             {"tracking_error", deviation.error},

@@ -139,6 +139,19 @@ TEST_CASE("bench_smoke: tracking prints a row for each mover and estimator") {
     CHECK(document["rows"][8]["mover"] == "both");
 }
 
+TEST_CASE("bench_smoke: many sources are compared with one") {
+    const Folder folder;
+    const std::string scene = folder.write("room.json", kScene);
+    REQUIRE(run(folder, "sources " + scene + " --sources 3 --reference-rays 1 --json " +
+                            folder.file("rows.json")) == 0);
+    const nlohmann::json document = nlohmann::json::parse(folder.read("rows.json"));
+    REQUIRE(document.at("rows").size() == 4);
+    CHECK(document["rows"][0]["listener"] == "stands");
+    CHECK(document["rows"][1]["sources"] == 3);
+    CHECK(document["rows"][2]["cost_to_one"] == 1);
+    CHECK(document["rows"][3]["tracking_error"].get<double>() > 0);
+}
+
 TEST_CASE("bench_smoke: trace compares whole frames with Embree alone") {
     const Folder folder;
     const std::string scene = folder.write("room.json", kScene);
