@@ -26,7 +26,7 @@ Vec3 direction_of(float yaw_rad, float pitch_rad) {
 Camera Camera::around(const Vec3& low, const Vec3& high) {
     Camera camera;
     camera.target = (low + high) * 0.5F;
-    camera.distance_m = std::max(1.0F, 1.02F * glm::distance(low, high));
+    camera.distance_m = std::max(1.0F, 1.12F * glm::distance(low, high));
     // Look along the longer side, from a corner.
     const Vec3 size = high - low;
     camera.yaw_rad = size.x > size.y ? -2.0F : -2.6F;

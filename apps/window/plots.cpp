@@ -268,7 +268,7 @@ void draw_table(const Model& model, const RoomParameters& parameters, ImVec2 siz
     if (ImGui::BeginTable("iso", 9, ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingStretchProp,
                           {size.x, 0})) {
         ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed,
-                                ImGui::CalcTextSize("C80 dB ").x);
+                                ImGui::CalcTextSize("A noise % ").x);
         for (std::size_t b = 0; b < kBandCount; ++b)
             ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, 1);
         ImGui::TableNextRow();
