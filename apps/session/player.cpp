@@ -215,7 +215,7 @@ void Player::State::publish() {
 /// Copies what is to be looked at, if there is time until the next frame, or was none for long.
 void Player::State::show(double spare_s) {
     constexpr double kEnough_s = 0.004;
-    constexpr std::chrono::milliseconds kLong{500};
+    constexpr std::chrono::milliseconds kLong{250};
     std::optional<ViewRequest> wanted_view;
     std::uint64_t frame = 0;
     std::uint64_t changes = 0;

@@ -52,7 +52,7 @@ class FrameNoise {
 
  private:
     static constexpr std::size_t kFrames = 24;
-    static constexpr std::size_t kFewest = 8;
+    static constexpr std::size_t kFewest = 5;
 
     Vec3 source_{0};
     Vec3 listener_{0};

@@ -129,7 +129,9 @@ void Model::update(double now_s) {
 
     Setting& now = settings_[active_];
     const auto newest = player_->view();
-    if (newest && newest != now.view && !status_.preparing) {
+    // A view of what played before the last change is not of this setting.
+    const bool current = newest && newest->changes == status_.changes && !status_.preparing;
+    if (current && newest != now.view) {
         const std::size_t s = newest->source;
         if (s < newest->sources.size())
             now.noise.add(newest->response, newest->sources[s], newest->listener.position,

@@ -70,9 +70,11 @@ class NativeWindow {
             throw AudioFailure("the window cannot be opened; --no-window plays in the terminal");
         glfwSetWindowUserPointer(window_, this);
         // Keys are noted as they are pressed: a picture may take longer than a tap.
-        glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int, int action, int) {
-            if (action == GLFW_PRESS) of(window).pressed_.push_back(key);
-        });
+        glfwSetKeyCallback(
+            window_, [](GLFWwindow* window, int key, int, int action, int modifiers) {
+                if (action != GLFW_PRESS) return;
+                of(window).pressed_.push_back({key, (modifiers & GLFW_MOD_CONTROL) != 0});
+            });
         glfwSetDropCallback(window_, [](GLFWwindow* window, int count, const char** names) {
             of(window).dropped_.insert(of(window).dropped_.end(), names, names + count);
         });
@@ -92,7 +94,12 @@ class NativeWindow {
 
     GLFWwindow* get() const { return window_; }
     bool software() const { return software_; }
-    std::vector<int> take_pressed() { return std::exchange(pressed_, {}); }
+    /// A key, and whether control was held.
+    struct Press {
+        int key;
+        bool control;
+    };
+    std::vector<Press> take_pressed() { return std::exchange(pressed_, {}); }
     std::vector<std::string> take_dropped() { return std::exchange(dropped_, {}); }
     bool attended() const {
         return glfwGetWindowAttrib(window_, GLFW_FOCUSED) != 0 ||
@@ -106,7 +113,7 @@ class NativeWindow {
 
     GLFWwindow* window_;
     bool software_ = false;
-    std::vector<int> pressed_;
+    std::vector<Press> pressed_;
     std::vector<std::string> dropped_;
 };
 
@@ -332,9 +339,9 @@ class App {
     }
 
     void handle_input() {
-        for (const int key : native_.take_pressed()) {
+        for (const auto& [key, control] : native_.take_pressed()) {
             if (ImGui::GetIO().WantTextInput) continue;
-            if (ImGui::GetIO().KeyCtrl)
+            if (control)
                 handle_control_key(key);
             else
                 handle_key(key);
