@@ -8,8 +8,9 @@
 
 namespace aula {
 
-/// Keeps the peaks of all channels together below a ceiling (-1 dBFS) by looking ahead; the gain
-/// falls before a peak and recovers after it. Delays the sound by latency_samples().
+/// Keeps the peaks of all channels together, those between samples too, below a ceiling (-1 dBTP)
+/// by looking ahead; the gain falls before a peak and recovers after it. Delays the sound by
+/// latency_samples().
 /// [audio thread, but for the constructor]
 class Limiter {
  public:

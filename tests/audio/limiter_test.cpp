@@ -8,6 +8,8 @@
 #include <random>
 #include <vector>
 
+#include "audio/resample.h"
+
 using namespace aula;
 
 namespace {
@@ -43,13 +45,24 @@ Stereo noise(std::size_t samples, float scale) {
     return signal;
 }
 
+/// The largest value at 16 times the rate, away from the ends, where a resampler rings.
+float true_peak(const std::vector<float>& signal) {
+    const std::vector<float> fine = resample(signal, 1, kRate_hz, 16 * kRate_hz);
+    float peak = 0;
+    for (std::size_t n = 16 * 1000; n + 16 * 1000 < fine.size(); ++n) {
+        peak = std::max(peak, std::abs(fine[n]));
+    }
+    return peak;
+}
+
 }  // namespace
 
 TEST_CASE("Below the ceiling the limiter is a delay, bit by bit") {
-    const Stereo in = noise(20000, kCeiling);
+    // White noise has peaks between samples up to twice as high.
+    const Stereo in = noise(20000, 0.4F * kCeiling);
     int latency = 0;
     const Stereo out = limited(in, latency);
-    CHECK(latency == 192);  // 4 ms
+    CHECK(latency == 192 + 15);  // 4 ms, and what the interpolator needs
     for (std::size_t c = 0; c < 2; ++c) {
         CHECK(std::equal(in[c].begin(), in[c].end() - latency, out[c].begin() + latency));
         CHECK(
@@ -82,6 +95,33 @@ TEST_CASE("Both channels get the same gain") {
     int latency = 0;
     const Stereo out = limited(in, latency);
     for (std::size_t i = 0; i < out[0].size(); ++i) CHECK(out[1][i] == 0.125F * out[0][i]);
+}
+
+TEST_CASE("Peaks between samples stay below -1 dBTP, which those at samples do not tell") {
+    // A tone at a quarter of the sample rate that is sampled at 45, 135, ... degrees: its peaks are
+    // 3 dB above its samples. Then white noise, band-limited as what is played is.
+    Stereo tone;
+    for (auto& channel : tone) {
+        for (std::size_t n = 0; n < 9600; ++n) {
+            channel.push_back(n % 4 < 2 ? 0.8F : -0.8F);  // below the ceiling
+        }
+    }
+    Stereo band = noise(48000, 2);
+    for (auto& channel : band) {
+        channel = resample(resample(channel, 1, kRate_hz, 36000), 1, 36000, kRate_hz);
+    }
+    for (const Stereo& in : {tone, band}) {
+        int latency = 0;
+        const Stereo out = limited(in, latency);
+        const float before = true_peak(in[0]);
+        const float after = true_peak(out[0]);
+        CHECK(20 * std::log10(double{before}) > 0.9);
+        // Between the eight places it may be 0.1 dB more.
+        CHECK(20 * std::log10(double{after}) < -0.9);
+        CHECK(20 * std::log10(double{after}) > -1.5);
+    }
+    // The companion: at its samples the tone is below the ceiling as it comes.
+    CHECK(*std::max_element(tone[0].begin(), tone[0].end()) < kCeiling);
 }
 
 TEST_CASE("The gain moves smoothly and is exactly one again after a peak") {
