@@ -1,19 +1,18 @@
 #include "audio/device.h"
 
-#include <alsa/asoundlib.h>
-#include <jack/jack.h>
-#include <portaudio.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cctype>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <thread>
 #include <utility>
 
 #include "audio/error.h"
-#include "audio/realtime.h"
+#include "audio/output.h"
 
 namespace aula {
 
@@ -21,49 +20,11 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kLoadSmoothing_s = 0.5;
-constexpr std::chrono::milliseconds kSilenceOfLostDevice{1000};
-
-// Some servers report latencies of minutes; no buffer that is worth using is longer than this.
-constexpr double kLongestLatency_s = 0.1;
+constexpr std::chrono::milliseconds kWatchInterval{100};
+constexpr std::chrono::seconds kRetryInterval{1};
 
 constexpr const char* kNoDevice =
     "no audio output device (no sound server or card); render to a file with --offline OUT.wav";
-
-void ignore_alsa(const char*, int, const char*, int, const char*, ...) {}
-void ignore_jack(const char*) {}
-
-/// PortAudio, initialised while alive, without the chatter of the libraries below it.
-class PortAudio {
- public:
-    PortAudio() {
-        snd_lib_error_set_handler(ignore_alsa);
-        jack_set_error_function(ignore_jack);
-        jack_set_info_function(ignore_jack);
-        setenv("JACK_NO_START_SERVER", "1", 0);
-        const PaError error = Pa_Initialize();
-        if (error != paNoError) {
-            throw AudioFailure(std::string("audio cannot be initialised: ") +
-                               Pa_GetErrorText(error));
-        }
-    }
-    ~PortAudio() { Pa_Terminate(); }
-    PortAudio(const PortAudio&) = delete;
-    PortAudio& operator=(const PortAudio&) = delete;
-
-    std::vector<DeviceInfo> outputs() const {
-        std::vector<DeviceInfo> devices;
-        for (int i = 0; i < Pa_GetDeviceCount(); ++i) {
-            const PaDeviceInfo& device = *Pa_GetDeviceInfo(i);
-            if (device.maxOutputChannels <= 0) continue;
-            devices.push_back({i, device.name, Pa_GetHostApiInfo(device.hostApi)->name,
-                               device.maxOutputChannels, device.defaultSampleRate,
-                               std::clamp(device.defaultHighOutputLatency, 0.0, kLongestLatency_s),
-                               i == Pa_GetDefaultOutputDevice()});
-        }
-        return devices;
-    }
-};
 
 std::string lower(std::string text) {
     std::transform(text.begin(), text.end(), text.begin(),
@@ -89,10 +50,17 @@ DeviceInfo choose(const std::vector<DeviceInfo>& devices, const std::string& wan
     }
     std::vector<DeviceInfo> matches;
     for (const DeviceInfo& device : devices) {
-        if (wanted == std::to_string(device.index) || lower(wanted) == lower(device.name)) {
-            return device;
+        if (wanted == std::to_string(device.index)) return device;
+    }
+    // A whole name goes before parts of names.
+    for (const bool whole : {true, false}) {
+        for (const DeviceInfo& device : devices) {
+            const std::string name = lower(device.name);
+            const bool match =
+                whole ? name == lower(wanted) : name.find(lower(wanted)) != std::string::npos;
+            if (match) matches.push_back(device);
         }
-        if (lower(device.name).find(lower(wanted)) != std::string::npos) matches.push_back(device);
+        if (!matches.empty()) break;
     }
     if (matches.empty()) {
         throw AudioInputError("audio device \"" + wanted +
@@ -110,150 +78,142 @@ std::string hertz(double rate_hz) { return std::to_string(std::lround(rate_hz)) 
 
 }  // namespace
 
-std::vector<DeviceInfo> list_output_devices() { return PortAudio().outputs(); }
+void refuse_rate(const DeviceInfo& device, double wanted_hz, double device_hz) {
+    throw SampleRateRefused("audio device \"" + device.name + "\": plays at " + hertz(device_hz) +
+                                ", not at " + hertz(wanted_hz) + "; give --sample-rate",
+                            device_hz);
+}
+
+std::vector<DeviceInfo> list_output_devices() {
+    std::vector<DeviceInfo> devices = list_jack_outputs();
+    const bool jack = std::any_of(devices.begin(), devices.end(),
+                                  [](const DeviceInfo& d) { return d.is_default; });
+    for (DeviceInfo& device : list_port_audio_outputs()) {
+        device.is_default = device.is_default && !jack;
+        devices.push_back(std::move(device));
+    }
+    int index = 0;
+    for (DeviceInfo& device : devices) device.index = index++;
+    // One default only, the first of JACK's.
+    bool found = false;
+    for (DeviceInfo& device : devices) {
+        device.is_default = device.is_default && !std::exchange(found, found || device.is_default);
+    }
+    return devices;
+}
 
 struct AudioDevice::State {
-    PortAudio port_audio;
+    State(std::string name, const OutputSettings& wanted_settings)
+        : wanted(std::move(name)), settings(wanted_settings), meter(settings.sample_rate_hz) {
+        settings.meter = &meter;
+    }
+
+    std::string wanted;
+    OutputSettings settings;
+    OutputMeter meter;
     DeviceInfo info;
-    Callback callback;
-    std::size_t channels = 0;
-    double sample_rate_hz = 0;
-    PaStream* stream = nullptr;
-    bool started = false;
+    std::unique_ptr<Output> output;  ///< null while lost; of the watching thread once started
+    std::atomic<DeviceState> state{DeviceState::playing};
+    std::atomic<std::uint64_t> reconnects{0};
 
-    std::atomic<std::uint64_t> underruns{0};
-    std::atomic<double> load{0};
-    std::atomic<double> worst_load{0};
-    std::atomic<Clock::rep> last_call{0};
-    std::atomic<bool> abandoned{false};
-    static_assert(std::atomic<double>::is_always_lock_free);
+    std::mutex mutex;  ///< of what follows
+    std::condition_variable stopping;
+    bool stop = false;
+    std::thread watcher;
 
-    ~State() {
-        if (stream != nullptr) Pa_CloseStream(stream);
-    }
-
-    bool active() const {
-        if (!started || Pa_IsStreamActive(stream) != 1) return false;
-        // Not every server says good-bye.
-        const Clock::duration silence{Clock::now().time_since_epoch().count() - last_call.load()};
-        return silence < kSilenceOfLostDevice;
-    }
-
-    /// [audio thread, wait-free]
-    void fill(float* const* outputs, unsigned long samples,
-              PaStreamCallbackFlags flags) noexcept AULA_NONBLOCKING {
-        const FlushDenormals flush;
-        const Clock::time_point start = Clock::now();
-        if (abandoned.load(std::memory_order_acquire)) {
-            for (std::size_t c = 0; c < channels; ++c) std::fill_n(outputs[c], samples, 0.0F);
-            return;
+    std::unique_ptr<Output> open(const DeviceInfo& device) const {
+        if (static_cast<std::size_t>(device.output_channels) < settings.channels) {
+            throw AudioFailure("audio device \"" + device.name + "\": has " +
+                               std::to_string(device.output_channels) +
+                               " output channels; needed " + std::to_string(settings.channels));
         }
-        if ((flags & paOutputUnderflow) != 0) underruns.fetch_add(1, std::memory_order_relaxed);
-        callback({outputs, channels}, static_cast<int>(samples));
-
-        const Clock::time_point end = Clock::now();
-        const double block_s = static_cast<double>(samples) / sample_rate_hz;
-        const double now = std::chrono::duration<double>(end - start).count() / block_s;
-        const double before = load.load(std::memory_order_relaxed);
-        load.store(before + std::min(1.0, block_s / kLoadSmoothing_s) * (now - before),
-                   std::memory_order_relaxed);
-        if (now > worst_load.load(std::memory_order_relaxed)) {
-            worst_load.store(now, std::memory_order_relaxed);
-        }
-        last_call.store(end.time_since_epoch().count(), std::memory_order_relaxed);
+        return device.host_api == "JACK" ? open_jack_output(device, settings)
+                                         : open_port_audio_output(device, settings);
     }
 
-    static int call(const void*, void* output, unsigned long samples,
-                    const PaStreamCallbackTimeInfo*, PaStreamCallbackFlags flags, void* user) {
-        static_cast<State*>(user)->fill(static_cast<float* const*>(output), samples, flags);
-        return paContinue;
+    /// One attempt to have it back: the same device, or the default one if that was asked for.
+    bool reopen() {
+        try {
+            const std::vector<DeviceInfo> devices = list_output_devices();
+            const auto same = std::find_if(devices.begin(), devices.end(), [&](const auto& d) {
+                return d.name == info.name && d.host_api == info.host_api;
+            });
+            if (same == devices.end()) return false;
+            meter.restart();
+            output = open(*same);
+            output->start();
+            return true;
+        } catch (const std::exception&) {
+            output.reset();
+            return false;
+        }
     }
 
-    [[noreturn]] void fail(const std::string& what, PaError error) const {
-        std::string why = Pa_GetErrorText(error);
-        if (error == paUnanticipatedHostError) {
-            const PaHostErrorInfo* const host = Pa_GetLastHostErrorInfo();
-            if (host != nullptr && host->errorText != nullptr) why = host->errorText;
+    /// Looks after the device until it is stopped or gone.
+    void watch() {
+        std::unique_lock lock(mutex);
+        const auto stopped_after = [&](auto time) {
+            return stopping.wait_for(lock, time, [&] { return stop; });
+        };
+        for (;;) {
+            if (stopped_after(kWatchInterval)) return;
+            if (output->alive()) continue;
+            state = DeviceState::lost;
+            const Clock::time_point lost = Clock::now();
+            output.reset();
+            do {
+                if (std::chrono::duration<double>(Clock::now() - lost).count() > kPatience_s) {
+                    state = DeviceState::gone;
+                    return;
+                }
+                if (stopped_after(kRetryInterval)) return;
+            } while (!reopen());
+            ++reconnects;
+            state = DeviceState::playing;
         }
-        throw AudioFailure("audio device \"" + info.name + "\": " + what + ": " + why);
     }
 };
 
 AudioDevice::AudioDevice(const std::string& wanted, double sample_rate_hz, std::size_t channels,
-                         int block, Callback callback)
-    : state_(std::make_unique<State>()) {
+                         int block, AudioCallback callback)
+    : state_(std::make_unique<State>(
+          wanted, OutputSettings{sample_rate_hz, channels, block, std::move(callback), nullptr})) {
     State& s = *state_;
-    s.info = choose(s.port_audio.outputs(), wanted);
-    s.callback = std::move(callback);
-    s.channels = channels;
-    s.sample_rate_hz = sample_rate_hz;
-    if (static_cast<std::size_t>(s.info.output_channels) < channels) {
-        throw AudioFailure("audio device \"" + s.info.name + "\": has " +
-                           std::to_string(s.info.output_channels) + " output channels; needed " +
-                           std::to_string(channels));
-    }
-
-    PaStreamParameters output{};
-    output.device = s.info.index;
-    output.channelCount = static_cast<int>(channels);
-    output.sampleFormat = paFloat32 | paNonInterleaved;
-    output.suggestedLatency = std::max(s.info.latency_s, block / sample_rate_hz);
-    const PaError error =
-        Pa_OpenStream(&s.stream, nullptr, &output, sample_rate_hz,
-                      static_cast<unsigned long>(block), paNoFlag, &State::call, &s);
-    if (error == paInvalidSampleRate) {
-        s.stream = nullptr;
-        throw SampleRateRefused("audio device \"" + s.info.name + "\": plays at " +
-                                    hertz(s.info.sample_rate_hz) + ", not at " +
-                                    hertz(sample_rate_hz) + "; give --sample-rate",
-                                s.info.sample_rate_hz);
-    }
-    if (error != paNoError) {
-        s.stream = nullptr;
-        s.fail("cannot be opened", error);
-    }
-    const PaStreamInfo* const stream = Pa_GetStreamInfo(s.stream);
-    if (stream != nullptr && stream->outputLatency > 0 &&
-        stream->outputLatency <= kLongestLatency_s) {
-        s.info.latency_s = stream->outputLatency;
-    }
+    s.info = choose(list_output_devices(), wanted);
+    s.output = s.open(s.info);
 }
 
-AudioDevice::~AudioDevice() {
-    stop();
-    if (state_->abandoned) static_cast<void>(state_.release());
-}
+AudioDevice::~AudioDevice() { stop(); }
 
 void AudioDevice::start() {
     State& s = *state_;
-    if (s.started) return;
-    if (s.abandoned) throw AudioFailure("audio device \"" + s.info.name + "\": was lost");
-    s.last_call = Clock::now().time_since_epoch().count();
-    const PaError error = Pa_StartStream(s.stream);
-    if (error != paNoError) s.fail("cannot be started", error);
-    s.started = true;
+    if (s.watcher.joinable() || !s.output) return;
+    s.output->start();
+    if (const double latency_s = s.output->latency_s(); latency_s > 0) {
+        s.info.latency_s = latency_s;
+    }
+    s.watcher = std::thread([&s] { s.watch(); });
 }
 
 void AudioDevice::stop() {
     State& s = *state_;
-    if (!s.started) return;
-    const bool lost = !s.active();
-    s.started = false;
-    if (!lost) {
-        Pa_StopStream(s.stream);
-        return;
+    if (!s.watcher.joinable()) return;
+    {
+        const std::lock_guard lock(s.mutex);
+        s.stop = true;
     }
-    // PortAudio would wait ten minutes for a server that is gone, and its threads may still hold
-    // the stream: what belongs to it is left behind, and calls nobody any more.
-    s.abandoned.store(true, std::memory_order_release);
+    s.stopping.notify_all();
+    s.watcher.join();
+    s.output.reset();
+    s.state = DeviceState::gone;
 }
 
 const DeviceInfo& AudioDevice::info() const { return state_->info; }
 
-bool AudioDevice::active() const { return state_->active(); }
+DeviceState AudioDevice::state() const { return state_->state; }
 
-std::uint64_t AudioDevice::underruns() const { return state_->underruns; }
-double AudioDevice::load() const { return state_->load; }
-double AudioDevice::worst_load() const { return state_->worst_load; }
+std::uint64_t AudioDevice::reconnects() const { return state_->reconnects; }
+
+const OutputMeter& AudioDevice::meter() const { return state_->meter; }
 
 }  // namespace aula

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "audio/output_meter.h"
+
 namespace aula {
 
 struct DeviceInfo {
@@ -19,22 +21,32 @@ struct DeviceInfo {
     bool is_default = false;
 };
 
-/// Output devices (PortAudio); the libraries' own messages are silenced. Empty where no sound
-/// server runs.
+/// Output devices: JACK's where a server runs, then what PortAudio knows; the libraries' own
+/// messages are silenced. Empty where there is neither server nor card.
 std::vector<DeviceInfo> list_output_devices();
 
-/// An open output device that calls back for sound. Throws AudioInputError if `wanted` matches no
-/// or several devices (the message lists the candidates), SampleRateRefused if the device plays at
-/// another rate, AudioFailure if there is no device or it cannot be opened.
+/// Fills planar outputs of `samples` each, at most a block. Runs on the device's thread with
+/// denormals flushed. Must not allocate, lock or wait.
+using AudioCallback = std::function<void(std::span<float* const> outputs, int samples)>;
+
+/// How an audio device fares.
+enum class DeviceState {
+    playing,
+    lost,  ///< its server or card went away; silence until it is back
+    gone   ///< it did not come back in time
+};
+
+/// An output device that calls back for sound. When it or its server vanishes it is tried again
+/// each second for kPatience_s. Throws AudioInputError if `wanted` matches no or several devices
+/// (the message lists the candidates), SampleRateRefused if the device plays at another rate,
+/// AudioFailure if there is no device or it cannot be opened.
 class AudioDevice {
  public:
-    /// Fills `channels` planar outputs of `samples` each, at most `block`. Runs on the device's
-    /// thread with denormals flushed. Must not allocate, lock or wait.
-    using Callback = std::function<void(std::span<float* const> outputs, int samples)>;
+    static constexpr double kPatience_s = 30;
 
     /// `wanted`: an index, a part of a name, or empty for the default device.
     AudioDevice(const std::string& wanted, double sample_rate_hz, std::size_t channels, int block,
-                Callback callback);
+                AudioCallback callback);
     ~AudioDevice();
     AudioDevice(const AudioDevice&) = delete;
     AudioDevice& operator=(const AudioDevice&) = delete;
@@ -43,10 +55,12 @@ class AudioDevice {
     void stop();
 
     const DeviceInfo& info() const;
-    bool active() const;              ///< false once the device or its server is gone
-    std::uint64_t underruns() const;  ///< output underflow flags since start
-    double load() const;              ///< share of the block's time spent in the callback, smoothed
-    double worst_load() const;
+    DeviceState state() const;
+    bool active() const { return state() == DeviceState::playing; }
+    std::uint64_t reconnects() const;  ///< how often it came back
+
+    /// Underruns and load since start.
+    const OutputMeter& meter() const;
 
  private:
     struct State;

@@ -82,6 +82,7 @@ struct Renderer::State {
     /// Frames that something here still refers to, the newest last.
     std::array<RenderFrame*, 2 * kMostLevels> held{};
     std::size_t held_count = 0;
+    std::int64_t newest_stamp = 0;
 
     std::vector<AlignedVector<float>> ambisonics;  ///< binaural output only uses them
     std::vector<float*> field;                     ///< pointers to them
@@ -90,6 +91,7 @@ struct Renderer::State {
     void exchange(RenderFrame* frame, const HeadRotation& head) noexcept {
         assert(held_count < held.size());
         held[held_count++] = frame;
+        newest_stamp = frame->stamp;
         reverberation.exchange(&frame->parts->reverberation);
         for (std::size_t i = 0; i < paths.size(); ++i) {
             for (std::size_t p = 0; p < paths[i].size(); ++p) {
@@ -129,6 +131,8 @@ Renderer::Renderer(const RendererConfig& config, std::shared_ptr<const Hrtf> hrt
 Renderer::~Renderer() {
     for (std::size_t i = 0; i < state_->held_count; ++i) mailbox_.give_back(state_->held[i]);
 }
+
+std::int64_t Renderer::newest_stamp() const noexcept { return state_->newest_stamp; }
 
 void Renderer::render(std::span<const float* const> inputs, const HeadRotation& head,
                       std::span<float* const> outputs, int samples) noexcept {

@@ -64,6 +64,7 @@ struct RenderFrame {
     ~RenderFrame();
 
     std::unique_ptr<Parts> parts;
+    std::int64_t stamp = 0;  ///< of the caller's, see Renderer::newest_stamp()
 };
 
 /// Prepares frames: early paths are added to the reverberation as fractional-delay taps through
@@ -99,6 +100,9 @@ class Renderer {
 
     /// Where frames come from; a frame whose predecessor is still fading waits for the next call.
     Mailbox<RenderFrame>& mailbox() noexcept { return mailbox_; }
+
+    /// The stamp of the frame that was taken last, 0 before the first. [audio thread]
+    std::int64_t newest_stamp() const noexcept AULA_NONBLOCKING;
 
     /// Renders `samples` (any number up to config.block; offline always the full block).
     /// `inputs`: one signal for each source; `outputs`: channel_count() signals, overwritten.

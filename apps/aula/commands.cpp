@@ -166,12 +166,19 @@ Scene read_scene(const Arguments& arguments) {
 
 int list_devices() {
     const std::vector<DeviceInfo> devices = list_output_devices();
-    if (devices.empty()) std::printf("no output devices\n");
+    if (devices.empty()) {
+        std::printf("no output devices\n");
+        return 0;
+    }
+    std::size_t widest = 4;
+    for (const DeviceInfo& device : devices) widest = std::max(widest, device.name.size());
+    const int width = static_cast<int>(widest);
+    std::printf("  index  %-*s  %-6s  channels  rate Hz  latency ms\n", width, "name", "system");
     for (const DeviceInfo& device : devices)
-        std::printf("%c %3d  %-40s  %-10s  %2d channels  %6.0f Hz  %5.1f ms\n",
-                    device.is_default ? '*' : ' ', device.index, device.name.c_str(),
-                    device.host_api.c_str(), device.output_channels, device.sample_rate_hz,
-                    1000 * device.latency_s);
+        std::printf("%c %5d  %-*s  %-6s  %8d  %7.0f  %10.1f\n", device.is_default ? '*' : ' ',
+                    device.index, width, device.name.c_str(), device.host_api.c_str(),
+                    device.output_channels, device.sample_rate_hz, 1000 * device.latency_s);
+    std::printf("* the default\n");
     return 0;
 }
 

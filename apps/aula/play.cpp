@@ -57,9 +57,56 @@ std::string summary_text(const PlayStatus& s) {
                      static_cast<unsigned long long>(s.underruns),
                      static_cast<unsigned long long>(s.frames),
                      static_cast<unsigned long long>(s.late_frames)) +
-           formatted("frame mean %.1f ms worst %.1f ms, audio load worst %.0f %%", s.frame_mean_ms,
-                     s.frame_worst_ms, 100 * s.worst_load);
+           formatted("frame mean %.1f ms worst %.1f ms, audio load mean %.1f %% worst %.0f %%",
+                     s.frame_mean_ms, s.frame_worst_ms, 100 * s.mean_load, 100 * s.worst_load);
 }
+
+std::string latency_text(const PoseLatency& l) {
+    return formatted("pose to sound p50 %.1f ms p99 %.1f ms (frame period %.1f ms, ",
+                     l.sound_p50_ms, l.sound_p99_ms, l.frame_period_ms) +
+           formatted("compute p50 %.1f ms p99 %.1f ms), head's turning p50 %.1f ms p99 %.1f ms",
+                     l.compute_p50_ms, l.compute_p99_ms, l.head_p50_ms, l.head_p99_ms);
+}
+
+/// What was played, how late, and when it had gaps.
+void print_summary(const PlayStatus& s) {
+    std::fprintf(stderr, "%s\n%s\n", summary_text(s).c_str(), latency_text(s.latency).c_str());
+    for (const Underrun& underrun : s.first_underruns)
+        std::fprintf(stderr, "underrun at %.2f s, %s\n", underrun.time_s,
+                     underrun.ours ? "ours: rendering took too long" : "the host's");
+}
+
+/// Says in one line each what happens to the device.
+class DeviceNews {
+ public:
+    explicit DeviceNews(const Player& player) : name_(player.device().name) {}
+
+    void tell(const PlayStatus& status, StatusLine& line) {
+        if (!status.realtime && !told_priority_) {
+            told_priority_ = true;
+            say(line,
+                "sound runs without real-time priority, which the system refused "
+                "(\"ulimit -r 70\" or membership of the group audio allows it)");
+        }
+        const bool playing = status.device == DeviceState::playing;
+        if (playing == played_) return;
+        played_ = playing;
+        say(line, "the output device \"" + name_ +
+                      (playing ? "\" is back"
+                               : "\" or its server is gone; waiting for it for " +
+                                     std::to_string(std::lround(AudioDevice::kPatience_s)) + " s"));
+    }
+
+ private:
+    static void say(StatusLine& line, const std::string& text) {
+        line.clear();
+        std::fprintf(stderr, "aula: warning: %s\n", text.c_str());
+    }
+
+    std::string name_;
+    bool told_priority_ = false;
+    bool played_ = true;
+};
 
 constexpr const char* kKeysText =
     "w/s or up/down walk, a/d step aside, left/right turn, q quits, ? shows this";
@@ -99,6 +146,7 @@ int play_in_terminal(const Arguments& arguments) {
         if (line.visible())
             std::fprintf(stderr, "playing on %s; %s\n", player.device().name.c_str(),
                          walks ? kKeysText : "q or Ctrl-C ends");
+        DeviceNews news(player);
         Walker walker(scene.listener.pose_at(0));
         Clock::time_point walked = Clock::now();
         Clock::time_point next_status = walked;
@@ -119,13 +167,14 @@ int play_in_terminal(const Arguments& arguments) {
             if (now >= next_status) {
                 next_status = now + kStatusInterval;
                 status = player.status();
+                if (!arguments.quiet) news.tell(status, line);
                 line.show(status_text(status));
                 if (remote) replace_materials(*remote, scene, player, arguments);
             }
         }
         status = player.status();
     }
-    if (!arguments.quiet) std::fprintf(stderr, "%s\n", summary_text(status).c_str());
+    if (!arguments.quiet) print_summary(status);
     return interrupt_signal() != 0 ? interrupted_status() : 0;
 }
 

@@ -12,6 +12,8 @@ namespace {
 /// Seconds of sound that a slow reader may be behind.
 constexpr double kHeard_s = 2;
 
+constexpr double kPauseFade_s = 0.02;
+
 int frame_samples(const RendererConfig& config) {
     return static_cast<int>(std::lround(config.frame_s * config.sample_rate_hz));
 }
@@ -145,7 +147,9 @@ LiveMixer::LiveMixer(double sample_rate_hz, int block, std::size_t channels)
       limiter_(sample_rate_hz, channels, block),
       output_pointers_(channels),
       interleaved_(static_cast<std::size_t>(block) * channels),
-      heard_(static_cast<std::size_t>(kHeard_s * sample_rate_hz) * channels) {}
+      heard_(static_cast<std::size_t>(kHeard_s * sample_rate_hz) * channels),
+      pause_fade_(rising(static_cast<std::size_t>(std::lround(kPauseFade_s * rate_hz_)))),
+      audible_(pause_fade_.size()) {}
 
 LiveMixer::~LiveMixer() {
     if (playing_ != nullptr) stages_.give_back(playing_);
@@ -161,10 +165,11 @@ void LiveMixer::render(std::span<float* const> outputs, int samples) noexcept {
     }
 }
 
-void LiveMixer::follow_head() noexcept {
-    Pose* pose = head_poses_.take();
+void LiveMixer::follow_head(std::int64_t now_ns) noexcept {
+    HeadPose* pose = head_poses_.take();
     if (pose == nullptr) return;
-    head_ = *pose;
+    head_ = pose->pose;
+    head_latency_.add(now_ns - pose->given_ns);
     head_known_ = true;
     head_poses_.give_back(pose);
     if (playing_ != nullptr) playing_->head_.turn_to(head_);
@@ -200,17 +205,43 @@ void LiveMixer::give_back_ended() noexcept {
     if (ringing_.front() == nullptr) std::swap(ringing_.front(), ringing_.back());
 }
 
+/// Goes along the fade of a pause, up or down.
+void LiveMixer::fade_pause(std::span<float* const> outputs, int samples) noexcept {
+    const bool down = paused_.load(std::memory_order_relaxed);
+    const std::size_t top = pause_fade_.size();
+    for (std::size_t i = 0; i < static_cast<std::size_t>(samples); ++i) {
+        if (down && audible_ > 0) --audible_;
+        if (!down && audible_ < top) ++audible_;
+        if (audible_ == top) continue;
+        for (float* channel : outputs) channel[i] *= pause_fade_[audible_];
+    }
+    silent_.store(audible_ == 0, std::memory_order_relaxed);
+}
+
 void LiveMixer::render_block(std::span<float* const> outputs, int samples) noexcept {
-    follow_head();
+    if (audible_ == 0 && paused_.load(std::memory_order_relaxed)) {
+        for (float* channel : outputs) std::fill_n(channel, samples, 0.0F);
+        silent_.store(true, std::memory_order_relaxed);
+        return;
+    }
+    const std::int64_t now_ns = clock_ns();
+    follow_head(now_ns);
     change_stage();
     const std::int64_t position = position_.load(std::memory_order_relaxed);
     for (float* channel : outputs) std::fill_n(channel, samples, 0.0F);
     for (Stage* stage : ringing_)
         if (stage != nullptr) stage->render(position, outputs, samples);
     if (playing_ != nullptr) playing_->render(position, outputs, samples);
+    if (playing_ != nullptr) {
+        // A frame stamped 0 is not to be counted.
+        const std::int64_t stamp = playing_->renderer_.newest_stamp();
+        if (stamp != newest_stamp_ && stamp != 0) frame_latency_.add(now_ns - stamp);
+        newest_stamp_ = stamp;
+    }
     give_back_ended();
 
     limiter_.process(outputs, samples);
+    fade_pause(outputs, samples);
     const float peak = std::max(largest(outputs, samples), peak_.load(std::memory_order_relaxed));
     peak_.store(peak, std::memory_order_relaxed);
     const float gain =

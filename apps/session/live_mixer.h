@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "apps/session/latency.h"
 #include "apps/session/signals.h"
 #include "apps/session/sound_at_listener.h"
 #include "apps/session/timeline.h"
@@ -19,6 +20,12 @@ namespace aula {
 
 /// How long a change of signals, or of what plays, is faded.
 inline constexpr double kChangeFade_s = 0.05;
+
+/// An orientation of the head, and when it was given (clock_ns()).
+struct HeadPose {
+    Pose pose;
+    std::int64_t given_ns = 0;
+};
 
 /// A scene as the audio thread plays it: signals through a renderer of its own. Its input is faded
 /// in when it begins; when something else follows its input is faded out and the room rings out.
@@ -93,7 +100,7 @@ class LiveMixer {
     /// What is to be played from now on, each with a first frame in it; what was played rings out.
     /// Spent stages come back. [propagation thread]
     Mailbox<Stage>& stages() { return stages_; }
-    Mailbox<Pose>& head_poses() { return head_poses_; }
+    Mailbox<HeadPose>& head_poses() { return head_poses_; }
 
     /// What is heard, interleaved, for one reader that asked for it with listen(). What finds no
     /// room is lost.
@@ -106,11 +113,20 @@ class LiveMixer {
     float take_limiter_gain() { return limiter_gain_.exchange(1); }  ///< the least since
     std::size_t channels() const { return channels_; }
 
+    /// Fades to silence, where time stands still, and back. [any thread]
+    void pause(bool paused) { paused_.store(paused); }
+    bool silent() const { return silent_.load(); }  ///< a pause is all there
+
+    /// From a frame's stamp to the block that takes it, and the same of head poses. [any thread]
+    const LatencyCounts& frame_latency() const { return frame_latency_; }
+    const LatencyCounts& head_latency() const { return head_latency_; }
+
  private:
     static constexpr std::size_t kMostRinging = 2;
 
     void render_block(std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
-    void follow_head() noexcept AULA_NONBLOCKING;
+    void follow_head(std::int64_t now_ns) noexcept AULA_NONBLOCKING;
+    void fade_pause(std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
     void change_stage() noexcept AULA_NONBLOCKING;
     void give_back_ended() noexcept AULA_NONBLOCKING;
 
@@ -119,7 +135,7 @@ class LiveMixer {
     std::size_t channels_;
     Limiter limiter_;
     Mailbox<Stage> stages_;
-    Mailbox<Pose> head_poses_;
+    Mailbox<HeadPose> head_poses_;
     Stage* playing_ = nullptr;
     Stage* waiting_ = nullptr;  ///< for a place among the ringing ones
     std::array<Stage*, kMostRinging> ringing_{};
@@ -132,6 +148,13 @@ class LiveMixer {
     std::atomic<std::int64_t> position_ = 0;
     std::atomic<float> peak_ = 0;
     std::atomic<float> limiter_gain_ = 1;
+    std::atomic<bool> paused_ = false;
+    std::atomic<bool> silent_ = false;
+    std::vector<float> pause_fade_;  ///< rising raised cosine
+    std::size_t audible_ = 0;        ///< how far along it the sound is
+    std::int64_t newest_stamp_ = 0;
+    LatencyCounts frame_latency_;
+    LatencyCounts head_latency_;
 };
 
 }  // namespace aula

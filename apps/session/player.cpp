@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
+#include <deque>
 #include <exception>
 #include <mutex>
 #include <optional>
@@ -38,7 +39,13 @@ struct Player::State {
     void build(const Scene& scene, const SessionOptions& options);
     void open_device(const SessionOptions& options);
 
+    void fade_out();
     void propagate();
+    Clock::duration lead() const;
+    PoseLatency latency() const;
+    static std::int64_t to_ns(Clock::time_point time) { return time.time_since_epoch().count(); }
+    void turn_head(const Pose& pose, std::int64_t given_ns);
+    void place_listener(const Pose& pose);
     void compute();
     void publish();
     void begin_prepared();
@@ -59,6 +66,10 @@ struct Player::State {
     double time_s = 0;                      ///< of the frame in hand, of all that was played
     std::unique_ptr<RenderFrame> computed;  ///< waits for its time to be published
     Pose computed_pose;
+    std::int64_t pose_ns = 0;   ///< when the pose of the frame in hand was given
+    std::int64_t frame_ns = 0;  ///< when it is due that the frame's pose is taken
+    LatencyCounts compute_time;
+    std::deque<double> recent_s;  ///< what the last frames took to compute
 
     std::mutex mutex;  ///< of what follows
     std::condition_variable stopping;
@@ -73,6 +84,7 @@ struct Player::State {
     std::shared_ptr<const FrameView> view;
     Clock::time_point published = Clock::now();
     double frame_sum_ms = 0;
+    std::optional<std::int64_t> unheard_ns;  ///< when the first pose came that no frame knows yet
     std::exception_ptr failure;
     /// To be taken down by the thread that prepares: stages before what makes their frames.
     std::vector<std::unique_ptr<Performance>> spent;
@@ -120,7 +132,19 @@ Player::State::~State() {
     wanted.notify_all();
     if (thread.joinable()) thread.join();
     if (preparer.joinable()) preparer.join();
-    if (device) device->stop();
+    if (device) {
+        fade_out();
+        device->stop();
+    }
+}
+
+/// Waits until a last fade is played, if anything plays.
+void Player::State::fade_out() {
+    constexpr int kMostTurns = 50;
+    constexpr std::chrono::milliseconds kTurn{5};
+    mixer->pause(true);
+    for (int turn = 0; turn < kMostTurns && device->active() && !mixer->silent(); ++turn)
+        std::this_thread::sleep_for(kTurn);
 }
 
 /// Everything but the device: what is wrong with the input is said before a device is opened.
@@ -168,11 +192,39 @@ void Player::State::propagate() {
             time_s += missed * frame_s;
         }
         begin_prepared();
+        // As late as it can be, so that the frame knows the newest pose and still is ready in time.
+        lock.lock();
+        if (stopping.wait_until(lock, at(time_s + frame_s) - lead(), [this] { return stop; }))
+            return;
+        lock.unlock();
+        frame_ns = to_ns(at(time_s));
         compute();
         show(std::chrono::duration<double>(at(time_s + frame_s) - Clock::now()).count());
         zero -= std::chrono::duration_cast<Clock::duration>(
             std::chrono::duration<double>(kCorrection * (mixer->time_s() - now_s)));
     }
+}
+
+/// How long before it is due a frame's computation begins: as long as the longest of the last ones
+/// took, and a little.
+Player::State::Clock::duration Player::State::lead() const {
+    constexpr double kMargin_s = 0.002;
+    double longest_s = kMargin_s;
+    for (const double s : recent_s) longest_s = std::max(longest_s, s);
+    return std::chrono::duration_cast<Clock::duration>(
+        std::chrono::duration<double>(longest_s + kMargin_s));
+}
+
+PoseLatency Player::State::latency() const {
+    const LatencyCounts& frames = mixer->frame_latency();
+    const LatencyCounts& heads = mixer->head_latency();
+    return {.frame_period_ms = 1000 * playing->maker.config().frame_s,
+            .compute_p50_ms = compute_time.quantile_ms(0.5),
+            .compute_p99_ms = compute_time.quantile_ms(0.99),
+            .sound_p50_ms = frames.quantile_ms(0.5),
+            .sound_p99_ms = frames.quantile_ms(0.99),
+            .head_p50_ms = heads.quantile_ms(0.5),
+            .head_p99_ms = heads.quantile_ms(0.99)};
 }
 
 void Player::State::compute() {
@@ -181,6 +233,9 @@ void Player::State::compute() {
     {
         const std::lock_guard lock(mutex);
         with = controls;
+        // A path's pose is that of the frame's time; one by hand has been waiting since it came.
+        pose_ns = with.listener ? unheard_ns.value_or(to_ns(begin)) : frame_ns;
+        unheard_ns.reset();
     }
     const double at_s = scene_time_s();
     computed_pose = with.listener_at(playing->scene, at_s);
@@ -189,6 +244,10 @@ void Player::State::compute() {
     playing->maker.fill(at_s, with, *computed);
 
     const double took_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+    constexpr std::size_t kRecent = 30;
+    recent_s.push_back(took_ms / 1000);
+    if (recent_s.size() > kRecent) recent_s.pop_front();
+    compute_time.add(static_cast<std::int64_t>(1e6 * took_ms));
     const std::lock_guard lock(mutex);
     frame_sum_ms += took_ms;
     ++status.frames;
@@ -202,14 +261,29 @@ void Player::State::compute() {
 
 void Player::State::publish() {
     if (!computed) return;
+    computed->stamp = pose_ns;
     playing->frames.publish(std::move(computed));
-    auto pose = mixer->head_poses().reclaim();
-    if (!pose) pose = std::make_unique<Pose>();
-    *pose = computed_pose;
-    mixer->head_poses().publish(std::move(pose));
     const std::lock_guard lock(mutex);
+    // A head moved by hand has gone ahead.
+    if (!controls.listener) turn_head(computed_pose, clock_ns());
     status.listener = computed_pose;
     published = Clock::now();
+}
+
+/// The mutex is held: the mailbox has one writer at a time.
+void Player::State::turn_head(const Pose& pose, std::int64_t given_ns) {
+    auto head = mixer->head_poses().reclaim();
+    if (!head) head = std::make_unique<HeadPose>();
+    *head = {pose, given_ns};
+    mixer->head_poses().publish(std::move(head));
+}
+
+/// By hand. The mutex is held.
+void Player::State::place_listener(const Pose& pose) {
+    controls.listener = pose;
+    const std::int64_t now_ns = clock_ns();
+    if (!unheard_ns) unheard_ns = now_ns;
+    turn_head(pose, now_ns);
 }
 
 /// Copies what is to be looked at, if there is time until the next frame, or was none for long.
@@ -308,13 +382,16 @@ Player::~Player() = default;
 
 void Player::move_listener(const Pose& pose) {
     const std::lock_guard lock(state_->mutex);
-    if (!state_->playing->scene.listener.path) state_->controls.listener = pose;
+    if (!state_->playing->scene.listener.path) state_->place_listener(pose);
 }
 
 void Player::control(const PlayControls& controls) {
     const std::lock_guard lock(state_->mutex);
     state_->controls = controls;
+    if (controls.listener) state_->place_listener(*controls.listener);
 }
+
+void Player::pause(bool paused) { state_->mixer->pause(paused); }
 
 PlayControls Player::controls() const {
     const std::lock_guard lock(state_->mutex);
@@ -379,20 +456,29 @@ PlayStatus Player::status() {
         const std::lock_guard lock(state_->mutex);
         if (state_->failure) std::rethrow_exception(state_->failure);
         status = state_->status;
+        status.latency = state_->latency();
         status.response_age_s =
             std::chrono::duration<double>(State::Clock::now() - state_->published).count();
         end_s = state_->playing->zero_s + state_->playing->timeline.end_s;
     }
     status.time_s = state_->mixer->time_s();
-    status.load = state_->device->load();
-    status.worst_load = state_->device->worst_load();
-    status.underruns = state_->device->underruns();
+    const AudioDevice& device = *state_->device;
+    status.load = device.meter().load();
+    status.mean_load = device.meter().mean_load();
+    status.worst_load = device.meter().worst_load();
+    status.underruns = device.meter().underruns();
+    status.own_underruns = device.meter().own_underruns();
+    status.first_underruns = device.meter().first_underruns();
+    status.realtime = device.meter().realtime();
+    status.device = device.state();
+    status.reconnects = device.reconnects();
     status.peak = state_->mixer->take_peak();
     status.limiter_gain = state_->mixer->take_limiter_gain();
     status.finished = status.time_s >= end_s;
-    if (!status.finished && !state_->device->active())
-        throw AudioFailure("the output device \"" + state_->device->info().name +
-                           "\" or its server is gone");
+    if (!status.finished && status.device == DeviceState::gone)
+        throw AudioFailure("the output device \"" + device.info().name +
+                           "\" or its server went away and did not come back within " +
+                           std::to_string(std::lround(AudioDevice::kPatience_s)) + " s");
     return status;
 }
 

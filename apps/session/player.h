@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/session/frame_view.h"
+#include "apps/session/latency.h"
 #include "apps/session/monitor.h"
 #include "apps/session/play_controls.h"
 #include "apps/session/session_options.h"
@@ -32,8 +33,15 @@ struct PlayStatus {
     int rays = 0;               ///< per source, of the newest frame
     double response_age_s = 0;  ///< since the newest response was handed over
     double load = 0;            ///< share of a block's time that the audio thread needs
+    double mean_load = 0;
     double worst_load = 0;
     std::uint64_t underruns = 0;
+    std::uint64_t own_underruns = 0;        ///< of these: rendering took too long
+    std::vector<Underrun> first_underruns;  ///< when they were, as many as are kept
+    bool realtime = true;                   ///< the audio thread has real-time priority
+    DeviceState device = DeviceState::playing;
+    std::uint64_t reconnects = 0;  ///< how often the device came back
+    PoseLatency latency;
     float peak = 0;             ///< largest sample since the last status()
     float limiter_gain = 1;     ///< least gain of the limiter since the last status()
     bool preparing = false;     ///< a change is on its way
@@ -46,7 +54,8 @@ struct PlayStatus {
 /// the propagation thread, which wakes at each frame time, hands over the frame that it has
 /// computed for the one before, takes the newest poses and computes the next, so that a pose is
 /// heard one frame after its time; and a thread that prepares changes. Sound starts with the
-/// constructor and stops with the destructor.
+/// constructor and stops with the destructor, fading. The head's turning is heard from the next
+/// block on.
 class Player {
  public:
     /// Keeps a copy of the scene. If the device refuses the sample rate its own is used. Throws
@@ -94,7 +103,11 @@ class Player {
     /// Loudness and recording. [one thread]
     MonitorStatus monitor_status();
 
-    /// Throws AudioFailure if the device is lost, and what the propagation thread threw.
+    /// Fades to silence, where time stands still, and back. [any thread]
+    void pause(bool paused);
+
+    /// Throws AudioFailure if the device is lost and did not come back, and what the propagation
+    /// thread threw.
     PlayStatus status();
 
     const DeviceInfo& device() const;

@@ -84,13 +84,18 @@ HeadRotation head_rotation(const Pose& pose) {
 }
 
 void HeadMotion::turn_to(const Pose& pose) noexcept {
-    if (remaining_samples_ < 0) now_ = pose;
+    if (remaining_samples_ < 0) {
+        now_ = pose;
+        since_samples_ = frame_samples_;
+    }
     target_ = pose;
-    remaining_samples_ = frame_samples_;
+    remaining_samples_ = since_samples_;
+    since_samples_ = 0;
 }
 
 HeadRotation HeadMotion::advance(int samples) noexcept {
     if (remaining_samples_ < 0) return kNoRotation;
+    since_samples_ = std::min(since_samples_ + samples, frame_samples_);
     const float share = remaining_samples_ <= samples
                             ? 1.0F
                             : static_cast<float>(samples) / static_cast<float>(remaining_samples_);

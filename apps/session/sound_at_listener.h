@@ -23,13 +23,14 @@ RendererConfig renderer_config(const Scene& scene, double response_length_s, dou
 /// The head's axes as the renderer takes them.
 HeadRotation head_rotation(const Pose& pose);
 
-/// The head's turning between frames: it moves evenly to each new orientation within one frame,
-/// the short way round, as the renderer moves the sound. [audio thread]
+/// The head's turning between poses: it moves evenly to each new orientation, the short way round,
+/// in the time that has passed between the last two, at most a frame. [audio thread]
 class HeadMotion {
  public:
     explicit HeadMotion(int frame_samples) : frame_samples_(frame_samples) {}
 
-    /// Where to turn to from here on. The first time the head is there at once.
+    /// Where to turn to from here on. The first time the head is there at once, the second it takes
+    /// a frame.
     void turn_to(const Pose& pose) noexcept;
 
     /// The orientation after so many more samples.
@@ -37,6 +38,7 @@ class HeadMotion {
 
  private:
     int frame_samples_;
+    int since_samples_ = 0;       ///< since the last pose, at most a frame
     int remaining_samples_ = -1;  ///< -1: no orientation yet
     Pose now_;
     Pose target_;

@@ -34,7 +34,7 @@ TEST_CASE("The audio thread neither allocates, frees, locks nor writes while wha
             all.back()->other_signals.publish(std::make_unique<SignalSet>(
                 SignalSet{std::make_shared<const Signal>(std::vector<float>(100, 0.1F), true)}));
         }
-        mixer.head_poses().publish(std::make_unique<Pose>());
+        mixer.head_poses().publish(std::make_unique<HeadPose>());
         const RealtimeTrap trap;
         mixer.render(outputs, kTakeBlock);
         violations.allocations += trap.violations().total();

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "audio/device.h"
+#include "audio/output_meter.h"
+
+namespace aula {
+
+/// What an output is opened with.
+struct OutputSettings {
+    double sample_rate_hz = 48000;
+    std::size_t channels = 2;
+    int block = 256;
+    AudioCallback callback;
+    OutputMeter* meter = nullptr;
+};
+
+/// An open output of one sound system; sound flows while it exists.
+class Output {
+ public:
+    Output() = default;
+    virtual ~Output() = default;
+    Output(const Output&) = delete;
+    Output& operator=(const Output&) = delete;
+
+    /// Throws AudioFailure.
+    virtual void start() = 0;
+    virtual bool alive() const = 0;
+    virtual double latency_s() const = 0;  ///< 0: not known
+};
+
+/// JACK, spoken to directly: PortAudio cannot let go of a server that died.
+/// Devices are the clients that play; empty where no server runs.
+std::vector<DeviceInfo> list_jack_outputs();
+std::unique_ptr<Output> open_jack_output(const DeviceInfo& device, const OutputSettings& settings);
+
+/// All else that PortAudio knows: ALSA, and PulseAudio through it.
+std::vector<DeviceInfo> list_port_audio_outputs();
+std::unique_ptr<Output> open_port_audio_output(const DeviceInfo& device,
+                                               const OutputSettings& settings);
+
+/// How a rate that a device does not play at is refused.
+[[noreturn]] void refuse_rate(const DeviceInfo& device, double wanted_hz, double device_hz);
+
+}  // namespace aula

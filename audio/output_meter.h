@@ -1,0 +1,65 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <vector>
+
+#include "audio/realtime.h"
+
+namespace aula {
+
+/// A gap in the output.
+struct Underrun {
+    double time_s = 0;  ///< sound played until then
+    bool ours = false;  ///< the callback before took longer than its sound lasts
+};
+
+/// Counts what happens on a device's thread; everybody may read.
+class OutputMeter {
+ public:
+    explicit OutputMeter(double sample_rate_hz) : sample_rate_hz_(sample_rate_hz) {}
+
+    /// Around each call for sound. [audio thread, wait-free but for the first call of a thread,
+    /// which asks for real-time priority]
+    void begin(bool underflow) noexcept AULA_NONBLOCKING;
+    void end(int samples) noexcept AULA_NONBLOCKING;
+
+    /// A new thread calls from now on.
+    void restart() { known_thread_ = false; }
+
+    std::uint64_t underruns() const { return ours_ + hosts_; }
+    std::uint64_t own_underruns() const { return ours_; }
+    std::vector<Underrun> first_underruns() const;  ///< as many as are kept
+
+    double load() const { return load_; }  ///< share of the time that sound takes, smoothed
+    double mean_load() const;
+    double worst_load() const { return worst_load_; }
+
+    /// False where the system refused it; true as long as no call came.
+    bool realtime() const { return realtime_; }
+
+    std::chrono::steady_clock::duration silence() const;  ///< since the last call
+    void touch();                                         ///< begins that time anew
+
+ private:
+    using Clock = std::chrono::steady_clock;
+    static_assert(std::atomic<double>::is_always_lock_free);
+
+    double sample_rate_hz_;
+    Clock::time_point start_;
+    double last_load_ = 0;
+    std::atomic<bool> known_thread_{false};
+    std::atomic<bool> realtime_{true};
+    std::atomic<std::uint64_t> ours_{0};
+    std::atomic<std::uint64_t> hosts_{0};
+    std::array<std::atomic<double>, 64> times_{};  ///< of underruns, ours negative
+    std::atomic<double> load_{0};
+    std::atomic<double> worst_load_{0};
+    std::atomic<double> busy_s_{0};
+    std::atomic<std::int64_t> samples_{0};
+    std::atomic<Clock::rep> last_call_{0};
+};
+
+}  // namespace aula

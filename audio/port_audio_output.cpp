@@ -1,0 +1,166 @@
+#include <alsa/asoundlib.h>
+#include <portaudio.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "audio/error.h"
+#include "audio/output.h"
+
+namespace aula {
+
+namespace {
+
+// Some servers report latencies of minutes; no buffer that is worth using is longer than this.
+constexpr double kLongestLatency_s = 0.1;
+
+// Not every server says good-bye.
+constexpr std::chrono::milliseconds kSilenceOfLostDevice{1000};
+
+void ignore(const char*, int, const char*, int, const char*, ...) {}
+
+/// PortAudio, initialised while alive, without the chatter of what is below it and without JACK.
+class PortAudio {
+ public:
+    PortAudio() {
+        snd_lib_error_set_handler(ignore);
+        // PortAudio aborts when it ends after a JACK server has died: it must not find one.
+        constexpr const char* kServer = "JACK_DEFAULT_SERVER";
+        const char* const server = std::getenv(kServer);
+        const std::optional<std::string> before =
+            server != nullptr ? std::optional<std::string>(server) : std::nullopt;
+        setenv(kServer, "none-for-portaudio", 1);
+        const PaError error = Pa_Initialize();
+        if (before) {
+            setenv(kServer, before->c_str(), 1);
+        } else {
+            unsetenv(kServer);
+        }
+        if (error != paNoError) {
+            throw AudioFailure(std::string("audio cannot be initialised: ") +
+                               Pa_GetErrorText(error));
+        }
+    }
+    ~PortAudio() { Pa_Terminate(); }
+    PortAudio(const PortAudio&) = delete;
+    PortAudio& operator=(const PortAudio&) = delete;
+
+    std::vector<DeviceInfo> outputs() const {
+        std::vector<DeviceInfo> devices;
+        for (int i = 0; i < Pa_GetDeviceCount(); ++i) {
+            const PaDeviceInfo& device = *Pa_GetDeviceInfo(i);
+            const PaHostApiInfo& host = *Pa_GetHostApiInfo(device.hostApi);
+            if (device.maxOutputChannels <= 0 || host.type == paJACK) continue;
+            devices.push_back({i, device.name, host.name, device.maxOutputChannels,
+                               device.defaultSampleRate,
+                               std::clamp(device.defaultHighOutputLatency, 0.0, kLongestLatency_s),
+                               i == Pa_GetDefaultOutputDevice()});
+        }
+        return devices;
+    }
+};
+
+class PortAudioOutput final : public Output {
+ public:
+    PortAudioOutput(const DeviceInfo& device, const OutputSettings& settings)
+        : device_(device), settings_(settings) {
+        // Numbers change when devices come and go.
+        const std::vector<DeviceInfo> there = port_audio_.outputs();
+        const auto found = std::find_if(there.begin(), there.end(), [&](const DeviceInfo& d) {
+            return d.name == device.name && d.host_api == device.host_api;
+        });
+        if (found == there.end()) fail("is gone");
+        PaStreamParameters output{};
+        output.device = found->index;
+        output.channelCount = static_cast<int>(settings.channels);
+        output.sampleFormat = paFloat32 | paNonInterleaved;
+        output.suggestedLatency =
+            std::max(device.latency_s, settings.block / settings.sample_rate_hz);
+        const PaError error =
+            Pa_OpenStream(&stream_, nullptr, &output, settings.sample_rate_hz,
+                          static_cast<unsigned long>(settings.block), paNoFlag, &call, this);
+        if (error != paNoError) stream_ = nullptr;
+        if (error == paInvalidSampleRate) {
+            refuse_rate(device, settings.sample_rate_hz, device.sample_rate_hz);
+        }
+        if (error != paNoError) fail("cannot be opened", error);
+    }
+
+    ~PortAudioOutput() override {
+        if (stream_ == nullptr) return;
+        // What is in the buffers is played to its end where there is somebody to play it.
+        if (started_ && alive()) {
+            Pa_StopStream(stream_);
+        } else if (started_) {
+            Pa_AbortStream(stream_);
+        }
+        Pa_CloseStream(stream_);
+    }
+
+    void start() override {
+        settings_.meter->touch();
+        const PaError error = Pa_StartStream(stream_);
+        if (error != paNoError) fail("cannot be started", error);
+        started_ = true;
+    }
+
+    bool alive() const override {
+        return Pa_IsStreamActive(stream_) == 1 && settings_.meter->silence() < kSilenceOfLostDevice;
+    }
+
+    double latency_s() const override {
+        const PaStreamInfo* const stream = Pa_GetStreamInfo(stream_);
+        const bool sane = stream != nullptr && stream->outputLatency > 0 &&
+                          stream->outputLatency <= kLongestLatency_s;
+        return sane ? stream->outputLatency : 0;
+    }
+
+ private:
+    /// [audio thread, wait-free]
+    void fill(float* const* outputs, unsigned long samples,
+              PaStreamCallbackFlags flags) noexcept AULA_NONBLOCKING {
+        const FlushDenormals flush;
+        settings_.meter->begin((flags & paOutputUnderflow) != 0);
+        settings_.callback({outputs, settings_.channels}, static_cast<int>(samples));
+        settings_.meter->end(static_cast<int>(samples));
+    }
+
+    static int call(const void*, void* output, unsigned long samples,
+                    const PaStreamCallbackTimeInfo*, PaStreamCallbackFlags flags, void* self) {
+        static_cast<PortAudioOutput*>(self)->fill(static_cast<float* const*>(output), samples,
+                                                  flags);
+        return paContinue;
+    }
+
+    [[noreturn]] void fail(const std::string& what, PaError error = paNoError) const {
+        std::string why = error == paNoError ? "" : std::string(": ") + Pa_GetErrorText(error);
+        if (error == paUnanticipatedHostError) {
+            const PaHostErrorInfo* const host = Pa_GetLastHostErrorInfo();
+            if (host != nullptr && host->errorText != nullptr) {
+                why = std::string(": ") + host->errorText;
+            }
+        }
+        throw AudioFailure("audio device \"" + device_.name + "\": " + what + why);
+    }
+
+    PortAudio port_audio_;
+    DeviceInfo device_;
+    OutputSettings settings_;
+    PaStream* stream_ = nullptr;
+    bool started_ = false;
+};
+
+}  // namespace
+
+std::vector<DeviceInfo> list_port_audio_outputs() { return PortAudio().outputs(); }
+
+std::unique_ptr<Output> open_port_audio_output(const DeviceInfo& device,
+                                               const OutputSettings& settings) {
+    return std::make_unique<PortAudioOutput>(device, settings);
+}
+
+}  // namespace aula
