@@ -162,9 +162,36 @@ TEST_CASE("Another signal fades in on a source that plays") {
     double energy = 0;
     for (std::size_t i = 36000; i < 44000; ++i) {
         const double expected = static_cast<double>(other[i - 140]);
-        difference += std::pow(static_cast<double>(heard[i + 192]) - expected, 2);
+        difference += std::pow(static_cast<double>(heard[i + 207]) - expected, 2);
         energy += expected * expected;
     }
-    // The delay of 139.86 samples and the limiter's of 192: 0.14 samples are 0.018 of a radian.
+    // The delay of 139.86 samples and the limiter's of 207: 0.14 samples are 0.018 of a radian.
     CHECK(difference < 0.03 * 0.03 * energy);
+}
+
+TEST_CASE("A pause fades to silence where time stands still, and back without a click") {
+    LiveMixer mixer(kRate_hz, kTakeBlock, 1);
+    auto performance = tone_in(test::free_field({1, 0, 0}));
+    double paused_at_s = 0;
+    const auto heard = take(mixer, 2 * kSecond_blocks, [&](int block) {
+        if (block == 0) begin(*performance, mixer);
+        if (block == 90) mixer.pause(true);
+        if (block == 110) {
+            CHECK(mixer.silent());
+            paused_at_s = mixer.time_s();
+        }
+        if (block == 140) {
+            CHECK(mixer.time_s() == paused_at_s);
+            mixer.pause(false);
+        }
+    });
+    CHECK(share_off_tone(heard) < 1e-6);
+    CHECK(std::all_of(heard.begin() + 110 * kTakeBlock, heard.begin() + 140 * kTakeBlock,
+                      [](float x) { return x == 0; }));
+    CHECK(std::any_of(heard.begin() + 145 * kTakeBlock, heard.begin() + 160 * kTakeBlock,
+                      [](float x) { return std::abs(x) > 0.01F; }));
+    // The companion: the same tone cut off at once.
+    std::vector<float> cut = heard;
+    std::fill(cut.begin() + 80 * kTakeBlock, cut.begin() + 140 * kTakeBlock, 0.0F);
+    CHECK(share_off_tone(cut) > 1e-6);
 }

@@ -56,10 +56,10 @@ TEST_CASE("What is left of the room is in front of a head that looks left") {
     REQUIRE(static_cast<double>(front[1]) == Approx(0).margin(kRounding));
 }
 
-TEST_CASE("A head turns evenly over one frame, the short way round") {
+TEST_CASE("A head turns evenly in the time between two poses, the short way round") {
     HeadMotion motion(1600);
     motion.turn_to(looking(kPi - 0.1F));
-    const auto at_once = motion.advance(100);
+    const auto at_once = motion.advance(1600);
     REQUIRE(at_once == head_rotation(looking(kPi - 0.1F)));
     motion.turn_to(looking(-kPi + 0.1F));
     motion.advance(400);
@@ -72,4 +72,17 @@ TEST_CASE("A head turns evenly over one frame, the short way round") {
     motion.advance(800);
     REQUIRE(static_cast<double>(in_head(motion.advance(1), {-1, 0, 0})[1]) ==
             Approx(-std::sin(0.1)).margin(10 * kRounding));
+}
+
+TEST_CASE("Poses that come more often than frames are followed as often") {
+    HeadMotion motion(1600);
+    motion.turn_to(looking(0));
+    motion.advance(400);
+    motion.turn_to(looking(1));
+    motion.advance(200);
+    const auto half_way = motion.advance(1);
+    REQUIRE(static_cast<double>(in_head(half_way, {1, 0, 0})[1]) ==
+            Approx(-std::sin(0.5 + 1.0 / 400)).margin(10 * kRounding));
+    // There after the 400 samples that have passed between the two poses, not after a frame.
+    REQUIRE(motion.advance(199) == head_rotation(looking(1)));
 }
