@@ -11,6 +11,9 @@ namespace {
 
 constexpr double kLoadSmoothing_s = 0.5;
 
+/// A server tells of a gap some time after it.
+constexpr double kBlame_s = 0.2;
+
 /// Below JACK's own threads (10 by default, its clients 5 below that) nothing is gained.
 constexpr int kPriority = 60;
 
@@ -35,7 +38,9 @@ void OutputMeter::begin(bool underflow) noexcept {
         known_thread_.store(true, std::memory_order_relaxed);
     }
     if (!underflow) return;
-    const bool ours = last_load_ > 1;
+    const auto shortly = static_cast<std::int64_t>(kBlame_s * sample_rate_hz_);
+    const bool ours =
+        overrun_at_ >= 0 && samples_.load(std::memory_order_relaxed) - overrun_at_ <= shortly;
     const std::uint64_t count =
         ours_.load(std::memory_order_relaxed) + hosts_.load(std::memory_order_relaxed);
     if (count < times_.size()) {
@@ -50,12 +55,13 @@ void OutputMeter::end(int samples) noexcept {
     const Clock::time_point end = Clock::now();
     const double busy_s = std::chrono::duration<double>(end - start_).count();
     const double sound_s = static_cast<double>(samples) / sample_rate_hz_;
-    last_load_ = busy_s / sound_s;
+    const double now = busy_s / sound_s;
+    if (now > 1) overrun_at_ = samples_.load(std::memory_order_relaxed);
     const double before = load_.load(std::memory_order_relaxed);
-    load_.store(before + std::min(1.0, sound_s / kLoadSmoothing_s) * (last_load_ - before),
+    load_.store(before + std::min(1.0, sound_s / kLoadSmoothing_s) * (now - before),
                 std::memory_order_relaxed);
-    if (last_load_ > worst_load_.load(std::memory_order_relaxed)) {
-        worst_load_.store(last_load_, std::memory_order_relaxed);
+    if (now > worst_load_.load(std::memory_order_relaxed)) {
+        worst_load_.store(now, std::memory_order_relaxed);
     }
     busy_s_.store(busy_s_.load(std::memory_order_relaxed) + busy_s, std::memory_order_relaxed);
     samples_.store(samples_.load(std::memory_order_relaxed) + samples, std::memory_order_relaxed);

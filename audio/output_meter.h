@@ -13,7 +13,7 @@ namespace aula {
 /// A gap in the output.
 struct Underrun {
     double time_s = 0;  ///< sound played until then
-    bool ours = false;  ///< the callback before took longer than its sound lasts
+    bool ours = false;  ///< a callback shortly before took longer than its sound lasts
 };
 
 /// Counts what happens on a device's thread; everybody may read.
@@ -49,7 +49,7 @@ class OutputMeter {
 
     double sample_rate_hz_;
     Clock::time_point start_;
-    double last_load_ = 0;
+    std::int64_t overrun_at_ = -1;  ///< the newest, in samples; -1: none
     std::atomic<bool> known_thread_{false};
     std::atomic<bool> realtime_{true};
     std::atomic<std::uint64_t> ours_{0};

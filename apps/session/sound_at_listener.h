@@ -29,8 +29,7 @@ class HeadMotion {
  public:
     explicit HeadMotion(int frame_samples) : frame_samples_(frame_samples) {}
 
-    /// Where to turn to from here on. The first time the head is there at once, the second it takes
-    /// a frame.
+    /// Where to turn to from here on. The first time the head is there at once.
     void turn_to(const Pose& pose) noexcept;
 
     /// The orientation after so many more samples.
