@@ -185,3 +185,29 @@ TEST_CASE("Words in place of the scene are commands, a file of that name is open
     const ProgramResult file = aula_with({"check", (folder.path() / "info").string()});
     CHECK(file.status == 0);
 }
+
+TEST_CASE("One material is shown with its curves; an unknown one is named") {
+    const ProgramResult shown = aula_with({"materials", "show", "curtain"});
+    CHECK(shown.status == 0);
+    CHECK(shown.out.find("absorption") != std::string::npos);
+    CHECK(shown.out.find("1000 Hz") != std::string::npos);
+    CHECK(aula_with({"materials", "list"}).status == 0);
+    const ProgramResult unknown = aula_with({"materials", "show", "no such"});
+    CHECK(unknown.status == 2);
+    CHECK(unknown.err.find("no such") != std::string::npos);
+    CHECK(aula_with({"materials", "show"}).status == 2);
+}
+
+TEST_CASE("What the window and remote control cannot use is refused") {
+    const std::string scene = AULA_SOURCE_DIR "/scenes/shoebox.json";
+    CHECK(aula_with({scene, "--after", "3"}).err.find("--screenshot") != std::string::npos);
+    CHECK(aula_with({scene, "--after", "0", "--screenshot", "x.png"}).status == 2);
+}
+
+TEST_CASE("Info tells whether a room is tight, how many patches it has and what it is made of") {
+    const ProgramResult info = aula_with({"info", AULA_SOURCE_DIR "/scenes/shoebox.json"});
+    CHECK(info.status == 0);
+    CHECK(info.out.find("tight") != std::string::npos);
+    CHECK(info.out.find("patches") != std::string::npos);
+    CHECK(info.out.find("100.0 %") != std::string::npos);
+}
