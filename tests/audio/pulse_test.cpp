@@ -1,0 +1,81 @@
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <thread>
+
+#include "audio/device.h"
+#include "audio/sound_file.h"
+#include "tests/support/pulse_server.h"
+
+using namespace aula;
+using namespace aula::test;
+
+// These tests play in real time against a server of their own, through ALSA's plugin, as on a
+// desktop. They judge flags and recordings.
+
+namespace {
+
+constexpr double kRate_hz = 48000;
+constexpr int kBlock = 256;
+
+bool wait_for(const std::function<bool()>& condition) {
+    for (int turn = 0; turn < 150 && !condition(); ++turn) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    return condition();
+}
+
+}  // namespace
+
+TEST_CASE("A tone reaches a PulseAudio sink, and plays on when a server that died is back") {
+    PulseServer server;
+    if (!server.running()) {
+        WARN("skipped: no PulseAudio server can run here");
+        return;
+    }
+    const std::vector<DeviceInfo> devices = list_output_devices();
+    if (std::none_of(devices.begin(), devices.end(),
+                     [](const DeviceInfo& d) { return d.name == "pulse"; })) {
+        WARN("skipped: ALSA knows no PulseAudio here (libasound2-plugins)");
+        return;
+    }
+    const TemporaryFolder folder;
+    const std::filesystem::path file = folder.path() / "heard.wav";
+    std::atomic<int> calls = 0;
+    AudioDevice device("pulse", kRate_hz, 2, kBlock,
+                       [&, time = 0](std::span<float* const> outputs, int samples) mutable {
+                           for (int n = 0; n < samples; ++n, ++time) {
+                               const double phase = 2 * std::numbers::pi * (time % 48) / 48;
+                               for (float* const output : outputs) {
+                                   output[n] = static_cast<float>(0.5 * std::sin(phase));
+                               }
+                           }
+                           ++calls;
+                       });
+    {
+        const auto recording = server.record(file);
+        device.start();
+        REQUIRE(wait_for([&] { return calls > 750; }));  // four seconds
+    }
+    CHECK(device.meter().own_underruns() == 0);
+    const std::vector<float> heard = read_sound(file, kRate_hz).samples;
+    const auto loud =
+        std::count_if(heard.begin(), heard.end(), [](float x) { return std::abs(x) > 0.4F; });
+    // Of a sine 41 % of the samples are above 0.8 of its peak; two seconds of it at least.
+    CHECK(loud > std::lround(0.4 * 2 * kRate_hz));
+    CHECK(*std::max_element(heard.begin(), heard.end()) == Approx(0.5).margin(1e-3));
+
+    server.kill();
+    CHECK(wait_for([&] { return device.state() == DeviceState::lost; }));
+    server.restart();
+    REQUIRE(server.running());
+    CHECK(wait_for([&] { return device.state() == DeviceState::playing; }));
+    calls = 0;
+    CHECK(wait_for([&] { return calls > 100; }));
+    device.stop();
+}
