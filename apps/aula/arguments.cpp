@@ -70,6 +70,23 @@ void place_source(Scene& scene, const std::string& name, const Vec3& position) {
                 "the scene has no source \"" + name + "\"; expected one of " + names);
 }
 
+/// CLI11's messages in our words; they begin or end with the option's name.
+std::string parse_message(const CLI::ParseError& error) {
+    const std::string text = error.what();
+    const std::string name = text.substr(0, text.find(':'));
+    const auto has = [&](const char* part) { return text.find(part) != std::string::npos; };
+    if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr)
+        return "\"" + text.substr(text.rfind(' ') + 1) +
+               "\" is not known; expected what aula --help lists";
+    if (has("missing")) return name + ": has no value; expected one";
+    if (has("but received")) return name + ": is given more than once; expected it once";
+    if (has("Could not convert")) {
+        const std::size_t begin = text.find("--");
+        return text.substr(begin, text.find(' ', begin) - begin) + ": takes no value";
+    }
+    return text + "; expected what aula --help lists";
+}
+
 /// The options of the program, each with its reader. CLI11 finds them on the command line; what
 /// their values mean is read here, so that every message says what was expected.
 class Options {
@@ -89,10 +106,13 @@ class Options {
     }
 
     void parse(int argc, const char* const* argv) {
+        for (int i = 1; i < argc; ++i)
+            if (std::string_view(argv[i]) == "--report=")
+                fail("--report", "", "the name of a file");
         try {
             app_.parse(argc, argv);
         } catch (const CLI::ParseError& error) {
-            throw Error(std::string(error.what()) + "; expected what aula --help lists");
+            throw Error(parse_message(error));
         }
         arguments_.command = command();
     }

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <numbers>
 
 #include "apps/aula/interrupt.h"
@@ -147,6 +148,29 @@ std::string describe(const Path& path) {
     return text.data();
 }
 
+/// A warning for everything that options have put outside the bounds of the geometry.
+std::vector<std::string> moved_outside(const Scene& before, const Scene& scene) {
+    Vec3 least{std::numeric_limits<float>::max()};
+    Vec3 most{std::numeric_limits<float>::lowest()};
+    for (const Object& object : scene.objects) {
+        for (const Vec3& vertex : object.world_vertices(0)) {
+            least = glm::min(least, vertex);
+            most = glm::max(most, vertex);
+        }
+    }
+    std::vector<std::string> warnings;
+    const auto check = [&](const std::string& who, const Vec3& was, const Vec3& is) {
+        if (scene.objects.empty() || was == is || glm::clamp(is, least, most) == is) return;
+        warnings.push_back(who + " is outside the bounds of the geometry");
+    };
+    check("--position: the listener", before.listener.pose_at(0).position,
+          scene.listener.pose_at(0).position);
+    for (std::size_t s = 0; s < scene.sources.size(); ++s)
+        check("--source-position: the source \"" + scene.sources[s].name + "\"",
+              before.sources[s].position_at(0), scene.sources[s].position_at(0));
+    return warnings;
+}
+
 }  // namespace
 
 void warn(const std::vector<std::string>& warnings, bool quiet) {
@@ -160,7 +184,9 @@ int interrupted_status() { return 128 + interrupt_signal(); }
 Scene read_scene(const Arguments& arguments) {
     LoadedScene loaded = load_scene(arguments.scene);
     warn(loaded.warnings, arguments.quiet);
+    const Scene as_read = loaded.scene;
     for (const auto& change : arguments.scene_changes) change(loaded.scene);
+    warn(moved_outside(as_read, loaded.scene), arguments.quiet);
     return std::move(loaded.scene);
 }
 

@@ -13,6 +13,11 @@ namespace aula {
 
 namespace {
 
+/// A signal that came meanwhile has the last word.
+int unless_interrupted(int status) {
+    return interrupt_signal() != 0 ? interrupted_status() : status;
+}
+
 int run(const Arguments& arguments) {
     using Command = Arguments::Command;
     switch (arguments.command) {
@@ -25,11 +30,11 @@ int run(const Arguments& arguments) {
         case Command::list_devices:
             return list_devices();
         case Command::materials:
-            return list_materials(arguments);
+            return unless_interrupted(list_materials(arguments));
         case Command::info:
-            return show_info(arguments);
+            return unless_interrupted(show_info(arguments));
         case Command::check:
-            return check_scene(arguments);
+            return unless_interrupted(check_scene(arguments));
         case Command::play:
             return play(arguments);
         case Command::render:
@@ -54,7 +59,11 @@ int fail(std::string message, int status) {
 int main(int argc, char** argv) {
     try {
         aula::note_interrupts();
-        return aula::run(aula::read_arguments(argc, argv));
+        const int status = aula::run(aula::read_arguments(argc, argv));
+        // A full disk may be noticed only now.
+        if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+            throw aula::AudioFailure("standard output: cannot write");
+        return status;
     } catch (const aula::Error& error) {
         return aula::fail(error.what(), 2);
     } catch (const aula::AudioInputError& error) {

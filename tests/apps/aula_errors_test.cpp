@@ -41,6 +41,22 @@ void require_refused(const TemporaryFolder& folder, std::vector<std::string> arg
 
 }  // namespace
 
+TEST_CASE(
+    "A place outside the room is a warning, and a full disk behind standard output status 1") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const ProgramResult outside =
+        run_program({AULA_PROGRAM, "check", scene, "--position", "99,1,1"});
+    CHECK(outside.status == 0);
+    CHECK(outside.err.find("aula: warning: --position: the listener is outside") == 0);
+    const ProgramResult inside = run_program({AULA_PROGRAM, "check", scene, "--position", "1,1,1"});
+    CHECK(inside.err.empty());
+    const ProgramResult full =
+        run_program({"sh", "-c", std::string(AULA_PROGRAM) + " materials > /dev/full"});
+    CHECK(full.status == 1);
+    CHECK(full.err.find("cannot write") != std::string::npos);
+}
+
 TEST_CASE("Bad arguments are refused in one line, with status 2") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kSmallRoom);
@@ -53,8 +69,10 @@ TEST_CASE("Bad arguments are refused in one line, with status 2") {
         {{}, {"SCENE"}},
         {{scene, scene}, {"one argument too many"}},
         {{"check"}, {"SCENE"}},
-        {{scene, "--no-such-option"}, {"--no-such-option"}},
-        {{scene, "--rays"}, {"--rays"}},
+        {{scene, "--no-such-option"}, {"\"--no-such-option\" is not known"}},
+        {{scene, "--rays"}, {"--rays: has no value"}},
+        {{scene, "--rays", "5", "--rays", "6"}, {"--rays: is given more than once"}},
+        {{scene, "--report="}, {"--report", "name of a file"}},
         {{scene, "--offline", out, "--rays", "0"}, {"--rays", "\"0\"", "from 1"}},
         {{scene, "--offline", out, "--rays", "many"}, {"--rays", "\"many\"", "whole number"}},
         {{scene, "--offline", out, "--rays", "10.5"}, {"--rays", "10.5"}},
