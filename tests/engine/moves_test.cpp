@@ -91,40 +91,44 @@ TEST_CASE("the level behind a door that shuts is right within 1 dB 0.3 s later")
     Simulation simulation = scene.simulation;
     simulation.threads = 1;
     simulation.ir_length_s = 0.5F;
-    // Little comes through the fanlight: with the scene's 1000 rays the level of nine frames strays
-    // by 0.6 dB from seed to seed; with 4000 by 0.3 dB, of which 1 dB is three.
-    simulation.rays = 4000;
     constexpr double kShut_s = 3.5;
     FrameInput input = test::standing(scene);
     input.listeners[0] = Vec3(7.2F, 1.2F, 1.2F);
-    const auto level_db = [](const EnergyResponse& response) {
+    const auto energy = [](const EnergyResponse& response) {
         double sum = 0;
         for (std::size_t band = 0; band < kBandCount; ++band) sum += response.total(band);
-        return 10 * std::log10(sum);
+        return sum;
     };
     // Converged: the door has been shut from the start.
     Propagation shut(scene, simulation);
-    double converged_db = 0;
-    for (int f = 0; f < 60; ++f) {
-        input.time_s = kShut_s;
-        shut.step(input);
-        converged_db = level_db(shut.response(0));
-    }
-    Propagation propagation(scene, simulation);
-    double open_db = 0;
-    double later_db = 0;
-    for (int f = -24; f <= 9; ++f) {
-        input.time_s = kShut_s + f / kFrameRate_hz;
-        propagation.step(input);
-        const double error_db = level_db(propagation.response(0)) - converged_db;
-        if (f == -24) open_db = error_db;
-        if (f == 9) later_db = error_db;
-        if (f >= -15 && f % 3 == 0) {
-            std::printf("door: %+5.2f s after it is shut %+6.2f dB\n", f / kFrameRate_hz, error_db);
+    input.time_s = kShut_s;
+    for (int f = 0; f < 150; ++f) shut.step(input);
+    const double converged = energy(shut.response(0));
+    // Two gather rays or so find the fanlight, so that one level strays by 0.6 dB from seed to
+    // seed; the mean of four by 0.3 dB, of which 1 dB is three.
+    constexpr int kSeeds = 4;
+    constexpr int kFirst = -24;
+    constexpr int kLast = 9;  // 0.3 s
+    std::vector<double> mean(kLast - kFirst + 1, 0.0);
+    for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+        simulation.seed = seed;
+        Propagation propagation(scene, simulation);
+        for (int f = kFirst; f <= kLast; ++f) {
+            input.time_s = kShut_s + f / kFrameRate_hz;
+            propagation.step(input);
+            mean[static_cast<std::size_t>(f - kFirst)] +=
+                energy(propagation.response(0)) / kSeeds / converged;
         }
     }
-    CHECK(std::abs(later_db) < 1);
-    CHECK(open_db > 3);  // companion: the open door's level is not taken for the shut one's
+    const auto error_db = [&](int f) {
+        return 10 * std::log10(mean[static_cast<std::size_t>(f - kFirst)]);
+    };
+    for (int f = -15; f <= kLast; f += 3) {
+        std::printf("door: %+5.2f s after it is shut %+6.2f dB\n", f / kFrameRate_hz, error_db(f));
+    }
+    CHECK(std::abs(error_db(kLast)) < 1);
+    CHECK(error_db(kFirst) >
+          3);  // companion: the open door's level is not taken for the shut one's
 }
 
 TEST_CASE("while everything moves, memory stays flat and below its cap") {
