@@ -53,6 +53,7 @@ std::size_t lag(const std::vector<float>& early, const std::vector<float>& late)
 /// What the program says at its end.
 struct Played {
     unsigned underruns = 0;
+    unsigned own_underruns = 0;  ///< those because rendering took too long
     unsigned frames = 0;
     unsigned late = 0;  ///< frame times left out
 };
@@ -63,6 +64,9 @@ Played read_summary(const std::string& text) {
     REQUIRE(at != std::string::npos);
     REQUIRE(std::sscanf(text.c_str() + at, "underruns %u, frames %u (%u late)", &played.underruns,
                         &played.frames, &played.late) == 3);
+    const std::string ours = "ours: ";
+    for (std::size_t of = text.find(ours); of != std::string::npos; of = text.find(ours, of + 1))
+        ++played.own_underruns;
     return played;
 }
 
@@ -74,7 +78,7 @@ bool machine_is_busy() {
 
 }  // namespace
 
-TEST_CASE("Live on a JACK server nothing underruns, and what is heard is what is rendered") {
+TEST_CASE("Live on a JACK server rendering is never late, and what is heard is what is rendered") {
     const TemporaryFolder folder;
     const std::string scene = AULA_SOURCE_DIR "/scenes/two_rooms.json";
     const std::string heard_file = folder.path() / "heard.wav";
@@ -99,15 +103,21 @@ TEST_CASE("Live on a JACK server nothing underruns, and what is heard is what is
         INFO(live.err);
         REQUIRE(live.status == 0);
         played = read_summary(live.err);
-        if (played.underruns == 0) break;
+        if (played.own_underruns == 0) break;
         WARN("attempt " << attempt + 1 << ": " << live.err);
     }
     // Where propagation cannot keep up the walk is heard late, and no comparison is fair.
-    if (10 * played.late > played.frames || (played.underruns > 0 && machine_is_busy())) {
+    if (10 * played.late > played.frames || (played.own_underruns > 0 && machine_is_busy())) {
         WARN("skipped: this machine is too busy to play");
         return;
     }
-    REQUIRE(played.underruns == 0);
+    // What the server itself comes late with, a block or a few, is not heard in half a second's
+    // level; more of it leaves nothing to compare.
+    REQUIRE(played.own_underruns == 0);
+    if (played.underruns > 8) {
+        WARN("skipped: the JACK server comes late on this machine");
+        return;
+    }
     const ProgramResult offline = run_program({AULA_PROGRAM, scene, "--offline", rendered_file});
     REQUIRE(offline.status == 0);
 
