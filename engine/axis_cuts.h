@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -22,9 +23,10 @@ class AxisCuts {
     /// largest cuts; the largest of all go first, until cells are twice as many as without walls.
     AxisCuts(float length_m, float cell_m, std::vector<Wall> walls);
 
-    /// The cell of a place, negative before 0. Without branches, so that a compiler does many at
-    /// once.
-    std::int32_t cell(float at_m) const {
+    /// The cell of a place, negative before 0; what is no place (not a number, or more than 2^24
+    /// cells away) counts as 0. Without branches, so that a compiler does many at once.
+    std::int32_t cell(float given_m) const {
+        const float at_m = std::abs(given_m) < kFurthest_cells * cell_m_ ? given_m : 0;
         const auto slot = static_cast<std::int32_t>(std::clamp(at_m * slots_per_m_, 0.0F, slots_));
         const std::int32_t first = first_[static_cast<std::size_t>(slot)];
         const std::int32_t inside =
@@ -43,6 +45,8 @@ class AxisCuts {
     }
 
  private:
+    static constexpr float kFurthest_cells = 1 << 24;
+
     std::int32_t count() const { return static_cast<std::int32_t>(edges_m_.size()) - 1; }
 
     float cell_m_ = 1;

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 using aula::AxisCuts;
@@ -48,4 +49,13 @@ TEST_CASE("many walls at most double the cells, and a flat scene parts its sides
     const AxisCuts flat(0, 0.5F, {});
     CHECK(flat.cell(1e-4F) == flat.cell(0));
     CHECK(flat.cell(-1e-4F) != flat.cell(0));
+}
+
+TEST_CASE("what is no place has a cell that is there, not one beyond all memory") {
+    const AxisCuts cuts(10, 0.5F, {});
+    for (const float none : {std::numeric_limits<float>::quiet_NaN(), 1e30F, -1e30F,
+                             std::numeric_limits<float>::infinity()}) {
+        CHECK(cuts.cell(none) == 0);
+    }
+    CHECK(cuts.cell(1e3F) > 20);  // companion: far away, yet a place
 }
