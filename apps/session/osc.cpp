@@ -1,120 +1,73 @@
 #include "apps/session/osc.h"
 
-#include <bit>
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <lo/lo.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <string_view>
+#include <utility>
+
+#include "engine/error.h"
 
 namespace aula {
 
 namespace {
 
-constexpr int kDeepest = 8;
+constexpr const char* kExpected = "a port up to 65535 of this machine, or ADDRESS:PORT";
 
-/// Reads a packet from its front; every step fails rather than reading on behind the end.
-class Reader {
- public:
-    explicit Reader(std::span<const std::byte> bytes) : bytes_(bytes) {}
+sockaddr_in parse_address(const std::string& text) {
+    const std::size_t colon = text.rfind(':');
+    const std::string host = colon == std::string::npos ? "127.0.0.1" : text.substr(0, colon);
+    const std::string port = colon == std::string::npos ? text : text.substr(colon + 1);
+    std::uint16_t number = 0;
+    const char* end = port.data() + port.size();
+    const auto read = std::from_chars(port.data(), end, number);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    if (read.ec != std::errc() || read.ptr != end ||
+        inet_pton(AF_INET, host.c_str(), &address.sin_addr) != 1)
+        throw Error("--osc", "", "\"" + text + "\" is not usable; expected " + kExpected);
+    address.sin_port = htons(number);
+    return address;
+}
 
-    bool at_end() const { return bytes_.empty(); }
+/// A UDP socket that is bound to an address; throws Error where it is taken.
+int bound_socket(const std::string& address) {
+    const sockaddr_in wanted = parse_address(address);
+    const int made = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    if (made >= 0 && bind(made, reinterpret_cast<const sockaddr*>(&wanted), sizeof(wanted)) == 0)
+        return made;
+    if (made >= 0) close(made);
+    throw Error("--osc", "",
+                "\"" + address + "\" cannot be listened to; expected " + std::string(kExpected) +
+                    " that is free");
+}
 
-    template <typename T>
-    std::optional<T> big_endian() {
-        if (bytes_.size() < sizeof(T)) return std::nullopt;
-        std::uint64_t value = 0;
-        for (std::size_t i = 0; i < sizeof(T); ++i)
-            value = value << 8 | std::to_integer<std::uint64_t>(bytes_[i]);
-        bytes_ = bytes_.subspan(sizeof(T));
-        return static_cast<T>(value);
-    }
+int port_of(int socket) {
+    sockaddr_in address{};
+    socklen_t size = sizeof(address);
+    getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size);
+    return ntohs(address.sin_port);
+}
 
-    /// A text, ended by a zero and filled up to four bytes.
-    std::optional<std::string> text() {
-        std::size_t length = 0;
-        while (length < bytes_.size() && bytes_[length] != std::byte{0}) ++length;
-        const std::size_t padded = length + 4 - length % 4;
-        if (padded > bytes_.size()) return std::nullopt;
-        std::string text(reinterpret_cast<const char*>(bytes_.data()), length);
-        bytes_ = bytes_.subspan(padded);
-        return text;
-    }
-
-    std::optional<std::span<const std::byte>> part(std::size_t size) {
-        if (size > bytes_.size()) return std::nullopt;
-        const auto taken = bytes_.first(size);
-        bytes_ = bytes_.subspan(size);
-        return taken;
-    }
-
- private:
-    std::span<const std::byte> bytes_;
-};
-
-std::optional<std::variant<double, std::string>> read_argument(char type, Reader& reader) {
-    using Argument = std::variant<double, std::string>;
+std::optional<std::variant<double, std::string>> argument_of(char type, lo_arg* value) {
     switch (type) {
-        case 'i':
-            if (const auto bits = reader.big_endian<std::uint32_t>())
-                return Argument(static_cast<double>(static_cast<std::int32_t>(*bits)));
-            break;
-        case 'h':
-            if (const auto bits = reader.big_endian<std::uint64_t>())
-                return Argument(static_cast<double>(static_cast<std::int64_t>(*bits)));
-            break;
-        case 'f':
-            if (const auto bits = reader.big_endian<std::uint32_t>())
-                return Argument(static_cast<double>(std::bit_cast<float>(*bits)));
-            break;
-        case 'd':
-            if (const auto bits = reader.big_endian<std::uint64_t>())
-                return Argument(std::bit_cast<double>(*bits));
-            break;
-        case 's':
-        case 'S':
-            if (auto text = reader.text()) return Argument(std::move(*text));
-            break;
-        case 'T':
-            return Argument(1.0);
-        case 'F':
-            return Argument(0.0);
+        case LO_TRUE:
+            return 1.0;
+        case LO_FALSE:
+            return 0.0;
+        case LO_STRING:
+        case LO_SYMBOL:
+            return std::string(&value->s);
         default:
-            break;
+            if (!lo_is_numerical_type(static_cast<lo_type>(type))) return std::nullopt;
+            return static_cast<double>(lo_hires_val(static_cast<lo_type>(type), value));
     }
-    return std::nullopt;
-}
-
-std::optional<OscMessage> read_message(Reader& reader) {
-    auto address = reader.text();
-    if (!address || address->empty() || address->front() != '/') return std::nullopt;
-    OscMessage message{std::move(*address), {}};
-    const auto types = reader.text();
-    if (!types || types->empty() || types->front() != ',') return std::nullopt;
-    for (const char type : std::string_view(*types).substr(1)) {
-        auto argument = read_argument(type, reader);
-        if (!argument) return std::nullopt;
-        message.arguments.push_back(std::move(*argument));
-    }
-    return message;
-}
-
-bool read_packet(std::span<const std::byte> packet, int depth, std::vector<OscMessage>& messages) {
-    constexpr std::string_view kBundle{"#bundle\0", 8};
-    const std::string_view text(reinterpret_cast<const char*>(packet.data()), packet.size());
-    Reader reader(packet);
-    if (!text.starts_with(kBundle)) {
-        auto message = read_message(reader);
-        if (!message) return false;
-        messages.push_back(std::move(*message));
-        return true;
-    }
-    if (depth == kDeepest || !reader.part(kBundle.size())) return false;
-    if (!reader.big_endian<std::uint64_t>()) return false;  // its time: now, for us
-    while (!reader.at_end()) {
-        const auto size = reader.big_endian<std::uint32_t>();
-        const auto part = size ? reader.part(*size) : std::nullopt;
-        if (!part || !read_packet(*part, depth + 1, messages)) return false;
-    }
-    return true;
 }
 
 }  // namespace
@@ -132,10 +85,58 @@ const std::string* OscMessage::text(std::size_t index) const {
     return index < arguments.size() ? std::get_if<std::string>(&arguments[index]) : nullptr;
 }
 
-std::vector<OscMessage> parse_osc(std::span<const std::byte> packet) {
-    std::vector<OscMessage> messages;
-    if (!read_packet(packet, 0, messages)) messages.clear();
-    return messages;
+struct OscInput::Server {
+    explicit Server(Take take_in) : take(std::move(take_in)) {}
+    ~Server() {
+        if (lo != nullptr) lo_server_free(lo);
+    }
+    Server(const Server&) = delete;
+    Server& operator=(const Server&) = delete;
+
+    /// Called by liblo for every message, whatever its address: that is compared by who takes it,
+    /// for liblo's patterns can be made to take for ever.
+    static int pass(const char* path, const char* types, lo_arg** values, int count, lo_message,
+                    void* self) {
+        if (path[0] != '/') return 0;
+        OscMessage message{path, {}};
+        for (int i = 0; i < count; ++i) {
+            auto argument = argument_of(types[i], values[i]);
+            if (!argument) return 0;
+            message.arguments.push_back(std::move(*argument));
+        }
+        static_cast<Server*>(self)->take(message);
+        return 0;
+    }
+
+    Take take;
+    lo_server lo = nullptr;
+    int port = 0;
+    std::vector<std::byte> packet;  ///< liblo swaps bytes in place
+};
+
+OscInput::OscInput(const std::string& address, Take take)
+    : server_(std::make_unique<Server>(std::move(take))) {
+    const int bound = bound_socket(address);
+    server_->port = port_of(bound);
+    server_->lo = lo_server_new_with_proto(nullptr, LO_UDP, [](int, const char*, const char*) {});
+    // liblo listens to the whole world, on a port of its choice; our socket takes the place of its.
+    const bool replaced =
+        server_->lo != nullptr && dup3(bound, lo_server_get_socket_fd(server_->lo), O_CLOEXEC) >= 0;
+    close(bound);
+    if (!replaced) throw Error("--osc", "", "there is no UDP here; expected a network");
+    lo_server_enable_queue(server_->lo, 0, 1);
+    lo_server_add_method(server_->lo, nullptr, nullptr, &Server::pass, server_.get());
 }
+
+OscInput::~OscInput() = default;
+
+void OscInput::wait(int timeout_ms) { lo_server_recv_noblock(server_->lo, timeout_ms); }
+
+void OscInput::read(std::span<const std::byte> packet) {
+    server_->packet.assign(packet.begin(), packet.end());
+    lo_server_dispatch_data(server_->lo, server_->packet.data(), server_->packet.size());
+}
+
+int OscInput::port() const { return server_->port; }
 
 }  // namespace aula

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -20,8 +22,31 @@ struct OscMessage {
     const std::string* text(std::size_t index) const;
 };
 
-/// The messages of a packet, those of bundles in their order and at once, whatever their time. A
-/// packet that is cut short, nested deeper than 8 or otherwise wrong gives none.
-std::vector<OscMessage> parse_osc(std::span<const std::byte> packet);
+/// OSC messages over UDP, read by liblo: one at a time to who takes them, those of bundles at once,
+/// whatever their time. What is malformed, or has arguments of other kinds, is left out.
+/// [one thread]
+class OscInput {
+ public:
+    using Take = std::function<void(const OscMessage&)>;
+
+    /// `address`: a port on this machine alone ("9000"; 0: one that is free), or ADDRESS:PORT.
+    /// Throws Error if that is no address or is taken.
+    OscInput(const std::string& address, Take take);
+    ~OscInput();
+    OscInput(const OscInput&) = delete;
+    OscInput& operator=(const OscInput&) = delete;
+
+    /// Waits for a packet at most so long, and takes it.
+    void wait(int timeout_ms);
+
+    /// Takes a packet as if it had come.
+    void read(std::span<const std::byte> packet);
+
+    int port() const;
+
+ private:
+    struct Server;
+    std::unique_ptr<Server> server_;
+};
 
 }  // namespace aula

@@ -1,39 +1,12 @@
 #include "apps/session/osc_remote.h"
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
-#include <poll.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <numbers>
-
-#include "engine/error.h"
+#include <optional>
 
 namespace aula {
 
 namespace {
-
-constexpr const char* kExpected = "a port from 1 to 65535 of this machine, or ADDRESS:PORT";
-
-sockaddr_in parse_address(const std::string& text) {
-    const std::size_t colon = text.rfind(':');
-    const std::string host = colon == std::string::npos ? "127.0.0.1" : text.substr(0, colon);
-    const std::string port = colon == std::string::npos ? text : text.substr(colon + 1);
-    unsigned number = 0;
-    const char* end = port.data() + port.size();
-    const auto read = std::from_chars(port.data(), end, number);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    if (read.ec != std::errc() || read.ptr != end || number < 1 || number > 65535 ||
-        inet_pton(AF_INET, host.c_str(), &address.sin_addr) != 1)
-        throw Error("--osc", "", "\"" + text + "\" is not usable; expected " + kExpected);
-    address.sin_port = htons(static_cast<std::uint16_t>(number));
-    return address;
-}
 
 std::optional<Vec3> point_of(const OscMessage& message, std::size_t first) {
     const auto x = message.number(first);
@@ -54,38 +27,19 @@ void turn(Pose& pose, const Vec3& angles_deg) {
 
 OscRemote::OscRemote(const std::string& address, Player& player,
                      std::vector<std::string> source_names)
-    : player_(player), names_(std::move(source_names)) {
-    const sockaddr_in wanted = parse_address(address);
-    socket_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-    if (socket_ < 0 ||
-        bind(socket_, reinterpret_cast<const sockaddr*>(&wanted), sizeof(wanted)) != 0) {
-        if (socket_ >= 0) close(socket_);
-        throw Error("--osc", "",
-                    "\"" + address + "\" cannot be listened to; expected " +
-                        std::string(kExpected) + " that is free");
-    }
-    port_ = ntohs(wanted.sin_port);
-    thread_ = std::thread([this] { run(); });
-}
+    : player_(player),
+      names_(std::move(source_names)),
+      input_(address, [this](const OscMessage& message) { obey(message); }),
+      thread_([this] { run(); }) {}
 
 OscRemote::~OscRemote() {
     stop_ = true;
     thread_.join();
-    close(socket_);
 }
 
 void OscRemote::run() {
     constexpr int kWait_ms = 50;
-    std::vector<std::byte> packet(65536);
-    pollfd input{.fd = socket_, .events = POLLIN, .revents = 0};
-    while (!stop_) {
-        if (poll(&input, 1, kWait_ms) <= 0) continue;
-        const ssize_t size = recv(socket_, packet.data(), packet.size(), 0);
-        if (size <= 0) continue;
-        for (const OscMessage& message :
-             parse_osc(std::span(packet).first(static_cast<std::size_t>(size))))
-            obey(message);
-    }
+    while (!stop_) input_.wait(kWait_ms);
 }
 
 void OscRemote::obey(const OscMessage& message) {

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <atomic>
-#include <cstdint>
-#include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -32,7 +30,7 @@ class OscRemote {
     /// Materials to be replaced everywhere since the last call: what was, what is to be.
     std::vector<std::pair<std::string, std::string>> take_materials();
 
-    int port() const { return port_; }
+    int port() const { return input_.port(); }
 
  private:
     void run();
@@ -41,13 +39,12 @@ class OscRemote {
     void obey_source(const OscMessage& message);
 
     Player& player_;
-    int socket_ = -1;
-    int port_ = 0;
     std::mutex mutex_;  ///< of the names and the materials
     std::vector<std::string> names_;
     std::vector<std::pair<std::string, std::string>> materials_;
     std::atomic<bool> stop_ = false;
-    std::thread thread_;
+    OscInput input_;
+    std::thread thread_;  ///< started last
 };
 
 }  // namespace aula
