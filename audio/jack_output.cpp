@@ -128,6 +128,46 @@ class JackOutput final : public Output {
     Client client_;  ///< ends first
 };
 
+class JackInput final : public Input {
+ public:
+    explicit JackInput(const InputSettings& settings)
+        : settings_(settings), client_(open_client("aula-microphone")) {
+        if (!client_) throw AudioFailure("no microphone: the JACK server is gone");
+        const std::unique_ptr<const char*, FreePorts> ports(
+            jack_get_ports(client_.get(), nullptr, JACK_DEFAULT_AUDIO_TYPE,
+                           JackPortIsOutput | JackPortIsPhysical));
+        if (ports == nullptr || *ports.get() == nullptr)
+            throw AudioFailure("no microphone: the JACK server has no input");
+        name_ = *ports.get();
+        port_ =
+            jack_port_register(client_.get(), "in", JACK_DEFAULT_AUDIO_TYPE, JackPortIsInput, 0);
+        jack_set_process_callback(client_.get(), &JackInput::process, this);
+        jack_on_shutdown(client_.get(), &JackInput::shut_down, this);
+        if (port_ == nullptr || jack_activate(client_.get()) != 0 ||
+            jack_connect(client_.get(), name_.c_str(), jack_port_name(port_)) != 0)
+            throw AudioFailure("the microphone \"" + name_ + "\" (JACK) cannot be listened to");
+    }
+
+    const std::string& name() const override { return name_; }
+    bool alive() const override { return !dead_; }
+
+ private:
+    /// [input's thread, wait-free]
+    static int process(jack_nframes_t frames, void* self) {
+        auto& input = *static_cast<JackInput*>(self);
+        input.settings_.callback(
+            {static_cast<const float*>(jack_port_get_buffer(input.port_, frames)), frames});
+        return 0;
+    }
+    static void shut_down(void* self) { static_cast<JackInput*>(self)->dead_ = true; }
+
+    InputSettings settings_;
+    std::string name_;
+    jack_port_t* port_ = nullptr;
+    std::atomic<bool> dead_{false};
+    Client client_;  ///< ends first
+};
+
 }  // namespace
 
 std::vector<DeviceInfo> list_jack_outputs() {
@@ -163,6 +203,10 @@ std::vector<DeviceInfo> list_jack_outputs() {
 
 std::unique_ptr<Output> open_jack_output(const DeviceInfo& device, const OutputSettings& settings) {
     return std::make_unique<JackOutput>(device, settings);
+}
+
+std::unique_ptr<Input> open_jack_input(const InputSettings& settings) {
+    return std::make_unique<JackInput>(settings);
 }
 
 }  // namespace aula

@@ -154,6 +154,61 @@ class PortAudioOutput final : public Output {
     bool started_ = false;
 };
 
+class PortAudioInput final : public Input {
+ public:
+    PortAudioInput(const DeviceInfo& beside, const InputSettings& settings) : settings_(settings) {
+        const int device = input_beside(beside);
+        if (device == paNoDevice) throw AudioFailure("no microphone: there is no input device");
+        const PaDeviceInfo& info = *Pa_GetDeviceInfo(device);
+        name_ = info.name;
+        PaStreamParameters input{};
+        input.device = device;
+        input.channelCount = 1;
+        input.sampleFormat = paFloat32;
+        input.suggestedLatency = std::clamp(info.defaultLowInputLatency, 0.0, kLongestLatency_s);
+        PaError error =
+            Pa_OpenStream(&stream_, &input, nullptr, settings.sample_rate_hz,
+                          static_cast<unsigned long>(settings.block), paNoFlag, &call, this);
+        if (error != paNoError) stream_ = nullptr;
+        if (error == paNoError) error = Pa_StartStream(stream_);
+        if (error == paNoError) return;
+        if (stream_ != nullptr) Pa_CloseStream(stream_);
+        throw AudioFailure("the microphone \"" + name_ +
+                           "\" cannot be listened to: " + Pa_GetErrorText(error));
+    }
+
+    ~PortAudioInput() override {
+        Pa_AbortStream(stream_);
+        Pa_CloseStream(stream_);
+    }
+
+    const std::string& name() const override { return name_; }
+    bool alive() const override { return Pa_IsStreamActive(stream_) == 1; }
+
+ private:
+    static int input_beside(const DeviceInfo& beside) {
+        for (int i = 0; i < Pa_GetDeviceCount(); ++i) {
+            const PaDeviceInfo& device = *Pa_GetDeviceInfo(i);
+            if (device.name == beside.name && device.maxInputChannels > 0) return i;
+        }
+        return Pa_GetDefaultInputDevice();
+    }
+
+    /// [input's thread, wait-free]
+    static int call(const void* input, void*, unsigned long samples,
+                    const PaStreamCallbackTimeInfo*, PaStreamCallbackFlags, void* self) {
+        if (input != nullptr)
+            static_cast<PortAudioInput*>(self)->settings_.callback(
+                {static_cast<const float*>(input), samples});
+        return paContinue;
+    }
+
+    PortAudio port_audio_;
+    InputSettings settings_;
+    std::string name_;
+    PaStream* stream_ = nullptr;
+};
+
 }  // namespace
 
 std::vector<DeviceInfo> list_port_audio_outputs() { return PortAudio().outputs(); }
@@ -161,6 +216,11 @@ std::vector<DeviceInfo> list_port_audio_outputs() { return PortAudio().outputs()
 std::unique_ptr<Output> open_port_audio_output(const DeviceInfo& device,
                                                const OutputSettings& settings) {
     return std::make_unique<PortAudioOutput>(device, settings);
+}
+
+std::unique_ptr<Input> open_port_audio_input(const DeviceInfo& beside,
+                                             const InputSettings& settings) {
+    return std::make_unique<PortAudioInput>(beside, settings);
 }
 
 }  // namespace aula

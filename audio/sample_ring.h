@@ -39,6 +39,17 @@ class SampleRing {
         return count;
     }
 
+    /// Samples that can be read. [reader thread, wait-free]
+    std::size_t size() const noexcept AULA_NONBLOCKING {
+        return written_.load(std::memory_order_acquire) - read_.load(std::memory_order_relaxed);
+    }
+
+    /// Leaves out as many as that, or all. [reader thread, wait-free]
+    void skip(std::size_t count) noexcept AULA_NONBLOCKING {
+        const std::size_t read = read_.load(std::memory_order_relaxed);
+        read_.store(read + std::min(count, size()), std::memory_order_release);
+    }
+
  private:
     std::vector<float> samples_;
     std::atomic<std::size_t> written_{0};

@@ -82,10 +82,10 @@ void Stage::read_inputs(std::int64_t position, int samples) noexcept {
     }
     for (std::size_t s = 0; s < inputs_.size(); ++s) {
         const std::span<float> input(inputs_[s].data(), count);
-        (*signals_)[s]->read(first, input);
+        (*signals_)[s]->read(first, position, input);
         if (fading_signals_ != nullptr) {
             const std::span<float> old(scratch_.data(), count);
-            (*fading_signals_)[s]->read(first, old);
+            (*fading_signals_)[s]->read(first, position, old);
             for (std::size_t i = 0; i < count; ++i) {
                 const std::size_t at = signal_fade_ + i;
                 const float weight = at < fade_.size() ? fade_[at] : 1.0F;

@@ -109,7 +109,7 @@ class BlockRenderer {
     void render(std::int64_t first, std::span<float* const> outputs) {
         take_frames_before(first + block_);
         for (std::size_t s = 0; s < signals_.size(); ++s) {
-            signals_[s]->read(first, inputs_.samples[s]);
+            signals_[s]->read(first, first, inputs_.samples[s]);
             timeline_.fade(first, rate_hz_, inputs_.samples[s]);
         }
         renderer_.render(inputs_.const_pointers, head_.advance(block_), outputs, block_);

@@ -421,13 +421,14 @@ void Player::change(const Scene& scene, const SessionOptions& options, bool star
 }
 
 void Player::play_signal(std::size_t source, std::shared_ptr<const Signal> signal) {
+    SignalSet unused;  // ends after the lock: a microphone takes a while to be closed
     const std::lock_guard lock(state_->mutex);
     Performance& playing = *state_->playing;
     if (source >= playing.signals.size()) return;
-    playing.signals[source] = std::move(signal);
+    std::swap(playing.signals[source], signal);
     auto signals = playing.other_signals.reclaim();
     if (!signals) signals = std::make_unique<SignalSet>();
-    *signals = playing.signals;
+    unused = std::exchange(*signals, playing.signals);
     playing.other_signals.publish(std::move(signals));
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 #include "apps/session/mix_bits.h"
 #include "audio/error.h"
@@ -41,7 +42,11 @@ Signal::Signal(const Source& source, double sample_rate_hz, std::uint64_t noise_
 Signal::Signal(std::vector<float> samples, bool loop)
     : noise_(false), loop_(loop), noise_seed_(0), samples_(std::move(samples)) {}
 
-void Signal::read(std::int64_t first, std::span<float> out) const noexcept {
+Signal::Signal(std::shared_ptr<Microphone> microphone)
+    : noise_(false), loop_(false), noise_seed_(0), microphone_(std::move(microphone)) {}
+
+void Signal::read(std::int64_t first, std::int64_t position, std::span<float> out) const noexcept {
+    if (microphone_) return microphone_->read(position, out);
     if (noise_) {
         for (std::size_t i = 0; i < out.size(); ++i)
             out[i] = noise_sample(noise_seed_, first + static_cast<std::int64_t>(i));
@@ -57,7 +62,7 @@ void Signal::read(std::int64_t first, std::span<float> out) const noexcept {
 }
 
 std::optional<std::int64_t> Signal::length_samples() const {
-    if (noise_ || loop_) return std::nullopt;
+    if (noise_ || loop_ || microphone_) return std::nullopt;
     return static_cast<std::int64_t>(samples_.size());
 }
 

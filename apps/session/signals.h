@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "audio/microphone.h"
 #include "engine/scene.h"
 
 namespace aula {
@@ -14,7 +15,7 @@ namespace aula {
 /// What a source plays, before its gain: a function of the sample index alone, so that any block
 /// can be asked for in any order and gives the same samples. A file plays from its first sample,
 /// an impulse is one unit sample, looped each second; noise is white and uniform with an RMS of
-/// -20 dBFS and never ends.
+/// -20 dBFS and never ends. A microphone alone plays what it hears now, whatever the index.
 class Signal {
  public:
     /// Reads and resamples the file, if it is one. Different `noise_seed`s give independent noise.
@@ -24,13 +25,17 @@ class Signal {
     /// Plays samples that were made elsewhere.
     Signal(std::vector<float> samples, bool loop);
 
-    /// Samples from index `first` on; zero beyond the end. [audio thread, wait-free]
-    void read(std::int64_t first, std::span<float> out) const noexcept;
+    /// Plays what is heard live.
+    explicit Signal(std::shared_ptr<Microphone> microphone);
+
+    /// Samples from index `first` on, to be played from `position` of all that is played on; zero
+    /// beyond the end. [audio thread, wait-free]
+    void read(std::int64_t first, std::int64_t position, std::span<float> out) const noexcept;
 
     /// Samples of an unlooped file or impulse; empty if it never ends.
     std::optional<std::int64_t> length_samples() const;
 
-    /// Samples of one round of a loop; empty if it is not looped or noise.
+    /// Samples of one round of a loop; empty if it is no loop.
     std::optional<std::int64_t> cycle_samples() const;
 
     /// Such as "voice.wav: 2 channels mixed down to one".
@@ -40,6 +45,7 @@ class Signal {
     bool noise_;
     bool loop_;
     std::uint64_t noise_seed_;
+    std::shared_ptr<Microphone> microphone_;  ///< may be null
     std::vector<float> samples_;  ///< the file, or one second (looped) or sample of an impulse
     std::vector<std::string> warnings_;
 };

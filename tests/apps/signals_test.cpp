@@ -17,7 +17,7 @@ Source source(Source::Signal signal, bool loop) {
 
 std::vector<float> read(const Signal& signal, std::int64_t first, std::size_t count) {
     std::vector<float> samples(count, -1.0F);
-    signal.read(first, samples);
+    signal.read(first, first, samples);
     return samples;
 }
 

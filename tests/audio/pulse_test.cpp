@@ -4,11 +4,14 @@
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <functional>
 #include <numbers>
 #include <thread>
 
 #include "audio/device.h"
+#include "audio/error.h"
+#include "audio/microphone.h"
 #include "audio/sound_file.h"
 #include "tests/support/pulse_server.h"
 
@@ -78,4 +81,56 @@ TEST_CASE("A tone reaches a PulseAudio sink, and plays on when a server that die
     calls = 0;
     CHECK(wait_for([&] { return calls > 100; }));
     device.stop();
+}
+
+TEST_CASE("A microphone hears what is said: here what the sink plays") {
+    PulseServer server;
+    if (!server.running()) {
+        WARN("skipped: no PulseAudio server can run here");
+        return;
+    }
+    const std::vector<DeviceInfo> devices = list_output_devices();
+    const auto pulse = std::find_if(devices.begin(), devices.end(),
+                                    [](const DeviceInfo& d) { return d.name == "pulse"; });
+    if (pulse == devices.end()) {
+        WARN("skipped: ALSA knows no PulseAudio here (libasound2-plugins)");
+        return;
+    }
+    // The default input is the sink's monitor.
+    Microphone microphone(*pulse, kRate_hz, kBlock);
+    CHECK(microphone.name() == "pulse");
+    std::atomic<int> calls = 0;
+    std::atomic<int> loud = 0;
+    std::atomic<int> different = 0;
+    AudioDevice device(
+        "pulse", kRate_hz, 1, kBlock,
+        [&, time = 0, heard = std::vector<float>(kBlock), again = std::vector<float>(kBlock)](
+            std::span<float* const> outputs, int samples) mutable {
+            const auto count = static_cast<std::size_t>(samples);
+            microphone.read(time, std::span(heard).first(count));
+            microphone.read(time, std::span(again).first(count));
+            if (heard != again) ++different;
+            for (int n = 0; n < samples; ++n, ++time) {
+                const double phase = 2 * std::numbers::pi * (time % 48) / 48;
+                outputs[0][n] = static_cast<float>(0.5 * std::sin(phase));
+                if (std::abs(heard[static_cast<std::size_t>(n)]) > 0.4F) ++loud;
+            }
+            ++calls;
+        });
+    device.start();
+    REQUIRE(wait_for([&] { return calls > 1000; }));  // five seconds
+    device.stop();
+    CHECK(different == 0);
+    // Of a sine 41 % of the samples are above 0.8 of its peak; two seconds of it at least.
+    CHECK(loud > std::lround(0.4 * 2 * kRate_hz));
+    CHECK(microphone.alive());
+}
+
+TEST_CASE("Where there is no input a microphone says so") {
+    setenv("JACK_DEFAULT_SERVER", "aula-test-no-such-server", 1);
+    DeviceInfo jack;
+    jack.host_api = "JACK";
+    CHECK_THROWS_WITH(Microphone(jack, kRate_hz, kBlock),
+                      Catch::Matchers::StartsWith("no microphone: "));
+    unsetenv("JACK_DEFAULT_SERVER");
 }
