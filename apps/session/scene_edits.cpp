@@ -27,7 +27,28 @@ bool same(const Material& a, const Material& b) {
     return a.name == b.name && a.absorption == b.absorption && a.scattering == b.scattering;
 }
 
+bool same(const Pose& a, const Pose& b) {
+    return a.position == b.position && a.yaw_rad == b.yaw_rad && a.pitch_rad == b.pitch_rad &&
+           a.roll_rad == b.roll_rad;
+}
+
+bool same(const std::optional<Path>& a, const std::optional<Path>& b) {
+    if (!a || !b) return !a && !b;
+    return a->loop == b->loop && std::equal(a->points.begin(), a->points.end(), b->points.begin(),
+                                            b->points.end(), [](const auto& p, const auto& q) {
+                                                return p.time_s == q.time_s && same(p.pose, q.pose);
+                                            });
+}
+
 }  // namespace
+
+bool same_geometry(const Scene& a, const Scene& b) {
+    return std::equal(a.objects.begin(), a.objects.end(), b.objects.begin(), b.objects.end(),
+                      [](const Object& o, const Object& p) {
+                          return o.vertices == p.vertices && o.triangles == p.triangles &&
+                                 o.translation == p.translation && same(o.path, p.path);
+                      });
+}
 
 std::vector<std::uint32_t> surface_of(const RayScene& rays, std::uint32_t triangle) {
     constexpr float kSameDirection = 0.9998F;  // about a degree

@@ -10,6 +10,9 @@
 
 namespace aula {
 
+/// Whether two scenes are alike in all but materials, sources, listener and settings.
+bool same_geometry(const Scene& a, const Scene& b);
+
 /// The triangles, by their index over all objects, that are one surface with a given one: of the
 /// same object, in the same plane, connected with it over shared corners. `rays` is of the scene.
 std::vector<std::uint32_t> surface_of(const RayScene& rays, std::uint32_t triangle);

@@ -3,6 +3,7 @@
 #include <array>
 #include <deque>
 #include <filesystem>
+#include <functional>
 #include <future>
 #include <memory>
 #include <optional>
@@ -76,9 +77,12 @@ class Model {
     bool collides = true;
     void move_source(std::size_t source, const Vec3& position);
     void source_moved();  ///< the end of a move: a step to undo
-    void play_test_signal(std::size_t source, std::optional<TestSignal> signal);
+    void play_own_signal(std::size_t source);
+    void play_test_signal(std::size_t source, TestSignal signal);
+    void play_microphone(std::size_t source);
     void play_file(std::size_t source, const std::filesystem::path& file);
-    std::optional<TestSignal> test_signal_of(std::size_t source) const;
+    /// What a source plays in place of its own signal; empty if that.
+    const std::string& other_signal(std::size_t source) const { return other_signals_[source]; }
 
     // Settings.
     const Setting& setting() const { return settings_[active_]; }
@@ -106,12 +110,15 @@ class Model {
     void undo();
     void redo();
 
-    // Files.
+    // Files. What takes long is done in the background, while the old scene plays.
     void open(const std::filesystem::path& file);
     void open_next(int step);
     void toggle_recording();
     void save_scene();
     void save_response();  ///< impulse response and report of what is shown
+
+    /// What goes on in the background, such as "opening church.json"; empty if nothing.
+    std::string busy() const;
 
     const std::deque<Message>& messages() const { return messages_; }
     void say(const std::string& text, bool is_error = false);
@@ -123,24 +130,54 @@ class Model {
         std::vector<std::optional<Vec3>> source_positions;
     };
 
-    void apply(bool starts_anew);
+    /// A scene as the window plays it: all sources go on for ever.
+    struct Loaded {
+        std::shared_ptr<const Scene> scene;
+        std::vector<bool> loops;  ///< [source] as the file has it
+        std::unique_ptr<RayScene> rays;
+        std::filesystem::path file;
+        std::filesystem::file_time_type time;
+    };
+    static Loaded load(const WindowOptions& options, const std::filesystem::path& file);
+    void load_in_background(std::string what, const std::filesystem::path& file,
+                            void (Model::*take)(Loaded));
+
+    /// Done by update(), on the window's thread.
+    using Result = std::function<void()>;
+    struct Work {
+        std::string what;
+        std::future<Result> result;
+    };
+
+    void in_background(std::string what, std::function<Result()> work);
+    void take_results();
+    void play_signal(std::size_t source, std::shared_ptr<const Signal> signal, std::string name);
+    void play_scene(Loaded loaded);
+    void begin_scene();
+    void take_edit(Loaded loaded);
+    bool may_change();
+    void apply();
     void step(void (Undo<Document>::*direction)());
     Document document_with(std::shared_ptr<const Scene> scene) const;
-    void geometry_changed();
+    void geometry_changed(std::unique_ptr<RayScene> rays);
     void watch_file();
     void replace_materials();
     void scene_edited(std::shared_ptr<const Scene> edited);
     std::vector<std::string> source_names() const;
-    Scene load_endless(const std::filesystem::path& file);
 
     WindowOptions options_;
     std::filesystem::path scene_file_;
+    std::filesystem::path wanted_file_;  ///< the last that was to be opened, whether it could be
     std::filesystem::file_time_type file_time_;
     std::vector<bool> loops_;  ///< [source] as the file has it
     Undo<Document> document_;
     std::unique_ptr<Player> player_;
     std::unique_ptr<OscRemote> remote_;  ///< ends before the player that it moves
-    std::future<std::string> saving_;
+    std::vector<Work> work_;
+    std::uint64_t loads_ = 0;         ///< begun: the newest is taken
+    std::optional<Loaded> opened_;    ///< to be shown as soon as it is heard
+    std::uint64_t heard_before_ = 0;  ///< changes that were heard before it
+    std::weak_ptr<Microphone> microphone_;
     std::unique_ptr<RayScene> rays_;
     std::uint64_t geometry_version_ = 0;
     std::uint64_t scene_version_ = 0;
@@ -150,7 +187,7 @@ class Model {
     std::array<Setting, 2> settings_;
     std::size_t active_ = 0;
     std::optional<Surface> surface_;
-    std::vector<std::optional<TestSignal>> test_signals_;
+    std::vector<std::string> other_signals_;  ///< [source]
     PlayStatus status_;
     MonitorStatus heard_;
     std::shared_ptr<const FrameView> shown_;

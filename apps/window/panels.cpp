@@ -60,15 +60,16 @@ void draw_source(Model& model, std::size_t s) {
         changed = true;
     }
     ImGui::SameLine(0, 4);
-    const auto chosen = model.test_signal_of(s);
+    const std::string& chosen = model.other_signal(s);
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x);
-    if (ImGui::BeginCombo("##signal", chosen ? test_signal_name(*chosen) : "its own signal")) {
-        if (ImGui::Selectable("its own signal", !chosen)) model.play_test_signal(s, std::nullopt);
+    if (ImGui::BeginCombo("##signal", chosen.empty() ? "its own signal" : chosen.c_str())) {
+        if (ImGui::Selectable("its own signal", chosen.empty())) model.play_own_signal(s);
         for (const TestSignal signal :
              {TestSignal::clap, TestSignal::noise_burst, TestSignal::noise, TestSignal::clicks}) {
-            if (ImGui::Selectable(test_signal_name(signal), chosen == signal))
+            if (ImGui::Selectable(test_signal_name(signal), chosen == test_signal_name(signal)))
                 model.play_test_signal(s, signal);
         }
+        if (ImGui::Selectable("microphone", chosen == "microphone")) model.play_microphone(s);
         ImGui::EndCombo();
     }
     if (changed) model.hand_over();
@@ -337,8 +338,13 @@ void draw_top_bar(Model& model, Choices& choices, Camera& camera) {
     ImGui::PopFont();
     ImGui::SameLine(0, 16);
     const auto view = model.view();
-    if (status.preparing) {
-        ImGui::TextColored({1, 0.8F, 0.3F, 1}, "preparing ...");
+    const std::string busy = model.busy();
+    if (status.preparing || !busy.empty()) {
+        // Dots that come and go: it is alive.
+        constexpr std::array<const char*, 4> kDots{"", " .", " ..", " ..."};
+        const auto dots = static_cast<std::size_t>(3 * ImGui::GetTime()) % kDots.size();
+        ImGui::TextColored({1, 0.8F, 0.3F, 1}, "%s%s", busy.empty() ? "preparing" : busy.c_str(),
+                           kDots[dots]);
     } else if (view && view->source < view->sources.size()) {
         const float distance_m =
             glm::distance(view->listener.position, view->sources[view->source]);

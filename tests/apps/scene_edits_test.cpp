@@ -19,6 +19,23 @@ TEST_CASE("A wall is all of its triangles and no others") {
     CHECK(triangles_like(scene, 5).size() == 12);
 }
 
+TEST_CASE("Scenes of other materials and sources have the same geometry; a moved object has not") {
+    const Scene scene = test::small_room();
+    Scene edited = with_material(scene, {0, 1}, {"curtain", {}, {}});
+    edited.sources[0].position.x += 1;
+    CHECK(same_geometry(scene, edited));
+    Scene moved = scene;
+    moved.objects[0].translation.x += 1;
+    CHECK_FALSE(same_geometry(scene, moved));
+    Scene moving = scene;
+    moving.objects[0].path = Path{{{0, {}}, {1, {}}}, false};
+    CHECK_FALSE(same_geometry(scene, moving));
+    CHECK(same_geometry(moving, Scene(moving)));
+    Scene faster = moving;
+    faster.objects[0].path->points[1].time_s = 2;
+    CHECK_FALSE(same_geometry(moving, faster));
+}
+
 TEST_CASE("A wall is given another material, and the scene before stays as it was") {
     const Scene scene = test::small_room();
     const Material curtain{"curtain", Bands::filled(0.6F), Bands::filled(0.4F)};

@@ -1,0 +1,214 @@
+#include <algorithm>
+#include <utility>
+
+#include "apps/session/measurement_text.h"
+#include "apps/session/output_file.h"
+#include "apps/session/scene_edits.h"
+#include "apps/session/scene_writer.h"
+#include "apps/window/model.h"
+
+// The model's part that has to do with files.
+
+namespace aula {
+
+namespace {
+
+/// NAME.wav, or NAME-2.wav and so on where that is taken, in the working directory.
+std::filesystem::path free_name(const std::string& stem, const std::string& extension) {
+    for (int number = 1;; ++number) {
+        const std::filesystem::path name =
+            stem + (number > 1 ? "-" + std::to_string(number) : "") + extension;
+        if (!std::filesystem::exists(name)) return name;
+    }
+}
+
+std::filesystem::file_time_type time_of(const std::filesystem::path& file) {
+    std::error_code none;
+    return std::filesystem::last_write_time(file, none);
+}
+
+}  // namespace
+
+Model::Loaded Model::load(const WindowOptions& options, const std::filesystem::path& file) {
+    const auto time = time_of(file);
+    Scene scene = options.load(file);
+    std::vector<bool> loops;
+    for (Source& source : scene.sources) {
+        loops.push_back(source.loop);
+        source.loop = true;
+    }
+    auto rays = std::make_unique<RayScene>(scene);
+    return {std::make_shared<const Scene>(std::move(scene)), std::move(loops), std::move(rays),
+            file, time};
+}
+
+/// Of several loads the newest is taken.
+void Model::load_in_background(std::string what, const std::filesystem::path& file,
+                               void (Model::*take)(Loaded)) {
+    in_background(std::move(what),
+                  [this, file, take, number = ++loads_, options = options_,
+                   rate_hz = player_->sample_rate_hz()]() -> Result {
+                      auto loaded = std::make_shared<Loaded>(load(options, file));
+                      // What is wrong with a sound file is to be known before anything changes.
+                      read_signals(*loaded->scene, rate_hz);
+                      return [this, take, number, loaded] {
+                          if (number == loads_) (this->*take)(std::move(*loaded));
+                      };
+                  });
+}
+
+void Model::open(const std::filesystem::path& file) {
+    wanted_file_ = file;
+    load_in_background("opening " + file.filename().string(), file, &Model::play_scene);
+}
+
+/// Has another scene played; it is shown when it is heard.
+void Model::play_scene(Loaded loaded) {
+    SessionOptions session = options_.session;
+    session.ambisonic_order = settings_[active_].ambisonic_order;
+    heard_before_ = status_.changes;
+    player_->change(*loaded.scene, session, true);
+    opened_ = std::move(loaded);
+}
+
+/// Shows the scene that was opened, unless it could not be played.
+void Model::begin_scene() {
+    Loaded loaded = std::move(*opened_);
+    opened_.reset();
+    if (status_.changes == heard_before_) return;
+    scene_file_ = loaded.file;
+    file_time_ = loaded.time;
+    loops_ = loaded.loops;
+    document_.restart({loaded.scene, {}});
+    for (Setting& setting : settings_)
+        setting = {scene().simulation, setting.ambisonic_order, nullptr, {}};
+    active_ = 0;
+    controls = {};
+    controls.sources.resize(scene().sources.size());
+    other_signals_.assign(scene().sources.size(), "");
+    if (!scene().listener.path) controls.listener = scene().listener.pose;
+    hand_over();
+    request.source = 0;
+    watch();
+    shown_.reset();
+    geometry_changed(std::move(loaded.rays));
+    if (remote_) remote_->set_sources(source_names());
+    say(scene_file_.filename().string() + " is heard");
+}
+
+void Model::open_next(int step_count) {
+    const auto& scenes = options_.scenes;
+    if (scenes.size() < 2) return;
+    const auto here = std::find(scenes.begin(), scenes.end(), wanted_file_);
+    const auto count = static_cast<std::ptrdiff_t>(scenes.size());
+    const auto at = here == scenes.end() ? 0 : here - scenes.begin() + step_count;
+    open(scenes[static_cast<std::size_t>((at % count + count) % count)]);
+}
+
+/// Takes over a scene file that was edited; what is wrong with it is said.
+void Model::watch_file() {
+    constexpr double kInterval_s = 0.5;
+    if (opened_ || now_s_ < file_looked_at_s_ + kInterval_s) return;
+    file_looked_at_s_ = now_s_;
+    const auto changed = time_of(scene_file_);
+    if (changed == file_time_) return;
+    file_time_ = changed;
+    load_in_background("reading " + scene_file_.filename().string(), scene_file_,
+                       &Model::take_edit);
+}
+
+void Model::take_edit(Loaded loaded) {
+    const auto before = document_.now().scene;
+    if (loaded.scene->sources.size() != before->sources.size()) {
+        controls.sources.assign(loaded.scene->sources.size(), {});
+        other_signals_.assign(loaded.scene->sources.size(), "");
+    }
+    // What the file says of places counts again.
+    for (SourceControl& source : controls.sources) source.position.reset();
+    loops_ = loaded.loops;
+    document_.change({loaded.scene, {}});
+    settings_[active_].simulation = loaded.scene->simulation;
+    if (same_geometry(*loaded.scene, *before))
+        ++scene_version_;
+    else
+        geometry_changed(std::move(loaded.rays));
+    if (remote_) remote_->set_sources(source_names());
+    hand_over();
+    apply();
+    say(scene_file_.filename().string() + " was edited: taken over");
+}
+
+void Model::toggle_recording() {
+    try {
+        if (heard_.recording) {
+            player_->stop_recording();
+            say("recording written");
+        } else {
+            const auto file = free_name(scene_file_.stem().string() + "-heard", ".wav");
+            player_->record(file);
+            say("recording to " + file.string());
+        }
+    } catch (const std::exception& thrown) {
+        say(thrown.what(), true);
+    }
+}
+
+void Model::save_response() {
+    if (!shown_) return;
+    Scene measured = scene();
+    measured.sources = {measured.sources[shown_->source]};
+    measured.listener.pose = shown_->listener;
+    measured.listener.path.reset();
+    measured.simulation = shown_->simulation;
+    SessionOptions session = options_.session;
+    session.sample_rate_hz = player_->sample_rate_hz();
+    session.ambisonic_order = settings_[active_].ambisonic_order;
+    const Measurement measurement{{shown_->response}, shown_->length_s, 1};
+    const std::string stem = scene_file_.stem().string();
+    // The HRTF takes a second to read.
+    in_background("saving the response", [=, this]() -> Result {
+        const auto response_file = free_name(stem + "-ir", ".wav");
+        const auto report_file = free_name(stem + "-report", ".json");
+        const auto channels = impulse_response(measured, 0, measurement, session,
+                                               hrtf_for(session, session.sample_rate_hz));
+        WavWriter writer(response_file, session.sample_rate_hz, channels.size(),
+                         SampleFormat::float32);
+        std::vector<float> interleaved;
+        for (std::size_t i = 0; i < channels[0].size(); ++i)
+            for (const auto& channel : channels) interleaved.push_back(channel[i]);
+        writer.write(interleaved);
+        OutputFile report(report_file);
+        report.write(report_json(measured, room_parameters(measurement)));
+        writer.commit();
+        report.commit();
+        const std::string done =
+            response_file.string() + " and " + report_file.string() + " written";
+        return [this, done] { say(done); };
+    });
+}
+
+void Model::save_scene() {
+    Scene saved = scene();
+    saved.simulation = settings_[active_].simulation;
+    for (std::size_t s = 0; s < saved.sources.size(); ++s) {
+        const SourceControl& control = controls.sources[s];
+        saved.sources[s].loop = loops_[s];
+        if (control.gain_db) saved.sources[s].gain_db = *control.gain_db;
+        if (!control.position) continue;
+        saved.sources[s].position = *control.position;
+        saved.sources[s].path.reset();
+    }
+    if (controls.listener) {
+        saved.listener.pose = *controls.listener;
+        saved.listener.path.reset();
+    }
+    try {
+        const auto file = free_name(scene_file_.stem().string() + "-edited", ".json");
+        write_scene(saved, file);
+        say("scene written to " + file.string());
+    } catch (const std::exception& thrown) {
+        say(thrown.what(), true);
+    }
+}
+
+}  // namespace aula
