@@ -78,7 +78,8 @@ void trace_batch(const RayScene& scene, const PatchGrid& grid, const Vec3& recei
                 // A patch of area A that radiates B by Lambert's law has the radiance B / (pi A);
                 // fluence is radiance times solid angle, 4 pi / M for each of M rays:
                 // 4 pi / M * B / (pi A) = 4 / (M A) * B.
-                const float factor = 4 / (static_cast<float>(settings.rays) * area_m2);
+                const float factor = 4 / (static_cast<float>(settings.rays) * area_m2) *
+                                     grid.exposure(patch, hits[i].triangle, point, normal);
                 out.push_back({patch, r.length_m, r.first_direction, r.weight * factor, r.late});
             }
             if (!settings.mirrors) continue;
@@ -345,8 +346,7 @@ void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, d
                 convert_row(source.sum, row.end_bin, end_bin, scale, row.energy.data(),
                             row.sum.data(), row.total);
                 if (cache.directed()) {
-                    convert_moments(source.moment, row.end_bin, end_bin, scale,
-                                    row.moment.data());
+                    convert_moments(source.moment, row.end_bin, end_bin, scale, row.moment.data());
                 }
                 row.end_bin = end_bin;
             }

@@ -8,7 +8,8 @@
 #include <glm/geometric.hpp>
 #include <map>
 
-#include "engine/axis_cuts.h"
+#include "engine/cell_clipping.h"
+#include "engine/exposure.h"
 #include "engine/multiversion.h"
 #include "engine/room_survey.h"
 #include "engine/sampling.h"
@@ -23,7 +24,8 @@ constexpr int kReachRays = 4;         // tries to get from a sample to where sou
 constexpr int kFloodPaths = 4096;
 constexpr int kFloodBounces = 32;
 constexpr int kFloodRounds = 12;
-constexpr std::size_t kChunk = 1024;  // samples of a job
+constexpr std::size_t kHitsPerPatch = 512;  // at most in the mean, to know how even they are
+constexpr std::size_t kChunk = 1024;        // samples of a job
 
 constexpr float kAxisAligned = 0.99999F;  // cosine: a wall that cuts cells is as straight as this
 constexpr float kWallCells = 4;           // and has the area of so many cells
@@ -33,10 +35,6 @@ constexpr std::uint64_t kNoKey = ~0ULL;
 struct MixHash {
     std::size_t operator()(std::uint64_t key) const { return mix64(key); }
 };
-
-/// A cell of the grid: its number along each axis.
-using CellIndex = std::array<std::int32_t, 3>;
-using Cuts = std::array<AxisCuts, 3>;
 
 /// The key of a patch: 20 bits for each number of its cell and the dominant direction of a normal;
 /// without branches.
@@ -55,11 +53,6 @@ inline std::uint64_t cell_key(const CellIndex& cell, const Vec3& normal) {
            bits(cell[0]) << 40 | bits(cell[1]) << 20 | bits(cell[2]);
 }
 
-/// The cell of a point that is given from the grid's origin.
-inline CellIndex cell_at(const Cuts& cuts, const Vec3& point) {
-    return {cuts[0].cell(point.x), cuts[1].cell(point.y), cuts[2].cell(point.z)};
-}
-
 AULA_MULTIVERSION
 void cell_keys(const LanePoints& points, const LanePoints& normals, const Vec3& origin,
                const Cuts& cuts, std::array<std::uint64_t, kLanes>& keys) {
@@ -67,64 +60,6 @@ void cell_keys(const LanePoints& points, const LanePoints& normals, const Vec3& 
         keys[i] = cell_key(cell_at(cuts, Vec3(points.x[i] - origin.x, points.y[i] - origin.y,
                                               points.z[i] - origin.z)),
                            Vec3(normals.x[i], normals.y[i], normals.z[i]));
-    }
-}
-
-/// A convex polygon that a triangle is clipped to: three corners and one more for each of six cuts.
-struct Polygon {
-    std::array<Vec3, 9> corner;
-    int count = 0;
-
-    void add(const Vec3& p) { corner[static_cast<std::size_t>(count++)] = p; }
-    const Vec3& at(int i) const { return corner[static_cast<std::size_t>(i)]; }
-
-    float area_m2() const {
-        Vec3 sum(0);
-        for (int i = 2; i < count; ++i) sum += glm::cross(at(i - 1) - at(0), at(i) - at(0));
-        return glm::length(sum) / 2;
-    }
-};
-
-/// The part of a polygon where sign * (x_axis - at) <= 0.
-Polygon cut(const Polygon& polygon, int axis, float at, float sign) {
-    Polygon kept;
-    for (int i = 0; i < polygon.count; ++i) {
-        const Vec3& a = polygon.at(i);
-        const Vec3& b = polygon.at((i + 1) % polygon.count);
-        const float da = sign * (a[axis] - at);
-        const float db = sign * (b[axis] - at);
-        if (da <= 0) kept.add(a);
-        if ((da < 0 && db > 0) || (da > 0 && db < 0)) {
-            kept.add(a + (b - a) * (da / (da - db)));
-        }
-    }
-    return kept;
-}
-
-/// Calls `visit(cell, polygon)` for the part of a polygon in every cell it meets.
-template <typename Visit>
-void for_each_cell(const Polygon& polygon, const Cuts& cuts, std::size_t axis, CellIndex cell,
-                   const Visit& visit) {
-    if (axis == 3) {
-        visit(cell, polygon);
-        return;
-    }
-    const auto along = static_cast<int>(axis);
-    float low = polygon.at(0)[along];
-    float high = low;
-    for (int i = 1; i < polygon.count; ++i) {
-        low = std::min(low, polygon.at(i)[along]);
-        high = std::max(high, polygon.at(i)[along]);
-    }
-    const std::int32_t first = cuts[axis].cell(low);
-    const std::int32_t last = cuts[axis].cell(high);
-    for (std::int32_t k = first; k <= last; ++k) {
-        Polygon part = polygon;
-        if (k > first) part = cut(part, along, cuts[axis].begin_m(k), -1);
-        if (k < last && part.count > 2) part = cut(part, along, cuts[axis].begin_m(k + 1), 1);
-        if (part.count < 3) continue;
-        cell[axis] = k;
-        for_each_cell(part, cuts, axis + 1, cell, visit);
     }
 }
 
@@ -148,9 +83,10 @@ struct PatchGrid::State {
     std::size_t lasting = 0;  // patches of the start; those after come and go with what moves
     std::uint64_t moves = 0;
     std::size_t reached_count = 0;
+    Exposure exposure;
 
     State(const RayScene& rays, WorkerPool& pool, std::uint64_t sample_seed, float patch_size_m)
-        : scene(rays), workers(pool), seed(sample_seed) {
+        : scene(rays), workers(pool), seed(sample_seed), exposure(rays, patch_size_m) {
         Vec3 low(std::numeric_limits<float>::infinity());
         Vec3 high = -low;
         for (const RayScene::Triangle& triangle : rays.triangles()) {
@@ -261,13 +197,14 @@ struct PatchGrid::State {
         if (triangle.normal == Vec3(0)) return;
         for (const bool back : {false, true}) {
             const Vec3 normal = back ? -triangle.normal : triangle.normal;
-            Polygon whole;
+            ClippedPolygon whole;
             for (const Vec3& v : triangle.vertices)
                 whole.add(v - origin + RayScene::kOffset_m * normal);
-            for_each_cell(whole, cuts, 0, {}, [&](const CellIndex& cell, const Polygon& part) {
-                const float area = part.area_m2();
-                if (area > 0) visit(patch_at(cell, normal), part, area, normal, back);
-            });
+            for_each_cell(whole, cuts, 0, {},
+                          [&](const CellIndex& cell, const ClippedPolygon& part) {
+                              const float area = part.area_m2();
+                              if (area > 0) visit(patch_at(cell, normal), part, area, normal, back);
+                          });
         }
     }
 
@@ -282,12 +219,11 @@ struct PatchGrid::State {
         for (const std::uint32_t t : triangles) {
             const ScrambledSobol sobol(derive_seed(seed, t));
             std::uint32_t next = 0;
-            for_each_part(t, [&](std::uint32_t patch, const Polygon& part, float area,
+            for_each_part(t, [&](std::uint32_t patch, const ClippedPolygon& part, float area,
                                  const Vec3& normal, bool back) {
                 if (!wanted(patch)) return;
                 const auto somewhere = [&] {
-                    return origin + point_in(part, sobol.point(next++)) -
-                           RayScene::kOffset_m * normal;
+                    return origin + part.point(sobol.point(next++)) - RayScene::kOffset_m * normal;
                 };
                 if (area * samples_per_m2 >= 1) {
                     const int count =
@@ -320,41 +256,34 @@ struct PatchGrid::State {
 
     /// Patches of both sides of a triangle.
     void add_patches(std::uint32_t t) {
-        for_each_part(t, [](std::uint32_t, const Polygon&, float, const Vec3&, bool) {});
-    }
-
-    /// Uniform in a polygon for uniform u.
-    static Vec3 point_in(const Polygon& polygon, std::array<float, 2> u) {
-        // A triangle of the fan by area, then a point in it.
-        const auto area_of = [&](int corner) {
-            return glm::length(glm::cross(polygon.at(corner - 1) - polygon.at(0),
-                                          polygon.at(corner) - polygon.at(0))) /
-                   2;
-        };
-        float rest = u[0] * polygon.area_m2();
-        int corner = 2;
-        while (corner < polygon.count - 1 && rest >= area_of(corner)) rest -= area_of(corner++);
-        const float share = area_of(corner) > 0 ? std::min(1.0F, rest / area_of(corner)) : 0;
-        const float across = std::sqrt(share);
-        return polygon.at(0) + across * ((1 - u[1]) * (polygon.at(corner - 1) - polygon.at(0)) +
-                                         u[1] * (polygon.at(corner) - polygon.at(0)));
+        for_each_part(t, [](std::uint32_t, const ClippedPolygon&, float, const Vec3&, bool) {});
     }
 
     /// Marks the patches that sound from `inside` gets to, until a round finds hardly more.
     void flood_from(std::span<const Vec3> inside) {
+        std::size_t hits = 0;
         for (int round = 0; round < kFloodRounds; ++round) {
             const std::size_t before = reached_count;
             flood(scene, inside, kFloodPaths, kFloodBounces, derive_seed(seed, 1 << 30, round),
-                  [&](const Ray& ray, const Hit& hit) {
+                  [&](int segment, const Ray& ray, const Hit& hit) {
                       if (!hit.any()) return;
-                      const auto found =
-                          patch_of_cell.find(key_at(scene.point(hit, ray.direction),
-                                                    scene.facing_normal(hit, ray.direction)));
-                      if (found == patch_of_cell.end() || reached[found->second]) return;
+                      const Vec3 point = scene.point(hit, ray.direction);
+                      const Vec3 normal = scene.facing_normal(hit, ray.direction);
+                      const auto found = patch_of_cell.find(key_at(point, normal));
+                      if (found == patch_of_cell.end()) return;
+                      // Direct sound falls otherwise from every place.
+                      if (segment > 0) {
+                          exposure.add_hit(found->second, hit.triangle, point, normal);
+                          ++hits;
+                      }
+                      if (reached[found->second]) return;
                       reached[found->second] = 1;
                       ++reached_count;
                   });
-            if (reached_count - before <= reached_count / 100) break;
+            if (reached_count - before <= reached_count / 100 &&
+                hits >= kHitsPerPatch * reached_count) {
+                break;
+            }
         }
     }
 
@@ -456,6 +385,9 @@ PatchGrid::PatchGrid(const RayScene& scene, float patch_size_m, std::span<const 
     state_->lasting = state_->keys.size();
     state_->flood_from(inside);
     state_->add_reachable(standing, state_->static_area_m2);
+    state_->exposure.settle(state_->static_area_m2, [&](const Vec3& point, const Vec3& normal) {
+        return find(point, normal);
+    });
     state_->area_m2 = state_->static_area_m2;
     state_->add_reachable(moving, state_->area_m2);
 }
@@ -490,6 +422,13 @@ void PatchGrid::find(const LanePoints& points, const LanePoints& facing_normals,
 }
 
 float PatchGrid::area_m2(std::uint32_t patch) const { return state_->area_m2[patch]; }
+
+float PatchGrid::exposure(std::uint32_t patch, std::uint32_t triangle, const Vec3& point,
+                          const Vec3& facing_normal) const {
+    // Not known where objects come and go.
+    if (state_->area_m2[patch] != state_->static_area_m2[patch]) return 1;
+    return state_->exposure.relative(patch, triangle, point, facing_normal);
+}
 
 PatchGrid::Cell PatchGrid::cell(std::uint32_t patch) const { return state_->cells[patch]; }
 

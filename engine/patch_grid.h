@@ -38,6 +38,10 @@ class PatchGrid {
     /// Effective area; 0 if nothing of the patch can be reached.
     float area_m2(std::uint32_t patch) const;
 
+    /// Sound on an area round a point of a patch over the mean of the patch, 1 where it is even.
+    float exposure(std::uint32_t patch, std::uint32_t triangle, const Vec3& point,
+                   const Vec3& facing_normal) const;
+
     /// Where a patch is.
     struct Cell {
         Vec3 low{0};  ///< of the box that the surface lies in

@@ -15,7 +15,7 @@ constexpr int kSurveyBounces = 32;
 }  // namespace
 
 void flood(const RayScene& scene, std::span<const Vec3> inside, int paths, int bounces,
-           std::uint64_t seed, const std::function<void(const Ray&, const Hit&)>& visit) {
+           std::uint64_t seed, const std::function<void(int, const Ray&, const Hit&)>& visit) {
     if (inside.empty()) return;
     const auto count = static_cast<std::size_t>(paths);
     std::vector<Ray> rays(count);
@@ -39,7 +39,7 @@ void flood(const RayScene& scene, std::span<const Vec3> inside, int paths, int b
                 next = {scene.point(hit, rays[i].direction) - 2 * RayScene::kOffset_m * through,
                         rays[i].direction};
             } else {
-                visit(rays[i], hit);
+                visit(bounce, rays[i], hit);
                 if (!hit.any()) continue;
                 next = {scene.point(hit, rays[i].direction),
                         lambert_direction(scene.facing_normal(hit, rays[i].direction),
@@ -59,7 +59,7 @@ RoomSurvey survey_room(const RayScene& scene, std::span<const Vec3> inside, std:
     std::size_t hits = 0;
     std::size_t escaped = 0;
     std::array<double, kBandCount> absorption{};
-    flood(scene, inside, kSurveyPaths, kSurveyBounces, seed, [&](const Ray&, const Hit& hit) {
+    flood(scene, inside, kSurveyPaths, kSurveyBounces, seed, [&](int, const Ray&, const Hit& hit) {
         if (!hit.any()) {
             ++escaped;
             return;

@@ -9,10 +9,11 @@
 namespace aula {
 
 /// Sends `paths` rays from the given points through the scene, reflected by Lambert's law without
-/// loss for `bounces` segments each, and calls `visit` for every segment (with no hit where it
-/// escapes). Moving objects are passed through, as they may not stay where they are.
+/// loss for `bounces` segments each, and calls `visit(segment, ray, hit)` for every segment, the
+/// first being 0 (with no hit where it escapes). Moving objects are passed through, as they may not
+/// stay where they are.
 void flood(const RayScene& scene, std::span<const Vec3> inside, int paths, int bounces,
-           std::uint64_t seed, const std::function<void(const Ray&, const Hit&)>& visit);
+           std::uint64_t seed, const std::function<void(int, const Ray&, const Hit&)>& visit);
 
 /// What a diffuse field in a room meets.
 struct RoomSurvey {

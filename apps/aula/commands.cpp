@@ -51,7 +51,7 @@ double leaks(const RayScene& rays, const std::vector<Vec3>& inside) {
     constexpr int kBounces = 32;
     int escaped = 0;
     flood(rays, inside, kPaths, kBounces, 1,
-          [&](const Ray&, const Hit& hit) { escaped += hit.any() ? 0 : 1; });
+          [&](int, const Ray&, const Hit& hit) { escaped += hit.any() ? 0 : 1; });
     return static_cast<double>(escaped) / kPaths;
 }
 

@@ -12,7 +12,7 @@ std::vector<std::uint8_t> sounding_sides(const RayScene& rays, std::span<const V
     constexpr float kSmall_m2 = 0.5F;
     constexpr std::uint8_t kBoth = 3;
     std::vector<std::uint8_t> sides(rays.triangle_count(), 0);
-    flood(rays, inside, kPaths, kBounces, 1, [&](const Ray& ray, const Hit& hit) {
+    flood(rays, inside, kPaths, kBounces, 1, [&](int, const Ray& ray, const Hit& hit) {
         if (!hit.any()) return;
         const bool front = glm::dot(rays.triangle(hit.triangle).normal, ray.direction) < 0;
         sides[hit.triangle] |= front ? 1 : 2;

@@ -113,6 +113,28 @@ TEST_CASE("thin surfaces in a room leave its late energy alone, however they lie
     }
 }
 
+TEST_CASE("hollow things in a room leave its late energy alone, whatever their insides") {
+    // Closed boxes as thick as a book: half of what looks up in a cell is the inside of a bottom.
+    Scene scene = lossless(test::box(kSize));
+    const Vec3 book(0.3F, 0.3F, 0.06F);
+    int books = 0;
+    for (const float x : {0.6F, 1.7F, 2.6F, 3.1F, 4.1F}) {
+        for (const float y : {0.55F, 1.6F, 2.6F, 3.6F}) {
+            for (const float z : {0.3F, 0.7F, 1.8F, 2.55F}) {
+                scene.objects.push_back(test::box(book, 0, Vec3(x, y, z)));
+                ++books;
+            }
+        }
+    }
+    const double volume_m3 = 60 - books * double{book.x * book.y * book.z};
+    const test::Estimate e = late_ratio(scene, Estimator::patch, volume_m3);
+    CAPTURE(e.mean, e.standard_error);
+    // Systematic: parts of patches are known from some hundred hits each.
+    CHECK(std::abs(e.mean - 1) < test::kFamilyZ * e.standard_error + 0.01);
+    // Companion: with the books' insides, a ninth of all faces, it would be so much less.
+    CHECK(std::abs(e.z(0.9)) > test::kRefutedZ);
+}
+
 TEST_CASE("mirrors among scattering surfaces neither take nor give energy") {
     RandomStream random(derive_seed(test::test_seed(), 2));
     Scene scene = lossless(test::box(kSize));
