@@ -6,6 +6,7 @@
 #include <limits>
 #include <string_view>
 
+#include "apps/session/osc.h"
 #include "engine/error.h"
 
 namespace aula {
@@ -252,7 +253,10 @@ class Options {
     }
 
     void add_window() {
-        text("--osc", [this](const std::string& address) { arguments_.osc = address; });
+        text("--osc", [this](const std::string& address) {
+            check_osc_address(address);
+            arguments_.osc = address;
+        });
         app_.add_flag("--no-window", no_window_);
         path("--scene-dir", arguments_.scene_dir);
         path("--screenshot", arguments_.screenshot);

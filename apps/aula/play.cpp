@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -11,6 +10,7 @@
 #include "apps/aula/interrupt.h"
 #include "apps/aula/terminal.h"
 #include "apps/aula/walker.h"
+#include "apps/session/formatted.h"
 #include "apps/session/osc_remote.h"
 #include "apps/session/player.h"
 #include "apps/session/scene_edits.h"
@@ -22,13 +22,6 @@
 namespace aula {
 
 namespace {
-
-template <typename... Values>
-std::string formatted(const char* format, Values... values) {
-    std::array<char, 256> text{};
-    std::snprintf(text.data(), text.size(), format, values...);
-    return text.data();
-}
 
 std::string level_text(float peak) {
     if (peak < 1e-5F) return "silent";

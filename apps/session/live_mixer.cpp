@@ -65,9 +65,10 @@ Stage::~Stage() {
         if (signals != nullptr && signals != first_signals_.get()) next_signals_.give_back(signals);
 }
 
-void Stage::begin(std::int64_t position, bool faded) noexcept {
-    if (starts_anew_) zero_ = position;
-    input_fade_ = faded ? 0 : fade_.size();
+/// `before`: what plays until then, if anything does.
+void Stage::begin(std::int64_t position, const Stage* before) noexcept {
+    zero_ = starts_anew_ ? position : before != nullptr ? before->zero_ : 0;
+    input_fade_ = before != nullptr ? 0 : fade_.size();
 }
 
 /// The signals, changed, ended by the timeline and faded as far as the stage is.
@@ -191,7 +192,7 @@ void LiveMixer::change_stage() noexcept {
         playing_->retire();
         *std::find(ringing_.begin(), ringing_.end(), nullptr) = playing_;
     }
-    waiting_->begin(position_.load(std::memory_order_relaxed), playing_ != nullptr);
+    waiting_->begin(position_.load(std::memory_order_relaxed), playing_);
     playing_ = std::exchange(waiting_, nullptr);
     if (head_known_) playing_->head_.turn_to(head_);
 }

@@ -51,7 +51,7 @@ class Stage {
 
     enum class State { playing, ringing, ending };
 
-    void begin(std::int64_t position, bool faded) noexcept AULA_NONBLOCKING;
+    void begin(std::int64_t position, const Stage* before) noexcept AULA_NONBLOCKING;
     void retire() noexcept AULA_NONBLOCKING { state_ = State::ringing; }
     void end() noexcept AULA_NONBLOCKING { state_ = State::ending; }
     bool faded_in() const noexcept { return input_fade_ == fade_.size(); }

@@ -85,6 +85,8 @@ const std::string* OscMessage::text(std::size_t index) const {
     return index < arguments.size() ? std::get_if<std::string>(&arguments[index]) : nullptr;
 }
 
+void check_osc_address(const std::string& address) { parse_address(address); }
+
 struct OscInput::Server {
     explicit Server(Take take_in) : take(std::move(take_in)) {}
     ~Server() {

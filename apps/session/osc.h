@@ -22,6 +22,9 @@ struct OscMessage {
     const std::string* text(std::size_t index) const;
 };
 
+/// Throws Error if that is neither a port of this machine nor ADDRESS:PORT.
+void check_osc_address(const std::string& address);
+
 /// OSC messages over UDP, read by liblo: one at a time to who takes them, those of bundles at once,
 /// whatever their time. What is malformed, or has arguments of other kinds, is left out.
 /// [one thread]

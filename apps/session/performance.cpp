@@ -1,5 +1,7 @@
 #include "apps/session/performance.h"
 
+#include <algorithm>
+
 namespace aula {
 
 namespace {
@@ -45,5 +47,17 @@ Performance::Performance(const Scene& scene_in, const SessionOptions& options_in
       stage(std::make_unique<Stage>(maker.config(), signals, timeline, hrtf, starts_anew)),
       frames(stage->frames()),
       other_signals(stage->signals()) {}
+
+void Performance::take_signals(const Performance& before) {
+    bool differs = false;
+    for (std::size_t s = 0; s < std::min(signals.size(), before.signals.size()); ++s) {
+        if (signals[s] == before.signals[s] ||
+            !plays_the_same(before.scene.sources[s], scene.sources[s]))
+            continue;
+        signals[s] = before.signals[s];
+        differs = true;
+    }
+    if (differs) other_signals.publish(std::make_unique<SignalSet>(signals));
+}
 
 }  // namespace aula

@@ -26,6 +26,9 @@ struct Performance {
     Performance(const Scene& scene, const SessionOptions& options, double sample_rate_hz,
                 bool starts_anew, const Reusable& before = {});
 
+    /// Plays on what another performance plays by now on sources that are the same.
+    void take_signals(const Performance& before);
+
     Reusable reusable() const { return {scene.sources, signals, options, hrtf}; }
 
     Scene scene;

@@ -4,6 +4,11 @@
 
 namespace aula {
 
+bool same_pose(const Pose& a, const Pose& b) {
+    return a.position == b.position && a.yaw_rad == b.yaw_rad && a.pitch_rad == b.pitch_rad &&
+           a.roll_rad == b.roll_rad;
+}
+
 bool PlayControls::heard(std::size_t s) const {
     const bool solos = std::any_of(sources.begin(), sources.end(),
                                    [](const SourceControl& source) { return source.solo; });

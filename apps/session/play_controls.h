@@ -9,6 +9,8 @@
 
 namespace aula {
 
+bool same_pose(const Pose& a, const Pose& b);
+
 /// What is done to one source while it plays.
 struct SourceControl {
     std::optional<float> gain_db;  ///< the scene's where absent

@@ -46,6 +46,7 @@ struct Player::State {
     static std::int64_t to_ns(Clock::time_point time) { return time.time_since_epoch().count(); }
     void turn_head(const Pose& pose, std::int64_t given_ns);
     void place_listener(const Pose& pose);
+    void take_controls(PlayControls next);
     void compute();
     void publish();
     void begin_prepared();
@@ -169,6 +170,8 @@ void Player::State::propagate() {
     // really played, as a device's clock is never quite this one; a fiftieth each frame leaves
     // less than 0.1 ms of the jitter that comes from sound being played in blocks.
     constexpr double kCorrection = 0.02;
+    // Farther than this from what was played: the device is gone, or was. Time waits for it.
+    constexpr double kLost_s = 0.5;
     Clock::time_point zero = Clock::now();
     const auto at = [&](double seconds) {
         return zero +
@@ -200,8 +203,11 @@ void Player::State::propagate() {
         frame_ns = to_ns(at(time_s));
         compute();
         show(std::chrono::duration<double>(at(time_s + frame_s) - Clock::now()).count());
+        const double ahead_s = mixer->time_s() - now_s;
+        const bool lost = std::abs(ahead_s) > kLost_s;
+        if (lost) time_s += ahead_s;
         zero -= std::chrono::duration_cast<Clock::duration>(
-            std::chrono::duration<double>(kCorrection * (mixer->time_s() - now_s)));
+            std::chrono::duration<double>((lost ? 1 : kCorrection) * ahead_s));
     }
 }
 
@@ -286,6 +292,14 @@ void Player::State::place_listener(const Pose& pose) {
     turn_head(pose, now_ns);
 }
 
+/// The mutex is held.
+void Player::State::take_controls(PlayControls next) {
+    const bool placed =
+        next.listener && !(controls.listener && same_pose(*controls.listener, *next.listener));
+    controls = std::move(next);
+    if (placed) place_listener(*controls.listener);
+}
+
 /// Copies what is to be looked at, if there is time until the next frame, or was none for long.
 void Player::State::show(double spare_s) {
     constexpr double kEnough_s = 0.004;
@@ -319,6 +333,7 @@ void Player::State::begin_prepared() {
             wanted.notify_all();
         }
         if (!prepared) return;
+        if (!prepared->starts_anew) prepared->take_signals(*playing);
         prepared->zero_s = prepared->starts_anew ? time_s : playing->zero_s;
         if (prepared->starts_anew) controls = {};
         std::swap(playing, prepared);
@@ -352,7 +367,9 @@ void Player::State::prepare_changes() {
         auto unused_stages = std::exchange(spent_stages, {});
         auto unused = std::exchange(spent, {});
         const std::optional<Change> made = std::exchange(change, {});
-        const Reusable before = playing->reusable();
+        Reusable before = playing->reusable();
+        // What begins anew plays what its scene says.
+        if (made && made->starts_anew) before.sources.clear();
         const PlayControls with = controls;
         const double at_s = mixer->time_s() - playing->zero_s;
         lock.unlock();
@@ -368,6 +385,7 @@ void Player::State::prepare_changes() {
         lock.lock();
         if (!made) continue;
         status.change_error = error;
+        if (!error.empty()) ++status.failed_changes;
         // One that was prepared before and has not begun gives way.
         if (performance) std::swap(prepared, performance);
         if (performance) spent.push_back(std::move(performance));
@@ -387,11 +405,8 @@ void Player::move_listener(const Pose& pose) {
 
 void Player::control(const PlayControls& controls) {
     const std::lock_guard lock(state_->mutex);
-    state_->controls = controls;
-    if (controls.listener) state_->place_listener(*controls.listener);
+    state_->take_controls(controls);
 }
-
-void Player::pause(bool paused) { state_->mixer->pause(paused); }
 
 PlayControls Player::controls() const {
     const std::lock_guard lock(state_->mutex);
@@ -400,7 +415,9 @@ PlayControls Player::controls() const {
 
 void Player::adjust(const std::function<void(PlayControls&, const Pose&)>& change) {
     const std::lock_guard lock(state_->mutex);
-    change(state_->controls, state_->status.listener);
+    PlayControls next = state_->controls;
+    change(next, state_->status.listener);
+    state_->take_controls(std::move(next));
 }
 
 void Player::change(const Scene& scene, const SessionOptions& options, bool starts_anew) {
@@ -452,6 +469,7 @@ MonitorStatus Player::monitor_status() { return state_->monitor->status(); }
 
 PlayStatus Player::status() {
     PlayStatus status;
+    double begin_s = 0;
     double end_s = 0;
     {
         const std::lock_guard lock(state_->mutex);
@@ -460,9 +478,11 @@ PlayStatus Player::status() {
         status.latency = state_->latency();
         status.response_age_s =
             std::chrono::duration<double>(State::Clock::now() - state_->published).count();
-        end_s = state_->playing->zero_s + state_->playing->timeline.end_s;
+        begin_s = state_->playing->zero_s;
+        end_s = begin_s + state_->playing->timeline.end_s;
     }
     status.time_s = state_->mixer->time_s();
+    status.scene_time_s = status.time_s - begin_s;
     const AudioDevice& device = *state_->device;
     status.load = device.meter().load();
     status.mean_load = device.meter().mean_load();

@@ -22,6 +22,7 @@ namespace aula {
 /// A snapshot of a player.
 struct PlayStatus {
     double time_s = 0;              ///< sound played so far
+    double scene_time_s = 0;        ///< of it, since the scene began
     Pose listener;                  ///< of the newest frame
     std::vector<Vec3> sources;      ///< where they were in the newest frame
     std::uint64_t frames = 0;       ///< propagation frames
@@ -47,7 +48,8 @@ struct PlayStatus {
     bool preparing = false;     ///< a change is on its way
     std::uint64_t changes = 0;  ///< changes that are heard
     std::string change_error;   ///< why the last change was not made; empty if it was
-    bool finished = false;      ///< played to the end
+    std::uint64_t failed_changes = 0;
+    bool finished = false;  ///< played to the end
 };
 
 /// Plays a scene on an output device. Owns the device with its audio thread, which only renders;
@@ -102,9 +104,6 @@ class Player {
 
     /// Loudness and recording. [one thread]
     MonitorStatus monitor_status();
-
-    /// Fades to silence, where time stands still, and back. [any thread]
-    void pause(bool paused);
 
     /// Throws AudioFailure if the device is lost and did not come back, and what the propagation
     /// thread threw.

@@ -7,6 +7,7 @@
 #include <map>
 #include <tuple>
 
+#include "apps/session/play_controls.h"
 #include "engine/material_library.h"
 
 namespace aula {
@@ -27,16 +28,12 @@ bool same(const Material& a, const Material& b) {
     return a.name == b.name && a.absorption == b.absorption && a.scattering == b.scattering;
 }
 
-bool same(const Pose& a, const Pose& b) {
-    return a.position == b.position && a.yaw_rad == b.yaw_rad && a.pitch_rad == b.pitch_rad &&
-           a.roll_rad == b.roll_rad;
-}
-
 bool same(const std::optional<Path>& a, const std::optional<Path>& b) {
     if (!a || !b) return !a && !b;
     return a->loop == b->loop && std::equal(a->points.begin(), a->points.end(), b->points.begin(),
                                             b->points.end(), [](const auto& p, const auto& q) {
-                                                return p.time_s == q.time_s && same(p.pose, q.pose);
+                                                return p.time_s == q.time_s &&
+                                                       same_pose(p.pose, q.pose);
                                             });
 }
 

@@ -1,21 +1,13 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <string>
 
+#include "apps/session/formatted.h"
 #include "apps/window/panels.h"
 
 namespace aula {
 
 namespace {
-
-template <typename... Values>
-std::string formatted(const char* format, Values... values) {
-    std::array<char, 160> text{};
-    std::snprintf(text.data(), text.size(), format, values...);
-    return text.data();
-}
 
 double decibels(double amplitude) { return amplitude > 1e-6 ? 20 * std::log10(amplitude) : -120; }
 

@@ -25,8 +25,7 @@ Model::Model(const WindowOptions& options)
     Loaded loaded = load(options_, options_.scene_file);
     scene_file_ = wanted_file_ = loaded.file;
     file_time_ = loaded.time;
-    loops_ = loaded.loops;
-    document_.restart({loaded.scene, {}});
+    document_.restart({loaded.scene, loaded.loops, {}});
     if (!options_.session.duration_s) options_.session.duration_s = kWithoutEnd_s;
     player_ = std::make_unique<Player>(scene(), options_.session);
     player_->measure_loudness();
@@ -87,16 +86,28 @@ void Model::update(double now_s) {
     heard_ = player_->monitor_status();
     if (opened_ && !status_.preparing) begin_scene();
     if (status_.underruns > underruns) last_underrun_s_ = status_.time_s;
-    if (status_.change_error != change_error_) {
-        change_error_ = status_.change_error;
-        if (!change_error_.empty()) say(change_error_, true);
+    if (status_.failed_changes > failed_changes_) {
+        failed_changes_ = status_.failed_changes;
+        say(status_.change_error, true);
+        settings_[active_].simulation = good_.simulation;
+        settings_[active_].ambisonic_order = good_.ambisonic_order;
+    } else if (!status_.preparing && !opened_) {
+        good_.simulation = settings_[active_].simulation;
+        good_.ambisonic_order = settings_[active_].ambisonic_order;
     }
-    if (!heard_.error.empty() && !heard_.recording) say(heard_.error, true);
+    if (heard_.error != recording_error_) {
+        recording_error_ = heard_.error;
+        if (!recording_error_.empty()) say(recording_error_, true);
+    }
+    // Until a change of the sources is heard the player knows others.
+    if (status_.sources.size() > scene().sources.size())
+        status_.sources.resize(scene().sources.size());
 
     Setting& now = settings_[active_];
     const auto newest = player_->view();
     // A view of what played before the last change is not of this setting.
-    const bool current = newest && newest->changes == status_.changes && !status_.preparing;
+    const bool current = newest && newest->changes == status_.changes && !status_.preparing &&
+                         newest->source < scene().sources.size();
     if (current && newest != now.view) {
         const std::size_t s = newest->source;
         if (s < newest->sources.size())
@@ -155,7 +166,7 @@ void Model::move_source(std::size_t source, const Vec3& position) {
 }
 
 Model::Document Model::document_with(std::shared_ptr<const Scene> scene_now) const {
-    Document document{std::move(scene_now), {}};
+    Document document{std::move(scene_now), document_.now().loops, {}};
     for (const SourceControl& source : controls.sources)
         document.source_positions.push_back(source.position);
     return document;
@@ -244,9 +255,17 @@ void Model::set_simulation(const Simulation& simulation, int ambisonic_order) {
     apply();
 }
 
+void Model::set_rays(int rays) {
+    settings_[active_].simulation.rays = rays;
+    controls.rays = rays;
+    hand_over();
+}
+
 void Model::switch_setting() {
     if (!may_change()) return;
     active_ = 1 - active_;
+    controls.rays = settings_[active_].simulation.rays;
+    hand_over();
     apply();
     say(active_ == 0 ? "A is heard" : "B is heard");
 }
@@ -290,17 +309,32 @@ void Model::replace_materials() {
 void Model::step(void (Undo<Document>::*direction)()) {
     const auto before = document_.now().scene;
     (document_.*direction)();
+    if (document_.now().scene != before) scene_taken(*before, nullptr);
     const Document& now = document_.now();
     for (std::size_t s = 0; s < controls.sources.size(); ++s)
         controls.sources[s].position =
             s < now.source_positions.size() ? now.source_positions[s] : std::nullopt;
     hand_over();
-    if (now.scene == before) return;
-    if (same_geometry(*now.scene, *before))
+    if (now.scene != before) apply();
+}
+
+/// Brings what goes with the scene into line with it; `rays` are made where they are missing.
+void Model::scene_taken(const Scene& before, std::unique_ptr<RayScene> rays) {
+    const auto named = [](const Source& a, const Source& b) { return a.name == b.name; };
+    if (!std::equal(scene().sources.begin(), scene().sources.end(), before.sources.begin(),
+                    before.sources.end(), named)) {
+        controls.sources.assign(scene().sources.size(), {});
+        other_signals_.assign(scene().sources.size(), "");
+        request.source = 0;
+        watch();
+        shown_.reset();
+        for (Setting& setting : settings_) setting.view.reset();
+        if (remote_) remote_->set_sources(source_names());
+    }
+    if (same_geometry(scene(), before))
         ++scene_version_;
     else
-        geometry_changed(std::make_unique<RayScene>(scene()));
-    apply();
+        geometry_changed(rays ? std::move(rays) : std::make_unique<RayScene>(scene()));
 }
 
 void Model::undo() {

@@ -65,7 +65,7 @@ class Model {
     std::uint64_t scene_version() const { return scene_version_; }
     Vec3 low() const { return low_; }
     Vec3 high() const { return high_; }
-    double scene_time_s() const { return status_.time_s; }
+    double scene_time_s() const { return status_.scene_time_s; }
 
     // What is heard.
     PlayControls controls;  ///< hand_over() after a change
@@ -90,6 +90,7 @@ class Model {
     std::size_t active() const { return active_; }
     bool compares() const { return settings_[1 - active_].view != nullptr; }
     void set_simulation(const Simulation& simulation, int ambisonic_order);
+    void set_rays(int rays);  ///< heard from the next frame on
     void switch_setting();
 
     // The view.
@@ -127,6 +128,7 @@ class Model {
     /// What can be undone.
     struct Document {
         std::shared_ptr<const Scene> scene;
+        std::vector<bool> loops;  ///< [source] as the file has it
         std::vector<std::optional<Vec3>> source_positions;
     };
 
@@ -159,6 +161,7 @@ class Model {
     void apply();
     void step(void (Undo<Document>::*direction)());
     Document document_with(std::shared_ptr<const Scene> scene) const;
+    void scene_taken(const Scene& before, std::unique_ptr<RayScene> rays);
     void geometry_changed(std::unique_ptr<RayScene> rays);
     void watch_file();
     void replace_materials();
@@ -169,7 +172,6 @@ class Model {
     std::filesystem::path scene_file_;
     std::filesystem::path wanted_file_;  ///< the last that was to be opened, whether it could be
     std::filesystem::file_time_type file_time_;
-    std::vector<bool> loops_;  ///< [source] as the file has it
     Undo<Document> document_;
     std::unique_ptr<Player> player_;
     std::unique_ptr<OscRemote> remote_;  ///< ends before the player that it moves
@@ -192,7 +194,9 @@ class Model {
     MonitorStatus heard_;
     std::shared_ptr<const FrameView> shown_;
     double last_underrun_s_ = -1;
-    std::string change_error_;
+    std::uint64_t failed_changes_ = 0;
+    Setting good_;  ///< the last setting that was heard
+    std::string recording_error_;
     double now_s_ = 0;
     double file_looked_at_s_ = 0;
     std::deque<Message> messages_;

@@ -78,8 +78,7 @@ void Model::begin_scene() {
     if (status_.changes == heard_before_) return;
     scene_file_ = loaded.file;
     file_time_ = loaded.time;
-    loops_ = loaded.loops;
-    document_.restart({loaded.scene, {}});
+    document_.restart({loaded.scene, loaded.loops, {}});
     for (Setting& setting : settings_)
         setting = {scene().simulation, setting.ambisonic_order, nullptr, {}};
     active_ = 0;
@@ -119,20 +118,12 @@ void Model::watch_file() {
 
 void Model::take_edit(Loaded loaded) {
     const auto before = document_.now().scene;
-    if (loaded.scene->sources.size() != before->sources.size()) {
-        controls.sources.assign(loaded.scene->sources.size(), {});
-        other_signals_.assign(loaded.scene->sources.size(), "");
-    }
-    // What the file says of places counts again.
-    for (SourceControl& source : controls.sources) source.position.reset();
-    loops_ = loaded.loops;
-    document_.change({loaded.scene, {}});
+    document_.change({loaded.scene, loaded.loops, {}});
     settings_[active_].simulation = loaded.scene->simulation;
-    if (same_geometry(*loaded.scene, *before))
-        ++scene_version_;
-    else
-        geometry_changed(std::move(loaded.rays));
-    if (remote_) remote_->set_sources(source_names());
+    scene_taken(*before, std::move(loaded.rays));
+    // What the file says of places and rays counts again.
+    for (SourceControl& source : controls.sources) source.position.reset();
+    controls.rays.reset();
     hand_over();
     apply();
     say(scene_file_.filename().string() + " was edited: taken over");
@@ -142,7 +133,8 @@ void Model::toggle_recording() {
     try {
         if (heard_.recording) {
             player_->stop_recording();
-            say("recording written");
+            // What went wrong is said by update().
+            if (player_->monitor_status().error.empty()) say("recording written");
         } else {
             const auto file = free_name(scene_file_.stem().string() + "-heard", ".wav");
             player_->record(file);
@@ -192,7 +184,7 @@ void Model::save_scene() {
     saved.simulation = settings_[active_].simulation;
     for (std::size_t s = 0; s < saved.sources.size(); ++s) {
         const SourceControl& control = controls.sources[s];
-        saved.sources[s].loop = loops_[s];
+        saved.sources[s].loop = document_.now().loops[s];
         if (control.gain_db) saved.sources[s].gain_db = *control.gain_db;
         if (!control.position) continue;
         saved.sources[s].position = *control.position;

@@ -24,6 +24,9 @@ struct Choices {
     std::optional<Simulation> draft;  ///< a setting whose slider is being dragged
 };
 
+/// A small button that looks pressed while something is on; whether it was clicked.
+bool toggle(const char* label, bool on);
+
 /// Scene, place, what one hears in a line, and buttons.
 void draw_top_bar(Model& model, Choices& choices, Camera& camera);
 

@@ -68,7 +68,6 @@ class Picture {
     std::uint64_t geometry_version_ = 0;
     std::uint64_t scene_version_ = 0;
     std::uint32_t picked_ = kNoTriangle;
-    std::uint64_t patches_of_frame_ = 0;
     float field_patch_m_ = 0;
     double pulse_s_ = 0;
     float heat_ = 0;

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
+#include "apps/session/formatted.h"
 #include "apps/window/colours.h"
 #include "engine/room_acoustics.h"
 
@@ -15,13 +15,6 @@ namespace {
 constexpr double kEarly_s = 0.15;
 constexpr double kStep_s = 0.005;
 constexpr double kEarlyStep_s = 0.001;
-
-template <typename... Values>
-std::string formatted(const char* format, Values... values) {
-    std::array<char, 128> text{};
-    std::snprintf(text.data(), text.size(), format, values...);
-    return text.data();
-}
 
 ImFont* small_font() { return ImGui::GetIO().Fonts->Fonts.back(); }
 

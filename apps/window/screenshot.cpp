@@ -3,13 +3,13 @@
 #include <GL/glew.h>
 #include <stb/stb_image_write.h>
 
+#include <cstddef>
+#include <string>
 #include <vector>
-
-#include "engine/error.h"
 
 namespace aula {
 
-void write_screenshot(const std::filesystem::path& file, int width, int height) {
+void write_screenshot(OutputFile& file, int width, int height) {
     constexpr int kChannels = 3;
     const int row_bytes = kChannels * width;
     std::vector<unsigned char> pixels(static_cast<std::size_t>(row_bytes) *
@@ -23,8 +23,14 @@ void write_screenshot(const std::filesystem::path& file, int width, int height) 
         const auto row = pixels.begin() + static_cast<std::ptrdiff_t>(y) * row_bytes;
         rows.insert(rows.end(), row, row + row_bytes);
     }
-    if (stbi_write_png(file.c_str(), width, height, kChannels, rows.data(), row_bytes) == 0)
-        throw Error(file.string() + ": cannot write; expected a place for a PNG file");
+    const auto write = [](void* to, void* data, int size) {
+        static_cast<std::string*>(to)->append(static_cast<const char*>(data),
+                                              static_cast<std::size_t>(size));
+    };
+    std::string png;
+    stbi_write_png_to_func(write, &png, width, height, kChannels, rows.data(), row_bytes);
+    file.write(png);
+    file.commit();
 }
 
 }  // namespace aula

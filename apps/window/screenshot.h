@@ -1,11 +1,11 @@
 #pragma once
 
-#include <filesystem>
+#include "apps/session/output_file.h"
 
 namespace aula {
 
 /// Writes the lower left part of the framebuffer that is drawn to, of a size in pixels, to a PNG
-/// file. Throws Error.
-void write_screenshot(const std::filesystem::path& file, int width, int height);
+/// file, whole or not at all. Throws AudioFailure.
+void write_screenshot(OutputFile& file, int width, int height);
 
 }  // namespace aula

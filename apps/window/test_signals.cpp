@@ -24,6 +24,12 @@ std::vector<float> white(std::size_t count, float peak) {
     return samples;
 }
 
+Source endless_noise() {
+    Source source;
+    source.signal = Source::Signal::noise;
+    return source;
+}
+
 }  // namespace
 
 const char* test_signal_name(TestSignal signal) {
@@ -68,8 +74,7 @@ std::shared_ptr<const Signal> test_signal(TestSignal signal, double sample_rate_
             break;
         }
         case TestSignal::noise:
-            samples = white(samples_of(10, sample_rate_hz), 0.2F);
-            break;
+            return std::make_shared<const Signal>(endless_noise(), sample_rate_hz, 1);
         case TestSignal::clicks:
             samples.resize(samples_of(0.5, sample_rate_hz));
             samples[0] = 0.5F;

@@ -16,7 +16,6 @@ class Undo {
     explicit Undo(T value) { values_.push_back(std::make_shared<const T>(std::move(value))); }
 
     const T& now() const { return *values_[at_]; }
-    std::shared_ptr<const T> shared() const { return values_[at_]; }
 
     /// Makes a new value the one of now; what was undone before is forgotten.
     void change(T value) {

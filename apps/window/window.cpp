@@ -11,10 +11,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <utility>
+#include <optional>
 
 #include "apps/window/model.h"
+#include "apps/window/native_window.h"
 #include "apps/window/panels.h"
 #include "apps/window/picture.h"
 #include "apps/window/screenshot.h"
@@ -31,159 +31,6 @@ constexpr double kUnfocusedFrame_s = 1.0 / 6;
 /// The window may take this share of a processor, whatever its pictures cost.
 constexpr double kShare = 0.4;
 
-void no_message(int, const char*) {}
-
-/// GLFW while alive; silent.
-class Glfw {
- public:
-    Glfw() {
-        glfwSetErrorCallback(no_message);
-        started_ = glfwInit() == GLFW_TRUE;
-    }
-    ~Glfw() {
-        if (started_) glfwTerminate();
-    }
-    Glfw(const Glfw&) = delete;
-    Glfw& operator=(const Glfw&) = delete;
-    bool started() const { return started_; }
-
- private:
-    bool started_;
-};
-
-GLFWwindow* open_window(int width, int height, bool visible) {
-    glfwDefaultWindowHints();
-    glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
-    glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
-    glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
-    glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
-    glfwWindowHint(GLFW_SAMPLES, 4);
-    glfwWindowHint(GLFW_VISIBLE, visible ? GLFW_TRUE : GLFW_FALSE);
-    return glfwCreateWindow(width, height, "Aula", nullptr, nullptr);
-}
-
-/// A window with an OpenGL context.
-class NativeWindow {
- public:
-    NativeWindow(int width, int height) : window_(open_window(width, height, true)) {
-        if (window_ == nullptr)
-            throw AudioFailure("the window cannot be opened; --no-window plays in the terminal");
-        glfwSetWindowUserPointer(window_, this);
-        // Keys are noted as they are pressed: a picture may take longer than a tap.
-        glfwSetKeyCallback(
-            window_, [](GLFWwindow* window, int key, int, int action, int modifiers) {
-                if (action != GLFW_PRESS) return;
-                of(window).pressed_.push_back({key, (modifiers & GLFW_MOD_CONTROL) != 0});
-            });
-        glfwSetDropCallback(window_, [](GLFWwindow* window, int count, const char** names) {
-            of(window).dropped_.insert(of(window).dropped_.end(), names, names + count);
-        });
-        glfwMakeContextCurrent(window_);
-        glewExperimental = GL_TRUE;
-        // Without GLX (Wayland) GLEW complains of that alone.
-        const GLenum loaded = glewInit();
-        if (loaded != GLEW_OK && loaded != GLEW_ERROR_NO_GLX_DISPLAY)
-            throw AudioFailure("OpenGL 3.3 cannot be used; --no-window plays in the terminal");
-        const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-        software_ = renderer != nullptr && std::strstr(renderer, "llvmpipe") != nullptr;
-        glfwSwapInterval(software_ ? 0 : 1);
-    }
-    ~NativeWindow() { glfwDestroyWindow(window_); }
-    NativeWindow(const NativeWindow&) = delete;
-    NativeWindow& operator=(const NativeWindow&) = delete;
-
-    GLFWwindow* get() const { return window_; }
-    bool software() const { return software_; }
-    /// A key, and whether control was held.
-    struct Press {
-        int key;
-        bool control;
-    };
-    std::vector<Press> take_pressed() { return std::exchange(pressed_, {}); }
-    std::vector<std::string> take_dropped() { return std::exchange(dropped_, {}); }
-    bool attended() const {
-        return glfwGetWindowAttrib(window_, GLFW_FOCUSED) != 0 ||
-               glfwGetWindowAttrib(window_, GLFW_HOVERED) != 0;
-    }
-
- private:
-    static NativeWindow& of(GLFWwindow* window) {
-        return *static_cast<NativeWindow*>(glfwGetWindowUserPointer(window));
-    }
-
-    GLFWwindow* window_;
-    bool software_ = false;
-    std::vector<Press> pressed_;
-    std::vector<std::string> dropped_;
-};
-
-void set_style(float scale) {
-    ImGui::StyleColorsDark();
-    ImGuiStyle& style = ImGui::GetStyle();
-    style.WindowRounding = 0;
-    style.WindowBorderSize = 0;
-    style.FrameRounding = 3;
-    style.GrabRounding = 3;
-    style.ItemSpacing = {6, 4};
-    style.FramePadding = {5, 2};
-    style.WindowPadding = {8, 6};
-    style.CellPadding = {3, 1};
-    ImVec4* colours = style.Colors;
-    colours[ImGuiCol_WindowBg] = {0.105F, 0.117F, 0.14F, 1};
-    colours[ImGuiCol_PopupBg] = {0.12F, 0.135F, 0.16F, 0.98F};
-    colours[ImGuiCol_Header] = {0.17F, 0.20F, 0.25F, 1};
-    colours[ImGuiCol_HeaderHovered] = {0.22F, 0.28F, 0.36F, 1};
-    colours[ImGuiCol_HeaderActive] = {0.20F, 0.42F, 0.60F, 1};
-    colours[ImGuiCol_Button] = {0.19F, 0.23F, 0.29F, 1};
-    colours[ImGuiCol_ButtonHovered] = {0.25F, 0.36F, 0.48F, 1};
-    colours[ImGuiCol_FrameBg] = {0.065F, 0.075F, 0.095F, 1};
-    colours[ImGuiCol_SliderGrab] = {0.22F, 0.40F, 0.56F, 1};
-    colours[ImGuiCol_SliderGrabActive] = {0.30F, 0.55F, 0.75F, 1};
-    colours[ImGuiCol_TableRowBg] = {0, 0, 0, 0};
-    colours[ImGuiCol_TableRowBgAlt] = {1, 1, 1, 0.035F};
-    style.ScaleAllSizes(scale);
-}
-
-/// Text, headings, small text: in this order.
-void load_fonts(float scale) {
-    ImFontAtlas* fonts = ImGui::GetIO().Fonts;
-    const std::filesystem::path folder = "/usr/share/fonts/truetype/dejavu";
-    for (const auto& [name, size] : {std::pair{"DejaVuSans.ttf", 14.0F},
-                                     {"DejaVuSans-Bold.ttf", 17.0F},
-                                     {"DejaVuSans.ttf", 11.5F}}) {
-        const std::filesystem::path file = folder / name;
-        const bool there = std::filesystem::exists(file);
-        if (there)
-            fonts->AddFontFromFileTTF(file.c_str(), std::round(size * scale));
-        else
-            fonts->AddFontDefault();
-    }
-}
-
-/// Dear ImGui while alive.
-class Gui {
- public:
-    explicit Gui(GLFWwindow* window) {
-        float scale = 1;
-        float unused = 1;
-        glfwGetWindowContentScale(window, &scale, &unused);
-        scale = std::clamp(scale, 1.0F, 4.0F);
-        ImGui::CreateContext();
-        ImGui::GetIO().IniFilename = nullptr;
-        set_style(scale);
-        load_fonts(scale);
-        ImGui_ImplGlfw_InitForOpenGL(window, true);
-        ImGui_ImplOpenGL3_Init("#version 330 core");
-    }
-    ~Gui() {
-        ImGui_ImplOpenGL3_Shutdown();
-        ImGui_ImplGlfw_Shutdown();
-        ImGui::DestroyContext();
-    }
-    Gui(const Gui&) = delete;
-    Gui& operator=(const Gui&) = delete;
-};
-
 /// The window: what is in it and what happens in it.
 class App {
  public:
@@ -192,8 +39,10 @@ class App {
           model_(model),
           choices_(state.choices),
           native_(state.width, state.height),
-          gui_(native_.get()),
-          picture_(model) {}
+          gui_(native_),
+          picture_(model) {
+        if (options.screenshot) screenshot_.emplace(*options.screenshot);
+    }
 
     void run() {
         double last_s = glfwGetTime();
@@ -205,7 +54,7 @@ class App {
             if (model_.status().finished) return;
             draw(dt_s);
             if (wants_screenshot(begin_s)) {
-                write_screenshot(*options_.screenshot, width_, height_);
+                write_screenshot(*screenshot_, width_, height_);
                 return;
             }
             glfwSwapBuffers(native_.get());
@@ -281,7 +130,6 @@ class App {
     void handle_key(int key) {
         switch (key) {
             case GLFW_KEY_SLASH:
-            case GLFW_KEY_H:
                 choices_.help = !choices_.help;
                 break;
             case GLFW_KEY_ESCAPE:
@@ -412,6 +260,7 @@ class App {
     Gui gui_;
     Picture picture_;
     Meters meters_;
+    std::optional<OutputFile> screenshot_;
     int width_ = 0;
     int height_ = 0;
 };
@@ -425,14 +274,7 @@ void give_way() {
 
 }  // namespace
 
-bool window_possible() {
-    const Glfw glfw;
-    if (!glfw.started()) return false;
-    GLFWwindow* window = open_window(16, 16, false);
-    if (window == nullptr) return false;
-    glfwDestroyWindow(window);
-    return true;
-}
+bool window_possible() { return opens_window(); }
 
 void show_window(const WindowOptions& options) {
     // The player's threads come first: they do not give way.

@@ -220,6 +220,11 @@ TEST_CASE("What the window and remote control cannot use is refused") {
     const std::string scene = AULA_SOURCE_DIR "/scenes/shoebox.json";
     CHECK(aula_with({scene, "--after", "3"}).err.find("--screenshot") != std::string::npos);
     CHECK(aula_with({scene, "--after", "0", "--screenshot", "x.png"}).status == 2);
+    for (const char* address : {"nonsense", "65536", "1.2.3:9000", "host:9000"}) {
+        const ProgramResult refused = aula_with({"info", scene, "--osc", address});
+        CHECK(refused.status == 2);
+        CHECK(refused.err.starts_with("aula: --osc: "));
+    }
 }
 
 TEST_CASE("Info tells whether a room is tight, how many patches it has and what it is made of") {

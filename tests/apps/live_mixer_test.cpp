@@ -26,11 +26,11 @@ SessionOptions mono() {
 }
 
 /// The room, playing a second of a swelling tone.
-std::unique_ptr<Performance> tone_in(const Scene& scene) {
+std::unique_ptr<Performance> tone_in(const Scene& scene, bool starts_anew = false) {
     Reusable before;
     before.sources = scene.sources;
     before.signals = {std::make_shared<const Signal>(test::tone(), false)};
-    return std::make_unique<Performance>(scene, mono(), kRate_hz, false, before);
+    return std::make_unique<Performance>(scene, mono(), kRate_hz, starts_anew, before);
 }
 
 Scene quick_room() {
@@ -91,8 +91,10 @@ TEST_CASE("Going over to the same scene is not heard: what ends and what begins 
         LiveMixer mixer(kRate_hz, kTakeBlock, 1);
         std::vector<std::unique_ptr<Performance>> all;
         return take(mixer, kSecond_blocks, [&](int block) {
-            if (block == 0 || (changes && (block == 80 || block == 110))) {
-                all.push_back(tone_in(scene));
+            // One that begins anew: what follows goes on in its time.
+            const bool anew = block == 40;
+            if (block == 0 || anew || (changes && (block == 80 || block == 110))) {
+                all.push_back(tone_in(scene, anew));
                 begin(*all.back(), mixer);
             }
         });

@@ -1,0 +1,151 @@
+#include "apps/window/native_window.h"
+
+#include <GL/glew.h>
+#include <GLFW/glfw3.h>
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl3.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+
+#include "audio/error.h"
+
+namespace aula {
+
+namespace {
+
+void no_message(int, const char*) {}
+
+GLFWwindow* open_window(int width, int height, bool visible) {
+    glfwDefaultWindowHints();
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
+    glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+    glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
+    glfwWindowHint(GLFW_SAMPLES, 4);
+    glfwWindowHint(GLFW_VISIBLE, visible ? GLFW_TRUE : GLFW_FALSE);
+    return glfwCreateWindow(width, height, "Aula", nullptr, nullptr);
+}
+
+void set_style(float scale) {
+    ImGui::StyleColorsDark();
+    ImGuiStyle& style = ImGui::GetStyle();
+    style.WindowRounding = 0;
+    style.WindowBorderSize = 0;
+    style.FrameRounding = 3;
+    style.FrameBorderSize = 1;  // an empty box is seen to be one
+    style.GrabRounding = 3;
+    style.ItemSpacing = {6, 4};
+    style.FramePadding = {5, 2};
+    style.WindowPadding = {8, 6};
+    style.CellPadding = {3, 1};
+    ImVec4* colours = style.Colors;
+    colours[ImGuiCol_WindowBg] = {0.105F, 0.117F, 0.14F, 1};
+    colours[ImGuiCol_PopupBg] = {0.12F, 0.135F, 0.16F, 0.98F};
+    colours[ImGuiCol_Header] = {0.17F, 0.20F, 0.25F, 1};
+    colours[ImGuiCol_HeaderHovered] = {0.22F, 0.28F, 0.36F, 1};
+    colours[ImGuiCol_HeaderActive] = {0.20F, 0.42F, 0.60F, 1};
+    colours[ImGuiCol_Button] = {0.19F, 0.23F, 0.29F, 1};
+    colours[ImGuiCol_ButtonHovered] = {0.25F, 0.36F, 0.48F, 1};
+    colours[ImGuiCol_FrameBg] = {0.065F, 0.075F, 0.095F, 1};
+    colours[ImGuiCol_SliderGrab] = {0.22F, 0.40F, 0.56F, 1};
+    colours[ImGuiCol_SliderGrabActive] = {0.30F, 0.55F, 0.75F, 1};
+    colours[ImGuiCol_TableRowBg] = {0, 0, 0, 0};
+    colours[ImGuiCol_TableRowBgAlt] = {1, 1, 1, 0.035F};
+    colours[ImGuiCol_Border] = {1, 1, 1, 0.14F};
+    style.ScaleAllSizes(scale);
+}
+
+/// Text, headings, small text: in this order.
+void load_fonts(float scale) {
+    ImFontAtlas* fonts = ImGui::GetIO().Fonts;
+    const std::filesystem::path folder = "/usr/share/fonts/truetype/dejavu";
+    for (const auto& [name, size] : {std::pair{"DejaVuSans.ttf", 14.0F},
+                                     {"DejaVuSans-Bold.ttf", 17.0F},
+                                     {"DejaVuSans.ttf", 11.5F}}) {
+        const std::filesystem::path file = folder / name;
+        const bool there = std::filesystem::exists(file);
+        if (there)
+            fonts->AddFontFromFileTTF(file.c_str(), std::round(size * scale));
+        else
+            fonts->AddFontDefault();
+    }
+}
+
+}  // namespace
+
+Glfw::Glfw() {
+    glfwSetErrorCallback(no_message);
+    started_ = glfwInit() == GLFW_TRUE;
+}
+
+Glfw::~Glfw() {
+    if (started_) glfwTerminate();
+}
+
+bool opens_window() {
+    const Glfw glfw;
+    if (!glfw.started()) return false;
+    GLFWwindow* window = open_window(16, 16, false);
+    if (window == nullptr) return false;
+    glfwDestroyWindow(window);
+    return true;
+}
+
+NativeWindow::NativeWindow(int width, int height) : window_(open_window(width, height, true)) {
+    if (window_ == nullptr)
+        throw AudioFailure("the window cannot be opened; --no-window plays in the terminal");
+    glfwSetWindowUserPointer(window_, this);
+    // Keys are noted as they are pressed: a picture may take longer than a tap.
+    glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int, int action, int modifiers) {
+        if (action != GLFW_PRESS) return;
+        of(window).pressed_.push_back({key, (modifiers & GLFW_MOD_CONTROL) != 0});
+    });
+    glfwSetDropCallback(window_, [](GLFWwindow* window, int count, const char** names) {
+        of(window).dropped_.insert(of(window).dropped_.end(), names, names + count);
+    });
+    glfwMakeContextCurrent(window_);
+    glewExperimental = GL_TRUE;
+    // Without GLX (Wayland) GLEW complains of that alone.
+    const GLenum loaded = glewInit();
+    if (loaded != GLEW_OK && loaded != GLEW_ERROR_NO_GLX_DISPLAY)
+        throw AudioFailure("OpenGL 3.3 cannot be used; --no-window plays in the terminal");
+    const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+    software_ = renderer != nullptr && std::strstr(renderer, "llvmpipe") != nullptr;
+    glfwSwapInterval(software_ ? 0 : 1);
+}
+
+NativeWindow::~NativeWindow() { glfwDestroyWindow(window_); }
+
+bool NativeWindow::attended() const {
+    return glfwGetWindowAttrib(window_, GLFW_FOCUSED) != 0 ||
+           glfwGetWindowAttrib(window_, GLFW_HOVERED) != 0;
+}
+
+NativeWindow& NativeWindow::of(GLFWwindow* window) {
+    return *static_cast<NativeWindow*>(glfwGetWindowUserPointer(window));
+}
+
+Gui::Gui(const NativeWindow& window) {
+    float scale = 1;
+    float unused = 1;
+    glfwGetWindowContentScale(window.get(), &scale, &unused);
+    scale = std::clamp(scale, 1.0F, 4.0F);
+    ImGui::CreateContext();
+    ImGui::GetIO().IniFilename = nullptr;
+    set_style(scale);
+    load_fonts(scale);
+    ImGui_ImplGlfw_InitForOpenGL(window.get(), true);
+    ImGui_ImplOpenGL3_Init("#version 330 core");
+}
+
+Gui::~Gui() {
+    ImGui_ImplOpenGL3_Shutdown();
+    ImGui_ImplGlfw_Shutdown();
+    ImGui::DestroyContext();
+}
+
+}  // namespace aula
