@@ -28,6 +28,10 @@ namespace aula {
 
 namespace {
 
+// Passes of transforms from this size on are cut: one of 8192 points takes a microsecond or two.
+constexpr std::size_t kCutSize = 2048;
+constexpr std::size_t kParts = 4;
+
 /// At least as many vectors as lanes are needed: the last step turns squares.
 std::size_t lanes_for(std::size_t size, std::size_t most) {
     std::size_t lanes = most;
@@ -55,10 +59,11 @@ void put(const std::complex<double>& value, std::size_t bin, AlignedVector<float
 
 BlockTransform::BlockTransform(std::size_t size, const SpectralKernels& kernels)
     : size_(size), weights_(2 * size), inverse_weights_(2 * size), lane_twiddles_(2 * size) {
-    assert(std::has_single_bit(size) && size >= 16 && size <= 4096);
-    const std::size_t lanes = lanes_for(size, kernels.lanes);
-    vectors_ = size / lanes;
-    kernels_ = passes_for(kernels, lanes);
+    assert(std::has_single_bit(size) && size >= 16 && size <= 8192);
+    lanes_ = lanes_for(size, kernels.lanes);
+    vectors_ = size / lanes_;
+    parts_ = size >= kCutSize ? kParts : 1;
+    kernels_ = passes_for(kernels, lanes_);
     starts_with_2_ = std::countr_zero(vectors_) % 2 == 1;
 
     for (std::size_t n = 0; n < size; ++n) {
@@ -72,7 +77,7 @@ BlockTransform::BlockTransform(std::size_t size, const SpectralKernels& kernels)
     for (std::size_t span = vectors_; span > 1;) {
         const std::size_t radix = span == vectors_ && starts_with_2_ ? 2 : 4;
         const std::size_t part = span / radix;
-        Pass pass{span, {}};
+        Pass pass{span, radix, {}};
         for (std::size_t j = 0; j < part; ++j) {
             for (std::size_t m = 1; m < radix; ++m) {
                 const std::complex<double> w = root(m * j, span);
@@ -86,22 +91,39 @@ BlockTransform::BlockTransform(std::size_t size, const SpectralKernels& kernels)
         span = part;
     }
     for (std::size_t v = 0; v < vectors_; ++v) {
-        for (std::size_t lane = 0; lane < lanes; ++lane) {
-            put(root(lane * order[v], size), v * lanes + lane, lane_twiddles_);
+        for (std::size_t lane = 0; lane < lanes_; ++lane) {
+            put(root(lane * order[v], size), v * lanes_ + lane, lane_twiddles_);
         }
     }
 }
 
+/// Whole spans where there are enough of them, else a part of the butterflies of each.
+BlockTransform::Range BlockTransform::range(const Pass& pass, std::size_t part) const noexcept {
+    const std::size_t butterflies = pass.span / pass.radix;
+    if (pass.span * parts_ <= vectors_) {
+        return {part * vectors_ / parts_, vectors_ / parts_, 0, butterflies};
+    }
+    return {0, vectors_, part * butterflies / parts_, (part + 1) * butterflies / parts_};
+}
+
 void BlockTransform::forward_step(std::size_t step, const float* older, const float* newer,
                                   float* work, float* spectrum, std::size_t stride) const noexcept {
-    if (step == 0) {
-        kernels_.forward_first(older, newer, weights_.data(), passes_[0].twiddles.data(), vectors_,
-                               starts_with_2_, work);
-    } else if (step < passes_.size()) {
-        const Pass& pass = passes_[step];
-        kernels_.forward_middle(pass.twiddles.data(), vectors_, pass.span, work);
+    const std::size_t index = step / parts_;
+    const std::size_t part = step % parts_;
+    if (index == passes_.size()) {
+        const std::size_t start = part * vectors_ / parts_;
+        kernels_.forward_last(work + place(start), lane_twiddles_.data() + place(start),
+                              vectors_ / parts_, spectrum + place(start, stride), stride);
+        return;
+    }
+    const Pass& pass = passes_[index];
+    const Range r = range(pass, part);
+    if (index == 0) {
+        kernels_.forward_first(older, newer, weights_.data(), pass.twiddles.data(), vectors_,
+                               starts_with_2_, r.first, r.last, work);
     } else {
-        kernels_.forward_last(work, lane_twiddles_.data(), vectors_, spectrum, stride);
+        kernels_.forward_middle(pass.twiddles.data(), r.vectors, pass.span, r.first, r.last,
+                                work + place(r.start));
     }
 }
 
@@ -121,16 +143,23 @@ void BlockTransform::forward_filter(const float* taps, float* work, float* spect
 
 void BlockTransform::inverse_step(std::size_t step, const float* spectrum, std::size_t stride,
                                   float* work, float* newer) const noexcept {
-    if (step == 0) {
-        kernels_.inverse_first(spectrum, stride, lane_twiddles_.data(), vectors_, work);
+    const std::size_t part = step % parts_;
+    if (step < parts_) {
+        const std::size_t start = part * vectors_ / parts_;
+        kernels_.inverse_first(spectrum + place(start, stride), stride,
+                               lane_twiddles_.data() + place(start), vectors_ / parts_,
+                               work + place(start));
         return;
     }
-    const Pass& pass = passes_[passes_.size() - step];
-    if (step < passes_.size()) {
-        kernels_.inverse_middle(pass.twiddles.data(), vectors_, pass.span, work);
+    const std::size_t index = passes_.size() - step / parts_;
+    const Pass& pass = passes_[index];
+    const Range r = range(pass, part);
+    if (index > 0) {
+        kernels_.inverse_middle(pass.twiddles.data(), r.vectors, pass.span, r.first, r.last,
+                                work + place(r.start));
     } else {
         kernels_.inverse_last(inverse_weights_.data(), pass.twiddles.data(), vectors_,
-                              starts_with_2_, work, newer);
+                              starts_with_2_, r.first, r.last, work, newer);
     }
 }
 

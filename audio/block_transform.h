@@ -19,7 +19,7 @@ namespace aula {
 /// changed by use. [any thread, wait-free but for the constructor]
 class BlockTransform {
  public:
-    /// `size` is M, a power of two from 16 to 4096.
+    /// `size` is M, a power of two from 16 to 8192.
     explicit BlockTransform(std::size_t size, const SpectralKernels& kernels = best_kernels());
 
     std::size_t size() const { return size_; }
@@ -27,7 +27,7 @@ class BlockTransform {
     std::size_t work_floats() const { return 2 * size_; }
 
     /// Steps of a transform in either direction, to be done in order.
-    std::size_t steps() const { return passes_.size() + 1; }
+    std::size_t steps() const { return (passes_.size() + 1) * parts_; }
 
     /// Spectrum of a window. The last step writes the spectrum, whose chunks are `stride` floats
     /// apart; what steps hand on lies in `work`.
@@ -51,11 +51,24 @@ class BlockTransform {
     /// Butterflies of `radix` vectors that are span / radix apart.
     struct Pass {
         std::size_t span;
+        std::size_t radix;
         std::vector<float> twiddles;
     };
+    /// A part of a pass: butterflies first to last - 1 of each of the spans in `vectors` vectors
+    /// from `start` on.
+    struct Range {
+        std::size_t start, vectors, first, last;
+    };
+    Range range(const Pass& pass, std::size_t part) const noexcept AULA_NONBLOCKING;
+    std::size_t place(std::size_t vector,
+                      std::size_t stride = kChunk_floats) const noexcept AULA_NONBLOCKING {
+        return vector * lanes_ / kChunk_bins * stride + vector * lanes_ % kChunk_bins;
+    }
 
     std::size_t size_;
+    std::size_t lanes_;
     std::size_t vectors_;
+    std::size_t parts_;  ///< that a pass is cut into, to be a step each
     SpectralKernels::Passes kernels_;
     bool starts_with_2_ = false;  ///< the first pass has butterflies of two
     std::vector<Pass> passes_;    ///< in the forward direction

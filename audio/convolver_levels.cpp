@@ -17,6 +17,18 @@ std::size_t chunks_of_piece(std::size_t outputs) {
     return std::max<std::size_t>(1, kChunksOfPiece / outputs);
 }
 
+/// Products of a chunk that are summed in one piece.
+constexpr std::size_t kProductsOfPiece = 16;
+
+std::size_t slices_of(std::size_t products) {
+    return (products + kProductsOfPiece - 1) / kProductsOfPiece;
+}
+
+/// Of a product while filters are exchanged, of which the new one comes from another core's cache:
+/// about what makes the pieces of a frame take like times (AVX-512, 1 to 8 inputs, 2 to 16
+/// outputs).
+constexpr double kExchangingCost = 1.3;
+
 }  // namespace
 
 // w[n] = (1 - cos(pi (n + 1/2) / N)) / 2: symmetric, so that w[n] + w[N - 1 - n] = 1.
@@ -71,7 +83,40 @@ void LevelSums::collect(SpectralHistory& history, const ConvolutionFilter* curre
 
 void LevelSums::multiply_add(const Terms& terms, std::size_t first_chunk, std::size_t last_chunk,
                              float* sums) const noexcept {
-    multiply_add_(terms.terms.data(), terms.count, outputs_, first_chunk, last_chunk, sums);
+    multiply_add_({terms.terms.data(), terms.count}, outputs_, first_chunk, last_chunk, sums);
+}
+
+std::size_t LevelSums::slices() const noexcept {
+    return slices_of(shared_.count) + slices_of(current_only_.count) + slices_of(next_only_.count);
+}
+
+SpectralTerms LevelSums::slice(std::size_t index) const noexcept {
+    const Terms* terms = nullptr;
+    for (const Terms* const candidate : {&shared_, &current_only_, &next_only_}) {
+        terms = candidate;
+        const std::size_t slices = slices_of(candidate->count);
+        if (index < slices) break;
+        index -= slices;
+    }
+    const std::size_t first = index * kProductsOfPiece;
+    assert(first < terms->count);
+    const std::size_t known = terms->count - first;
+    return {terms->terms.data() + first, std::min(kProductsOfPiece, known), known};
+}
+
+std::size_t LevelSums::products_of(std::size_t index) const noexcept { return slice(index).count; }
+
+void LevelSums::set_slice(std::size_t index, std::size_t first_chunk, std::size_t last_chunk,
+                          float* current, float* next) const noexcept {
+    const std::size_t first = first_chunk * outputs_ * kChunk_floats;
+    const std::size_t count = (last_chunk - first_chunk) * outputs_ * kChunk_floats;
+    if (index == 0) std::fill_n(current + first, count, 0.0F);
+    // Both begin with what they share.
+    if (differs() && index == slices_of(shared_.count)) {
+        std::copy_n(current + first, count, next + first);
+    }
+    const bool of_next = index >= slices_of(shared_.count) + slices_of(current_only_.count);
+    multiply_add_(slice(index), outputs_, first_chunk, last_chunk, of_next ? next : current);
 }
 
 void LevelSums::set(std::size_t first_chunk, std::size_t last_chunk, bool with_next, float* current,
@@ -187,7 +232,7 @@ TailLevel::TailLevel(const ConvolutionShape& shape, const PartitionLevel& level,
       product_cost_(product_cost(shape, level)),
       step_cost_(transform_cost(level.size) / static_cast<double>(transform_.steps())),
       windows_(3 * shape.inputs * level.size),
-      sum_pieces_((transform_.chunks() + chunks_of_piece(shape.outputs) - 1) /
+      sum_groups_((transform_.chunks() + chunks_of_piece(shape.outputs) - 1) /
                   chunks_of_piece(shape.outputs)),
       current_sums_(2 * level.size * shape.outputs),
       next_sums_(2 * level.size * shape.outputs),
@@ -220,13 +265,14 @@ void TailLevel::start_frame(const ConvolutionFilter* newest) noexcept {
     sums_.collect(history_, current_, next_, 0, level_.count);
     const std::size_t voices = sums_.product_count() == 0 ? 0 : sums_.differs() ? 2 : 1;
     output_pieces_ = outputs_ * voices * transform_.steps();
-    cost_of_sums_ = product_cost_ * static_cast<double>(sums_.product_count()) *
-                    static_cast<double>(chunks_of_piece(outputs_));
+    sum_pieces_ = sum_groups_ * sums_.slices();
+    cost_of_product_ = product_cost_ * static_cast<double>(chunks_of_piece(outputs_)) *
+                       (sums_.differs() ? kExchangingCost : 1);
     pieces_done_ = 0;
     cost_done_ = 0;
     const std::size_t steps = inputs_ * transform_.steps() + output_pieces_;
-    cost_of_frame_ =
-        step_cost_ * static_cast<double>(steps) + cost_of_sums_ * static_cast<double>(sum_pieces_);
+    cost_of_frame_ = step_cost_ * static_cast<double>(steps) +
+                     cost_of_product_ * static_cast<double>(sum_groups_ * sums_.product_count());
 }
 
 void TailLevel::work_until(double due) noexcept {
@@ -239,7 +285,8 @@ void TailLevel::work_until(double due) noexcept {
             cost_done_ += step_cost_;
         } else if (pieces_done_ < input_pieces + sum_pieces_) {
             sum_products(pieces_done_ - input_pieces);
-            cost_done_ += cost_of_sums_;
+            cost_done_ += cost_of_product_ * static_cast<double>(sums_.products_of(
+                                                 (pieces_done_ - input_pieces) % sums_.slices()));
         } else {
             transform_output(pieces_done_ - input_pieces - sum_pieces_);
             cost_done_ += step_cost_;
@@ -255,9 +302,10 @@ void TailLevel::transform_input(std::size_t piece) noexcept {
 }
 
 void TailLevel::sum_products(std::size_t piece) noexcept {
-    const std::size_t chunks = chunks_of_piece(outputs_);
-    sums_.set(piece * chunks, std::min((piece + 1) * chunks, transform_.chunks()), sums_.differs(),
-              current_sums_.data(), next_sums_.data());
+    const std::size_t group = piece / sums_.slices();
+    const std::size_t first = group * chunks_of_piece(outputs_);
+    const std::size_t last = std::min(first + chunks_of_piece(outputs_), transform_.chunks());
+    sums_.set_slice(piece % sums_.slices(), first, last, current_sums_.data(), next_sums_.data());
 }
 
 void TailLevel::transform_output(std::size_t piece) noexcept {

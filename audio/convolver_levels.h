@@ -60,12 +60,20 @@ class LevelSums {
     void add(std::size_t first_chunk, std::size_t last_chunk, bool with_next, float* current,
              float* next) const noexcept AULA_NONBLOCKING;
 
+    /// set() in slices of a few products, to be done in order for each range of chunks; sums of
+    /// next only where differs().
+    std::size_t slices() const noexcept AULA_NONBLOCKING;
+    std::size_t products_of(std::size_t slice) const noexcept AULA_NONBLOCKING;
+    void set_slice(std::size_t slice, std::size_t first_chunk, std::size_t last_chunk,
+                   float* current, float* next) const noexcept AULA_NONBLOCKING;
+
  private:
     /// Room for all products there can be.
     struct Terms {
         std::vector<SpectralTerm> terms;
         std::size_t count = 0;
     };
+    SpectralTerms slice(std::size_t index) const noexcept AULA_NONBLOCKING;
     void multiply_add(const Terms& terms, std::size_t first_chunk, std::size_t last_chunk,
                       float* sums) const noexcept AULA_NONBLOCKING;
 
@@ -171,7 +179,7 @@ class TailLevel {
     const ConvolutionFilter* current_ = nullptr;
     const ConvolutionFilter* next_ = nullptr;
     std::vector<float> fade_;
-    double product_cost_;  ///< of a chunk
+    double product_cost_;  ///< of a chunk, with filters that have been heard
     double step_cost_;     ///< of a step of a transform
 
     std::size_t position_ = 0;      ///< samples of the frame that have come in
@@ -179,12 +187,13 @@ class TailLevel {
     AlignedVector<float> windows_;  ///< [place][input][sample], three frames
 
     // The work of a frame: pieces in order, and what those done and all have cost.
-    std::size_t sum_pieces_;
+    std::size_t sum_groups_;      ///< of chunks
+    std::size_t sum_pieces_ = 0;  ///< [group][slice]
     std::size_t output_pieces_ = 0;
     std::size_t pieces_done_ = 0;
     double cost_done_ = 0;
     double cost_of_frame_ = 0;
-    double cost_of_sums_ = 0;  ///< of a piece of them
+    double cost_of_product_ = 0;  ///< of the chunks of a group
     AlignedVector<float> current_sums_, next_sums_;
     AlignedVector<float> work_, faded_in_;
     AlignedVector<float> heard_;     ///< [output][sample]

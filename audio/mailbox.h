@@ -18,7 +18,7 @@ namespace aula {
 template <typename T>
 class Mailbox {
  public:
-    static constexpr std::size_t kCapacity = 8;
+    static constexpr std::size_t kCapacity = 12;
 
     Mailbox() = default;
     Mailbox(const Mailbox&) = delete;

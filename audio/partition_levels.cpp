@@ -4,6 +4,7 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "audio/spectral_kernels.h"
@@ -13,7 +14,8 @@ namespace aula {
 namespace {
 
 constexpr std::size_t kSmallest = 16;
-constexpr std::size_t kLargest = 4096;
+constexpr std::size_t kLargestHead = 4096;
+constexpr std::size_t kLargest = 8192;
 
 /// Levels of the given sizes, each from where it can start to where the next one starts.
 std::vector<PartitionLevel> levels_of(const ConvolutionShape& shape,
@@ -69,7 +71,7 @@ double product_cost(const ConvolutionShape& shape, const PartitionLevel& level) 
 }
 
 std::vector<PartitionLevel> partition_levels(const ConvolutionShape& shape) {
-    assert(shape.block >= 1 && shape.block <= kLargest && shape.taps >= 1);
+    assert(shape.block >= 1 && shape.block <= kLargestHead && shape.taps >= 1);
     const std::size_t head = std::max(kSmallest, std::bit_ceil(shape.block));
     std::vector<PartitionLevel> best;
     double best_cost = std::numeric_limits<double>::infinity();
@@ -81,13 +83,19 @@ std::vector<PartitionLevel> partition_levels(const ConvolutionShape& shape) {
             best = std::move(levels);
         }
     };
-    consider({head});
-    for (std::size_t second = 2 * head; second <= kLargest; second *= 2) {
-        consider({head, second});
-        for (std::size_t third = 2 * second; third <= kLargest; third *= 2) {
-            consider({head, second, third});
-        }
-    }
+    // Depth first through all ascending sizes.
+    const std::function<void(std::vector<std::size_t>&)> extend =
+        [&](std::vector<std::size_t>& sizes) {
+            consider(sizes);
+            if (sizes.size() == kMostLevels) return;
+            for (std::size_t next = 2 * sizes.back(); next <= kLargest; next *= 2) {
+                sizes.push_back(next);
+                extend(sizes);
+                sizes.pop_back();
+            }
+        };
+    std::vector<std::size_t> sizes{head};
+    extend(sizes);
     return best;
 }
 

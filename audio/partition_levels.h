@@ -26,11 +26,11 @@ struct PartitionLevel {
 };
 
 /// At most as many levels: an exchange holds two filters at each.
-inline constexpr std::size_t kMostLevels = 3;
+inline constexpr std::size_t kMostLevels = 4;
 
 /// The cheapest way to cut the filters into at most kMostLevels levels. The first has partitions of
 /// a block (rounded up to a power of two, at least 16) and no latency; sizes grow from level to
-/// level, up to 4096.
+/// level, up to 8192.
 std::vector<PartitionLevel> partition_levels(const ConvolutionShape& shape);
 
 /// About what the parts of the work cost on one core, relative to each other: a transform of a

@@ -22,6 +22,14 @@ struct SpectralTerm {
     float scale = 1;
 };
 
+/// Products to be summed, and how many follow in the list from the first on: those beyond `count`
+/// are to be summed next.
+struct SpectralTerms {
+    const SpectralTerm* first = nullptr;
+    std::size_t count = 0;
+    std::size_t known = count;
+};
+
 /// The loops of the convolver for one instruction set. [audio thread, wait-free]
 struct SpectralKernels {
     const char* name;
@@ -31,7 +39,7 @@ struct SpectralKernels {
 
     /// sums += input * filters for all terms, over a range of chunks: sums and filters are stored
     /// as [chunk][output]. The terms' filters are floats, or half precision for the second.
-    using MultiplyAdd = void (*)(const SpectralTerm* terms, std::size_t count, std::size_t outputs,
+    using MultiplyAdd = void (*)(const SpectralTerms& terms, std::size_t outputs,
                                  std::size_t first_chunk, std::size_t last_chunk, float* sums);
     MultiplyAdd multiply_add;
     MultiplyAdd multiply_add_half;
@@ -39,21 +47,23 @@ struct SpectralKernels {
     /// Half-precision numbers, rounded to nearest; `count` is a multiple of kChunk_bins.
     void (*to_half)(const float* in, std::size_t count, float scale, std::uint16_t* out);
 
-    /// The passes of BlockTransform for one width of vectors; see there.
+    /// The passes of BlockTransform for one width of vectors; see there. Butterflies first to last
+    /// - 1 of a span are done.
     struct Passes {
         void (*forward_first)(const float* older, const float* newer, const float* weights,
                               const float* twiddles, std::size_t vectors, bool radix_2,
-                              float* work);
+                              std::size_t first, std::size_t last, float* work);
         void (*forward_middle)(const float* twiddles, std::size_t vectors, std::size_t span,
-                               float* work);
+                               std::size_t first, std::size_t last, float* work);
         void (*forward_last)(const float* work, const float* twiddles, std::size_t vectors,
                              float* spectrum, std::size_t stride);
         void (*inverse_first)(const float* spectrum, std::size_t stride, const float* twiddles,
                               std::size_t vectors, float* work);
         void (*inverse_middle)(const float* twiddles, std::size_t vectors, std::size_t span,
-                               float* work);
+                               std::size_t first, std::size_t last, float* work);
         void (*inverse_last)(const float* weights, const float* twiddles, std::size_t vectors,
-                             bool radix_2, const float* work, float* out);
+                             bool radix_2, std::size_t first, std::size_t last, const float* work,
+                             float* out);
     };
     Passes passes_4;
     Passes passes_8;   ///< if lanes >= 8

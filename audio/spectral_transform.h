@@ -200,20 +200,21 @@ struct Transform {
 
     static void forward_first(const float* older, const float* newer, const float* weights,
                               const float* twiddles, std::size_t vectors, bool radix_2,
-                              float* work) {
+                              std::size_t first, std::size_t last, float* work) {
         if (newer == nullptr) {
-            forward_first({older, nullptr, weights}, twiddles, vectors, radix_2, work);
+            forward_first({older, nullptr, weights}, twiddles, vectors, radix_2, first, last, work);
         } else {
-            forward_first({older, newer, weights}, twiddles, vectors, radix_2, work);
+            forward_first({older, newer, weights}, twiddles, vectors, radix_2, first, last, work);
         }
     }
 
     [[gnu::always_inline]] static void forward_first(const Window& window, const float* twiddles,
                                                      std::size_t vectors, bool radix_2,
+                                                     std::size_t first, std::size_t last,
                                                      float* work) {
         if (radix_2) {
             const std::size_t half = vectors / 2;
-            for (std::size_t j = 0; j < half; ++j) {
+            for (std::size_t j = first; j < last; ++j) {
                 V a_re, a_im, b_re, b_im;
                 window.get(j, a_re, a_im);
                 window.get(j + half, b_re, b_im);
@@ -225,7 +226,7 @@ struct Transform {
             return;
         }
         const std::size_t quarter = vectors / 4;
-        for (std::size_t j = 0; j < quarter; ++j) {
+        for (std::size_t j = first; j < last; ++j) {
             V re[4];
             V im[4];
 #pragma GCC unroll 4
@@ -269,17 +270,17 @@ struct Transform {
     }
 
     static void forward_middle(const float* twiddles, std::size_t vectors, std::size_t span,
-                               float* work) {
-        middle<false, false>(twiddles, 0, vectors, span, work);
-        for (std::size_t j = 1; j < span / 4; ++j) {
+                               std::size_t first, std::size_t last, float* work) {
+        if (first == 0) middle<false, false>(twiddles, first++, vectors, span, work);
+        for (std::size_t j = first; j < last; ++j) {
             middle<false, true>(twiddles, j, vectors, span, work);
         }
     }
 
     static void inverse_middle(const float* twiddles, std::size_t vectors, std::size_t span,
-                               float* work) {
-        middle<true, false>(twiddles, 0, vectors, span, work);
-        for (std::size_t j = 1; j < span / 4; ++j) {
+                               std::size_t first, std::size_t last, float* work) {
+        if (first == 0) middle<true, false>(twiddles, first++, vectors, span, work);
+        for (std::size_t j = first; j < last; ++j) {
             middle<true, true>(twiddles, j, vectors, span, work);
         }
     }
@@ -341,10 +342,11 @@ struct Transform {
     }
 
     static void inverse_last(const float* weights, const float* twiddles, std::size_t vectors,
-                             bool radix_2, const float* work, float* out) {
+                             bool radix_2, std::size_t first, std::size_t last, const float* work,
+                             float* out) {
         if (radix_2) {
             const std::size_t half = vectors / 2;
-            for (std::size_t j = 0; j < half; ++j) {
+            for (std::size_t j = first; j < last; ++j) {
                 const float* const a = work + place<kLanes>(j);
                 const float* const b = work + place<kLanes>(j + half);
                 const V a_re = load<kLanes>(a), a_im = load<kLanes>(a + kChunk_bins);
@@ -356,7 +358,7 @@ struct Transform {
             return;
         }
         const std::size_t quarter = vectors / 4;
-        for (std::size_t j = 0; j < quarter; ++j) {
+        for (std::size_t j = first; j < last; ++j) {
             V re[4];
             V im[4];
 #pragma GCC unroll 4

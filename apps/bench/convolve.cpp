@@ -22,9 +22,9 @@ namespace {
 
 constexpr double kExchange_hz = 30;
 
-// Filters that are exchanged in turn: so many that a level that takes only every second or third of
+// Filters that are exchanged in turn: so many that a level that takes only every fifth or sixth of
 // them does not find the same one again.
-constexpr unsigned kFilters = 5;
+constexpr unsigned kFilters = 7;
 
 struct Channels {
     std::size_t sources;

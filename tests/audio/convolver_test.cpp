@@ -54,13 +54,14 @@ TEST_CASE("Convolution through several levels agrees with its definition") {
         std::size_t levels;
         std::vector<std::size_t> calls;
     };
-    const Case c = GENERATE(Case{{1, 2, 128, 20000}, 3, {128}},             //
-                            Case{{2, 1, 128, 20000}, 3, {3, 128, 77, 16}},  // varying calls
-                            Case{{1, 1, 16, 12000}, 3, {16}},               //
-                            Case{{1, 1, 512, 20000}, 2, {512, 480}},        //
-                            Case{{1, 1, 4096, 20000}, 1, {4096}},           // no larger partitions
-                            Case{{1, 5, 64, 9000}, 3, {64}},                // odd outputs
-                            Case{{1, 1, 128, 20000, true}, 3, {128}});
+    const Case c =
+        GENERATE(Case{{1, 2, 128, 20000}, 3, {128}},             //
+                 Case{{2, 1, 128, 20000}, 3, {3, 128, 77, 16}},  // varying calls
+                 Case{{1, 1, 16, 12000}, 4, {16}},               //
+                 Case{{1, 1, 512, 20000}, 2, {512, 480}},        //
+                 Case{{1, 1, 4096, 20000}, 1, {4096}},           // larger ones would start too late
+                 Case{{1, 5, 64, 9000}, 3, {64}},                // odd outputs
+                 Case{{1, 1, 128, 20000, true}, 3, {128}});
     CAPTURE(c.shape.inputs, c.shape.outputs, c.shape.block, c.shape.half_precision_tail);
     REQUIRE(partition_levels(c.shape).size() == c.levels);
     const std::size_t samples = 36000;
@@ -75,6 +76,39 @@ TEST_CASE("Convolution through several levels agrees with its definition") {
     CHECK(error < (c.shape.half_precision_tail ? kHalfRounding : kRounding));
     // Half precision is not taken for single, nor the other way round.
     if (c.shape.half_precision_tail) CHECK(error > 10 * kRounding);
+}
+
+TEST_CASE("A response of 10 s agrees with the definition up to its last tap") {
+    const bool half = GENERATE(false, true);
+    constexpr std::size_t kTaps = 480000;
+    const ConvolutionShape shape{1, 1, 128, kTaps, half};
+    const std::size_t samples = kTaps + 40000;
+    const Signals inputs = random_signals(1, samples, 4);
+    // All of one size, so that the last tap weighs as much as the first.
+    const Responses responses = random_responses(shape, kTaps, 400);
+    const ConvolutionFilter filter = make_filter(shape, responses);
+    Convolver convolver(shape, 0);
+    convolver.exchange(&filter);
+    Signals outputs(1, Signal(samples));
+    run(convolver, inputs, outputs, 0, samples, {128});
+    // Sums of as many roundings as of the shorter ones, but of 37 more partitions.
+    const double rounding = half ? kHalfRounding : 2 * kRounding;
+    double without_last = 0;
+    for (std::size_t n = 5000; n < samples; n += 9973) {
+        double expected = 0;
+        for (std::size_t k = 0; k <= std::min(n, kTaps - 1); ++k) {
+            expected += double{responses[0][0][k]} * double{inputs[0][n - k]};
+        }
+        CAPTURE(half, n);
+        CHECK(std::abs(double{outputs[0][n]} - expected) < rounding);
+        // Companion: without its last partition it is another.
+        if (n < kTaps) continue;
+        for (std::size_t k = kTaps - 8192; k < kTaps; ++k) {
+            expected -= double{responses[0][0][k]} * double{inputs[0][n - k]};
+        }
+        without_last = std::max(without_last, std::abs(double{outputs[0][n]} - expected));
+    }
+    CHECK(without_last > 10 * rounding);
 }
 
 TEST_CASE("Half precision holds at any level of the response") {
@@ -106,7 +140,7 @@ TEST_CASE("Levels follow one another without a gap and start where they can") {
                     CHECK(levels[l].first_tap == levels[l - 1].end_tap());
                     CHECK(levels[l].first_tap == 2 * levels[l].size);
                     CHECK(levels[l].size % levels[l - 1].size == 0);
-                    CHECK(levels[l].size <= 4096);
+                    CHECK(levels[l].size <= 8192);
                 }
                 CHECK(levels.back().end_tap() >= taps);
                 CHECK(levels.back().end_tap() < taps + levels.back().size);
