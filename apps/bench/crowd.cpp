@@ -119,10 +119,8 @@ std::vector<Row> measure_crowd(const Subject& subject, const Settings& settings)
 }
 
 const std::vector<Column>& crowd_columns() {
-    static const std::vector<Column> columns{
-        {"listener", "listener", 0}, {"sources", "sources", 0},
-        {"rays", "rays", 0},         {"frame_cpu_ms", "CPU ms", 2},
-        {"cost_to_one", "/ one", 2}, {"tracking_error", "tracking error", 4}};
+    static const std::vector<Column> columns = columns_of(
+        {"listener", "sources", "rays", "frame_cpu_ms", "cost_to_one", "tracking_error"});
     return columns;
 }
 

@@ -6,6 +6,7 @@
 #include <exception>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 
 #include "apps/bench/convolve.h"
 #include "apps/bench/crowd.h"
@@ -15,6 +16,7 @@
 #include "apps/bench/tessellation.h"
 #include "apps/bench/trace.h"
 #include "apps/bench/tracking.h"
+#include "apps/session/output_file.h"
 #include "engine/error.h"
 #include "engine/scene_file.h"
 
@@ -191,7 +193,7 @@ int run(int argc, char** argv) {
     convolve->add_option("--rounds", convolution_sweep.rounds, "of which the best counts")
         ->capture_default_str()
         ->check(CLI::Range(1, 1000));
-    CLI::App* all = app.add_subcommand("all", "everything");
+    CLI::App* all = app.add_subcommand("all", "noise, tracking, trace and convolve");
     all->add_option("SCENE", scenes, "scene files")->required();
 
     try {
@@ -210,6 +212,9 @@ int run(int argc, char** argv) {
     }
 
     try {
+        // Opened first: what is measured for hours shall not be lost for a wrong name.
+        std::optional<aula::OutputFile> output;
+        if (!json.empty()) output.emplace(json);
         Bench bench(settings, progress);
         if (*noise) bench.noise(scene);
         if (*sweep) bench.sweep(scene, plot_folder);
@@ -225,7 +230,10 @@ int run(int argc, char** argv) {
             }
             bench.convolve(convolution_sweep);
         }
-        if (!json.empty()) aula::bench::write_json(json, bench.rows());
+        if (output) {
+            output->write(aula::bench::to_json(bench.rows()));
+            output->commit();
+        }
     } catch (const aula::Error& e) {
         progress.clear();
         std::cerr << "aula-bench: " << e.what() << "\n";

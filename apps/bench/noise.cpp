@@ -221,34 +221,17 @@ Sweep measure_sweep(const Subject& subject, const Settings& settings) {
 }
 
 const std::vector<Column>& noise_columns() {
-    static const std::vector<Column> columns{{"basis", "basis", 0},
-                                             {"estimator", "estimator", 0},
-                                             {"rays", "rays", 0},
-                                             {"frames", "frames", 0},
-                                             {"frame_ms", "frame ms", 2},
-                                             {"frame_cpu_ms", "CPU ms", 2},
-                                             {"noise", "noise", 4},
-                                             {"noise_to_pt", "/ pt", 3},
-                                             {"direction_noise_deg", "direction deg", 2},
-                                             {"energy_ratio", "energy ratio", 4},
-                                             {"energy_ratio_error", "+-", 4},
-                                             {"cache_entries", "entries", 0},
-                                             {"memory_mb", "memory MB", 1},
-                                             {"reference_error", "reference +-", 4}};
+    static const std::vector<Column> columns =
+        columns_of({"basis", "estimator", "rays", "frames", "frame_ms", "frame_cpu_ms", "noise",
+                    "noise_to_pt", "direction_noise_deg", "energy_ratio", "energy_ratio_error",
+                    "cache_entries", "memory_mb", "reference_error"});
     return columns;
 }
 
 const std::vector<Column>& sweep_columns() {
-    static const std::vector<Column> columns{{"tau_s", "tau s", 2},
-                                             {"patch_size_m", "lambda m", 3},
-                                             {"estimator", "estimator", 0},
-                                             {"frame_cpu_ms", "CPU ms", 2},
-                                             {"noise", "noise", 4},
-                                             {"direction_noise_deg", "direction deg", 2},
-                                             {"energy_ratio", "energy ratio", 4},
-                                             {"energy_ratio_error", "+-", 4},
-                                             {"cache_entries", "entries", 0},
-                                             {"memory_mb", "memory MB", 1}};
+    static const std::vector<Column> columns = columns_of(
+        {"tau_s", "patch_size_m", "estimator", "frame_cpu_ms", "noise", "direction_noise_deg",
+         "energy_ratio", "energy_ratio_error", "cache_entries", "memory_mb"});
     return columns;
 }
 

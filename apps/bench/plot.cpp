@@ -4,11 +4,10 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <limits>
 #include <sstream>
 
-#include "engine/error.h"
+#include "apps/session/output_file.h"
 
 namespace aula::bench {
 
@@ -149,11 +148,9 @@ void write_plot(const std::filesystem::path& file, const std::string& title,
         out << "</g>\n";
     }
     out << "</svg>\n";
-    std::ofstream stream(file);
-    stream << out.str();
-    stream.close();
-    if (!stream)
-        throw Error(file.string(), "", "cannot write; expected a file that can be written");
+    OutputFile output(file);
+    output.write(out.str());
+    output.commit();
 }
 
 }  // namespace aula::bench

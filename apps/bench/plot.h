@@ -20,7 +20,7 @@ struct PlotPanel {
 };
 
 /// Writes panels, three in a row, with one legend for the curves of the same name as an SVG file.
-/// Throws Error if it cannot be written.
+/// Throws Error or AudioFailure (disk full) if it cannot be written; then no part is left.
 void write_plot(const std::filesystem::path& file, const std::string& title,
                 const std::string& x_title, const std::vector<PlotPanel>& panels);
 

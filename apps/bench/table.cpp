@@ -8,8 +8,6 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "engine/error.h"
-
 namespace aula::bench {
 
 namespace {
@@ -31,7 +29,7 @@ std::string to_text(const Value& value, int decimals) {
     return "-";
 }
 
-nlohmann::ordered_json to_json(const Value& value) {
+nlohmann::ordered_json json_of(const Value& value) {
     return std::visit(
         [](const auto& v) -> nlohmann::ordered_json {
             if constexpr (std::is_same_v<std::decay_t<decltype(v)>, std::monostate>) {
@@ -44,6 +42,49 @@ nlohmann::ordered_json to_json(const Value& value) {
 }
 
 }  // namespace
+
+std::vector<Column> columns_of(std::initializer_list<const char*> figures) {
+    static const std::vector<Column> all{{"basis", "basis", 0},
+                                         {"cache_entries", "entries", 0},
+                                         {"cache_ns", "cache", 0},
+                                         {"cost_to_one", "/ one", 2},
+                                         {"direction_noise_deg", "direction deg", 2},
+                                         {"energy_ratio", "energy ratio", 4},
+                                         {"energy_ratio_error", "+-", 4},
+                                         {"error_to_pt", "/ pt", 3},
+                                         {"estimator", "estimator", 0},
+                                         {"frame_cpu_ms", "CPU ms", 2},
+                                         {"frame_ms", "frame ms", 2},
+                                         {"frames", "frames", 0},
+                                         {"gather_ns", "gather", 0},
+                                         {"listener", "listener", 0},
+                                         {"memory_mb", "MB", 1},
+                                         {"mover", "mover", 0},
+                                         {"noise", "noise", 4},
+                                         {"noise_to_pt", "/ pt", 3},
+                                         {"patch_size_m", "lambda m", 3},
+                                         {"prepare_s", "prepare s", 2},
+                                         {"ratio", "/ raw", 3},
+                                         {"raw_ns", "raw", 0},
+                                         {"rays", "rays", 0},
+                                         {"reference_error", "reference +-", 4},
+                                         {"segments", "segments", 0},
+                                         {"sources", "sources", 0},
+                                         {"specular_ns", "specular", 0},
+                                         {"tau_s", "tau s", 2},
+                                         {"times_one_thread", "x one thread", 2},
+                                         {"trace_ns", "trace ns", 0},
+                                         {"tracking_error", "tracking error", 4},
+                                         {"triangles", "triangles", 0}};
+    std::vector<Column> columns;
+    for (const char* figure : figures) {
+        const auto found = std::find_if(all.begin(), all.end(),
+                                        [&](const Column& c) { return c.figure == figure; });
+        assert(found != all.end());
+        columns.push_back(*found);
+    }
+    return columns;
+}
 
 const Value& Row::at(const std::string& name) const {
     static const Value nothing;
@@ -89,19 +130,16 @@ std::string machine() {
            " processors, " + AULA_BENCH_BUILD;
 }
 
-void write_json(const std::filesystem::path& file, const std::vector<Row>& rows) {
+std::string to_json(const std::vector<Row>& rows) {
     nlohmann::ordered_json document;
     document["machine"] = machine();
     document["rows"] = nlohmann::ordered_json::array();
     for (const Row& row : rows) {
         nlohmann::ordered_json entry;
-        for (const auto& [name, value] : row.figures) entry[name] = to_json(value);
+        for (const auto& [name, value] : row.figures) entry[name] = json_of(value);
         document["rows"].push_back(entry);
     }
-    std::ofstream out(file);
-    out << document.dump(2) << "\n";
-    out.close();
-    if (!out) throw Error(file.string(), "", "cannot write; expected a file that can be written");
+    return document.dump(2) + "\n";
 }
 
 }  // namespace aula::bench

@@ -2,7 +2,7 @@
 
 #include <array>
 #include <cstdint>
-#include <filesystem>
+#include <initializer_list>
 #include <string>
 #include <utility>
 #include <variant>
@@ -28,13 +28,17 @@ struct Column {
     int decimals = 0;
 };
 
+/// The columns of what is measured of the engine, by the names of the figures; a name that is not
+/// known is a programmer's mistake.
+std::vector<Column> columns_of(std::initializer_list<const char*> figures);
+
 /// Rows aligned under their headings, text to the left and numbers to the right.
 std::string format_table(const std::vector<Column>& columns, const std::vector<Row>& rows);
 
 /// Processor, number of processors, compiler and build type, in one line.
 std::string machine();
 
-/// Writes {"machine": .., "rows": [..]}. Throws Error if the file cannot be written.
-void write_json(const std::filesystem::path& file, const std::vector<Row>& rows);
+/// {"machine": .., "rows": [..]}
+std::string to_json(const std::vector<Row>& rows);
 
 }  // namespace aula::bench

@@ -136,14 +136,10 @@ std::vector<Row> measure_tracing(const Subject& subject, const Settings& setting
 }
 
 const std::vector<Column>& tracing_columns() {
-    static const std::vector<Column> columns{
-        {"estimator", "estimator", 0},  {"rays", "rays", 0},
-        {"triangles", "triangles", 0},  {"prepare_s", "prepare s", 2},
-        {"segments", "segments", 0},    {"frame_ms", "ms a frame", 2},
-        {"memory_mb", "MB", 1},         {"trace_ns", "trace ns", 0},
-        {"cache_ns", "cache", 0},       {"gather_ns", "gather", 0},
-        {"specular_ns", "specular", 0}, {"raw_ns", "raw", 0},
-        {"ratio", "/ raw", 3},          {"times_one_thread", "x one thread", 2}};
+    static const std::vector<Column> columns =
+        columns_of({"estimator", "rays", "triangles", "prepare_s", "segments", "frame_ms",
+                    "memory_mb", "trace_ns", "cache_ns", "gather_ns", "specular_ns", "raw_ns",
+                    "ratio", "times_one_thread"});
     return columns;
 }
 

@@ -339,16 +339,9 @@ std::vector<Row> measure_tracking(const Subject& subject, const Settings& settin
 }
 
 const std::vector<Column>& tracking_columns() {
-    static const std::vector<Column> columns{{"basis", "basis", 0},
-                                             {"mover", "mover", 0},
-                                             {"estimator", "estimator", 0},
-                                             {"rays", "rays", 0},
-                                             {"frame_ms", "frame ms", 2},
-                                             {"frame_cpu_ms", "CPU ms", 2},
-                                             {"tracking_error", "tracking error", 4},
-                                             {"error_to_pt", "/ pt", 3},
-                                             {"energy_ratio", "energy ratio", 4},
-                                             {"reference_error", "reference +-", 4}};
+    static const std::vector<Column> columns =
+        columns_of({"basis", "mover", "estimator", "rays", "frame_ms", "frame_cpu_ms",
+                    "tracking_error", "error_to_pt", "energy_ratio", "reference_error"});
     return columns;
 }
 

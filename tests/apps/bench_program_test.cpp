@@ -1,53 +1,29 @@
-#include <sys/wait.h>
-
 #include <catch2/catch.hpp>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 #include <string>
+#include <vector>
+
+#include "tests/support/program.h"
 
 namespace {
 
-/// A folder of its own, gone at the end.
-class Folder {
- public:
-    Folder() {
-        std::string name = std::filesystem::temp_directory_path() / "aula_bench_XXXXXX";
-        REQUIRE(mkdtemp(name.data()) != nullptr);
-        path_ = name;
-    }
-    ~Folder() { std::filesystem::remove_all(path_); }
-    Folder(const Folder&) = delete;
-    Folder& operator=(const Folder&) = delete;
+using namespace aula::test;
 
-    std::string file(const std::string& name) const { return path_ / name; }
+/// Runs aula-bench with words that a space separates.
+ProgramResult run(const std::string& arguments) {
+    std::vector<std::string> command{AULA_BENCH_PROGRAM};
+    std::istringstream words(arguments);
+    for (std::string word; words >> word;) command.push_back(word);
+    return run_program(command);
+}
 
-    std::string read(const std::string& name) const {
-        std::ifstream in(path_ / name);
-        std::ostringstream text;
-        text << in.rdbuf();
-        return text.str();
-    }
+std::string json_in(const TemporaryFolder& folder) { return folder.path() / "rows.json"; }
 
-    std::string write(const std::string& name, const std::string& text) const {
-        std::ofstream(path_ / name) << text;
-        return file(name);
-    }
-
- private:
-    std::filesystem::path path_;
-};
-
-/// Runs aula-bench; its exit code. Its outputs are in the folder's files "out" and "err".
-int run(const Folder& folder, const std::string& arguments) {
-    const std::string command = std::string(AULA_BENCH_PROGRAM) + " " + arguments + " >" +
-                                folder.file("out") + " 2>" + folder.file("err");
-    const int status = std::system(command.c_str());
-    REQUIRE(WIFEXITED(status));
-    return WEXITSTATUS(status);
+/// What a run wrote there.
+nlohmann::json rows_in(const TemporaryFolder& folder) {
+    return nlohmann::json::parse(read_file(json_in(folder)));
 }
 
 /// A small room through which the listener walks a tenth of a second.
@@ -71,35 +47,36 @@ void check_keys(const nlohmann::json& row, const std::vector<std::string>& keys)
 }  // namespace
 
 TEST_CASE("bench_smoke: noise prints a row an estimator and writes the figures as JSON") {
-    const Folder folder;
-    const std::string scene = folder.write("room.json", kScene);
-    REQUIRE(run(folder, "noise " + scene + " --restarts 3 --reference-rays 1 --json " +
-                            folder.file("rows.json")) == 0);
-    const nlohmann::json document = nlohmann::json::parse(folder.read("rows.json"));
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kScene).string();
+    const ProgramResult result =
+        run("noise " + scene + " --restarts 3 --reference-rays 1 --json " + json_in(folder));
+    REQUIRE(result.status == 0);
+    const nlohmann::json document = rows_in(folder);
     CHECK(document.at("machine").is_string());
     REQUIRE(document.at("rows").size() == 8);
-    const std::string table = folder.read("out");
     for (const nlohmann::json& row : document["rows"]) {
         check_keys(row, {"bench", "scene", "basis", "estimator", "rays", "order", "tau_s", "frames",
                          "position", "frame_ms", "noise", "direction_noise_deg", "energy_ratio",
                          "memory_mb"});
         CHECK(row["bench"] == "noise");
         CHECK(row["scene"] == "room.json");
-        CHECK(table.find(row["estimator"].get<std::string>()) != std::string::npos);
+        CHECK(result.out.find(row["estimator"].get<std::string>()) != std::string::npos);
     }
     CHECK(document["rows"][0]["basis"] == "rays");
     CHECK(document["rows"][0]["frames"] == 1);
     CHECK(document["rows"][3]["frames"] == 3);
     CHECK(document["rows"][4]["basis"] == "cpu");
-    CHECK(folder.read("err").empty());
+    CHECK(result.err.empty());
 }
 
 TEST_CASE("bench_smoke: a sweep has rows for every tau and lambda and draws them") {
-    const Folder folder;
-    const std::string scene = folder.write("room.json", kScene);
-    REQUIRE(run(folder, "sweep " + scene + " --restarts 2 --reference-rays 1 --plot " +
-                            folder.file("") + " --json " + folder.file("rows.json")) == 0);
-    const nlohmann::json rows = nlohmann::json::parse(folder.read("rows.json")).at("rows");
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kScene).string();
+    REQUIRE(run("sweep " + scene + " --restarts 2 --reference-rays 1 --plot " +
+                folder.path().string() + " --json " + json_in(folder))
+                .status == 0);
+    const nlohmann::json rows = rows_in(folder).at("rows");
     REQUIRE(rows.size() == 40);  // four estimators at five of each
     std::set<double> taus_s;
     std::set<double> sizes_m;
@@ -111,7 +88,7 @@ TEST_CASE("bench_smoke: a sweep has rows for every tau and lambda and draws them
     CHECK(taus_s.size() >= 5);
     CHECK(sizes_m.size() == 5);
     for (const char* file : {"sweep_tau_room.svg", "sweep_lambda_room.svg"}) {
-        const std::string drawing = folder.read(file);
+        const std::string drawing = read_file(folder.path() / file);
         CHECK(drawing.find("</svg>") != std::string::npos);
         for (const char* text : {"dpc-published", "patch", "energy over the reference's"}) {
             CHECK(drawing.find(text) != std::string::npos);
@@ -122,13 +99,14 @@ TEST_CASE("bench_smoke: a sweep has rows for every tau and lambda and draws them
 }
 
 TEST_CASE("bench_smoke: tracking prints a row for each mover and estimator") {
-    const Folder folder;
-    const std::string scene = folder.write("room.json", kScene);
-    REQUIRE(run(folder, "tracking " + scene +
-                            " --estimator pt --estimator patch --positions 2 --reference-rays 1 "
-                            "--json " +
-                            folder.file("rows.json")) == 0);
-    const nlohmann::json document = nlohmann::json::parse(folder.read("rows.json"));
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kScene).string();
+    REQUIRE(run("tracking " + scene +
+                " --estimator pt --estimator patch --positions 2 --reference-rays 1 "
+                "--json " +
+                json_in(folder))
+                .status == 0);
+    const nlohmann::json document = rows_in(folder);
     REQUIRE(document.at("rows").size() == 12);
     for (const nlohmann::json& row : document["rows"]) {
         check_keys(row, {"bench", "scene", "basis", "mover", "estimator", "rays", "frame_ms",
@@ -140,11 +118,11 @@ TEST_CASE("bench_smoke: tracking prints a row for each mover and estimator") {
 }
 
 TEST_CASE("bench_smoke: many sources are compared with one") {
-    const Folder folder;
-    const std::string scene = folder.write("room.json", kScene);
-    REQUIRE(run(folder, "sources " + scene + " --sources 3 --reference-rays 1 --json " +
-                            folder.file("rows.json")) == 0);
-    const nlohmann::json document = nlohmann::json::parse(folder.read("rows.json"));
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kScene).string();
+    REQUIRE(run("sources " + scene + " --sources 3 --reference-rays 1 --json " + json_in(folder))
+                .status == 0);
+    const nlohmann::json document = rows_in(folder);
     REQUIRE(document.at("rows").size() == 4);
     CHECK(document["rows"][0]["listener"] == "stands");
     CHECK(document["rows"][1]["sources"] == 3);
@@ -153,10 +131,10 @@ TEST_CASE("bench_smoke: many sources are compared with one") {
 }
 
 TEST_CASE("bench_smoke: trace compares whole frames with Embree alone") {
-    const Folder folder;
-    const std::string scene = folder.write("room.json", kScene);
-    REQUIRE(run(folder, "trace " + scene + " --json " + folder.file("rows.json")) == 0);
-    const nlohmann::json document = nlohmann::json::parse(folder.read("rows.json"));
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kScene).string();
+    REQUIRE(run("trace " + scene + " --json " + json_in(folder)).status == 0);
+    const nlohmann::json document = rows_in(folder);
     REQUIRE(document.at("rows").size() == 4);
     for (const nlohmann::json& row : document["rows"]) {
         check_keys(row, {"bench", "scene", "basis", "triangles", "threads", "segments_per_s",
@@ -168,10 +146,11 @@ TEST_CASE("bench_smoke: trace compares whole frames with Embree alone") {
 }
 
 TEST_CASE("bench_smoke: convolve has a row for each library, with and without exchange") {
-    const Folder folder;
-    REQUIRE(run(folder, "convolve --ir-length 0.05 --block 512 --rounds 1 --json " +
-                            folder.file("rows.json")) == 0);
-    const nlohmann::json document = nlohmann::json::parse(folder.read("rows.json"));
+    const TemporaryFolder folder;
+    REQUIRE(
+        run("convolve --ir-length 0.05 --block 512 --rounds 1 --json " + json_in(folder)).status ==
+        0);
+    const nlohmann::json document = rows_in(folder);
     int exchanging = 0;
     int prepared = 0;
     for (const nlohmann::json& row : document.at("rows")) {
@@ -194,19 +173,23 @@ TEST_CASE("bench_smoke: convolve has a row for each library, with and without ex
 }
 
 TEST_CASE("bench_smoke: bad input is one line and exit code 2") {
-    const Folder folder;
+    const TemporaryFolder folder;
     const std::string still =
-        folder.write("still.json", R"({"aula": 1, "listener": {"position": [1, 0, 0]},
-          "sources": [{"name": "a", "position": [0, 0, 0], "signal": "impulse"}]})");
+        folder
+            .write("still.json", R"({"aula": 1, "listener": {"position": [1, 0, 0]},
+          "sources": [{"name": "a", "position": [0, 0, 0], "signal": "impulse"}]})")
+            .string();
+    const std::string nowhere = folder.path() / "no" / "rows.json";
     for (const std::string& arguments :
-         {std::string("noise ") + folder.file("absent.json"), std::string("noise"),
-          "noise --restarts 1 " + still, "noise --estimator best " + still, "tracking " + still}) {
+         {"noise " + (folder.path() / "absent.json").string(), std::string("noise"),
+          "noise --restarts 1 " + still, "noise --estimator best " + still, "tracking " + still,
+          "noise " + still + " --json " + nowhere}) {
         CAPTURE(arguments);
-        CHECK(run(folder, arguments) == 2);
-        const std::string error = folder.read("err");
+        const auto [status, out, error] = run(arguments);
+        CHECK(status == 2);
         CAPTURE(error);
-        CHECK(error.rfind("aula-bench: ", 0) == 0);
+        CHECK(error.rfind("aula-bench: ", 0).status == 0);
         CHECK(std::count(error.begin(), error.end(), '\n') == 1);
-        CHECK(folder.read("out").empty());
+        CHECK(out.empty());
     }
 }

@@ -13,22 +13,17 @@
 #include "tests/support/statistics.h"
 
 using namespace aula;
+using aula::test::total;
 
 namespace {
 
 constexpr double kPi = std::numbers::pi;
 
 Simulation patch(const Scene& scene, float ir_length_s, int order, float patch_size_m = 0.5F) {
-    Simulation simulation = scene.simulation;
-    simulation.estimator = Estimator::patch;
-    simulation.ir_length_s = ir_length_s;
+    Simulation simulation = test::with(scene, Estimator::patch, ir_length_s);
     simulation.order = order;
     simulation.patch_size_m = patch_size_m;
     return simulation;
-}
-
-double total(const EnergyResponse& response) {
-    return test::energy_between(response, 0, response.bins.length_s());
 }
 
 /// Root of 2 rho [1 + (x - 1) e^x] / x^2 = 1 for x = 2 R s / c > 0, by bisection.

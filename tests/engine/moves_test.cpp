@@ -160,6 +160,7 @@ TEST_CASE("while everything moves, memory stays flat and below its cap") {
         part = std::max(part, propagation.statistics().memory_bytes);
     }
     CHECK(most[0] < 3'000'000);
+    // What the second half may meet that the first did not; a row kept every frame is far more.
     CHECK(static_cast<double>(most[1]) < 1.02 * static_cast<double>(most[0]));
     // Companion: without the cap there is more to keep.
     scene.simulation.memory_mb = 100;
@@ -169,5 +170,5 @@ TEST_CASE("while everything moves, memory stays flat and below its cap") {
         input.sources[0].x += 0.01F * static_cast<float>(f);
         free.step(input);
     }
-    CHECK(free.statistics().memory_bytes > 2'000'000);
+    CHECK(free.statistics().memory_bytes > most[0]);
 }

@@ -108,21 +108,8 @@ namespace {
 
 /// Every triangle in four, `times` over.
 Object tessellated(Object object, int times) {
-    for (int i = 0; i < times; ++i) {
-        std::vector<std::array<std::uint32_t, 3>> finer;
-        for (const auto& [a, b, c] : object.triangles) {
-            const auto middle = [&](std::uint32_t p, std::uint32_t q) {
-                object.vertices.push_back((object.vertices[p] + object.vertices[q]) * 0.5F);
-                return static_cast<std::uint32_t>(object.vertices.size() - 1);
-            };
-            const std::uint32_t ab = middle(a, b);
-            const std::uint32_t bc = middle(b, c);
-            const std::uint32_t ca = middle(c, a);
-            finer.insert(finer.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
-        }
-        object.triangles = std::move(finer);
-    }
-    object.triangle_materials.assign(object.triangles.size(), 0);
+    const auto middle = [](const Vec3& a, const Vec3& b) { return (a + b) * 0.5F; };
+    for (int i = 0; i < times; ++i) object = test::quartered(std::move(object), middle);
     return object;
 }
 

@@ -13,25 +13,14 @@
 #include "tests/support/statistics.h"
 
 using namespace aula;
+using aula::test::total;
+using aula::test::with;
 
 namespace {
 
 Scene box_room(float absorption = 0.2F, float scattering = 1) {
     return test::grey_room(test::box(Vec3(5, 4, 3)), absorption, scattering, Vec3(1.2F, 1.1F, 1.5F),
                            Vec3(3.7F, 2.9F, 1.2F));
-}
-
-Simulation with(const Scene& scene, Estimator estimator, float ir_length_s,
-                float response_time_s = 0.5F) {
-    Simulation simulation = scene.simulation;
-    simulation.estimator = estimator;
-    simulation.ir_length_s = ir_length_s;
-    simulation.response_time_s = response_time_s;
-    return simulation;
-}
-
-double total(const EnergyResponse& response) {
-    return test::energy_between(response, 0, response.bins.length_s());
 }
 
 }  // namespace

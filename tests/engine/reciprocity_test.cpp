@@ -94,7 +94,6 @@ double distance(const Figures& a, const Figures& b) {
         const test::Estimate y = test::estimate(b[i]);
         if (x.mean == 0 && y.mean == 0) continue;
         const double error = std::hypot(x.standard_error, y.standard_error);
-        INFO("figure " << i << ": " << x.mean << " and " << y.mean << " +- " << error);
         largest = std::max(largest, std::abs(x.mean - y.mean) / error);
     }
     return largest;

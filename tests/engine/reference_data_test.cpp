@@ -204,32 +204,32 @@ void check_late_decay(Scene scene, const json& modes, std::size_t first_band, co
     }
 }
 
+/// The same in a room of the data, between pairs of places; skipped without the data.
+void check_late_decays(const std::string& room, const std::string& mesh, const std::string& patches,
+                       std::size_t first_band, const std::array<std::pair<Vec3, Vec3>, 2>& places) {
+    const auto folder = test::shared_data(room);
+    if (folder.empty()) {
+        WARN("skipped: no shared/data/" << room);
+        return;
+    }
+    const json modes = read_json(folder / "modart_t60.json").at("t60").at(patches);
+    const Scene scene = modal_room(folder / mesh, folder / "materials.csv", first_band);
+    for (const auto& [from, to] : places) check_late_decay(scene, modes, first_band, from, to);
+}
+
 }  // namespace
 
 TEST_CASE("coupled rooms decay late at their slowest mode's rate") {
-    const auto folder = test::shared_data("coupled_rooms_art");
-    if (folder.empty()) {
-        WARN("skipped: no shared/data/coupled_rooms_art");
-        return;
-    }
-    const json modes =
-        read_json(folder / "modart_t60.json").at("t60").at("AudioForGames_30_patches");
-    const Scene scene = modal_room(folder / "mesh_materials.obj", folder / "materials.csv", 1);
-    check_late_decay(scene, modes, 1, Vec3(7, 3.5F, 1.5F), Vec3(5, 3, 1.5F));
-    check_late_decay(scene, modes, 1, Vec3(2, 4, 1.5F), Vec3(8, 10, 1.5F));
+    check_late_decays(
+        "coupled_rooms_art", "mesh_materials.obj", "AudioForGames_30_patches", 1,
+        {{{Vec3(7, 3.5F, 1.5F), Vec3(5, 3, 1.5F)}, {Vec3(2, 4, 1.5F), Vec3(8, 10, 1.5F)}}});
 }
 
 TEST_CASE("the museum decays late at its slowest mode's rate") {
-    const auto folder = test::shared_data("museum_raves");
-    if (folder.empty()) {
-        WARN("skipped: no shared/data/museum_raves");
-        return;
-    }
-    const json modes = read_json(folder / "modart_t60.json").at("t60").at("Museum_54_patches");
     // Of the meshes there this is the one that the table and the modes belong to.
-    const Scene scene = modal_room(folder / "mesh_54patches.obj", folder / "materials.csv", 2);
-    check_late_decay(scene, modes, 2, Vec3(10.5F, 15, 1.5F), Vec3(10.5F, 14, 1.2F));
-    check_late_decay(scene, modes, 2, Vec3(4, 15, 1.5F), Vec3(4, 22, 1.5F));
+    check_late_decays(
+        "museum_raves", "mesh_54patches.obj", "Museum_54_patches", 2,
+        {{{Vec3(10.5F, 15, 1.5F), Vec3(10.5F, 14, 1.2F)}, {Vec3(4, 15, 1.5F), Vec3(4, 22, 1.5F)}}});
 }
 
 TEST_CASE("with air a diffuse box decays as another engine's table says") {

@@ -32,6 +32,26 @@ Object box(const Vec3& size, std::uint32_t material, const Vec3& corner) {
     return object;
 }
 
+Object quartered(Object object, const std::function<Vec3(const Vec3&, const Vec3&)>& middle) {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
+    const auto between = [&](std::uint32_t a, std::uint32_t b) {
+        const auto [entry, added] = middles.try_emplace(
+            std::minmax(a, b), static_cast<std::uint32_t>(object.vertices.size()));
+        if (added) object.vertices.push_back(middle(object.vertices[a], object.vertices[b]));
+        return entry->second;
+    };
+    std::vector<std::array<std::uint32_t, 3>> finer;
+    for (const auto& [a, b, c] : object.triangles) {
+        const std::uint32_t ab = between(a, b);
+        const std::uint32_t bc = between(b, c);
+        const std::uint32_t ca = between(c, a);
+        finer.insert(finer.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
+    }
+    object.triangles = std::move(finer);
+    object.triangle_materials.assign(object.triangles.size(), 0);
+    return object;
+}
+
 Object icosphere(float radius_m, int subdivisions) {
     Object object;
     const float t = (1 + std::sqrt(5.0F)) / 2;
@@ -44,26 +64,10 @@ Object icosphere(float radius_m, int subdivisions) {
                         {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
                         {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
                         {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
-    for (int s = 0; s < subdivisions; ++s) {
-        std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
-        const auto middle = [&](std::uint32_t a, std::uint32_t b) {
-            const auto [entry, added] = middles.try_emplace(
-                std::minmax(a, b), static_cast<std::uint32_t>(object.vertices.size()));
-            if (added) {
-                object.vertices.push_back(radius_m *
-                                          glm::normalize(object.vertices[a] + object.vertices[b]));
-            }
-            return entry->second;
-        };
-        std::vector<std::array<std::uint32_t, 3>> finer;
-        for (const auto& [a, b, c] : object.triangles) {
-            const std::uint32_t ab = middle(a, b);
-            const std::uint32_t bc = middle(b, c);
-            const std::uint32_t ca = middle(c, a);
-            finer.insert(finer.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
-        }
-        object.triangles = std::move(finer);
-    }
+    const auto on_sphere = [&](const Vec3& a, const Vec3& b) {
+        return radius_m * glm::normalize(a + b);
+    };
+    for (int s = 0; s < subdivisions; ++s) object = quartered(std::move(object), on_sphere);
     object.triangle_materials.assign(object.triangles.size(), 0);
     return object;
 }

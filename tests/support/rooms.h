@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
 #include "engine/scene.h"
 
@@ -17,6 +18,10 @@ Object square(float half_side_m);
 
 /// A closed prism with an L-shaped floor: 6 x 6 m without the quarter x, y > 3; height 3 m.
 Object l_shaped_room();
+
+/// Every triangle divided in four; `middle` gives the middle of an edge from its ends. The
+/// materials become 0.
+Object quartered(Object object, const std::function<Vec3(const Vec3&, const Vec3&)>& middle);
 
 double surface_m2(const Object& object);
 double volume_m3(const Object& object);
