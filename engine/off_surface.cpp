@@ -11,10 +11,13 @@ namespace aula {
 
 namespace {
 
-/// How far a place is moved; short rays look this far for a surface.
-constexpr float kStep_m = 2 * RayScene::kOffset_m;
+/// Places this near to a surface are on it. Image sources take none from as near to a plane.
+constexpr float kOnSurface_m = 5e-4F;
 
-/// The nearest surface within kOffset_m, as its triangle's index, kNoTriangle if there is none.
+/// How far a place is moved; short rays look this far for a surface.
+constexpr float kStep_m = 2 * kOnSurface_m;
+
+/// The nearest surface within kOnSurface_m, as its triangle's index, kNoTriangle if there is none.
 std::uint32_t surface_at(const RayScene& scene, const Vec3& place) {
     // A surface through the place stops a ray along the axis that it stands across; of two rays
     // that meet from both sides one is enough, but at an edge rounding may lose either.
@@ -27,7 +30,7 @@ std::uint32_t surface_at(const RayScene& scene, const Vec3& place) {
     std::array<Hit, 6> hits;
     scene.intersect(looks, hits);
     std::uint32_t nearest = kNoTriangle;
-    float nearest_m = RayScene::kOffset_m;
+    float nearest_m = kOnSurface_m;
     for (const Hit& hit : hits) {
         if (!hit.any()) continue;
         const RayScene::Triangle& triangle = scene.triangle(hit.triangle);

@@ -4,7 +4,7 @@
 
 namespace aula {
 
-/// A place on a surface, or within RayScene::kOffset_m of one, moved off it; any other as it is. A
+/// A place on a surface, or within 0.5 mm of one, moved 1 mm off it; any other as it is. A
 /// surface parts two spaces: the more closed one is taken, else the one that its normal faces.
 /// [propagation thread]
 Vec3 off_surface(const RayScene& scene, const Vec3& place);

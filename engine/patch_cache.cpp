@@ -79,6 +79,7 @@ void PatchCache::keep_newest(std::size_t frames, WorkerPool& workers) {
         }
     } else {
         // Older frames than the log holds are in the sums: begin anew with those that stay.
+        assert(frames <= log_.size());
         for (Row& row : rows_) {
             if (row.deposits == 0) continue;
             std::fill_n(row.sum, bin_count_ * kBandCount, 0);
@@ -121,12 +122,12 @@ void PatchCache::add_frame(int rays, std::size_t patch_count, std::span<TraceBat
     if (fresh_frames_ == 1) window_then_ = summed_frames_;
     const std::size_t most = std::max(fresh_frames_, window_then_);
     if (summed_frames_ > most) keep_newest(std::min(most, log_.size()), workers);
-    trim_log();
+    trim_log(workers);
 }
 
 /// Forgets logged frames that nothing will ask for, and the oldest that do not fit in memory. What
 /// is forgotten of the sums' frames can no longer be taken out: a change then begins anew.
-void PatchCache::trim_log() {
+void PatchCache::trim_log(WorkerPool& workers) {
     if (log_.size() > window_frames_) {
         spare_ = std::move(log_.front().batches);
         log_.pop_front();
@@ -136,6 +137,11 @@ void PatchCache::trim_log() {
     for (; kept < log_.size(); ++kept) {
         bytes += bytes_of(log_[log_.size() - 1 - kept].batches);
         if (bytes > memory_bytes_) break;
+    }
+    // Frames from before the last change are to be taken out one day: it must be while they are
+    // still known.
+    if (!settled() && summed_frames_ <= log_.size() && kept < summed_frames_) {
+        keep_newest(std::max(fresh_frames_, kept), workers);
     }
     log_.erase(log_.begin(), log_.end() - static_cast<std::ptrdiff_t>(kept));
 }

@@ -95,7 +95,7 @@ class PatchCache {
     void trim(Row& row) const;
     void keep_newest(std::size_t frames, WorkerPool& workers);
     bool holds(const Frame& frame) const;
-    void trim_log();
+    void trim_log(WorkerPool& workers);
     std::size_t table_bytes() const;
 
     std::size_t bin_count_;

@@ -168,7 +168,9 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
         pairs_[i].arrivals.advance(
             {frame.number, frame.input.sources[s], frame.input.listeners[l], frame.travel_m});
         // Rays are wanted as well for what no gather finds, until a window of it is full.
-        if (mirrors_ && !pairs_[i].arrivals.full()) status_[s].complete = false;
+        if (mirrors_ && !pairs_[i].arrivals.full()) {
+            status_[s].complete = status_[source_count_ + l].complete = false;
+        }
     }
 }
 

@@ -70,7 +70,8 @@ std::vector<PathLine> PathTracer::lines(const Emitter& emitter, std::uint64_t fr
             for (std::size_t i = wave.count; i-- > 0;) {
                 PathLine& line = all[first + wave.ray[i]];
                 line.points.push_back(wave.point.at(i));
-                line.energy.push_back(wave.energy[i].sum() / kBandCount);
+                // What is absorbed wholly has no energy to speak of, not even a number.
+                line.energy.push_back(wave.ended[i] != 0 ? 0 : wave.energy[i].sum() / kBandCount);
                 if (wave.ended[i] != 0) wave.remove(i);
             }
         }

@@ -312,10 +312,11 @@ void Propagation::restart(std::uint64_t seed) {
 
 const FrameStatistics& Propagation::statistics() const { return state_->statistics; }
 
-std::vector<PathLine> Propagation::path_lines(const FrameInput& input, std::size_t source,
+std::vector<PathLine> Propagation::path_lines(const FrameInput& given, std::size_t source,
                                               int count, int order) const {
     const State& s = *state_;
     if (s.frame == 0) return {};
+    const FrameInput input = s.off_surfaces(given);
     const int most = s.simulation.order > 0 ? std::min(order, s.simulation.order) : order;
     const PropagationFrame newest = s.frame_of(input, s.frame - 1);
     if (s.patches) return s.patches->path_lines(newest, source, count, most);

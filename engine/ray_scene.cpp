@@ -189,6 +189,7 @@ void RayScene::intersect(const RayLanes& rays, std::size_t count, HitLanes& hits
             packet.ray.mask[i] = ~0U;
             packet.ray.id[i] = 0;
             packet.ray.flags[i] = 0;
+            packet.hit.u[i] = packet.hit.v[i] = 0;  // left so where nothing is hit
             packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
             packet.hit.primID[i] = RTC_INVALID_GEOMETRY_ID;
             packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;

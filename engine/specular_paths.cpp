@@ -23,7 +23,8 @@ constexpr double kNearest_m = 0.1;
 // The reflection points are constructed for a source this far beside the real one: in symmetric
 // rooms paths meet edges exactly, where both orders of the two planes would count, or neither.
 constexpr Point kNudge_m(1.1e-4, 1.9e-4, 3.7e-4);
-constexpr double kOnPlane_m = 5e-4;  // a nudge does not cross a plane that is farther away
+// A nudge does not cross a plane that is farther away; off_surface moves places farther, too.
+constexpr double kOnPlane_m = 5e-4;
 
 // A ray from this far above a reflection point looks for the face below. Merged triangles lie up
 // to 1 mm beside their plane.

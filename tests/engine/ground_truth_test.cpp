@@ -13,7 +13,6 @@
 #include "tests/support/statistics.h"
 
 using namespace aula;
-using aula::test::total;
 
 namespace {
 
@@ -25,6 +24,8 @@ Simulation patch(const Scene& scene, float ir_length_s, int order, float patch_s
     simulation.patch_size_m = patch_size_m;
     return simulation;
 }
+
+double total(const EnergyResponse& response) { return test::total(response); }
 
 /// Root of 2 rho [1 + (x - 1) e^x] / x^2 = 1 for x = 2 R s / c > 0, by bisection.
 double sphere_decay(double rho) {

@@ -13,7 +13,6 @@
 #include "tests/support/statistics.h"
 
 using namespace aula;
-using aula::test::total;
 using aula::test::with;
 
 namespace {
@@ -22,6 +21,8 @@ Scene box_room(float absorption = 0.2F, float scattering = 1) {
     return test::grey_room(test::box(Vec3(5, 4, 3)), absorption, scattering, Vec3(1.2F, 1.1F, 1.5F),
                            Vec3(3.7F, 2.9F, 1.2F));
 }
+
+double total(const EnergyResponse& response) { return test::total(response); }
 
 }  // namespace
 

@@ -169,6 +169,24 @@ TEST_CASE("a source on a wall, an edge or a corner sends all its energy into the
     }
 }
 
+TEST_CASE("a mirror that a source or a listener lies on doubles the direct sound") {
+    for (const bool listens : {false, true}) {
+        const Vec3 place(2, 1.5F, 0);
+        Scene scene = test::grey_room(test::box(kSize), 0, 0, listens ? kListener : place,
+                                      listens ? place : kListener);
+        scene.simulation.direct = true;
+        scene.simulation.specular_order = 1;
+        Propagation propagation(scene, test::with(scene, Estimator::patch, 0.1F));
+        propagation.step(test::standing(scene));
+        const std::vector<SpecularPath>& paths = propagation.response(0).paths;
+        REQUIRE(paths.size() == 7);  // direct, six walls
+        REQUIRE(paths[0].order == 0);
+        CHECK(paths[1].order == 1);
+        // A millimetre above it the paths' lengths differ by less than two.
+        CHECK(double{paths[1].energy[0]} == Approx(double{paths[0].energy[0]}).epsilon(2e-3));
+    }
+}
+
 TEST_CASE("a listener near or on a wall, an edge or a corner hears the room") {
     for (const Vec3& listener :
          {Vec3(2, 1.5F, 0.05F), Vec3(2, 1.5F, 0), Vec3(0, 1.5F, 0), Vec3(5, 4, 3)}) {
