@@ -188,7 +188,7 @@ TEST_CASE("bench_smoke: bad input is one line and exit code 2") {
         const auto [status, out, error] = run(arguments);
         CHECK(status == 2);
         CAPTURE(error);
-        CHECK(error.rfind("aula-bench: ", 0).status == 0);
+        CHECK(error.rfind("aula-bench: ", 0) == 0);
         CHECK(std::count(error.begin(), error.end(), '\n') == 1);
         CHECK(out.empty());
     }
