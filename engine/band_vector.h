@@ -5,6 +5,12 @@
 
 #include "engine/bands.h"
 
+// GCC notes that another GCC, or other options, would pass such vectors otherwise. Functions that
+// take them are inline.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wpsabi"
+#endif
+
 namespace aula {
 
 static_assert(kBandCount == 8);

@@ -12,9 +12,6 @@ namespace aula {
 
 namespace {
 
-constexpr std::size_t kVector = 16;
-static_assert(kLanes % kVector == 0);
-
 bool before(const Vec3& a, const Vec3& b) {
     if (a.x != b.x) return a.x < b.x;
     return a.y != b.y ? a.y < b.y : a.z < b.z;
@@ -76,7 +73,7 @@ inline void test(const FewTriangles::Lines& t, std::int32_t index, const LanePoi
 AULA_MULTIVERSION
 void nearest_hits(std::span<const FewTriangles::Lines> triangles, const Vec3& middle,
                   const RayLanes& rays, std::size_t count, HitLanes& hits) {
-    const std::size_t lanes = (count + kVector - 1) / kVector * kVector;
+    const std::size_t lanes = padded_lanes(count);
     Search search;
     for (std::size_t i = 0; i < lanes; ++i) {
         const LanePoints& d = rays.direction;
@@ -100,8 +97,10 @@ void nearest_hits(std::span<const FewTriangles::Lines> triangles, const Vec3& mi
         test(t, index++, rays.direction, lanes, search, hits);
     }
     for (std::size_t i = 0; i < lanes; ++i) {
-        hits.u[i] = search.weight_1[i] / search.sum[i];
-        hits.v[i] = search.weight_2[i] / search.sum[i];
+        // All weights are 0 where a ray lies in the plane and meets a vertex, to rounding.
+        const float sum = search.sum[i] != 0 ? search.sum[i] : 1;
+        hits.u[i] = search.weight_1[i] / sum;
+        hits.v[i] = search.weight_2[i] / sum;
         hits.distance_m[i] = hits.triangle[i] == kNoTriangle
                                  ? std::numeric_limits<float>::infinity()
                                  : hits.distance_m[i];

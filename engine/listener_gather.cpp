@@ -25,6 +25,8 @@ constexpr float kRouletteWeight = 0.7F;
 constexpr double kLate_s = 0.512;
 constexpr float kLateShare = 0.25F;
 
+constexpr std::size_t kAhead = 16;  // bins of a row that are asked for before their turn
+
 struct MirrorRay {
     Ray ray;
     Vec3 first_direction{0};
@@ -139,6 +141,8 @@ void convert_row(const std::int64_t* sums, std::size_t first_bin, std::size_t en
                  float* energy, float* sum, Bands& total) {
     BandVector all = load_bands(total);
     for (std::size_t k = first_bin; k < end_bin; ++k) {
+        // Ask for what comes soon: rows lie all over memory.
+        __builtin_prefetch(sums + (k + kAhead) * kBandCount);
         const BandVector e = to_bands(sums + k * kBandCount, scale);
         store_bands(e, energy + k * kBandCount);
         sum[k] = sum_of_bands(e)[0];

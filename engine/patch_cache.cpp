@@ -3,15 +3,19 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstring>
 #include <glm/geometric.hpp>
+
+#include "engine/band_vector.h"
+#include "engine/multiversion.h"
 
 namespace aula {
 
 namespace {
 
-/// 2^20 rays leave less noise than the gather has, and their sums stay below 2^63 in units of
-/// 2^-34 even where each ray meets a patch four hundred times in one bin.
-constexpr std::uint64_t kMostRays = 1ULL << 20;
+/// So many rays leave less noise than the gather has. Their sums, of all bands for moments, stay
+/// below 2^63 units even where each ray meets a patch forty times in one bin.
+constexpr std::uint64_t kEnoughRays = 1ULL << 20;
 
 /// A frame holds while emitter and scene are within this share of the patch size of where they were
 /// then. At 1.5 m/s, 30 frames a second and patches of 0.5 m that is four frames, which is where
@@ -21,7 +25,30 @@ constexpr double kReach = 0.4;
 /// The frame before is kept in any case, but after a jump.
 constexpr double kJump_m = 1;
 
+/// Clearing all sums costs as much as taking out so many frames.
+constexpr std::size_t kClearing = 2;
+
 constexpr std::size_t kAxes = 3;
+constexpr std::size_t kAhead = 12;  // deposits that are asked for before their turn
+
+/// Adds energies, or takes them out.
+inline void add_energy(const BandSums& units, std::int64_t sign, std::int64_t* sums) {
+    BandSums sum;
+    std::memcpy(&sum, sums, sizeof sum);
+    sum = sign > 0 ? sum + units : sum - units;
+    std::memcpy(sums, &sum, sizeof sum);
+}
+
+/// Adds energy times direction, or takes it out.
+inline void add_moment(const BandSums& units, const Vec3& departure, std::int64_t sign,
+                       std::int64_t* moment) {
+    std::int64_t all = 0;
+    for (std::size_t b = 0; b < kBandCount; ++b) all += units[b];
+    for (std::size_t axis = 0; axis < kAxes; ++axis) {
+        moment[axis] += sign * std::llrint(static_cast<double>(all) *
+                                           double{departure[static_cast<int>(axis)]});
+    }
+}
 
 }  // namespace
 
@@ -50,7 +77,7 @@ std::size_t PatchCache::bytes_of(const std::vector<Batch>& batches) {
     return sum;
 }
 
-bool PatchCache::complete() const { return emitted_ >= kMostRays && settled(); }
+bool PatchCache::complete() const { return emitted_ >= kEnoughRays && settled(); }
 
 void PatchCache::advance(const State& now, WorkerPool& workers) {
     const bool changed = now.changed_since(now_);
@@ -73,13 +100,18 @@ bool PatchCache::holds(const Frame& frame) const {
 }
 
 void PatchCache::keep_newest(std::size_t frames, WorkerPool& workers) {
-    if (summed_frames_ <= log_.size()) {
+    assert(frames <= log_.size());
+    if (frames == 0) {
+        rows_.clear();
+        row_memory_ = std::make_unique<RowMemory>();
+        allocated_rows_ = 0;
+        emitted_ = 0;
+    } else if (summed_frames_ <= log_.size() && summed_frames_ - frames <= frames + kClearing) {
         for (std::size_t i = log_.size() - summed_frames_; i < log_.size() - frames; ++i) {
             apply(log_[i], -1, workers);
         }
     } else {
-        // Older frames than the log holds are in the sums: begin anew with those that stay.
-        assert(frames <= log_.size());
+        // Most frames go, or older ones than the log holds: begin anew with those that stay.
         for (Row& row : rows_) {
             if (row.deposits == 0) continue;
             std::fill_n(row.sum, bin_count_ * kBandCount, 0);
@@ -97,11 +129,6 @@ void PatchCache::keep_newest(std::size_t frames, WorkerPool& workers) {
     fresh_frames_ = std::min(fresh_frames_, frames);
     if (frames < log_.size()) spare_ = std::move(log_.front().batches);
     log_.erase(log_.begin(), log_.end() - static_cast<std::ptrdiff_t>(frames));
-    if (frames == 0) {
-        rows_.clear();
-        row_memory_ = std::make_unique<RowMemory>();
-        allocated_rows_ = 0;
-    }
 }
 
 void PatchCache::add_frame(int rays, std::size_t patch_count, std::span<TraceBatch> batches,
@@ -121,12 +148,13 @@ void PatchCache::add_frame(int rays, std::size_t patch_count, std::span<TraceBat
     // grows with those alone that are right.
     if (fresh_frames_ == 1) window_then_ = summed_frames_;
     const std::size_t most = std::max(fresh_frames_, window_then_);
-    if (summed_frames_ > most) keep_newest(std::min(most, log_.size()), workers);
+    if (summed_frames_ > most) keep_newest(most, workers);
     trim_log(workers);
 }
 
-/// Forgets logged frames that nothing will ask for, and the oldest that do not fit in memory. What
-/// is forgotten of the sums' frames can no longer be taken out: a change then begins anew.
+/// Forgets logged frames that nothing will ask for, and the oldest that do not fit in memory.
+/// Frames of the sums from before the last change stay logged, or are taken out: without the log
+/// they no longer could be. Where newer ones of the sums are forgotten a change begins anew.
 void PatchCache::trim_log(WorkerPool& workers) {
     if (log_.size() > window_frames_) {
         spare_ = std::move(log_.front().batches);
@@ -138,68 +166,60 @@ void PatchCache::trim_log(WorkerPool& workers) {
         bytes += bytes_of(log_[log_.size() - 1 - kept].batches);
         if (bytes > memory_bytes_) break;
     }
-    // Frames from before the last change are to be taken out one day: it must be while they are
-    // still known.
-    if (!settled() && summed_frames_ <= log_.size() && kept < summed_frames_) {
-        keep_newest(std::max(fresh_frames_, kept), workers);
+    if (!settled() && kept < summed_frames_) keep_newest(std::max(fresh_frames_, kept), workers);
+    if (kept < log_.size()) {
+        log_.erase(log_.begin(), log_.end() - static_cast<std::ptrdiff_t>(kept));
     }
-    log_.erase(log_.begin(), log_.end() - static_cast<std::ptrdiff_t>(kept));
 }
 
 void PatchCache::apply(const Frame& frame, std::int64_t sign, WorkerPool& workers) {
-    // Each job owns the patches of one residue: no two threads touch one row.
-    const auto jobs = static_cast<std::size_t>(workers.threads());
-    std::vector<std::size_t> allocated(jobs, 0);
-    workers.run(jobs, [&](std::size_t job) {
+    std::vector<Part> parts;
+    const auto threads = static_cast<std::uint32_t>(workers.threads());
+    for (std::uint32_t number = 0; number < threads; ++number) parts.push_back({number, threads});
+    std::vector<std::size_t> allocated(threads, 0);
+    workers.run(threads, [&](std::size_t job) {
         for (const Batch& batch : frame.batches) {
-            const std::vector<Deposit>& deposits = batch.deposits;
-            for (std::size_t i = 0; i < deposits.size(); ++i) {
-                // Sums lie scattered in memory: ask for those that come soon.
-                if (const std::size_t soon = i + 8;
-                    soon < deposits.size() && deposits[soon].patch % jobs == job) {
-                    const std::int64_t* sum = rows_[deposits[soon].patch].sum;
-                    if (sum) __builtin_prefetch(&sum[deposits[soon].bin * kBandCount], 1);
-                }
-                const Deposit& deposit = deposits[i];
-                if (deposit.patch % jobs != job) continue;
-                Row& row = rows_[deposit.patch];
-                if (!row.sum) {
-                    row.sum = row_memory_->take(bin_count_ * kBandCount);
-                    if (directed_) row.moment = row_memory_->take(bin_count_ * kAxes);
-                    ++allocated[job];
-                }
-                add(deposit, directed_ ? batch.departures[deposit.ray] : Vec3(0), sign);
-            }
+            allocated[job] += apply_batch(batch, sign, parts[job]);
         }
-        for (std::size_t patch = job; sign < 0 && patch < rows_.size(); patch += jobs) {
-            trim(rows_[patch]);
+        for (std::uint32_t patch = 0; sign < 0 && patch < rows_.size(); ++patch) {
+            if (parts[job].has(patch)) trim(rows_[patch]);
         }
     });
     for (const std::size_t more : allocated) allocated_rows_ += more;
     emitted_ += static_cast<std::uint64_t>(sign) * frame.rays;
 }
 
-void PatchCache::add(const Deposit& deposit, const Vec3& departure, std::int64_t sign) {
-    Row& row = rows_[deposit.patch];
-    row.deposits += static_cast<std::uint64_t>(sign);
-    std::int64_t* sum = &row.sum[deposit.bin * kBandCount];
-    std::int64_t any = 0;
-    for (std::size_t b = 0; b < kBandCount; ++b) {
-        const std::int64_t energy = std::llrint(double{deposit.energy[b]} / kUnit);
-        sum[b] += sign * energy;
-        any |= energy;
-    }
-    if (sign > 0 && any != 0) {
+/// Adds or takes out the deposits on a part of the patches; returns how many rows are new.
+AULA_MULTIVERSION
+std::size_t PatchCache::apply_batch(const Batch& batch, std::int64_t sign, const Part& part) {
+    std::size_t allocated = 0;
+    const std::span<const Deposit> deposits(batch.deposits);
+    for (std::size_t i = 0; i < deposits.size(); ++i) {
+        // Sums lie scattered in memory: ask for those that come soon.
+        if (i + kAhead < deposits.size()) {
+            const Deposit& soon = deposits[i + kAhead];
+            const std::int64_t* sum = rows_[soon.patch].sum;
+            if (sum && part.has(soon.patch)) __builtin_prefetch(&sum[soon.bin * kBandCount], 1);
+        }
+        const Deposit& deposit = deposits[i];
+        if (!part.has(deposit.patch)) continue;
+        Row& row = rows_[deposit.patch];
+        if (!row.sum) {
+            row.sum = row_memory_->take(bin_count_ * kBandCount);
+            if (directed_) row.moment = row_memory_->take(bin_count_ * kAxes);
+            ++allocated;
+        }
+        row.deposits += static_cast<std::uint64_t>(sign);
         row.first_bin = std::min<std::uint32_t>(row.first_bin, deposit.bin);
         row.end_bin = std::max<std::uint32_t>(row.end_bin, deposit.bin + 1U);
+        const BandSums units = deposit.units();
+        add_energy(units, sign, &row.sum[deposit.bin * kBandCount]);
+        if (directed_) {
+            add_moment(units, batch.departures[deposit.ray], sign,
+                       &row.moment[deposit.bin * kAxes]);
+        }
     }
-    if (!directed_) return;
-    double energy = 0;
-    for (const float e : deposit.energy) energy += double{e};
-    std::int64_t* moment = &row.moment[deposit.bin * kAxes];
-    for (int axis = 0; axis < 3; ++axis) {
-        moment[axis] += sign * std::llrint(energy * double{departure[axis]} / kUnit);
-    }
+    return allocated;
 }
 
 /// Leaves out bins that have become empty at both ends: a row then is as if what was taken out had

@@ -20,8 +20,8 @@ namespace aula {
 /// [propagation thread]
 class PatchCache {
  public:
-    /// Energies are sums in units of 2^-34 of a ray's energy.
-    static constexpr double kUnit = 0x1p-34;
+    /// Energies are sums in these units of a ray's energy.
+    static constexpr double kUnit = Deposit::kUnit;
 
     /// What the rays of a frame depend on.
     struct State {
@@ -61,14 +61,15 @@ class PatchCache {
     /// True if every frame held is as the present one: none is from before a change.
     bool settled() const { return fresh_frames_ == summed_frames_; }
 
-    /// Forgets what no longer holds. Call once for each frame, in order.
+    /// Forgets what no longer holds. Call once for each frame, in ascending order.
     void advance(const State& now, WorkerPool& workers);
 
-    /// Takes the deposits of one frame, after advance(). Takes the batches' memory over; what is
-    /// left in them is to be cleared.
+    /// Takes the deposits of one frame, after advance(), all on patches below `patch_count`. Takes
+    /// the batches' memory over; what is left in them is to be cleared.
     void add_frame(int rays, std::size_t patch_count, std::span<TraceBatch> batches,
                    WorkerPool& workers);
 
+    /// `patch` < row_count().
     const Row& row(std::uint32_t patch) const { return rows_[patch]; }
     std::size_t row_count() const { return rows_.size(); }
     bool directed() const { return directed_; }
@@ -89,9 +90,16 @@ class PatchCache {
         std::uint64_t rays = 0;
         std::vector<Batch> batches;
     };
+    /// The patches that one thread looks after, so that no two touch one row.
+    struct Part {
+        std::uint32_t number = 0;
+        std::uint32_t count = 1;
+
+        bool has(std::uint32_t patch) const { return (patch & 0xffU) * count >> 8 == number; }
+    };
     static std::size_t bytes_of(const std::vector<Batch>& batches);
     void apply(const Frame& frame, std::int64_t sign, WorkerPool& workers);
-    void add(const Deposit& deposit, const Vec3& departure, std::int64_t sign);
+    std::size_t apply_batch(const Batch& batch, std::int64_t sign, const Part& part);
     void trim(Row& row) const;
     void keep_newest(std::size_t frames, WorkerPool& workers);
     bool holds(const Frame& frame) const;

@@ -1,7 +1,6 @@
 #include "engine/patch_propagation.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <glm/geometric.hpp>
 

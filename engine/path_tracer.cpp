@@ -6,6 +6,8 @@
 #include <memory>
 #include <numbers>
 
+#include "engine/band_vector.h"
+#include "engine/multiversion.h"
 #include "engine/sampling.h"
 #include "engine/transmission.h"
 
@@ -14,6 +16,24 @@ namespace aula {
 namespace {
 
 enum class SeedPurpose : std::uint64_t { directions = 1, rays = 2 };
+
+AULA_MULTIVERSION
+void add_deposits(const PathWave& wave, const std::array<std::uint32_t, kLanes>& patch,
+                  const TimeBins& bins, double s_per_m, std::vector<Deposit>& out) {
+    for (std::size_t i = 0; i < wave.count; ++i) {
+        const std::size_t bin = bins.index(double{wave.length_m[i]} * s_per_m);
+        if (patch[i] == PatchGrid::kNone || bin >= bins.count()) continue;
+        Deposit deposit;
+        deposit.patch = patch[i];
+        deposit.bin = static_cast<std::uint16_t>(bin);
+        deposit.ray = static_cast<std::uint8_t>(wave.ray[i]);
+        // What decides on roulette has nothing to do with what is left here.
+        deposit.set_energy(load_bands(wave.scattered[i]), wave.roulette[i]);
+        if (!deposit.empty()) out.push_back(deposit);
+    }
+}
+
+static_assert(kLanes <= 256, "a deposit has eight bits for its ray");
 
 }  // namespace
 
@@ -197,21 +217,10 @@ void PathTracer::add_arrival(const PathWave& wave, std::size_t lane, const Emitt
 void PathTracer::deposit(const PathWave& wave, TraceBatch& out) const {
     std::array<std::uint32_t, kLanes> patch;
     grid_->find(wave.point, wave.normal, wave.count, patch);
-    std::size_t count = out.deposits.size();
     // Frames are kept: no more memory than they need.
-    if (out.deposits.capacity() < count + wave.count)
-        out.deposits.reserve(count + count / 8 + wave.count);
-    out.deposits.resize(count + wave.count);
-    for (std::size_t i = 0; i < wave.count; ++i) {
-        const std::size_t bin =
-            bins_->index(double{wave.length_m[i]} / double{settings_.speed_of_sound_m_s});
-        out.deposits[count] = {wave.scattered[i].value, patch[i], static_cast<std::uint16_t>(bin),
-                               static_cast<std::uint16_t>(wave.ray[i])};
-        if (patch[i] != PatchGrid::kNone && bin < bins_->count() && wave.scattered[i].max() > 0) {
-            ++count;
-        }
-    }
-    out.deposits.resize(count);
+    const std::size_t most = out.deposits.size() + wave.count;
+    if (out.deposits.capacity() < most) out.deposits.reserve(most + most / 8);
+    add_deposits(wave, patch, *bins_, 1 / double{settings_.speed_of_sound_m_s}, out.deposits);
 }
 
 }  // namespace aula

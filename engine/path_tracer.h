@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/deposit.h"
 #include "engine/patch_grid.h"
 #include "engine/patch_subdivision.h"
 #include "engine/path_identifier.h"
@@ -37,14 +38,6 @@ struct Arrival {
 struct PathLine {
     std::vector<Vec3> points;   ///< the source, then each reflection; in the open a last point
     std::vector<float> energy;  ///< [point] mean of all bands when it leaves there, 1 at the source
-};
-
-/// Diffusely leaving energy s (1 - alpha) E at one reflection of a ray that started with energy 1.
-struct Deposit {
-    std::array<float, kBandCount> energy{};
-    std::uint32_t patch = 0;
-    std::uint16_t bin = 0;  ///< of TimeBins, by the ray's own length
-    std::uint16_t ray = 0;  ///< of its batch
 };
 
 /// What one batch of rays found, in the order of rays within each reflection.

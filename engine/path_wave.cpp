@@ -1,7 +1,5 @@
 #include "engine/path_wave.h"
 
-#include <cmath>
-
 #include "engine/multiversion.h"
 #include "engine/sampling.h"
 #include "engine/transmission.h"
@@ -9,13 +7,6 @@
 namespace aula {
 
 namespace {
-
-constexpr std::size_t kVector = 16;
-
-/// Whole vectors: lanes beyond those in use do no harm.
-constexpr std::size_t padded(std::size_t count) {
-    return (count + kVector - 1) / kVector * kVector;
-}
 
 /// Corners and normals of the triangles that were hit.
 struct Corners {
@@ -28,7 +19,7 @@ void find_points(const Corners& corners, const LanePoints& direction, const HitL
                  std::size_t count, PathWave& wave) {
     const auto& [a, b, c] = corners.vertex;
     const LanePoints& n = corners.normal;
-    for (std::size_t i = 0; i < padded(count); ++i) {
+    for (std::size_t i = 0; i < padded_lanes(count); ++i) {
         const float along =
             n.x[i] * direction.x[i] + n.y[i] * direction.y[i] + n.z[i] * direction.z[i];
         const float side = along <= 0 ? 1.0F : -1.0F;
@@ -54,7 +45,7 @@ void find_points(const Corners& corners, const LanePoints& direction, const HitL
 /// Draws what decides on lobe and roulette.
 AULA_MULTIVERSION
 void draw_choices(std::size_t count, PathWave& wave) {
-    for (std::size_t i = 0; i < padded(count); ++i) {
+    for (std::size_t i = 0; i < padded_lanes(count); ++i) {
         RandomStream random(wave.random[i]);
         const auto u = random.uniform_2d();
         wave.choice[i] = u[0];
@@ -98,7 +89,7 @@ AULA_MULTIVERSION
 void turn_away(std::size_t count, float max_length_m, PathWave& wave) {
     LanePoints& direction = wave.rays.direction;
     const LanePoints& n = wave.normal;
-    for (std::size_t i = 0; i < padded(count); ++i) {
+    for (std::size_t i = 0; i < padded_lanes(count); ++i) {
         RandomStream random(wave.random[i]);
         const Vec3 normal(n.x[i], n.y[i], n.z[i]);
         const Vec3 before(direction.x[i], direction.y[i], direction.z[i]);

@@ -11,9 +11,16 @@ namespace aula {
 
 inline constexpr std::uint32_t kNoTriangle = std::numeric_limits<std::uint32_t>::max();
 
-/// Rays side by side, as vector units take them. Some lanes beyond those in use may be computed
-/// with, but never count.
+/// Rays side by side, as vector units take them.
 inline constexpr std::size_t kLanes = 128;
+
+/// Lanes that are computed where `count` are in use: whole vectors. What the others hold is left
+/// from before or zero, may be no number, and never counts nor is an index.
+constexpr std::size_t padded_lanes(std::size_t count) {
+    constexpr std::size_t kVector = 16;
+    static_assert(kLanes % kVector == 0);
+    return (count + kVector - 1) / kVector * kVector;
+}
 
 struct LanePoints {
     alignas(64) std::array<float, kLanes> x{};

@@ -54,7 +54,7 @@ class RayScene {
     /// Nearest hit of each ray beyond distance 0 (give origins that are off the surface).
     void intersect(std::span<const Ray> rays, std::span<Hit> hits) const;
 
-    /// The same for the first `count` lanes.
+    /// The same for the first `count` lanes; those up to padded_lanes(count) get finite numbers.
     void intersect(const RayLanes& rays, std::size_t count, HitLanes& hits) const;
 
     /// The same by Embree's plain query for one ray at a time: what the benchmark measures the

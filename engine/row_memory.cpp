@@ -12,12 +12,14 @@ namespace {
 
 constexpr std::size_t kLargePage = std::size_t{2} << 20;
 constexpr std::size_t kMost = kLargePage / sizeof(std::int64_t);
-constexpr std::size_t kFirst = kMost / 8;  // a small cache needs no more
+constexpr std::size_t kAligned = 64 / sizeof(std::int64_t);  // to lines of the processor's caches
+constexpr std::size_t kFirst = kMost / 8;                    // a small cache needs no more
 
 }  // namespace
 
 std::int64_t* RowMemory::take(std::size_t count) {
     assert(count <= kMost);
+    count = (count + kAligned - 1) / kAligned * kAligned;
     const std::lock_guard lock(mutex_);
     if (size_ - used_ < count) {
         size_ = std::max(count, blocks_.empty() ? kFirst : std::min(2 * size_, kMost));

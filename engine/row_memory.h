@@ -13,7 +13,7 @@ namespace aula {
 /// looked up; large pages are so few that the processor knows them all. Freed together.
 class RowMemory {
  public:
-    /// Zeros; `count` <= 2^18. May be called by several threads at once.
+    /// Zeros, aligned to 64 bytes; `count` <= 2^18. May be called by several threads at once.
     std::int64_t* take(std::size_t count);
 
  private:
