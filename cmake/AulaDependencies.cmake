@@ -1,8 +1,5 @@
 # The libraries that Aula stands on; read by its own build and by find_package(aula).
 include(CMakeFindDependencyMacro)
-if(NOT DEFINED AULA_FFT)
-    set(AULA_FFT @AULA_FFT@)
-endif()
 
 find_dependency(Threads)
 find_dependency(glm)
@@ -19,8 +16,3 @@ pkg_check_modules(EBUR128 REQUIRED IMPORTED_TARGET libebur128)
 pkg_check_modules(JACK REQUIRED IMPORTED_TARGET jack)
 pkg_check_modules(LIBLO REQUIRED IMPORTED_TARGET liblo)
 pkg_check_modules(ALSA REQUIRED IMPORTED_TARGET alsa)
-if(AULA_FFT STREQUAL "kissfft")
-    pkg_check_modules(FFT REQUIRED IMPORTED_TARGET kissfft-float)
-else()
-    pkg_check_modules(FFT REQUIRED IMPORTED_TARGET fftw3f)
-endif()
