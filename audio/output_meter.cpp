@@ -2,6 +2,7 @@
 
 #include <pthread.h>
 #include <sched.h>
+#include <time.h>
 
 #include <algorithm>
 
@@ -17,6 +18,17 @@ constexpr double kBlame_s = 0.2;
 /// Below JACK's own threads (10 by default, its clients 5 below that) nothing is gained.
 constexpr int kPriority = 60;
 
+/// A late call is ours from this share of its sound's time on: on a machine that runs its threads
+/// nothing else makes so much of it late.
+constexpr double kOurShare = 0.5;
+
+/// For how long this thread has been run: a system call, but one that never waits.
+double thread_cpu_s() noexcept {
+    timespec time{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
 /// Asks for real-time priority unless this thread has it.
 bool take_priority() noexcept {
     int policy = SCHED_OTHER;
@@ -31,24 +43,33 @@ bool take_priority() noexcept {
 
 }  // namespace
 
+std::optional<UnderrunCause> lateness_cause(double wall_s, double cpu_s, double sound_s) {
+    if (wall_s <= sound_s) return std::nullopt;
+    return cpu_s > kOurShare * sound_s ? UnderrunCause::ours : UnderrunCause::machine;
+}
+
 void OutputMeter::begin(bool underflow) noexcept {
     start_ = Clock::now();
     if (!known_thread_.load(std::memory_order_relaxed)) {
         realtime_.store(take_priority(), std::memory_order_relaxed);
         known_thread_.store(true, std::memory_order_relaxed);
     }
+    cpu_start_s_ = thread_cpu_s();
     if (!underflow) return;
+    const std::int64_t now = samples_.load(std::memory_order_relaxed);
     const auto shortly = static_cast<std::int64_t>(kBlame_s * sample_rate_hz_);
-    const bool ours =
-        overrun_at_ >= 0 && samples_.load(std::memory_order_relaxed) - overrun_at_ <= shortly;
+    const auto shortly_before = [&](std::int64_t at) { return at >= 0 && now - at <= shortly; };
+    const UnderrunCause cause = shortly_before(ours_at_)       ? UnderrunCause::ours
+                                : shortly_before(machines_at_) ? UnderrunCause::machine
+                                                               : UnderrunCause::host;
     const std::uint64_t count =
-        ours_.load(std::memory_order_relaxed) + hosts_.load(std::memory_order_relaxed);
-    if (count < times_.size()) {
-        const double time_s =
-            static_cast<double>(samples_.load(std::memory_order_relaxed)) / sample_rate_hz_;
-        times_[count].store(ours ? -time_s : time_s, std::memory_order_relaxed);
+        ours_.load(std::memory_order_relaxed) + others_.load(std::memory_order_relaxed);
+    if (count < kept_.size()) {
+        kept_[count].time_s.store(static_cast<double>(now) / sample_rate_hz_,
+                                  std::memory_order_relaxed);
+        kept_[count].cause.store(cause, std::memory_order_relaxed);
     }
-    (ours ? ours_ : hosts_).fetch_add(1, std::memory_order_release);
+    (cause == UnderrunCause::ours ? ours_ : others_).fetch_add(1, std::memory_order_release);
 }
 
 void OutputMeter::end(int samples) noexcept {
@@ -56,7 +77,10 @@ void OutputMeter::end(int samples) noexcept {
     const double busy_s = std::chrono::duration<double>(end - start_).count();
     const double sound_s = static_cast<double>(samples) / sample_rate_hz_;
     const double now = busy_s / sound_s;
-    if (now > 1) overrun_at_ = samples_.load(std::memory_order_relaxed);
+    if (const auto cause = lateness_cause(busy_s, thread_cpu_s() - cpu_start_s_, sound_s)) {
+        (*cause == UnderrunCause::ours ? ours_at_ : machines_at_) =
+            samples_.load(std::memory_order_relaxed);
+    }
     const double before = load_.load(std::memory_order_relaxed);
     load_.store(before + std::min(1.0, sound_s / kLoadSmoothing_s) * (now - before),
                 std::memory_order_relaxed);
@@ -70,11 +94,8 @@ void OutputMeter::end(int samples) noexcept {
 
 std::vector<Underrun> OutputMeter::first_underruns() const {
     std::vector<Underrun> all;
-    const std::uint64_t kept = std::min<std::uint64_t>(underruns(), times_.size());
-    for (std::size_t i = 0; i < kept; ++i) {
-        const double time_s = times_[i];
-        all.push_back({std::abs(time_s), time_s < 0});
-    }
+    const std::uint64_t kept = std::min<std::uint64_t>(underruns(), kept_.size());
+    for (std::size_t i = 0; i < kept; ++i) all.push_back({kept_[i].time_s, kept_[i].cause});
     return all;
 }
 

@@ -4,17 +4,29 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "audio/realtime.h"
 
 namespace aula {
 
+/// Why there was a gap in the output, by what the calls shortly before took.
+enum class UnderrunCause {
+    ours,     ///< one was late and had computed for a good part of the time that its sound lasts
+    machine,  ///< one was late though it computed little: its thread was not run
+    host      ///< all were in time: the sound system came late itself
+};
+
 /// A gap in the output.
 struct Underrun {
     double time_s = 0;  ///< sound played until then
-    bool ours = false;  ///< a callback shortly before took longer than its sound lasts
+    UnderrunCause cause = UnderrunCause::host;
 };
+
+/// Who is to blame for a call that took `wall_s` for sound of `sound_s`, its thread being run for
+/// `cpu_s` of it: ours, the machine, or nobody where it was in time.
+std::optional<UnderrunCause> lateness_cause(double wall_s, double cpu_s, double sound_s);
 
 /// Counts what happens on a device's thread; everybody may read.
 class OutputMeter {
@@ -29,7 +41,7 @@ class OutputMeter {
     /// A new thread calls from now on.
     void restart() { known_thread_ = false; }
 
-    std::uint64_t underruns() const { return ours_ + hosts_; }
+    std::uint64_t underruns() const { return ours_ + others_; }
     std::uint64_t own_underruns() const { return ours_; }
     std::vector<Underrun> first_underruns() const;  ///< as many as are kept
 
@@ -49,12 +61,19 @@ class OutputMeter {
 
     double sample_rate_hz_;
     Clock::time_point start_;
-    std::int64_t overrun_at_ = -1;  ///< the newest, in samples; -1: none
+    double cpu_start_s_ = 0;
+    // The newest late calls, in samples; -1: none.
+    std::int64_t ours_at_ = -1;
+    std::int64_t machines_at_ = -1;
     std::atomic<bool> known_thread_{false};
     std::atomic<bool> realtime_{true};
     std::atomic<std::uint64_t> ours_{0};
-    std::atomic<std::uint64_t> hosts_{0};
-    std::array<std::atomic<double>, 64> times_{};  ///< of underruns, ours negative
+    std::atomic<std::uint64_t> others_{0};
+    struct Kept {
+        std::atomic<double> time_s{0};
+        std::atomic<UnderrunCause> cause{UnderrunCause::host};
+    };
+    std::array<Kept, 64> kept_{};
     std::atomic<double> load_{0};
     std::atomic<double> worst_load_{0};
     std::atomic<double> busy_s_{0};

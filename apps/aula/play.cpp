@@ -61,12 +61,23 @@ std::string latency_text(const PoseLatency& l) {
                      l.compute_p50_ms, l.compute_p99_ms, l.head_p50_ms, l.head_p99_ms);
 }
 
+const char* text_of(UnderrunCause cause) {
+    switch (cause) {
+        case UnderrunCause::ours:
+            return "ours: rendering took too long";
+        case UnderrunCause::machine:
+            return "the machine's: the audio thread was not run in time";
+        case UnderrunCause::host:
+            break;
+    }
+    return "the host's";
+}
+
 /// What was played, how late, and when it had gaps.
 void print_summary(const PlayStatus& s) {
     std::fprintf(stderr, "%s\n%s\n", summary_text(s).c_str(), latency_text(s.latency).c_str());
     for (const Underrun& underrun : s.first_underruns)
-        std::fprintf(stderr, "underrun at %.2f s, %s\n", underrun.time_s,
-                     underrun.ours ? "ours: rendering took too long" : "the host's");
+        std::fprintf(stderr, "underrun at %.2f s, %s\n", underrun.time_s, text_of(underrun.cause));
 }
 
 /// Says in one line each what happens to the device.

@@ -1,0 +1,48 @@
+#include "audio/output_meter.h"
+
+#include <catch2/catch.hpp>
+
+using namespace aula;
+
+TEST_CASE("A late call is ours if it computed long, the machine's if it was not run") {
+    constexpr double kSound_s = 256.0 / 48000;
+    struct Case {
+        double wall;  // of the sound's length
+        double cpu;
+        std::optional<UnderrunCause> cause;
+    };
+    const Case c = GENERATE(Case{0.9, 0.9, std::nullopt}, Case{0.99, 0.1, std::nullopt},
+                            Case{1.1, 1.05, UnderrunCause::ours},
+                            // The rest was taken from it, but it was slow.
+                            Case{1.3, 0.6, UnderrunCause::ours},
+                            Case{1.1, 0.1, UnderrunCause::machine},
+                            Case{20, 0.4, UnderrunCause::machine});
+    CAPTURE(c.wall, c.cpu);
+    CHECK(lateness_cause(c.wall * kSound_s, c.cpu * kSound_s, kSound_s) == c.cause);
+}
+
+TEST_CASE("An underrun after calls that were in time is the host's") {
+    // An hour a sample: every call is in time.
+    OutputMeter meter(1.0 / 3600);
+    meter.begin(false);
+    meter.end(256);
+    meter.begin(true);
+    meter.end(256);
+    CHECK(meter.underruns() == 1);
+    CHECK(meter.own_underruns() == 0);
+    REQUIRE(meter.first_underruns().size() == 1);
+    CHECK(meter.first_underruns()[0].cause == UnderrunCause::host);
+    CHECK(meter.first_underruns()[0].time_s == Approx(256 * 3600.0));
+}
+
+TEST_CASE("An underrun after a call that computed for longer than its sound lasts is ours") {
+    // A sample lasts less than any call takes.
+    OutputMeter meter(1e15);
+    meter.begin(false);
+    meter.end(1);
+    meter.begin(true);
+    meter.end(1);
+    REQUIRE(meter.first_underruns().size() == 1);
+    CHECK(meter.first_underruns()[0].cause == UnderrunCause::ours);
+    CHECK(meter.own_underruns() == 1);
+}
