@@ -66,12 +66,17 @@ void RenderFrameBuilder::prepare(std::span<const SourceSound> sources, RenderFra
         for (std::size_t c = 0; c < s.responses.size(); ++c) {
             const std::span<const float> in = source.ambisonics[c];
             assert(in.size() <= s.config.response_samples);
-            // What comes within the decoder's lead of the emission is lost.
+            // What comes within the decoder's lead of the emission cannot be early enough: it is
+            // heard as much later.
             const auto lead =
                 static_cast<std::ptrdiff_t>(std::min(s.shape.lead_samples, in.size()));
             const auto end = std::transform(in.begin() + lead, in.end(), s.responses[c].begin(),
                                             [&](float x) { return source.gain * x; });
             std::fill(end, s.responses[c].end(), 0.0F);
+            for (std::ptrdiff_t n = 0; n < lead; ++n) {
+                s.responses[c][static_cast<std::size_t>(n)] +=
+                    source.gain * in[static_cast<std::size_t>(n)];
+            }
         }
 
         std::vector<PathSound>& paths = frame.parts->paths[i];

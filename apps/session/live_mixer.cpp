@@ -192,6 +192,8 @@ void LiveMixer::change_stage() noexcept {
         playing_->retire();
         *std::find(ringing_.begin(), ringing_.end(), nullptr) = playing_;
     }
+    // The first one begins from silence, whatever its signals begin with.
+    if (playing_ == nullptr) audible_ = 0;
     waiting_->begin(position_.load(std::memory_order_relaxed), playing_);
     playing_ = std::exchange(waiting_, nullptr);
     if (head_known_) playing_->head_.turn_to(head_);

@@ -154,6 +154,31 @@ TEST_CASE("Reflections come from their side, in time with the direct sound") {
     CHECK(middle_sample(direct) > 480);
 }
 
+TEST_CASE("Reverberation that comes sooner than the decoder can answer is heard late, not lost") {
+    const auto ears_after = [](std::size_t delay) {
+        Signal response(100);
+        response[delay] = 1;
+        SourceSound sound;
+        const Signal silent(100);
+        sound.ambisonics.fill(silent);
+        sound.ambisonics[0] = response;
+        return ears_of(sound);
+    };
+    // The decoder leads by 1 ms, 48 samples: what comes 10 samples after the emission is heard when
+    // that is heard which comes after 58.
+    const Signals soon = ears_after(10);
+    const Signals later = ears_after(58);
+    for (std::size_t e = 0; e < 2; ++e) {
+        CHECK(*std::max_element(later[e].begin(), later[e].end()) > 0.1F);
+        for (std::size_t n = 0; n < later[e].size(); ++n) {
+            // Rounding.
+            if (std::abs(soon[e][n] - later[e][n]) > 1e-6F) FAIL("ear " << e << ", sample " << n);
+        }
+    }
+    // Companion: what can be in time is.
+    CHECK(ears_after(59)[0] != later[0]);
+}
+
 TEST_CASE("A diffuse field has level 0 dB in every octave, from directions anywhere") {
     const std::shared_ptr<const Hrtf> hrtf = kemar();
     constexpr std::size_t kDirections = 400;
