@@ -80,6 +80,7 @@ struct PatchGrid::State {
     std::vector<std::uint64_t> keys;     // kNoKey: given up
     std::vector<std::uint64_t> touched;  // the move at which a triangle was last in the patch
     std::vector<std::uint32_t> given_up;
+    std::vector<std::uint32_t> moving;  // triangles
     std::size_t lasting = 0;  // patches of the start; those after come and go with what moves
     std::uint64_t moves = 0;
     std::size_t reached_count = 0;
@@ -377,10 +378,9 @@ PatchGrid::PatchGrid(const RayScene& scene, float patch_size_m, std::span<const 
                      std::uint64_t seed, WorkerPool& workers)
     : state_(std::make_unique<State>(scene, workers, seed, patch_size_m)) {
     std::vector<std::uint32_t> standing;
-    std::vector<std::uint32_t> moving;
     for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
         state_->add_patches(t);
-        (scene.moves(scene.triangle(t)) ? moving : standing).push_back(t);
+        (scene.moves(scene.triangle(t)) ? state_->moving : standing).push_back(t);
     }
     state_->lasting = state_->keys.size();
     state_->flood_from(inside);
@@ -389,7 +389,7 @@ PatchGrid::PatchGrid(const RayScene& scene, float patch_size_m, std::span<const 
         return find(point, normal);
     });
     state_->area_m2 = state_->static_area_m2;
-    state_->add_reachable(moving, state_->area_m2);
+    state_->add_reachable(state_->moving, state_->area_m2);
 }
 
 PatchGrid::~PatchGrid() = default;
@@ -398,12 +398,8 @@ PatchGrid::PatchGrid(PatchGrid&&) noexcept = default;
 void PatchGrid::scene_moved(int keep) {
     ++state_->moves;
     state_->give_up(static_cast<std::uint64_t>(keep));
-    std::vector<std::uint32_t> moving;
-    for (std::uint32_t t = 0; t < state_->scene.triangle_count(); ++t) {
-        if (state_->scene.moves(state_->scene.triangle(t))) moving.push_back(t);
-    }
     state_->area_m2 = state_->static_area_m2;
-    state_->add_reachable(moving, state_->area_m2);
+    state_->add_reachable(state_->moving, state_->area_m2);
 }
 
 std::uint32_t PatchGrid::find(const Vec3& point, const Vec3& facing_normal) const {
