@@ -42,6 +42,7 @@ std::string listed(const std::vector<DeviceInfo>& devices) {
 }
 
 DeviceInfo choose(const std::vector<DeviceInfo>& devices, const std::string& wanted) {
+    if (wanted == AudioDevice::kNone) return silent_output();
     if (devices.empty()) throw AudioFailure(kNoDevice);
     if (wanted.empty()) {
         const auto found = std::find_if(devices.begin(), devices.end(),
@@ -127,6 +128,7 @@ struct AudioDevice::State {
                                std::to_string(device.output_channels) +
                                " output channels; needed " + std::to_string(settings.channels));
         }
+        if (device.name == AudioDevice::kNone) return open_silent_output(settings);
         return device.host_api == "JACK" ? open_jack_output(device, settings)
                                          : open_port_audio_output(device, settings);
     }

@@ -44,7 +44,11 @@ class AudioDevice {
  public:
     static constexpr double kPatience_s = 30;
 
-    /// `wanted`: an index, a part of a name, or empty for the default device.
+    /// The name of a device that is always there: it asks for sound in real time and throws it
+    /// away.
+    static constexpr const char* kNone = "none";
+
+    /// `wanted`: an index, a part of a name, kNone, or empty for the default device.
     AudioDevice(const std::string& wanted, double sample_rate_hz, std::size_t channels, int block,
                 AudioCallback callback);
     ~AudioDevice();

@@ -43,6 +43,10 @@ std::vector<DeviceInfo> list_port_audio_outputs();
 std::unique_ptr<Output> open_port_audio_output(const DeviceInfo& device,
                                                const OutputSettings& settings);
 
+/// Nobody, in real time.
+DeviceInfo silent_output();
+std::unique_ptr<Output> open_silent_output(const OutputSettings& settings);
+
 /// What an input is opened with.
 struct InputSettings {
     double sample_rate_hz = 48000;

@@ -59,7 +59,8 @@ sound
   --block FRAMES         samples rendered at a time, a power of two [256]
   --duration S           exactly that long [to the end of the path or of the longest unlooped
                          signal and until the room has rung out; only loops: one round; else 10]
-  --device NAME|INDEX    output device: its number or a part of its name [the default one]
+  --device NAME|INDEX    output device: its number or a part of its name; none: in silence
+                         [the default one]
 
 window and remote control
   --no-window            play in the terminal
@@ -73,7 +74,7 @@ other
   --version, --help
 
 exit status: 0 done, 1 failed while running (no device, disk full), 2 bad arguments or input,
-130 after Ctrl-C, 143 after SIGTERM
+130 after Ctrl-C (a second one does not wait for a frame or a file), 143 after SIGTERM
 )";
 }
 

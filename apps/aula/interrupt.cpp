@@ -18,7 +18,8 @@ void note_interrupts() {
     struct sigaction action {};
     action.sa_handler = note;
     sigemptyset(&action.sa_mask);
-    action.sa_flags = SA_RESTART;
+    // What takes long is not asked whether it should end: the second signal ends the program.
+    action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);
     for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaction(signal, &action, nullptr);
 }
 

@@ -14,6 +14,7 @@
 #include "apps/session/osc_remote.h"
 #include "apps/session/player.h"
 #include "apps/session/scene_edits.h"
+#include "audio/device.h"
 #include "engine/error.h"
 #ifdef AULA_HAS_WINDOW
 #include "apps/window/window.h"
@@ -182,12 +183,6 @@ int play_in_terminal(const Arguments& arguments) {
     return interrupt_signal() != 0 ? interrupted_status() : 0;
 }
 
-}  // namespace
-
-#ifdef AULA_HAS_WINDOW
-
-namespace {
-
 /// The scene files of a folder, in the order of their names.
 std::vector<std::filesystem::path> scenes_in(const std::filesystem::path& folder) {
     std::vector<std::filesystem::path> files;
@@ -201,7 +196,13 @@ std::vector<std::filesystem::path> scenes_in(const std::filesystem::path& folder
     return files;
 }
 
-int play_in_window(const Arguments& arguments) {
+}  // namespace
+
+#ifdef AULA_HAS_WINDOW
+
+namespace {
+
+int play_in_window(const Arguments& arguments, const std::vector<std::filesystem::path>& scenes) {
     WindowOptions options;
     options.scene_file = arguments.scene;
     options.session = arguments.session;
@@ -210,10 +211,14 @@ int play_in_window(const Arguments& arguments) {
         of_file.scene = file;
         return read_scene(of_file);
     };
-    if (arguments.scene_dir) options.scenes = scenes_in(*arguments.scene_dir);
+    options.scenes = scenes;
     options.osc = arguments.osc;
     options.screenshot = arguments.screenshot;
     options.screenshot_after_s = arguments.screenshot_after_s;
+    if (arguments.screenshot && arguments.session.device.empty() && list_output_devices().empty()) {
+        options.session.device = AudioDevice::kNone;
+        warn({"there is no audio device: it plays in silence"}, arguments.quiet);
+    }
     options.keeps_state = !arguments.screenshot && std::getenv("AULA_NO_STATE") == nullptr;
     options.interrupted = [] { return interrupt_signal() != 0; };
     show_window(options);
@@ -225,8 +230,10 @@ int play_in_window(const Arguments& arguments) {
 #endif
 
 int play(const Arguments& arguments) {
+    std::vector<std::filesystem::path> scenes;
+    if (arguments.scene_dir) scenes = scenes_in(*arguments.scene_dir);
 #ifdef AULA_HAS_WINDOW
-    if (arguments.window && window_possible()) return play_in_window(arguments);
+    if (arguments.window && window_possible()) return play_in_window(arguments, scenes);
 #endif
     if (arguments.screenshot)
         throw Error("--screenshot", "", "there is no window here; expected a display");

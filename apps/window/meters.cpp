@@ -115,12 +115,16 @@ void Meters::draw(const Model& model) {
     if (s.underruns == 0) {
         ImGui::TextColored({0.5F, 0.85F, 0.6F, 1}, "no underrun in %.0f s", s.time_s);
     } else {
-        ImGui::TextColored(
-            {1, 0.5F, 0.4F, 1}, "%llu underruns, the last %s",
-            static_cast<unsigned long long>(s.underruns),
-            model.last_underrun_s() < 0
-                ? "before"
-                : formatted("%.0f s ago", s.time_s - model.last_underrun_s()).c_str());
+        // Gaps that the sound server made are no fault of the program.
+        const bool ours = s.own_underruns > 0;
+        const std::string when = model.last_underrun_s() < 0
+                                     ? "before"
+                                     : formatted("%.0f s ago", s.time_s - model.last_underrun_s());
+        ImGui::TextColored(ours ? ImVec4{1, 0.5F, 0.4F, 1} : ImVec4{0.9F, 0.75F, 0.45F, 1},
+                           "underruns: %llu ours, %llu the server's; last %s",
+                           static_cast<unsigned long long>(s.own_underruns),
+                           static_cast<unsigned long long>(s.underruns - s.own_underruns),
+                           when.c_str());
     }
 }
 

@@ -207,14 +207,15 @@ void draw_energy(const Model& model, const FrameView& view, ImVec2 size, double 
 void draw_decay(const Model& model, const FrameView& view, const RoomParameters& parameters,
                 ImVec2 size, double to_s, std::size_t band) {
     Plot plot("Decay", "dB, Schroeder", size, to_s, -70, 0);
+    // The octave chosen, or 1 kHz: what is seen is to be what the bar at the top says.
+    const std::size_t of = band == kAllBands ? 4 : band;
     for (std::size_t b = 0; b < kBandCount; ++b)
         plot.line(decay_curve_db(view.response, b, kStep_s), kStep_s,
-                  packed(band_colour(b), b == band ? 1.0F : 0.38F), b == band ? 2.5F : 1.0F);
+                  packed(band_colour(b), b == of ? 1.0F : 0.38F), b == of ? 2.5F : 1.0F);
     if (band == kAllBands)
         plot.line(decay_curve_db(view.response, band, kStep_s), kStep_s,
-                  packed({0.95F, 0.95F, 0.97F}), 2.5F);
-    // T30's slope from -5 to -35 dB, of the octave chosen, or of 1 kHz.
-    const std::size_t of = band == kAllBands ? 4 : band;
+                  packed({0.95F, 0.95F, 0.97F}, 0.6F), 1.0F);
+    // T30's slope from -5 to -35 dB.
     if (const auto t30_s = parameters[of].t30_s) {
         const std::vector<float> decay = decay_curve_db(view.response, of, kStep_s);
         const auto start = std::find_if(decay.begin(), decay.end(), [](float d) { return d < -5; });
@@ -225,8 +226,8 @@ void draw_decay(const Model& model, const FrameView& view, const RoomParameters&
     }
     const auto& other = model.other_setting();
     if (other.view)
-        plot.line(decay_curve_db(other.view->response, band, kStep_s), kStep_s,
-                  packed(kOther, 0.9F), 1.5F);
+        plot.line(decay_curve_db(other.view->response, of, kStep_s), kStep_s, packed(kOther, 0.9F),
+                  1.5F);
 }
 
 struct Row {

@@ -84,6 +84,33 @@ TEST_CASE("The window opens, plays and draws: a screenshot is written, and nothi
     CHECK(names_in(folder.path()).size() == 1);
 }
 
+TEST_CASE("Without a sound device a screenshot is taken in silence, and that is said in a line") {
+    if (run_program({"sh", "-c", "command -v Xvfb"}).status != 0) {
+        WARN("skipped: there is no Xvfb here");
+        return;
+    }
+    const Display display;
+    const TemporaryFolder folder;
+    const std::string picture = folder.path() / "window.png";
+    setenv("JACK_DEFAULT_SERVER", "aula-test-no-such-server", 1);
+    setenv("PULSE_SERVER", "unix:/nowhere", 1);
+    const ProgramResult devices = run_program({AULA_PROGRAM, "--list-devices"});
+    const ProgramResult result =
+        run_program({AULA_PROGRAM, AULA_SOURCE_DIR "/scenes/shoebox.json", "--screenshot", picture,
+                     "--after", "0.5", "--frame-rate", "10", "--rays", "200"});
+    unsetenv("JACK_DEFAULT_SERVER");
+    unsetenv("PULSE_SERVER");
+    INFO(result.err);
+    if (!display.running() || devices.out != "no output devices\n" ||
+        result.err.find("there is no window here") != std::string::npos) {
+        WARN("skipped: no display can be had here, or there is a sound card");
+        return;
+    }
+    CHECK(result.status == 0);
+    CHECK(png_size(picture) == std::pair{1280U, 800U});
+    CHECK(result.err.find("it plays in silence\n") == result.err.size() - 21);
+}
+
 TEST_CASE("Without a display the terminal plays, and a screenshot is refused") {
     unsetenv("DISPLAY");
     unsetenv("WAYLAND_DISPLAY");
