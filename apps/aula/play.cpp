@@ -221,7 +221,8 @@ int play_in_window(const Arguments& arguments, const std::vector<std::filesystem
     }
     options.keeps_state = !arguments.screenshot && std::getenv("AULA_NO_STATE") == nullptr;
     options.interrupted = [] { return interrupt_signal() != 0; };
-    show_window(options);
+    const PlayStatus status = show_window(options);
+    if (!arguments.quiet && !arguments.screenshot) print_summary(status);
     return interrupt_signal() != 0 ? interrupted_status() : 0;
 }
 

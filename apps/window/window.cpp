@@ -276,7 +276,7 @@ void give_way() {
 
 bool window_possible() { return opens_window(); }
 
-void show_window(const WindowOptions& options) {
+PlayStatus show_window(const WindowOptions& options) {
     // The player's threads come first: they do not give way.
     Model model(options);
     give_way();
@@ -287,6 +287,7 @@ void show_window(const WindowOptions& options) {
     App app(options, model, file ? read_state(*file) : WindowState{});
     app.run();
     if (file) write_state(app.state(), *file);
+    return model.status();
 }
 
 }  // namespace aula

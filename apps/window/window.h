@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/session/player.h"
 #include "apps/session/session_options.h"
 #include "engine/scene.h"
 
@@ -27,7 +28,7 @@ struct WindowOptions {
 bool window_possible();
 
 /// Plays a scene in a window until that is closed, the time that was asked for is over, or a
-/// screenshot has been written. Throws Error, AudioInputError, AudioFailure.
-void show_window(const WindowOptions& options);
+/// screenshot has been written; how that went. Throws Error, AudioInputError, AudioFailure.
+PlayStatus show_window(const WindowOptions& options);
 
 }  // namespace aula
