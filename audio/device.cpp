@@ -104,12 +104,11 @@ std::vector<DeviceInfo> list_output_devices() {
 }
 
 struct AudioDevice::State {
-    State(std::string name, const OutputSettings& wanted_settings)
-        : wanted(std::move(name)), settings(wanted_settings), meter(settings.sample_rate_hz) {
+    explicit State(const OutputSettings& wanted)
+        : settings(wanted), meter(settings.sample_rate_hz) {
         settings.meter = &meter;
     }
 
-    std::string wanted;
     OutputSettings settings;
     OutputMeter meter;
     DeviceInfo info;
@@ -133,10 +132,11 @@ struct AudioDevice::State {
                                          : open_port_audio_output(device, settings);
     }
 
-    /// One attempt to have it back: the same device, or the default one if that was asked for.
+    /// One attempt to have the same device back. Other sound systems than its own are left alone.
     bool reopen() {
         try {
-            const std::vector<DeviceInfo> devices = list_output_devices();
+            const std::vector<DeviceInfo> devices =
+                info.host_api == "JACK" ? list_jack_outputs() : list_port_audio_outputs();
             const auto same = std::find_if(devices.begin(), devices.end(), [&](const auto& d) {
                 return d.name == info.name && d.host_api == info.host_api;
             });
@@ -179,7 +179,7 @@ struct AudioDevice::State {
 AudioDevice::AudioDevice(const std::string& wanted, double sample_rate_hz, std::size_t channels,
                          int block, AudioCallback callback)
     : state_(std::make_unique<State>(
-          wanted, OutputSettings{sample_rate_hz, channels, block, std::move(callback), nullptr})) {
+          OutputSettings{sample_rate_hz, channels, block, std::move(callback), nullptr})) {
     State& s = *state_;
     s.info = choose(list_output_devices(), wanted);
     s.output = s.open(s.info);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cerrno>
 #include <cstdlib>
 #include <memory>
 #include <string>
@@ -72,8 +73,11 @@ class JackOutput final : public Output {
         const std::vector<std::string> inputs = inputs_of(client_.get(), device_.name);
         if (inputs.size() < settings_.channels) fail("its inputs are gone");
         for (std::size_t c = 0; c < settings_.channels; ++c) {
-            jack_connect(client_.get(), jack_port_name(ports_[c]), inputs[c].c_str());
+            const int error =
+                jack_connect(client_.get(), jack_port_name(ports_[c]), inputs[c].c_str());
+            if (error != 0 && error != EEXIST) fail("cannot be connected");
         }
+        connected_ = true;
     }
 
     bool alive() const override { return !dead_; }
@@ -87,6 +91,14 @@ class JackOutput final : public Output {
  private:
     /// [audio thread, wait-free]
     void fill(jack_nframes_t frames) noexcept AULA_NONBLOCKING {
+        // All channels begin together, with the first sample.
+        if (!connected_.load(std::memory_order_relaxed)) {
+            for (std::size_t c = 0; c < settings_.channels; ++c) {
+                std::fill_n(static_cast<float*>(jack_port_get_buffer(ports_[c], frames)), frames,
+                            0.0F);
+            }
+            return;
+        }
         const FlushDenormals flush;
         const int xruns = xruns_.load(std::memory_order_relaxed);
         settings_.meter->begin(xruns != seen_xruns_);
@@ -123,6 +135,7 @@ class JackOutput final : public Output {
     OutputSettings settings_;
     std::array<jack_port_t*, kMostChannels> ports_{};
     std::atomic<bool> dead_{false};
+    std::atomic<bool> connected_{false};
     std::atomic<int> xruns_{0};
     int seen_xruns_ = 0;
     Client client_;  ///< ends first
@@ -165,6 +178,7 @@ class JackInput final : public Input {
     std::string name_;
     jack_port_t* port_ = nullptr;
     std::atomic<bool> dead_{false};
+    std::atomic<bool> connected_{false};
     Client client_;  ///< ends first
 };
 

@@ -123,7 +123,7 @@ void PathTrack::read(const DelayLine& line, const HeadRotation& head,
     advance_direction(samples);
     if (shape_.hrtf != nullptr && turned_ == shape_.turn_samples) {
         const std::array<float, 3> direction = in_head_axes(head, direction_);
-        if (distance(direction, ear_direction_) > kSameDirection) {
+        if (!(distance(direction, ear_direction_) <= kSameDirection)) {
             take_ears(direction, 1);
             turned_ = 0;
             for (std::size_t p = 0; p < 2; ++p) points_[p].ear_delay.move_to(ear_delays_[p]);

@@ -14,7 +14,6 @@ namespace aula {
 namespace {
 
 constexpr std::size_t kSmallest = 16;
-constexpr std::size_t kLargestHead = 4096;
 constexpr std::size_t kLargest = 8192;
 
 /// Levels of the given sizes, each from where it can start to where the next one starts.
@@ -71,7 +70,7 @@ double product_cost(const ConvolutionShape& shape, const PartitionLevel& level) 
 }
 
 std::vector<PartitionLevel> partition_levels(const ConvolutionShape& shape) {
-    assert(shape.block >= 1 && shape.block <= kLargestHead && shape.taps >= 1);
+    assert(shape.block >= 1 && shape.block <= kLargest && shape.taps >= 1);
     const std::size_t head = std::max(kSmallest, std::bit_ceil(shape.block));
     std::vector<PartitionLevel> best;
     double best_cost = std::numeric_limits<double>::infinity();

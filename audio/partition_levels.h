@@ -10,7 +10,7 @@ namespace aula {
 struct ConvolutionShape {
     std::size_t inputs = 1;
     std::size_t outputs = 1;
-    std::size_t block = 256;           ///< largest number of samples of a call, at most 4096
+    std::size_t block = 256;           ///< largest number of samples of a call, at most 8192
     std::size_t taps = 1;              ///< of the longest filter
     bool half_precision_tail = false;  ///< all levels but the first: half the memory, -74 dB error
 };

@@ -44,9 +44,10 @@ class Decoder {
 }  // namespace
 
 struct Renderer::State {
-    State(const RendererConfig& settings, const Hrtf* hrtf)
+    State(const RendererConfig& settings, std::shared_ptr<const Hrtf> head)
         : config(settings),
-          shape(settings, hrtf),
+          hrtf(std::move(head)),
+          shape(settings, hrtf.get()),
           fade(raised_cosine(shape.fade_samples)),
           reverberation(shape.reverberation, shape.fade_samples),
           rotation(field_order(settings), shape.path.turn_samples),
@@ -70,6 +71,7 @@ struct Renderer::State {
     }
 
     RendererConfig config;
+    std::shared_ptr<const Hrtf> hrtf;  ///< kept alive
     RenderShape shape;
     std::vector<float> fade;
     FractionalDelay interpolator;
@@ -126,7 +128,7 @@ struct Renderer::State {
 };
 
 Renderer::Renderer(const RendererConfig& config, std::shared_ptr<const Hrtf> hrtf)
-    : state_(std::make_unique<State>(config, hrtf.get())) {}
+    : state_(std::make_unique<State>(config, std::move(hrtf))) {}
 
 Renderer::~Renderer() {
     for (std::size_t i = 0; i < state_->held_count; ++i) mailbox_.give_back(state_->held[i]);

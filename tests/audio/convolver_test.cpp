@@ -60,6 +60,7 @@ TEST_CASE("Convolution through several levels agrees with its definition") {
                  Case{{1, 1, 16, 12000}, 4, {16}},               //
                  Case{{1, 1, 512, 20000}, 2, {512, 480}},        //
                  Case{{1, 1, 4096, 20000}, 1, {4096}},           // larger ones would start too late
+                 Case{{1, 1, 8192, 20000}, 1, {8192}},           // the largest block
                  Case{{1, 5, 64, 9000}, 3, {64}},                // odd outputs
                  Case{{1, 1, 128, 20000, true}, 3, {128}});
     CAPTURE(c.shape.inputs, c.shape.outputs, c.shape.block, c.shape.half_precision_tail);
@@ -127,7 +128,7 @@ TEST_CASE("Half precision holds at any level of the response") {
 }
 
 TEST_CASE("Levels follow one another without a gap and start where they can") {
-    for (const std::size_t block : {1U, 16U, 100U, 128U, 256U, 480U, 1024U, 4096U}) {
+    for (const std::size_t block : {1U, 16U, 100U, 128U, 256U, 480U, 1024U, 4096U, 8192U}) {
         for (const std::size_t taps : {1U, 100U, 5000U, 96000U, 480000U}) {
             for (const std::size_t outputs : {1U, 2U, 16U}) {
                 const ConvolutionShape shape{1, outputs, block, taps};
