@@ -25,7 +25,7 @@ constexpr float kRouletteWeight = 0.7F;
 constexpr double kLate_s = 0.512;
 constexpr float kLateShare = 0.25F;
 
-constexpr std::size_t kAhead = 16;  // bins of a row that are asked for before their turn
+constexpr std::size_t kAhead = 32;  // bins of a row that are asked for before their turn
 
 struct MirrorRay {
     Ray ray;
@@ -142,7 +142,7 @@ void convert_row(const std::int64_t* sums, std::size_t first_bin, std::size_t en
     BandVector all = load_bands(total);
     for (std::size_t k = first_bin; k < end_bin; ++k) {
         // Ask for what comes soon: rows lie all over memory.
-        __builtin_prefetch(sums + (k + kAhead) * kBandCount);
+        __builtin_prefetch(sums + std::min(k + kAhead, end_bin) * kBandCount);
         const BandVector e = to_bands(sums + k * kBandCount, scale);
         store_bands(e, energy + k * kBandCount);
         sum[k] = sum_of_bands(e)[0];

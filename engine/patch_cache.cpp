@@ -29,7 +29,7 @@ constexpr double kJump_m = 1;
 constexpr std::size_t kClearing = 2;
 
 constexpr std::size_t kAxes = 3;
-constexpr std::size_t kAhead = 12;  // deposits that are asked for before their turn
+constexpr std::size_t kAhead = 28;  // deposits that are asked for before their turn
 
 /// Adds energies, or takes them out.
 inline void add_energy(const BandSums& units, std::int64_t sign, std::int64_t* sums) {
