@@ -25,7 +25,7 @@ constexpr float kGroupHits = 16;
 
 /// Hits at the patch's mean that are taken to be known beforehand of every part, so that one that
 /// few rays meet does not stray far from the mean.
-constexpr float kKnownHits = 1;
+constexpr float kKnownHits = 0.25F;
 
 /// Standard deviations by which the squares of the hits have to be above what chance makes of them.
 constexpr double kSignificance = 6;

@@ -94,7 +94,7 @@ TEST_CASE("a lid over a hollow radiates all that its patch takes") {
         add_boxes(scene, across);
         const Surveyed s(scene);
         // Some 400 hits of the flood for the whole, where the parts' own noise is gone: 5 %. A
-        // hit beside 16 is taken as known, and brings the share 5 % nearer to a half.
+        // quarter of a hit beside 16 is taken as known, and brings the share 1 % nearer to a half.
         CHECK(s.share_of_lid() == Approx(1).margin(0.15));
         // Companions: by area alone the lid had half, and the inside the other.
         const Surveyed::Place lid = s.met(kCorner + Vec3(0.2F, 0.21F, 1), kDown);
