@@ -59,6 +59,7 @@ struct Quadrature {
 // P_l(u.v), are ratios of Bessel functions I_(l+1/2)(k) / I_(1/2)(k) and follow
 //     A_(l+1) = A_(l-1) - (2l + 1) / k A_l,  A_0 = 1,  A_1 = coth k - 1/k.
 std::vector<double> moments_of(double concentration, int order) {
+    assert(order >= 1);
     std::vector<double> moments(static_cast<std::size_t>(order) + 1, 0.0);
     moments[0] = 1;
     // Upwards the recurrence is stable while l < k; else it is run down from far above, as ratios
@@ -81,9 +82,10 @@ std::vector<double> moments_of(double concentration, int order) {
     return moments;
 }
 
-/// The moments of the distribution whose first is `length`.
+/// The moments of the distribution whose first is `length`; A_0 = 1 alone for order 0.
 std::vector<double> moments_from_first(double length, int order) {
-    if (length >= 1) return std::vector<double>(static_cast<std::size_t>(order) + 1, 1.0);
+    if (length >= 1 || order == 0)
+        return std::vector<double>(static_cast<std::size_t>(order) + 1, 1.0);
     double low = 0;
     double high = 2 / (1 - length);
     for (int step = 0; step < 60; ++step) {

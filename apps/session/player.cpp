@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <condition_variable>
-#include <deque>
 #include <exception>
 #include <mutex>
 #include <optional>
 #include <thread>
 
+#include "apps/session/frame_clock.h"
 #include "apps/session/live_mixer.h"
 #include "apps/session/performance.h"
 #include "audio/error.h"
@@ -24,7 +23,7 @@ constexpr double kSettle_s = 0.25;
 }  // namespace
 
 struct Player::State {
-    using Clock = std::chrono::steady_clock;
+    using Clock = FrameClock::Clock;
 
     /// What is to be played next.
     struct Change {
@@ -41,7 +40,6 @@ struct Player::State {
 
     void fade_out();
     void propagate();
-    Clock::duration lead() const;
     PoseLatency latency() const;
     static std::int64_t to_ns(Clock::time_point time) { return time.time_since_epoch().count(); }
     void turn_head(const Pose& pose, std::int64_t given_ns);
@@ -51,7 +49,7 @@ struct Player::State {
     void publish();
     void begin_prepared();
     void show(double spare_s);
-    double scene_time_s() const { return time_s - playing->zero_s; }
+    double scene_time_s() const { return clock.time_s() - playing->zero_s; }
 
     void prepare_changes();
     std::unique_ptr<Performance> prepare(const Change& change, const Reusable& before, double at_s,
@@ -63,14 +61,12 @@ struct Player::State {
     std::unique_ptr<Monitor> monitor;
 
     // Of the propagation thread.
-    Clock::time_point shown;                ///< when the last view was made
-    double time_s = 0;                      ///< of the frame in hand, of all that was played
+    Clock::time_point shown;  ///< when the last view was made
+    FrameClock clock{Clock::now()};
     std::unique_ptr<RenderFrame> computed;  ///< waits for its time to be published
     Pose computed_pose;
-    std::int64_t pose_ns = 0;   ///< when the pose of the frame in hand was given
-    std::int64_t frame_ns = 0;  ///< when it is due that the frame's pose is taken
+    std::int64_t pose_ns = 0;  ///< when the pose of the frame in hand was given
     LatencyCounts compute_time;
-    std::deque<double> recent_s;  ///< what the last frames took to compute
 
     std::mutex mutex;  ///< of what follows
     std::condition_variable stopping;
@@ -78,6 +74,7 @@ struct Player::State {
     bool stop = false;
     std::unique_ptr<Performance> playing;  ///< exchanged and used by the propagation thread
     std::unique_ptr<Performance> prepared;
+    bool in_work = false;  ///< a change is being prepared
     std::optional<Change> change;
     PlayControls controls;
     PlayStatus status;
@@ -166,59 +163,25 @@ void Player::State::open_device(const SessionOptions& options) {
 /// Wakes at each frame time: publishes the frame computed since the one before, begins a change
 /// that is prepared, then computes the next frame for the newest poses. [propagation thread]
 void Player::State::propagate() {
-    // Where on the clock the sound's time zero lies. Corrected slowly towards the time that was
-    // really played, as a device's clock is never quite this one; a fiftieth each frame leaves
-    // less than 0.1 ms of the jitter that comes from sound being played in blocks.
-    constexpr double kCorrection = 0.02;
-    // Farther than this from what was played: the device is gone, or was. Time waits for it.
-    constexpr double kLost_s = 0.5;
-    Clock::time_point zero = Clock::now();
-    const auto at = [&](double seconds) {
-        return zero +
-               std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
-    };
-    for (;;) {
-        const double frame_s = playing->maker.config().frame_s;
-        time_s += frame_s;
+    const auto wait_until = [this](Clock::time_point time) {
         std::unique_lock lock(mutex);
-        if (stopping.wait_until(lock, at(time_s), [this] { return stop; })) return;
-        lock.unlock();
+        return !stopping.wait_until(lock, time, [this] { return stop; });
+    };
+    clock = FrameClock(Clock::now());
+    for (;;) {
+        clock.next(playing->maker.config().frame_s);
+        if (!wait_until(clock.due())) return;
         publish();
-
-        const double now_s = std::chrono::duration<double>(Clock::now() - zero).count();
-        // Frame times that have passed meanwhile are left out.
-        const double missed = std::floor((now_s - time_s) / frame_s);
-        if (missed > 0) {
-            lock.lock();
-            status.late_frames += static_cast<std::uint64_t>(missed);
-            lock.unlock();
-            time_s += missed * frame_s;
+        if (const std::uint64_t missed = clock.leave_out_missed(Clock::now()); missed > 0) {
+            const std::lock_guard lock(mutex);
+            status.late_frames += missed;
         }
         begin_prepared();
-        // As late as it can be, so that the frame knows the newest pose and still is ready in time.
-        lock.lock();
-        if (stopping.wait_until(lock, at(time_s + frame_s) - lead(), [this] { return stop; }))
-            return;
-        lock.unlock();
-        frame_ns = to_ns(at(time_s));
+        if (!wait_until(clock.begin())) return;
         compute();
-        show(std::chrono::duration<double>(at(time_s + frame_s) - Clock::now()).count());
-        const double ahead_s = mixer->time_s() - now_s;
-        const bool lost = std::abs(ahead_s) > kLost_s;
-        if (lost) time_s += ahead_s;
-        zero -= std::chrono::duration_cast<Clock::duration>(
-            std::chrono::duration<double>((lost ? 1 : kCorrection) * ahead_s));
+        show(std::chrono::duration<double>(clock.end() - Clock::now()).count());
+        clock.follow(mixer->time_s(), Clock::now());
     }
-}
-
-/// How long before it is due a frame's computation begins: as long as the longest of the last ones
-/// took, and a little.
-Player::State::Clock::duration Player::State::lead() const {
-    constexpr double kMargin_s = 0.002;
-    double longest_s = kMargin_s;
-    for (const double s : recent_s) longest_s = std::max(longest_s, s);
-    return std::chrono::duration_cast<Clock::duration>(
-        std::chrono::duration<double>(longest_s + kMargin_s));
 }
 
 PoseLatency Player::State::latency() const {
@@ -239,8 +202,9 @@ void Player::State::compute() {
     {
         const std::lock_guard lock(mutex);
         with = controls;
-        // A path's pose is that of the frame's time; one by hand has been waiting since it came.
-        pose_ns = with.listener ? unheard_ns.value_or(to_ns(begin)) : frame_ns;
+        // A path's pose is that of the frame's time; one by hand has been waiting since it came,
+        // if there is a new one: 0 is not counted.
+        pose_ns = with.listener ? unheard_ns.value_or(0) : to_ns(clock.due());
         unheard_ns.reset();
     }
     const double at_s = scene_time_s();
@@ -250,9 +214,7 @@ void Player::State::compute() {
     playing->maker.fill(at_s, with, *computed);
 
     const double took_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-    constexpr std::size_t kRecent = 30;
-    recent_s.push_back(took_ms / 1000);
-    if (recent_s.size() > kRecent) recent_s.pop_front();
+    clock.took(took_ms / 1000);
     compute_time.add(static_cast<std::int64_t>(1e6 * took_ms));
     const std::lock_guard lock(mutex);
     frame_sum_ms += took_ms;
@@ -334,12 +296,12 @@ void Player::State::begin_prepared() {
         }
         if (!prepared) return;
         if (!prepared->starts_anew) prepared->take_signals(*playing);
-        prepared->zero_s = prepared->starts_anew ? time_s : playing->zero_s;
+        prepared->zero_s = prepared->starts_anew ? clock.time_s() : playing->zero_s;
         if (prepared->starts_anew) controls = {};
         std::swap(playing, prepared);
         spent.push_back(std::move(prepared));
         ++status.changes;
-        status.preparing = change.has_value();
+        status.preparing = change || in_work;
     }
     wanted.notify_all();
     compute();
@@ -367,6 +329,7 @@ void Player::State::prepare_changes() {
         auto unused_stages = std::exchange(spent_stages, {});
         auto unused = std::exchange(spent, {});
         const std::optional<Change> made = std::exchange(change, {});
+        in_work = made.has_value();
         Reusable before = playing->reusable();
         // What begins anew plays what its scene says.
         if (made && made->starts_anew) before.sources.clear();
@@ -384,6 +347,7 @@ void Player::State::prepare_changes() {
         }
         lock.lock();
         if (!made) continue;
+        in_work = false;
         status.change_error = error;
         if (!error.empty()) ++status.failed_changes;
         // One that was prepared before and has not begun gives way.
