@@ -1,9 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <memory>
+#include <numbers>
 #include <vector>
 
+#include "audio/convolver_levels.h"
 #include "audio/renderer.h"
 #include "tests/audio/signals.h"
 
@@ -77,6 +81,32 @@ inline SourceSound sound_of(const Signals& ambisonics) {
     SourceSound sound;
     for (std::size_t c = 0; c < ambisonics.size(); ++c) sound.ambisonics[c] = ambisonics[c];
     return sound;
+}
+
+/// How far a 1 kHz tone that is heard at one delay, then at another with half the gain, is from a
+/// raised cosine between the two.
+inline double worst_off_crossfade(const SourceSound& before, double delay_before,
+                                  const SourceSound& after, double delay_after) {
+    constexpr std::size_t kSamples = 12000;
+    constexpr std::size_t kChange = 5120;
+    constexpr std::size_t kFade = 1024;
+    Player player(config_for(OutputFormat::mono), nullptr, {sine(1000, kSamples, kRate_hz)});
+    player.publish({before});
+    player.play_until(kChange);
+    player.publish({after});
+    player.play_until(kSamples);
+    const std::vector<float> weights = raised_cosine(kFade);
+    double worst = 0;
+    for (std::size_t n = 3000; n < kSamples; ++n) {
+        const double w = n < kChange ? 0 : n - kChange < kFade ? double{weights[n - kChange]} : 1;
+        const auto tone = [&](double delay) {
+            return std::sin(2 * std::numbers::pi * 1000 * (static_cast<double>(n) - delay) /
+                            kRate_hz);
+        };
+        const double expected = (1 - w) * tone(delay_before) + w * 0.5 * tone(delay_after);
+        worst = std::max(worst, std::abs(double{player.output(0)[n]} - expected));
+    }
+    return worst;
 }
 
 }  // namespace aula::test
