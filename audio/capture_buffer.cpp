@@ -15,7 +15,8 @@ constexpr double kFade_s = 0.005;
 }  // namespace
 
 CaptureBuffer::CaptureBuffer(double sample_rate_hz, int block)
-    : ring_(static_cast<std::size_t>(kRoom_s * sample_rate_hz)),
+    : ring_(std::max(static_cast<std::size_t>(kRoom_s * sample_rate_hz),
+                     4 * static_cast<std::size_t>(block))),
       second_(static_cast<std::size_t>(sample_rate_hz)),
       most_reserve_(static_cast<std::size_t>(kMostReserve_s * sample_rate_hz)),
       reserve_(static_cast<std::size_t>(block)),

@@ -181,7 +181,7 @@ AudioDevice::AudioDevice(const std::string& wanted, double sample_rate_hz, std::
     : state_(std::make_unique<State>(
           OutputSettings{sample_rate_hz, channels, block, std::move(callback), nullptr})) {
     State& s = *state_;
-    s.info = choose(list_output_devices(), wanted);
+    s.info = wanted == kNone ? silent_output() : choose(list_output_devices(), wanted);
     s.output = s.open(s.info);
 }
 

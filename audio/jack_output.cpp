@@ -97,6 +97,7 @@ class JackOutput final : public Output {
                 std::fill_n(static_cast<float*>(jack_port_get_buffer(ports_[c], frames)), frames,
                             0.0F);
             }
+            seen_xruns_ = xruns_.load(std::memory_order_relaxed);
             return;
         }
         const FlushDenormals flush;
@@ -178,7 +179,6 @@ class JackInput final : public Input {
     std::string name_;
     jack_port_t* port_ = nullptr;
     std::atomic<bool> dead_{false};
-    std::atomic<bool> connected_{false};
     Client client_;  ///< ends first
 };
 

@@ -57,7 +57,9 @@ void OutputMeter::begin(bool underflow) noexcept {
     cpu_start_s_ = thread_cpu_s();
     if (!underflow) return;
     const std::int64_t now = samples_.load(std::memory_order_relaxed);
-    const auto shortly = static_cast<std::int64_t>(kBlame_s * sample_rate_hz_);
+    // Large blocks at low rates last longer than that.
+    const auto shortly =
+        std::max(static_cast<std::int64_t>(kBlame_s * sample_rate_hz_), 2 * last_samples_);
     const auto shortly_before = [&](std::int64_t at) { return at >= 0 && now - at <= shortly; };
     const UnderrunCause cause = shortly_before(ours_at_)       ? UnderrunCause::ours
                                 : shortly_before(machines_at_) ? UnderrunCause::machine
@@ -89,6 +91,7 @@ void OutputMeter::end(int samples) noexcept {
     }
     busy_s_.store(busy_s_.load(std::memory_order_relaxed) + busy_s, std::memory_order_relaxed);
     samples_.store(samples_.load(std::memory_order_relaxed) + samples, std::memory_order_relaxed);
+    last_samples_ = samples;
     last_call_.store(end.time_since_epoch().count(), std::memory_order_relaxed);
 }
 

@@ -65,6 +65,7 @@ class OutputMeter {
     // The newest late calls, in samples; -1: none.
     std::int64_t ours_at_ = -1;
     std::int64_t machines_at_ = -1;
+    std::int64_t last_samples_ = 0;  ///< of the last call
     std::atomic<bool> known_thread_{false};
     std::atomic<bool> realtime_{true};
     std::atomic<std::uint64_t> ours_{0};

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 
@@ -23,10 +24,17 @@ constexpr std::chrono::milliseconds kSilenceOfLostDevice{1000};
 
 void ignore(const char*, int, const char*, int, const char*, ...) {}
 
+/// PortAudio's calls are not for several threads at once, nor is the environment.
+std::mutex& library() {
+    static std::mutex mutex;
+    return mutex;
+}
+
 /// PortAudio, initialised while alive, without the chatter of what is below it and without JACK.
 class PortAudio {
  public:
     PortAudio() {
+        const std::lock_guard lock(library());
         snd_lib_error_set_handler(ignore);
         // PortAudio aborts when it ends after a JACK server has died: it must not find one.
         constexpr const char* kServer = "JACK_DEFAULT_SERVER";
@@ -45,11 +53,15 @@ class PortAudio {
                                Pa_GetErrorText(error));
         }
     }
-    ~PortAudio() { Pa_Terminate(); }
+    ~PortAudio() {
+        const std::lock_guard lock(library());
+        Pa_Terminate();
+    }
     PortAudio(const PortAudio&) = delete;
     PortAudio& operator=(const PortAudio&) = delete;
 
     std::vector<DeviceInfo> outputs() const {
+        const std::lock_guard lock(library());
         std::vector<DeviceInfo> devices;
         for (int i = 0; i < Pa_GetDeviceCount(); ++i) {
             const PaDeviceInfo& device = *Pa_GetDeviceInfo(i);
@@ -74,6 +86,7 @@ class PortAudioOutput final : public Output {
             return d.name == device.name && d.host_api == device.host_api;
         });
         if (found == there.end()) fail("is gone");
+        const std::lock_guard lock(library());
         PaStreamParameters output{};
         output.device = found->index;
         output.channelCount = static_cast<int>(settings.channels);
@@ -92,6 +105,7 @@ class PortAudioOutput final : public Output {
 
     ~PortAudioOutput() override {
         if (stream_ == nullptr) return;
+        const std::lock_guard lock(library());
         // What is in the buffers is played to its end where there is somebody to play it.
         if (started_ && alive()) {
             Pa_StopStream(stream_);
@@ -103,6 +117,7 @@ class PortAudioOutput final : public Output {
 
     void start() override {
         settings_.meter->touch();
+        const std::lock_guard lock(library());
         const PaError error = Pa_StartStream(stream_);
         if (error != paNoError) fail("cannot be started", error);
         started_ = true;
@@ -157,6 +172,7 @@ class PortAudioOutput final : public Output {
 class PortAudioInput final : public Input {
  public:
     PortAudioInput(const DeviceInfo& beside, const InputSettings& settings) : settings_(settings) {
+        const std::lock_guard lock(library());
         const int device = input_beside(beside);
         if (device == paNoDevice) throw AudioFailure("no microphone: there is no input device");
         const PaDeviceInfo& info = *Pa_GetDeviceInfo(device);
@@ -178,6 +194,7 @@ class PortAudioInput final : public Input {
     }
 
     ~PortAudioInput() override {
+        const std::lock_guard lock(library());
         Pa_AbortStream(stream_);
         Pa_CloseStream(stream_);
     }

@@ -67,10 +67,11 @@ struct Exposure::State {
         find_alike();
         part_of_face.assign(2 * scene.triangle_count(), kNone);
         for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
-            if (first_alike[t] != t || !is_small(scene.triangle(t))) continue;
+            const RayScene::Triangle& triangle = scene.triangle(t);
+            if (first_alike[t] != t || scene.moves(triangle) || !is_small(triangle)) continue;
             for (std::uint32_t side = 0; side < 2; ++side) {
                 part_of_face[2 * t + side] = static_cast<std::uint32_t>(parts.size());
-                parts.push_back({0, area_of(scene.triangle(t)), kNone});
+                parts.push_back({0, area_of(triangle), kNone});
             }
         }
     }
@@ -93,6 +94,11 @@ struct Exposure::State {
         first.reserve(scene.triangle_count());
         for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
             std::uint64_t corners = 0;
+            // What moves does not stay at one place with anything.
+            if (scene.moves(scene.triangle(t))) {
+                first_alike.push_back(t);
+                continue;
+            }
             for (const Vec3& v : scene.triangle(t).vertices) {
                 corners += derive_seed(1, std::bit_cast<std::uint32_t>(v.x),
                                        std::bit_cast<std::uint32_t>(v.y),
@@ -125,7 +131,7 @@ struct Exposure::State {
         return polygon.count() > 2 ? polygon.area_m2() : 0;
     }
 
-    /// The part of a point, kNone if no sound has met it.
+    /// The piece that a point is in.
     Piece piece_at(std::uint32_t triangle, const Vec3& point, const Vec3& normal) const {
         const std::uint32_t t = first_alike[triangle];
         return {t, glm::dot(normal, scene.triangle(t).normal) < 0, cube_of(point)};
@@ -179,10 +185,12 @@ struct Exposure::State {
 
     /// Of the square of the density of N hits n in parts a of the area A the mean over A,
     /// relative to the squared mean, is A / N^2 sum n (n - 1) / a: a pair of hits for each.
-    /// Where all is even it is 1 but for chance, with the variance 2 S / N^2 for S parts.
+    /// Where all is even it is 1 but for chance, with the variance 2 S / N^2 for S parts. As parts
+    /// that lie in two patches are counted in one, one of the two N is the sum of the n.
     void find_uneven(std::span<const float> patch_area_m2) {
         std::vector<double> pairs(hits.size(), 0);
         std::vector<double> count(hits.size(), 0);
+        std::vector<double> hits_of_parts(hits.size(), 0);
         hits_per_m2.assign(hits.size(), 0);
         for (std::size_t p = 0; p < hits.size(); ++p) {
             if (patch_area_m2[p] > 0) hits_per_m2[p] = hits[p] / patch_area_m2[p];
@@ -192,12 +200,13 @@ struct Exposure::State {
             const double expected = double{part.area_m2} * double{hits_per_m2[part.patch]};
             pairs[part.patch] += double{part.hits} * (double{part.hits} - 1) / double{part.area_m2};
             count[part.patch] += 1 / -std::expm1(-expected);
+            hits_of_parts[part.patch] += double{part.hits};
         }
         uneven.assign(hits.size(), 0);
         for (std::size_t p = 0; p < hits.size(); ++p) {
             const double n = double{hits[p]};
-            if (n < 2) continue;
-            const double squares = double{patch_area_m2[p]} * pairs[p] / (n * n);
+            if (n < 2 || hits_of_parts[p] < 2) continue;
+            const double squares = double{patch_area_m2[p]} * pairs[p] / (n * hits_of_parts[p]);
             uneven[p] = squares - 1 > kSignificance * std::sqrt(2 * count[p]) / n;
         }
     }
@@ -234,7 +243,7 @@ void Exposure::settle(
     s.hits.resize(area_m2.size(), 0);
     s.join_small(area_m2, patch_of);
     for (const auto& [part, piece] : s.pieces) s.parts[part].area_m2 = s.area_of(piece);
-    s.pieces.clear();
+    s.pieces = {};
     s.find_uneven(area_m2);
 }
 
@@ -254,11 +263,6 @@ float Exposure::relative(std::uint32_t patch, std::uint32_t triangle, const Vec3
     }
     const Part& p = s.parts[part];
     return (p.hits + kKnownHits) / (p.area_m2 * s.hits_per_m2[patch] + kKnownHits);
-}
-
-std::size_t Exposure::uneven() const {
-    return static_cast<std::size_t>(
-        std::count(state_->uneven.begin(), state_->uneven.end(), char{1}));
 }
 
 }  // namespace aula

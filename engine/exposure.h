@@ -35,9 +35,6 @@ class Exposure {
     float relative(std::uint32_t patch, std::uint32_t triangle, const Vec3& point,
                    const Vec3& facing_normal) const;
 
-    /// Patches where it is not 1.
-    std::size_t uneven() const;
-
  private:
     struct State;
     std::unique_ptr<State> state_;

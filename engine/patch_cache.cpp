@@ -198,8 +198,11 @@ std::size_t PatchCache::apply_batch(const Batch& batch, std::int64_t sign, const
         // Sums lie scattered in memory: ask for those that come soon.
         if (i + kAhead < deposits.size()) {
             const Deposit& soon = deposits[i + kAhead];
-            const std::int64_t* sum = rows_[soon.patch].sum;
-            if (sum && part.has(soon.patch)) __builtin_prefetch(&sum[soon.bin * kBandCount], 1);
+            // Other parts' rows are other threads'.
+            if (part.has(soon.patch)) {
+                const std::int64_t* sum = rows_[soon.patch].sum;
+                if (sum) __builtin_prefetch(&sum[soon.bin * kBandCount], 1);
+            }
         }
         const Deposit& deposit = deposits[i];
         if (!part.has(deposit.patch)) continue;

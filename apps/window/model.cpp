@@ -209,19 +209,25 @@ void Model::play_file(std::size_t source, const std::filesystem::path& file) {
 
 /// Opening a device may take a second. One is enough for all sources.
 void Model::play_microphone(std::size_t source) {
-    const auto listen = [this, source, changes = loads_](std::shared_ptr<Microphone> microphone) {
-        if (changes != loads_ || source >= other_signals_.size()) return;
+    const auto listen = [this, source, opens = opens_](std::shared_ptr<Microphone> microphone) {
+        if (opens != opens_ || source >= other_signals_.size()) return;
         microphone_ = microphone;
         say("microphone: " + microphone->name());
         play_signal(source, std::make_shared<const Signal>(std::move(microphone)), "microphone");
     };
     if (auto open = microphone_.lock(); open && open->alive()) return listen(std::move(open));
-    in_background("opening the microphone",
+    constexpr const char* kOpening = "opening the microphone";
+    if (at_work(kOpening)) return;
+    in_background(kOpening,
                   [listen, output = player_->device(), rate_hz = player_->sample_rate_hz(),
                    block = options_.session.block]() -> Result {
                       auto opened = std::make_shared<Microphone>(output, rate_hz, block);
                       return [listen, opened] { listen(opened); };
                   });
+}
+
+bool Model::at_work(std::string_view what) const {
+    return std::any_of(work_.begin(), work_.end(), [&](const Work& w) { return w.what == what; });
 }
 
 void Model::in_background(std::string what, std::function<Result()> work) {

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "apps/session/osc_remote.h"
@@ -142,7 +143,7 @@ class Model {
     };
     static Loaded load(const WindowOptions& options, const std::filesystem::path& file);
     void load_in_background(std::string what, const std::filesystem::path& file,
-                            void (Model::*take)(Loaded));
+                            std::function<bool()> is_newest, void (Model::*take)(Loaded));
 
     /// Done by update(), on the window's thread.
     using Result = std::function<void()>;
@@ -151,6 +152,7 @@ class Model {
         std::future<Result> result;
     };
 
+    bool at_work(std::string_view what) const;
     void in_background(std::string what, std::function<Result()> work);
     void take_results();
     void play_signal(std::size_t source, std::shared_ptr<const Signal> signal, std::string name);
@@ -176,7 +178,8 @@ class Model {
     std::unique_ptr<Player> player_;
     std::unique_ptr<OscRemote> remote_;  ///< ends before the player that it moves
     std::vector<Work> work_;
-    std::uint64_t loads_ = 0;         ///< begun: the newest is taken
+    std::uint64_t opens_ = 0;         ///< begun: the newest is taken
+    std::uint64_t edits_ = 0;         ///< the same, of the scene that is shown
     std::optional<Loaded> opened_;    ///< to be shown as soon as it is heard
     std::uint64_t heard_before_ = 0;  ///< changes that were heard before it
     std::weak_ptr<Microphone> microphone_;

@@ -42,24 +42,26 @@ Model::Loaded Model::load(const WindowOptions& options, const std::filesystem::p
             file, time};
 }
 
-/// Of several loads the newest is taken.
+/// Taken if it still is the newest when it is done.
 void Model::load_in_background(std::string what, const std::filesystem::path& file,
-                               void (Model::*take)(Loaded)) {
+                               std::function<bool()> is_newest, void (Model::*take)(Loaded)) {
     in_background(std::move(what),
-                  [this, file, take, number = ++loads_, options = options_,
+                  [this, file, take, is_newest = std::move(is_newest), options = options_,
                    rate_hz = player_->sample_rate_hz()]() -> Result {
                       auto loaded = std::make_shared<Loaded>(load(options, file));
                       // What is wrong with a sound file is to be known before anything changes.
                       read_signals(*loaded->scene, rate_hz);
-                      return [this, take, number, loaded] {
-                          if (number == loads_) (this->*take)(std::move(*loaded));
+                      return [this, take, is_newest, loaded] {
+                          if (is_newest()) (this->*take)(std::move(*loaded));
                       };
                   });
 }
 
 void Model::open(const std::filesystem::path& file) {
     wanted_file_ = file;
-    load_in_background("opening " + file.filename().string(), file, &Model::play_scene);
+    load_in_background(
+        "opening " + file.filename().string(), file,
+        [this, open = ++opens_] { return open == opens_; }, &Model::play_scene);
 }
 
 /// Has another scene played; it is shown when it is heard.
@@ -112,8 +114,10 @@ void Model::watch_file() {
     const auto changed = time_of(scene_file_);
     if (changed == file_time_) return;
     file_time_ = changed;
-    load_in_background("reading " + scene_file_.filename().string(), scene_file_,
-                       &Model::take_edit);
+    load_in_background(
+        "reading " + scene_file_.filename().string(), scene_file_,
+        [this, open = opens_, edit = ++edits_] { return open == opens_ && edit == edits_; },
+        &Model::take_edit);
 }
 
 void Model::take_edit(Loaded loaded) {
@@ -146,7 +150,8 @@ void Model::toggle_recording() {
 }
 
 void Model::save_response() {
-    if (!shown_) return;
+    constexpr const char* kSaving = "saving the response";
+    if (!shown_ || at_work(kSaving)) return;
     Scene measured = scene();
     measured.sources = {measured.sources[shown_->source]};
     measured.listener.pose = shown_->listener;
@@ -158,7 +163,7 @@ void Model::save_response() {
     const Measurement measurement{{shown_->response}, shown_->length_s, 1};
     const std::string stem = scene_file_.stem().string();
     // The HRTF takes a second to read.
-    in_background("saving the response", [=, this]() -> Result {
+    in_background(kSaving, [=, this]() -> Result {
         const auto response_file = free_name(stem + "-ir", ".wav");
         const auto report_file = free_name(stem + "-report", ".json");
         const auto channels = impulse_response(measured, 0, measurement, session,
