@@ -4,12 +4,10 @@
 #include <type_traits>
 
 #include "audio/aligned.h"
+#include "audio/fft.h"
 
 #ifdef AULA_BENCH_FFTW
 #include <fftw3.h>
-#endif
-#ifdef AULA_BENCH_KISSFFT
-#include <kiss_fftr.h>
 #endif
 
 namespace aula::bench {
@@ -38,21 +36,11 @@ FftPair plan_fftw(std::size_t size) {
 }
 #endif
 
-#ifdef AULA_BENCH_KISSFFT
 FftPair plan_kissfft(std::size_t size) {
-    using Plan = std::shared_ptr<std::remove_pointer_t<kiss_fftr_cfg>>;
-    const auto free_plan = [](kiss_fftr_cfg plan) { kiss_fftr_free(plan); };
-    const int n = static_cast<int>(size);
-    const Plan forward(kiss_fftr_alloc(n, 0, nullptr, nullptr), free_plan);
-    const Plan inverse(kiss_fftr_alloc(n, 1, nullptr, nullptr), free_plan);
-    return {[forward](const float* in, std::complex<float>* out) {
-                kiss_fftr(forward.get(), in, reinterpret_cast<kiss_fft_cpx*>(out));
-            },
-            [inverse](std::complex<float>* in, float* out) {
-                kiss_fftri(inverse.get(), reinterpret_cast<const kiss_fft_cpx*>(in), out);
-            }};
+    const auto fft = std::make_shared<RealFft>(size);
+    return {[fft](const float* in, std::complex<float>* out) { fft->forward(in, out); },
+            [fft](std::complex<float>* in, float* out) { fft->inverse(in, out); }};
 }
-#endif
 
 }  // namespace
 
@@ -61,9 +49,7 @@ std::vector<FftLibrary> fft_libraries() {
 #ifdef AULA_BENCH_FFTW
     libraries.push_back({"fftw", plan_fftw});
 #endif
-#ifdef AULA_BENCH_KISSFFT
     libraries.push_back({"kissfft", plan_kissfft});
-#endif
     return libraries;
 }
 

@@ -21,7 +21,7 @@ struct FftLibrary {
     std::function<FftPair(std::size_t size)> plan;
 };
 
-/// Those that were found when building: fftw, kissfft.
+/// KissFFT, and FFTW where it was found when building.
 std::vector<FftLibrary> fft_libraries();
 
 }  // namespace aula::bench
