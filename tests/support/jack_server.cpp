@@ -77,8 +77,10 @@ JackServer::~JackServer() {
 }
 
 JackRecording::JackRecording(const std::filesystem::path& wav_file, int seconds)
-    : process_({"jack_capture", "-d", std::to_string(seconds), "-c", "2", "--no-stdin", "-dc", "-f",
+    : program_({"jack_capture", "-d", std::to_string(seconds), "-c", "2", "--no-stdin", "-dc", "-f",
                 "wav", "-b", "FLOAT", wav_file.string()}),
       running_(appears("jack_capture:input2")) {}
+
+bool JackRecording::in_time() { return program_.wait().out.find("x-runs") == std::string::npos; }
 
 }  // namespace aula::test

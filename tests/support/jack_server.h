@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/program.h"
+
 namespace aula::test {
 
 /// A child process without input or output, ended by its id.
@@ -49,10 +51,12 @@ class JackRecording {
 
     /// False where nothing can be recorded.
     bool running() const { return running_; }
-    void wait() { process_.wait(); }
+
+    /// Waits for the end. Whether the server was in time, and the recorder, all the while.
+    bool in_time();
 
  private:
-    ChildProcess process_;
+    Program program_;
     bool running_ = false;
 };
 
