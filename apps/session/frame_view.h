@@ -23,8 +23,8 @@ struct ViewRequest {
 
 /// A frame to be looked at: copies of what was heard of one source.
 struct FrameView {
-    std::uint64_t frame = 0;    ///< of the player, counted through all changes
-    std::uint64_t changes = 0;  ///< that were heard before
+    std::uint64_t frame = 0;   ///< of the player, counted through all changes
+    std::uint64_t change = 0;  ///< number of the change that it shows
     std::size_t source = 0;
     Pose listener;
     std::vector<Vec3> sources;

@@ -48,4 +48,8 @@ struct PlayControls {
     float wet_gain() const { return std::min(1.0F, 2 * wet); }
 };
 
+/// `now` with all that differs between `from` and `to`: two who change controls, each by a copy of
+/// its own, do not undo what the other did.
+PlayControls with_changes(PlayControls now, const PlayControls& from, const PlayControls& to);
+
 }  // namespace aula

@@ -30,6 +30,7 @@ struct Player::State {
         Scene scene;
         SessionOptions options;
         bool starts_anew = false;
+        std::uint64_t number = 0;
     };
 
     State(const Scene& scene, const SessionOptions& options);
@@ -74,7 +75,9 @@ struct Player::State {
     bool stop = false;
     std::unique_ptr<Performance> playing;  ///< exchanged and used by the propagation thread
     std::unique_ptr<Performance> prepared;
-    bool in_work = false;  ///< a change is being prepared
+    std::uint64_t prepared_change = 0;  ///< its number
+    std::uint64_t last_change = 0;      ///< number of the newest that was asked for
+    bool in_work = false;               ///< a change is being prepared
     std::optional<Change> change;
     PlayControls controls;
     PlayStatus status;
@@ -268,17 +271,17 @@ void Player::State::show(double spare_s) {
     constexpr std::chrono::milliseconds kLong{250};
     std::optional<ViewRequest> wanted_view;
     std::uint64_t frame = 0;
-    std::uint64_t changes = 0;
+    std::uint64_t change_heard = 0;
     {
         const std::lock_guard lock(mutex);
         wanted_view = request;
         frame = status.frames;
-        changes = status.changes;
+        change_heard = status.heard_change;
     }
     if (!wanted_view || (spare_s < kEnough_s && Clock::now() < shown + kLong)) return;
     auto made = std::make_shared<FrameView>(playing->maker.view(*wanted_view));
     made->frame = frame;
-    made->changes = changes;
+    made->change = change_heard;
     shown = Clock::now();
     std::shared_ptr<const FrameView> replaced = std::move(made);
     const std::lock_guard lock(mutex);
@@ -300,7 +303,7 @@ void Player::State::begin_prepared() {
         if (prepared->starts_anew) controls = {};
         std::swap(playing, prepared);
         spent.push_back(std::move(prepared));
-        ++status.changes;
+        status.heard_change = prepared_change;
         status.preparing = change || in_work;
     }
     wanted.notify_all();
@@ -351,7 +354,10 @@ void Player::State::prepare_changes() {
         status.change_error = error;
         if (!error.empty()) ++status.failed_changes;
         // One that was prepared before and has not begun gives way.
-        if (performance) std::swap(prepared, performance);
+        if (performance) {
+            std::swap(prepared, performance);
+            prepared_change = made->number;
+        }
         if (performance) spent.push_back(std::move(performance));
         status.preparing = change || prepared;
     }
@@ -384,7 +390,8 @@ void Player::adjust(const std::function<void(PlayControls&, const Pose&)>& chang
     state_->take_controls(std::move(next));
 }
 
-void Player::change(const Scene& scene, const SessionOptions& options, bool starts_anew) {
+std::uint64_t Player::change(const Scene& scene, const SessionOptions& options, bool starts_anew) {
+    std::uint64_t number = 0;
     {
         const std::lock_guard lock(state_->mutex);
         SessionOptions kept = options;
@@ -395,10 +402,12 @@ void Player::change(const Scene& scene, const SessionOptions& options, bool star
         kept.device = now.device;
         // A scene that begins anew and was not heard yet still begins anew.
         const bool anew = starts_anew || (state_->change && state_->change->starts_anew);
-        state_->change = State::Change{scene, kept, anew};
+        number = ++state_->last_change;
+        state_->change = State::Change{scene, kept, anew, number};
         state_->status.preparing = true;
     }
     state_->wanted.notify_all();
+    return number;
 }
 
 void Player::play_signal(std::size_t source, std::shared_ptr<const Signal> signal) {

@@ -43,11 +43,11 @@ struct PlayStatus {
     DeviceState device = DeviceState::playing;
     std::uint64_t reconnects = 0;  ///< how often the device came back
     PoseLatency latency;
-    float peak = 0;             ///< largest sample since the last status()
-    float limiter_gain = 1;     ///< least gain of the limiter since the last status()
-    bool preparing = false;     ///< a change is on its way
-    std::uint64_t changes = 0;  ///< changes that are heard
-    std::string change_error;   ///< why the last change was not made; empty if it was
+    float peak = 0;                  ///< largest sample since the last status()
+    float limiter_gain = 1;          ///< least gain of the limiter since the last status()
+    bool preparing = false;          ///< a change is on its way
+    std::uint64_t heard_change = 0;  ///< number of the change that is heard; 0 before the first
+    std::string change_error;        ///< why the last change was not made; empty if it was
     std::uint64_t failed_changes = 0;
     bool finished = false;  ///< played to the end
 };
@@ -81,8 +81,9 @@ class Player {
     /// background while the sound goes on, then faded to. Of several changes in a row the newest
     /// is made. Time goes on, or begins anew (and controls are back at nothing changed). The
     /// device stays: its name, sample rate, block and output are not changed. What is wrong with a
-    /// change is said in the status, and what played plays on. [any thread]
-    void change(const Scene& scene, const SessionOptions& options, bool starts_anew = false);
+    /// change is said in the status, and what played plays on. Its number, from 1 on. [any thread]
+    std::uint64_t change(const Scene& scene, const SessionOptions& options,
+                         bool starts_anew = false);
 
     /// Plays another signal on a source, until a change gives that source another. [any thread]
     void play_signal(std::size_t source, std::shared_ptr<const Signal> signal);

@@ -46,13 +46,13 @@ std::vector<float> decay_curve_db(const EnergyResponse& response, std::size_t ba
 }
 
 void FrameNoise::add(const EnergyResponse& response, const Vec3& source, const Vec3& listener,
-                     std::uint64_t changes) {
-    if (source != source_ || listener != listener_ || changes != changes_) {
+                     std::uint64_t change) {
+    if (source != source_ || listener != listener_ || change != change_) {
         frames_.clear();
         next_ = 0;
         source_ = source;
         listener_ = listener;
-        changes_ = changes;
+        change_ = change;
     }
     if (frames_.size() < kFrames) frames_.emplace_back();
     frames_[next_] = response.uniform(kNoiseWindow_s);

@@ -45,7 +45,7 @@ class FrameNoise {
  public:
     /// Forgets the frames before if anything has moved or changed since.
     void add(const EnergyResponse& response, const Vec3& source, const Vec3& listener,
-             std::uint64_t changes);
+             std::uint64_t change);
 
     /// Relative, of one band or the mean of all; empty before enough frames.
     std::optional<double> relative(std::size_t band) const;
@@ -56,7 +56,7 @@ class FrameNoise {
 
     Vec3 source_{0};
     Vec3 listener_{0};
-    std::uint64_t changes_ = 0;
+    std::uint64_t change_ = 0;
     std::vector<std::vector<Bands>> frames_;  ///< [frame][window], the oldest replaced first
     std::size_t next_ = 0;
 };

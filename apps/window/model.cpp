@@ -106,19 +106,20 @@ void Model::update(double now_s) {
     Setting& now = settings_[active_];
     const auto newest = player_->view();
     // A view of what played before the last change is not of this setting.
-    const bool current = newest && newest->changes == status_.changes && !status_.preparing &&
+    const bool current = newest && newest->change == status_.heard_change && !status_.preparing &&
                          newest->source < scene().sources.size();
     if (current && newest != now.view) {
         const std::size_t s = newest->source;
         if (s < newest->sources.size())
             now.noise.add(newest->response, newest->sources[s], newest->listener.position,
-                          newest->changes);
+                          newest->change);
         now.view = newest;
     }
     if (!frozen || !shown_) shown_ = now.view;
     // Others may have moved something: OSC.
     controls = player_->controls();
     controls.sources.resize(scene().sources.size());
+    known_controls_ = controls;
     replace_materials();
     take_results();
 
@@ -141,6 +142,13 @@ void Model::apply() {
 bool Model::may_change() {
     if (opened_) say("not now: " + opened_->file.filename().string() + " is being opened");
     return !opened_;
+}
+
+void Model::hand_over() {
+    player_->adjust([this](PlayControls& now, const Pose&) {
+        now = with_changes(std::move(now), known_controls_, controls);
+    });
+    known_controls_ = controls;
 }
 
 void Model::walk(const WalkInput& input, double time_s) {

@@ -70,7 +70,7 @@ class Model {
 
     // What is heard.
     PlayControls controls;  ///< hand_over() after a change
-    void hand_over() { player_->control(controls); }
+    void hand_over();
     void walk(const WalkInput& input, double time_s);
     void take_listener(const Pose& pose);
     void follow_path();
@@ -178,10 +178,10 @@ class Model {
     std::unique_ptr<Player> player_;
     std::unique_ptr<OscRemote> remote_;  ///< ends before the player that it moves
     std::vector<Work> work_;
-    std::uint64_t opens_ = 0;         ///< begun: the newest is taken
-    std::uint64_t edits_ = 0;         ///< the same, of the scene that is shown
-    std::optional<Loaded> opened_;    ///< to be shown as soon as it is heard
-    std::uint64_t heard_before_ = 0;  ///< changes that were heard before it
+    std::uint64_t opens_ = 0;          ///< begun: the newest is taken
+    std::uint64_t edits_ = 0;          ///< the same, of the scene that is shown
+    std::optional<Loaded> opened_;     ///< to be shown as soon as it is heard
+    std::uint64_t opened_change_ = 0;  ///< its number
     std::weak_ptr<Microphone> microphone_;
     std::unique_ptr<RayScene> rays_;
     std::uint64_t geometry_version_ = 0;
@@ -189,6 +189,7 @@ class Model {
     Vec3 low_{0};
     Vec3 high_{0};
     std::vector<LibraryMaterial> library_;
+    PlayControls known_controls_;  ///< as the player had them when they were read
     std::array<Setting, 2> settings_;
     std::size_t active_ = 0;
     std::optional<Surface> surface_;

@@ -68,8 +68,7 @@ void Model::open(const std::filesystem::path& file) {
 void Model::play_scene(Loaded loaded) {
     SessionOptions session = options_.session;
     session.ambisonic_order = settings_[active_].ambisonic_order;
-    heard_before_ = status_.changes;
-    player_->change(*loaded.scene, session, true);
+    opened_change_ = player_->change(*loaded.scene, session, true);
     opened_ = std::move(loaded);
 }
 
@@ -77,14 +76,14 @@ void Model::play_scene(Loaded loaded) {
 void Model::begin_scene() {
     Loaded loaded = std::move(*opened_);
     opened_.reset();
-    if (status_.changes == heard_before_) return;
+    if (status_.heard_change < opened_change_) return;
     scene_file_ = loaded.file;
     file_time_ = loaded.time;
     document_.restart({loaded.scene, loaded.loops, {}});
     for (Setting& setting : settings_)
         setting = {scene().simulation, setting.ambisonic_order, nullptr, {}};
     active_ = 0;
-    controls = {};
+    known_controls_ = controls = {};  // as the player begins anew
     controls.sources.resize(scene().sources.size());
     other_signals_.assign(scene().sources.size(), "");
     if (!scene().listener.path) controls.listener = scene().listener.pose;

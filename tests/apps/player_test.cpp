@@ -71,23 +71,23 @@ TEST_CASE("What plays live is changed without a click; a change that fails leave
     const auto file = folder.path() / "heard.wav";
     player.record(file);
     scene.simulation.estimator = Estimator::dpc;
-    player.change(scene, options);
-    REQUIRE(comes([&] { return player.status().changes == 1; }));
+    const auto first = player.change(scene, options);
+    REQUIRE(comes([&] { return player.status().heard_change == first; }));
     CHECK(comes([&] { return player.view()->simulation.estimator == Estimator::dpc; }));
     scene.materials[0].absorption = Bands::filled(0.8F);
-    player.change(scene, options);
+    const auto second = player.change(scene, options);
     PlayControls controls;
     controls.sources.resize(1);
     controls.sources[0].gain_db = -6;
     controls.early = false;
     player.control(controls);
-    REQUIRE(comes([&] { return player.status().changes == 2; }));
+    REQUIRE(comes([&] { return player.status().heard_change == second; }));
 
     Scene wrong = scene;
     wrong.simulation.rays = 0;
     player.change(wrong, options);
     REQUIRE(comes([&] { return !player.status().change_error.empty(); }));
-    CHECK(player.status().changes == 2);
+    CHECK(player.status().heard_change == second);
     const auto frames = player.status().frames;
     CHECK(comes([&] { return player.status().frames > frames + 5; }));
     player.stop_recording();
@@ -96,8 +96,8 @@ TEST_CASE("What plays live is changed without a click; a change that fails leave
     // is at -40 dB or above.
     CHECK(share_off_tone_within(read_sound(file, kRate_hz).samples) < 1e-6);
 
-    player.change(free_field({2, 0, 0}), options, true);
-    REQUIRE(comes([&] { return player.status().changes == 3; }));
+    const auto third = player.change(free_field({2, 0, 0}), options, true);
+    REQUIRE(comes([&] { return player.status().heard_change == third; }));
     CHECK_FALSE(player.controls().sources.size() == 1);  // as the new scene has it
     CHECK(player.status().change_error.empty());
     CHECK(comes([&] { return player.status().sources[0] == Vec3(2, 0, 0); }));
