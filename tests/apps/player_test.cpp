@@ -1,11 +1,8 @@
 #include "apps/session/player.h"
 
 #include <catch2/catch.hpp>
-#include <chrono>
 #include <cmath>
-#include <functional>
 #include <numbers>
-#include <thread>
 
 #include "audio/error.h"
 #include "audio/sound_file.h"
@@ -14,21 +11,12 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/test_scenes.h"
 #include "tests/support/tone.h"
+#include "tests/support/wait.h"
 
 namespace {
 
 using namespace aula;
 using namespace aula::test;
-
-/// Whether something becomes true within a time that is far more than it takes.
-bool comes(const std::function<bool()>& holds) {
-    constexpr int kTurns = 3000;
-    for (int turn = 0; turn < kTurns; ++turn) {
-        if (holds()) return true;
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-    return false;
-}
 
 /// The share of a recording's energy that is off the tone, its ends faded so that they count for
 /// nothing.

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <thread>
+
+namespace aula::test {
+
+/// Whether something becomes true within a time that is far more than it takes.
+inline bool comes(const std::function<bool()>& holds) {
+    constexpr int kTurns = 3000;
+    for (int turn = 0; turn < kTurns; ++turn) {
+        if (holds()) return true;
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return false;
+}
+
+}  // namespace aula::test
