@@ -8,6 +8,7 @@
 #include <optional>
 #include <thread>
 
+#include "apps/session/change_preparer.h"
 #include "apps/session/frame_clock.h"
 #include "apps/session/live_mixer.h"
 #include "apps/session/performance.h"
@@ -15,23 +16,8 @@
 
 namespace aula {
 
-namespace {
-
-/// A change begins with what so much time brings into its caches, so that it does not begin noisy.
-constexpr double kSettle_s = 0.25;
-
-}  // namespace
-
 struct Player::State {
     using Clock = FrameClock::Clock;
-
-    /// What is to be played next.
-    struct Change {
-        Scene scene;
-        SessionOptions options;
-        bool starts_anew = false;
-        std::uint64_t number = 0;
-    };
 
     State(const Scene& scene, const SessionOptions& options);
     ~State();
@@ -50,11 +36,8 @@ struct Player::State {
     void publish();
     void begin_prepared();
     void show(double spare_s);
+    ChangePreparer::Playing what_plays();
     double scene_time_s() const { return clock.time_s() - playing->zero_s; }
-
-    void prepare_changes();
-    std::unique_ptr<Performance> prepare(const Change& change, const Reusable& before, double at_s,
-                                         const PlayControls& with) const;
 
     double rate_hz = 0;
     std::vector<std::string> warnings;
@@ -71,14 +54,8 @@ struct Player::State {
 
     std::mutex mutex;  ///< of what follows
     std::condition_variable stopping;
-    std::condition_variable wanted;
     bool stop = false;
     std::unique_ptr<Performance> playing;  ///< exchanged and used by the propagation thread
-    std::unique_ptr<Performance> prepared;
-    std::uint64_t prepared_change = 0;  ///< its number
-    std::uint64_t last_change = 0;      ///< number of the newest that was asked for
-    bool in_work = false;               ///< a change is being prepared
-    std::optional<Change> change;
     PlayControls controls;
     PlayStatus status;
     std::optional<ViewRequest> request;
@@ -87,12 +64,9 @@ struct Player::State {
     double frame_sum_ms = 0;
     std::optional<std::int64_t> unheard_ns;  ///< when the first pose came that no frame knows yet
     std::exception_ptr failure;
-    /// To be taken down by the thread that prepares: stages before what makes their frames.
-    std::vector<std::unique_ptr<Performance>> spent;
-    std::vector<std::unique_ptr<Stage>> spent_stages;
 
     std::unique_ptr<AudioDevice> device;  ///< ends before the mixer that it calls
-    std::thread preparer;
+    std::unique_ptr<ChangePreparer> changes;
     std::thread thread;
 };
 
@@ -113,7 +87,7 @@ Player::State::State(const Scene& scene, const SessionOptions& options) {
     publish();
     mixer->stages().publish(std::move(playing->stage));
     device->start();
-    preparer = std::thread([this] { prepare_changes(); });
+    changes = std::make_unique<ChangePreparer>(rate_hz, [this] { return what_plays(); });
     thread = std::thread([this] {
         try {
             propagate();
@@ -130,9 +104,8 @@ Player::State::~State() {
         stop = true;
     }
     stopping.notify_all();
-    wanted.notify_all();
     if (thread.joinable()) thread.join();
-    if (preparer.joinable()) preparer.join();
+    changes.reset();
     if (device) {
         fade_out();
         device->stop();
@@ -291,76 +264,27 @@ void Player::State::show(double spare_s) {
 /// Goes over to what has been prepared, if there is something: its first frame is computed at once
 /// and goes to the mixer with its stage.
 void Player::State::begin_prepared() {
+    while (auto stage = mixer->stages().reclaim()) changes->retire(std::move(stage));
+    std::unique_ptr<Performance> before;
     {
         const std::lock_guard lock(mutex);
-        while (auto stage = mixer->stages().reclaim()) {
-            spent_stages.push_back(std::move(stage));
-            wanted.notify_all();
-        }
+        auto [prepared, number] = changes->take();
         if (!prepared) return;
         if (!prepared->starts_anew) prepared->take_signals(*playing);
         prepared->zero_s = prepared->starts_anew ? clock.time_s() : playing->zero_s;
         if (prepared->starts_anew) controls = {};
-        std::swap(playing, prepared);
-        spent.push_back(std::move(prepared));
-        status.heard_change = prepared_change;
-        status.preparing = change || in_work;
+        before = std::exchange(playing, std::move(prepared));
+        status.heard_change = number;
     }
-    wanted.notify_all();
+    changes->retire(std::move(before));
     compute();
     publish();
     mixer->stages().publish(std::move(playing->stage));
 }
 
-std::unique_ptr<Performance> Player::State::prepare(const Change& change_in, const Reusable& before,
-                                                    double at_s, const PlayControls& with) const {
-    auto performance = std::make_unique<Performance>(change_in.scene, change_in.options, rate_hz,
-                                                     change_in.starts_anew, before);
-    performance->maker.settle(change_in.starts_anew ? 0 : at_s,
-                              change_in.starts_anew ? PlayControls{} : with, kSettle_s);
-    return performance;
-}
-
-/// Prepares the newest change that is wanted and takes down what is spent. What is wrong with a
-/// change is noted, and all stays as it is. [preparing thread]
-void Player::State::prepare_changes() {
-    std::unique_lock lock(mutex);
-    for (;;) {
-        wanted.wait(lock,
-                    [this] { return stop || change || !spent.empty() || !spent_stages.empty(); });
-        if (stop) return;
-        auto unused_stages = std::exchange(spent_stages, {});
-        auto unused = std::exchange(spent, {});
-        const std::optional<Change> made = std::exchange(change, {});
-        in_work = made.has_value();
-        Reusable before = playing->reusable();
-        // What begins anew plays what its scene says.
-        if (made && made->starts_anew) before.sources.clear();
-        const PlayControls with = controls;
-        const double at_s = mixer->time_s() - playing->zero_s;
-        lock.unlock();
-        unused_stages.clear();
-        unused.clear();
-        std::unique_ptr<Performance> performance;
-        std::string error;
-        try {
-            if (made) performance = prepare(*made, before, at_s, with);
-        } catch (const std::exception& thrown) {
-            error = thrown.what();
-        }
-        lock.lock();
-        if (!made) continue;
-        in_work = false;
-        status.change_error = error;
-        if (!error.empty()) ++status.failed_changes;
-        // One that was prepared before and has not begun gives way.
-        if (performance) {
-            std::swap(prepared, performance);
-            prepared_change = made->number;
-        }
-        if (performance) spent.push_back(std::move(performance));
-        status.preparing = change || prepared;
-    }
+ChangePreparer::Playing Player::State::what_plays() {
+    const std::lock_guard lock(mutex);
+    return {playing->reusable(), controls, mixer->time_s() - playing->zero_s};
 }
 
 Player::Player(const Scene& scene, const SessionOptions& options)
@@ -391,23 +315,16 @@ void Player::adjust(const std::function<void(PlayControls&, const Pose&)>& chang
 }
 
 std::uint64_t Player::change(const Scene& scene, const SessionOptions& options, bool starts_anew) {
-    std::uint64_t number = 0;
+    SessionOptions kept = options;
     {
         const std::lock_guard lock(state_->mutex);
-        SessionOptions kept = options;
         const SessionOptions& now = state_->playing->options;
         kept.sample_rate_hz = now.sample_rate_hz;
         kept.block = now.block;
         kept.output = now.output;
         kept.device = now.device;
-        // A scene that begins anew and was not heard yet still begins anew.
-        const bool anew = starts_anew || (state_->change && state_->change->starts_anew);
-        number = ++state_->last_change;
-        state_->change = State::Change{scene, kept, anew, number};
-        state_->status.preparing = true;
     }
-    state_->wanted.notify_all();
-    return number;
+    return state_->changes->ask(scene, kept, starts_anew);
 }
 
 void Player::play_signal(std::size_t source, std::shared_ptr<const Signal> signal) {
@@ -448,6 +365,11 @@ PlayStatus Player::status() {
         const std::lock_guard lock(state_->mutex);
         if (state_->failure) std::rethrow_exception(state_->failure);
         status = state_->status;
+        // With the number of the change that is heard, which is noted when it is taken.
+        const ChangePreparer::Status changes = state_->changes->status();
+        status.preparing = changes.preparing;
+        status.failed_changes = changes.failed;
+        status.change_error = changes.error;
         status.latency = state_->latency();
         status.response_age_s =
             std::chrono::duration<double>(State::Clock::now() - state_->published).count();
