@@ -27,7 +27,8 @@ class ConvolutionFilter {
     explicit ConvolutionFilter(const ConvolutionShape& shape);
 
     /// The partitions of an input's filters at a level, one after another.
-    const FilterPartition* partitions(std::size_t level, std::size_t input) const noexcept {
+    const FilterPartition* partitions(std::size_t level,
+                                      std::size_t input) const noexcept AULA_NONBLOCKING {
         return levels_[level].partitions.data() + input * levels_[level].count;
     }
 

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
-#include <numbers>
 #include <utility>
 
 namespace aula {
@@ -30,17 +28,6 @@ std::size_t slices_of(std::size_t products) {
 constexpr double kExchangingCost = 1.3;
 
 }  // namespace
-
-// w[n] = (1 - cos(pi (n + 1/2) / N)) / 2: symmetric, so that w[n] + w[N - 1 - n] = 1.
-std::vector<float> raised_cosine(std::size_t samples) {
-    std::vector<float> weights(samples);
-    for (std::size_t n = 0; n < samples; ++n) {
-        weights[n] = static_cast<float>(
-            0.5 - 0.5 * std::cos(std::numbers::pi * (static_cast<double>(n) + 0.5) /
-                                 static_cast<double>(samples)));
-    }
-    return weights;
-}
 
 SpectralHistory::SpectralHistory(std::size_t inputs, const PartitionLevel& level)
     : ages_(level.count), size_(level.size), spectra_(inputs * ages_ * 2 * size_) {}
@@ -148,7 +135,7 @@ HeadLevel::HeadLevel(const ConvolutionShape& shape, const PartitionLevel& level,
       history_(shape.inputs, level),
       before_(shape, level, 0),
       now_(shape, level, 0),
-      fade_(raised_cosine(fade_samples)),
+      fade_(fade_samples),
       windows_(shape.inputs * 2 * level.size),
       work_(transform_.work_floats()),
       heard_(level.size),
@@ -162,7 +149,7 @@ void HeadLevel::exchange(const ConvolutionFilter* filter) noexcept {
     assert(filter != nullptr && !fading());
     next_ = filter;
     tail_ready_ = false;
-    fade_position_ = 0;
+    fade_.start();
 }
 
 // The partition in hand is transformed with zeros in place of its samples to come: the outputs up
@@ -195,17 +182,14 @@ void HeadLevel::process(std::span<const float* const> inputs, std::span<float* c
         if (!differs) continue;
         transform_.inverse(next_sums_.data() + o * kChunk_floats, stride, work_.data(),
                            faded_in_.data());
-        for (std::size_t n = 0; n < samples; ++n) {
-            const std::size_t position = fade_position_ + n;
-            const float weight = position < fade_.size() ? fade_[position] : 1.0F;
-            out[n] += weight * (faded_in_[filled_ + n] - out[n]);
-        }
+        for (std::size_t n = 0; n < samples; ++n)
+            out[n] += fade_.weight(n) * (faded_in_[filled_ + n] - out[n]);
     }
     filled_ += samples;
     if (filled_ == level_.size) finish_partition();
     if (!fading()) return;
-    fade_position_ += samples;
-    if (fade_position_ < fade_.size()) return;
+    fade_.advance(samples);
+    if (!fade_.done()) return;
     current_ = std::exchange(next_, nullptr);
     tail_ready_ = false;
 }

@@ -7,6 +7,7 @@
 #include "audio/aligned.h"
 #include "audio/block_transform.h"
 #include "audio/convolution_filter.h"
+#include "audio/fade.h"
 #include "audio/partition_levels.h"
 #include "audio/realtime.h"
 
@@ -123,8 +124,7 @@ class HeadLevel {
     LevelSums now_;     ///< products of the window in hand
     const ConvolutionFilter* current_ = nullptr;
     const ConvolutionFilter* next_ = nullptr;
-    std::vector<float> fade_;  ///< weight of the next filter's output
-    std::size_t fade_position_ = 0;
+    Fade fade_;  ///< to the next filter's output
 
     std::size_t filled_ = 0;        ///< samples of the partition in hand that are there
     bool tail_ready_ = false;       ///< the sums of the windows before are those of this partition
@@ -178,9 +178,9 @@ class TailLevel {
     LevelSums sums_;
     const ConvolutionFilter* current_ = nullptr;
     const ConvolutionFilter* next_ = nullptr;
-    std::vector<float> fade_;
-    double product_cost_;  ///< of a chunk, with filters that have been heard
-    double step_cost_;     ///< of a step of a transform
+    std::vector<float> fade_;  ///< raised cosine over a frame
+    double product_cost_;      ///< of a chunk, with filters that have been heard
+    double step_cost_;         ///< of a step of a transform
 
     std::size_t position_ = 0;      ///< samples of the frame that have come in
     std::size_t incoming_ = 0;      ///< place of the frame that comes in
@@ -199,8 +199,5 @@ class TailLevel {
     AlignedVector<float> heard_;     ///< [output][sample]
     AlignedVector<float> computed_;  ///< heard in the next frame
 };
-
-/// Rising half of a raised cosine: the weight that fades in over `samples`, sample by sample.
-std::vector<float> raised_cosine(std::size_t samples);
 
 }  // namespace aula

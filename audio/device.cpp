@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "audio/error.h"
+#include "audio/fade.h"
 #include "audio/output.h"
 
 namespace aula {
@@ -23,8 +24,8 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kWatchInterval{100};
 constexpr std::chrono::seconds kRetryInterval{1};
 
-constexpr const char* kNoDevice =
-    "no audio output device (no sound server or card); render to a file with --offline OUT.wav";
+/// Of sound that goes on in its middle when a device is back.
+constexpr double kRise_s = 0.02;
 
 std::string lower(std::string text) {
     std::transform(text.begin(), text.end(), text.begin(),
@@ -43,7 +44,7 @@ std::string listed(const std::vector<DeviceInfo>& devices) {
 
 DeviceInfo choose(const std::vector<DeviceInfo>& devices, const std::string& wanted) {
     if (wanted == AudioDevice::kNone) return silent_output();
-    if (devices.empty()) throw AudioFailure(kNoDevice);
+    if (devices.empty()) throw NoAudioDevice("no audio output device (no sound server or card)");
     if (wanted.empty()) {
         const auto found = std::find_if(devices.begin(), devices.end(),
                                         [](const DeviceInfo& d) { return d.is_default; });
@@ -81,7 +82,7 @@ std::string hertz(double rate_hz) { return std::to_string(std::lround(rate_hz)) 
 
 void refuse_rate(const DeviceInfo& device, double wanted_hz, double device_hz) {
     throw SampleRateRefused("audio device \"" + device.name + "\": plays at " + hertz(device_hz) +
-                                ", not at " + hertz(wanted_hz) + "; give --sample-rate",
+                                ", not at " + hertz(wanted_hz),
                             device_hz);
 }
 
@@ -105,12 +106,23 @@ std::vector<DeviceInfo> list_output_devices() {
 
 struct AudioDevice::State {
     explicit State(const OutputSettings& wanted)
-        : settings(wanted), meter(settings.sample_rate_hz) {
+        : settings(wanted),
+          meter(settings.sample_rate_hz),
+          rise(static_cast<std::size_t>(std::lround(kRise_s * settings.sample_rate_hz))) {
         settings.meter = &meter;
+        settings.callback = [this, fill = wanted.callback](std::span<float* const> outputs,
+                                                           int samples) {
+            fill(outputs, samples);
+            if (rise.done()) return;
+            const auto count = static_cast<std::size_t>(samples);
+            for (float* channel : outputs) rise.rise({channel, count});
+            rise.advance(count);
+        };
     }
 
     OutputSettings settings;
     OutputMeter meter;
+    Fade rise;  ///< of the output's thread while there is one
     DeviceInfo info;
     std::unique_ptr<Output> output;  ///< null while lost; of the watching thread once started
     std::atomic<DeviceState> state{DeviceState::playing};
@@ -142,6 +154,7 @@ struct AudioDevice::State {
             });
             if (same == devices.end()) return false;
             meter.restart();
+            rise.start();
             output = open(*same);
             output->start();
             return true;

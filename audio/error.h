@@ -17,6 +17,12 @@ class AudioFailure : public std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
+/// There is nothing to play on.
+class NoAudioDevice : public AudioFailure {
+ public:
+    using AudioFailure::AudioFailure;
+};
+
 /// A device that does not play at the sample rate asked for, but at its own.
 class SampleRateRefused : public AudioFailure {
  public:

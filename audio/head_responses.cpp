@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <numbers>
 
+#include "audio/fade.h"
+
 namespace aula {
 
 double HeadResponses::centre_delay_s() const {
@@ -44,13 +46,9 @@ std::vector<double> sphere_shares(const std::vector<std::array<float, 3>>& direc
 }
 
 void fade_out(std::span<float> response) {
-    const std::size_t fade = response.size() / 4;
-    const std::size_t start = response.size() - fade;
-    for (std::size_t n = 0; n < fade; ++n) {
-        const double position = (static_cast<double>(n) + 0.5) / static_cast<double>(fade);
-        response[start + n] *=
-            static_cast<float>(0.5 + 0.5 * std::cos(std::numbers::pi * position));
-    }
+    Fade fade(response.size() / 4);
+    fade.start();
+    fade.fall(response.last(response.size() / 4));
 }
 
 }  // namespace aula

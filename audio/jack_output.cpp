@@ -105,16 +105,11 @@ class JackOutput final : public Output {
         settings_.meter->begin(xruns != seen_xruns_);
         seen_xruns_ = xruns;
         std::array<float*, kMostChannels> channels{};
-        const auto samples = static_cast<int>(frames);
         for (std::size_t c = 0; c < settings_.channels; ++c) {
             channels[c] = static_cast<float*>(jack_port_get_buffer(ports_[c], frames));
         }
-        for (int done = 0; done < samples;) {
-            const int count = std::min(settings_.block, samples - done);
-            settings_.callback({channels.data(), settings_.channels}, count);
-            for (std::size_t c = 0; c < settings_.channels; ++c) channels[c] += count;
-            done += count;
-        }
+        const auto samples = static_cast<int>(frames);
+        settings_.callback({channels.data(), settings_.channels}, samples);
         settings_.meter->end(samples);
     }
 

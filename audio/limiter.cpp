@@ -64,11 +64,13 @@ struct Limiter::State {
     std::size_t first = 0;
     std::size_t count = 0;
 
-    Candidate& candidate(std::size_t i) { return candidates[(first + i) % candidates.size()]; }
+    Candidate& candidate(std::size_t i) noexcept AULA_NONBLOCKING {
+        return candidates[(first + i) % candidates.size()];
+    }
 
     /// The smallest gain of this sample and the `window` before it: all averages that the delayed
     /// peak passes through know it.
-    std::int64_t sliding_minimum(std::int64_t gain) {
+    std::int64_t sliding_minimum(std::int64_t gain) noexcept AULA_NONBLOCKING {
         while (count > 0 && candidate(count - 1).gain >= gain) --count;
         candidate(count++) = {now, gain};
         if (candidate(0).time + window < now) {
@@ -80,7 +82,7 @@ struct Limiter::State {
 
     /// The largest magnitudes of all channels from the sample kAfter before each sample of the
     /// block to the next one.
-    void find_peaks(std::size_t samples) {
+    void find_peaks(std::size_t samples) noexcept AULA_NONBLOCKING {
         std::fill_n(peaks.begin(), samples, 0.0F);
         for (const std::vector<float>& signal : recent) {
             float largest = 0;
@@ -103,7 +105,7 @@ struct Limiter::State {
     }
 
     /// Takes in the newest peak, gives the gain of what came `window` before it.
-    float next_gain(float peak) {
+    float next_gain(float peak) noexcept AULA_NONBLOCKING {
         std::int64_t needed = kUnity;
         if (peak > ceiling) {
             // A shade less, for the rounding of the gain to a float.

@@ -14,9 +14,11 @@ namespace aula {
 /// [audio thread, but for the constructor]
 class Limiter {
  public:
+    /// For calls of at most `max_block` samples.
     Limiter(double sample_rate_hz, std::size_t channels, int max_block);
     ~Limiter();
 
+    /// Limits, in place, as many channels as the constructor was told.
     void process(std::span<float* const> channels, int samples) noexcept AULA_NONBLOCKING;
     int latency_samples() const;
 

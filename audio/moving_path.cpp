@@ -199,7 +199,7 @@ void PathTrack::finish(std::span<float* const> outputs, std::size_t samples) noe
     }
 }
 
-MovingPath::MovingPath(const PathShape& shape, std::span<const float> fade)
+MovingPath::MovingPath(const PathShape& shape, const Fade& fade)
     : fade_(fade), tracks_{PathTrack(shape), PathTrack(shape)}, weights_(shape.block) {}
 
 void MovingPath::exchange(const PathSound* sound, const DelayLine& line,
@@ -207,7 +207,7 @@ void MovingPath::exchange(const PathSound* sound, const DelayLine& line,
     assert(sound != nullptr && !fading());
     Voice& voice = current_.sound == nullptr ? current_ : next_;
     voice.sound = sound;
-    fade_position_ = 0;
+    fade_.start();
     if (!sound->present) return;
     const bool same = &voice == &next_ && current_.heard() && current_.sound->id == sound->id;
     if (same && tracks_[current_.track].can_reach(*sound)) {
@@ -233,10 +233,7 @@ void MovingPath::process(const DelayLine& line, const HeadRotation& head,
         if (current_heard) tracks_[current_.track].add(*current_.sound, {}, samples);
     } else {
         const std::span<float> weights(weights_.data(), samples);
-        for (std::size_t n = 0; n < samples; ++n) {
-            const std::size_t position = fade_position_ + n;
-            weights[n] = position < fade_.size() ? fade_[position] : 1.0F;
-        }
+        for (std::size_t n = 0; n < samples; ++n) weights[n] = fade_.weight(n);
         if (next_heard) tracks_[next_.track].add(*next_.sound, weights, samples);
         for (float& weight : weights) weight = 1 - weight;
         if (current_heard) tracks_[current_.track].add(*current_.sound, weights, samples);
@@ -245,8 +242,8 @@ void MovingPath::process(const DelayLine& line, const HeadRotation& head,
         if (heard[t]) tracks_[t].finish(outputs, samples);
     }
     if (!fading()) return;
-    fade_position_ += samples;
-    if (fade_position_ < fade_.size()) return;
+    fade_.advance(samples);
+    if (!fade_.done()) return;
     current_ = next_;
     next_.sound = nullptr;
 }

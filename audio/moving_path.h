@@ -10,6 +10,7 @@
 #include "audio/aligned.h"
 #include "audio/ambisonics.h"
 #include "audio/delay_line.h"
+#include "audio/fade.h"
 #include "audio/hrtf.h"
 #include "audio/realtime.h"
 
@@ -32,7 +33,7 @@ class Glide {
 
     void jump(double value) noexcept AULA_NONBLOCKING;
     void move_to(double target) noexcept AULA_NONBLOCKING;
-    double target() const noexcept { return target_; }
+    double target() const noexcept AULA_NONBLOCKING { return target_; }
 
     double next() noexcept AULA_NONBLOCKING {
         if (remaining_ > 0) {
@@ -134,8 +135,8 @@ class PathTrack {
 /// half the speed of sound, is crossfaded to instead. [audio thread, but for the constructor]
 class MovingPath {
  public:
-    /// `fade`: weights of the next frame from an exchange on; outlives this.
-    MovingPath(const PathShape& shape, std::span<const float> fade);
+    /// `fade`: from frame to frame.
+    MovingPath(const PathShape& shape, const Fade& fade);
 
     /// Moves on to `sound`, which must live until the next exchange is over; the first at once.
     /// Not to be called while fading().
@@ -153,11 +154,10 @@ class MovingPath {
         const PathSound* sound = nullptr;
         std::size_t track = 0;
 
-        bool heard() const { return sound != nullptr && sound->present; }
+        bool heard() const noexcept AULA_NONBLOCKING { return sound != nullptr && sound->present; }
     };
 
-    std::span<const float> fade_;
-    std::size_t fade_position_ = 0;
+    Fade fade_;
     std::array<PathTrack, 2> tracks_;
     Voice current_;
     Voice next_;

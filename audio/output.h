@@ -14,7 +14,7 @@ namespace aula {
 struct OutputSettings {
     double sample_rate_hz = 48000;
     std::size_t channels = 2;
-    int block = 256;
+    int block = 256;  ///< wished for; JACK has its own
     AudioCallback callback;
     OutputMeter* meter = nullptr;
 };

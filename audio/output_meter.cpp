@@ -1,7 +1,5 @@
 #include "audio/output_meter.h"
 
-#include <pthread.h>
-#include <sched.h>
 #include <time.h>
 
 #include <algorithm>
@@ -15,9 +13,6 @@ constexpr double kLoadSmoothing_s = 0.5;
 /// A server tells of a gap some time after it.
 constexpr double kBlame_s = 0.2;
 
-/// Below JACK's own threads (10 by default, its clients 5 below that) nothing is gained.
-constexpr int kPriority = 60;
-
 /// A late call is ours from this share of its sound's time on: on a machine that runs its threads
 /// nothing else makes so much of it late.
 constexpr double kOurShare = 0.5;
@@ -27,18 +22,6 @@ double thread_cpu_s() noexcept {
     timespec time{};
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
     return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
-/// Asks for real-time priority unless this thread has it.
-bool take_priority() noexcept {
-    int policy = SCHED_OTHER;
-    sched_param parameters{};
-    if (pthread_getschedparam(pthread_self(), &policy, &parameters) == 0 &&
-        (policy == SCHED_FIFO || policy == SCHED_RR)) {
-        return true;
-    }
-    parameters.sched_priority = kPriority;
-    return pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
 }
 
 }  // namespace
@@ -51,7 +34,7 @@ std::optional<UnderrunCause> lateness_cause(double wall_s, double cpu_s, double 
 void OutputMeter::begin(bool underflow) noexcept {
     start_ = Clock::now();
     if (!known_thread_.load(std::memory_order_relaxed)) {
-        realtime_.store(take_priority(), std::memory_order_relaxed);
+        realtime_.store(take_realtime_priority(), std::memory_order_relaxed);
         known_thread_.store(true, std::memory_order_relaxed);
     }
     cpu_start_s_ = thread_cpu_s();
@@ -76,10 +59,15 @@ void OutputMeter::begin(bool underflow) noexcept {
 
 void OutputMeter::end(int samples) noexcept {
     const Clock::time_point end = Clock::now();
-    const double busy_s = std::chrono::duration<double>(end - start_).count();
+    count_call(std::chrono::duration<double>(end - start_).count(), thread_cpu_s() - cpu_start_s_,
+               samples);
+    last_call_.store(end.time_since_epoch().count(), std::memory_order_relaxed);
+}
+
+void OutputMeter::count_call(double wall_s, double cpu_s, int samples) noexcept {
     const double sound_s = static_cast<double>(samples) / sample_rate_hz_;
-    const double now = busy_s / sound_s;
-    if (const auto cause = lateness_cause(busy_s, thread_cpu_s() - cpu_start_s_, sound_s)) {
+    const double now = wall_s / sound_s;
+    if (const auto cause = lateness_cause(wall_s, cpu_s, sound_s)) {
         (*cause == UnderrunCause::ours ? ours_at_ : machines_at_) =
             samples_.load(std::memory_order_relaxed);
     }
@@ -89,10 +77,9 @@ void OutputMeter::end(int samples) noexcept {
     if (now > worst_load_.load(std::memory_order_relaxed)) {
         worst_load_.store(now, std::memory_order_relaxed);
     }
-    busy_s_.store(busy_s_.load(std::memory_order_relaxed) + busy_s, std::memory_order_relaxed);
+    busy_s_.store(busy_s_.load(std::memory_order_relaxed) + wall_s, std::memory_order_relaxed);
     samples_.store(samples_.load(std::memory_order_relaxed) + samples, std::memory_order_relaxed);
     last_samples_ = samples;
-    last_call_.store(end.time_since_epoch().count(), std::memory_order_relaxed);
 }
 
 std::vector<Underrun> OutputMeter::first_underruns() const {

@@ -38,6 +38,10 @@ class OutputMeter {
     void begin(bool underflow) noexcept AULA_NONBLOCKING;
     void end(int samples) noexcept AULA_NONBLOCKING;
 
+    /// What end() counts: a call that took `wall_s`, its thread being run for `cpu_s` of it.
+    /// [audio thread, wait-free]
+    void count_call(double wall_s, double cpu_s, int samples) noexcept AULA_NONBLOCKING;
+
     /// A new thread calls from now on.
     void restart() { known_thread_ = false; }
 

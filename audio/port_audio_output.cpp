@@ -1,16 +1,20 @@
 #include <alsa/asoundlib.h>
+#include <pa_linux_alsa.h>
 #include <portaudio.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "audio/error.h"
 #include "audio/output.h"
+#include "audio/realtime.h"
 
 namespace aula {
 
@@ -93,6 +97,10 @@ class PortAudioOutput final : public Output {
         output.sampleFormat = paFloat32 | paNonInterleaved;
         output.suggestedLatency =
             std::max(device.latency_s, settings.block / settings.sample_rate_hz);
+        // Else ALSA's periods are two blocks or more, which are then asked for at one time.
+        PaAlsa_SetNumPeriods(static_cast<int>(std::ceil(output.suggestedLatency *
+                                                        settings.sample_rate_hz / settings.block)) +
+                             1);
         const PaError error =
             Pa_OpenStream(&stream_, nullptr, &output, settings.sample_rate_hz,
                           static_cast<unsigned long>(settings.block), paNoFlag, &call, this);
@@ -214,15 +222,18 @@ class PortAudioInput final : public Input {
     /// [input's thread, wait-free]
     static int call(const void* input, void*, unsigned long samples,
                     const PaStreamCallbackTimeInfo*, PaStreamCallbackFlags, void* self) {
-        if (input != nullptr)
-            static_cast<PortAudioInput*>(self)->settings_.callback(
-                {static_cast<const float*>(input), samples});
+        auto& heard = *static_cast<PortAudioInput*>(self);
+        // What comes late here is missed by the output, which has this priority. Refused, it is
+        // refused to both.
+        if (!std::exchange(heard.called_, true)) take_realtime_priority();
+        if (input != nullptr) heard.settings_.callback({static_cast<const float*>(input), samples});
         return paContinue;
     }
 
     PortAudio port_audio_;
     InputSettings settings_;
     std::string name_;
+    bool called_ = false;  ///< of the input's thread
     PaStream* stream_ = nullptr;
 };
 

@@ -10,8 +10,12 @@
 
 namespace aula {
 
+/// Asks for real-time priority unless this thread has it; false where the system refuses it.
+/// [audio thread, first call]
+bool take_realtime_priority() noexcept;
+
 /// Flushes denormal numbers to zero on this thread while alive; a decayed input otherwise costs
-/// many times more. [audio thread]
+/// many times more. Does nothing where there is no SSE. [audio thread]
 class FlushDenormals {
  public:
     FlushDenormals() noexcept;

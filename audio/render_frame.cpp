@@ -58,6 +58,10 @@ int field_order(const RendererConfig& config) {
     return config.ambisonic_order;
 }
 
+int frame_samples(const RendererConfig& config) {
+    return static_cast<int>(std::max(1L, std::lround(config.frame_s * config.sample_rate_hz)));
+}
+
 RenderShape::RenderShape(const RendererConfig& config, const Hrtf* hrtf) {
     const bool binaural = config.output == OutputFormat::binaural;
     assert(!binaural || hrtf != nullptr);
@@ -76,7 +80,7 @@ RenderShape::RenderShape(const RendererConfig& config, const Hrtf* hrtf) {
     path.sample_rate_hz = rate;
     path.filter_taps = fast_fft_size(to_samples(kPathFilter_s, rate));
     path.block = block;
-    path.frame_samples = std::max<std::size_t>(1, to_samples(config.frame_s, rate));
+    path.frame_samples = static_cast<std::size_t>(frame_samples(config));
     path.turn_samples = std::max(block, kShortestTurn_samples);
     moving_paths =
         1 + std::clamp<std::size_t>(kMovingEarly / std::max<std::size_t>(1, config.sources), 1,

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "audio/ambisonic_decoder.h"
+#include "audio/fade.h"
 #include "audio/render_frame.h"
 
 namespace aula {
@@ -19,7 +20,7 @@ class Decoder {
                   design_decoder(hrtf.responses(), field_order(config))) {}
 
     void process(std::span<const float* const> field, std::span<float* const> ears,
-                 std::size_t samples) noexcept {
+                 std::size_t samples) noexcept AULA_NONBLOCKING {
         convolver_.process(field, ears, samples);
     }
 
@@ -48,12 +49,12 @@ struct Renderer::State {
         : config(settings),
           hrtf(std::move(head)),
           shape(settings, hrtf.get()),
-          fade(raised_cosine(shape.fade_samples)),
           reverberation(shape.reverberation, shape.fade_samples),
           rotation(field_order(settings), shape.path.turn_samples),
           ambisonics(ambisonic_channels(field_order(settings))) {
         // A path that starts reads back as far as its filter hears, each ear half a head later.
         const std::size_t history = 2 * shape.path.filter_taps;
+        const Fade fade(shape.fade_samples);
         for (std::size_t i = 0; i < config.sources; ++i) {
             lines.emplace_back(interpolator, shape.longest_delay_samples, history,
                                shape.path.block);
@@ -73,7 +74,6 @@ struct Renderer::State {
     RendererConfig config;
     std::shared_ptr<const Hrtf> hrtf;  ///< kept alive
     RenderShape shape;
-    std::vector<float> fade;
     FractionalDelay interpolator;
     Convolver reverberation;
     FieldRotation rotation;
@@ -90,7 +90,7 @@ struct Renderer::State {
     std::vector<float*> field;                     ///< pointers to them
     std::vector<const float*> const_field;
 
-    void exchange(RenderFrame* frame, const HeadRotation& head) noexcept {
+    void exchange(RenderFrame* frame, const HeadRotation& head) noexcept AULA_NONBLOCKING {
         assert(held_count < held.size());
         held[held_count++] = frame;
         newest_stamp = frame->stamp;
@@ -104,7 +104,7 @@ struct Renderer::State {
 
     /// Adds all moving paths to the ears, or to the field.
     void add_paths(std::span<const float* const> inputs, const HeadRotation& head,
-                   std::span<float* const> out, std::size_t samples) noexcept {
+                   std::span<float* const> out, std::size_t samples) noexcept AULA_NONBLOCKING {
         for (std::size_t i = 0; i < paths.size(); ++i) {
             lines[i].write(inputs[i], samples);
             for (MovingPath& path : paths[i]) path.process(lines[i], head, out, samples);
@@ -114,7 +114,7 @@ struct Renderer::State {
 
     /// Gives back frames that are no longer used. All parts of an exchange fade over the same
     /// samples; but the reverberation's later levels hold on to a frame for longer.
-    void release(Mailbox<RenderFrame>& mailbox) noexcept {
+    void release(Mailbox<RenderFrame>& mailbox) noexcept AULA_NONBLOCKING {
         std::size_t kept = 0;
         for (std::size_t i = 0; i < held_count; ++i) {
             if (reverberation.uses(&held[i]->parts->reverberation)) {
@@ -135,6 +135,17 @@ Renderer::~Renderer() {
 }
 
 std::int64_t Renderer::newest_stamp() const noexcept { return state_->newest_stamp; }
+
+std::int64_t Renderer::tail_samples() const noexcept {
+    const State& s = *state_;
+    double longest = static_cast<double>(s.config.response_samples);
+    if (s.held_count > 0) {
+        for (const auto& source : s.held[s.held_count - 1]->parts->paths)
+            for (const PathSound& path : source)
+                if (path.present) longest = std::max(longest, path.delay_samples);
+    }
+    return static_cast<std::int64_t>(longest);
+}
 
 void Renderer::render(std::span<const float* const> inputs, const HeadRotation& head,
                       std::span<float* const> outputs, int samples) noexcept {

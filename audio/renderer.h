@@ -55,6 +55,9 @@ struct RendererConfig {
 /// The order of the ambisonic field that an output needs: mono 0, foa 1.
 int field_order(const RendererConfig& config);
 
+/// Samples from one propagation frame to the next, at least 1.
+int frame_samples(const RendererConfig& config);
+
 /// Everything the audio thread needs of one propagation frame, transformed and ready. Made by
 /// RenderFrameBuilder, handed over through a mailbox, given back to be filled again.
 struct RenderFrame {
@@ -100,6 +103,10 @@ class Renderer {
 
     /// Where frames come from; a frame whose predecessor is still fading waits for the next call.
     Mailbox<RenderFrame>& mailbox() noexcept { return mailbox_; }
+
+    /// For how long a sample of the inputs is heard with the newest frame: the reverberation, or
+    /// the way that is the longest. [audio thread]
+    std::int64_t tail_samples() const noexcept AULA_NONBLOCKING;
 
     /// The stamp of the frame that was taken last, 0 before the first. [audio thread]
     std::int64_t newest_stamp() const noexcept AULA_NONBLOCKING;

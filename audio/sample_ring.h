@@ -15,7 +15,7 @@ namespace aula {
 /// what finds no room is left out as a whole.
 class SampleRing {
  public:
-    /// Room for at least `capacity` samples.
+    /// Room for at least `capacity` samples, a power of two of them.
     explicit SampleRing(std::size_t capacity) : samples_(std::bit_ceil(capacity)) {}
 
     /// False, and nothing written, if there is no room for all. [writer thread, wait-free]
@@ -23,18 +23,20 @@ class SampleRing {
         const std::size_t written = written_.load(std::memory_order_relaxed);
         if (written - read_.load(std::memory_order_acquire) + samples.size() > samples_.size())
             return false;
+        const std::size_t mask = samples_.size() - 1;
         for (std::size_t i = 0; i < samples.size(); ++i)
-            samples_[(written + i) % samples_.size()] = samples[i];
+            samples_[(written + i) & mask] = samples[i];
         written_.store(written + samples.size(), std::memory_order_release);
         return true;
     }
 
     /// Reads as many as are there and fit; how many these were. [reader thread, wait-free]
-    std::size_t read(std::span<float> out) noexcept {
+    std::size_t read(std::span<float> out) noexcept AULA_NONBLOCKING {
         const std::size_t read = read_.load(std::memory_order_relaxed);
         const std::size_t count =
             std::min(written_.load(std::memory_order_acquire) - read, out.size());
-        for (std::size_t i = 0; i < count; ++i) out[i] = samples_[(read + i) % samples_.size()];
+        const std::size_t mask = samples_.size() - 1;
+        for (std::size_t i = 0; i < count; ++i) out[i] = samples_[(read + i) & mask];
         read_.store(read + count, std::memory_order_release);
         return count;
     }

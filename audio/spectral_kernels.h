@@ -40,30 +40,35 @@ struct SpectralKernels {
     /// sums += input * filters for all terms, over a range of chunks: sums and filters are stored
     /// as [chunk][output]. The terms' filters are floats, or half precision for the second.
     using MultiplyAdd = void (*)(const SpectralTerms& terms, std::size_t outputs,
-                                 std::size_t first_chunk, std::size_t last_chunk, float* sums);
+                                 std::size_t first_chunk, std::size_t last_chunk,
+                                 float* sums) noexcept AULA_NONBLOCKING;
     MultiplyAdd multiply_add;
     MultiplyAdd multiply_add_half;
 
     /// Half-precision numbers, rounded to nearest; `count` is a multiple of kChunk_bins.
-    void (*to_half)(const float* in, std::size_t count, float scale, std::uint16_t* out);
+    void (*to_half)(const float* in, std::size_t count, float scale,
+                    std::uint16_t* out) noexcept AULA_NONBLOCKING;
 
     /// The passes of BlockTransform for one width of vectors; see there. Butterflies first to last
     /// - 1 of a span are done.
     struct Passes {
         void (*forward_first)(const float* older, const float* newer, const float* weights,
                               const float* twiddles, std::size_t vectors, bool radix_2,
-                              std::size_t first, std::size_t last, float* work);
+                              std::size_t first, std::size_t last,
+                              float* work) noexcept AULA_NONBLOCKING;
         void (*forward_middle)(const float* twiddles, std::size_t vectors, std::size_t span,
-                               std::size_t first, std::size_t last, float* work);
+                               std::size_t first, std::size_t last,
+                               float* work) noexcept AULA_NONBLOCKING;
         void (*forward_last)(const float* work, const float* twiddles, std::size_t vectors,
-                             float* spectrum, std::size_t stride);
+                             float* spectrum, std::size_t stride) noexcept AULA_NONBLOCKING;
         void (*inverse_first)(const float* spectrum, std::size_t stride, const float* twiddles,
-                              std::size_t vectors, float* work);
+                              std::size_t vectors, float* work) noexcept AULA_NONBLOCKING;
         void (*inverse_middle)(const float* twiddles, std::size_t vectors, std::size_t span,
-                               std::size_t first, std::size_t last, float* work);
+                               std::size_t first, std::size_t last,
+                               float* work) noexcept AULA_NONBLOCKING;
         void (*inverse_last)(const float* weights, const float* twiddles, std::size_t vectors,
                              bool radix_2, std::size_t first, std::size_t last, const float* work,
-                             float* out);
+                             float* out) noexcept AULA_NONBLOCKING;
     };
     Passes passes_4;
     Passes passes_8;   ///< if lanes >= 8

@@ -162,7 +162,7 @@ void sum_outputs(const SpectralTerms& terms, std::size_t outputs, std::size_t fi
 
 template <typename Number>
 void multiply_add(const SpectralTerms& terms, std::size_t outputs, std::size_t first_chunk,
-                  std::size_t last_chunk, float* sums) {
+                  std::size_t last_chunk, float* sums) noexcept AULA_NONBLOCKING {
     if (terms.count == 0) return;
     sum_outputs<Number, kTile>(terms, outputs, first_chunk, last_chunk, 0, sums);
 }

@@ -200,7 +200,8 @@ struct Transform {
 
     static void forward_first(const float* older, const float* newer, const float* weights,
                               const float* twiddles, std::size_t vectors, bool radix_2,
-                              std::size_t first, std::size_t last, float* work) {
+                              std::size_t first, std::size_t last,
+                              float* work) noexcept AULA_NONBLOCKING {
         if (newer == nullptr) {
             forward_first({older, nullptr, weights}, twiddles, vectors, radix_2, first, last, work);
         } else {
@@ -270,7 +271,8 @@ struct Transform {
     }
 
     static void forward_middle(const float* twiddles, std::size_t vectors, std::size_t span,
-                               std::size_t first, std::size_t last, float* work) {
+                               std::size_t first, std::size_t last,
+                               float* work) noexcept AULA_NONBLOCKING {
         if (first == 0) middle<false, false>(twiddles, first++, vectors, span, work);
         for (std::size_t j = first; j < last; ++j) {
             middle<false, true>(twiddles, j, vectors, span, work);
@@ -278,7 +280,8 @@ struct Transform {
     }
 
     static void inverse_middle(const float* twiddles, std::size_t vectors, std::size_t span,
-                               std::size_t first, std::size_t last, float* work) {
+                               std::size_t first, std::size_t last,
+                               float* work) noexcept AULA_NONBLOCKING {
         if (first == 0) middle<true, false>(twiddles, first++, vectors, span, work);
         for (std::size_t j = first; j < last; ++j) {
             middle<true, true>(twiddles, j, vectors, span, work);
@@ -286,7 +289,7 @@ struct Transform {
     }
 
     static void forward_last(const float* work, const float* twiddles, std::size_t vectors,
-                             float* spectrum, std::size_t stride) {
+                             float* spectrum, std::size_t stride) noexcept AULA_NONBLOCKING {
         for (std::size_t first = 0; first < vectors; first += kLanes) {
             V re[kLanes];
             V im[kLanes];
@@ -310,7 +313,7 @@ struct Transform {
     }
 
     static void inverse_first(const float* spectrum, std::size_t stride, const float* twiddles,
-                              std::size_t vectors, float* work) {
+                              std::size_t vectors, float* work) noexcept AULA_NONBLOCKING {
         for (std::size_t first = 0; first < vectors; first += kLanes) {
             V re[kLanes];
             V im[kLanes];
@@ -343,7 +346,7 @@ struct Transform {
 
     static void inverse_last(const float* weights, const float* twiddles, std::size_t vectors,
                              bool radix_2, std::size_t first, std::size_t last, const float* work,
-                             float* out) {
+                             float* out) noexcept AULA_NONBLOCKING {
         if (radix_2) {
             const std::size_t half = vectors / 2;
             for (std::size_t j = first; j < last; ++j) {

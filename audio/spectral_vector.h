@@ -86,7 +86,8 @@ void store_half(const Vector<4>& v, std::uint16_t* p) {
 }
 #endif
 
-void to_half(const float* in, std::size_t count, float scale, std::uint16_t* out) {
+void to_half(const float* in, std::size_t count, float scale,
+             std::uint16_t* out) noexcept AULA_NONBLOCKING {
     for (std::size_t n = 0; n < count; n += kWidest) {
         store_half(scale * load<kWidest>(in + n), out + n);
     }

@@ -68,6 +68,9 @@ int main(int argc, char** argv) {
         return aula::fail(error.what(), 2);
     } catch (const aula::AudioInputError& error) {
         return aula::fail(error.what(), 2);
+    } catch (const aula::NoAudioDevice& error) {
+        return aula::fail(std::string(error.what()) + "; render to a file with --offline OUT.wav",
+                          1);
     } catch (const std::exception& error) {
         return aula::fail(error.what(), 1);
     }

@@ -2,34 +2,28 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 namespace aula {
 
 namespace {
 
-/// Seconds of sound that a slow reader may be behind.
-constexpr double kHeard_s = 2;
+/// How long a change of signals, or of what plays, is faded.
+constexpr double kChangeFade_s = 0.05;
+
+/// Of a signal that begins in mid-wave.
+constexpr double kRise_s = 0.02;
 
 constexpr double kPauseFade_s = 0.02;
 
-int frame_samples(const RendererConfig& config) {
-    return static_cast<int>(std::lround(config.frame_s * config.sample_rate_hz));
+/// Seconds of sound that a slow reader may be behind.
+constexpr double kHeard_s = 2;
+
+std::size_t to_samples(double seconds, double rate_hz) {
+    return static_cast<std::size_t>(std::lround(seconds * rate_hz));
 }
 
-/// Rising half of a raised cosine, 0 at the start and 1 one sample after the end.
-std::vector<float> rising(std::size_t samples) {
-    std::vector<float> weights(samples);
-    for (std::size_t i = 0; i < samples; ++i) {
-        const double phase =
-            std::numbers::pi * static_cast<double>(i) / static_cast<double>(samples);
-        weights[i] = static_cast<float>(0.5 - 0.5 * std::cos(phase));
-    }
-    return weights;
-}
-
-float largest(std::span<float* const> channels, int samples) noexcept {
+float largest(std::span<float* const> channels, int samples) noexcept AULA_NONBLOCKING {
     float largest = 0;
     for (const float* channel : channels)
         for (int i = 0; i < samples; ++i) largest = std::max(largest, std::abs(channel[i]));
@@ -47,11 +41,10 @@ Stage::Stage(const RendererConfig& config, SignalSet signals, const Timeline& ti
       signals_(first_signals_.get()),
       renderer_(config, std::move(hrtf)),
       head_(frame_samples(config)),
-      fade_(rising(static_cast<std::size_t>(std::lround(kChangeFade_s * rate_hz_)))),
-      output_fade_(fade_.size()),
-      signal_fade_(fade_.size()),
-      ring_samples_(static_cast<std::int64_t>(config.response_samples) +
-                    std::llround(2 * kChangeFade_s * rate_hz_)),
+      input_fade_(to_samples(kChangeFade_s, rate_hz_)),
+      output_fade_(input_fade_),
+      signal_fade_(input_fade_),
+      rise_(to_samples(kRise_s, rate_hz_)),
       inputs_(config.sources, std::vector<float>(static_cast<std::size_t>(config.block))),
       outputs_(channel_count(config.output),
                std::vector<float>(static_cast<std::size_t>(config.block))),
@@ -68,7 +61,21 @@ Stage::~Stage() {
 /// `before`: what plays until then, if anything does.
 void Stage::begin(std::int64_t position, const Stage* before) noexcept {
     zero_ = starts_anew_ ? position : before != nullptr ? before->zero_ : 0;
-    input_fade_ = before != nullptr ? 0 : fade_.size();
+    (position == zero_ ? rise_ : input_fade_).start();
+}
+
+/// Something else follows. What was sent out is heard to its end, the input's fading and what
+/// filters add included.
+void Stage::retire() noexcept {
+    state_ = State::ringing;
+    input_fade_.start();
+    ring_samples_ = renderer_.tail_samples() + std::llround(2 * kChangeFade_s * rate_hz_);
+}
+
+void Stage::end() noexcept {
+    if (state_ == State::ending) return;
+    state_ = State::ending;
+    output_fade_.start();
 }
 
 /// The signals, changed, ended by the timeline and faded as far as the stage is.
@@ -78,7 +85,7 @@ void Stage::read_inputs(std::int64_t position, int samples) noexcept {
     if (fading_signals_ == nullptr) {
         if (SignalSet* next = next_signals_.take()) {
             fading_signals_ = std::exchange(signals_, next);
-            signal_fade_ = 0;
+            signal_fade_.start();
         }
     }
     for (std::size_t s = 0; s < inputs_.size(); ++s) {
@@ -87,36 +94,20 @@ void Stage::read_inputs(std::int64_t position, int samples) noexcept {
         if (fading_signals_ != nullptr) {
             const std::span<float> old(scratch_.data(), count);
             (*fading_signals_)[s]->read(first, position, old);
-            for (std::size_t i = 0; i < count; ++i) {
-                const std::size_t at = signal_fade_ + i;
-                const float weight = at < fade_.size() ? fade_[at] : 1.0F;
-                input[i] = old[i] + weight * (input[i] - old[i]);
-            }
+            signal_fade_.cross(old, input);
         }
+        if (!rise_.done() && (*signals_)[s]->begins_in_mid_wave()) rise_.rise(input);
         timeline_.fade(first, rate_hz_, input);
-        if (state_ == State::playing && faded_in()) continue;
-        for (std::size_t i = 0; i < count; ++i) {
-            if (state_ == State::playing) {
-                const std::size_t at = input_fade_ + i;
-                input[i] *= at < fade_.size() ? fade_[at] : 1.0F;
-            } else {
-                // The falling half is one minus the rising one: with what follows they add up to 1.
-                const std::size_t left = input_fade_ > i ? input_fade_ - i : 0;
-                input[i] *= left > 0 ? 1 - fade_[fade_.size() - left] : 0.0F;
-            }
-        }
+        if (state_ != State::playing)
+            input_fade_.fall(input);
+        else if (!faded_in())
+            input_fade_.rise(input);
     }
-    if (fading_signals_ != nullptr) {
-        signal_fade_ += count;
-        if (signal_fade_ >= fade_.size()) {
-            if (fading_signals_ != first_signals_.get()) next_signals_.give_back(fading_signals_);
-            fading_signals_ = nullptr;
-        }
+    for (Fade* fade : {&rise_, &input_fade_, &signal_fade_}) fade->advance(count);
+    if (fading_signals_ != nullptr && signal_fade_.done()) {
+        if (fading_signals_ != first_signals_.get()) next_signals_.give_back(fading_signals_);
+        fading_signals_ = nullptr;
     }
-    if (state_ == State::playing)
-        input_fade_ = std::min(fade_.size(), input_fade_ + count);
-    else
-        input_fade_ -= std::min(input_fade_, count);
 }
 
 /// Adds the stage's sound to the sum.
@@ -127,18 +118,12 @@ void Stage::render(std::int64_t position, std::span<float* const> sum, int sampl
         ring_samples_ -= samples;
         if (ring_samples_ <= 0) end();
     }
-    const bool ending = state_ == State::ending;
+    const auto count = static_cast<std::size_t>(samples);
     for (std::size_t c = 0; c < sum.size(); ++c) {
-        for (std::size_t i = 0; i < static_cast<std::size_t>(samples); ++i) {
-            float weight = 1;
-            if (ending) {
-                const std::size_t left = output_fade_ > i ? output_fade_ - i : 0;
-                weight = left > 0 ? 1 - fade_[fade_.size() - left] : 0.0F;
-            }
-            sum[c][i] += weight * outputs_[c][i];
-        }
+        if (state_ == State::ending) output_fade_.fall(std::span(outputs_[c]).first(count));
+        for (std::size_t i = 0; i < count; ++i) sum[c][i] += outputs_[c][i];
     }
-    if (ending) output_fade_ -= std::min(output_fade_, static_cast<std::size_t>(samples));
+    output_fade_.advance(count);
 }
 
 LiveMixer::LiveMixer(double sample_rate_hz, int block, std::size_t channels)
@@ -149,8 +134,7 @@ LiveMixer::LiveMixer(double sample_rate_hz, int block, std::size_t channels)
       output_pointers_(channels),
       interleaved_(static_cast<std::size_t>(block) * channels),
       heard_(static_cast<std::size_t>(kHeard_s * sample_rate_hz) * channels),
-      pause_fade_(rising(static_cast<std::size_t>(std::lround(kPauseFade_s * rate_hz_)))),
-      audible_(pause_fade_.size()) {}
+      pause_fade_(to_samples(kPauseFade_s, rate_hz_)) {}
 
 LiveMixer::~LiveMixer() {
     if (playing_ != nullptr) stages_.give_back(playing_);
@@ -192,8 +176,6 @@ void LiveMixer::change_stage() noexcept {
         playing_->retire();
         *std::find(ringing_.begin(), ringing_.end(), nullptr) = playing_;
     }
-    // The first one begins from silence, whatever its signals begin with.
-    if (playing_ == nullptr) audible_ = 0;
     waiting_->begin(position_.load(std::memory_order_relaxed), playing_);
     playing_ = std::exchange(waiting_, nullptr);
     if (head_known_) playing_->head_.turn_to(head_);
@@ -208,23 +190,27 @@ void LiveMixer::give_back_ended() noexcept {
     if (ringing_.front() == nullptr) std::swap(ringing_.front(), ringing_.back());
 }
 
-/// Goes along the fade of a pause, up or down.
+/// Goes along the fade of a pause, out or in.
 void LiveMixer::fade_pause(std::span<float* const> outputs, int samples) noexcept {
-    const bool down = paused_.load(std::memory_order_relaxed);
-    const std::size_t top = pause_fade_.size();
-    for (std::size_t i = 0; i < static_cast<std::size_t>(samples); ++i) {
-        if (down && audible_ > 0) --audible_;
-        if (!down && audible_ < top) ++audible_;
-        if (audible_ == top) continue;
-        for (float* channel : outputs) channel[i] *= pause_fade_[audible_];
+    const bool paused = paused_.load(std::memory_order_relaxed);
+    if (paused != fading_out_) {
+        fading_out_ = paused;
+        pause_fade_.turn_back();
     }
-    silent_.store(audible_ == 0, std::memory_order_relaxed);
+    const auto count = static_cast<std::size_t>(samples);
+    for (float* channel : outputs) {
+        if (fading_out_)
+            pause_fade_.fall({channel, count});
+        else if (!pause_fade_.done())
+            pause_fade_.rise({channel, count});
+    }
+    pause_fade_.advance(count);
+    silent_.store(fading_out_ && pause_fade_.done(), std::memory_order_relaxed);
 }
 
 void LiveMixer::render_block(std::span<float* const> outputs, int samples) noexcept {
-    if (audible_ == 0 && paused_.load(std::memory_order_relaxed)) {
+    if (silent_.load(std::memory_order_relaxed) && paused_.load(std::memory_order_relaxed)) {
         for (float* channel : outputs) std::fill_n(channel, samples, 0.0F);
-        silent_.store(true, std::memory_order_relaxed);
         return;
     }
     const std::int64_t now_ns = clock_ns();
@@ -251,10 +237,11 @@ void LiveMixer::render_block(std::span<float* const> outputs, int samples) noexc
         std::min(limiter_.least_gain(), limiter_gain_.load(std::memory_order_relaxed));
     limiter_gain_.store(gain, std::memory_order_relaxed);
     if (listened_.load(std::memory_order_relaxed)) {
-        const std::size_t count = static_cast<std::size_t>(samples) * channels_;
-        for (std::size_t i = 0; i < count; ++i)
-            interleaved_[i] = outputs[i % channels_][i / channels_];
-        heard_.write(std::span(interleaved_).first(count));
+        const auto count = static_cast<std::size_t>(samples);
+        for (std::size_t c = 0; c < channels_; ++c)
+            for (std::size_t i = 0; i < count; ++i) interleaved_[i * channels_ + c] = outputs[c][i];
+        if (!heard_.write(std::span(interleaved_).first(count * channels_)))
+            lost_samples_.fetch_add(samples, std::memory_order_relaxed);
     }
     position_.store(position + samples, std::memory_order_relaxed);
 }

@@ -11,6 +11,7 @@
 #include "apps/session/signals.h"
 #include "apps/session/sound_at_listener.h"
 #include "apps/session/timeline.h"
+#include "audio/fade.h"
 #include "audio/limiter.h"
 #include "audio/mailbox.h"
 #include "audio/renderer.h"
@@ -18,19 +19,17 @@
 
 namespace aula {
 
-/// How long a change of signals, or of what plays, is faded.
-inline constexpr double kChangeFade_s = 0.05;
-
 /// An orientation of the head, and when it was given (clock_ns()).
 struct HeadPose {
     Pose pose;
     std::int64_t given_ns = 0;
 };
 
-/// A scene as the audio thread plays it: signals through a renderer of its own. Its input is faded
-/// in when it begins; when something else follows its input is faded out and the room rings out.
-/// So the sum of what ends and what begins hears every sample of the signals once, whatever the
-/// two are, and nothing clicks.
+/// A scene as the audio thread plays it: signals through a renderer of its own. Where it takes up
+/// signals that play its input is faded in; when something else follows its input is faded out and
+/// the room rings out. So the sum of what ends and what begins hears every sample of the signals
+/// once, whatever the two are, and nothing clicks. Signals that begin with the stage are heard from
+/// their first sample on, but for those that begin in mid-wave.
 class Stage {
  public:
     /// `starts_anew`: the signals begin with the stage; else they go on where they are.
@@ -52,10 +51,12 @@ class Stage {
     enum class State { playing, ringing, ending };
 
     void begin(std::int64_t position, const Stage* before) noexcept AULA_NONBLOCKING;
-    void retire() noexcept AULA_NONBLOCKING { state_ = State::ringing; }
-    void end() noexcept AULA_NONBLOCKING { state_ = State::ending; }
-    bool faded_in() const noexcept { return input_fade_ == fade_.size(); }
-    bool ended() const noexcept { return state_ == State::ending && output_fade_ == 0; }
+    void retire() noexcept AULA_NONBLOCKING;
+    void end() noexcept AULA_NONBLOCKING;
+    bool faded_in() const noexcept AULA_NONBLOCKING { return input_fade_.done(); }
+    bool ended() const noexcept AULA_NONBLOCKING {
+        return state_ == State::ending && output_fade_.done();
+    }
 
     void read_inputs(std::int64_t position, int samples) noexcept AULA_NONBLOCKING;
     void render(std::int64_t position, std::span<float* const> sum,
@@ -73,11 +74,11 @@ class Stage {
     HeadMotion head_;
 
     State state_ = State::playing;
-    std::vector<float> fade_;      ///< rising raised cosine
-    std::size_t input_fade_ = 0;   ///< how far the input is faded in
-    std::size_t output_fade_;      ///< how far the output is there
-    std::size_t signal_fade_ = 0;  ///< how far the signals have changed
-    std::int64_t ring_samples_;    ///< left of the ringing out
+    Fade input_fade_;                ///< in while it plays, then out
+    Fade output_fade_;               ///< out at the end
+    Fade signal_fade_;               ///< to other signals
+    Fade rise_;                      ///< of signals that begin in mid-wave
+    std::int64_t ring_samples_ = 0;  ///< left of the ringing out
 
     std::vector<std::vector<float>> inputs_;
     std::vector<const float*> input_pointers_;
@@ -103,9 +104,10 @@ class LiveMixer {
     Mailbox<HeadPose>& head_poses() { return head_poses_; }
 
     /// What is heard, interleaved, for one reader that asked for it with listen(). What finds no
-    /// room is lost.
+    /// room is lost, and counted, in samples of a channel. [the reader's thread]
     SampleRing& heard() { return heard_; }
     void listen(bool wanted) { listened_.store(wanted); }
+    std::int64_t lost_samples() const { return lost_samples_.load(); }
 
     /// [any thread]
     double time_s() const { return static_cast<double>(position_.load()) / rate_hz_; }
@@ -145,13 +147,14 @@ class LiveMixer {
     std::vector<float> interleaved_;
     SampleRing heard_;
     std::atomic<bool> listened_ = false;
+    std::atomic<std::int64_t> lost_samples_ = 0;
     std::atomic<std::int64_t> position_ = 0;
     std::atomic<float> peak_ = 0;
     std::atomic<float> limiter_gain_ = 1;
     std::atomic<bool> paused_ = false;
     std::atomic<bool> silent_ = false;
-    std::vector<float> pause_fade_;  ///< rising raised cosine
-    std::size_t audible_ = 0;        ///< how far along it the sound is
+    Fade pause_fade_;
+    bool fading_out_ = false;  ///< along it, else in
     std::int64_t newest_stamp_ = 0;
     LatencyCounts frame_latency_;
     LatencyCounts head_latency_;

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <condition_variable>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
 #include <thread>
 
@@ -17,8 +19,9 @@ namespace aula {
 struct MonitorStatus {
     Loudness loudness;
     bool recording = false;
-    double recorded_s = 0;
-    std::string error;  ///< why the last recording ended early; empty if it did not
+    double recorded_s = 0;  ///< of this recording, or the last
+    double lost_s = 0;      ///< missing in it, as the disk was too slow
+    std::string error;      ///< why the last recording ended early; empty if it did not
 };
 
 /// Listens to a mixer on a thread of its own, from start() on: measures loudness and, when asked
@@ -38,22 +41,27 @@ class Monitor {
     /// Ends the recording, if there is one, and gives the file its name.
     void stop_recording();
 
-    /// The true peak is that since the last call.
+    /// The true peak is that since the last call. Does not wait for the disk.
     MonitorStatus status();
 
  private:
     void run();
     void take_in();
+    void write(std::span<const float> heard);
 
     LiveMixer& mixer_;
     double rate_hz_;
-    std::mutex mutex_;  ///< of what follows
+
+    std::mutex work_;  ///< held while reading and writing; of what follows
     std::condition_variable stopping_;
     bool stop_ = false;
-    LoudnessMeter meter_;
     std::unique_ptr<WavWriter> writer_;
-    std::size_t recorded_samples_ = 0;
-    std::string error_;
+    std::int64_t lost_before_ = 0;  ///< samples that the mixer had lost when the recording began
+
+    std::mutex mutex_;  ///< of what follows; taken after `work_`
+    LoudnessMeter meter_;
+    MonitorStatus status_;
+
     std::thread thread_;
 };
 

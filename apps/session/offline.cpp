@@ -100,7 +100,7 @@ class BlockRenderer {
           rate_hz_(maker.config().sample_rate_hz),
           block_(maker.config().block),
           renderer_(maker.config(), std::move(hrtf)),
-          head_(static_cast<int>(std::lround(maker.config().frame_s * rate_hz_))),
+          head_(frame_samples(maker.config())),
           inputs_(signals.size(), static_cast<std::size_t>(block_)),
           frame_count_(frames_before(std::llround(timeline.end_s * rate_hz_))),
           pipeline_(maker, scene, frame_count_) {}

@@ -27,11 +27,11 @@ struct Player::State {
 
     void fade_out();
     void propagate();
-    PoseLatency latency() const;
+    PoseLatency latency(double frame_s) const;
     static std::int64_t to_ns(Clock::time_point time) { return time.time_since_epoch().count(); }
     void turn_head(const Pose& pose, std::int64_t given_ns);
-    void place_listener(const Pose& pose);
-    void take_controls(PlayControls next);
+    void place_listener(const Pose& pose, std::int64_t given_ns);
+    void take_controls(PlayControls next, std::int64_t given_ns);
     void compute();
     void publish();
     void begin_prepared();
@@ -160,10 +160,10 @@ void Player::State::propagate() {
     }
 }
 
-PoseLatency Player::State::latency() const {
+PoseLatency Player::State::latency(double frame_s) const {
     const LatencyCounts& frames = mixer->frame_latency();
     const LatencyCounts& heads = mixer->head_latency();
-    return {.frame_period_ms = 1000 * playing->maker.config().frame_s,
+    return {.frame_period_ms = 1000 * frame_s,
             .compute_p50_ms = compute_time.quantile_ms(0.5),
             .compute_p99_ms = compute_time.quantile_ms(0.99),
             .sound_p50_ms = frames.quantile_ms(0.5),
@@ -223,19 +223,18 @@ void Player::State::turn_head(const Pose& pose, std::int64_t given_ns) {
 }
 
 /// By hand. The mutex is held.
-void Player::State::place_listener(const Pose& pose) {
+void Player::State::place_listener(const Pose& pose, std::int64_t given_ns) {
     controls.listener = pose;
-    const std::int64_t now_ns = clock_ns();
-    if (!unheard_ns) unheard_ns = now_ns;
-    turn_head(pose, now_ns);
+    if (!unheard_ns) unheard_ns = given_ns;
+    turn_head(pose, given_ns);
 }
 
 /// The mutex is held.
-void Player::State::take_controls(PlayControls next) {
+void Player::State::take_controls(PlayControls next, std::int64_t given_ns) {
     const bool placed =
         next.listener && !(controls.listener && same_pose(*controls.listener, *next.listener));
     controls = std::move(next);
-    if (placed) place_listener(*controls.listener);
+    if (placed) place_listener(*controls.listener, given_ns);
 }
 
 /// Copies what is to be looked at, if there is time until the next frame, or was none for long.
@@ -293,13 +292,15 @@ Player::Player(const Scene& scene, const SessionOptions& options)
 Player::~Player() = default;
 
 void Player::move_listener(const Pose& pose) {
+    const std::int64_t given_ns = clock_ns();
     const std::lock_guard lock(state_->mutex);
-    if (!state_->playing->scene.listener.path) state_->place_listener(pose);
+    if (!state_->playing->scene.listener.path) state_->place_listener(pose, given_ns);
 }
 
 void Player::control(const PlayControls& controls) {
+    const std::int64_t given_ns = clock_ns();
     const std::lock_guard lock(state_->mutex);
-    state_->take_controls(controls);
+    state_->take_controls(controls, given_ns);
 }
 
 PlayControls Player::controls() const {
@@ -308,10 +309,11 @@ PlayControls Player::controls() const {
 }
 
 void Player::adjust(const std::function<void(PlayControls&, const Pose&)>& change) {
+    const std::int64_t given_ns = clock_ns();
     const std::lock_guard lock(state_->mutex);
     PlayControls next = state_->controls;
     change(next, state_->status.listener);
-    state_->take_controls(std::move(next));
+    state_->take_controls(std::move(next), given_ns);
 }
 
 std::uint64_t Player::change(const Scene& scene, const SessionOptions& options, bool starts_anew) {
@@ -361,6 +363,7 @@ PlayStatus Player::status() {
     PlayStatus status;
     double begin_s = 0;
     double end_s = 0;
+    double frame_s = 0;
     {
         const std::lock_guard lock(state_->mutex);
         if (state_->failure) std::rethrow_exception(state_->failure);
@@ -370,12 +373,13 @@ PlayStatus Player::status() {
         status.preparing = changes.preparing;
         status.failed_changes = changes.failed;
         status.change_error = changes.error;
-        status.latency = state_->latency();
+        frame_s = state_->playing->maker.config().frame_s;
         status.response_age_s =
             std::chrono::duration<double>(State::Clock::now() - state_->published).count();
         begin_s = state_->playing->zero_s;
         end_s = begin_s + state_->playing->timeline.end_s;
     }
+    status.latency = state_->latency(frame_s);
     status.time_s = state_->mixer->time_s();
     status.scene_time_s = status.time_s - begin_s;
     const AudioDevice& device = *state_->device;

@@ -16,9 +16,23 @@ namespace {
 // A uniform distribution over -a..a has the RMS a / sqrt(3); -20 dBFS is an RMS of 0.1.
 const float kNoiseAmplitude = 0.1F * std::sqrt(3.0F);
 
-float noise_sample(std::uint64_t seed, std::int64_t index) noexcept {
+float noise_sample(std::uint64_t seed, std::int64_t index) noexcept AULA_NONBLOCKING {
     const auto bits = static_cast<std::int64_t>(mix_bits(seed + static_cast<std::uint64_t>(index)));
     return kNoiseAmplitude * static_cast<float>(static_cast<double>(bits) * 0x1p-63);
+}
+
+/// Silence is -40 dB of what follows, an onset 6 dB above: its first sample is the start of it.
+bool starts_in_mid_wave(const std::vector<float>& samples, bool loop) {
+    constexpr std::size_t kBeginning = 512;
+    if (samples.empty()) return false;
+    double energy = 0;
+    for (std::size_t i = 0; i < kBeginning; ++i) {
+        if (i >= samples.size() && !loop) break;
+        energy += std::pow(static_cast<double>(samples[i % samples.size()]), 2);
+    }
+    const double level = std::sqrt(energy / kBeginning);
+    const double first = std::abs(static_cast<double>(samples[0]));
+    return first > 0.01 * level && first < 2 * level;
 }
 
 }  // namespace
@@ -37,10 +51,15 @@ Signal::Signal(const Source& source, double sample_rate_hz, std::uint64_t noise_
         samples_ = std::move(clip.samples);
         warnings_ = std::move(clip.warnings);
     }
+    begins_in_mid_wave_ = noise_ || starts_in_mid_wave(samples_, loop_);
 }
 
 Signal::Signal(std::vector<float> samples, bool loop)
-    : noise_(false), loop_(loop), noise_seed_(0), samples_(std::move(samples)) {}
+    : noise_(false),
+      loop_(loop),
+      noise_seed_(0),
+      samples_(std::move(samples)),
+      begins_in_mid_wave_(starts_in_mid_wave(samples_, loop_)) {}
 
 Signal::Signal(std::shared_ptr<Microphone> microphone)
     : noise_(false), loop_(false), noise_seed_(0), microphone_(std::move(microphone)) {}

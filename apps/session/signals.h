@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "audio/microphone.h"
+#include "audio/realtime.h"
 #include "engine/scene.h"
 
 namespace aula {
@@ -30,7 +31,12 @@ class Signal {
 
     /// Samples from index `first` on, to be played from `position` of all that is played on; zero
     /// beyond the end. [audio thread, wait-free]
-    void read(std::int64_t first, std::int64_t position, std::span<float> out) const noexcept;
+    void read(std::int64_t first, std::int64_t position,
+              std::span<float> out) const noexcept AULA_NONBLOCKING;
+
+    /// Whether its first sample is one among others: noise, and files that are cut in the middle of
+    /// a sound. One that starts in silence, or with an onset, is not.
+    bool begins_in_mid_wave() const noexcept AULA_NONBLOCKING { return begins_in_mid_wave_; }
 
     /// Samples of an unlooped file or impulse; empty if it never ends.
     std::optional<std::int64_t> length_samples() const;
@@ -47,6 +53,7 @@ class Signal {
     std::uint64_t noise_seed_;
     std::shared_ptr<Microphone> microphone_;  ///< may be null
     std::vector<float> samples_;  ///< the file, or one second (looped) or sample of an impulse
+    bool begins_in_mid_wave_ = false;
     std::vector<std::string> warnings_;
 };
 

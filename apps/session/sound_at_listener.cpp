@@ -74,7 +74,7 @@ RendererConfig renderer_config(const Scene& scene, double response_length_s, dou
         .longest_delay_s = longest_delay_s(scene)};
 }
 
-HeadRotation head_rotation(const Pose& pose) {
+HeadRotation head_rotation(const Pose& pose) noexcept {
     const glm::mat3 to_world = pose.rotation();  // its columns are the head's axes
     HeadRotation rotation;
     for (int axis = 0; axis < 3; ++axis)

@@ -21,7 +21,7 @@ RendererConfig renderer_config(const Scene& scene, double response_length_s, dou
                                const SessionOptions& options);
 
 /// The head's axes as the renderer takes them.
-HeadRotation head_rotation(const Pose& pose);
+HeadRotation head_rotation(const Pose& pose) noexcept AULA_NONBLOCKING;
 
 /// The head's turning between poses: it moves evenly to each new orientation, the short way round,
 /// in the time that has passed between the last two, at most a frame. [audio thread]
@@ -30,10 +30,10 @@ class HeadMotion {
     explicit HeadMotion(int frame_samples) : frame_samples_(frame_samples) {}
 
     /// Where to turn to from here on. The first time the head is there at once.
-    void turn_to(const Pose& pose) noexcept;
+    void turn_to(const Pose& pose) noexcept AULA_NONBLOCKING;
 
     /// The orientation after so many more samples.
-    HeadRotation advance(int samples) noexcept;
+    HeadRotation advance(int samples) noexcept AULA_NONBLOCKING;
 
  private:
     int frame_samples_;

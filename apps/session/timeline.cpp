@@ -64,6 +64,10 @@ void Timeline::fade(std::int64_t first, double sample_rate_hz,
         return static_cast<double>(first + static_cast<std::int64_t>(i)) / sample_rate_hz;
     };
     if (time_of(block.size()) <= input_end_s) return;
+    if (time_of(0) >= input_end_s + kFade_s) {
+        std::fill(block.begin(), block.end(), 0.0F);
+        return;
+    }
     for (std::size_t i = 0; i < block.size(); ++i) {
         const double faded = std::clamp((time_of(i) - input_end_s) / kFade_s, 0.0, 1.0);
         block[i] *= static_cast<float>(0.5 + 0.5 * std::cos(std::numbers::pi * faded));

@@ -21,7 +21,8 @@ struct Timeline {
 
     /// Fades a block of a signal that starts at sample `first`: gain 1, from the end of the input
     /// a raised cosine, then 0. [audio thread, wait-free]
-    void fade(std::int64_t first, double sample_rate_hz, std::span<float> block) const noexcept;
+    void fade(std::int64_t first, double sample_rate_hz,
+              std::span<float> block) const noexcept AULA_NONBLOCKING;
 };
 
 /// What a timeline is made from.

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "apps/session/formatted.h"
 #include "apps/session/measurement_text.h"
 #include "apps/session/output_file.h"
 #include "apps/session/scene_edits.h"
@@ -137,7 +138,12 @@ void Model::toggle_recording() {
         if (heard_.recording) {
             player_->stop_recording();
             // What went wrong is said by update().
-            if (player_->monitor_status().error.empty()) say("recording written");
+            const MonitorStatus done = player_->monitor_status();
+            if (done.error.empty() && done.lost_s == 0) say("recording written");
+            if (done.lost_s > 0)
+                say(formatted("the disk was too slow: %.2f s of the recording are missing",
+                              done.lost_s),
+                    true);
         } else {
             const auto file = free_name(scene_file_.stem().string() + "-heard", ".wav");
             player_->record(file);

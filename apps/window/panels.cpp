@@ -44,8 +44,11 @@ void draw_top_bar(Model& model, Choices& choices, Camera& camera) {
         if (parameters[4].c80_db) text += formatted(", C80 %.1f dB", *parameters[4].c80_db);
         ImGui::TextUnformatted(text.c_str());
     }
-    const std::string recording =
-        model.heard().recording ? formatted("stop %.0f s", model.heard().recorded_s) : "record";
+    std::string recording = "record";
+    if (const MonitorStatus& heard = model.heard(); heard.recording) {
+        recording = formatted("stop %.0f s", heard.recorded_s);
+        if (heard.lost_s > 0) recording += formatted(", %.2f s lost", heard.lost_s);
+    }
     float buttons = 0;
     for (const char* label :
          {"walk by path", "from the ears", "freeze", recording.c_str(), "keys ?"})

@@ -43,3 +43,17 @@ TEST_CASE("A recording holds every sample that is heard while it is made") {
     CHECK(status.loudness.true_peak > 0.05);
     CHECK(names_in(folder.path()).size() == 1);
 }
+
+TEST_CASE("What a recording lacks is said: with what it has it is all that was heard") {
+    const TemporaryFolder folder;
+    LiveMixer mixer(kRate_hz, kTakeBlock, 1);
+    Monitor monitor(mixer, kRate_hz);
+    // Faster than it is read, where the machine is not very slow.
+    constexpr int kBlocks = 4000;
+    take(mixer, kBlocks, [&](int block) {
+        if (block == 0) monitor.record(folder.path() / "heard.wav");
+    });
+    monitor.stop_recording();
+    const MonitorStatus status = monitor.status();
+    CHECK(status.recorded_s + status.lost_s == Approx(kBlocks * kTakeBlock / kRate_hz));
+}
