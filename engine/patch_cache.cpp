@@ -13,10 +13,6 @@ namespace aula {
 
 namespace {
 
-/// So many rays leave less noise than the gather has. Their sums, of all bands for moments, stay
-/// below 2^63 units even where each ray meets a patch forty times in one bin.
-constexpr std::uint64_t kEnoughRays = 1ULL << 20;
-
 /// A frame holds while emitter and scene are within this share of the patch size of where they were
 /// then. At 1.5 m/s, 30 frames a second and patches of 0.5 m that is four frames, which is where
 /// tracking errors of a walking source are least.

@@ -23,6 +23,10 @@ class PatchCache {
     /// Energies are sums in these units of a ray's energy.
     static constexpr double kUnit = Deposit::kUnit;
 
+    /// So many rays leave less noise than the gather has. Their sums, of all bands for moments,
+    /// stay below 2^63 units even where each ray meets a patch forty times in one bin.
+    static constexpr std::uint64_t kEnoughRays = 1ULL << 20;
+
     /// What the rays of a frame depend on.
     struct State {
         std::uint64_t frame = 0;

@@ -13,10 +13,13 @@ namespace {
 
 constexpr int kGatherRays = 1024;
 
-/// Shares of the memory for caches: the patches' sums at most; arrivals. What the sums leave holds
-/// the frames that may be taken out again.
+/// Shares of the memory for caches: the patches' sums at most; legs that end in mirrors. What the
+/// sums leave holds the frames that may be taken out again.
 constexpr double kTableShare = 0.8;
-constexpr double kArrivalShare = 0.05;
+constexpr double kLegShare = 0.05;
+
+/// Legs of all sources, or listeners, together: some 0.2 ms a frame to look through.
+constexpr std::size_t kMostLegs = 1 << 16;
 
 /// An end with less than this share of the rays is not heard: it would cost a gather.
 constexpr double kLeastShare = 0.1;
@@ -107,35 +110,30 @@ void PatchPropagation::restart() {
     const double all_rows_bytes = static_cast<double>(source_count_) * row_bytes(false) +
                                   static_cast<double>(listener_count_) * row_bytes(true);
     caches_.clear();
+    legs_.clear();
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         const bool directed = id >= source_count_;
-        const double bytes =
-            (1 - kArrivalShare) * memory_bytes_ * row_bytes(directed) / all_rows_bytes;
+        const double bytes = (1 - kLegShare) * memory_bytes_ * row_bytes(directed) / all_rows_bytes;
         caches_.emplace_back(bins_.count(), window_frames_, grid_.patch_size_m(),
                              static_cast<std::size_t>(bytes), directed);
+        legs_.emplace_back(window_frames_, listener_radius_m_, gather_settings_.attenuation_per_m,
+                           kMostLegs / (directed ? listener_count_ : source_count_),
+                           static_cast<std::size_t>(kLegShare * memory_bytes_ /
+                                                    static_cast<double>(emitter_count())));
     }
     status_.assign(emitter_count(), {});
     positions_.clear();
     const std::size_t pairs = source_count_ * listener_count_;
-    const ArrivalWindow arrivals(
-        window_frames_, listener_radius_m_,
-        static_cast<std::size_t>(kArrivalShare * memory_bytes_ / static_cast<double>(pairs)));
     pairs_.clear();
     EnergyResponse empty;
     empty.bins = bins_;
     empty.speed_of_sound_m_s = speed_of_sound_m_s_;
-    pairs_.assign(pairs, {arrivals, false, false, 0, 0, empty});
+    pairs_.assign(pairs, {false, false, 0, 0, empty});
 }
 
 Emitter PatchPropagation::emitter(std::size_t id, const FrameInput& input) const {
     if (id < source_count_) return {id, input.sources[id], false};
     return {id, input.listeners[id - source_count_], true};
-}
-
-/// The other end of an emitter's paths.
-std::span<const Receiver> PatchPropagation::receivers_of(const Emitter& emitter) const {
-    const std::span<const Receiver> all(receivers_);
-    return emitter.listens ? all.first(source_count_) : all.subspan(source_count_);
 }
 
 /// Forgets what has become wrong since the last frame.
@@ -146,15 +144,18 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         const Vec3 position = emitter(id, frame.input).position;
         positions.push_back(position);
-        caches_[id].advance({frame.number, position, frame.travel_m}, workers_);
+        const PatchCache::State now{frame.number, position, frame.travel_m};
+        caches_[id].advance(now, workers_);
+        legs_[id].advance(now);
         status_[id].changed = !positions_.empty() && (scene_moved || positions_[id] != position);
-        status_[id].complete = caches_[id].complete();
+        // Rays are wanted as well for what no gather finds.
+        status_[id].complete = caches_[id].complete() && (!mirrors_ || legs_[id].full());
         status_[id].gathered = caches_[id].emitted();
     }
     receivers_.resize(emitter_count());
     for (std::size_t id = 0; id < emitter_count(); ++id) {
-        // Only arrivals of paths that end in a mirror need to know what is seen.
-        if (!mirrors_) receivers_[id] = {positions[id], 1};
+        // Only paths that end in a mirror need to know what is seen.
+        if (!mirrors_) receivers_[id] = {positions[id], listener_radius_m_, 1};
         if (mirrors_ && (positions_.empty() || status_[id].changed)) {
             receivers_[id] = make_receiver(scene_, positions[id], listener_radius_m_);
         }
@@ -164,12 +165,6 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
         const std::size_t s = i / listener_count_;
         const std::size_t l = i % listener_count_;
         pairs_[i].changed = status_[s].changed || status_[source_count_ + l].changed;
-        pairs_[i].arrivals.advance(
-            {frame.number, frame.input.sources[s], frame.input.listeners[l], frame.travel_m});
-        // Rays are wanted as well for what no gather finds, until a window of it is full.
-        if (mirrors_ && !pairs_[i].arrivals.full()) {
-            status_[s].complete = status_[source_count_ + l].complete = false;
-        }
     }
 }
 
@@ -192,8 +187,7 @@ void PatchPropagation::trace(const PropagationFrame& frame, const std::vector<in
     }
     workers_.run(jobs.size(), [&](std::size_t job) {
         const auto [id, b] = jobs[job];
-        const Emitter from = emitter(id, frame.input);
-        tracer_.trace(from, receivers_of(from), frame.seed, b,
+        tracer_.trace(emitter(id, frame.input), {}, frame.seed, b,
                       batches_[id][static_cast<std::size_t>(b)]);
     });
     for (const auto& [id, b] : jobs) {
@@ -201,23 +195,14 @@ void PatchPropagation::trace(const PropagationFrame& frame, const std::vector<in
     }
 }
 
-/// Takes what has been traced into caches and windows of arrivals.
-void PatchPropagation::update(const std::vector<int>& batches, const PropagationFrame& frame) {
+/// Takes what has been traced into caches and windows of legs.
+void PatchPropagation::update(const std::vector<int>& batches) {
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         if (batches[id] == 0) continue;
         const std::span<TraceBatch> traced =
             std::span(batches_[id]).first(static_cast<std::size_t>(batches[id]));
         const int rays = tracer_.rays_of(batches[id]);
-        const Emitter from = emitter(id, frame.input);
-        std::vector<std::vector<Arrival>> at(receivers_of(from).size());
-        for (const TraceBatch& batch : traced) {
-            for (const Arrival& arrival : batch.arrivals) at[arrival.receiver].push_back(arrival);
-        }
-        for (std::size_t k = 0; k < at.size(); ++k) {
-            const std::size_t pair =
-                from.listens ? k * listener_count_ + id - source_count_ : id * listener_count_ + k;
-            pairs_[pair].arrivals.add(at[k], rays);
-        }
+        legs_[id].add(traced, rays);
         if (!caches_[id].complete()) caches_[id].add_frame(rays, grid_.size(), traced, workers_);
     }
 }
@@ -277,7 +262,7 @@ void PatchPropagation::gather(const PropagationFrame& frame, const std::vector<c
         EnergyResponse& newest = pairs_[i].newest;
         newest.energy.assign(bins_.count(), Bands{});
         newest.direction.assign(bins_.count(), Vec3(0));
-        pairs_[i].arrivals.add_to(newest);
+        add_legs(i, newest);
     }
     const GatherPlan plan = plan_gather(wanted, emitted());
     for (std::size_t id = 0; id < emitter_count(); ++id) {
@@ -295,10 +280,23 @@ void PatchPropagation::gather(const PropagationFrame& frame, const std::vector<c
     }
 }
 
+/// Adds what ends in mirrors and no gather finds, of the rays of both ends.
+void PatchPropagation::add_legs(std::size_t i, EnergyResponse& response) const {
+    const std::size_t source = i / listener_count_;
+    const std::size_t listener = source_count_ + i % listener_count_;
+    const std::uint64_t rays = legs_[source].rays() + legs_[listener].rays();
+    if (rays == 0) return;
+    const double scale = 1 / static_cast<double>(rays);
+    legs_[source].add_to(scene_, receivers_[listener], scale, response);
+    legs_[listener].add_to(scene_, receivers_[source], scale, response);
+}
+
 /// True if caches and windows hold nothing from before a change.
 bool PatchPropagation::settled(std::size_t i) const {
-    return caches_[i / listener_count_].settled() &&
-           caches_[source_count_ + i % listener_count_].settled() && pairs_[i].arrivals.settled();
+    const std::size_t source = i / listener_count_;
+    const std::size_t listener = source_count_ + i % listener_count_;
+    return caches_[source].settled() && caches_[listener].settled() && legs_[source].settled() &&
+           legs_[listener].settled();
 }
 
 /// Makes a response the mean of those since the last change, each with the weight of its rays: an
@@ -336,7 +334,7 @@ void PatchPropagation::step(const PropagationFrame& frame, std::vector<EnergyRes
     const std::vector<int> batches = plan_batches(status_);
     trace(frame, batches, statistics);
     statistics.trace_s += watch.lap_s();
-    update(batches, frame);
+    update(batches);
     statistics.cache_s += watch.lap_s();
 
     const std::vector<char> wanted = pairs_to_gather(frame.number);
@@ -350,7 +348,7 @@ void PatchPropagation::step(const PropagationFrame& frame, std::vector<EnergyRes
         statistics.cache_entries += cache.occupied();
         statistics.memory_bytes += cache.memory_bytes();
     }
-    for (const Pair& pair : pairs_) statistics.memory_bytes += pair.arrivals.memory_bytes();
+    for (const LegWindow& legs : legs_) statistics.memory_bytes += legs.memory_bytes();
 }
 
 std::vector<PathLine> PatchPropagation::path_lines(const PropagationFrame& frame,

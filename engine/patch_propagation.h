@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "engine/arrival_window.h"
 #include "engine/display.h"
 #include "engine/emission_plan.h"
+#include "engine/leg_window.h"
 #include "engine/listener_gather.h"
 #include "engine/patch_cache.h"
 #include "engine/patch_grid.h"
@@ -68,7 +68,6 @@ class PatchPropagation {
  private:
     /// A source and a listener.
     struct Pair {
-        ArrivalWindow arrivals;
         bool changed = false;  ///< since the last frame
         bool settled =
             false;          ///< what its response has been made of is all of this place and scene
@@ -88,12 +87,11 @@ class PatchPropagation {
 
     std::size_t emitter_count() const { return source_count_ + listener_count_; }
     Emitter emitter(std::size_t id, const FrameInput& input) const;
-    std::span<const Receiver> receivers_of(const Emitter& emitter) const;
     void advance(const PropagationFrame& frame);
     std::vector<int> plan_batches(std::span<const EmitterStatus> status) const;
     void trace(const PropagationFrame& frame, const std::vector<int>& batches,
                FrameStatistics& statistics);
-    void update(const std::vector<int>& batches, const PropagationFrame& frame);
+    void update(const std::vector<int>& batches);
     std::vector<std::uint64_t> emitted() const;
     std::vector<char> pairs_to_gather(std::uint64_t frame) const;
     GatherPlan plan_gather(const std::vector<char>& wanted,
@@ -101,6 +99,7 @@ class PatchPropagation {
     void gather(const PropagationFrame& frame, const std::vector<char>& wanted,
                 FrameStatistics& statistics);
     std::uint64_t gather_seed(const PropagationFrame& frame, std::size_t receiver) const;
+    void add_legs(std::size_t pair, EnergyResponse& response) const;
     bool settled(std::size_t pair) const;
     void take_in(std::size_t pair, EnergyResponse& response);
 
@@ -120,6 +119,7 @@ class PatchPropagation {
 
     // [emitter], sources before listeners
     std::vector<PatchCache> caches_;
+    std::vector<LegWindow> legs_;
     std::vector<EmitterStatus> status_;
     std::vector<std::vector<TraceBatch>> batches_;  // [emitter][batch]
     std::vector<Vec3> positions_;                   // in the last frame

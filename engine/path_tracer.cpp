@@ -4,7 +4,6 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <memory>
-#include <numbers>
 
 #include "engine/band_vector.h"
 #include "engine/multiversion.h"
@@ -111,7 +110,11 @@ void PathTracer::trace_waves(const Emitter& emitter, std::span<const Receiver> r
         scene_.intersect(wave.rays, wave.count, wave.hits);
         sent(wave);
         out.segments += wave.count;
-        collect_arrivals(wave, order, emitter, receivers, out);
+        if (grid_) {
+            collect_legs(wave, order, emitter, out);
+        } else {
+            collect_arrivals(wave, order, emitter, receivers, out);
+        }
         if (settings_.order > 0 && order == settings_.order) break;
         for (std::size_t i = wave.count; i-- > 0;) {
             if (wave.hits.triangle[i] == kNoTriangle) wave.remove(i);
@@ -167,51 +170,45 @@ void PathTracer::start(const Emitter& emitter, std::uint64_t frame_seed, int bat
     }
 }
 
-/// Takes the arrivals of paths that no one else finds.
+/// Takes what of the present segments is heard at receivers.
 void PathTracer::collect_arrivals(const PathWave& wave, int order, const Emitter& emitter,
                                   std::span<const Receiver> receivers, TraceBatch& out) const {
     // The direct sound and the image sources' paths are found exactly, elsewhere.
     const bool mirrors = settings_.specular && order > settings_.specular_order;
-    const bool limited = settings_.order > 0;
-    if (order == 0 || (!subdivision_ && !mirrors && !limited)) return;
+    if (order == 0) return;
     for (std::uint32_t r = 0; r < receivers.size(); ++r) {
         for (std::size_t i = 0; i < wave.count; ++i) {
-            const bool diffuse = subdivision_ || (limited && wave.to_diffuse[i] == 0);
-            if (wave.diffuse[i] != 0 ? diffuse : mirrors) {
-                add_arrival(wave, i, emitter, receivers[r], r, out);
-            }
+            if (wave.diffuse[i] == 0 && !mirrors) continue;
+            const Vec3 direction = wave.rays.direction.at(i);
+            const auto chord =
+                receivers[r].chord(scene_, wave.rays.origin.at(i), direction,
+                                   std::min(wave.hits.distance_m[i], wave.rays.max_m[i]));
+            if (!chord) continue;
+            const Bands energy = wave.energy[i] *
+                                 transmission(settings_.attenuation_per_m, chord->middle_m) *
+                                 chord->share_1_m2;
+            out.arrivals.push_back(
+                {wave.identifier[i].ended(r), r, wave.length_m[i] + chord->middle_m,
+                 emitter.listens ? out.departures[wave.ray[i]] : -direction, energy});
         }
     }
 }
 
-/// Adds the arrival of a path's present segment at a receiver, if there is one.
-void PathTracer::add_arrival(const PathWave& wave, std::size_t lane, const Emitter& emitter,
-                             const Receiver& receiver, std::uint32_t index, TraceBatch& out) const {
-    const float radius_m = settings_.listener_radius_m;
-    const Vec3 direction = wave.rays.direction.at(lane);
-    const Vec3 to_centre = receiver.position - wave.rays.origin.at(lane);
-    const float nearest_m = glm::dot(to_centre, direction);
-    const float half_chord_2 =
-        radius_m * radius_m - (glm::dot(to_centre, to_centre) - nearest_m * nearest_m);
-    if (half_chord_2 <= 0) return;
-    const float half_chord_m = std::sqrt(half_chord_2);
-    const float segment_m = std::min(wave.hits.distance_m[lane], wave.rays.max_m[lane]);
-    const float enter_m = std::max(0.0F, nearest_m - half_chord_m);
-    const float leave_m = std::min(segment_m, nearest_m + half_chord_m);
-    if (leave_m <= enter_m) return;
-    const float middle_m = (enter_m + leave_m) / 2;
-    if (receiver.seen_share < 1 &&
-        !scene_.visible(receiver.position, wave.rays.origin.at(lane) + middle_m * direction)) {
-        return;
+/// Takes the present segments of paths that no one else finds.
+void PathTracer::collect_legs(const PathWave& wave, int order, const Emitter& emitter,
+                              TraceBatch& out) const {
+    const bool mirrors = settings_.specular && order > settings_.specular_order;
+    const bool limited = settings_.order > 0;
+    if (order == 0 || (!mirrors && !limited)) return;
+    for (std::size_t i = 0; i < wave.count; ++i) {
+        if (!(wave.diffuse[i] != 0 ? limited && wave.to_diffuse[i] == 0 : mirrors)) continue;
+        const Vec3 direction = wave.rays.direction.at(i);
+        out.legs.push_back({wave.rays.origin.at(i), direction,
+                            std::min(wave.hits.distance_m[i], wave.rays.max_m[i]),
+                            wave.length_m[i]});
+        out.leg_sounds.push_back(
+            {wave.energy[i], emitter.listens ? out.departures[wave.ray[i]] : -direction});
     }
-    // The volume average of fluence: energy * chord / (4/3 pi R^3), as far as it is seen.
-    const float volume_m3 = receiver.seen_share * 4.0F / 3.0F * std::numbers::pi_v<float> *
-                            radius_m * radius_m * radius_m;
-    const Bands energy = wave.energy[lane] * transmission(settings_.attenuation_per_m, middle_m) *
-                         ((leave_m - enter_m) / volume_m3);
-    out.arrivals.push_back({subdivision_ ? wave.identifier[lane].ended(index) : PathIdentifier{},
-                            index, wave.length_m[lane] + middle_m,
-                            emitter.listens ? out.departures[wave.ray[lane]] : -direction, energy});
 }
 
 void PathTracer::deposit(const PathWave& wave, TraceBatch& out) const {

@@ -34,6 +34,20 @@ struct Arrival {
     Bands energy;        ///< energy * chord / sphere volume, 1/m2, for a ray of energy 1
 };
 
+/// A leg of a path that no gather finds, on its way to whoever is there to hear it.
+struct Leg {
+    Vec3 origin{0};
+    Vec3 direction{0};  ///< unit
+    float length_m = 0;
+    float before_m = 0;  ///< length of the path up to the leg
+};
+
+/// What a leg sounds like.
+struct LegSound {
+    Bands energy;  ///< where it begins, of a ray of energy 1
+    Vec3 from{0};  ///< unit, from the listener to where sound comes from, at whichever end
+};
+
 /// The way of a ray, to be looked at.
 struct PathLine {
     std::vector<Vec3> points;   ///< the source, then each reflection; in the open a last point
@@ -44,12 +58,16 @@ struct PathLine {
 struct TraceBatch {
     std::vector<Arrival> arrivals;
     std::vector<Deposit> deposits;
-    std::vector<Vec3> departures;  ///< [ray] the direction in which it left
+    std::vector<Leg> legs;
+    std::vector<LegSound> leg_sounds;  ///< [leg]
+    std::vector<Vec3> departures;      ///< [ray] the direction in which it left
     std::uint64_t segments = 0;
 
     void clear() {
         arrivals.clear();
         deposits.clear();
+        legs.clear();
+        leg_sounds.clear();
         departures.clear();
         segments = 0;
     }
@@ -61,7 +79,6 @@ struct TraceSettings {
     int specular_order = 3;  ///< purely specular paths up to here are left to the image sources
     bool specular = true;    ///< false leaves out purely specular paths of every order
     float max_length_m = 343;
-    float listener_radius_m = 0.5F;  ///< of the sphere round a receiver
     float speed_of_sound_m_s = 343.2F;
     Bands attenuation_per_m;
     bool independent_rays = false;  ///< random first directions in place of stratified ones
@@ -79,10 +96,10 @@ class PathTracer {
     PathTracer(const RayScene& scene, const PatchSubdivision& subdivision,
                const TraceSettings& settings);
 
-    /// Collects deposits on the cells of a grid, and of arrivals only those that no gather finds,
-    /// without identifier: the purely specular ones and, where the order has a limit, all that end
-    /// in a mirror. (A patch does not know the order of what it radiates, so that a gather ray
-    /// cannot tell whether it may go on.)
+    /// Collects deposits on the cells of a grid, and the legs of paths that no gather finds: the
+    /// purely specular ones and, where the order has a limit, all that end in a mirror. (A patch
+    /// does not know the order of what it radiates, so that a gather ray cannot tell whether it may
+    /// go on.) Receivers are not asked for.
     PathTracer(const RayScene& scene, const PatchGrid& grid, const TimeBins& bins,
                const TraceSettings& settings);
 
@@ -113,8 +130,8 @@ class PathTracer {
                TraceBatch& out) const;
     void collect_arrivals(const PathWave& wave, int order, const Emitter& emitter,
                           std::span<const Receiver> receivers, TraceBatch& out) const;
-    void add_arrival(const PathWave& wave, std::size_t lane, const Emitter& emitter,
-                     const Receiver& receiver, std::uint32_t index, TraceBatch& out) const;
+    void collect_legs(const PathWave& wave, int order, const Emitter& emitter,
+                      TraceBatch& out) const;
     void reflect(PathWave& wave, TraceBatch& out) const;
     void deposit(const PathWave& wave, TraceBatch& out) const;
 

@@ -6,7 +6,6 @@
 #include <optional>
 #include <thread>
 
-#include "engine/arrival_window.h"
 #include "engine/diffuse_path_cache.h"
 #include "engine/error.h"
 #include "engine/off_surface.h"
@@ -42,6 +41,19 @@ std::vector<Vec3> places(const Scene& scene) {
     for (const Source& source : scene.sources) add(source.position, source.path);
     add(scene.listener.pose.position, scene.listener.path);
     return points;
+}
+
+/// Adds the arrivals of a frame, each at its own delay, over its rays.
+void add_arrivals(std::span<const Arrival> arrivals, int rays, EnergyResponse& response) {
+    const float scale = 1 / static_cast<float>(rays);
+    for (const Arrival& arrival : arrivals) {
+        const std::size_t bin =
+            response.bins.index(double{arrival.length_m} / double{response.speed_of_sound_m_s});
+        if (bin >= response.bins.count()) continue;
+        const Bands energy = arrival.energy * scale;
+        response.energy[bin] += energy;
+        response.direction[bin] += energy.sum() * arrival.direction;
+    }
 }
 
 void check(const Simulation& simulation) {
@@ -80,7 +92,6 @@ struct Propagation::State {
     std::optional<PathTracer> tracer;
     std::vector<std::vector<TraceBatch>> batches;  // [source][batch]
     std::vector<DiffusePathCache> path_caches;     // [source * listener_count + listener]
-    std::vector<ArrivalWindow> arrivals;           // the same
     // patch
     std::optional<PatchPropagation> patches;
 
@@ -108,7 +119,6 @@ struct Propagation::State {
         trace.specular_order = simulation.specular_order;
         trace.specular = simulation.specular;
         trace.max_length_m = static_cast<float>(bins.length_s()) * speed_of_sound_m_s;
-        trace.listener_radius_m = simulation.listener_radius_m;
         trace.speed_of_sound_m_s = speed_of_sound_m_s;
         trace.attenuation_per_m = attenuation_per_m;
         if (simulation.estimator == Estimator::patch) {
@@ -152,7 +162,6 @@ struct Propagation::State {
         const std::size_t pairs = scene.sources.size() * listener_count;
         frame = 0;
         path_caches.clear();
-        arrivals.clear();
         responses.assign(pairs, EnergyResponse{});
         for (EnergyResponse& response : responses) {
             response.bins = bins;
@@ -164,7 +173,6 @@ struct Propagation::State {
             static_cast<std::size_t>(simulation.memory_mb * 1e6 / static_cast<double>(pairs));
         switch (simulation.estimator) {
             case Estimator::pt:
-                arrivals.assign(pairs, ArrivalWindow(1, simulation.listener_radius_m, share_bytes));
                 break;
             case Estimator::dpc_published:
             case Estimator::dpc:
@@ -228,11 +236,8 @@ struct Propagation::State {
                     statistics.cache_entries += path_caches[pair].size();
                     statistics.memory_bytes += path_caches[pair].memory_bytes();
                 } else {
-                    arrivals[pair].advance(
-                        {f.number, f.input.sources[s], f.input.listeners[l], f.travel_m});
-                    arrivals[pair].add(at[l], simulation.rays);
-                    arrivals[pair].add_to(response);
-                    statistics.memory_bytes += arrivals[pair].memory_bytes();
+                    add_arrivals(at[l], simulation.rays, response);
+                    statistics.memory_bytes += at[l].capacity() * sizeof(Arrival);
                 }
             }
         }

@@ -87,7 +87,6 @@ TEST_CASE("from a sphere's centre to its centre the lengths have the exact mean 
     TraceSettings settings;
     settings.rays = 400000;
     settings.specular_order = 0;
-    settings.listener_radius_m = 0.2F;
     const auto moments = [&](int order) {
         settings.order = order;
         const PathTracer tracer(rays, subdivision, settings);
@@ -95,7 +94,7 @@ TEST_CASE("from a sphere's centre to its centre the lengths have the exact mean 
         for (int b = 0; b < tracer.batch_count(); ++b) {
             TraceBatch batch;
             const Vec3 centre(0);
-            const Receiver receiver{centre};
+            const Receiver receiver{centre, 0.2F};
             tracer.trace({0, centre}, {&receiver, 1}, test::test_seed(), b, batch);
             for (const Arrival& a : batch.arrivals) {
                 const double e = double{a.energy[0]};

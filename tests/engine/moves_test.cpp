@@ -86,6 +86,31 @@ TEST_CASE("when a source stops, what is left of its walk is gone after tau") {
     CHECK(run(2, 2).energy != run(1.9F, 2).energy);  // companion
 }
 
+TEST_CASE("what a listener hears of a source that stands does not depend on where he was") {
+    // Mirrors and Lambert surfaces; specular paths of all orders are the rays'.
+    const Scene scene = room(0.3F);
+    const Vec3 here = scene.listener.pose.position;
+    const auto at_last = [&](const Vec3& step, std::uint64_t seed) {
+        Simulation simulation = scene.simulation;
+        simulation.seed = seed;
+        Propagation propagation(scene, simulation);
+        constexpr int kFrames = 20;
+        for (int f = 0; f <= kFrames; ++f) {
+            FrameInput input = test::standing(scene);
+            input.listeners[0] = here + static_cast<float>(kFrames - f) * step;
+            propagation.step(input);
+        }
+        return propagation.response(0);
+    };
+    const EnergyResponse crept = at_last(Vec3(0.002F, 0, 0), 1);
+    const EnergyResponse walked = at_last(Vec3(-0.1F, -0.05F, 0), 1);
+    // Exact: the rays of all frames are heard at the last place, whatever came before it.
+    CHECK(crept.energy == walked.energy);
+    CHECK(crept.direction == walked.direction);
+    // Companion: other rays are heard otherwise.
+    CHECK(crept.energy != at_last(Vec3(0.002F, 0, 0), 2).energy);
+}
+
 TEST_CASE("the level behind a door that shuts is right within 1 dB 0.3 s later") {
     const Scene scene = load_scene(AULA_SOURCE_DIR "/scenes/door.json").scene;
     Simulation simulation = scene.simulation;

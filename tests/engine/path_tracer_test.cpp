@@ -20,6 +20,7 @@ struct Traced {
     RayScene rays;
     PatchSubdivision subdivision;
     TraceSettings settings;
+    float radius_m = 0.5F;
 
     explicit Traced(const Scene& room) : scene(room), rays(scene), subdivision(rays, 0.5F) {
         settings.max_length_m = 300;
@@ -31,7 +32,7 @@ struct Traced {
         std::vector<Arrival> all;
         for (int b = 0; b < tracer.batch_count(); ++b) {
             TraceBatch batch;
-            const Receiver receiver{scene.listener.pose.position};
+            const Receiver receiver{scene.listener.pose.position, radius_m};
             tracer.trace({0, scene.sources[0].position}, {&receiver, 1}, frame_seed, b, batch);
             all.insert(all.end(), batch.arrivals.begin(), batch.arrivals.end());
         }
@@ -58,7 +59,7 @@ TEST_CASE("energies of the orders of a Lambert box are the exact ones") {
     room.materials[0].absorption = Bands{};
     Traced traced(room);
     traced.settings.rays = 65536;
-    traced.settings.listener_radius_m = 0.2F;
+    traced.radius_m = 0.2F;
     constexpr int kFrames = 16;
     // The same rays with one order more: the difference is that order.
     std::vector<std::vector<double>> energy(7);

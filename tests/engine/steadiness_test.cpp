@@ -188,7 +188,6 @@ TEST_CASE("scrambled points have the same mean as independent rays and far less 
         TraceSettings settings;
         settings.rays = 1024;
         settings.order = 1;
-        settings.listener_radius_m = 1;
         settings.independent_rays = independent;
         const PathTracer tracer(rays, subdivision, settings);
         std::vector<double> hits;

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <span>
+#include <vector>
+
+#include "engine/energy_response.h"
+#include "engine/patch_cache.h"
+#include "engine/path_tracer.h"
+
+namespace aula {
+
+/// The legs of an emitter's paths that no gather finds, over many frames: a receiver hears those
+/// that cross its sphere, wherever it is. No receiver is in them, so that they stay right while
+/// receivers move: while emitter and scene stand a frame holds until newer ones need its room. Once
+/// either has moved, those frames are left out from which they have moved by more than `reach_m`
+/// together, or that are older than the window. [propagation thread]
+class LegWindow {
+ public:
+    using State = PatchCache::State;
+
+    /// `window_frames` >= 1 are held though their legs be more than `most_legs`, but never more
+    /// than fit in `memory_bytes`.
+    LegWindow(int window_frames, float reach_m, const Bands& attenuation_per_m,
+              std::size_t most_legs, std::size_t memory_bytes)
+        : window_frames_(static_cast<std::size_t>(window_frames)),
+          reach_m_(reach_m),
+          attenuation_per_m_(attenuation_per_m),
+          most_legs_(most_legs),
+          memory_bytes_(memory_bytes) {}
+
+    /// Forgets what no longer holds. Call once for each frame, in order.
+    void advance(const State& now);
+
+    /// Takes the legs of the present frame's rays, after advance().
+    void add(std::span<const TraceBatch> batches, int rays);
+
+    /// True if every frame held is as the present one: none is from before a change.
+    bool settled() const;
+
+    /// True if more rays would hardly make what is held more certain.
+    bool full() const { return crowded_ || rays_ >= PatchCache::kEnoughRays; }
+
+    /// Rays of the frames held.
+    std::uint64_t rays() const { return rays_; }
+
+    /// Adds `scale` times what a receiver's sphere hears of the legs, each at its own delay.
+    void add_to(const RayScene& scene, const Receiver& receiver, double scale,
+                EnergyResponse& response) const;
+
+    std::size_t memory_bytes() const;
+
+ private:
+    struct Frame {
+        State state;
+        std::uint64_t rays = 0;
+        std::vector<Leg> legs;
+        std::vector<LegSound> sounds;  ///< [leg]
+    };
+    bool holds(const Frame& frame) const;
+    void forget_oldest();
+
+    std::size_t window_frames_;
+    float reach_m_;
+    Bands attenuation_per_m_;
+    std::size_t most_legs_;
+    std::size_t memory_bytes_;
+    State now_;
+    std::deque<Frame> frames_;
+    std::size_t legs_ = 0;
+    std::uint64_t rays_ = 0;
+    bool crowded_ = false;  ///< frames that still held have made room for newer ones
+};
+
+}  // namespace aula
