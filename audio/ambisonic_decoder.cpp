@@ -25,9 +25,10 @@ constexpr double kSpeed_m_s = 343;
 
 constexpr double kLead_s = 0.001;
 
-// Magnitudes are sought by going back and forth between them and the phases that come out: twice
-// is as good as eight times.
-constexpr int kRounds = 2;
+// Ears that have more in common than in the set are mixed to have less, and what is mixed is lost
+// to the level differences of single directions: 7 dB of 20 at 8 kHz, were it done to the end. A
+// coherence of so much is not told from none.
+constexpr double kUnheardCoherence = 0.09;
 
 // The square of the error counts by the inverse of the magnitude, or the ear that is turned away
 // from the sound would be lost in the other's error; below -40 dB no more than at -40 dB.
@@ -79,6 +80,14 @@ Covariance correction(Covariance is, Covariance wanted) {
     }
     const Covariance w = wanted.root();
     return w.around(w.around(is).root().inverse());
+}
+
+/// What is wanted, with as much of the coherence that is as is not heard.
+Covariance within_hearing(const Covariance& is, Covariance wanted) {
+    const double level = std::sqrt(wanted.left * wanted.right);
+    const Complex excess = level / std::sqrt(is.left * is.right) * is.cross - wanted.cross;
+    wanted.cross += excess * std::min(1.0, kUnheardCoherence * level / std::abs(excess));
+    return wanted;
 }
 
 /// The responses of one ear at all directions with their delays re the middle of the head:
@@ -166,7 +175,7 @@ Weights times(const std::vector<std::vector<double>>& solution, const std::vecto
 
 /// The weights whose magnitudes are nearest to those of the responses, from some that are near.
 Weights fit_magnitudes(const std::vector<Complex>& responses, const HeadResponses& head,
-                       const std::vector<std::vector<double>>& encoding, Weights weights) {
+                       const std::vector<std::vector<double>>& encoding, const Weights& weights) {
     double mean = 0;
     for (std::size_t i = 0; i < responses.size(); ++i) {
         mean += head.weights[i] * std::norm(responses[i]);
@@ -177,13 +186,10 @@ Weights fit_magnitudes(const std::vector<Complex>& responses, const HeadResponse
     }
     const auto solution = least_squares(encoding, importance, weights.size());
     std::vector<Complex> turned(responses.size());
-    for (int round = 0; round < kRounds; ++round) {
-        for (std::size_t i = 0; i < responses.size(); ++i) {
-            turned[i] = std::polar(std::abs(responses[i]), std::arg(decoded(encoding[i], weights)));
-        }
-        weights = times(solution, turned);
+    for (std::size_t i = 0; i < responses.size(); ++i) {
+        turned[i] = std::polar(std::abs(responses[i]), std::arg(decoded(encoding[i], weights)));
     }
-    return weights;
+    return times(solution, turned);
 }
 
 /// Both ears' covariance in a diffuse field, whose channels are uncorrelated and have the energies
@@ -211,6 +217,15 @@ Covariance diffuse_covariance(const HeadResponses& head, const std::vector<Compl
     return sum;
 }
 
+void mix(const Covariance& by, std::array<Weights, 2>& weights) {
+    for (std::size_t c = 0; c < weights[0].size(); ++c) {
+        const Complex left = weights[0][c];
+        const Complex right = weights[1][c];
+        weights[0][c] = by.left * left + by.cross * right;
+        weights[1][c] = std::conj(by.cross) * left + by.right * right;
+    }
+}
+
 }  // namespace
 
 std::size_t decoder_lead_samples(double sample_rate_hz) {
@@ -218,8 +233,9 @@ std::size_t decoder_lead_samples(double sample_rate_hz) {
 }
 
 // At each frequency the weights d of an ear minimise sum over i of w_i |H_i - Y_i d|^2. Where only
-// the magnitude counts, H_i takes on the phase that the weights give direction i, at first those of
-// the bin below. Then what becomes of a diffuse field is corrected.
+// the magnitude counts, H_i takes on the phase that the weights of the bin below give direction i:
+// from bin to bin magnitudes and phases settle; more rounds in a bin gain nothing. Then what
+// becomes of a diffuse field is corrected.
 AmbisonicDecoder design_decoder(const HeadResponses& head, int order, DecoderDesign design) {
     assert(order >= 1 && order <= kHighestAmbisonicOrder);
     const std::size_t channels = ambisonic_channels(order);
@@ -245,21 +261,18 @@ AmbisonicDecoder design_decoder(const HeadResponses& head, int order, DecoderDes
         const bool fit =
             design == DecoderDesign::magnitudes && frequency_hz > magnitude_only_hz(order);
         for (std::size_t ear = 0; ear < 2; ++ear) {
-            weights[ear] =
-                fit ? fit_magnitudes(responses[ear][k], head, encoding, std::move(weights[ear]))
-                    : times(solution, responses[ear][k]);
+            weights[ear] = fit ? fit_magnitudes(responses[ear][k], head, encoding, weights[ear])
+                               : times(solution, responses[ear][k]);
         }
-        const Covariance mix =
-            design == DecoderDesign::magnitudes
-                ? correction(diffuse_covariance(weights),
-                             diffuse_covariance(head, responses[0][k], responses[1][k]))
-                : Covariance{1, 1, 0};
+        if (design == DecoderDesign::magnitudes) {
+            const Covariance is = diffuse_covariance(weights);
+            const Covariance wanted = diffuse_covariance(head, responses[0][k], responses[1][k]);
+            mix(correction(is, fit ? within_hearing(is, wanted) : wanted), weights);
+        }
         const Complex delay = std::polar(1.0, -2 * std::numbers::pi * delay_s * frequency_hz);
-        for (std::size_t c = 0; c < channels; ++c) {
-            const Complex left = mix.left * weights[0][c] + mix.cross * weights[1][c];
-            const Complex right = std::conj(mix.cross) * weights[0][c] + mix.right * weights[1][c];
-            spectra[0][c][k] = std::complex<float>(delay * left);
-            spectra[1][c][k] = std::complex<float>(delay * right);
+        for (std::size_t ear = 0; ear < 2; ++ear) {
+            for (std::size_t c = 0; c < channels; ++c)
+                spectra[ear][c][k] = std::complex<float>(delay * weights[ear][c]);
         }
     }
 

@@ -221,17 +221,24 @@ TEST_CASE("Third order separates the ears in reverberation from one side as the 
     CHECK(half.by_responses(8000).level_difference_db() > 10);
 }
 
-TEST_CASE("A single plane wave from the left is blurred by third order, by less than by first") {
+TEST_CASE("A single plane wave from the left is told apart by third order, and by first less") {
     const Field plane([](const auto& u) { return u[1] > 0.9999F ? 1.0 : 0.0; });
+    const Field near([](const auto& u) { return u[1] > 0.866F ? 1.0 : 0.0; });
     const auto third = decoder(3);
     for (const double centre_hz : kOctaves_hz) {
         const double wanted_db = plane.by_responses(centre_hz).level_difference_db();
         const double heard_db = plane.decoded(centre_hz, third).level_difference_db();
-        CAPTURE(centre_hz, wanted_db, heard_db);
-        // Sixteen channels serve all directions together: a lobe of third order is wider than the
-        // shadow at the far ear, which is 20 dB deep at 8 kHz.
-        CHECK(heard_db == Approx(wanted_db).margin(centre_hz < 3000 ? 1.5 : 15));
+        const double wanted_near_db = near.by_responses(centre_hz).level_difference_db();
+        const double heard_near_db = near.decoded(centre_hz, third).level_difference_db();
+        CAPTURE(centre_hz, wanted_db, heard_db, wanted_near_db, heard_near_db);
+        // Found: a bright spot in the shadow at 4 kHz is not there, and the shadow at 16 kHz, 28 dB
+        // deep, is narrower than what sixteen channels can draw.
+        CHECK(heard_db == Approx(wanted_db).margin(centre_hz < 3000    ? 1.5
+                                                   : centre_hz < 10000 ? 4.5
+                                                                       : 11));
         CHECK(heard_db > (centre_hz < 3000 ? 0.5 : 10));
+        // The mean over all that comes from within 30 degrees.
+        CHECK(heard_near_db == Approx(wanted_near_db).margin(centre_hz < 10000 ? 3.5 : 7.5));
     }
     // The companion.
     CHECK(worst_level_difference_error_db(plane, decoder(1)) > 15);
@@ -263,6 +270,6 @@ TEST_CASE("The decoder is as symmetric as the head") {
             loudest = std::max(loudest, double{std::abs(filters[0][c][n])});
         }
     }
-    // The set mirrors one half of the head. Rounding.
-    CHECK(worst < 1e-5 * loudest);
+    // The set mirrors one half of the head. Rounding of single precision, carried from bin to bin.
+    CHECK(worst < 5e-5 * loudest);
 }
