@@ -10,6 +10,7 @@
 #include <glm/geometric.hpp>
 
 #include "engine/cell_clipping.h"
+#include "engine/mix64.h"
 #include "engine/sampling.h"
 
 namespace aula {
@@ -31,10 +32,6 @@ constexpr float kKnownHits = 0.25F;
 constexpr double kSignificance = 6;
 
 constexpr std::uint32_t kNone = ~0U;
-
-struct MixHash {
-    std::size_t operator()(std::uint64_t key) const { return mix64(key); }
-};
 
 struct Part {
     float hits = 0;
@@ -71,15 +68,9 @@ struct Exposure::State {
             if (first_alike[t] != t || scene.moves(triangle) || !is_small(triangle)) continue;
             for (std::uint32_t side = 0; side < 2; ++side) {
                 part_of_face[2 * t + side] = static_cast<std::uint32_t>(parts.size());
-                parts.push_back({0, area_of(triangle), kNone});
+                parts.push_back({0, triangle.area_m2(), kNone});
             }
         }
-    }
-
-    static float area_of(const RayScene::Triangle& t) {
-        return glm::length(
-                   glm::cross(t.vertices[1] - t.vertices[0], t.vertices[2] - t.vertices[0])) /
-               2;
     }
 
     bool is_small(const RayScene::Triangle& t) const {

@@ -10,6 +10,7 @@
 
 #include "engine/cell_clipping.h"
 #include "engine/exposure.h"
+#include "engine/mix64.h"
 #include "engine/multiversion.h"
 #include "engine/room_survey.h"
 #include "engine/sampling.h"
@@ -31,10 +32,6 @@ constexpr float kAxisAligned = 0.99999F;  // cosine: a wall that cuts cells is a
 constexpr float kWallCells = 4;           // and has the area of so many cells
 
 constexpr std::uint64_t kNoKey = ~0ULL;
-
-struct MixHash {
-    std::size_t operator()(std::uint64_t key) const { return mix64(key); }
-};
 
 /// The key of a patch: 20 bits for each number of its cell and the dominant direction of a normal;
 /// without branches.
@@ -113,9 +110,7 @@ struct PatchGrid::State {
         for (const RayScene::Triangle& triangle : scene.triangles()) {
             if (std::abs(triangle.normal[axis]) < kAxisAligned || scene.moves(triangle)) continue;
             areas[std::llround(1000 * (triangle.vertices[0][axis] - origin[axis]))] +=
-                double{glm::length(glm::cross(triangle.vertices[1] - triangle.vertices[0],
-                                              triangle.vertices[2] - triangle.vertices[0]))} /
-                2;
+                double{triangle.area_m2()};
         }
         std::vector<AxisCuts::Wall> walls;
         for (const auto& [at_mm, area] : areas) {

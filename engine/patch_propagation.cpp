@@ -30,19 +30,13 @@ constexpr std::size_t kSettledPairs = 2;
 
 enum class SeedPurpose : std::uint64_t { grid = 2, gather = 4 };
 
-double area_m2(const RayScene::Triangle& t) {
-    return double{glm::length(
-               glm::cross(t.vertices[1] - t.vertices[0], t.vertices[2] - t.vertices[0]))} /
-           2;
-}
-
 /// Patches of the wanted size, or larger ones where a table of `most_patches` would not hold them.
 PatchGrid make_grid(const RayScene& scene, const Simulation& simulation, double most_patches,
                     std::span<const Vec3> inside, WorkerPool& workers) {
     double surface_m2 = 0;
     double moving_m2 = 0;
     for (const RayScene::Triangle& t : scene.triangles()) {
-        (scene.moves(t) ? moving_m2 : surface_m2) += area_m2(t);
+        (scene.moves(t) ? moving_m2 : surface_m2) += double{t.area_m2()};
     }
     // Both sides of every triangle may be cells, of which only those in the room need sums.
     float size_m = std::max(simulation.patch_size_m,

@@ -27,9 +27,8 @@ PatchSubdivision::PatchSubdivision(const RayScene& scene, float patch_size_m) {
                                             glm::distance(v[0], v[1])};
         const auto key = static_cast<std::uint32_t>(
             std::min_element(opposite.begin(), opposite.end()) - opposite.begin());
-        const float twice_area = glm::length(glm::cross(v[1] - v[0], v[2] - v[0]));
         const float edge_m = opposite[key];
-        const float altitude_m = edge_m > 0 ? twice_area / edge_m : 0;
+        const float altitude_m = edge_m > 0 ? 2 * triangle.area_m2() / edge_m : 0;
         grids_.push_back(
             {count_of(altitude_m / patch_size_m), count_of(edge_m / patch_size_m), key});
     }

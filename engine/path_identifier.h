@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
+#include "engine/mix64.h"
 #include "engine/patch_subdivision.h"
-#include "engine/sampling.h"
 
 namespace aula {
 

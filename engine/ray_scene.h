@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <glm/geometric.hpp>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -40,6 +41,11 @@ class RayScene {
         Vec3 normal;  ///< unit, by the right hand rule; zero for a degenerate triangle
         std::uint32_t material = 0;
         std::uint32_t object = 0;
+
+        float area_m2() const {
+            return glm::length(glm::cross(vertices[1] - vertices[0], vertices[2] - vertices[0])) /
+                   2;
+        }
     };
 
     explicit RayScene(const Scene& scene, double time_s = 0);

@@ -7,18 +7,10 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "engine/mix64.h"
 #include "engine/scene.h"
 
 namespace aula {
-
-/// Mixes all bits of a 64-bit word into all others (the finalizer of splitmix64).
-constexpr std::uint64_t mix64(std::uint64_t x) {
-    x ^= x >> 30;
-    x *= 0xbf58476d1ce4e5b9ULL;
-    x ^= x >> 27;
-    x *= 0x94d049bb133111ebULL;
-    return x ^ (x >> 31);
-}
 
 /// A seed for one purpose out of others: the same parts always give the same seed.
 template <typename... Parts>

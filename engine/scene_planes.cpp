@@ -12,7 +12,7 @@
 #include <optional>
 #include <utility>
 
-#include "engine/sampling.h"
+#include "engine/mix64.h"
 
 namespace aula {
 namespace {
@@ -86,10 +86,6 @@ class PlaneIndex {
  private:
     static constexpr int kSignBits = 23;
     static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-
-    struct MixHash {
-        std::size_t operator()(std::uint64_t key) const { return mix64(key); }
-    };
 
     static double reach_m(double from_middle_m) {
         return kTolerance_m + kTolerance_rad * from_middle_m;

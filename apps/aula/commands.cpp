@@ -86,9 +86,7 @@ Room measure_room(const Scene& scene) {
     }
     room.area_m2.resize(scene.materials.size());
     for (const auto& triangle : rays.triangles())
-        room.area_m2[triangle.material] += 0.5 * static_cast<double>(glm::length(glm::cross(
-                                                     triangle.vertices[1] - triangle.vertices[0],
-                                                     triangle.vertices[2] - triangle.vertices[0])));
+        room.area_m2[triangle.material] += double{triangle.area_m2()};
     const std::vector<Vec3> inside = places(scene);
     room.leaks = leaks(rays, inside);
     WorkerPool workers(1);

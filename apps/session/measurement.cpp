@@ -6,11 +6,11 @@
 #include <cstdint>
 #include <map>
 
-#include "apps/session/mix_bits.h"
 #include "apps/session/sound_at_listener.h"
 #include "audio/realtime.h"
 #include "engine/impulse_response.h"
 #include "engine/propagation.h"
+#include "engine/sampling.h"
 
 namespace aula {
 
@@ -154,7 +154,7 @@ std::optional<Measurement> measure(const Scene& scene, std::optional<int> frames
     const int window = frames ? *frames : scene.simulation.window_frames();
     std::vector<LevelError> errors(scene.sources.size() * kBandCount);
     for (std::size_t windows = 0; still.frames() < most; ++windows) {
-        if (windows > 0) still.restart(mix_bits(mix_bits(scene.simulation.seed) + windows));
+        if (windows > 0) still.restart(derive_seed(scene.simulation.seed, windows));
         std::vector<double> energies(errors.size());
         const int count = std::min(window, most - still.frames());
         for (int f = 0; f < count; ++f) {

@@ -5,9 +5,9 @@
 #include <cstddef>
 #include <utility>
 
-#include "apps/session/mix_bits.h"
 #include "audio/error.h"
 #include "audio/sound_file.h"
+#include "engine/sampling.h"
 
 namespace aula {
 
@@ -17,7 +17,8 @@ namespace {
 const float kNoiseAmplitude = 0.1F * std::sqrt(3.0F);
 
 float noise_sample(std::uint64_t seed, std::int64_t index) noexcept AULA_NONBLOCKING {
-    const auto bits = static_cast<std::int64_t>(mix_bits(seed + static_cast<std::uint64_t>(index)));
+    const auto bits =
+        static_cast<std::int64_t>(RandomStream(seed + static_cast<std::uint64_t>(index)).bits());
     return kNoiseAmplitude * static_cast<float>(static_cast<double>(bits) * 0x1p-63);
 }
 
@@ -40,7 +41,7 @@ bool starts_in_mid_wave(const std::vector<float>& samples, bool loop) {
 Signal::Signal(const Source& source, double sample_rate_hz, std::uint64_t noise_seed)
     : noise_(source.signal == Source::Signal::noise),
       loop_(source.loop),
-      noise_seed_(mix_bits(noise_seed)) {
+      noise_seed_(derive_seed(noise_seed, 0)) {
     if (source.signal == Source::Signal::impulse) {
         samples_.assign(loop_ ? static_cast<std::size_t>(std::lround(sample_rate_hz)) : 1, 0.0F);
         samples_[0] = 1;
@@ -93,7 +94,7 @@ std::optional<std::int64_t> Signal::cycle_samples() const {
 std::shared_ptr<const Signal> read_signal(const Scene& scene, std::size_t source,
                                           double sample_rate_hz) {
     return std::make_shared<const Signal>(scene.sources[source], sample_rate_hz,
-                                          mix_bits(scene.simulation.seed) + source);
+                                          derive_seed(scene.simulation.seed, source));
 }
 
 SignalSet read_signals(const Scene& scene, double sample_rate_hz) {

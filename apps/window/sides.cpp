@@ -18,9 +18,8 @@ std::vector<std::uint8_t> sounding_sides(const RayScene& rays, std::span<const V
         sides[hit.triangle] |= front ? 1 : 2;
     });
     for (std::uint32_t t = 0; t < sides.size(); ++t) {
-        const auto& v = rays.triangle(t).vertices;
-        const float area_m2 = glm::length(glm::cross(v[1] - v[0], v[2] - v[0])) / 2;
-        if (rays.moves(rays.triangle(t)) || (sides[t] == 0 && area_m2 < kSmall_m2))
+        const RayScene::Triangle& triangle = rays.triangle(t);
+        if (rays.moves(triangle) || (sides[t] == 0 && triangle.area_m2() < kSmall_m2))
             sides[t] = kBoth;
     }
     return sides;
