@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <vector>
 
 #include "engine/band_vector.h"
 #include "engine/bands.h"
@@ -55,5 +56,32 @@ struct Deposit {
 };
 
 static_assert(sizeof(Deposit) == 24);
+
+/// Deposits of several parts of the patches, in the order in which they came. Threads add one part
+/// each to its patches' sums, so that no two meet and none looks through what is another's.
+struct DepositParts {
+    static constexpr std::uint32_t kCount = 8;
+
+    std::array<std::vector<Deposit>, kCount> part;
+
+    static std::uint32_t part_of(std::uint32_t patch) { return patch % kCount; }
+
+    void add(const Deposit& deposit) {
+        std::vector<Deposit>& all = part[part_of(deposit.patch)];
+        // Frames are kept: no more memory than they need.
+        if (all.size() == all.capacity()) all.reserve(all.size() + all.size() / 8 + 8);
+        all.push_back(deposit);
+    }
+
+    void clear() {
+        for (std::vector<Deposit>& all : part) all.clear();
+    }
+
+    std::size_t memory_bytes() const {
+        std::size_t bytes = 0;
+        for (const std::vector<Deposit>& all : part) bytes += all.capacity() * sizeof(Deposit);
+        return bytes;
+    }
+};
 
 }  // namespace aula

@@ -1,6 +1,7 @@
 #include "engine/patch_cache.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <cstring>
@@ -67,8 +68,7 @@ std::size_t PatchCache::row_bytes(std::size_t bin_count, bool directed) {
 std::size_t PatchCache::bytes_of(const std::vector<Batch>& batches) {
     std::size_t sum = 0;
     for (const Batch& batch : batches) {
-        sum += batch.deposits.capacity() * sizeof(Deposit) +
-               batch.departures.capacity() * sizeof(Vec3);
+        sum += batch.deposits.memory_bytes() + batch.departures.capacity() * sizeof(Vec3);
     }
     return sum;
 }
@@ -169,39 +169,31 @@ void PatchCache::trim_log(WorkerPool& workers) {
 }
 
 void PatchCache::apply(const Frame& frame, std::int64_t sign, WorkerPool& workers) {
-    std::vector<Part> parts;
-    const auto threads = static_cast<std::uint32_t>(workers.threads());
-    for (std::uint32_t number = 0; number < threads; ++number) parts.push_back({number, threads});
-    std::vector<std::size_t> allocated(threads, 0);
-    workers.run(threads, [&](std::size_t job) {
-        for (const Batch& batch : frame.batches) {
-            allocated[job] += apply_batch(batch, sign, parts[job]);
-        }
-        for (std::uint32_t patch = 0; sign < 0 && patch < rows_.size(); ++patch) {
-            if (parts[job].has(patch)) trim(rows_[patch]);
+    std::array<std::size_t, DepositParts::kCount> allocated{};
+    workers.run(allocated.size(), [&](std::size_t part) {
+        for (const Batch& batch : frame.batches) allocated[part] += apply_batch(batch, part, sign);
+        for (std::size_t patch = part; sign < 0 && patch < rows_.size();
+             patch += DepositParts::kCount) {
+            trim(rows_[patch]);
         }
     });
     for (const std::size_t more : allocated) allocated_rows_ += more;
     emitted_ += static_cast<std::uint64_t>(sign) * frame.rays;
 }
 
-/// Adds or takes out the deposits on a part of the patches; returns how many rows are new.
+/// Adds or takes out the deposits on one part of the patches; returns how many rows are new.
 AULA_MULTIVERSION
-std::size_t PatchCache::apply_batch(const Batch& batch, std::int64_t sign, const Part& part) {
+std::size_t PatchCache::apply_batch(const Batch& batch, std::size_t part, std::int64_t sign) {
     std::size_t allocated = 0;
-    const std::span<const Deposit> deposits(batch.deposits);
+    const std::vector<Deposit>& deposits = batch.deposits.part[part];
     for (std::size_t i = 0; i < deposits.size(); ++i) {
         // Sums lie scattered in memory: ask for those that come soon.
         if (i + kAhead < deposits.size()) {
             const Deposit& soon = deposits[i + kAhead];
-            // Other parts' rows are other threads'.
-            if (part.has(soon.patch)) {
-                const std::int64_t* sum = rows_[soon.patch].sum;
-                if (sum) __builtin_prefetch(&sum[soon.bin * kBandCount], 1);
-            }
+            const std::int64_t* sum = rows_[soon.patch].sum;
+            if (sum) __builtin_prefetch(&sum[soon.bin * kBandCount], 1);
         }
         const Deposit& deposit = deposits[i];
-        if (!part.has(deposit.patch)) continue;
         Row& row = rows_[deposit.patch];
         if (!row.sum) {
             row.sum = row_memory_->take(bin_count_ * kBandCount);

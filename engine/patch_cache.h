@@ -40,7 +40,7 @@ class PatchCache {
     };
 
     /// The radiated energy of one patch, zero outside [first_bin, end_bin), but not at its ends.
-    struct Row {
+    struct alignas(64) Row {
         std::int64_t* sum = nullptr;     ///< [bin][band]
         std::int64_t* moment = nullptr;  ///< [bin][axis] energy of all bands times the
                                          ///< unit direction; none for a source
@@ -86,7 +86,7 @@ class PatchCache {
 
  private:
     struct Batch {
-        std::vector<Deposit> deposits;
+        DepositParts deposits;
         std::vector<Vec3> departures;
     };
     struct Frame {
@@ -94,16 +94,9 @@ class PatchCache {
         std::uint64_t rays = 0;
         std::vector<Batch> batches;
     };
-    /// The patches that one thread looks after, so that no two touch one row.
-    struct Part {
-        std::uint32_t number = 0;
-        std::uint32_t count = 1;
-
-        bool has(std::uint32_t patch) const { return (patch & 0xffU) * count >> 8 == number; }
-    };
     static std::size_t bytes_of(const std::vector<Batch>& batches);
     void apply(const Frame& frame, std::int64_t sign, WorkerPool& workers);
-    std::size_t apply_batch(const Batch& batch, std::int64_t sign, const Part& part);
+    std::size_t apply_batch(const Batch& batch, std::size_t part, std::int64_t sign);
     void trim(Row& row) const;
     void keep_newest(std::size_t frames, WorkerPool& workers);
     bool holds(const Frame& frame) const;

@@ -18,7 +18,7 @@ enum class SeedPurpose : std::uint64_t { directions = 1, rays = 2 };
 
 AULA_MULTIVERSION
 void add_deposits(const PathWave& wave, const std::array<std::uint32_t, kLanes>& patch,
-                  const TimeBins& bins, double s_per_m, std::vector<Deposit>& out) {
+                  const TimeBins& bins, double s_per_m, DepositParts& out) {
     for (std::size_t i = 0; i < wave.count; ++i) {
         const std::size_t bin = bins.index(double{wave.length_m[i]} * s_per_m);
         if (patch[i] == PatchGrid::kNone || bin >= bins.count()) continue;
@@ -28,7 +28,7 @@ void add_deposits(const PathWave& wave, const std::array<std::uint32_t, kLanes>&
         deposit.ray = static_cast<std::uint8_t>(wave.ray[i]);
         // What decides on roulette has nothing to do with what is left here.
         deposit.set_energy(load_bands(wave.scattered[i]), wave.roulette[i]);
-        if (!deposit.empty()) out.push_back(deposit);
+        if (!deposit.empty()) out.add(deposit);
     }
 }
 
@@ -214,9 +214,6 @@ void PathTracer::collect_legs(const PathWave& wave, int order, const Emitter& em
 void PathTracer::deposit(const PathWave& wave, TraceBatch& out) const {
     std::array<std::uint32_t, kLanes> patch;
     grid_->find(wave.point, wave.normal, wave.count, patch);
-    // Frames are kept: no more memory than they need.
-    const std::size_t most = out.deposits.size() + wave.count;
-    if (out.deposits.capacity() < most) out.deposits.reserve(most + most / 8);
     add_deposits(wave, patch, *bins_, 1 / double{settings_.speed_of_sound_m_s}, out.deposits);
 }
 

@@ -57,7 +57,7 @@ struct PathLine {
 /// What one batch of rays found, in the order of rays within each reflection.
 struct TraceBatch {
     std::vector<Arrival> arrivals;
-    std::vector<Deposit> deposits;
+    DepositParts deposits;
     std::vector<Leg> legs;
     std::vector<LegSound> leg_sounds;  ///< [leg]
     std::vector<Vec3> departures;      ///< [ray] the direction in which it left
