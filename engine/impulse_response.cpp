@@ -15,6 +15,7 @@ namespace {
 constexpr double kCell_s = 0.0005;  // edges and centres of all TimeBins are multiples of it
 constexpr double kWarmUp_s = 0.5;   // until the lowest octave's filters ring steadily
 constexpr double kLevelling = 8;    // window in samples that are independent in the band
+constexpr float kSteps = 32767;     // of a carrier's peak
 constexpr std::size_t kChunk_samples = 1024;  // of all channels: they stay in the cache
 
 // Uniform white noise of unit variance, the same bits on every machine.
@@ -40,6 +41,18 @@ void level(std::vector<float>& carrier, double power, double window_samples) {
     }
 }
 
+// A carrier in whole steps, whose size goes to `step`.
+std::vector<std::int16_t> in_steps(const std::vector<float>& carrier, float& step) {
+    float peak = 0;
+    for (const float sample : carrier) peak = std::max(peak, std::abs(sample));
+    step = peak / kSteps;
+    std::vector<std::int16_t> whole(carrier.size());
+    for (std::size_t n = 0; n < carrier.size() && step > 0; ++n) {
+        whole[n] = static_cast<std::int16_t>(std::lround(carrier[n] / step));
+    }
+    return whole;
+}
+
 /// A linear function of time, one for each band.
 struct Ramp {
     Bands level;  ///< at its start
@@ -55,13 +68,14 @@ struct Knot {
 
 // out[j] = sum over the bands of (level + slope (j + offset)) carrier[j].
 AULA_MULTIVERSION void shape(std::size_t count, float offset, const Ramp& line,
-                             const std::array<const float*, kBandCount>& carrier, float* out) {
-    const std::array<const float*, kBandCount> c = carrier;
+                             const std::array<const std::int16_t*, kBandCount>& carrier,
+                             float* out) {
+    const std::array<const std::int16_t*, kBandCount> c = carrier;
     for (std::size_t j = 0; j < count; ++j) {
         const float t = static_cast<float>(static_cast<int>(j)) + offset;
         float sum = 0;
         for (std::size_t b = 0; b < kBandCount; ++b) {
-            sum += (line.level[b] + line.slope[b] * t) * c[b][j];
+            sum += (line.level[b] + line.slope[b] * t) * static_cast<float>(c[b][j]);
         }
         out[j] = sum;
     }
@@ -134,19 +148,21 @@ ImpulseResponseBuilder::ImpulseResponseBuilder(double sample_rate_hz, double len
     for (std::size_t c = 0; c < channels_.size(); ++c) {
         Channel& channel = channels_[c];
         channel.moments.resize(cells);
-        for (auto& carrier : channel.carriers) carrier.resize(length_samples_);
+        std::array<std::vector<float>, kBandCount> carriers;
+        for (auto& carrier : carriers) carrier.resize(length_samples_);
         OctaveBank bank(sample_rate_hz);
         RandomStream random(derive_seed(seed, c));
         for (std::size_t n = 0; n < warm_up + length_samples_; ++n) {
             const auto bands = bank.process(noise(random));
             if (n < warm_up) continue;
             for (std::size_t b = 0; b < kBandCount; ++b) {
-                channel.carriers[b][n - warm_up] = static_cast<float>(bands[b]);
+                carriers[b][n - warm_up] = static_cast<float>(bands[b]);
             }
         }
         for (std::size_t b = 0; b < kBandCount; ++b) {
             // The band is power[b] of half the sample rate wide.
-            level(channel.carriers[b], power[b], 2 * kLevelling / power[b]);
+            level(carriers[b], power[b], 2 * kLevelling / power[b]);
+            channel.carriers[b] = in_steps(carriers[b], channel.step[b]);
         }
         for (std::size_t cell = 0; cell < cells; ++cell) {
             const std::size_t begin = first_sample(cell);
@@ -155,7 +171,9 @@ ImpulseResponseBuilder::ImpulseResponseBuilder(double sample_rate_hz, double len
             for (std::size_t n = begin; n < end; ++n) {
                 const float t = middle(n, cell);
                 for (std::size_t b = 0; b < kBandCount; ++b) {
-                    const float power_b = channel.carriers[b][n] * channel.carriers[b][n];
+                    const float sample =
+                        channel.step[b] * static_cast<float>(channel.carriers[b][n]);
+                    const float power_b = sample * sample;
                     m.zeroth[b] += power_b;
                     m.first[b] += power_b * t;
                     m.second[b] += power_b * t * t;
@@ -332,12 +350,13 @@ void ImpulseResponseBuilder::build(const EnergyResponse& energy, ImpulseResponse
             const float offset = middle(first, s.begin_cell);
             std::array<const float*, 16> noise{};
             for (std::size_t c = 0; c < channels_.size(); ++c) {
-                std::array<const float*, kBandCount> carrier{};
+                std::array<const std::int16_t*, kBandCount> carrier{};
                 for (std::size_t b = 0; b < kBandCount; ++b) {
                     carrier[b] = channels_[c].carriers[b].data() + first;
                 }
                 float* const shaped = noises.data() + c * kChunk_samples;
-                shape(count, offset, {s.amplitude.level * gain[c], s.amplitude.slope * gain[c]},
+                const Bands scale = gain[c] * channels_[c].step;
+                shape(count, offset, {s.amplitude.level * scale, s.amplitude.slope * scale},
                       carrier, shaped);
                 noise[c] = shaped;
             }

@@ -43,8 +43,11 @@ class ImpulseResponseBuilder {
         Bands zeroth, first, second;
     };
     struct Channel {
-        std::array<std::vector<float>, kBandCount> carriers;  ///< [band][sample]
-        std::vector<Moments> moments;                         ///< [cell]
+        /// [band][sample], in steps of 1 / 32767 of the band's peak: reading them takes most of the
+        /// time, and the error is 88 dB below the band.
+        std::array<std::vector<std::int16_t>, kBandCount> carriers;
+        Bands step;
+        std::vector<Moments> moments;  ///< [cell]
     };
     struct Segment;
     std::vector<Segment> envelope(const EnergyResponse& energy) const;
