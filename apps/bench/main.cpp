@@ -183,6 +183,8 @@ int run(int argc, char** argv) {
     CLI::App* trace =
         app.add_subcommand("trace", "segments a second of whole frames beside Embree alone");
     trace->add_option("SCENE", scene, "scene file")->required();
+    trace->add_option("--ir-length", settings.response_length_s, "of responses in s (the room's)")
+        ->check(CLI::Range(0.01, 10.0));
     CLI::App* convolve = app.add_subcommand(
         "convolve", "what a block costs the audio thread, beside other libraries");
     aula::bench::ConvolutionSweep convolution_sweep;

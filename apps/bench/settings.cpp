@@ -20,6 +20,7 @@ Subject::Subject(std::string scene_name, const Scene& given, const Settings& set
     s.order = settings.order.value_or(s.order);
     s.response_time_s = settings.response_time_s.value_or(s.response_time_s);
     s.patch_size_m = settings.patch_size_m.value_or(s.patch_size_m);
+    if (settings.response_length_s) s.ir_length_s = settings.response_length_s;
     s.seed = settings.seed.value_or(s.seed);
     if (settings.threads) s.threads = settings.threads;
     threads =

@@ -18,6 +18,7 @@ struct Settings {
     std::optional<int> order;
     std::optional<float> response_time_s;
     std::optional<float> patch_size_m;
+    std::optional<float> response_length_s;
     std::optional<std::uint64_t> seed;
     std::optional<int> threads;
     std::optional<int> frames;             ///< published after; the window F where absent

@@ -44,7 +44,8 @@ nlohmann::ordered_json json_of(const Value& value) {
 }  // namespace
 
 std::vector<Column> columns_of(std::initializer_list<const char*> figures) {
-    static const std::vector<Column> all{{"basis", "basis", 0},
+    static const std::vector<Column> all{{"additions_per_cycle", "adds / cycle", 1},
+                                         {"basis", "basis", 0},
                                          {"cache_entries", "entries", 0},
                                          {"cache_ns", "cache", 0},
                                          {"cost_to_one", "/ one", 2},
@@ -66,8 +67,10 @@ std::vector<Column> columns_of(std::initializer_list<const char*> figures) {
                                          {"prepare_s", "prepare s", 2},
                                          {"ratio", "/ raw", 3},
                                          {"raw_ns", "raw", 0},
+                                         {"raw_times_one_thread", "raw x one", 2},
                                          {"rays", "rays", 0},
                                          {"reference_error", "reference +-", 4},
+                                         {"response_ms", "IR ms", 2},
                                          {"segments", "segments", 0},
                                          {"sources", "sources", 0},
                                          {"specular_ns", "specular", 0},

@@ -5,6 +5,8 @@
 #include <chrono>
 #include <optional>
 
+#include "apps/bench/core_share.h"
+#include "engine/impulse_response.h"
 #include "engine/propagation.h"
 #include "engine/ray_scene.h"
 #include "engine/worker_pool.h"
@@ -14,6 +16,7 @@ namespace aula::bench {
 namespace {
 
 constexpr int kTimedFrames = 60;
+constexpr double kSampleRate_hz = 48000;
 constexpr std::size_t kShare = 1024;  // rays that a thread takes at a time
 
 double wall_time_s() {
@@ -32,6 +35,9 @@ struct Speed {
     double frame_s = 0;
     double one_thread_frame_s = 0;  // of the same frames
     double raw_s = 0;
+    double one_thread_raw_s = 0;
+    double impulse_response_s = 0;  // building one of four channels
+    std::optional<double> additions_per_cycle;
     FrameStatistics parts;  // sums over frames
 };
 
@@ -53,6 +59,10 @@ Speed measure(const Subject& subject, Estimator estimator, const RayScene& scene
         one_thread.emplace(subject.scene, simulation);
     }
     WorkerPool workers(subject.threads);
+    WorkerPool one_worker(1);
+    const ImpulseResponseBuilder builder(kSampleRate_hz, propagation->response_length_s(),
+                                         simulation.seed);
+    ImpulseResponse impulse_response;
     const FrameInput input{
         0, {subject.scene.sources[0].position_at(0)}, {subject.scene.listener.pose_at(0).position}};
     // Fill the window: caches cost more when full.
@@ -63,23 +73,31 @@ Speed measure(const Subject& subject, Estimator estimator, const RayScene& scene
     std::vector<double> frame_s;
     std::vector<double> one_thread_frame_s;
     std::vector<double> raw_s;
+    std::vector<double> one_thread_raw_s;
+    std::vector<double> impulse_response_s;
+    std::vector<double> additions;
     for (int i = 0; i < kTimedFrames; ++i) {
         settings.progress(std::string("trace: ") + estimator_name(estimator) + ", frame " +
                           std::to_string(i + 1));
         const std::vector<Ray> rays = propagation->rays(input);
         std::vector<Hit> hits(rays.size());
         frame_s.push_back(seconds_of([&] { propagation->step(input); }));
-        raw_s.push_back(seconds_of([&] {
-            workers.run((rays.size() + kShare - 1) / kShare, [&](std::size_t share) {
+        if (const auto measured = additions_per_cycle()) additions.push_back(*measured);
+        const auto trace_raw = [&](WorkerPool& pool) {
+            pool.run((rays.size() + kShare - 1) / kShare, [&](std::size_t share) {
                 const std::size_t first = share * kShare;
                 const std::size_t count = std::min(kShare, rays.size() - first);
                 scene.intersect_each(std::span(rays).subspan(first, count),
                                      std::span(hits).subspan(first, count));
             });
-        }));
+        };
+        raw_s.push_back(seconds_of([&] { trace_raw(workers); }));
         if (one_thread) {
             one_thread_frame_s.push_back(seconds_of([&] { one_thread->step(input); }));
+            one_thread_raw_s.push_back(seconds_of([&] { trace_raw(one_worker); }));
         }
+        impulse_response_s.push_back(
+            seconds_of([&] { builder.build(propagation->response(0), impulse_response); }));
         const FrameStatistics& parts = propagation->statistics();
         assert(rays.size() == parts.segments);
         speed.segments += static_cast<double>(parts.segments) / kTimedFrames;
@@ -91,7 +109,12 @@ Speed measure(const Subject& subject, Estimator estimator, const RayScene& scene
     }
     speed.frame_s = median(frame_s);
     speed.raw_s = median(raw_s);
-    if (one_thread) speed.one_thread_frame_s = median(one_thread_frame_s);
+    if (one_thread) {
+        speed.one_thread_frame_s = median(one_thread_frame_s);
+        speed.one_thread_raw_s = median(one_thread_raw_s);
+    }
+    speed.impulse_response_s = median(impulse_response_s);
+    if (!additions.empty()) speed.additions_per_cycle = median(additions);
     return speed;
 }
 
@@ -106,6 +129,9 @@ std::vector<Row> measure_tracing(const Subject& subject, const Settings& setting
         const double parts_s = parts.trace_s + parts.cache_s + parts.gather_s + parts.specular_s;
         const auto segment_ns = [&](double part_s) {
             return part_s / parts_s * speed.frame_s / speed.segments * 1e9;
+        };
+        const auto times = [](double one_thread_s, double s) {
+            return one_thread_s > 0 ? Value(one_thread_s / s) : Value();
         };
         Row row;
         row.figures = {{"bench", "trace"},
@@ -127,19 +153,21 @@ std::vector<Row> measure_tracing(const Subject& subject, const Settings& setting
                        {"segments_per_s", speed.segments / speed.frame_s},
                        {"raw_per_s", speed.segments / speed.raw_s},
                        {"ratio", speed.raw_s / speed.frame_s},
-                       {"times_one_thread", speed.one_thread_frame_s > 0
-                                                ? Value(speed.one_thread_frame_s / speed.frame_s)
-                                                : Value()}};
+                       {"times_one_thread", times(speed.one_thread_frame_s, speed.frame_s)},
+                       {"raw_times_one_thread", times(speed.one_thread_raw_s, speed.raw_s)},
+                       {"response_ms", speed.impulse_response_s * 1e3},
+                       {"additions_per_cycle",
+                        speed.additions_per_cycle ? Value(*speed.additions_per_cycle) : Value()}};
         rows.push_back(row);
     }
     return rows;
 }
 
 const std::vector<Column>& tracing_columns() {
-    static const std::vector<Column> columns =
-        columns_of({"estimator", "rays", "triangles", "prepare_s", "segments", "frame_ms",
-                    "memory_mb", "trace_ns", "cache_ns", "gather_ns", "specular_ns", "raw_ns",
-                    "ratio", "times_one_thread"});
+    static const std::vector<Column> columns = columns_of(
+        {"estimator", "rays", "triangles", "prepare_s", "segments", "frame_ms", "memory_mb",
+         "trace_ns", "cache_ns", "gather_ns", "specular_ns", "raw_ns", "ratio", "times_one_thread",
+         "raw_times_one_thread", "response_ms", "additions_per_cycle"});
     return columns;
 }
 

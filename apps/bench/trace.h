@@ -11,7 +11,8 @@ namespace aula::bench {
 /// included, against Embree alone: the same rays through rtcIntersect1 on as many threads, frame by
 /// frame in turn. A row an estimator. Times are medians of frames: CPU time where one thread works,
 /// so that other programs do not count; with more, time by the clock, and beside it that of one
-/// thread for the same frame.
+/// thread for the same frame and the same rays. `response_ms` is the time that a first-order
+/// impulse response takes one thread, `additions_per_cycle` how much of its core the process had.
 std::vector<Row> measure_tracing(const Subject& subject, const Settings& settings);
 
 const std::vector<Column>& tracing_columns();
