@@ -285,6 +285,12 @@ class Options {
         arguments_.window = !no_window_;
         if (after_given_ && !arguments_.screenshot)
             throw Error("--after: there is nothing to wait for; expected --screenshot, too");
+        if (arguments_.screenshot && no_window_)
+            throw Error(
+                "--screenshot cannot be combined with --no-window; expected one or the other");
+        if (arguments_.screenshot && arguments_.screenshot->extension() != ".png")
+            throw Error("--screenshot: \"" + arguments_.screenshot->string() +
+                        "\" is no name of a PNG file; expected FILE.png");
         if (word != Command::play) return word;
 
         arguments_.report = report_.has_value();

@@ -79,6 +79,10 @@ void print_summary(const PlayStatus& s) {
     std::fprintf(stderr, "%s\n%s\n", summary_text(s).c_str(), latency_text(s.latency).c_str());
     for (const Underrun& underrun : s.first_underruns)
         std::fprintf(stderr, "underrun at %.2f s, %s\n", underrun.time_s, text_of(underrun.cause));
+    if (s.underruns > s.first_underruns.size())
+        std::fprintf(stderr, "and %zu underruns more, %llu of all ours\n",
+                     static_cast<std::size_t>(s.underruns) - s.first_underruns.size(),
+                     static_cast<unsigned long long>(s.own_underruns));
 }
 
 /// Says in one line each what happens to the device.

@@ -49,8 +49,13 @@ void OscRemote::obey(const OscMessage& message) {
         const std::string* from = message.text(0);
         const std::string* to = message.text(1);
         if (from == nullptr || to == nullptr) return;
+        constexpr std::size_t kMost = 64;
         const std::lock_guard lock(mutex_);
-        materials_.emplace_back(*from, *to);
+        // Of those that come faster than they are taken the newest counts.
+        const auto same = std::find_if(materials_.begin(), materials_.end(),
+                                       [&](const auto& change) { return change.first == *from; });
+        if (same != materials_.end()) materials_.erase(same);
+        if (materials_.size() < kMost) materials_.emplace_back(*from, *to);
     }
 }
 

@@ -27,7 +27,8 @@ class OscRemote {
     /// Other sources from now on.
     void set_sources(std::vector<std::string> names);
 
-    /// Materials to be replaced everywhere since the last call: what was, what is to be.
+    /// Materials to be replaced everywhere since the last call: what was, what is to be; each
+    /// material once, and not more than 64.
     std::vector<std::pair<std::string, std::string>> take_materials();
 
     int port() const { return input_.port(); }

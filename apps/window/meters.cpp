@@ -121,7 +121,7 @@ void Meters::draw(const Model& model) {
                                      ? "before"
                                      : formatted("%.0f s ago", s.time_s - model.last_underrun_s());
         ImGui::TextColored(ours ? ImVec4{1, 0.5F, 0.4F, 1} : ImVec4{0.9F, 0.75F, 0.45F, 1},
-                           "underruns: %llu ours, %llu the server's; last %s",
+                           "underruns: %llu ours, %llu the machine's or the server's; last %s",
                            static_cast<unsigned long long>(s.own_underruns),
                            static_cast<unsigned long long>(s.underruns - s.own_underruns),
                            when.c_str());

@@ -305,19 +305,31 @@ void Model::give_material(const Material& material, bool everywhere) {
 /// Takes over a scene of other materials.
 void Model::scene_edited(std::shared_ptr<const Scene> edited) {
     document_.change(document_with(std::move(edited)));
-    ++scene_version_;
+    scene_differs();
     apply();
+}
+
+/// What was seen of the other setting is of a room that is no more.
+void Model::scene_differs() {
+    ++scene_version_;
+    settings_[1 - active_].view.reset();
+    settings_[1 - active_].noise = {};
 }
 
 void Model::replace_materials() {
     if (!remote_ || opened_) return;
+    auto edited = document_.now().scene;
     for (const auto& [from, to] : remote_->take_materials()) {
-        auto edited = with_material_replaced(scene(), from, to);
-        if (edited)
-            scene_edited(std::make_shared<const Scene>(std::move(*edited)));
+        if (auto next = with_material_replaced(*edited, from, to))
+            edited = std::make_shared<const Scene>(std::move(*next));
         else
             say("OSC: no material \"" + from + "\" here, or none \"" + to + "\"", true);
     }
+    if (edited == document_.now().scene) return;
+    // Messages in a row are one step to undo.
+    if (edited_remotely_ == document_.now().scene) document_.undo();
+    scene_edited(edited);
+    edited_remotely_ = edited;
 }
 
 void Model::step(void (Undo<Document>::*direction)()) {
@@ -345,9 +357,8 @@ void Model::scene_taken(const Scene& before, std::unique_ptr<RayScene> rays) {
         for (Setting& setting : settings_) setting.view.reset();
         if (remote_) remote_->set_sources(source_names());
     }
-    if (same_geometry(scene(), before))
-        ++scene_version_;
-    else
+    scene_differs();
+    if (!same_geometry(scene(), before))
         geometry_changed(rays ? std::move(rays) : std::make_unique<RayScene>(scene()));
 }
 

@@ -168,6 +168,7 @@ class Model {
     void watch_file();
     void replace_materials();
     void scene_edited(std::shared_ptr<const Scene> edited);
+    void scene_differs();
     std::vector<std::string> source_names() const;
 
     WindowOptions options_;
@@ -178,10 +179,11 @@ class Model {
     std::unique_ptr<Player> player_;
     std::unique_ptr<OscRemote> remote_;  ///< ends before the player that it moves
     std::vector<Work> work_;
-    std::uint64_t opens_ = 0;          ///< begun: the newest is taken
-    std::uint64_t edits_ = 0;          ///< the same, of the scene that is shown
-    std::optional<Loaded> opened_;     ///< to be shown as soon as it is heard
-    std::uint64_t opened_change_ = 0;  ///< its number
+    std::uint64_t opens_ = 0;                       ///< begun: the newest is taken
+    std::uint64_t edits_ = 0;                       ///< the same, of the scene that is shown
+    std::optional<Loaded> opened_;                  ///< to be shown as soon as it is heard
+    std::uint64_t opened_change_ = 0;               ///< its number
+    std::shared_ptr<const Scene> edited_remotely_;  ///< the last that OSC made
     std::weak_ptr<Microphone> microphone_;
     std::unique_ptr<RayScene> rays_;
     std::uint64_t geometry_version_ = 0;

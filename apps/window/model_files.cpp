@@ -130,7 +130,12 @@ void Model::take_edit(Loaded loaded) {
     controls.rays.reset();
     hand_over();
     apply();
-    say(scene_file_.filename().string() + " was edited: taken over");
+    // What was wrong with the file before is not any more.
+    const std::string name = scene_file_.filename().string();
+    std::erase_if(messages_, [&](const Message& message) {
+        return message.is_error && message.text.find(name) != std::string::npos;
+    });
+    say(name + " was edited: taken over");
 }
 
 void Model::toggle_recording() {

@@ -104,6 +104,15 @@ NativeWindow::NativeWindow(int width, int height) : window_(open_window(width, h
         if (action != GLFW_PRESS) return;
         of(window).pressed_.push_back({key, (modifiers & GLFW_MOD_CONTROL) != 0});
     });
+    glfwSetCursorPosCallback(window_, [](GLFWwindow* window, double x, double y) {
+        of(window).mouse_x_ = static_cast<float>(x);
+        of(window).mouse_y_ = static_cast<float>(y);
+    });
+    glfwSetMouseButtonCallback(window_, [](GLFWwindow* window, int button, int action, int) {
+        if (button != GLFW_MOUSE_BUTTON_LEFT || action != GLFW_PRESS) return;
+        of(window).pressed_x_ = of(window).mouse_x_;
+        of(window).pressed_y_ = of(window).mouse_y_;
+    });
     glfwSetDropCallback(window_, [](GLFWwindow* window, int count, const char** names) {
         of(window).dropped_.insert(of(window).dropped_.end(), names, names + count);
     });

@@ -43,6 +43,9 @@ class NativeWindow {
         bool control;
     };
     std::vector<Press> take_pressed() { return std::exchange(pressed_, {}); }
+    /// Where the mouse was when its left button was last pressed; a picture later it may be far.
+    float pressed_x() const { return pressed_x_; }
+    float pressed_y() const { return pressed_y_; }
     std::vector<std::string> take_dropped() { return std::exchange(dropped_, {}); }
 
  private:
@@ -51,6 +54,10 @@ class NativeWindow {
     GLFWwindow* window_;
     bool software_ = false;
     std::vector<Press> pressed_;
+    float mouse_x_ = 0;
+    float mouse_y_ = 0;
+    float pressed_x_ = 0;
+    float pressed_y_ = 0;
     std::vector<std::string> dropped_;
 };
 

@@ -225,7 +225,7 @@ class App {
         const float meters = 13.6F * em;
         const float left = whole.x - side;
         const Area area{{0, bar}, {left, whole.y - bar - plots}};
-        picture_.interact(model_, area, choices_);
+        picture_.interact(model_, area, choices_, {native_.pressed_x(), native_.pressed_y()});
 
         panel("bar", {0, 0}, {whole.x, bar},
               [&] { draw_top_bar(model_, choices_, picture_.camera); });

@@ -220,6 +220,9 @@ TEST_CASE("What the window and remote control cannot use is refused") {
     const std::string scene = AULA_SOURCE_DIR "/scenes/shoebox.json";
     CHECK(aula_with({scene, "--after", "3"}).err.find("--screenshot") != std::string::npos);
     CHECK(aula_with({scene, "--after", "0", "--screenshot", "x.png"}).status == 2);
+    CHECK(aula_with({scene, "--screenshot", "x.jpg"}).err.find("x.jpg") != std::string::npos);
+    CHECK(aula_with({scene, "--screenshot", "x.png", "--no-window"}).err.find("--no-window") !=
+          std::string::npos);
     for (const char* address : {"nonsense", "65536", "1.2.3:9000", "host:9000"}) {
         const ProgramResult refused = aula_with({"info", scene, "--osc", address});
         CHECK(refused.status == 2);

@@ -82,6 +82,16 @@ class Room {
 
 float absorption(const Model& model) { return material_of(model.scene(), 0).absorption[4]; }
 
+/// The port that a model said it listens on.
+int osc_port(const Model& model) {
+    const std::string text = "OSC on port ";
+    for (const auto& message : model.messages())
+        if (const auto at = message.text.find(text); at != std::string::npos)
+            return std::stoi(message.text.substr(at + text.size()));
+    FAIL("it does not say where it listens");
+    return 0;
+}
+
 /// Sends a packet to a UDP port of this machine.
 void send(int port, std::string_view packet) {
     const int socket = ::socket(AF_INET, SOCK_DGRAM, 0);
@@ -175,15 +185,40 @@ TEST_CASE("Two settings are compared: each keeps its estimator and what was seen
         [&] { return model.view() && model.view()->simulation.estimator == Estimator::patch; }));
 }
 
+TEST_CASE("A room of other materials takes back what was seen of the other setting") {
+    Room room;
+    Model& model = room.model();
+    model.watch();
+    REQUIRE(room.shows([&] { return model.view() != nullptr; }));
+    model.switch_setting();
+    REQUIRE(model.compares());
+    model.pick(0);
+    model.give_material(model.library()[0].material, true);
+    CHECK_FALSE(model.compares());
+}
+
+TEST_CASE(
+    "However many materials OSC asks for at once, the newest is heard and one step undoes it") {
+    Room room("0");
+    Model& model = room.model();
+    const float before = absorption(model);
+    const int port = osc_port(model);
+    for (int i = 0; i < 1000; ++i) {
+        send(port, "/aula/material\0\0,ss\0wall\0\0\0\0glass\0\0\0"sv);
+        send(port, "/aula/material\0\0,ss\0wall\0\0\0\0curtain\0"sv);
+    }
+    REQUIRE(room.shows([&] { return absorption(model) != before; }));
+    REQUIRE(room.rests());
+    CHECK(room.shows([&] { return model.status().heard_change > 0; }));
+    model.undo();
+    CHECK(absorption(model) == before);
+    CHECK_FALSE(model.can_undo());
+}
+
 TEST_CASE("OSC turns the head and mutes a source while the window moves the listener") {
     Room room("0");
     Model& model = room.model();
-    REQUIRE(room.says("OSC on port "));
-    const auto& messages = model.messages();
-    const auto said = std::find_if(messages.begin(), messages.end(), [](const auto& message) {
-        return message.text.find("OSC on port ") != std::string::npos;
-    });
-    const int port = std::stoi(said->text.substr(said->text.rfind(' ') + 1));
+    const int port = osc_port(model);
     room.shows([] { return true; });
     // Yaw 90, pitch 0 and roll 0 degrees; then what the window does with a copy made before.
     send(port, "/aula/source/mute\0\0\0,si\0source\0\0\0\0\0\1"sv);
