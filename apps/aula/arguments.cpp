@@ -230,6 +230,7 @@ class Options {
                              [&](OutputFormat o) { session.output = o; });
         integer<int>("--ambisonic-order", 1, kHighestAmbisonicOrder,
                      [&](int order) { session.ambisonic_order = order; });
+        app_.add_flag("--half-precision-tail", session.half_precision_tail);
         text("--hrtf", [&](const std::string& file) {
             if (file.empty()) fail("--hrtf", file, "a SOFA file");
             session.hrtf = file;

@@ -53,6 +53,7 @@ simulation (goes before what the scene says; defaults in brackets)
 sound
   --output FORMAT        binaural, mono (omnidirectional) or foa (AmbiX, ACN/SN3D) [binaural]
   --ambisonic-order N    of the reverberation for the ears, 1 to 3: sharper and dearer [1]
+  --half-precision-tail  late reverberation from 16-bit filters: half the memory, -74 dB of error
   --hrtf FILE.sofa       head-related impulse responses [those of libmysofa, MIT KEMAR]
   --format FORMAT        of --offline: float, pcm24 or pcm16; a limiter guards pcm [float]
   --sample-rate HZ       [48000]

@@ -1,7 +1,5 @@
 #include "apps/bench/convolve.h"
 
-#include <time.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include <span>
 #include <string>
 
+#include "apps/bench/block_times.h"
 #include "apps/bench/convolution_case.h"
 #include "apps/bench/convolution_peers.h"
 #include "audio/block_transform.h"
@@ -31,45 +30,6 @@ struct Channels {
     std::size_t channels;
 };
 constexpr std::array<Channels, 4> kChannels{{{1, 2}, {8, 2}, {1, 4}, {1, 16}}};
-
-/// CPU time in us: blocks are far shorter than the slices of time in which a busy machine takes the
-/// processor away.
-double time_us(clockid_t clock) {
-    timespec now{};
-    clock_gettime(clock, &now);
-    return static_cast<double>(now.tv_sec) * 1e6 + static_cast<double>(now.tv_nsec) * 1e-3;
-}
-
-/// Blocks timed in several rounds. The mean is that of the best round. The worst block is the worst
-/// of the least times that each block took in any round: what others did to the machine meanwhile
-/// is left out, what the convolver does unevenly is not.
-class BlockTimes {
- public:
-    explicit BlockTimes(std::size_t blocks) : least_us_(blocks, kNever_us) {}
-
-    void round(bool all_threads, std::size_t warm_up, const std::function<void()>& process) {
-        const clockid_t clock = all_threads ? CLOCK_PROCESS_CPUTIME_ID : CLOCK_THREAD_CPUTIME_ID;
-        for (std::size_t i = 0; i < warm_up; ++i) process();
-        const double round_began_us = time_us(clock);
-        double began_us = round_began_us;
-        for (double& least_us : least_us_) {
-            process();
-            const double ended_us = time_us(clock);
-            least_us = std::min(least_us, ended_us - began_us);
-            began_us = ended_us;
-        }
-        mean_us_ =
-            std::min(mean_us_, (began_us - round_began_us) / static_cast<double>(least_us_.size()));
-    }
-
-    double mean_us() const { return mean_us_; }
-    double worst_us() const { return *std::max_element(least_us_.begin(), least_us_.end()); }
-
- private:
-    static constexpr double kNever_us = 1e9;
-    std::vector<double> least_us_;
-    double mean_us_ = kNever_us;
-};
 
 ConvolutionShape shape_of(const ConvolutionCase& c, bool half_precision) {
     return {c.sources, c.channels, c.block, c.taps(), half_precision};
@@ -141,28 +101,6 @@ double footprint_bytes(const ConvolutionShape& shape) {
                  (4 + static_cast<double>(shape.outputs) * filter_bytes);
     }
     return bytes;
-}
-
-/// Time for reading `bytes` out of an area that is read again and again, by summing it up: the
-/// machine's bandwidth at that size. In us.
-double read_time_us(double area_bytes, double bytes) {
-    constexpr std::size_t kLanes = 64;
-    const std::size_t count =
-        (static_cast<std::size_t>(area_bytes) / sizeof(float) / kLanes + 1) * kLanes;
-    const AlignedVector<float> area(count, 1.0F);
-    double best_us = 1e9;
-    volatile float sink = 0;
-    for (int round = 0; round < 10; ++round) {
-        const double began_us = time_us(CLOCK_THREAD_CPUTIME_ID);
-        std::array<float, kLanes> sums{};
-        for (std::size_t i = 0; i < count; i += kLanes) {
-            for (std::size_t k = 0; k < kLanes; ++k) sums[k] += area[i + k];
-        }
-        best_us = std::min(best_us, time_us(CLOCK_THREAD_CPUTIME_ID) - began_us);
-        for (const float sum : sums) sink = sink + sum;
-    }
-    static_cast<void>(sink);
-    return best_us * bytes / static_cast<double>(count * sizeof(float));
 }
 
 Row row_of(const char* bench, const std::string& library, const ConvolutionCase& c) {

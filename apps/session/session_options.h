@@ -16,8 +16,9 @@ struct SessionOptions {
     double sample_rate_hz = 48000;
     int block = 256;  ///< samples
     OutputFormat output = OutputFormat::binaural;
-    int ambisonic_order = 1;     ///< of the reverberation in binaural output, 1 to 3
-    std::filesystem::path hrtf;  ///< SOFA file; empty: libmysofa's default
+    int ambisonic_order = 1;           ///< of the reverberation in binaural output, 1 to 3
+    bool half_precision_tail = false;  ///< of late reverberation, see RendererConfig
+    std::filesystem::path hrtf;        ///< SOFA file; empty: libmysofa's default
     SampleFormat format = SampleFormat::float32;  ///< of rendered files; PCM passes a limiter
     std::optional<double> duration_s;             ///< from the scene where absent
     std::string device;  ///< index or part of a name; empty: the default device

@@ -71,6 +71,7 @@ RendererConfig renderer_config(const Scene& scene, double response_length_s, dou
         .frame_s = 1.0 / static_cast<double>(scene.simulation.frame_rate_hz),
         .output = options.output,
         .ambisonic_order = options.ambisonic_order,
+        .half_precision_tail = options.half_precision_tail,
         .longest_delay_s = longest_delay_s(scene)};
 }
 

@@ -16,7 +16,7 @@ SourceSound source_sound(const ImpulseResponse& response, double speed_of_sound_
 /// every place of the listener, with a kilometre to spare for walks by hand.
 double longest_delay_s(const Scene& scene);
 
-/// The renderer's settings for a scene; of the options block, output and order are used.
+/// The renderer's settings for a scene; of the options what concerns the output is used.
 RendererConfig renderer_config(const Scene& scene, double response_length_s, double sample_rate_hz,
                                const SessionOptions& options);
 

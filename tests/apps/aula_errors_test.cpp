@@ -156,6 +156,7 @@ TEST_CASE("Help and version go to standard output with status 0") {
                                "--duration",
                                "--output",
                                "--ambisonic-order",
+                               "--half-precision-tail",
                                "--hrtf",
                                "--format",
                                "--sample-rate",
