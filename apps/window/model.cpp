@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
 #include <iterator>
 #include <limits>
 #include <utility>
@@ -287,8 +286,7 @@ void Model::switch_setting() {
 void Model::pick(std::uint32_t triangle) {
     Surface surface{surface_of(*rays_, triangle), triangle, 0};
     for (const std::uint32_t t : surface.triangles) {
-        const auto& v = rays_->triangle(t).vertices;
-        surface.area_m2 += glm::length(glm::cross(v[1] - v[0], v[2] - v[0])) / 2;
+        surface.area_m2 += rays_->triangle(t).area_m2();
     }
     surface_ = std::move(surface);
 }
