@@ -25,6 +25,10 @@ constexpr float kRouletteWeight = 0.7F;
 constexpr double kLate_s = 0.512;
 constexpr float kLateShare = 0.25F;
 
+/// Hits of a patch whose lengths differ by less than this share of its size are one: what the patch
+/// radiates is known no better.
+constexpr float kJoined = 0.5F;
+
 constexpr std::size_t kAhead = 32;  // bins of a row that are asked for before their turn
 
 struct MirrorRay {
@@ -279,6 +283,52 @@ void add_row(const FloatRow& row, std::size_t first_bin, std::size_t end_bin, fl
     }
 }
 
+/// Takes in another hit of the same patch, by the mean of their lengths and directions.
+void join(GatherHit& all, const GatherHit& hit) {
+    const float more = hit.weight.sum();
+    all.weight += hit.weight;
+    const float share = more / all.weight.sum();
+    all.length_m += share * (hit.length_m - all.length_m);
+    all.direction += share * (hit.direction - all.direction);
+}
+
+/// Hits by patch, the late ones first, those of about the same length as one.
+std::vector<GatherHit> joined_by_patch(const std::vector<std::vector<GatherHit>>& batches,
+                                       std::size_t patch_count, float patch_size_m) {
+    // Count them, then put them in order.
+    std::vector<std::size_t> next(2 * patch_count + 1, 0);
+    const auto place = [](const GatherHit& hit) { return 2 * hit.patch + (hit.late ? 0U : 1U); };
+    for (const auto& batch : batches) {
+        for (const GatherHit& hit : batch) ++next[place(hit) + 1];
+    }
+    for (std::size_t i = 1; i < next.size(); ++i) next[i] += next[i - 1];
+    std::vector<const GatherHit*> ordered(next.back());
+    for (const auto& batch : batches) {
+        for (const GatherHit& hit : batch) ordered[next[place(hit)]++] = &hit;
+    }
+
+    std::vector<GatherHit> joined;
+    std::size_t first = 0;        // of the same patch and kind
+    std::vector<float> length_m;  // [of those] that they were opened with
+    for (const GatherHit* hit : ordered) {
+        if (first == joined.size() || place(joined[first]) != place(*hit)) {
+            first = joined.size();
+            length_m.clear();
+        }
+        std::size_t k = 0;
+        while (k < length_m.size() &&
+               std::abs(length_m[k] - hit->length_m) > kJoined * patch_size_m)
+            ++k;
+        if (k < length_m.size()) {
+            join(joined[first + k], *hit);
+        } else {
+            joined.push_back(*hit);
+            length_m.push_back(hit->length_m);
+        }
+    }
+    return joined;
+}
+
 }  // namespace
 
 std::vector<GatherHit> trace_gather(const RayScene& scene, const PatchGrid& grid,
@@ -292,15 +342,8 @@ std::vector<GatherHit> trace_gather(const RayScene& scene, const PatchGrid& grid
         trace_batch(scene, grid, receiver, settings, frame_seed, static_cast<int>(i), found[i],
                     [&](const std::vector<Ray>& wave) { counts[i] += wave.size(); });
     });
-    std::vector<GatherHit> hits;
-    for (std::size_t i = 0; i < batches; ++i) {
-        hits.insert(hits.end(), found[i].begin(), found[i].end());
-        segments += counts[i];
-    }
-    std::stable_sort(hits.begin(), hits.end(), [](const GatherHit& a, const GatherHit& b) {
-        return a.patch != b.patch ? a.patch < b.patch : a.late && !b.late;
-    });
-    return hits;
+    for (const std::uint64_t count : counts) segments += count;
+    return joined_by_patch(found, grid.size(), grid.patch_size_m());
 }
 
 std::vector<Ray> gather_rays(const RayScene& scene, const PatchGrid& grid, const Vec3& receiver,

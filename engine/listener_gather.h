@@ -11,13 +11,13 @@
 
 namespace aula {
 
-/// A ray from a receiver that met a patch: what the patch radiates arrives with this weight, this
-/// much later, from this direction.
+/// Rays from a receiver that met a patch after about the same length: what the patch radiates
+/// arrives with this weight, this much later, from this direction.
 struct GatherHit {
     std::uint32_t patch = 0;
     float length_m = 0;
-    Vec3 direction{0};  ///< unit, from the receiver
-    Bands weight;       ///< 4 / (M A) * mirror legs * air, 1/m2
+    Vec3 direction{0};  ///< from the receiver, the mean of units
+    Bands weight;       ///< 4 / (M A) * mirror legs * air, 1/m2, the sum of them
     bool late = false;  ///< of the rays that stand for all in the late part of the response
 };
 
@@ -29,7 +29,7 @@ struct GatherSettings {
 };
 
 /// Traces M low-discrepancy rays from a receiver, the listener or, where a listener emits, a
-/// source; at partly specular surfaces they go on as mirror rays. Hits come sorted by patch, late
+/// source; at partly specular surfaces they go on as mirror rays. Hits come by patch, late
 /// ones first. Adds to `segments`. [propagation thread]
 std::vector<GatherHit> trace_gather(const RayScene& scene, const PatchGrid& grid,
                                     const Vec3& receiver, const GatherSettings& settings,

@@ -13,6 +13,10 @@ namespace {
 
 constexpr int kGatherRays = 1024;
 
+/// After the scene has moved, for as long as a window of frames: most of the sound may come through
+/// what a door has left open, which few rays find, and no mean of frames may help.
+constexpr int kGatherRaysAfterMove = 4096;
+
 /// Shares of the memory for caches: the patches' sums at most; legs that end in mirrors. What the
 /// sums leave holds the frames that may be taken out again.
 constexpr double kTableShare = 0.8;
@@ -79,7 +83,6 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const Simulation& simu
                                    return complement(scene.material(t).scattering).max() > 0;
                                });
     }
-    gather_settings_.rays = kGatherRays;
     // A patch does not know the order of what it radiates: under a limit the tracer finds what ends
     // in a mirror.
     gather_settings_.mirrors = simulation.order == 0;
@@ -116,6 +119,7 @@ void PatchPropagation::restart() {
                                                     static_cast<double>(emitter_count())));
     }
     status_.assign(emitter_count(), {});
+    last_move_.reset();
     positions_.clear();
     const std::size_t pairs = source_count_ * listener_count_;
     pairs_.clear();
@@ -133,6 +137,7 @@ Emitter PatchPropagation::emitter(std::size_t id, const FrameInput& input) const
 /// Forgets what has become wrong since the last frame.
 void PatchPropagation::advance(const PropagationFrame& frame) {
     const bool scene_moved = frame.travel_m != travel_m_;
+    if (scene_moved) last_move_ = frame.number;
     travel_m_ = frame.travel_m;
     std::vector<Vec3> positions;
     for (std::size_t id = 0; id < emitter_count(); ++id) {
@@ -222,6 +227,15 @@ std::vector<char> PatchPropagation::pairs_to_gather(std::uint64_t frame) const {
     return wanted;
 }
 
+/// Rays and limits of a frame's gather.
+GatherSettings PatchPropagation::gather_settings(std::uint64_t frame) const {
+    const auto window = static_cast<std::uint64_t>(window_frames_);
+    const bool moved = last_move_ && frame - *last_move_ < window;
+    GatherSettings settings = gather_settings_;
+    settings.rays = moved ? kGatherRaysAfterMove : kGatherRays;
+    return settings;
+}
+
 std::uint64_t PatchPropagation::gather_seed(const PropagationFrame& frame,
                                             std::size_t receiver) const {
     return derive_seed(frame.seed, SeedPurpose::gather, receiver);
@@ -263,8 +277,8 @@ void PatchPropagation::gather(const PropagationFrame& frame, const std::vector<c
         if (plan.pairs_at[id].empty()) continue;
         const Emitter receiver = emitter(id, frame.input);
         const std::vector<GatherHit> hits =
-            trace_gather(scene_, grid_, receiver.position, gather_settings_, gather_seed(frame, id),
-                         workers_, statistics.segments);
+            trace_gather(scene_, grid_, receiver.position, gather_settings(frame.number),
+                         gather_seed(frame, id), workers_, statistics.segments);
         for (const std::size_t i : plan.pairs_at[id]) {
             const std::size_t from =
                 receiver.listens ? i / listener_count_ : source_count_ + i % listener_count_;
@@ -377,8 +391,8 @@ std::vector<Ray> PatchPropagation::rays(const PropagationFrame& frame) const {
     const GatherPlan plan = plan_gather(pairs_to_gather(frame.number), rays_held);
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         if (plan.pairs_at[id].empty()) continue;
-        append(gather_rays(scene_, grid_, emitter(id, frame.input).position, gather_settings_,
-                           gather_seed(frame, id)));
+        append(gather_rays(scene_, grid_, emitter(id, frame.input).position,
+                           gather_settings(frame.number), gather_seed(frame, id)));
     }
     return all;
 }

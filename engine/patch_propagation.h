@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -98,6 +99,7 @@ class PatchPropagation {
                            const std::vector<std::uint64_t>& emitted) const;
     void gather(const PropagationFrame& frame, const std::vector<char>& wanted,
                 FrameStatistics& statistics);
+    GatherSettings gather_settings(std::uint64_t frame) const;
     std::uint64_t gather_seed(const PropagationFrame& frame, std::size_t receiver) const;
     void add_legs(std::size_t pair, EnergyResponse& response) const;
     bool settled(std::size_t pair) const;
@@ -125,6 +127,7 @@ class PatchPropagation {
     std::vector<Vec3> positions_;                   // in the last frame
     std::vector<Receiver> receivers_;
     double travel_m_ = 0;
+    std::optional<std::uint64_t> last_move_;  // the frame in which the scene did
 
     std::vector<Pair> pairs_;  // [source * listener_count + listener]
 };

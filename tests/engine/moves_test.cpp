@@ -129,12 +129,13 @@ TEST_CASE("the level behind a door that shuts is right within 1 dB 0.3 s later")
     input.time_s = kShut_s;
     for (int f = 0; f < 150; ++f) shut.step(input);
     const double converged = energy(shut.response(0));
-    // Four gather rays or so find the fanlight, so that one level strays by 0.5 dB from seed to
-    // seed; the mean of four by 0.25 dB, of which 1 dB is four.
-    constexpr int kSeeds = 4;
+    // Some sixteen gather rays find the fanlight, so that one level strays by 0.22 dB from seed to
+    // seed, of which 1 dB is four and a half.
+    constexpr int kSeeds = 6;
     constexpr int kFirst = -24;
     constexpr int kLast = 9;  // 0.3 s
     std::vector<double> mean(kLast - kFirst + 1, 0.0);
+    double farthest_db = 0;
     for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
         simulation.seed = seed;
         Propagation propagation(scene, simulation);
@@ -144,6 +145,8 @@ TEST_CASE("the level behind a door that shuts is right within 1 dB 0.3 s later")
             mean[static_cast<std::size_t>(f - kFirst)] +=
                 energy(propagation.response(0)) / kSeeds / converged;
         }
+        const double off_db = 10 * std::log10(energy(propagation.response(0)) / converged);
+        farthest_db = std::max(farthest_db, std::abs(off_db));
     }
     const auto error_db = [&](int f) {
         return 10 * std::log10(mean[static_cast<std::size_t>(f - kFirst)]);
@@ -151,7 +154,8 @@ TEST_CASE("the level behind a door that shuts is right within 1 dB 0.3 s later")
     for (int f = -15; f <= kLast; f += 3) {
         std::printf("door: %+5.2f s after it is shut %+6.2f dB\n", f / kFrameRate_hz, error_db(f));
     }
-    CHECK(std::abs(error_db(kLast)) < 1);
+    std::printf("door: farthest of %d seeds %.2f dB\n", kSeeds, farthest_db);
+    CHECK(farthest_db < 1);
     CHECK(error_db(kFirst) >
           3);  // companion: the open door's level is not taken for the shut one's
 }
