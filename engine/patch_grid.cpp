@@ -6,12 +6,11 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <map>
 
 #include "engine/cell_clipping.h"
+#include "engine/cell_grid.h"
 #include "engine/exposure.h"
 #include "engine/mix64.h"
-#include "engine/multiversion.h"
 #include "engine/room_survey.h"
 #include "engine/sampling.h"
 
@@ -28,37 +27,7 @@ constexpr int kFloodRounds = 12;
 constexpr std::size_t kHitsPerPatch = 512;  // at most in the mean, to know how even they are
 constexpr std::size_t kChunk = 1024;        // samples of a job
 
-constexpr float kAxisAligned = 0.99999F;  // cosine: a wall that cuts cells is as straight as this
-constexpr float kWallCells = 4;           // and has the area of so many cells
-
 constexpr std::uint64_t kNoKey = ~0ULL;
-
-/// The key of a patch: 20 bits for each number of its cell and the dominant direction of a normal;
-/// without branches.
-inline std::uint64_t cell_key(const CellIndex& cell, const Vec3& normal) {
-    const Vec3 size(std::abs(normal.x), std::abs(normal.y), std::abs(normal.z));
-    const bool along_x = size.x >= size.y && size.x >= size.z;
-    const bool along_y = size.y >= size.z;
-    const std::int32_t axis = along_x ? 0 : along_y ? 2 : 4;
-    const float component = along_x ? normal.x : along_y ? normal.y : normal.z;
-    const std::int32_t direction = axis + (component > 0 ? 0 : 1);
-    constexpr std::int32_t kBias = 1 << 19;
-    const auto bits = [](std::int32_t k) {
-        return static_cast<std::uint64_t>(static_cast<std::uint32_t>(k + kBias) & 0xfffffU);
-    };
-    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(direction)) << 60 |
-           bits(cell[0]) << 40 | bits(cell[1]) << 20 | bits(cell[2]);
-}
-
-AULA_MULTIVERSION
-void cell_keys(const LanePoints& points, const LanePoints& normals, const Vec3& origin,
-               const Cuts& cuts, std::array<std::uint64_t, kLanes>& keys) {
-    for (std::size_t i = 0; i < kLanes; ++i) {
-        keys[i] = cell_key(cell_at(cuts, Vec3(points.x[i] - origin.x, points.y[i] - origin.y,
-                                              points.z[i] - origin.z)),
-                           Vec3(normals.x[i], normals.y[i], normals.z[i]));
-    }
-}
 
 }  // namespace
 
@@ -66,9 +35,7 @@ struct PatchGrid::State {
     const RayScene& scene;
     WorkerPool& workers;
     std::uint64_t seed;
-    float cell_m;
-    Vec3 origin{0};  // cells count from the lowest corner of the scene
-    Cuts cuts;
+    CellGrid grid;
     tsl::robin_map<std::uint64_t, std::uint32_t, MixHash> patch_of_cell;
     std::vector<float> static_area_m2;  // of objects that stand
     std::vector<float> area_m2;         // of all
@@ -84,41 +51,11 @@ struct PatchGrid::State {
     Exposure exposure;
 
     State(const RayScene& rays, WorkerPool& pool, std::uint64_t sample_seed, float patch_size_m)
-        : scene(rays), workers(pool), seed(sample_seed), exposure(rays, patch_size_m) {
-        Vec3 low(std::numeric_limits<float>::infinity());
-        Vec3 high = -low;
-        for (const RayScene::Triangle& triangle : rays.triangles()) {
-            for (const Vec3& v : triangle.vertices) {
-                low = glm::min(low, v);
-                high = glm::max(high, v);
-            }
-        }
-        if (rays.triangle_count() > 0) origin = low;
-        const Vec3 extent = rays.triangle_count() > 0 ? high - low : Vec3(0);
-        // A key has 20 bits for each coordinate, of which moving objects may need some.
-        cell_m = std::max(patch_size_m,
-                          std::max({extent.x, extent.y, extent.z}) / static_cast<float>(1 << 17));
-        for (int axis = 0; axis < 3; ++axis) {
-            cuts[static_cast<std::size_t>(axis)] =
-                AxisCuts(extent[axis], cell_m, walls_across(axis));
-        }
-    }
-
-    /// The standing walls that lie straight across an axis, those within a millimetre as one.
-    std::vector<AxisCuts::Wall> walls_across(int axis) const {
-        std::map<std::int64_t, double> areas;
-        for (const RayScene::Triangle& triangle : scene.triangles()) {
-            if (std::abs(triangle.normal[axis]) < kAxisAligned || scene.moves(triangle)) continue;
-            areas[std::llround(1000 * (triangle.vertices[0][axis] - origin[axis]))] +=
-                double{triangle.area_m2()};
-        }
-        std::vector<AxisCuts::Wall> walls;
-        for (const auto& [at_mm, area] : areas) {
-            if (area < double{kWallCells * cell_m * cell_m}) continue;
-            walls.push_back({static_cast<float>(at_mm) / 1000, area});
-        }
-        return walls;
-    }
+        : scene(rays),
+          workers(pool),
+          seed(sample_seed),
+          grid(rays, patch_size_m),
+          exposure(rays, grid.size_m()) {}
 
     struct Sample {
         Vec3 point;  // on the surface
@@ -128,12 +65,8 @@ struct PatchGrid::State {
         bool back = false;
     };
 
-    std::uint64_t key_at(const Vec3& point, const Vec3& normal) const {
-        return cell_key(cell_at(cuts, point - origin), normal);
-    }
-
     std::uint32_t patch_at(const CellIndex& cell, const Vec3& normal) {
-        const std::uint64_t key = cell_key(cell, normal);
+        const std::uint64_t key = CellGrid::key(cell, normal);
         const auto [entry, added] = patch_of_cell.try_emplace(key, kNone);
         if (added) entry.value() = new_patch(key, cell);
         touched[entry->second] = moves;
@@ -153,7 +86,7 @@ struct PatchGrid::State {
         const std::uint32_t patch = given_up.back();
         given_up.pop_back();
         keys[patch] = key;
-        cells[patch] = cell_of(cell, key >> 60);
+        cells[patch] = grid.cell(key, cell);
         return patch;
     }
 
@@ -165,17 +98,6 @@ struct PatchGrid::State {
             keys[patch] = kNoKey;
             given_up.push_back(static_cast<std::uint32_t>(patch));
         }
-    }
-
-    Cell cell_of(const CellIndex& index, std::uint64_t direction) const {
-        Cell cell;
-        for (int axis = 0; axis < 3; ++axis) {
-            const auto a = static_cast<std::size_t>(axis);
-            cell.low[axis] = origin[axis] + cuts[a].begin_m(index[a]);
-            cell.high[axis] = origin[axis] + cuts[a].begin_m(index[a] + 1);
-        }
-        cell.direction[static_cast<int>(direction / 2)] = direction % 2 == 0 ? 1.0F : -1.0F;
-        return cell;
     }
 
     /// Parts of a patch that are too small for a sample of their own: one of them, drawn by area,
@@ -195,8 +117,8 @@ struct PatchGrid::State {
             const Vec3 normal = back ? -triangle.normal : triangle.normal;
             ClippedPolygon whole;
             for (const Vec3& v : triangle.vertices)
-                whole.add(v - origin + RayScene::kOffset_m * normal);
-            for_each_cell(whole, cuts, 0, {},
+                whole.add(v - grid.origin() + RayScene::kOffset_m * normal);
+            for_each_cell(whole, grid.cuts(), 0, {},
                           [&](const CellIndex& cell, const ClippedPolygon& part) {
                               const float area = part.area_m2();
                               if (area > 0) visit(patch_at(cell, normal), part, area, normal, back);
@@ -211,7 +133,7 @@ struct PatchGrid::State {
                                const Wanted& wanted) {
         std::vector<Sample> samples;
         std::vector<Crumbs> crumbs;
-        const float samples_per_m2 = static_cast<float>(per_cell) / (cell_m * cell_m);
+        const float samples_per_m2 = static_cast<float>(per_cell) / (grid.size_m() * grid.size_m());
         for (const std::uint32_t t : triangles) {
             const ScrambledSobol sobol(derive_seed(seed, t));
             std::uint32_t next = 0;
@@ -219,7 +141,8 @@ struct PatchGrid::State {
                                  const Vec3& normal, bool back) {
                 if (!wanted(patch)) return;
                 const auto somewhere = [&] {
-                    return origin + part.point(sobol.point(next++)) - RayScene::kOffset_m * normal;
+                    return grid.origin() + part.point(sobol.point(next++)) -
+                           RayScene::kOffset_m * normal;
                 };
                 if (area * samples_per_m2 >= 1) {
                     const int count =
@@ -261,14 +184,14 @@ struct PatchGrid::State {
         for (int round = 0; round < kFloodRounds; ++round) {
             const std::size_t before = reached_count;
             flood(scene, inside, kFloodPaths, kFloodBounces, derive_seed(seed, 1 << 30, round),
-                  [&](int segment, const Ray& ray, const Hit& hit) {
+                  [&](int reflections, const Ray& ray, const Hit& hit) {
                       if (!hit.any()) return;
                       const Vec3 point = scene.point(hit, ray.direction);
                       const Vec3 normal = scene.facing_normal(hit, ray.direction);
-                      const auto found = patch_of_cell.find(key_at(point, normal));
+                      const auto found = patch_of_cell.find(grid.key_at(point, normal));
                       if (found == patch_of_cell.end()) return;
                       // Direct sound falls otherwise from every place.
-                      if (segment > 0) {
+                      if (reflections > 0) {
                           exposure.add_hit(found->second, hit.triangle, point, normal);
                           ++hits;
                       }
@@ -364,7 +287,7 @@ struct PatchGrid::State {
     bool sound_at(const Ray& ray, const Hit& hit) const {
         if (!hit.any() || scene.moves(scene.triangle(hit.triangle))) return true;
         const auto found = patch_of_cell.find(
-            key_at(scene.point(hit, ray.direction), scene.facing_normal(hit, ray.direction)));
+            grid.key_at(scene.point(hit, ray.direction), scene.facing_normal(hit, ray.direction)));
         return found != patch_of_cell.end() && reached[found->second];
     }
 };
@@ -398,14 +321,14 @@ void PatchGrid::scene_moved(int keep) {
 }
 
 std::uint32_t PatchGrid::find(const Vec3& point, const Vec3& facing_normal) const {
-    const auto found = state_->patch_of_cell.find(state_->key_at(point, facing_normal));
+    const auto found = state_->patch_of_cell.find(state_->grid.key_at(point, facing_normal));
     return found == state_->patch_of_cell.end() ? kNone : found->second;
 }
 
 void PatchGrid::find(const LanePoints& points, const LanePoints& facing_normals, std::size_t count,
                      std::array<std::uint32_t, kLanes>& patches) const {
     alignas(64) std::array<std::uint64_t, kLanes> keys;
-    cell_keys(points, facing_normals, state_->origin, state_->cuts, keys);
+    state_->grid.keys_at(points, facing_normals, keys);
     for (std::size_t i = 0; i < count; ++i) {
         const auto found = state_->patch_of_cell.find(keys[i]);
         patches[i] = found == state_->patch_of_cell.end() ? kNone : found->second;
@@ -423,7 +346,7 @@ float PatchGrid::exposure(std::uint32_t patch, std::uint32_t triangle, const Vec
 
 PatchGrid::Cell PatchGrid::cell(std::uint32_t patch) const { return state_->cells[patch]; }
 
-float PatchGrid::patch_size_m() const { return state_->cell_m; }
+float PatchGrid::patch_size_m() const { return state_->grid.size_m(); }
 
 std::size_t PatchGrid::size() const { return state_->area_m2.size(); }
 

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/cell_grid.h"
 #include "engine/ray_scene.h"
 #include "engine/worker_pool.h"
 
@@ -43,11 +44,7 @@ class PatchGrid {
                    const Vec3& facing_normal) const;
 
     /// Where a patch is.
-    struct Cell {
-        Vec3 low{0};  ///< of the box that the surface lies in
-        Vec3 high{0};
-        Vec3 direction{0};  ///< dominant direction of the normals, a unit along an axis
-    };
+    using Cell = CellGrid::Cell;
     Cell cell(std::uint32_t patch) const;
 
     /// Brings the areas of moving objects up to date after RayScene::move. Patches that objects

@@ -20,6 +20,7 @@ void flood(const RayScene& scene, std::span<const Vec3> inside, int paths, int b
     const auto count = static_cast<std::size_t>(paths);
     std::vector<Ray> rays(count);
     std::vector<RandomStream> random(count);
+    std::vector<int> reflections(count, 0);
     std::vector<Hit> hits(count);
     const ScrambledSobol sobol(seed);
     for (std::size_t i = 0; i < count; ++i) {
@@ -27,7 +28,7 @@ void flood(const RayScene& scene, std::span<const Vec3> inside, int paths, int b
         rays[i] = {inside[i % inside.size()],
                    uniform_direction(sobol.point(static_cast<std::uint32_t>(i)))};
     }
-    for (int bounce = 0; bounce < bounces && !rays.empty(); ++bounce) {
+    for (int segment = 0; segment < bounces && !rays.empty(); ++segment) {
         hits.resize(rays.size());
         scene.intersect(rays, hits);
         std::size_t alive = 0;
@@ -39,18 +40,21 @@ void flood(const RayScene& scene, std::span<const Vec3> inside, int paths, int b
                 next = {scene.point(hit, rays[i].direction) - 2 * RayScene::kOffset_m * through,
                         rays[i].direction};
             } else {
-                visit(bounce, rays[i], hit);
+                visit(reflections[i], rays[i], hit);
                 if (!hit.any()) continue;
+                ++reflections[i];
                 next = {scene.point(hit, rays[i].direction),
                         lambert_direction(scene.facing_normal(hit, rays[i].direction),
                                           random[i].uniform_2d())};
             }
             rays[alive] = next;
             random[alive] = random[i];
+            reflections[alive] = reflections[i];
             ++alive;
         }
         rays.resize(alive);
         random.resize(alive);
+        reflections.resize(alive);
     }
 }
 

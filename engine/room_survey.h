@@ -9,9 +9,9 @@
 namespace aula {
 
 /// Sends `paths` rays from the given points through the scene, reflected by Lambert's law without
-/// loss for `bounces` segments each, and calls `visit(segment, ray, hit)` for every segment, the
-/// first being 0 (with no hit where it escapes). Moving objects are passed through, as they may not
-/// stay where they are.
+/// loss for `bounces` segments each, and calls `visit(reflections, ray, hit)` where each segment
+/// ends (with no hit where it escapes), after so many reflections. Moving objects are passed
+/// through, as they may not stay where they are.
 void flood(const RayScene& scene, std::span<const Vec3> inside, int paths, int bounces,
            std::uint64_t seed, const std::function<void(int, const Ray&, const Hit&)>& visit);
 

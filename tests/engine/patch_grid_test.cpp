@@ -4,6 +4,7 @@
 #include <glm/geometric.hpp>
 #include <set>
 
+#include "engine/room_survey.h"
 #include "engine/sampling.h"
 #include "tests/support/rooms.h"
 
@@ -155,6 +156,26 @@ TEST_CASE("patches that an object has left are given up") {
         s.grid.scene_moved(1000);
     }
     CHECK(s.grid.size() > early + 1000);
+}
+
+TEST_CASE("sound that has passed through a moving object is direct until a wall reflects it") {
+    const Vec3 inside(1, 1, 2);
+    Scene scene = room(test::box(Vec3(10, 4, 3)), inside);
+    Object block = test::box(Vec3(1, 2, 2));
+    block.path = Path{{{0, {Vec3(1.5F, 0.5F, 0.5F)}}, {1, {Vec3(5, 0.5F, 0.5F)}}}, false};
+    scene.objects.push_back(block);
+    const RayScene rays(scene);
+    constexpr int kPaths = 500;
+    int direct = 0;
+    int later = 0;
+    flood(rays, {&inside, 1}, kPaths, 8, 1, [&](int reflections, const Ray&, const Hit& hit) {
+        CHECK(hit.any());
+        ++(reflections == 0 ? direct : later);
+    });
+    // Exact: each path's first wall, for many behind the block.
+    CHECK(direct == kPaths);
+    // Companion: it has others.
+    CHECK(later > kPaths);
 }
 
 TEST_CASE("a moving object's patches follow it") {
