@@ -287,6 +287,7 @@ void add_row(const FloatRow& row, std::size_t first_bin, std::size_t end_bin, fl
 void join(GatherHit& all, const GatherHit& hit) {
     const float more = hit.weight.sum();
     all.weight += hit.weight;
+    if (more == 0) return;
     const float share = more / all.weight.sum();
     all.length_m += share * (hit.length_m - all.length_m);
     all.direction += share * (hit.direction - all.direction);
