@@ -1,6 +1,7 @@
 #include "engine/room_survey.h"
 
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <vector>
 
 #include "engine/sampling.h"
@@ -12,6 +13,10 @@ namespace {
 constexpr int kSurveyPaths = 2048;
 constexpr int kSurveyBounces = 32;
 
+/// Pieces of a segment, which moving objects divide, in the mean of a path: who does not get out of
+/// them ends.
+constexpr int kMostPieces = 4;
+
 }  // namespace
 
 void flood(const RayScene& scene, std::span<const Vec3> inside, int paths, int bounces,
@@ -19,6 +24,7 @@ void flood(const RayScene& scene, std::span<const Vec3> inside, int paths, int b
     if (inside.empty()) return;
     const auto count = static_cast<std::size_t>(paths);
     std::vector<Ray> rays(count);
+    std::vector<Vec3> begin(count);  // of the segment, before it passed through anything
     std::vector<RandomStream> random(count);
     std::vector<int> reflections(count, 0);
     std::vector<Hit> hits(count);
@@ -27,32 +33,37 @@ void flood(const RayScene& scene, std::span<const Vec3> inside, int paths, int b
         random[i] = RandomStream(derive_seed(seed, i));
         rays[i] = {inside[i % inside.size()],
                    uniform_direction(sobol.point(static_cast<std::uint32_t>(i)))};
+        begin[i] = rays[i].origin;
     }
-    for (int segment = 0; segment < bounces && !rays.empty(); ++segment) {
+    for (int piece = 0; piece < kMostPieces * bounces && !rays.empty(); ++piece) {
         hits.resize(rays.size());
         scene.intersect(rays, hits);
         std::size_t alive = 0;
         for (std::size_t i = 0; i < rays.size(); ++i) {
-            const Hit& hit = hits[i];
-            Ray next;
+            Hit hit = hits[i];
+            const Vec3 direction = rays[i].direction;
             if (hit.any() && scene.moves(scene.triangle(hit.triangle))) {
-                const Vec3 through = scene.facing_normal(hit, rays[i].direction);
-                next = {scene.point(hit, rays[i].direction) - 2 * RayScene::kOffset_m * through,
-                        rays[i].direction};
+                const Vec3 through = scene.facing_normal(hit, direction);
+                rays[alive] = {scene.point(hit, direction) - 2 * RayScene::kOffset_m * through,
+                               direction};
+                begin[alive] = begin[i];
             } else {
-                visit(reflections[i], rays[i], hit);
+                if (hit.any()) {
+                    hit.distance_m = glm::distance(begin[i], scene.point(hit, direction));
+                }
+                visit(reflections[i], {begin[i], direction}, hit);
                 if (!hit.any()) continue;
-                ++reflections[i];
-                next = {scene.point(hit, rays[i].direction),
-                        lambert_direction(scene.facing_normal(hit, rays[i].direction),
-                                          random[i].uniform_2d())};
+                if (++reflections[i] == bounces) continue;
+                begin[alive] = scene.point(hit, direction);
+                rays[alive] = {begin[alive], lambert_direction(scene.facing_normal(hit, direction),
+                                                               random[i].uniform_2d())};
             }
-            rays[alive] = next;
             random[alive] = random[i];
             reflections[alive] = reflections[i];
             ++alive;
         }
         rays.resize(alive);
+        begin.resize(alive);
         random.resize(alive);
         reflections.resize(alive);
     }

@@ -11,7 +11,7 @@ namespace aula {
 /// Sends `paths` rays from the given points through the scene, reflected by Lambert's law without
 /// loss for `bounces` segments each, and calls `visit(reflections, ray, hit)` where each segment
 /// ends (with no hit where it escapes), after so many reflections. Moving objects are passed
-/// through, as they may not stay where they are.
+/// through, as they may not stay where they are: segments go on behind them.
 void flood(const RayScene& scene, std::span<const Vec3> inside, int paths, int bounces,
            std::uint64_t seed, const std::function<void(int, const Ray&, const Hit&)>& visit);
 
