@@ -95,8 +95,11 @@ std::optional<Estimator> estimator_from_name(const std::string& name);
 
 /// How to simulate: a scene's "simulation" object, each value with its default.
 struct Simulation {
+    /// A source's rays of one frame have to fit in memory with all that they find.
+    static constexpr int kMostRays = 200'000;
+
     Estimator estimator = Estimator::patch;
-    int rays = 1000;               ///< per source and frame
+    int rays = 1000;               ///< per source and frame, at most kMostRays
     int order = 0;                 ///< highest reflection order; 0: no limit
     int specular_order = 3;        ///< highest order of the image sources
     bool specular = true;          ///< false leaves purely specular paths out

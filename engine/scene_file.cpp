@@ -16,9 +16,6 @@
 namespace aula {
 namespace {
 
-/// A source's rays of one frame have to fit in memory with all that they find.
-constexpr int kMostRays = 200'000;
-
 std::string read_text(const std::filesystem::path& file) {
     constexpr const char* kExpected = "; expected a scene file";
     std::error_code error;
@@ -150,7 +147,7 @@ Simulation read_simulation(const JsonReader& json) {
     constexpr NumberRange kIrLength_s{0, 10, false, "seconds above 0, at most 10"};
     Simulation s;
     if (const auto x = json.find("estimator")) s.estimator = read_estimator(*x);
-    if (const auto x = json.find("rays")) s.rays = x->integer(1, kMostRays);
+    if (const auto x = json.find("rays")) s.rays = x->integer(1, Simulation::kMostRays);
     if (const auto x = json.find("order")) s.order = x->integer(0, 1'000'000);
     if (const auto x = json.find("response_time_s")) s.response_time_s = x->real(kResponseTime_s);
     if (const auto x = json.find("patch_size_m")) s.patch_size_m = x->real(kLength_m);

@@ -203,7 +203,7 @@ class Options {
              {Estimator::pt, Estimator::dpc_published, Estimator::dpc, Estimator::patch})
             estimators.emplace_back(estimator_name(e), e);
         choice<Estimator>("--estimator", estimators, simulation(&Simulation::estimator));
-        integer<int>("--rays", 1, 200'000, simulation(&Simulation::rays));
+        integer<int>("--rays", 1, Simulation::kMostRays, simulation(&Simulation::rays));
         integer<int>("--order", 0, 1'000'000, simulation(&Simulation::order));
         integer<int>("--specular-order", 0, 1000, simulation(&Simulation::specular_order));
         real("--response-time", 3600, "seconds from 0 to 3600",
