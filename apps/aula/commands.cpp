@@ -25,9 +25,15 @@ namespace aula {
 
 namespace {
 
+/// Where rays get out of a room.
+struct Leaks {
+    double share = 0;                  ///< of the rays from inside
+    std::vector<std::string> outside;  ///< who stands there, where a room is
+};
+
 /// What the triangles of a scene enclose.
 struct Room {
-    double leaks = 0;             ///< share of rays from inside that get out
+    Leaks leaks;
     std::size_t patches = 0;      ///< that sound reaches
     std::vector<double> area_m2;  ///< [material]
     std::size_t triangles = 0;
@@ -39,20 +45,41 @@ struct Room {
     Bands mean_absorption{};
 };
 
+/// The listener, then the sources.
 std::vector<Vec3> places(const Scene& scene) {
     std::vector<Vec3> points{scene.listener.pose_at(0).position};
     for (const Source& source : scene.sources) points.push_back(source.position_at(0));
     return points;
 }
 
-/// The share of rays sent and reflected inside that get out.
-double leaks(const RayScene& rays, const std::vector<Vec3>& inside) {
+/// Sends and reflects rays from the listener and the sources.
+Leaks find_leaks(const RayScene& rays, const Scene& scene) {
     constexpr int kPaths = 4096;
     constexpr int kBounces = 32;
-    int escaped = 0;
-    flood(rays, inside, kPaths, kBounces, 1,
-          [&](int, const Ray&, const Hit& hit) { escaped += hit.any() ? 0 : 1; });
-    return static_cast<double>(escaped) / kPaths;
+    // What lets more out is no room.
+    constexpr double kMostOfRoom = 0.5;
+    const std::vector<Vec3> points = places(scene);
+    const int paths = kPaths / static_cast<int>(points.size()) + 1;
+    std::vector<double> shares;
+    for (const Vec3& point : points) {
+        int escaped = 0;
+        flood(rays, {&point, 1}, paths, kBounces, 1,
+              [&](int, const Ray&, const Hit& hit) { escaped += hit.any() ? 0 : 1; });
+        shares.push_back(static_cast<double>(escaped) / paths);
+    }
+    const bool room = *std::min_element(shares.begin(), shares.end()) < kMostOfRoom;
+    Leaks leaks;
+    double sum = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        if (room && shares[i] >= kMostOfRoom) {
+            leaks.outside.push_back(i == 0 ? "the listener"
+                                           : "the source \"" + scene.sources[i - 1].name + "\"");
+        } else {
+            sum += shares[i];
+        }
+    }
+    leaks.share = sum / static_cast<double>(points.size() - leaks.outside.size());
+    return leaks;
 }
 
 Room measure_room(const Scene& scene) {
@@ -88,7 +115,7 @@ Room measure_room(const Scene& scene) {
     for (const auto& triangle : rays.triangles())
         room.area_m2[triangle.material] += double{triangle.area_m2()};
     const std::vector<Vec3> inside = places(scene);
-    room.leaks = leaks(rays, inside);
+    room.leaks = find_leaks(rays, scene);
     WorkerPool workers(1);
     room.patches =
         PatchGrid(rays, scene.simulation.patch_size_m, inside, scene.simulation.seed, workers)
@@ -137,6 +164,10 @@ void print_band_names() {
     std::printf("%-16s", "Hz");
     for (const float centre : kBandCentres_hz) std::printf("%8.0f", static_cast<double>(centre));
     std::printf("\n");
+}
+
+std::string counted(std::size_t count, const char* what) {
+    return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
 }
 
 std::string describe(const Path& path) {
@@ -262,8 +293,10 @@ int show_info(const Arguments& arguments) {
     if (room.triangles == 0) return 0;
     std::printf("%-16s%zu of %.2f m\n", "patches", room.patches,
                 static_cast<double>(scene.simulation.patch_size_m));
-    std::printf("%-16s%.2f %% of the rays get out%s\n", "leaks", 100 * room.leaks,
-                room.leaks == 0 ? ": tight" : "");
+    std::printf("%-16s%.2f %% of the rays get out%s\n", "leaks", 100 * room.leaks.share,
+                room.leaks.share == 0 ? ": tight" : "");
+    for (const std::string& who : room.leaks.outside)
+        std::printf("%-16s%s stands outside the room\n", "", who.c_str());
     std::printf("\n");
     for (std::size_t m = 0; m < room.area_m2.size(); ++m) {
         if (room.area_m2[m] == 0) continue;
@@ -288,14 +321,19 @@ int check_scene(const Arguments& arguments) {
     const RayScene rays(scene);
     // What lets hardly any ray out is a room with a hole, rather than one that is open.
     constexpr double kHole = 0.3;
-    if (const double out = leaks(rays, places(scene)); out > 0 && out < kHole)
-        warn({arguments.scene.string() + ": " + std::to_string(std::lround(1e4 * out)) +
+    const Leaks leaks = find_leaks(rays, scene);
+    if (leaks.share > 0 && leaks.share < kHole)
+        warn({arguments.scene.string() + ": " + std::to_string(std::lround(1e4 * leaks.share)) +
               " of 10000 rays get out: the room has a hole"},
              arguments.quiet);
+    for (const std::string& who : leaks.outside)
+        warn({arguments.scene.string() + ": " + who + " stands outside the room"}, arguments.quiet);
     std::size_t triangles = 0;
     for (const Object& object : scene.objects) triangles += object.triangles.size();
-    std::printf("%s: ok, %zu triangles, %zu materials, %zu sources\n", arguments.scene.c_str(),
-                triangles, scene.materials.size(), scene.sources.size());
+    std::printf("%s: ok, %s, %s, %s\n", arguments.scene.c_str(),
+                counted(triangles, "triangle").c_str(),
+                counted(scene.materials.size(), "material").c_str(),
+                counted(scene.sources.size(), "source").c_str());
     return 0;
 }
 

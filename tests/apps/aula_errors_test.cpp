@@ -1,6 +1,9 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <functional>
+#include <iterator>
+#include <regex>
+#include <set>
 
 #include "tests/support/program.h"
 #include "tests/support/small_scenes.h"
@@ -49,8 +52,15 @@ TEST_CASE(
         run_program({AULA_PROGRAM, "check", scene, "--position", "99,1,1"});
     CHECK(outside.status == 0);
     CHECK(outside.err.find("aula: warning: --position: the listener is outside") == 0);
+    CHECK(outside.err.find("room.json: the listener stands outside the room\n") !=
+          std::string::npos);
+    // Rays from outside are no leaks.
+    const ProgramResult info = run_program({AULA_PROGRAM, "info", scene, "--position", "99,1,1"});
+    CHECK(info.out.find("0.00 % of the rays get out: tight\n                the listener stands "
+                        "outside the room\n") != std::string::npos);
     const ProgramResult inside = run_program({AULA_PROGRAM, "check", scene, "--position", "1,1,1"});
     CHECK(inside.err.empty());
+    CHECK(inside.out.find("triangles, 1 material, 1 source\n") != std::string::npos);
     const ProgramResult full =
         run_program({"sh", "-c", std::string(AULA_PROGRAM) + " materials > /dev/full"});
     CHECK(full.status == 1);
@@ -173,6 +183,19 @@ TEST_CASE("Help and version go to standard output with status 0") {
     const ProgramResult version = aula_with({"--version"});
     REQUIRE(version.status == 0);
     REQUIRE(version.out.rfind("aula ", 0) == 0);
+}
+
+TEST_CASE("The manual page has the options that --help lists, and no others") {
+    const auto options_in = [](const std::string& text) {
+        static const std::regex option("--[a-z][a-z-]*");
+        return std::set<std::string>(std::sregex_token_iterator(text.begin(), text.end(), option),
+                                     {});
+    };
+    const std::string manual =
+        std::regex_replace(read_file(AULA_SOURCE_DIR "/docs/aula.1"), std::regex(R"(\\-)"), "-");
+    const std::set<std::string> listed = options_in(aula_with({"--help"}).out);
+    CHECK(listed.size() > 30);
+    CHECK(options_in(manual) == listed);
 }
 
 TEST_CASE("A disk that is full is said so, with status 1") {
