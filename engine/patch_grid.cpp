@@ -44,7 +44,8 @@ struct PatchGrid::State {
     std::vector<std::uint64_t> keys;     // kNoKey: given up
     std::vector<std::uint64_t> touched;  // the move at which a triangle was last in the patch
     std::vector<std::uint32_t> given_up;
-    std::vector<std::uint32_t> moving;  // triangles
+    std::vector<std::uint32_t> standing;  // triangles
+    std::vector<std::uint32_t> moving;
     std::size_t lasting = 0;  // patches of the start; those after come and go with what moves
     std::uint64_t moves = 0;
     std::size_t reached_count = 0;
@@ -173,13 +174,24 @@ struct PatchGrid::State {
         return samples;
     }
 
-    /// Patches of both sides of a triangle.
-    void add_patches(std::uint32_t t) {
-        for_each_part(t, [](std::uint32_t, const ClippedPolygon&, float, const Vec3&, bool) {});
+    /// The patches of all triangles, and which of them sound from `inside` gets to. False if they
+    /// are more than `most`.
+    bool find_patches(std::span<const Vec3> inside, double most) {
+        double moving_m2 = 0;
+        for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
+            const RayScene::Triangle& triangle = scene.triangle(t);
+            for_each_part(t, [](std::uint32_t, const ClippedPolygon&, float, const Vec3&, bool) {});
+            (scene.moves(triangle) ? moving : standing).push_back(t);
+            if (scene.moves(triangle)) moving_m2 += double{triangle.area_m2()};
+        }
+        lasting = keys.size();
+        // Moving objects have two sides, whose cells they share out to about twice as many.
+        return flood_from(inside, most - 4 * moving_m2 / std::pow(double{grid.size_m()}, 2));
     }
 
-    /// Marks the patches that sound from `inside` gets to, until a round finds hardly more.
-    void flood_from(std::span<const Vec3> inside) {
+    /// Marks the patches that sound from `inside` gets to, until a round finds hardly more. False
+    /// if they are more than `most`.
+    bool flood_from(std::span<const Vec3> inside, double most) {
         std::size_t hits = 0;
         for (int round = 0; round < kFloodRounds; ++round) {
             const std::size_t before = reached_count;
@@ -199,11 +211,29 @@ struct PatchGrid::State {
                       reached[found->second] = 1;
                       ++reached_count;
                   });
+            if (static_cast<double>(reached_count) > most) return false;
             if (reached_count - before <= reached_count / 100 &&
                 hits >= kHitsPerPatch * reached_count) {
                 break;
             }
         }
+        return static_cast<double>(reached_count) <= most;
+    }
+
+    /// Areas, and how evenly sound falls on them.
+    void find_areas() {
+        add_reachable(standing, static_area_m2);
+        exposure.settle(static_area_m2, [&](const Vec3& point, const Vec3& normal) {
+            const auto found = patch_of_cell.find(grid.key_at(point, normal));
+            return found == patch_of_cell.end() ? kNone : found->second;
+        });
+        add_moving();
+    }
+
+    /// Areas of all, with those of moving objects where they are now.
+    void add_moving() {
+        area_m2 = static_area_m2;
+        add_reachable(moving, area_m2);
     }
 
     /// Adds the area of the given triangles that sound can reach. Where only a part of a patch can
@@ -293,31 +323,27 @@ struct PatchGrid::State {
 };
 
 PatchGrid::PatchGrid(const RayScene& scene, float patch_size_m, std::span<const Vec3> inside,
-                     std::uint64_t seed, WorkerPool& workers)
-    : state_(std::make_unique<State>(scene, workers, seed, patch_size_m)) {
-    std::vector<std::uint32_t> standing;
-    for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
-        state_->add_patches(t);
-        (scene.moves(scene.triangle(t)) ? state_->moving : standing).push_back(t);
+                     std::uint64_t seed, WorkerPool& workers, double most_patches) {
+    double standing_m2 = 0;
+    for (const RayScene::Triangle& t : scene.triangles()) {
+        if (!scene.moves(t)) standing_m2 += double{t.area_m2()};
     }
-    state_->lasting = state_->keys.size();
-    state_->flood_from(inside);
-    state_->add_reachable(standing, state_->static_area_m2);
-    state_->exposure.settle(state_->static_area_m2, [&](const Vec3& point, const Vec3& normal) {
-        return find(point, normal);
-    });
-    state_->area_m2 = state_->static_area_m2;
-    state_->add_reachable(state_->moving, state_->area_m2);
+    // Both sides of every triangle may be cells, of which only those in the room are reached.
+    float size_m =
+        std::max(patch_size_m, static_cast<float>(std::sqrt(standing_m2 / (4 * most_patches))));
+    for (;; size_m *= 1.25F) {
+        state_ = std::make_unique<State>(scene, workers, seed, size_m);
+        if (state_->find_patches(inside, most_patches)) break;
+    }
+    state_->find_areas();
 }
 
 PatchGrid::~PatchGrid() = default;
-PatchGrid::PatchGrid(PatchGrid&&) noexcept = default;
 
 void PatchGrid::scene_moved(int keep) {
     ++state_->moves;
     state_->give_up(static_cast<std::uint64_t>(keep));
-    state_->area_m2 = state_->static_area_m2;
-    state_->add_reachable(state_->moving, state_->area_m2);
+    state_->add_moving();
 }
 
 std::uint32_t PatchGrid::find(const Vec3& point, const Vec3& facing_normal) const {

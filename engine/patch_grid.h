@@ -22,11 +22,12 @@ class PatchGrid {
  public:
     static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-    /// `inside`: points in the space that sound can reach, such as sources and listeners.
+    /// `inside`: points in the space that sound can reach, such as sources and listeners. Patches
+    /// are larger than wanted where sound would reach more than `most_patches` of them.
     PatchGrid(const RayScene& scene, float patch_size_m, std::span<const Vec3> inside,
-              std::uint64_t seed, WorkerPool& workers);
+              std::uint64_t seed, WorkerPool& workers,
+              double most_patches = std::numeric_limits<double>::infinity());
     ~PatchGrid();
-    PatchGrid(PatchGrid&&) noexcept;
 
     /// The patch of a point (off the surface by RayScene::kOffset_m) with its facing normal, or
     /// kNone.
@@ -57,7 +58,7 @@ class PatchGrid {
     /// Number of patches that sound reached when the grid was made.
     std::size_t reached() const;
 
-    /// As wanted, or larger in scenes of more than 2^17 patches across.
+    /// As wanted; larger where there would be too many, or more than 2^17 across.
     float patch_size_m() const;
 
  private:

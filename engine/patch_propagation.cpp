@@ -34,26 +34,6 @@ constexpr std::size_t kSettledPairs = 2;
 
 enum class SeedPurpose : std::uint64_t { grid = 2, gather = 4 };
 
-/// Patches of the wanted size, or larger ones where a table of `most_patches` would not hold them.
-PatchGrid make_grid(const RayScene& scene, const Simulation& simulation, double most_patches,
-                    std::span<const Vec3> inside, WorkerPool& workers) {
-    double surface_m2 = 0;
-    double moving_m2 = 0;
-    for (const RayScene::Triangle& t : scene.triangles()) {
-        (scene.moves(t) ? moving_m2 : surface_m2) += double{t.area_m2()};
-    }
-    // Both sides of every triangle may be cells, of which only those in the room need sums.
-    float size_m = std::max(simulation.patch_size_m,
-                            static_cast<float>(std::sqrt(surface_m2 / (4 * most_patches))));
-    for (;; size_m *= 1.25F) {
-        PatchGrid grid(scene, size_m, inside, derive_seed(simulation.seed, SeedPurpose::grid),
-                       workers);
-        // Moving objects have two sides, whose cells they share out to about twice as many.
-        const double moving = 4 * moving_m2 / (double{size_m} * double{size_m});
-        if (static_cast<double>(grid.reached()) + moving <= most_patches) return grid;
-    }
-}
-
 }  // namespace
 
 PatchPropagation::PatchPropagation(const RayScene& scene, const Simulation& simulation,
@@ -69,13 +49,12 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const Simulation& simu
       memory_bytes_(simulation.memory_mb * 1e6),
       source_count_(source_count),
       listener_count_(listener_count),
-      grid_(make_grid(
-          scene, simulation,
-          std::max(16.0, kTableShare * memory_bytes_ /
-                             static_cast<double>(
-                                 source_count * PatchCache::row_bytes(bins.count(), false) +
-                                 listener_count * PatchCache::row_bytes(bins.count(), true))),
-          inside, workers)),
+      grid_(scene, simulation.patch_size_m, inside, derive_seed(simulation.seed, SeedPurpose::grid),
+            workers,
+            std::max(16.0, kTableShare * memory_bytes_ /
+                               static_cast<double>(
+                                   source_count * PatchCache::row_bytes(bins.count(), false) +
+                                   listener_count * PatchCache::row_bytes(bins.count(), true)))),
       tracer_(scene, grid_, bins_, trace) {
     if (simulation.specular || simulation.order > 0) {
         mirrors_ = std::any_of(scene.triangles().begin(), scene.triangles().end(),

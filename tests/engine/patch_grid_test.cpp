@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <set>
 
 #include "engine/room_survey.h"
@@ -17,8 +18,9 @@ struct Surveyed {
     WorkerPool workers{1};
     PatchGrid grid;
 
-    Surveyed(const Scene& scene, float patch_size_m, const Vec3& inside)
-        : rays(scene), grid(rays, patch_size_m, {&inside, 1}, 1, workers) {}
+    Surveyed(const Scene& scene, float patch_size_m, const Vec3& inside,
+             double most_patches = std::numeric_limits<double>::infinity())
+        : rays(scene), grid(rays, patch_size_m, {&inside, 1}, 1, workers, most_patches) {}
 
     /// Sum of the areas of all patches that rays from a point see.
     double seen_area_m2(const Vec3& from, int count) {
@@ -129,6 +131,21 @@ TEST_CASE("a box of 12 triangles and one of 200 000 have the same patches") {
     // Companion: patches half as wide are four times as many.
     Surveyed narrow(room(box, inside), 0.25F, inside);
     CHECK(static_cast<double>(narrow.grid.reached()) > 3 * static_cast<double>(few.grid.reached()));
+}
+
+TEST_CASE("patches are as large as their most allows, and have the same surface") {
+    const Vec3 inside(2, 2, 1.4F);
+    const Scene scene = room(test::box(Vec3(5, 4, 3)), inside);
+    Surveyed few(scene, 0.25F, inside, 400);
+    CHECK(few.grid.reached() <= 400);
+    // Exact: sizes go up by a quarter, which makes patches 1.6 times fewer, and the walls of this
+    // room have a row more at their ends at most.
+    CHECK(few.grid.reached() > 400 / 1.6 / 1.2);
+    CHECK(few.seen_area_m2(inside, 100000) == Approx(94).epsilon(1e-3));
+    // Companion: as small as wanted they are 94 / 0.0625.
+    Surveyed all(scene, 0.25F, inside);
+    CHECK(all.grid.patch_size_m() == 0.25F);
+    CHECK(all.grid.reached() == 1504);
 }
 
 namespace {
