@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <glm/geometric.hpp>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -32,8 +34,8 @@ json read_json(const std::filesystem::path& file) {
 
 /// The mean response after `frames` of `rays`; the caches go on gathering.
 EnergyResponse response(const Scene& scene, float length_s, int frames, int rays,
-                        float patch_size_m) {
-    Simulation simulation = test::with(scene, Estimator::patch, length_s);
+                        float patch_size_m, Estimator estimator = Estimator::patch) {
+    Simulation simulation = test::with(scene, estimator, length_s);
     simulation.rays = rays;
     simulation.patch_size_m = patch_size_m;
     simulation.memory_mb = 1000;
@@ -180,56 +182,110 @@ double decay_time_s(const EnergyResponse& response, std::size_t band, double fro
     return -60 * (n * t2 - t1 * t1) / (n * tl - t1 * l1);
 }
 
-/// Checks late decays from one place to another against the slowest modes, by band. The modes'
-/// delays are cut to whole milliseconds, half of one too short on each mean free path, so that
-/// they decay faster by that. Besides, their patches are few: from 20 to 30 of them the coupled
-/// rooms' times grow by up to a tenth. Hence the 12 %.
-void check_late_decay(Scene scene, const json& modes, std::size_t first_band, const Vec3& from,
-                      const Vec3& to) {
+/// Late decay times from one place to another, by band, as the modes would have them: their delays
+/// are cut to whole milliseconds, half of one too short on each mean free path, so that they decay
+/// faster by that.
+Bands late_decay_s(Scene scene, double length_s, Estimator estimator, int rays, const Vec3& from,
+                   const Vec3& to) {
     scene.sources[0].position = from;
     scene.listener.pose.position = to;
     const std::vector<Vec3> inside{from, to};
     const double free_path_m = survey_room(RayScene(scene), inside, 1).mean_free_path_m;
     const double cut = 1 - 0.0005 * double{scene.medium.speed_of_sound_m_s()} / free_path_m;
-    const double slowest_s = modes.at(std::to_string(3 - first_band))[0].get<double>();
-    const EnergyResponse r = response(scene, static_cast<float>(1.2 * slowest_s), 10, 2500, 0.6F);
-    for (std::size_t b = 2; b < kBandCount; ++b) {
-        const double mode_s = modes.at(std::to_string(b + 1 - first_band))[0].get<double>();
-        const double late_s = decay_time_s(r, b, -25, -45) * cut;
-        CAPTURE(b, cut, late_s, mode_s);
-        CHECK(late_s == Approx(mode_s).epsilon(0.12));
-        // The companion: the next mode.
-        CHECK(late_s !=
-              Approx(modes.at(std::to_string(b + 1 - first_band))[1].get<double>()).epsilon(0.12));
+    const EnergyResponse r =
+        response(scene, static_cast<float>(length_s), 10, rays, 0.6F, estimator);
+    Bands time_s;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        time_s[b] = static_cast<float>(decay_time_s(r, b, -25, -45) * cut);
     }
+    return time_s;
 }
 
-/// The same in a room of the data, between pairs of places; skipped without the data.
-void check_late_decays(const std::string& room, const std::string& mesh, const std::string& patches,
-                       std::size_t first_band, const std::array<std::pair<Vec3, Vec3>, 2>& places) {
+constexpr std::size_t kFirstDecay = 2;  // 250 Hz
+
+/// A room of the data and its modes' times.
+struct ModalRoom {
+    Scene scene;
+    json modes;
+    std::size_t first_band = 0;
+
+    double mode_s(std::size_t band, std::size_t mode) const {
+        return modes.at(std::to_string(band + 1 - first_band))[mode].get<double>();
+    }
+    double length_s() const { return 1.2 * mode_s(kFirstDecay, 0); }
+};
+
+/// Absent where the data are.
+std::optional<ModalRoom> modal_room_of(const std::string& room, const std::string& mesh,
+                                       const std::string& patches, std::size_t first_band) {
     const auto folder = test::shared_data(room);
     if (folder.empty()) {
         WARN("skipped: no shared/data/" << room);
-        return;
+        return {};
     }
-    const json modes = read_json(folder / "modart_t60.json").at("t60").at(patches);
-    const Scene scene = modal_room(folder / mesh, folder / "materials.csv", first_band);
-    for (const auto& [from, to] : places) check_late_decay(scene, modes, first_band, from, to);
+    return ModalRoom{modal_room(folder / mesh, folder / "materials.csv", first_band),
+                     read_json(folder / "modart_t60.json").at("t60").at(patches), first_band};
+}
+
+/// Of the meshes there this is the one that the table and the modes belong to.
+std::optional<ModalRoom> museum() {
+    return modal_room_of("museum_raves", "mesh_54patches.obj", "Museum_54_patches", 2);
+}
+
+/// Checks late decays between pairs of places against the slowest modes, by band. The modes'
+/// patches are few: from 20 to 30 of them the coupled rooms' times grow by up to a tenth. Hence the
+/// 12 %.
+void check_late_decays(const ModalRoom& room, const std::array<std::pair<Vec3, Vec3>, 2>& places) {
+    for (const auto& [from, to] : places) {
+        const Bands late_s =
+            late_decay_s(room.scene, room.length_s(), Estimator::patch, 2500, from, to);
+        for (std::size_t b = kFirstDecay; b < kBandCount; ++b) {
+            CAPTURE(b);
+            CHECK(double{late_s[b]} == Approx(room.mode_s(b, 0)).epsilon(0.12));
+            // The companion: the next mode.
+            CHECK(double{late_s[b]} != Approx(room.mode_s(b, 1)).epsilon(0.12));
+        }
+    }
 }
 
 }  // namespace
 
 TEST_CASE("coupled rooms decay late at their slowest mode's rate") {
-    check_late_decays(
-        "coupled_rooms_art", "mesh_materials.obj", "AudioForGames_30_patches", 1,
-        {{{Vec3(7, 3.5F, 1.5F), Vec3(5, 3, 1.5F)}, {Vec3(2, 4, 1.5F), Vec3(8, 10, 1.5F)}}});
+    if (const auto room = modal_room_of("coupled_rooms_art", "mesh_materials.obj",
+                                        "AudioForGames_30_patches", 1)) {
+        check_late_decays(*room, {{{Vec3(7, 3.5F, 1.5F), Vec3(5, 3, 1.5F)},
+                                   {Vec3(2, 4, 1.5F), Vec3(8, 10, 1.5F)}}});
+    }
 }
 
 TEST_CASE("the museum decays late at its slowest mode's rate") {
-    // Of the meshes there this is the one that the table and the modes belong to.
-    check_late_decays(
-        "museum_raves", "mesh_54patches.obj", "Museum_54_patches", 2,
-        {{{Vec3(10.5F, 15, 1.5F), Vec3(10.5F, 14, 1.2F)}, {Vec3(4, 15, 1.5F), Vec3(4, 22, 1.5F)}}});
+    if (const auto room = museum()) {
+        check_late_decays(*room, {{{Vec3(10.5F, 15, 1.5F), Vec3(10.5F, 14, 1.2F)},
+                                   {Vec3(4, 15, 1.5F), Vec3(4, 22, 1.5F)}}});
+    }
+}
+
+TEST_CASE("within the museum's large room sound decays late as by plain path tracing") {
+    const auto room = museum();
+    if (!room) return;
+    const Vec3 from(2.5F, 11, 1.5F);
+    const Vec3 to(5.5F, 16, 1.2F);
+    const Bands patch_s =
+        late_decay_s(room->scene, room->length_s(), Estimator::patch, 10000, from, to);
+    const Bands path_s =
+        late_decay_s(room->scene, room->length_s(), Estimator::pt, 50000, from, to);
+    for (std::size_t b = kFirstDecay; b < kBandCount; ++b) {
+        const auto slower_percent = [&](const Bands& time_s) {
+            return 100 * (double{time_s[b]} / room->mode_s(b, 0) - 1);
+        };
+        std::printf(
+            "museum's large room: %5.0f Hz, slower than the mode: patch %+5.1f %%, pt %+5.1f %%\n",
+            double{kBandCentres_hz[b]}, slower_percent(patch_s), slower_percent(path_s));
+        // Statistical: one seed strays from another by 1 to 2 % in either.
+        CHECK(patch_s[b] == Approx(path_s[b]).epsilon(0.05));
+        // Companion: the mode's own time, which its few patches make too short.
+        CHECK(double{patch_s[b]} != Approx(room->mode_s(b, 0)).epsilon(0.05));
+    }
 }
 
 TEST_CASE("with air a diffuse box decays as another engine's table says") {
