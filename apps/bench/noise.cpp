@@ -173,16 +173,14 @@ std::vector<Row> measure_noise(const Subject& subject, const Settings& settings)
     if (budget_s == 0) {
         budget_s = run(subject, Estimator::patch, scene_rays, kCostRestarts, settings).frame_cpu_s;
     }
-    for (std::size_t i = 0; i < settings.estimators.size(); ++i) {
-        runs.push_back(runs[i]);
-        Run& r = runs.back();
-        r.basis = "cpu";
-        if (r.estimator == Estimator::patch) continue;
-        r.rays = rays_for_cpu_time(budget_s, r.rays, [&](int rays) {
-            return run(subject, r.estimator, rays, kCostRestarts, settings).frame_cpu_s;
+    add_runs_at_equal_cpu_time(
+        runs, budget_s,
+        [&](Estimator estimator, int rays) {
+            return run(subject, estimator, rays, kCostRestarts, settings).frame_cpu_s;
+        },
+        [&](Run& r) {
+            r.restarts = run(subject, r.estimator, r.rays, settings.restarts, settings);
         });
-        r.restarts = run(subject, r.estimator, r.rays, settings.restarts, settings);
-    }
     return rows_of(runs, settings);
 }
 

@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/scene.h"
@@ -54,5 +55,23 @@ double cpu_time_s();
 /// The number of rays with which a frame costs `budget_s` of CPU time, found by measuring:
 /// `frame_cpu_s(rays)`. Starts from `rays`.
 int rays_for_cpu_time(double budget_s, int rays, const std::function<double(int)>& frame_cpu_s);
+
+/// Adds to the runs of all estimators at equal rays as many at equal CPU time, `patch`'s: a run has
+/// its basis, estimator and rays. `frame_cpu_s(estimator, rays)` measures a frame, `measure(run)`
+/// takes its results anew.
+template <typename Run, typename FrameCost, typename Measure>
+void add_runs_at_equal_cpu_time(std::vector<Run>& runs, double budget_s,
+                                const FrameCost& frame_cpu_s, const Measure& measure) {
+    const std::vector<Run> at_equal_rays = runs;
+    for (Run run : at_equal_rays) {
+        run.basis = "cpu";
+        if (run.estimator != Estimator::patch) {
+            run.rays = rays_for_cpu_time(
+                budget_s, run.rays, [&](int rays) { return frame_cpu_s(run.estimator, rays); });
+            measure(run);
+        }
+        runs.push_back(std::move(run));
+    }
+}
 
 }  // namespace aula::bench

@@ -263,16 +263,12 @@ std::vector<Row> measure_walk(const Subject& subject, const Walk& walk, const Se
     // The cost is taken over the first frames, alike for all.
     const double budget_s =
         follow(subject, walk, Estimator::patch, scene_rays, cost_frames, settings).frame_cpu_s;
-    for (std::size_t i = 0; i < settings.estimators.size(); ++i) {
-        runs.push_back(runs[i]);
-        Run& r = runs.back();
-        r.basis = "cpu";
-        if (r.estimator == Estimator::patch) continue;
-        r.rays = rays_for_cpu_time(budget_s, r.rays, [&](int rays) {
-            return follow(subject, walk, r.estimator, rays, cost_frames, settings).frame_cpu_s;
-        });
-        r.published = follow(subject, walk, r.estimator, r.rays, all, settings);
-    }
+    add_runs_at_equal_cpu_time(
+        runs, budget_s,
+        [&](Estimator estimator, int rays) {
+            return follow(subject, walk, estimator, rays, cost_frames, settings).frame_cpu_s;
+        },
+        [&](Run& r) { r.published = follow(subject, walk, r.estimator, r.rays, all, settings); });
 
     // Converge the reference against the best of them; that of the walk before may serve.
     std::vector<Bundle> bundles = bundles_of(subject, walk);

@@ -27,6 +27,20 @@ Simulation patch(const Scene& scene, float ir_length_s, int order, float patch_s
 
 double total(const EnergyResponse& response) { return test::total(response); }
 
+/// Rate in 1/s of the decay within a time, over eight seeds.
+test::Estimate decay_rate(const Scene& scene, float ir_length_s, double begin_s, double end_s) {
+    std::vector<double> rates;
+    for (int i = 0; i < 8; ++i) {
+        Simulation simulation = patch(scene, ir_length_s, 0);
+        simulation.seed = derive_seed(test::test_seed(), i);
+        simulation.rays = 1500;
+        Propagation propagation(scene, simulation);
+        for (int f = 0; f < 25; ++f) propagation.step(test::standing(scene));
+        rates.push_back(test::decay_rate(propagation.response(0), begin_s, end_s, 12));
+    }
+    return test::estimate(rates);
+}
+
 /// Root of 2 rho [1 + (x - 1) e^x] / x^2 = 1 for x = 2 R s / c > 0, by bisection.
 double sphere_decay(double rho) {
     double low = 1e-3;
@@ -141,19 +155,10 @@ TEST_CASE("a Lambert sphere decays at its exact rate, not at Eyring's") {
         const double c = double{scene.medium.speed_of_sound_m_s()};
         const double exact = sphere_decay(1 - double{alpha}) * c / (2 * radius_m);
         const double eyring = -std::log1p(-double{alpha}) * c * surface / (4 * volume);
-        std::vector<double> rates;
-        for (int i = 0; i < 8; ++i) {
-            Simulation simulation = patch(scene, 0.3F, 0);
-            simulation.seed = derive_seed(test::test_seed(), i);
-            simulation.rays = 1500;
-            Propagation propagation(scene, simulation);
-            for (int f = 0; f < 25; ++f) propagation.step(test::standing(scene));
-            // From 8 mean free times on, over 40 dB at most.
-            const double begin_s = 8 * 4 * radius_m / (3 * c);
-            rates.push_back(test::decay_rate(propagation.response(0), begin_s,
-                                             begin_s + std::min(9 / exact, 0.28 - begin_s), 12));
-        }
-        const test::Estimate e = test::estimate(rates);
+        // From 8 mean free times on, over 40 dB at most.
+        const double begin_s = 8 * 4 * radius_m / (3 * c);
+        const test::Estimate e =
+            decay_rate(scene, 0.3F, begin_s, begin_s + std::min(9 / exact, 0.28 - begin_s));
         CAPTURE(alpha, e.mean, e.standard_error, exact, eyring);
         CHECK(std::abs(e.mean - exact) < test::kFamilyZ * e.standard_error + 5e-4 * exact);
         CHECK(std::abs(e.z(eyring)) > test::kRefutedZ);  // Eyring is 2 to 4 % too fast
@@ -173,17 +178,7 @@ TEST_CASE("Lambert boxes decay more slowly than Eyring by the known factors") {
         const double eyring = -std::log1p(-double{c.alpha}) *
                               double{scene.medium.speed_of_sound_m_s()} * test::surface_m2(box) /
                               (4 * test::volume_m3(box));
-        std::vector<double> rates;
-        for (int i = 0; i < 8; ++i) {
-            Simulation simulation = patch(scene, 0.45F, 0);
-            simulation.seed = derive_seed(test::test_seed(), i);
-            simulation.rays = 1500;
-            Propagation propagation(scene, simulation);
-            for (int f = 0; f < 25; ++f) propagation.step(test::standing(scene));
-            rates.push_back(test::decay_rate(propagation.response(0), 0.1,
-                                             0.1 + std::min(9 / eyring, 0.32), 12));
-        }
-        const test::Estimate e = test::estimate(rates);
+        const test::Estimate e = decay_rate(scene, 0.45F, 0.1, 0.1 + std::min(9 / eyring, 0.32));
         CAPTURE(c.size.x, c.alpha, e.mean, e.standard_error, eyring);
         CHECK(std::abs(e.mean - eyring / c.factor) <
               test::kFamilyZ * e.standard_error + 1e-3 * eyring);

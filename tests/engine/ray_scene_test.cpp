@@ -1,5 +1,6 @@
 #include "engine/ray_scene.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <glm/geometric.hpp>
 #include <vector>
@@ -8,6 +9,18 @@
 #include "tests/support/rooms.h"
 
 using namespace aula;
+
+namespace {
+
+/// Rays that meet nothing.
+std::size_t leaks(const RayScene& scene, const std::vector<Ray>& rays) {
+    std::vector<Hit> hits(rays.size());
+    scene.intersect(rays, hits);
+    return static_cast<std::size_t>(
+        std::count_if(hits.begin(), hits.end(), [](const Hit& hit) { return !hit.any(); }));
+}
+
+}  // namespace
 
 TEST_CASE("rays in a box hit its walls where they must, in batches of any size") {
     const Vec3 size(5, 4, 3);
@@ -128,11 +141,7 @@ TEST_CASE("no ray leaks through the edges of a room of few triangles") {
         const float along = random.uniform();
         rays.push_back({from, glm::normalize(v[0] + along * (v[1] - v[0]) - from)});
     }
-    std::vector<Hit> hits(rays.size());
-    scene.intersect(rays, hits);
-    std::size_t leaks = 0;
-    for (const Hit& hit : hits) leaks += hit.any() ? 0 : 1;
-    CHECK(leaks == 0);
+    CHECK(leaks(scene, rays) == 0);
 }
 
 TEST_CASE("walls part what is not visible") {
@@ -155,11 +164,7 @@ TEST_CASE("no ray leaks through the edges of a finely divided sphere") {
         rays.push_back({Vec3(0), glm::normalize(v[0])});
         rays.push_back({Vec3(0), glm::normalize(v[0] + v[1])});
     }
-    std::vector<Hit> hits(rays.size());
-    scene.intersect(rays, hits);
-    std::size_t leaks = 0;
-    for (const Hit& hit : hits) leaks += hit.any() ? 0 : 1;
-    CHECK(leaks == 0);
+    CHECK(leaks(scene, rays) == 0);
 }
 
 TEST_CASE("a moving object is met where it is") {
