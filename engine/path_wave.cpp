@@ -67,14 +67,15 @@ void scatter_energies(const RayScene& scene, const Bands& attenuation_per_m, Pat
         store_bands(scattered, wave.scattered[i].value.data());
         // One ray carries all bands: choose the lobe with p, the energy-weighted mean of s, and
         // weigh each band by s_b / p or (1 - s_b) / (1 - p).
-        const BandVector total = sum_of_bands(energy);
-        const BandVector p = sum_of_bands(scattered) / total;
-        const BandIntegers diffuse = wave.choice[i] < p;
-        const BandVector weight = 1 / (diffuse ? p : 1 - p);
-        BandVector leaving = (diffuse ? scattered : energy * (1 - scattering)) * weight;
+        const auto [total, to_diffuse] = sums_of_bands(energy, scattered);
+        // Chosen in every lane, for a branch would be foretold wrongly.
+        const BandVector all_diffuse = BandVector{} + to_diffuse;
+        const BandIntegers diffuse = BandVector{} + wave.choice[i] * total < all_diffuse;
+        const BandVector lobe = diffuse ? all_diffuse : total - all_diffuse;
+        BandVector leaving = (diffuse ? scattered : energy - scattered) * (total / lobe);
         const float strongest = max_of_bands(leaving)[0];
         wave.to_diffuse[i] = diffuse[0] != 0 ? 1 : 0;
-        wave.ended[i] = total[0] > 0 ? 0 : 1;
+        wave.ended[i] = total > 0 ? 0 : 1;
         if (strongest < PathWave::kRouletteEnergy) {
             const float survival = strongest / PathWave::kRouletteEnergy;
             if (!(wave.roulette[i] < survival)) wave.ended[i] = 1;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <chrono>
+#include <memory>
 #include <optional>
 
 #include "apps/bench/core_share.h"
@@ -34,6 +35,7 @@ struct Speed {
     double prepare_s = 0;
     double frame_s = 0;
     double one_thread_frame_s = 0;  // of the same frames
+    double apart_frame_s = 0;       // of frames that have nothing in common, one on each thread
     double raw_s = 0;
     double one_thread_raw_s = 0;
     double impulse_response_s = 0;  // building one of four channels
@@ -53,10 +55,13 @@ Speed measure(const Subject& subject, Estimator estimator, const RayScene& scene
     Speed speed;
     std::optional<Propagation> propagation;
     speed.prepare_s = seconds_of([&] { propagation.emplace(subject.scene, simulation); });
-    std::optional<Propagation> one_thread;
+    // What has nothing in common tells what the machine's threads are worth to such work.
+    std::vector<std::unique_ptr<Propagation>> apart;
     if (subject.threads > 1) {
         simulation.threads = 1;
-        one_thread.emplace(subject.scene, simulation);
+        for (int t = 0; t < subject.threads; ++t) {
+            apart.push_back(std::make_unique<Propagation>(subject.scene, simulation));
+        }
     }
     WorkerPool workers(subject.threads);
     WorkerPool one_worker(1);
@@ -68,10 +73,11 @@ Speed measure(const Subject& subject, Estimator estimator, const RayScene& scene
     // Fill the window: caches cost more when full.
     for (int i = 0; i < subject.scene.simulation.window_frames(); ++i) {
         propagation->step(input);
-        if (one_thread) one_thread->step(input);
+        for (const auto& one : apart) one->step(input);
     }
     std::vector<double> frame_s;
     std::vector<double> one_thread_frame_s;
+    std::vector<double> apart_frame_s;
     std::vector<double> raw_s;
     std::vector<double> one_thread_raw_s;
     std::vector<double> impulse_response_s;
@@ -92,8 +98,10 @@ Speed measure(const Subject& subject, Estimator estimator, const RayScene& scene
             });
         };
         raw_s.push_back(seconds_of([&] { trace_raw(workers); }));
-        if (one_thread) {
-            one_thread_frame_s.push_back(seconds_of([&] { one_thread->step(input); }));
+        if (!apart.empty()) {
+            apart_frame_s.push_back(seconds_of(
+                [&] { workers.run(apart.size(), [&](std::size_t t) { apart[t]->step(input); }); }));
+            one_thread_frame_s.push_back(seconds_of([&] { apart[0]->step(input); }));
             one_thread_raw_s.push_back(seconds_of([&] { trace_raw(one_worker); }));
         }
         impulse_response_s.push_back(
@@ -109,8 +117,9 @@ Speed measure(const Subject& subject, Estimator estimator, const RayScene& scene
     }
     speed.frame_s = median(frame_s);
     speed.raw_s = median(raw_s);
-    if (one_thread) {
+    if (!apart.empty()) {
         speed.one_thread_frame_s = median(one_thread_frame_s);
+        speed.apart_frame_s = median(apart_frame_s) / static_cast<double>(apart.size());
         speed.one_thread_raw_s = median(one_thread_raw_s);
     }
     speed.impulse_response_s = median(impulse_response_s);
@@ -134,30 +143,32 @@ std::vector<Row> measure_tracing(const Subject& subject, const Settings& setting
             return one_thread_s > 0 ? Value(one_thread_s / s) : Value();
         };
         Row row;
-        row.figures = {{"bench", "trace"},
-                       {"scene", subject.name},
-                       {"basis", "rays"},
-                       {"estimator", estimator_name(estimator)},
-                       {"rays", std::int64_t{subject.scene.simulation.rays}},
-                       {"triangles", static_cast<std::int64_t>(scene.triangle_count())},
-                       {"threads", std::int64_t{subject.threads}},
-                       {"prepare_s", speed.prepare_s},
-                       {"segments", speed.segments},
-                       {"frame_ms", speed.frame_s * 1e3},
-                       {"memory_mb", static_cast<double>(parts.memory_bytes) / 1e6},
-                       {"trace_ns", segment_ns(parts.trace_s)},
-                       {"cache_ns", segment_ns(parts.cache_s)},
-                       {"gather_ns", segment_ns(parts.gather_s)},
-                       {"specular_ns", segment_ns(parts.specular_s)},
-                       {"raw_ns", speed.raw_s / speed.segments * 1e9},
-                       {"segments_per_s", speed.segments / speed.frame_s},
-                       {"raw_per_s", speed.segments / speed.raw_s},
-                       {"ratio", speed.raw_s / speed.frame_s},
-                       {"times_one_thread", times(speed.one_thread_frame_s, speed.frame_s)},
-                       {"raw_times_one_thread", times(speed.one_thread_raw_s, speed.raw_s)},
-                       {"response_ms", speed.impulse_response_s * 1e3},
-                       {"additions_per_cycle",
-                        speed.additions_per_cycle ? Value(*speed.additions_per_cycle) : Value()}};
+        row.figures = {
+            {"bench", "trace"},
+            {"scene", subject.name},
+            {"basis", "rays"},
+            {"estimator", estimator_name(estimator)},
+            {"rays", std::int64_t{subject.scene.simulation.rays}},
+            {"triangles", static_cast<std::int64_t>(scene.triangle_count())},
+            {"threads", std::int64_t{subject.threads}},
+            {"prepare_s", speed.prepare_s},
+            {"segments", speed.segments},
+            {"frame_ms", speed.frame_s * 1e3},
+            {"memory_mb", static_cast<double>(parts.memory_bytes) / 1e6},
+            {"trace_ns", segment_ns(parts.trace_s)},
+            {"cache_ns", segment_ns(parts.cache_s)},
+            {"gather_ns", segment_ns(parts.gather_s)},
+            {"specular_ns", segment_ns(parts.specular_s)},
+            {"raw_ns", speed.raw_s / speed.segments * 1e9},
+            {"segments_per_s", speed.segments / speed.frame_s},
+            {"raw_per_s", speed.segments / speed.raw_s},
+            {"ratio", speed.raw_s / speed.frame_s},
+            {"times_one_thread", times(speed.one_thread_frame_s, speed.frame_s)},
+            {"apart_times_one_thread", times(speed.one_thread_frame_s, speed.apart_frame_s)},
+            {"raw_times_one_thread", times(speed.one_thread_raw_s, speed.raw_s)},
+            {"response_ms", speed.impulse_response_s * 1e3},
+            {"additions_per_cycle",
+             speed.additions_per_cycle ? Value(*speed.additions_per_cycle) : Value()}};
         rows.push_back(row);
     }
     return rows;
@@ -167,7 +178,7 @@ const std::vector<Column>& tracing_columns() {
     static const std::vector<Column> columns = columns_of(
         {"estimator", "rays", "triangles", "prepare_s", "segments", "frame_ms", "memory_mb",
          "trace_ns", "cache_ns", "gather_ns", "specular_ns", "raw_ns", "ratio", "times_one_thread",
-         "raw_times_one_thread", "response_ms", "additions_per_cycle"});
+         "apart_times_one_thread", "raw_times_one_thread", "response_ms", "additions_per_cycle"});
     return columns;
 }
 
