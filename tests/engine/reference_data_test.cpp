@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/bench/tracking.h"
 #include "engine/mesh_import.h"
 #include "engine/propagation.h"
 #include "engine/room_acoustics.h"
@@ -310,5 +311,42 @@ TEST_CASE("with air a diffuse box decays as another engine's table says") {
     for (std::size_t b = 4; b < kBandCount; ++b) {
         const std::string below = std::to_string(std::lround(kBandCentres_hz[b - 1]));
         CHECK(*p[b].t30_s != Approx(times_s[below].get<double>()).epsilon(0.01));
+    }
+}
+
+TEST_CASE("a walk through a level of a game is followed without lag") {
+    const auto file = test::shared_data("openarena/oa_dm1.obj");
+    if (file.empty()) {
+        WARN("skipped: no shared/data/openarena");
+        return;
+    }
+    ImportedMesh mesh = import_mesh(file);
+    // Its y is up.
+    for (Vec3& v : mesh.vertices) v = Vec3(v.x, -v.z, v.y);
+    Object level;
+    level.vertices = std::move(mesh.vertices);
+    level.triangles = std::move(mesh.triangles);
+    level.triangle_materials.assign(level.triangles.size(), 0);
+    const Vec3 from(-17.5F, 24, 1.35F);  // one of its spawn points; the source is at another
+    Scene scene = test::grey_room(level, 0.1F, 1, Vec3(-20.5F, 30.5F, 1.35F), from);
+    scene.simulation.rays = 1000;
+    scene.listener.path = Path{{{0, {from}}, {4, {from + Vec3(0, 6, 0)}}}, false};
+
+    bench::Settings settings;
+    settings.positions = 4;
+    settings.reference_rays = 1e6;
+    settings.progress = [](const std::string&) {};
+    settings.estimators = {Estimator::pt, Estimator::patch};
+    const auto number = [](const bench::Row& row, const char* figure) {
+        return std::get<double>(row.at(figure));
+    };
+    for (const bench::Row& row : measure_tracking({"level", scene, settings}, settings)) {
+        const bool both = std::get<std::string>(row.at("mover")) == "both";
+        if (std::get<std::string>(row.at("basis")) != "rays" || both) continue;
+        const double error = number(row, "tracking_error");
+        CAPTURE(std::get<std::string>(row.at("mover")), std::get<std::string>(row.at("estimator")),
+                error, number(row, "energy_ratio"), number(row, "reference_error"));
+        // The companion: plain path tracing.
+        CHECK((error < 0.05) == (std::get<std::string>(row.at("estimator")) == "patch"));
     }
 }
