@@ -140,7 +140,7 @@ TEST_CASE("patches are as large as their most allows, and have the same surface"
     CHECK(few.grid.reached() <= 400);
     // Exact: sizes go up by a quarter, which makes patches 1.6 times fewer, and the walls of this
     // room have a row more at their ends at most.
-    CHECK(few.grid.reached() > 400 / 1.6 / 1.2);
+    CHECK(static_cast<double>(few.grid.reached()) > 400 / 1.6 / 1.2);
     CHECK(few.seen_area_m2(inside, 100000) == Approx(94).epsilon(1e-3));
     // Companion: as small as wanted they are 94 / 0.0625.
     Surveyed all(scene, 0.25F, inside);
