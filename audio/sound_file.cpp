@@ -1,17 +1,16 @@
 #include "audio/sound_file.h"
 
-#include <fcntl.h>
 #include <sndfile.h>
-#include <unistd.h>
 
 #include <cassert>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <system_error>
-#include <utility>
 
 #include "audio/error.h"
+#include "audio/part_file.h"
 #include "audio/resample.h"
 
 namespace aula {
@@ -95,21 +94,13 @@ SoundClip read_sound(const fs::path& file, double sample_rate_hz) {
 }
 
 struct WavWriter::State {
-    fs::path name;       ///< as the user gave it, for messages
-    fs::path target;     ///< links resolved: renaming would replace the link
-    fs::path temporary;  ///< in the target's folder, so that renaming stays within one file system
+    fs::path name;  ///< as the user gave it, for messages
     std::size_t channels = 0;
-    int descriptor = -1;
+    std::optional<PartFile> part;
     SoundHandle sound;
 
     [[noreturn]] void fail(const std::string& why) const {
         throw AudioFailure(name.string() + ": writing failed: " + why + "; nothing was kept");
-    }
-
-    ~State() {
-        sound.reset();
-        if (descriptor >= 0) close(descriptor);
-        if (!temporary.empty()) unlink(temporary.c_str());
     }
 };
 
@@ -118,22 +109,17 @@ WavWriter::WavWriter(const fs::path& file, double sample_rate_hz, std::size_t ch
     : state_(std::make_unique<State>()) {
     state_->name = file;
     state_->channels = channels;
-    std::error_code error;
-    state_->target = fs::weakly_canonical(file, error);
-    if (error) state_->target = file;
-    if (fs::exists(state_->target, error) && !fs::is_regular_file(state_->target, error)) {
+    std::error_code ignored;
+    if (fs::exists(file, ignored) && !fs::is_regular_file(file, ignored)) {
         throw AudioInputError(file.string() +
                               ": cannot be written: not a regular file; expected a file name");
     }
-
-    fs::path temporary = state_->target;
-    temporary += "." + std::to_string(getpid()) + ".part";
-    state_->descriptor = open(temporary.c_str(), O_CREAT | O_TRUNC | O_RDWR | O_CLOEXEC, 0666);
-    if (state_->descriptor < 0) {
-        throw AudioInputError(file.string() + ": cannot be written: " + std::strerror(errno) +
+    try {
+        state_->part.emplace(file);
+    } catch (const std::system_error& error) {
+        throw AudioInputError(file.string() + ": cannot be written: " + error.code().message() +
                               "; expected a name in a folder that can be written to");
     }
-    state_->temporary = temporary;
 
     SF_INFO info{};
     info.samplerate = static_cast<int>(std::lround(sample_rate_hz));
@@ -151,7 +137,7 @@ WavWriter::WavWriter(const fs::path& file, double sample_rate_hz, std::size_t ch
             info.format |= SF_FORMAT_PCM_16;
             break;
     }
-    state_->sound.reset(sf_open_fd(state_->descriptor, SFM_WRITE, &info, SF_FALSE));
+    state_->sound.reset(sf_open_fd(state_->part->descriptor(), SFM_WRITE, &info, SF_FALSE));
     if (!state_->sound) state_->fail(sound_message(nullptr));
     // The peak chunk carries the time of day: the same sound would give other bytes.
     sf_command(state_->sound.get(), SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);
@@ -173,11 +159,11 @@ void WavWriter::commit() {
     // Closing writes the header's lengths and may be the first to learn of a full disk.
     errno = 0;
     if (sf_close(state_->sound.release()) != 0) state_->fail(std::strerror(errno));
-    if (close(std::exchange(state_->descriptor, -1)) != 0) state_->fail(std::strerror(errno));
-    std::error_code error;
-    fs::rename(state_->temporary, state_->target, error);
-    if (error) state_->fail(error.message());
-    state_->temporary.clear();
+    try {
+        state_->part->commit();
+    } catch (const std::system_error& error) {
+        state_->fail(error.code().message());
+    }
 }
 
 }  // namespace aula

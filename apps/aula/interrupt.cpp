@@ -1,26 +1,45 @@
 #include "apps/aula/interrupt.h"
 
+#include <pthread.h>
+
+#include <atomic>
 #include <csignal>
 #include <initializer_list>
+#include <thread>
+
+#include "audio/part_file.h"
 
 namespace aula {
 
 namespace {
 
-// A signal handler has nowhere else to leave its news.
-volatile std::sig_atomic_t noted_signal = 0;
+std::atomic<int> noted_signal = 0;
 
-void note(int signal) { noted_signal = signal; }
+int wait_for(const sigset_t& signals) {
+    int signal = 0;
+    while (sigwait(&signals, &signal) != 0) {
+    }
+    return signal;
+}
 
 }  // namespace
 
 void note_interrupts() {
-    struct sigaction action {};
-    action.sa_handler = note;
-    sigemptyset(&action.sa_mask);
-    // What takes long is not asked whether it should end: the second signal ends the program.
-    action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaction(signal, &action, nullptr);
+    sigset_t signals;
+    sigemptyset(&signals);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&signals, signal);
+    // Here and in all threads that begin from now on: what comes waits for this one, which may do
+    // more than a signal handler.
+    pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+    std::thread([signals] {
+        noted_signal = wait_for(signals);
+        // What takes long is not asked whether it should end: the second signal ends the program.
+        const int second = wait_for(signals);
+        PartFile::abandon_all();
+        std::signal(second, SIG_DFL);
+        pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
+        raise(second);
+    }).detach();
 }
 
 int interrupt_signal() { return noted_signal; }

@@ -2,7 +2,8 @@
 
 namespace aula {
 
-/// From here on Ctrl-C and SIGTERM are only noted, so that the program can end in order.
+/// From here on Ctrl-C, SIGTERM and SIGHUP are only noted, so that the program can end in order; a
+/// second one ends it at once, and what it was writing is removed. Before any thread begins.
 void note_interrupts();
 
 /// The signal that arrived, or 0. [any thread]

@@ -4,9 +4,9 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdio>
 #include <string>
 #include <system_error>
+#include <utility>
 
 #include "audio/error.h"
 #include "engine/error.h"
@@ -19,27 +19,33 @@ namespace {
     throw AudioFailure(file.string() + ": cannot write: " + std::generic_category().message(error));
 }
 
+[[noreturn]] void refuse(const std::filesystem::path& file, int error) {
+    throw Error(file.string(), "",
+                "cannot be written, " + std::generic_category().message(error) +
+                    "; expected a place to write to");
+}
+
 }  // namespace
 
-OutputFile::OutputFile(std::filesystem::path file) : file_(std::move(file)), descriptor_(-1) {
+OutputFile::OutputFile(std::filesystem::path file) : file_(std::move(file)) {
     if (std::filesystem::is_directory(file_))
         throw Error(file_.string(), "", "is a directory; expected the name of a file to write");
-    if (std::filesystem::is_symlink(file_)) file_ = std::filesystem::weakly_canonical(file_);
     // A device or a pipe cannot be replaced by a file of ours: it is written as it goes.
-    in_place_ = std::filesystem::exists(file_) && !std::filesystem::is_regular_file(file_);
-    temporary_ = in_place_
-                     ? file_
-                     : std::filesystem::path(file_.string() + ".part-" + std::to_string(getpid()));
-    descriptor_ = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (descriptor_ < 0)
-        throw Error(file_.string(), "",
-                    std::string("cannot be written, ") + std::generic_category().message(errno) +
-                        "; expected a place to write to");
+    if (std::filesystem::exists(file_) && !std::filesystem::is_regular_file(file_)) {
+        descriptor_ = open(file_.c_str(), O_WRONLY | O_CLOEXEC);
+        if (descriptor_ < 0) refuse(file_, errno);
+        return;
+    }
+    try {
+        part_.emplace(file_);
+    } catch (const std::system_error& error) {
+        refuse(file_, error.code().value());
+    }
+    descriptor_ = part_->descriptor();
 }
 
 OutputFile::~OutputFile() {
-    if (descriptor_ >= 0) close(descriptor_);
-    if (!committed_ && !in_place_) unlink(temporary_.c_str());
+    if (descriptor_ >= 0 && !part_) close(descriptor_);
 }
 
 void OutputFile::write(std::string_view text) {
@@ -52,12 +58,15 @@ void OutputFile::write(std::string_view text) {
 }
 
 void OutputFile::commit() {
-    const int closed = close(descriptor_);
-    descriptor_ = -1;
-    if (closed != 0) fail_writing(file_, errno);
-    if (!in_place_ && std::rename(temporary_.c_str(), file_.c_str()) != 0)
-        fail_writing(file_, errno);
-    committed_ = true;
+    if (!part_) {
+        if (close(std::exchange(descriptor_, -1)) != 0) fail_writing(file_, errno);
+        return;
+    }
+    try {
+        part_->commit();
+    } catch (const std::system_error& error) {
+        fail_writing(file_, error.code().value());
+    }
 }
 
 }  // namespace aula

@@ -1,12 +1,15 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string_view>
+
+#include "audio/part_file.h"
 
 namespace aula {
 
-/// A text file that is written under a temporary name beside it and renamed in commit(); without
-/// commit() nothing is left behind.
+/// A text file that has its name from commit() on; without commit() nothing is left behind
+/// (PartFile). A device or a pipe is written as it goes.
 class OutputFile {
  public:
     /// Throws Error if the place cannot be written to.
@@ -21,10 +24,8 @@ class OutputFile {
 
  private:
     std::filesystem::path file_;
-    std::filesystem::path temporary_;
-    int descriptor_;
-    bool in_place_ = false;
-    bool committed_ = false;
+    std::optional<PartFile> part_;  ///< none: a device or a pipe
+    int descriptor_ = -1;
 };
 
 }  // namespace aula

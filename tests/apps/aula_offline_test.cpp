@@ -1,13 +1,12 @@
 #include <signal.h>
 
 #include <catch2/catch.hpp>
-#include <chrono>
 #include <cmath>
-#include <thread>
 
 #include "audio/sound_file.h"
 #include "tests/support/program.h"
 #include "tests/support/small_scenes.h"
+#include "tests/support/wait.h"
 
 namespace {
 
@@ -18,11 +17,10 @@ void require_ok(const ProgramResult& result) {
     REQUIRE(result.status == 0);
 }
 
-/// Waits, a second at a time at most twenty times, until a file is being written in a folder.
-bool wait_for_file(const std::filesystem::path& folder, Program& program) {
-    for (int i = 0; i < 2000 && names_in(folder).empty() && program.running(); ++i)
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    return !names_in(folder).empty();
+/// Whether a file is being written in a folder.
+bool file_comes(const std::filesystem::path& folder, Program& program) {
+    return comes([&] { return !names_in(folder).empty() || !program.running(); }) &&
+           !names_in(folder).empty();
 }
 
 }  // namespace
@@ -89,7 +87,7 @@ TEST_CASE("A program that is interrupted leaves no file and says so in its statu
         for (const std::string& option : options)
             command.push_back(option == "OUT" ? (outputs.path() / "out").string() : option);
         Program program(command);
-        REQUIRE(wait_for_file(outputs.path(), program));
+        REQUIRE(file_comes(outputs.path(), program));
         program.signal(signal);
         const ProgramResult result = program.wait();
         INFO(result.err);
@@ -100,4 +98,27 @@ TEST_CASE("A program that is interrupted leaves no file and says so in its statu
     CHECK(interrupt(render, SIGINT) == 130);
     CHECK(interrupt(render, SIGTERM) == 143);
     CHECK(interrupt({"--echogram", "OUT", "--frames", "1000000"}, SIGINT) == 130);
+}
+
+TEST_CASE("A second signal ends the program in the middle of a frame, and no file is left either") {
+    const TemporaryFolder folder;
+    const TemporaryFolder outputs;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    for (const std::vector<std::string>& options :
+         {std::vector<std::string>{"--offline", "out.wav"}, {"--echogram", "out.csv"}}) {
+        // A frame takes seconds.
+        Program program({AULA_PROGRAM, scene, options[0], outputs.path() / options[1], "--rays",
+                         "200000", "--estimator", "pt", "--threads", "1"});
+        REQUIRE(file_comes(outputs.path(), program));
+        // Two at once may be taken for one.
+        REQUIRE(comes([&] {
+            program.signal(SIGINT);
+            return !program.running();
+        }));
+        const ProgramResult result = program.wait();
+        INFO(result.err);
+        CHECK(result.by_signal);
+        CHECK(result.status == 128 + SIGINT);
+        CHECK(names_in(outputs.path()).empty());
+    }
 }

@@ -185,11 +185,11 @@ TEST_CASE("bench_smoke: bad input is one line and exit code 2") {
           "noise --restarts 1 " + still, "noise --estimator best " + still, "tracking " + still,
           "noise " + still + " --json " + nowhere}) {
         CAPTURE(arguments);
-        const auto [status, out, error] = run(arguments);
-        CHECK(status == 2);
-        CAPTURE(error);
-        CHECK(error.rfind("aula-bench: ", 0) == 0);
-        CHECK(std::count(error.begin(), error.end(), '\n') == 1);
-        CHECK(out.empty());
+        const ProgramResult result = run(arguments);
+        CHECK(result.status == 2);
+        CAPTURE(result.err);
+        CHECK(result.err.rfind("aula-bench: ", 0) == 0);
+        CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
+        CHECK(result.out.empty());
     }
 }

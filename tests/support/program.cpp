@@ -51,12 +51,14 @@ bool Program::running() {
     return !ended_;
 }
 
+std::string Program::err() const { return read_file(folder_.path() / "err"); }
+
 ProgramResult Program::wait() {
     if (!ended_) waitpid(pid_, &wait_status_, 0);
     ended_ = true;
     const int status =
         WIFEXITED(wait_status_) ? WEXITSTATUS(wait_status_) : 128 + WTERMSIG(wait_status_);
-    return {status, read_file(folder_.path() / "out"), read_file(folder_.path() / "err")};
+    return {status, read_file(folder_.path() / "out"), err(), WIFSIGNALED(wait_status_)};
 }
 
 ProgramResult run_program(const std::vector<std::string>& command) {

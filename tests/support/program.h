@@ -20,6 +20,7 @@ struct ProgramResult {
     int status = -1;  ///< exit status; 128 + signal if a signal ended it
     std::string out;
     std::string err;
+    bool by_signal = false;
 };
 
 /// A program running with standard input from /dev/null and output to files.
@@ -29,6 +30,7 @@ class Program {
 
     void signal(int number) const;
     bool running();
+    std::string err() const;  ///< what it has said so far
     ProgramResult wait();
 
  private:

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <filesystem>
+
+namespace aula {
+
+/// A file that is written under a temporary name beside its own, which it gets in commit(); without
+/// commit() nothing is left behind.
+class PartFile {
+ public:
+    /// Replaces what is there: of a symbolic link, what it points to. Throws std::system_error if
+    /// the place cannot be written to.
+    explicit PartFile(const std::filesystem::path& file);
+    ~PartFile();
+    PartFile(const PartFile&) = delete;
+    PartFile& operator=(const PartFile&) = delete;
+
+    int descriptor() const { return descriptor_; }
+
+    /// Closes the file, which may be the first to learn of a full disk, and names it. Throws
+    /// std::system_error.
+    void commit();
+
+    /// Removes all that is being written, of any thread, for a program that ends at once; from then
+    /// on a PartFile that is made, committed or destroyed waits for ever.
+    static void abandon_all();
+
+ private:
+    std::filesystem::path target_;
+    std::filesystem::path temporary_;  ///< in the target's folder: renaming stays in a file system
+    int descriptor_;
+    PartFile* next_ = nullptr;  ///< of all that are being written
+};
+
+}  // namespace aula
