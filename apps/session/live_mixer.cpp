@@ -120,7 +120,9 @@ void Stage::render(std::int64_t position, std::span<float* const> sum, int sampl
     }
     const auto count = static_cast<std::size_t>(samples);
     for (std::size_t c = 0; c < sum.size(); ++c) {
-        if (state_ == State::ending) output_fade_.fall(std::span(outputs_[c]).first(count));
+        const std::span<float> output = std::span(outputs_[c]).first(count);
+        timeline_.end(position - zero_, rate_hz_, output);
+        if (state_ == State::ending) output_fade_.fall(output);
         for (std::size_t i = 0; i < count; ++i) sum[c][i] += outputs_[c][i];
     }
     output_fade_.advance(count);

@@ -84,6 +84,7 @@ Player::State::State(const Scene& scene, const SessionOptions& options) {
                            std::to_string(std::lround(options.sample_rate_hz)));
     }
     compute();
+    pose_ns = 0;  // it waits for the device to be started
     publish();
     mixer->stages().publish(std::move(playing->stage));
     device->start();
@@ -380,7 +381,7 @@ PlayStatus Player::status() {
         end_s = begin_s + state_->playing->timeline.end_s;
     }
     status.latency = state_->latency(frame_s);
-    status.time_s = state_->mixer->time_s();
+    status.time_s = std::min(state_->mixer->time_s(), end_s);
     status.scene_time_s = status.time_s - begin_s;
     const AudioDevice& device = *state_->device;
     status.load = device.meter().load();

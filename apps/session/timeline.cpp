@@ -56,22 +56,33 @@ Timeline with_tail(const TimelineInput& input, double input_end_s) {
     return {.input_end_s = input_end_s, .end_s = input_end_s + tail_s};
 }
 
-}  // namespace
-
-void Timeline::fade(std::int64_t first, double sample_rate_hz,
-                    std::span<float> block) const noexcept {
+/// Fades a block that starts at sample `first` from a time on.
+void fade_from(double from_s, std::int64_t first, double sample_rate_hz,
+               std::span<float> block) noexcept AULA_NONBLOCKING {
     const auto time_of = [&](std::size_t i) {
         return static_cast<double>(first + static_cast<std::int64_t>(i)) / sample_rate_hz;
     };
-    if (time_of(block.size()) <= input_end_s) return;
-    if (time_of(0) >= input_end_s + kFade_s) {
+    if (time_of(block.size()) <= from_s) return;
+    if (time_of(0) >= from_s + Timeline::kFade_s) {
         std::fill(block.begin(), block.end(), 0.0F);
         return;
     }
     for (std::size_t i = 0; i < block.size(); ++i) {
-        const double faded = std::clamp((time_of(i) - input_end_s) / kFade_s, 0.0, 1.0);
+        const double faded = std::clamp((time_of(i) - from_s) / Timeline::kFade_s, 0.0, 1.0);
         block[i] *= static_cast<float>(0.5 + 0.5 * std::cos(std::numbers::pi * faded));
     }
+}
+
+}  // namespace
+
+void Timeline::fade(std::int64_t first, double sample_rate_hz,
+                    std::span<float> block) const noexcept {
+    fade_from(input_end_s, first, sample_rate_hz, block);
+}
+
+void Timeline::end(std::int64_t first, double sample_rate_hz,
+                   std::span<float> block) const noexcept {
+    fade_from(end_s - kFade_s, first, sample_rate_hz, block);
 }
 
 Timeline offline_timeline(const TimelineInput& input) {

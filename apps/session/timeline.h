@@ -23,6 +23,10 @@ struct Timeline {
     /// a raised cosine, then 0. [audio thread, wait-free]
     void fade(std::int64_t first, double sample_rate_hz,
               std::span<float> block) const noexcept AULA_NONBLOCKING;
+
+    /// Fades what is heard alike, to be silent from `end_s` on. [audio thread, wait-free]
+    void end(std::int64_t first, double sample_rate_hz,
+             std::span<float> block) const noexcept AULA_NONBLOCKING;
 };
 
 /// What a timeline is made from.

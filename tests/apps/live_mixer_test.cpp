@@ -192,6 +192,35 @@ TEST_CASE("What a stage has sent out is heard to its end, however far it has to 
     CHECK(worst < 2e-5 * static_cast<double>(loudest));
 }
 
+TEST_CASE("What was asked to last half a second lasts as long, and ends without a click") {
+    const Scene scene = quick_room();
+    const auto heard = [&](std::optional<double> duration_s) {
+        SessionOptions options = mono();
+        options.duration_s = duration_s;
+        Reusable before;
+        before.sources = scene.sources;
+        before.signals = {std::make_shared<const Signal>(test::tone(), false)};
+        Performance room(scene, options, kRate_hz, true, before);
+        LiveMixer mixer(kRate_hz, kTakeBlock, 1);
+        return take(mixer, kSecond_blocks, [&](int block) {
+            if (block == 0) begin(room, mixer);
+        });
+    };
+    const auto through = heard(1000);
+    const auto ended = heard(0.5);
+    // What is heard of a sample comes later by the limiter's delay.
+    constexpr std::size_t kDelay = 207;
+    constexpr std::size_t kEnd = 24000 + kDelay;
+    CHECK(std::equal(ended.begin(), ended.begin() + kEnd - 960, through.begin()));
+    CHECK(std::all_of(ended.begin() + kEnd, ended.end(), [](float x) { return x == 0; }));
+    CHECK(share_off_tone(ended) < 1e-6);
+    // The companion: the other one went on, and cut there it clicks.
+    auto cut = through;
+    std::fill(cut.begin() + kEnd, cut.end(), 0.0F);
+    CHECK(cut != through);
+    CHECK(share_off_tone(cut) > 1e-6);
+}
+
 TEST_CASE("What nobody reads in time is counted as lost") {
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
     mixer.listen(true);

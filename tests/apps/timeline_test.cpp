@@ -95,3 +95,16 @@ TEST_CASE("Signals that go on are faded out after the end of the input, not befo
     REQUIRE(at(1 + Timeline::kFade_s / 2) == Approx(0.5).margin(1e-3));  // one sample's step
     REQUIRE(at(1 + Timeline::kFade_s + 1e-4) == 0);
 }
+
+TEST_CASE("What is heard is silent from the end on, and as it is until shortly before") {
+    const Timeline timeline{.end_s = 1};
+    std::vector<float> block(static_cast<std::size_t>(kRate_hz), 1.0F);
+    timeline.end(static_cast<std::int64_t>(kRate_hz / 2), kRate_hz, block);
+    const auto at = [&](double time_s) {
+        return block[static_cast<std::size_t>(std::lround((time_s - 0.5) * kRate_hz))];
+    };
+    REQUIRE(at(1 - Timeline::kFade_s) == 1);
+    REQUIRE(at(1 - Timeline::kFade_s / 2) == Approx(0.5).margin(1e-3));  // one sample's step
+    REQUIRE(at(1) == 0);
+    REQUIRE(block.back() == 0);
+}
