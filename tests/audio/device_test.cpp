@@ -4,20 +4,20 @@
 #include <array>
 #include <atomic>
 #include <catch2/catch.hpp>
-#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <numbers>
 #include <string>
-#include <thread>
 
 #include "audio/error.h"
+#include "audio/fade.h"
 #include "audio/sound_file.h"
+#include "tests/support/jack_ear.h"
 #include "tests/support/jack_server.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/wait.h"
 
 using namespace aula;
 using namespace aula::test;
@@ -148,11 +148,6 @@ TEST_CASE("A server that dies leaves silence, and the device plays on when it is
         WARN("skipped: no JACK server can run here");
         return;
     }
-    const auto wait_for = [](const std::function<bool()>& condition) {
-        for (int turn = 0; turn < 100 && !condition(); ++turn)
-            std::this_thread::sleep_for(std::chrono::milliseconds(100));
-        return condition();
-    };
     std::atomic<int> calls = 0;
     AudioDevice device("", kRate_hz, 2, kBlock,
                        [&, tone = Tone()](std::span<float* const> outputs, int samples) mutable {
@@ -162,18 +157,58 @@ TEST_CASE("A server that dies leaves silence, and the device plays on when it is
     device.start();
     CHECK(device.state() == DeviceState::playing);
     server.reset();
-    CHECK(wait_for([&] { return device.state() == DeviceState::lost; }));
+    CHECK(comes([&] { return device.state() == DeviceState::lost; }));
     server = std::make_unique<JackServer>(kBlock);
     REQUIRE(server->running());
-    CHECK(wait_for([&] { return device.state() == DeviceState::playing; }));
+    CHECK(comes([&] { return device.state() == DeviceState::playing; }));
     CHECK(device.reconnects() == 1);
     calls = 0;
-    CHECK(wait_for([&] { return calls > 100; }));
+    CHECK(comes([&] { return calls > 100; }));
     // And again, this time without waiting for it.
     server.reset();
-    CHECK(wait_for([&] { return device.state() == DeviceState::lost; }));
+    CHECK(comes([&] { return device.state() == DeviceState::lost; }));
     device.stop();
     CHECK(device.state() == DeviceState::gone);
+}
+
+TEST_CASE("Sound begins as it is, and rises where its device was lost and is back") {
+    constexpr float kLevel = 0.5F;
+    auto server = std::make_unique<JackServer>(kBlock);
+    if (!server->running()) {
+        WARN("skipped: no JACK server can run here");
+        return;
+    }
+    auto ear = std::make_unique<JackEar>("ear");
+    AudioDevice device("ear", kRate_hz, 1, kBlock,
+                       [kLevel](std::span<float* const> outputs, int samples) {
+                           std::fill_n(outputs[0], samples, kLevel);
+                       });
+    device.start();
+    REQUIRE(comes([&] { return ear->full(); }));
+    CHECK(ear->samples().front() == kLevel);
+
+    // A server that is late leaves out blocks.
+    const std::vector<float> rise = raised_cosine(960);  // 20 ms
+    constexpr int kTries = 3;
+    for (int attempt = 0; attempt < kTries; ++attempt) {
+        server.reset();
+        REQUIRE(comes([&] { return device.state() == DeviceState::lost; }));
+        ear.reset();
+        server = std::make_unique<JackServer>(kBlock);
+        REQUIRE(server->running());
+        // The device is there again only now.
+        ear = std::make_unique<JackEar>("ear");
+        REQUIRE(comes([&] { return ear->full(); }));
+        if (!ear->in_time()) continue;
+        const auto first = std::find_if(rise.begin(), rise.end(), [](float w) { return w > 0; });
+        const auto rising = static_cast<std::size_t>(rise.end() - first);
+        for (std::size_t n = 0; n < rising; ++n)
+            REQUIRE(ear->samples()[n] == kLevel * first[static_cast<std::ptrdiff_t>(n)]);
+        CHECK(std::all_of(ear->samples().begin() + static_cast<std::ptrdiff_t>(rising),
+                          ear->samples().end(), [](float x) { return x == kLevel; }));
+        return;
+    }
+    WARN("skipped: the server was late in every try");
 }
 
 TEST_CASE("Where no server runs there is one line that says so") {

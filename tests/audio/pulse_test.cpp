@@ -2,18 +2,16 @@
 #include <array>
 #include <atomic>
 #include <catch2/catch.hpp>
-#include <chrono>
 #include <cmath>
 #include <cstdlib>
-#include <functional>
 #include <numbers>
-#include <thread>
 
 #include "audio/device.h"
 #include "audio/error.h"
 #include "audio/microphone.h"
 #include "audio/sound_file.h"
 #include "tests/support/pulse_server.h"
+#include "tests/support/wait.h"
 
 using namespace aula;
 using namespace aula::test;
@@ -25,13 +23,6 @@ namespace {
 
 constexpr double kRate_hz = 48000;
 constexpr int kBlock = 256;
-
-bool wait_for(const std::function<bool()>& condition) {
-    for (int turn = 0; turn < 150 && !condition(); ++turn) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    }
-    return condition();
-}
 
 }  // namespace
 
@@ -63,7 +54,7 @@ TEST_CASE("A tone reaches a PulseAudio sink, and plays on when a server that die
     {
         const auto recording = server.record(file);
         device.start();
-        REQUIRE(wait_for([&] { return calls > 750; }));  // four seconds
+        REQUIRE(comes([&] { return calls > 750; }));  // four seconds
     }
     CHECK(device.meter().own_underruns() == 0);
     const std::vector<float> heard = read_sound(file, kRate_hz).samples;
@@ -74,12 +65,12 @@ TEST_CASE("A tone reaches a PulseAudio sink, and plays on when a server that die
     CHECK(*std::max_element(heard.begin(), heard.end()) == Approx(0.5).margin(1e-3));
 
     server.kill();
-    CHECK(wait_for([&] { return device.state() == DeviceState::lost; }));
+    CHECK(comes([&] { return device.state() == DeviceState::lost; }));
     server.restart();
     REQUIRE(server.running());
-    CHECK(wait_for([&] { return device.state() == DeviceState::playing; }));
+    CHECK(comes([&] { return device.state() == DeviceState::playing; }));
     calls = 0;
-    CHECK(wait_for([&] { return calls > 100; }));
+    CHECK(comes([&] { return calls > 100; }));
     device.stop();
 }
 
@@ -118,7 +109,7 @@ TEST_CASE("A microphone hears what is said: here what the sink plays") {
             ++calls;
         });
     device.start();
-    REQUIRE(wait_for([&] { return calls > 1000; }));  // five seconds
+    REQUIRE(comes([&] { return calls > 1000; }));  // five seconds
     device.stop();
     CHECK(different == 0);
     // Of a sine 41 % of the samples are above 0.8 of its peak; two seconds of it at least.

@@ -1,0 +1,56 @@
+#include "tests/support/jack_ear.h"
+
+#include <jack/jack.h>
+
+#include <algorithm>
+#include <atomic>
+#include <span>
+#include <stdexcept>
+
+namespace aula::test {
+
+struct JackEar::State {
+    jack_client_t* client = nullptr;
+    jack_port_t* port = nullptr;
+    std::vector<float> samples = std::vector<float>(24000);
+    std::size_t count = 0;  ///< of the server's thread
+    std::atomic<bool> full = false;
+    std::atomic<bool> late = false;
+
+    static int process(jack_nframes_t frames, void* self) {
+        State& s = *static_cast<State*>(self);
+        const std::span<const float> sent(
+            static_cast<const float*>(jack_port_get_buffer(s.port, frames)), frames);
+        auto first = sent.begin();
+        if (s.count == 0) first = std::find_if(first, sent.end(), [](float x) { return x != 0; });
+        for (; first != sent.end() && s.count < s.samples.size(); ++first)
+            s.samples[s.count++] = *first;
+        s.full = s.count == s.samples.size();
+        return 0;
+    }
+    static int note_late(void* self) {
+        static_cast<State*>(self)->late = true;
+        return 0;
+    }
+};
+
+JackEar::JackEar(const std::string& name) : state_(std::make_unique<State>()) {
+    State& s = *state_;
+    jack_status_t status{};
+    s.client = jack_client_open(name.c_str(), JackNoStartServer, &status);
+    if (s.client == nullptr) throw std::runtime_error("no client of the JACK server");
+    s.port = jack_port_register(s.client, "in", JACK_DEFAULT_AUDIO_TYPE, JackPortIsInput, 0);
+    jack_set_process_callback(s.client, &State::process, &s);
+    jack_set_xrun_callback(s.client, &State::note_late, &s);
+    jack_activate(s.client);
+}
+
+JackEar::~JackEar() { jack_client_close(state_->client); }
+
+bool JackEar::full() const { return state_->full; }
+
+const std::vector<float>& JackEar::samples() const { return state_->samples; }
+
+bool JackEar::in_time() const { return !state_->late; }
+
+}  // namespace aula::test
