@@ -16,6 +16,9 @@
 #include "audio/output.h"
 #include "audio/realtime.h"
 
+// Not in PortAudio's headers; its archive has it, its shared library hides it.
+extern "C" [[gnu::weak]] void PaUtil_SetDebugPrintFunction(void (*print)(const char* message));
+
 namespace aula {
 
 namespace {
@@ -26,7 +29,8 @@ constexpr double kLongestLatency_s = 0.1;
 // Not every server says good-bye.
 constexpr std::chrono::milliseconds kSilenceOfLostDevice{1000};
 
-void ignore(const char*, int, const char*, int, const char*, ...) {}
+void ignore_alsa(const char*, int, const char*, int, const char*, ...) {}
+void ignore(const char*) {}
 
 /// PortAudio's calls are not for several threads at once, nor is the environment.
 std::mutex& library() {
@@ -39,7 +43,8 @@ class PortAudio {
  public:
     PortAudio() {
         const std::lock_guard lock(library());
-        snd_lib_error_set_handler(ignore);
+        snd_lib_error_set_handler(ignore_alsa);
+        if (PaUtil_SetDebugPrintFunction != nullptr) PaUtil_SetDebugPrintFunction(ignore);
         // PortAudio aborts when it ends after a JACK server has died: it must not find one.
         constexpr const char* kServer = "JACK_DEFAULT_SERVER";
         const char* const server = std::getenv(kServer);

@@ -17,3 +17,21 @@ pkg_check_modules(KISSFFT REQUIRED IMPORTED_TARGET kissfft-float)
 pkg_check_modules(JACK REQUIRED IMPORTED_TARGET jack)
 pkg_check_modules(LIBLO REQUIRED IMPORTED_TARGET liblo)
 pkg_check_modules(ALSA REQUIRED IMPORTED_TARGET alsa)
+
+# PortAudio's archive, where there is one that links, has a function that takes its messages; its
+# shared library hides it.
+find_library(AULA_PORTAUDIO_ARCHIVE libportaudio.a HINTS ${PORTAUDIO_LIBRARY_DIRS})
+if(AULA_PORTAUDIO_ARCHIVE)
+    include(CheckCXXSourceCompiles)
+    set(CMAKE_REQUIRED_LIBRARIES "${AULA_PORTAUDIO_ARCHIVE}" PkgConfig::JACK PkgConfig::ALSA
+                                 Threads::Threads)
+    check_cxx_source_compiles("extern \"C\" int Pa_Initialize();
+        extern \"C\" void PaUtil_SetDebugPrintFunction(void (*)(const char*));
+        int main() { PaUtil_SetDebugPrintFunction(nullptr); return Pa_Initialize(); }"
+        AULA_PORTAUDIO_ARCHIVE_LINKS)
+    if(AULA_PORTAUDIO_ARCHIVE_LINKS)
+        set_target_properties(PkgConfig::PORTAUDIO PROPERTIES
+            INTERFACE_LINK_LIBRARIES "${CMAKE_REQUIRED_LIBRARIES}")
+    endif()
+    unset(CMAKE_REQUIRED_LIBRARIES)
+endif()

@@ -1,9 +1,12 @@
+#include <signal.h>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <sstream>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -15,6 +18,12 @@
 #include "tests/support/jack_server.h"
 #include "tests/support/octave.h"
 #include "tests/support/program.h"
+#include "tests/support/pulse_server.h"
+#include "tests/support/small_scenes.h"
+#include "tests/support/wait.h"
+
+// As audio/port_audio_output.cpp has it.
+extern "C" [[gnu::weak]] void PaUtil_SetDebugPrintFunction(void (*print)(const char* message));
 
 namespace {
 
@@ -61,6 +70,62 @@ bool machine_is_busy() {
 }
 
 }  // namespace
+
+TEST_CASE("Without a device the program plays to nobody, as long as it was asked to") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const ProgramResult played =
+        run_program({AULA_PROGRAM, scene, "--no-window", "--device", "none", "--duration", "1"});
+    INFO(played.err);
+    CHECK(played.status == 0);
+    CHECK(played.out.empty());
+    CHECK(played.err.find("played 1.0 s, ") != std::string::npos);
+    CHECK(played.err.find("is gone") == std::string::npos);
+}
+
+TEST_CASE("A PulseAudio server that dies and comes back is told of in a line each, and no more") {
+    if (PaUtil_SetDebugPrintFunction == nullptr) {
+        WARN("skipped: PortAudio's archive is not there, its messages cannot be silenced");
+        return;
+    }
+    PulseServer server;
+    if (!server.running()) {
+        WARN("skipped: no PulseAudio server can run here");
+        return;
+    }
+    if (run_program({AULA_PROGRAM, "--list-devices"}).out.find("pulse") == std::string::npos) {
+        WARN("skipped: ALSA knows no PulseAudio here (libasound2-plugins)");
+        return;
+    }
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    Program program(
+        {AULA_PROGRAM, scene, "--no-window", "--device", "pulse", "--duration", "1000"});
+    REQUIRE(comes([&] { return server.plays(); }));
+    server.kill();
+    const auto says = [&](const std::string& text) {
+        return comes([&] { return program.err().find(text) != std::string::npos; });
+    };
+    CHECK(says("is gone"));
+    server.restart();
+    REQUIRE(server.running());
+    CHECK(says("is back"));
+    CHECK(comes([&] { return server.plays(); }));
+    program.signal(SIGINT);
+    REQUIRE(comes([&] { return !program.running(); }));
+    const ProgramResult played = program.wait();
+    INFO(played.err);
+    CHECK(played.status == 130);
+    std::istringstream lines(played.err);
+    std::string line;
+    std::size_t told = 0;
+    while (std::getline(lines, line) && !line.starts_with("played ")) {
+        CHECK(line.starts_with("aula: warning: "));
+        if (line.find("the output device \"pulse\"") != std::string::npos) ++told;
+    }
+    CHECK(told == 2);
+    CHECK(line.starts_with("played "));
+}
 
 TEST_CASE("What is heard live is what is rendered, and the program says how late it was") {
     const JackServer server(256);

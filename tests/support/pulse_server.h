@@ -21,6 +21,9 @@ class PulseServer {
 
     bool running() const { return running_; }
 
+    /// Whether anybody plays on it.
+    bool plays() const;
+
     /// Ends the server, starts it again.
     void kill();
     void restart();
