@@ -220,10 +220,12 @@ TailLevel::TailLevel(const ConvolutionShape& shape, const PartitionLevel& level,
                   chunks_of_piece(shape.outputs)),
       current_sums_(2 * level.size * shape.outputs),
       next_sums_(2 * level.size * shape.outputs),
-      work_(transform_.work_floats()),
-      faded_in_(level.size),
-      heard_(shape.outputs * level.size),
-      computed_(shape.outputs * level.size) {}
+      work_(transform_.work_floats()) {
+    for (Frame* const frame : {&heard_, &computed_}) {
+        frame->samples.resize(shape.outputs * level.size);
+        frame->faded_in.resize(shape.outputs * level.size);
+    }
+}
 
 void TailLevel::process(std::span<const float* const> inputs, std::span<float* const> outputs,
                         std::size_t offset, std::size_t samples,
@@ -234,9 +236,14 @@ void TailLevel::process(std::span<const float* const> inputs, std::span<float* c
         std::copy_n(inputs[i] + offset, samples, window(0, i) + position_);
     }
     for (std::size_t o = 0; o < outputs_; ++o) {
-        const float* const heard = heard_.data() + o * level_.size + position_;
+        const std::size_t first = o * level_.size + position_;
+        const float* const heard = heard_.samples.data() + first;
+        const float* const faded_in = heard_.faded_in.data() + first;
+        const float* const weights = fade_.data() + position_;
         float* const out = outputs[o] + offset;
         for (std::size_t n = 0; n < samples; ++n) out[n] += heard[n];
+        if (!heard_.fades) continue;
+        for (std::size_t n = 0; n < samples; ++n) out[n] += weights[n] * (faded_in[n] - heard[n]);
     }
     position_ += samples;
     work_until(cost_of_frame_ * static_cast<double>(position_) / static_cast<double>(level_.size));
@@ -297,21 +304,16 @@ void TailLevel::transform_output(std::size_t piece) noexcept {
     const std::size_t voices = sums_.differs() ? 2 : 1;
     const std::size_t output = piece / (voices * steps);
     const std::size_t step = piece % steps;
-    const std::size_t stride = outputs_ * kChunk_floats;
-    const std::size_t first = output * kChunk_floats;
-    float* const out = computed_.data() + output * level_.size;
-    if (piece / steps % voices == 0) {
-        transform_.inverse_step(step, current_sums_.data() + first, stride, work_.data(), out);
-        return;
-    }
-    transform_.inverse_step(step, next_sums_.data() + first, stride, work_.data(),
-                            faded_in_.data());
-    if (step + 1 < steps) return;
-    for (std::size_t n = 0; n < level_.size; ++n) out[n] += fade_[n] * (faded_in_[n] - out[n]);
+    const bool of_next = piece / steps % voices == 1;
+    const float* const sums = (of_next ? next_sums_ : current_sums_).data();
+    float* const out = (of_next ? computed_.faded_in : computed_.samples).data();
+    transform_.inverse_step(step, sums + output * kChunk_floats, outputs_ * kChunk_floats,
+                            work_.data(), out + output * level_.size);
 }
 
 void TailLevel::finish_frame() noexcept {
-    if (output_pieces_ == 0) std::fill(computed_.begin(), computed_.end(), 0.0F);
+    if (output_pieces_ == 0) std::fill(computed_.samples.begin(), computed_.samples.end(), 0.0F);
+    computed_.fades = sums_.differs();
     std::swap(heard_, computed_);
     current_ = std::exchange(next_, nullptr);
     position_ = 0;

@@ -136,8 +136,8 @@ class HeadLevel {
 
 /// A level whose frames are computed while the next frame of input comes in, and heard in the frame
 /// after that: its work is cut into small pieces, done at an even pace. A filter is exchanged at
-/// the start of a frame, by a crossfade over the frame that is then computed; of those that came in
-/// the meantime, the newest is taken.
+/// the start of a frame: the frame that is then computed goes over to it by a crossfade while it is
+/// heard; of those that came in the meantime, the newest is taken.
 class TailLevel {
  public:
     TailLevel(const ConvolutionShape& shape, const PartitionLevel& level, std::size_t index);
@@ -195,9 +195,16 @@ class TailLevel {
     double cost_of_frame_ = 0;
     double cost_of_product_ = 0;  ///< of the chunks of a group
     AlignedVector<float> current_sums_, next_sums_;
-    AlignedVector<float> work_, faded_in_;
-    AlignedVector<float> heard_;     ///< [output][sample]
-    AlignedVector<float> computed_;  ///< heard in the next frame
+    AlignedVector<float> work_;
+
+    /// A frame of the outputs, [output][sample].
+    struct Frame {
+        AlignedVector<float> samples;
+        AlignedVector<float> faded_in;  ///< what is faded to, if anything is
+        bool fades = false;
+    };
+    Frame heard_;
+    Frame computed_;  ///< heard in the next frame
 };
 
 }  // namespace aula
