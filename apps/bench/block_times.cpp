@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
+#include <numeric>
 
 #include "audio/aligned.h"
 
@@ -16,21 +18,36 @@ double time_us(clockid_t clock) {
 void BlockTimes::round(bool all_threads, std::size_t warm_up,
                        const std::function<void()>& process) {
     const clockid_t clock = all_threads ? CLOCK_PROCESS_CPUTIME_ID : CLOCK_THREAD_CPUTIME_ID;
-    for (std::size_t i = 0; i < warm_up; ++i) process();
-    const double round_began_us = time_us(clock);
-    double began_us = round_began_us;
-    for (double& least_us : least_us_) {
+    // Those that warm up are timed too: the clock has to warm up with them.
+    std::vector<double> times_us(warm_up + blocks_);
+    double began_us = time_us(clock);
+    for (double& spent_us : times_us) {
         process();
         const double ended_us = time_us(clock);
-        least_us = std::min(least_us, ended_us - began_us);
+        spent_us = ended_us - began_us;
         began_us = ended_us;
     }
-    mean_us_ =
-        std::min(mean_us_, (began_us - round_began_us) / static_cast<double>(least_us_.size()));
+    times_us.erase(times_us.begin(), times_us.begin() + static_cast<std::ptrdiff_t>(warm_up));
+    add(times_us);
 }
 
-double BlockTimes::worst_us() const {
-    return *std::max_element(least_us_.begin(), least_us_.end());
+void BlockTimes::add(const std::vector<double>& times_us) {
+    assert(times_us.size() == blocks_);
+    const double mean_us = std::accumulate(times_us.begin(), times_us.end(), 0.0) /
+                           static_cast<double>(times_us.size());
+    over_mean_.resize(blocks_);
+    for (std::size_t i = 0; i < blocks_; ++i) over_mean_[i].push_back(times_us[i] / mean_us);
+    mean_us_ = std::min(mean_us_, mean_us);
+}
+
+double BlockTimes::worst_over_mean() const {
+    double worst = 0;
+    for (std::vector<double> rounds : over_mean_) {
+        const auto middle = rounds.begin() + static_cast<std::ptrdiff_t>(rounds.size() / 2);
+        std::nth_element(rounds.begin(), middle, rounds.end());
+        worst = std::max(worst, *middle);
+    }
+    return worst;
 }
 
 double read_time_us(double area_bytes, double bytes) {

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <vector>
 
 namespace aula::bench {
@@ -12,23 +13,27 @@ namespace aula::bench {
 /// busy machine takes the processor away.
 double time_us(clockid_t clock);
 
-/// Blocks timed in several rounds. The mean is that of the best round. The worst block is the worst
-/// of the least times that each block took in any round: what others did to the machine meanwhile
-/// is left out, what the convolver does unevenly is not.
+/// Blocks timed in several rounds, the same blocks in each. The mean is that of the best round. A
+/// block costs, against the mean of its round, the median of all rounds: what others did to the
+/// machine meanwhile, at one time or for whole rounds, is left out, what the convolver does
+/// unevenly is not.
 class BlockTimes {
  public:
-    explicit BlockTimes(std::size_t blocks) : least_us_(blocks, kNever_us) {}
+    explicit BlockTimes(std::size_t blocks) : blocks_(blocks) {}
 
-    /// Processes some blocks untimed, then all, by the CPU time of this thread or of all.
+    /// Processes some blocks that do not count, then all, by the CPU time of this thread or of all.
     void round(bool all_threads, std::size_t warm_up, const std::function<void()>& process);
 
+    /// A round's times in us.
+    void add(const std::vector<double>& times_us);
+
     double mean_us() const { return mean_us_; }
-    double worst_us() const;
+    double worst_over_mean() const;  ///< of the block that costs most
 
  private:
-    static constexpr double kNever_us = 1e9;
-    std::vector<double> least_us_;
-    double mean_us_ = kNever_us;
+    std::size_t blocks_;
+    std::vector<std::vector<double>> over_mean_;  ///< [block][round]
+    double mean_us_ = std::numeric_limits<double>::infinity();
 };
 
 /// Time for reading `bytes` out of an area that is read again and again, by summing it up: the

@@ -12,7 +12,7 @@ namespace aula::bench {
 struct ConvolutionSweep {
     std::vector<double> responses_s{1, 2, 4};
     std::vector<std::size_t> blocks{64, 128, 256, 512};
-    int rounds = 3;  ///< of which the best counts
+    int rounds = 9;  ///< of which the best one's mean counts, and a block's median
 };
 
 /// What a block costs in CPU time: Aula's convolver in single precision and with a tail in half

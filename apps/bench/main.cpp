@@ -193,7 +193,9 @@ int run(int argc, char** argv) {
         ->check(CLI::Range(0.01, 10.0));
     convolve->add_option("--block", convolution_sweep.blocks, "one or more (64 128 256 512)")
         ->check(CLI::Range(64, 4096));
-    convolve->add_option("--rounds", convolution_sweep.rounds, "of which the best counts")
+    convolve
+        ->add_option("--rounds", convolution_sweep.rounds,
+                     "of which the best one's mean counts, and a block's median")
         ->capture_default_str()
         ->check(CLI::Range(1, 1000));
     CLI::App* all = app.add_subcommand("all", "noise, tracking, trace and convolve");

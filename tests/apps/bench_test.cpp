@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "apps/bench/block_times.h"
 #include "apps/bench/reference.h"
 #include "apps/bench/statistics.h"
 #include "apps/bench/table.h"
@@ -273,4 +274,13 @@ TEST_CASE("the textbook's convolver gives the sum over all inputs, from the firs
         // Rounding: 74 products of at most 1, through transforms of 32: some 1e-6.
         CHECK(std::abs(double{output[n]} - wanted) < 2e-5);
     }
+}
+
+TEST_CASE("The worst block is one that is slow in most rounds, whatever else was slow once") {
+    BlockTimes times(4);
+    times.add({1, 2, 1, 1});
+    times.add({1, 2, 20, 1});  // something else came between
+    times.add({3, 6, 3, 3});   // the whole machine was slower
+    CHECK(times.mean_us() == 1.25);
+    CHECK(times.worst_over_mean() == Approx(2 / 1.25));
 }
