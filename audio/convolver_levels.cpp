@@ -22,11 +22,6 @@ std::size_t slices_of(std::size_t products) {
     return (products + kProductsOfPiece - 1) / kProductsOfPiece;
 }
 
-/// Of a product while filters are exchanged, of which the new one comes from another core's cache:
-/// about what makes the pieces of a frame take like times (AVX-512, 1 to 8 inputs, 2 to 16
-/// outputs).
-constexpr double kExchangingCost = 1.3;
-
 }  // namespace
 
 SpectralHistory::SpectralHistory(std::size_t inputs, const PartitionLevel& level)
@@ -213,7 +208,8 @@ TailLevel::TailLevel(const ConvolutionShape& shape, const PartitionLevel& level,
       history_(shape.inputs, level),
       sums_(shape, level, index),
       fade_(raised_cosine(level.size)),
-      product_cost_(product_cost(shape, level)),
+      product_cost_(product_cost(shape, level, false)),
+      exchanging_cost_(product_cost(shape, level, true)),
       step_cost_(transform_cost(level.size) / static_cast<double>(transform_.steps())),
       windows_(3 * shape.inputs * level.size),
       sum_groups_((transform_.chunks() + chunks_of_piece(shape.outputs) - 1) /
@@ -257,8 +253,8 @@ void TailLevel::start_frame(const ConvolutionFilter* newest) noexcept {
     const std::size_t voices = sums_.product_count() == 0 ? 0 : sums_.differs() ? 2 : 1;
     output_pieces_ = outputs_ * voices * transform_.steps();
     sum_pieces_ = sum_groups_ * sums_.slices();
-    cost_of_product_ = product_cost_ * static_cast<double>(chunks_of_piece(outputs_)) *
-                       (sums_.differs() ? kExchangingCost : 1);
+    cost_of_product_ = (sums_.differs() ? exchanging_cost_ : product_cost_) *
+                       static_cast<double>(chunks_of_piece(outputs_));
     pieces_done_ = 0;
     cost_done_ = 0;
     const std::size_t steps = inputs_ * transform_.steps() + output_pieces_;

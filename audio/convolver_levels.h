@@ -180,6 +180,7 @@ class TailLevel {
     const ConvolutionFilter* next_ = nullptr;
     std::vector<float> fade_;  ///< raised cosine over a frame
     double product_cost_;      ///< of a chunk, with filters that have been heard
+    double exchanging_cost_;   ///< of a chunk, with filters that are being exchanged
     double step_cost_;         ///< of a step of a transform
 
     std::size_t position_ = 0;      ///< samples of the frame that have come in

@@ -43,7 +43,8 @@ double cost(const ConvolutionShape& shape, const std::vector<PartitionLevel>& le
         const auto windows = static_cast<double>(shape.inputs + shape.outputs);
         const auto products = static_cast<double>(shape.inputs * level.count) * size / kChunk_bins;
         sum +=
-            (windows * transform_cost(level.size) + products * product_cost(shape, level)) / size;
+            (windows * transform_cost(level.size) + products * product_cost(shape, level, false)) /
+            size;
     }
     return sum;
 }
@@ -55,18 +56,19 @@ double transform_cost(std::size_t size) {
     return 0.1 * static_cast<double>(size) * std::log2(static_cast<double>(size));
 }
 
-// Products are bound by reading filters and inputs: 70 GB/s while a level stays in the caches, 30
-// beyond.
-double product_cost(const ConvolutionShape& shape, const PartitionLevel& level) {
+// Products are bound by reading filters and inputs, at so many GB/s while a level stays in the
+// caches and beyond. Of filters that are exchanged the new one comes from another core's cache:
+// at rates that make the pieces of a frame take like times (AVX-512, 1 to 8 inputs, 2 to 16
+// outputs).
+double product_cost(const ConvolutionShape& shape, const PartitionLevel& level, bool exchanging) {
     constexpr double kCached_bytes = 4e6;
-    constexpr double kCached_ns = 1 / 70.0;
-    constexpr double kBeyond_ns = 1 / 30.0;
     const double filter_bytes = kChunk_floats * (level.half_precision ? 2.0 : 4.0);
     const double input_bytes = kChunk_floats * 4.0;
     const double bytes = static_cast<double>(shape.outputs) * filter_bytes + input_bytes;
     const double level_bytes =
         bytes * static_cast<double>(shape.inputs * level.count * level.size / kChunk_bins);
-    return bytes * (level_bytes < kCached_bytes ? kCached_ns : kBeyond_ns);
+    if (level_bytes < kCached_bytes) return bytes / (exchanging ? 40 : 70);
+    return bytes / (exchanging ? 23 : 30);
 }
 
 std::vector<PartitionLevel> partition_levels(const ConvolutionShape& shape) {

@@ -34,8 +34,9 @@ inline constexpr std::size_t kMostLevels = 4;
 std::vector<PartitionLevel> partition_levels(const ConvolutionShape& shape);
 
 /// About what the parts of the work cost on one core, relative to each other: a transform of a
-/// window, and the products of a chunk of bins with filters to all outputs.
+/// window, and the products of a chunk of bins with filters to all outputs, which have been heard
+/// or are being exchanged.
 double transform_cost(std::size_t size);
-double product_cost(const ConvolutionShape& shape, const PartitionLevel& level);
+double product_cost(const ConvolutionShape& shape, const PartitionLevel& level, bool exchanging);
 
 }  // namespace aula
