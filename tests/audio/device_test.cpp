@@ -106,12 +106,11 @@ TEST_CASE("Ten seconds of a tone reach the server in time and without a gap") {
         CHECK(device.meter().worst_load() >= device.meter().load());
         device.stop();
         CHECK_FALSE(device.active());
-        const std::size_t breaks = breaks_in(read_sound(file, kRate_hz).samples);
-        std::filesystem::remove(file);
         if (in_time) {
-            CHECK(breaks == 0);
+            CHECK(breaks_in(read_sound(file, kRate_hz).samples) == 0);
             return;
         }
+        std::filesystem::remove(file);
     }
     WARN("skipped: the server was late in every try");
 }
