@@ -47,7 +47,7 @@ inline BandVector sum_of_bands(BandVector v) {
     return v + __builtin_shufflevector(v, v, 1, 0, 3, 2, 5, 4, 7, 6);
 }
 
-/// The sums over all bands of two vectors, each in the order of sum_of_bands().
+/// The sums over all bands of two vectors, in the same order: equal vectors have equal sums.
 inline std::array<float, 2> sums_of_bands(const BandVector& a, const BandVector& b) {
     BandVector v = __builtin_shufflevector(a, b, 0, 1, 2, 3, 8, 9, 10, 11) +
                    __builtin_shufflevector(a, b, 4, 5, 6, 7, 12, 13, 14, 15);

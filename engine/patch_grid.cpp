@@ -21,6 +21,10 @@ namespace {
 constexpr int kSamplesPerPatch = 16;  // on a full cell
 constexpr int kFineSamples = 64;      // where some samples count and others do not
 constexpr int kReachRays = 4;         // tries to get from a sample to where sound has been
+/// Cells that a moving object meets, of each cell's area on it: it has two sides, which share out
+/// their area to about twice as many.
+constexpr double kCellsOfMoving = 4;
+
 constexpr int kFloodPaths = 4096;
 constexpr int kFloodBounces = 32;
 constexpr int kFloodRounds = 12;
@@ -185,8 +189,8 @@ struct PatchGrid::State {
             if (scene.moves(triangle)) moving_m2 += double{triangle.area_m2()};
         }
         lasting = keys.size();
-        // Moving objects have two sides, whose cells they share out to about twice as many.
-        return flood_from(inside, most - 4 * moving_m2 / std::pow(double{grid.size_m()}, 2));
+        return flood_from(inside,
+                          most - kCellsOfMoving * moving_m2 / std::pow(double{grid.size_m()}, 2));
     }
 
     /// Marks the patches that sound from `inside` gets to, until a round finds hardly more. False
@@ -325,12 +329,15 @@ struct PatchGrid::State {
 PatchGrid::PatchGrid(const RayScene& scene, float patch_size_m, std::span<const Vec3> inside,
                      std::uint64_t seed, WorkerPool& workers, double most_patches) {
     double standing_m2 = 0;
+    double moving_m2 = 0;
     for (const RayScene::Triangle& t : scene.triangles()) {
-        if (!scene.moves(t)) standing_m2 += double{t.area_m2()};
+        (scene.moves(t) ? moving_m2 : standing_m2) += double{t.area_m2()};
     }
-    // Both sides of every triangle may be cells, of which only those in the room are reached.
-    float size_m =
-        std::max(patch_size_m, static_cast<float>(std::sqrt(standing_m2 / (4 * most_patches))));
+    // Both sides of every standing triangle may be cells, of which only those in the room are
+    // reached. Those of what moves count in any case.
+    const double least_m = std::max(std::sqrt(standing_m2 / (4 * most_patches)),
+                                    std::sqrt(kCellsOfMoving * moving_m2 / most_patches));
+    float size_m = std::max(patch_size_m, static_cast<float>(least_m));
     for (;; size_m *= 1.25F) {
         state_ = std::make_unique<State>(scene, workers, seed, size_m);
         if (state_->find_patches(inside, most_patches)) break;

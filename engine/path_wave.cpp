@@ -68,7 +68,7 @@ void scatter_energies(const RayScene& scene, const Bands& attenuation_per_m, Pat
         // One ray carries all bands: choose the lobe with p, the energy-weighted mean of s, and
         // weigh each band by s_b / p or (1 - s_b) / (1 - p).
         const auto [total, to_diffuse] = sums_of_bands(energy, scattered);
-        // Chosen in every lane, for a branch would be foretold wrongly.
+        // Chosen in every lane: a branch would be mispredicted.
         const BandVector all_diffuse = BandVector{} + to_diffuse;
         const BandIntegers diffuse = BandVector{} + wave.choice[i] * total < all_diffuse;
         const BandVector lobe = diffuse ? all_diffuse : total - all_diffuse;

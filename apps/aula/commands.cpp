@@ -25,6 +25,9 @@ namespace aula {
 
 namespace {
 
+/// More patches than caches of a gigabyte hold are not counted.
+constexpr double kMostPatches = 1e5;
+
 /// Where rays get out of a room.
 struct Leaks {
     double share = 0;                  ///< of the rays from inside
@@ -35,6 +38,7 @@ struct Leaks {
 struct Room {
     Leaks leaks;
     std::size_t patches = 0;      ///< that sound reaches
+    float patch_size_m = 0;       ///< as wanted, or larger where there would be too many
     std::vector<double> area_m2;  ///< [material]
     std::size_t triangles = 0;
     Vec3 least{0};
@@ -52,33 +56,35 @@ std::vector<Vec3> places(const Scene& scene) {
     return points;
 }
 
-/// Sends and reflects rays from the listener and the sources.
+/// Looks round from the listener and the sources, then sends and reflects rays from those inside.
 Leaks find_leaks(const RayScene& rays, const Scene& scene) {
+    constexpr int kLooks = 1024;
     constexpr int kPaths = 4096;
     constexpr int kBounces = 32;
-    // What lets more out is no room.
-    constexpr double kMostOfRoom = 0.5;
-    const std::vector<Vec3> points = places(scene);
-    const int paths = kPaths / static_cast<int>(points.size()) + 1;
-    std::vector<double> shares;
-    for (const Vec3& point : points) {
+    // Who sees so much of the open stands outside, if somebody else sees less.
+    constexpr double kOpen = 0.5;
+    const auto escaping = [&](std::span<const Vec3> from, int paths, int bounces) {
         int escaped = 0;
-        flood(rays, {&point, 1}, paths, kBounces, 1,
+        flood(rays, from, paths, bounces, 1,
               [&](int, const Ray&, const Hit& hit) { escaped += hit.any() ? 0 : 1; });
-        shares.push_back(static_cast<double>(escaped) / paths);
-    }
-    const bool room = *std::min_element(shares.begin(), shares.end()) < kMostOfRoom;
+        return static_cast<double>(escaped) / paths;
+    };
+    const std::vector<Vec3> points = places(scene);
+    std::vector<Vec3> inside;
     Leaks leaks;
-    double sum = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
-        if (room && shares[i] >= kMostOfRoom) {
+        if (escaping({&points[i], 1}, kLooks, 1) < kOpen) {
+            inside.push_back(points[i]);
+        } else {
             leaks.outside.push_back(i == 0 ? "the listener"
                                            : "the source \"" + scene.sources[i - 1].name + "\"");
-        } else {
-            sum += shares[i];
         }
     }
-    leaks.share = sum / static_cast<double>(points.size() - leaks.outside.size());
+    if (inside.empty()) {
+        inside = points;
+        leaks.outside.clear();
+    }
+    leaks.share = escaping(inside, kPaths, kBounces);
     return leaks;
 }
 
@@ -117,9 +123,10 @@ Room measure_room(const Scene& scene) {
     const std::vector<Vec3> inside = places(scene);
     room.leaks = find_leaks(rays, scene);
     WorkerPool workers(1);
-    room.patches =
-        PatchGrid(rays, scene.simulation.patch_size_m, inside, scene.simulation.seed, workers)
-            .reached();
+    const PatchGrid grid(rays, scene.simulation.patch_size_m, inside, scene.simulation.seed,
+                         workers, kMostPatches);
+    room.patches = grid.reached();
+    room.patch_size_m = grid.patch_size_m();
     room.volume_m3 = std::abs(room.volume_m3);
     // The directed areas of a closed surface cancel out.
     constexpr double kClosed = 1e-3;
@@ -292,7 +299,7 @@ int show_info(const Arguments& arguments) {
     if (scene.listener.path) std::printf("%-16s%s\n", "", describe(*scene.listener.path).c_str());
     if (room.triangles == 0) return 0;
     std::printf("%-16s%zu of %.2f m\n", "patches", room.patches,
-                static_cast<double>(scene.simulation.patch_size_m));
+                static_cast<double>(room.patch_size_m));
     std::printf("%-16s%.2f %% of the rays get out%s\n", "leaks", 100 * room.leaks.share,
                 room.leaks.share == 0 ? ": tight" : "");
     for (const std::string& who : room.leaks.outside)

@@ -44,6 +44,25 @@ void require_refused(const TemporaryFolder& folder, std::vector<std::string> arg
 
 }  // namespace
 
+TEST_CASE("Who stands in a room without a ceiling does not stand outside") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("yard.json", R"({
+        "aula": 1,
+        "geometry": [{"material": "brick",
+            "vertices": [[0,0,0], [5,0,0], [5,4,0], [0,4,0], [0,0,3], [5,0,3], [5,4,3], [0,4,3]],
+            "faces": [[0,1,2,3], [0,1,5,4], [1,2,6,5], [2,3,7,6], [3,0,4,7]]}],
+        "sources": [{"name": "low", "position": [1, 1, 0.1], "signal": "impulse"},
+                    {"name": "high", "position": [3, 3, 1.5], "signal": "impulse"}],
+        "listener": {"position": [2, 2, 1]}})");
+    const ProgramResult inside = run_program({AULA_PROGRAM, "check", scene});
+    CHECK(inside.status == 0);
+    CHECK(inside.err.empty());
+    // Companion: above the walls there is nothing but the yard below.
+    const ProgramResult above =
+        run_program({AULA_PROGRAM, "check", scene, "--source-position", "high=3,3,9"});
+    CHECK(above.err.find("the source \"high\" stands outside the room") != std::string::npos);
+}
+
 TEST_CASE(
     "A place outside the room is a warning, and a full disk behind standard output status 1") {
     const TemporaryFolder folder;

@@ -164,6 +164,21 @@ Scene room_with_sliding_block(const Vec3& size, const Vec3& begin, const Vec3& e
 
 }  // namespace
 
+TEST_CASE("what moves has its part of the most patches") {
+    constexpr double kMost = 400;
+    constexpr double kBlock_m2 = 48;
+    Scene scene = room_with_sliding_block(Vec3(3, 3, 2.5F), Vec3(3, 0.5F, 0), Vec3(4, 0.5F, 0), 1);
+    const auto with_block = [&](const PatchGrid& grid) {
+        const auto size_m = double{grid.patch_size_m()};
+        return static_cast<double>(grid.reached()) + 4 * kBlock_m2 / (size_m * size_m);
+    };
+    CHECK(with_block(Surveyed(scene, 0.25F, kBesideBlock, kMost).grid) <= kMost);
+    // Companion: a block that stands, of which as few patches count as sound reaches.
+    scene.objects.back().path.reset();
+    for (Vec3& v : scene.objects.back().vertices) v += Vec3(3, 0.5F, 0);
+    CHECK(with_block(Surveyed(scene, 0.25F, kBesideBlock, kMost).grid) > kMost);
+}
+
 TEST_CASE("patches that an object has left are given up") {
     const Scene scene = room_with_sliding_block(Vec3(1), Vec3(0, 1, 1), Vec3(1000, 1, 1), 1000);
     Surveyed s(scene, 0.5F, kBesideBlock);

@@ -183,7 +183,7 @@ double decay_time_s(const EnergyResponse& response, std::size_t band, double fro
     return -60 * (n * t2 - t1 * t1) / (n * tl - t1 * l1);
 }
 
-/// Late decay times from one place to another, by band, as the modes would have them: their delays
+/// Late decay times from one place to another, by band, shortened as the modes' are: their delays
 /// are cut to whole milliseconds, half of one too short on each mean free path, so that they decay
 /// faster by that.
 Bands late_decay_s(Scene scene, double length_s, Estimator estimator, int rays, const Vec3& from,
@@ -216,7 +216,7 @@ struct ModalRoom {
     double length_s() const { return 1.2 * mode_s(kFirstDecay, 0); }
 };
 
-/// Absent where the data are.
+/// Nothing where the data are missing.
 std::optional<ModalRoom> modal_room_of(const std::string& room, const std::string& mesh,
                                        const std::string& patches, std::size_t first_band) {
     const auto folder = test::shared_data(room);
@@ -340,13 +340,18 @@ TEST_CASE("a walk through a level of a game is followed without lag") {
     const auto number = [](const bench::Row& row, const char* figure) {
         return std::get<double>(row.at(figure));
     };
+    int checked = 0;
     for (const bench::Row& row : measure_tracking({"level", scene, settings}, settings)) {
-        const bool both = std::get<std::string>(row.at("mover")) == "both";
-        if (std::get<std::string>(row.at("basis")) != "rays" || both) continue;
+        const auto& mover = std::get<std::string>(row.at("mover"));
+        const auto& estimator = std::get<std::string>(row.at("estimator"));
+        if (std::get<std::string>(row.at("basis")) != "rays" || mover == "both") continue;
         const double error = number(row, "tracking_error");
-        CAPTURE(std::get<std::string>(row.at("mover")), std::get<std::string>(row.at("estimator")),
-                error, number(row, "energy_ratio"), number(row, "reference_error"));
-        // The companion: plain path tracing.
-        CHECK((error < 0.05) == (std::get<std::string>(row.at("estimator")) == "patch"));
+        std::printf("a game's level: %s walks, %s: tracking error %.3f, energy ratio %.3f\n",
+                    mover.c_str(), estimator.c_str(), error, number(row, "energy_ratio"));
+        // Measured .025 and .030, of which the reference has .01. The companion: plain path
+        // tracing, .67 and .71.
+        CHECK((error < 0.05) == (estimator == "patch"));
+        ++checked;
     }
+    CHECK(checked == 4);
 }
