@@ -23,10 +23,6 @@ PulseServer::~PulseServer() {
     unsetenv("JACK_DEFAULT_SERVER");
 }
 
-bool PulseServer::plays() const {
-    return ChildProcess({"sh", "-c", "pactl list sink-inputs | grep -q 'Corked: no'"}).wait() == 0;
-}
-
 void PulseServer::kill() { server_.reset(); }
 
 void PulseServer::restart() {

@@ -21,9 +21,6 @@ class PulseServer {
 
     bool running() const { return running_; }
 
-    /// Whether anybody plays on it.
-    bool plays() const;
-
     /// Ends the server, starts it again.
     void kill();
     void restart();
