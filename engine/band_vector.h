@@ -38,6 +38,16 @@ inline BandVector to_bands(const std::int64_t* sums, double scale) {
     return __builtin_convertvector(__builtin_convertvector(v, BandDoubles) * scale, BandVector);
 }
 
+inline BandIntegers load_integers(const std::uint32_t* from) {
+    BandIntegers v;
+    std::memcpy(&v, from, sizeof v);
+    return v;
+}
+
+inline void store_integers(const BandIntegers& v, std::uint32_t* to) {
+    std::memcpy(to, &v, sizeof v);
+}
+
 inline void store_bands(const BandVector& v, float* to) { std::memcpy(to, &v, sizeof v); }
 
 /// The sum over all bands, in each of them.
@@ -47,16 +57,37 @@ inline BandVector sum_of_bands(BandVector v) {
     return v + __builtin_shufflevector(v, v, 1, 0, 3, 2, 5, 4, 7, 6);
 }
 
-/// The sums over all bands of two vectors, in the same order: equal vectors have equal sums.
-inline std::array<float, 2> sums_of_bands(const BandVector& a, const BandVector& b) {
-    BandVector v = __builtin_shufflevector(a, b, 0, 1, 2, 3, 8, 9, 10, 11) +
-                   __builtin_shufflevector(a, b, 4, 5, 6, 7, 12, 13, 14, 15);
-    v += __builtin_shufflevector(v, v, 2, 3, 0, 1, 6, 7, 4, 5);
-    v += __builtin_shufflevector(v, v, 1, 0, 3, 2, 5, 4, 7, 6);
-    return {v[0], v[4]};
+inline BandVector max_of(const BandVector& a, const BandVector& b) { return a > b ? a : b; }
+
+/// What `joined` makes of all bands of each of eight vectors, pair by pair and in the same order
+/// for all: equal vectors have equal sums.
+template <typename Joined>
+inline BandVector over_bands(const std::array<BandVector, 8>& v, const Joined& joined) {
+    std::array<BandVector, 4> fours;
+    for (std::size_t i = 0; i < 4; ++i) {
+        fours[i] = joined(__builtin_shufflevector(v[i], v[i + 4], 0, 1, 2, 3, 8, 9, 10, 11),
+                          __builtin_shufflevector(v[i], v[i + 4], 4, 5, 6, 7, 12, 13, 14, 15));
+    }
+    std::array<BandVector, 2> twos;
+    for (std::size_t i = 0; i < 2; ++i) {
+        const BandVector& a = fours[2 * i];
+        const BandVector& b = fours[2 * i + 1];
+        twos[i] = joined(__builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13),
+                         __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15));
+    }
+    return joined(__builtin_shufflevector(twos[0], twos[1], 0, 2, 8, 10, 4, 6, 12, 14),
+                  __builtin_shufflevector(twos[0], twos[1], 1, 3, 9, 11, 5, 7, 13, 15));
 }
 
-inline BandVector max_of(const BandVector& a, const BandVector& b) { return a > b ? a : b; }
+/// [vector] the sum over its bands.
+inline BandVector sums_over_bands(const std::array<BandVector, 8>& v) {
+    return over_bands(v, [](const BandVector& a, const BandVector& b) { return a + b; });
+}
+
+/// [vector] the largest of its bands.
+inline BandVector maxima_over_bands(const std::array<BandVector, 8>& v) {
+    return over_bands(v, max_of);
+}
 
 /// The largest of all bands, in each of them.
 inline BandVector max_of_bands(BandVector v) {

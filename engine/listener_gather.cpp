@@ -73,8 +73,9 @@ void trace_batch(const RayScene& scene, const PatchGrid& grid, const Vec3& recei
             MirrorRay r = rays[i];
             const Vec3 direction = r.ray.direction;
             const Vec3 normal = scene.facing_normal(hits[i], direction);
-            const Vec3 point = scene.point(hits[i], direction);
-            const Material& material = scene.material(scene.triangle(hits[i].triangle));
+            const Vec3 point =
+                r.ray.origin + hits[i].distance_m * direction + RayScene::kOffset_m * normal;
+            const Material& material = scene.material(scene.surface(hits[i].triangle).material);
             r.length_m += hits[i].distance_m;
             r.weight *= transmission(settings.attenuation_per_m, hits[i].distance_m);
             const std::uint32_t patch = grid.find(point, normal);
@@ -309,6 +310,7 @@ std::vector<GatherHit> joined_by_patch(const std::vector<std::vector<GatherHit>>
     }
 
     std::vector<GatherHit> joined;
+    joined.reserve(ordered.size());
     std::size_t first = 0;        // of the same patch and kind
     std::vector<float> length_m;  // [of those] that they were opened with
     for (const GatherHit* hit : ordered) {

@@ -1,5 +1,7 @@
 #include "engine/path_wave.h"
 
+#include <algorithm>
+
 #include "engine/multiversion.h"
 #include "engine/sampling.h"
 #include "engine/transmission.h"
@@ -8,37 +10,25 @@ namespace aula {
 
 namespace {
 
-/// Corners and normals of the triangles that were hit.
-struct Corners {
-    std::array<LanePoints, 3> vertex;
-    LanePoints normal;
-};
-
+/// Goes to the hits; `normal` holds those of the triangles before and the facing ones after.
 AULA_MULTIVERSION
-void find_points(const Corners& corners, const LanePoints& direction, const HitLanes& hits,
-                 std::size_t count, PathWave& wave) {
-    const auto& [a, b, c] = corners.vertex;
-    const LanePoints& n = corners.normal;
+void find_points(std::size_t count, PathWave& wave) {
+    const LanePoints& origin = wave.rays.origin;
+    const LanePoints& direction = wave.rays.direction;
+    LanePoints& normal = wave.normal;
     for (std::size_t i = 0; i < padded_lanes(count); ++i) {
-        const float along =
-            n.x[i] * direction.x[i] + n.y[i] * direction.y[i] + n.z[i] * direction.z[i];
+        const float along = normal.x[i] * direction.x[i] + normal.y[i] * direction.y[i] +
+                            normal.z[i] * direction.z[i];
         const float side = along <= 0 ? 1.0F : -1.0F;
-        const float u = hits.u[i];
-        const float v = hits.v[i];
-        const float nx = side * n.x[i];
-        const float ny = side * n.y[i];
-        const float nz = side * n.z[i];
-        wave.normal.x[i] = nx;
-        wave.normal.y[i] = ny;
-        wave.normal.z[i] = nz;
-        wave.point.x[i] =
-            a.x[i] + u * (b.x[i] - a.x[i]) + v * (c.x[i] - a.x[i]) + RayScene::kOffset_m * nx;
-        wave.point.y[i] =
-            a.y[i] + u * (b.y[i] - a.y[i]) + v * (c.y[i] - a.y[i]) + RayScene::kOffset_m * ny;
-        wave.point.z[i] =
-            a.z[i] + u * (b.z[i] - a.z[i]) + v * (c.z[i] - a.z[i]) + RayScene::kOffset_m * nz;
+        const float way_m = wave.hits.distance_m[i];
+        normal.x[i] *= side;
+        normal.y[i] *= side;
+        normal.z[i] *= side;
+        wave.point.x[i] = origin.x[i] + way_m * direction.x[i] + RayScene::kOffset_m * normal.x[i];
+        wave.point.y[i] = origin.y[i] + way_m * direction.y[i] + RayScene::kOffset_m * normal.y[i];
+        wave.point.z[i] = origin.z[i] + way_m * direction.z[i] + RayScene::kOffset_m * normal.z[i];
         wave.back[i] = along <= 0 ? 0 : 1;
-        wave.length_m[i] += hits.distance_m[i];
+        wave.length_m[i] += way_m;
     }
 }
 
@@ -54,34 +44,43 @@ void draw_choices(std::size_t count, PathWave& wave) {
     }
 }
 
+/// Eight paths at a time, so that what is one number for a path fills vectors, too.
 AULA_MULTIVERSION
 void scatter_energies(const RayScene& scene, const Bands& attenuation_per_m, PathWave& wave) {
+    constexpr std::size_t kPaths = 8;
     const BandVector attenuation = load_bands(attenuation_per_m);
-    for (std::size_t i = 0; i < wave.count; ++i) {
-        const Material& material = scene.material(wave.material[i]);
-        const BandVector scattering = load_bands(material.scattering);
-        const BandVector energy = load_bands(wave.energy[i]) *
-                                  transmission(attenuation, wave.hits.distance_m[i]) *
-                                  (1 - load_bands(material.absorption));
-        const BandVector scattered = energy * scattering;
-        store_bands(scattered, wave.scattered[i].value.data());
+    for (std::size_t first = 0; first < wave.count; first += kPaths) {
+        std::array<BandVector, kPaths> energy;
+        std::array<BandVector, kPaths> scattered;
+        for (std::size_t k = 0; k < kPaths; ++k) {
+            const std::size_t i = first + k;
+            const Material& material = scene.material(wave.material[i]);
+            energy[k] = load_bands(wave.energy[i]) *
+                        transmission(attenuation, wave.hits.distance_m[i]) *
+                        (1 - load_bands(material.absorption));
+            scattered[k] = energy[k] * load_bands(material.scattering);
+            store_bands(scattered[k], wave.scattered[i].value.data());
+        }
         // One ray carries all bands: choose the lobe with p, the energy-weighted mean of s, and
         // weigh each band by s_b / p or (1 - s_b) / (1 - p).
-        const auto [total, to_diffuse] = sums_of_bands(energy, scattered);
-        // Chosen in every lane: a branch would be mispredicted.
-        const BandVector all_diffuse = BandVector{} + to_diffuse;
-        const BandIntegers diffuse = BandVector{} + wave.choice[i] * total < all_diffuse;
-        const BandVector lobe = diffuse ? all_diffuse : total - all_diffuse;
-        BandVector leaving = (diffuse ? scattered : energy - scattered) * (total / lobe);
-        const float strongest = max_of_bands(leaving)[0];
-        wave.to_diffuse[i] = diffuse[0] != 0 ? 1 : 0;
-        wave.ended[i] = total > 0 ? 0 : 1;
-        if (strongest < PathWave::kRouletteEnergy) {
-            const float survival = strongest / PathWave::kRouletteEnergy;
-            if (!(wave.roulette[i] < survival)) wave.ended[i] = 1;
-            leaving *= 1 / survival;
+        const BandVector total = sums_over_bands(energy);
+        const BandVector to_diffuse = sums_over_bands(scattered);
+        const BandIntegers diffuse = load_bands(&wave.choice[first]) * total < to_diffuse;
+        BandVector weight = total / (diffuse ? to_diffuse : total - to_diffuse);
+        for (std::size_t k = 0; k < kPaths; ++k) {
+            const BandIntegers goes_on_diffusely = BandIntegers{} + diffuse[k];
+            energy[k] = goes_on_diffusely ? scattered[k] : energy[k] - scattered[k];
         }
-        store_bands(leaving, wave.energy[i].value.data());
+        const BandVector survival =
+            maxima_over_bands(energy) * weight * (1 / PathWave::kRouletteEnergy);
+        const BandIntegers plays = survival < 1;
+        const BandIntegers lost = plays & ~(load_bands(&wave.roulette[first]) < survival);
+        weight = plays ? weight / survival : weight;
+        store_integers(diffuse & 1, &wave.to_diffuse[first]);
+        store_integers((lost | ~(total > 0)) & 1, &wave.ended[first]);
+        for (std::size_t k = 0; k < kPaths; ++k) {
+            store_bands(energy[k] * weight[k], wave.energy[first + k].value.data());
+        }
     }
 }
 
@@ -137,14 +136,13 @@ void PathWave::remove(std::size_t lane) {
 }
 
 void PathWave::arrive(const RayScene& scene) {
-    Corners corners;
     for (std::size_t i = 0; i < count; ++i) {
-        const RayScene::Triangle& triangle = scene.triangle(hits.triangle[i]);
-        for (std::size_t k = 0; k < 3; ++k) corners.vertex[k].set(i, triangle.vertices[k]);
-        corners.normal.set(i, triangle.normal);
-        material[i] = triangle.material;
+        const RayScene::Surface& surface = scene.surface(hits.triangle[i]);
+        normal.set(i, surface.normal);
+        material[i] = surface.material;
     }
-    find_points(corners, rays.direction, hits, count, *this);
+    std::fill(material.begin() + count, material.begin() + padded_lanes(count), 0);
+    find_points(count, *this);
 }
 
 void PathWave::scatter(const RayScene& scene, const Bands& attenuation_per_m) {

@@ -80,6 +80,7 @@ RayScene::RayScene(const Scene& scene, double time_s)
         embree_->first_triangle.push_back(static_cast<std::uint32_t>(triangles_.size()));
         embree_->add(object, object.world_vertices(time_s));
         triangles_.resize(triangles_.size() + object.triangles.size());
+        surfaces_.resize(triangles_.size());
         update_triangles(o);
         if (!object.path) {
             // Only moving objects are needed again, for their local vertices.
@@ -107,6 +108,7 @@ void RayScene::update_triangles(std::uint32_t o) {
         triangle.normal = twice_area > 0 ? n / twice_area : Vec3(0);
         triangle.material = object.triangle_materials[t];
         triangle.object = o;
+        surfaces_[embree_->first_triangle[o] + t] = {triangle.normal, triangle.material};
     }
 }
 
@@ -205,7 +207,7 @@ void RayScene::intersect(const RayLanes& rays, std::size_t count, HitLanes& hits
             hits.u[first + i] = packet.hit.u[i];
             hits.v[first + i] = packet.hit.v[i];
             // What is hit is looked at next, and in large scenes lies far away in memory.
-            if (any) __builtin_prefetch(&triangles_[hits.triangle[first + i]]);
+            if (any) __builtin_prefetch(&surfaces_[hits.triangle[first + i]]);
         }
     }
 }
@@ -253,7 +255,7 @@ bool RayScene::visible(const Vec3& from, const Vec3& to) const {
 }
 
 Vec3 RayScene::facing_normal(const Hit& hit, const Vec3& ray_direction) const {
-    const Vec3& normal = triangles_[hit.triangle].normal;
+    const Vec3& normal = surfaces_[hit.triangle].normal;
     return glm::dot(normal, ray_direction) <= 0 ? normal : -normal;
 }
 

@@ -48,6 +48,12 @@ class RayScene {
         }
     };
 
+    /// What of a triangle every reflection asks for, apart: far less memory is passed through.
+    struct Surface {
+        Vec3 normal{0};  ///< as the triangle's
+        std::uint32_t material = 0;
+    };
+
     explicit RayScene(const Scene& scene, double time_s = 0);
     ~RayScene();
     RayScene(const RayScene&) = delete;
@@ -72,6 +78,7 @@ class RayScene {
 
     std::size_t triangle_count() const { return triangles_.size(); }
     const Triangle& triangle(std::uint32_t index) const { return triangles_[index]; }
+    const Surface& surface(std::uint32_t triangle) const { return surfaces_[triangle]; }
     const Material& material(std::uint32_t index) const { return materials_[index]; }
     const Material& material(const Triangle& triangle) const {
         return materials_[triangle.material];
@@ -102,6 +109,7 @@ class RayScene {
     std::unique_ptr<Embree> embree_;
     std::vector<Object> objects_;  ///< vertices kept of the moving ones only
     std::vector<Triangle> triangles_;
+    std::vector<Surface> surfaces_;    ///< [triangle]
     std::optional<FewTriangles> few_;  ///< in place of Embree where that is faster
     std::vector<Material> materials_;
 };

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <vector>
 
@@ -278,19 +279,56 @@ TEST_CASE("air takes energy by path length") {
     CHECK(compared > 50);
 }
 
-TEST_CASE("two vectors of bands have their sums in one order, to the bit") {
-    RandomStream random(1);
-    for (int i = 0; i < 1000; ++i) {
-        Bands a;
-        Bands b;
-        for (std::size_t band = 0; band < kBandCount; ++band) {
-            a[band] = random.uniform();
-            b[band] = a[band] * random.uniform();
+TEST_CASE("paths come to rest off what they hit, on their side, however far and grazing") {
+    // Few triangles, and more than those that are tried one by one.
+    for (const Object& walls :
+         {test::box(Vec3(200, 150, 40), 0, Vec3(-100, -75, -20)), test::icosphere(100, 4)}) {
+        const Scene scene = test::grey_room(walls, 0.1F, 1, Vec3(0), Vec3(1));
+        const RayScene rays(scene);
+        RandomStream random(1);
+        const auto wave = std::make_unique<PathWave>();
+        for (int round = 0; round < 50; ++round) {
+            wave->count = kLanes;
+            for (std::size_t i = 0; i < kLanes; ++i) {
+                // From near a wall, so that many rays pass along it.
+                wave->rays.origin.set(i, 19.9F * uniform_direction(random.uniform_2d()));
+                wave->rays.direction.set(i, uniform_direction(random.uniform_2d()));
+                wave->rays.max_m[i] = 1000;
+            }
+            rays.intersect(wave->rays, wave->count, wave->hits);
+            wave->arrive(rays);
+            for (std::size_t i = 0; i < kLanes; ++i) {
+                REQUIRE(wave->hits.triangle[i] != kNoTriangle);
+                const RayScene::Triangle& t = rays.triangle(wave->hits.triangle[i]);
+                const glm::dvec3 normal(wave->normal.at(i));
+                const double off_m =
+                    glm::dot(normal, glm::dvec3(wave->point.at(i)) - glm::dvec3(t.vertices[0]));
+                CHECK(off_m == Approx(double{RayScene::kOffset_m}).margin(4e-5));
+                CHECK(glm::dot(normal, glm::dvec3(wave->rays.direction.at(i))) < 0);
+            }
         }
-        const auto both = sums_of_bands(load_bands(a), load_bands(b));
-        CHECK(both[0] == a.sum());
-        CHECK(both[1] == b.sum());
-        // Rounding cannot make a part larger than the whole.
-        CHECK(both[1] <= both[0]);
+    }
+}
+
+TEST_CASE("vectors of bands have their sums in one order, to the bit, and their maxima") {
+    RandomStream random(1);
+    for (int i = 0; i < 200; ++i) {
+        std::array<Bands, 8> whole;
+        std::array<BandVector, 8> wholes;
+        std::array<BandVector, 8> parts;
+        for (std::size_t k = 0; k < 8; ++k) {
+            for (float& energy : whole[k].value) energy = random.uniform();
+            wholes[k] = load_bands(whole[k]);
+            parts[k] = wholes[k] * random.uniform();
+        }
+        const BandVector sums = sums_over_bands(wholes);
+        const BandVector less = sums_over_bands(parts);
+        const BandVector maxima = maxima_over_bands(wholes);
+        for (std::size_t k = 0; k < 8; ++k) {
+            CHECK(sums[k] == whole[k].sum());
+            CHECK(maxima[k] == whole[k].max());
+            // Rounding cannot make a part larger than the whole.
+            CHECK(less[k] <= sums[k]);
+        }
     }
 }
