@@ -1,8 +1,56 @@
 #include "engine/leg_window.h"
 
+#include "engine/multiversion.h"
 #include "engine/transmission.h"
 
 namespace aula {
+
+namespace {
+
+/// Numbers of the legs on straight lines that cross a receiver's sphere, most of which it hears.
+AULA_MULTIVERSION
+void find_near(const std::vector<LegLanes>& legs, const Receiver& receiver,
+               std::vector<std::uint32_t>& near) {
+    const Vec3 centre = receiver.position;
+    const float radius_2 = receiver.radius_m * receiver.radius_m;
+    for (std::size_t block = 0; block < legs.size(); ++block) {
+        const auto& [ox, oy, oz] = legs[block].origin;
+        const auto& [dx, dy, dz] = legs[block].direction;
+        std::array<std::int32_t, LegLanes::kCount> crosses;
+        std::int32_t any = 0;
+        for (std::size_t i = 0; i < LegLanes::kCount; ++i) {
+            const float x = centre.x - ox[i];
+            const float y = centre.y - oy[i];
+            const float z = centre.z - oz[i];
+            const float along = x * dx[i] + y * dy[i] + z * dz[i];
+            crosses[i] = x * x + y * y + z * z - along * along < radius_2 ? 1 : 0;
+            any |= crosses[i];
+        }
+        if (any == 0) continue;
+        for (std::size_t i = 0; i < LegLanes::kCount; ++i) {
+            if (crosses[i] != 0) {
+                near.push_back(static_cast<std::uint32_t>(block * LegLanes::kCount + i));
+            }
+        }
+    }
+}
+
+}  // namespace
+
+void LegLanes::set(std::size_t lane, const Leg& leg) {
+    for (int axis = 0; axis < 3; ++axis) {
+        origin[static_cast<std::size_t>(axis)][lane] = leg.origin[axis];
+        direction[static_cast<std::size_t>(axis)][lane] = leg.direction[axis];
+    }
+    length_m[lane] = leg.length_m;
+    before_m[lane] = leg.before_m;
+}
+
+Leg LegLanes::at(std::size_t lane) const {
+    return {Vec3(origin[0][lane], origin[1][lane], origin[2][lane]),
+            Vec3(direction[0][lane], direction[1][lane], direction[2][lane]), length_m[lane],
+            before_m[lane]};
+}
 
 void LegWindow::advance(const State& now) {
     if (now.changed_since(now_)) crowded_ = false;
@@ -17,7 +65,8 @@ bool LegWindow::holds(const Frame& frame) const {
 }
 
 void LegWindow::forget_oldest() {
-    legs_ -= frames_.front().legs.size();
+    legs_ -= frames_.front().sounds.size();
+    bytes_ -= frames_.front().memory_bytes();
     rays_ -= frames_.front().rays;
     frames_.pop_front();
 }
@@ -25,10 +74,15 @@ void LegWindow::forget_oldest() {
 void LegWindow::add(std::span<const TraceBatch> batches, int rays) {
     Frame frame{now_, static_cast<std::uint64_t>(rays), {}, {}};
     for (const TraceBatch& batch : batches) {
-        frame.legs.insert(frame.legs.end(), batch.legs.begin(), batch.legs.end());
-        frame.sounds.insert(frame.sounds.end(), batch.leg_sounds.begin(), batch.leg_sounds.end());
+        for (std::size_t i = 0; i < batch.legs.size(); ++i) {
+            const std::size_t lane = frame.sounds.size() % LegLanes::kCount;
+            if (lane == 0) frame.legs.emplace_back();
+            frame.legs.back().set(lane, batch.legs[i]);
+            frame.sounds.push_back(batch.leg_sounds[i]);
+        }
     }
-    legs_ += frame.legs.size();
+    legs_ += frame.sounds.size();
+    bytes_ += frame.memory_bytes();
     rays_ += frame.rays;
     frames_.push_back(std::move(frame));
     while (frames_.size() > 1 && ((legs_ > most_legs_ && frames_.size() > window_frames_) ||
@@ -45,9 +99,12 @@ bool LegWindow::settled() const {
 void LegWindow::add_to(const RayScene& scene, const Receiver& receiver, double scale,
                        EnergyResponse& response) const {
     const double speed_m_s{response.speed_of_sound_m_s};
+    std::vector<std::uint32_t> near;
     for (const Frame& frame : frames_) {
-        for (std::size_t i = 0; i < frame.legs.size(); ++i) {
-            const Leg& leg = frame.legs[i];
+        near.clear();
+        find_near(frame.legs, receiver, near);
+        for (const std::uint32_t i : near) {
+            const Leg leg = frame.legs[i / LegLanes::kCount].at(i % LegLanes::kCount);
             const auto chord = receiver.chord(scene, leg.origin, leg.direction, leg.length_m);
             if (!chord) continue;
             const std::size_t bin =
@@ -61,7 +118,5 @@ void LegWindow::add_to(const RayScene& scene, const Receiver& receiver, double s
         }
     }
 }
-
-std::size_t LegWindow::memory_bytes() const { return legs_ * (sizeof(Leg) + sizeof(LegSound)); }
 
 }  // namespace aula

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <span>
@@ -10,6 +11,20 @@
 #include "engine/path_tracer.h"
 
 namespace aula {
+
+/// Legs side by side, as vector units take them; the last may have no length.
+struct LegLanes {
+    static constexpr std::size_t kCount = 16;
+    using Lanes = std::array<float, kCount>;
+
+    std::array<Lanes, 3> origin{};     ///< [axis]
+    std::array<Lanes, 3> direction{};  ///< [axis]
+    Lanes length_m{};
+    Lanes before_m{};
+
+    void set(std::size_t lane, const Leg& leg);
+    Leg at(std::size_t lane) const;
+};
 
 /// The legs of an emitter's paths that no gather finds, over many frames: a receiver hears those
 /// that cross its sphere, wherever it is. No receiver is in them, so that they stay right while
@@ -49,14 +64,18 @@ class LegWindow {
     void add_to(const RayScene& scene, const Receiver& receiver, double scale,
                 EnergyResponse& response) const;
 
-    std::size_t memory_bytes() const;
+    std::size_t memory_bytes() const { return bytes_; }
 
  private:
     struct Frame {
         State state;
         std::uint64_t rays = 0;
-        std::vector<Leg> legs;
+        std::vector<LegLanes> legs;
         std::vector<LegSound> sounds;  ///< [leg]
+
+        std::size_t memory_bytes() const {
+            return legs.size() * sizeof(LegLanes) + sounds.size() * sizeof(LegSound);
+        }
     };
     bool holds(const Frame& frame) const;
     void forget_oldest();
@@ -69,6 +88,7 @@ class LegWindow {
     State now_;
     std::deque<Frame> frames_;
     std::size_t legs_ = 0;
+    std::size_t bytes_ = 0;
     std::uint64_t rays_ = 0;
     bool crowded_ = false;  ///< frames that still held have made room for newer ones
 };

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 using namespace aula;
 
@@ -61,6 +62,18 @@ TEST_CASE("a receiver hears a leg by its chord, at its delay, wherever it is") {
         CHECK(response.direction[bin].x == Approx(-8 * energy).epsilon(1e-4));
         CHECK(response.total(0) == Approx(double{energy}).epsilon(1e-4));
     }
+    // The legs of a frame are looked through many at once.
+    LegWindow many(4, 0.5F, Bands{}, 100, kMemory_bytes);
+    std::vector<TraceBatch> batches(40);
+    for (std::size_t i = 0; i < batches.size(); ++i) {
+        batches[i] = one_leg();
+        batches[i].legs[0].origin.y = static_cast<float>(i);
+    }
+    many.add(batches, kRays);
+    for (const std::size_t i : {0, 15, 16, 37}) {
+        const EnergyResponse response = heard(many, Vec3(2, static_cast<float>(i) + 0.3F, 0), 1);
+        CHECK(response.total(0) == Approx(0.5 * 0.8 / double{kVolume_m3}).epsilon(1e-4));
+    }
     // Companion: beside it, and beyond the leg's end.
     CHECK(heard(legs, Vec3(2, 0.6F, 0), 1).total(0) == 0);
     CHECK(heard(legs, Vec3(101, 0, 0), 1).total(0) == 0);
@@ -79,7 +92,9 @@ TEST_CASE("legs of an emitter that stands are kept until newer ones need their r
     LegWindow crowded = {4, 0.5F, Bands{}, 1, kMemory_bytes};
     run(crowded, 0, 15);
     CHECK(crowded.rays() == 4 * kRays);
-    LegWindow small = window(2 * (sizeof(Leg) + sizeof(LegSound)));
+    LegWindow two = window();
+    run(two, 0, 2);
+    LegWindow small = window(two.memory_bytes());
     run(small, 0, 15);
     CHECK(small.rays() == 2 * kRays);
 }
