@@ -45,7 +45,6 @@ nlohmann::ordered_json json_of(const Value& value) {
 
 std::vector<Column> columns_of(std::initializer_list<const char*> figures) {
     static const std::vector<Column> all{{"additions_per_cycle", "adds / cycle", 1},
-                                         {"apart_times_one_thread", "apart x one", 2},
                                          {"basis", "basis", 0},
                                          {"cache_entries", "entries", 0},
                                          {"cache_ns", "cache", 0},

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <chrono>
-#include <memory>
 #include <optional>
 
 #include "apps/bench/core_share.h"
@@ -16,7 +15,8 @@ namespace aula::bench {
 
 namespace {
 
-constexpr int kTimedFrames = 60;
+constexpr int kRounds = 20;
+constexpr int kInARow = 4;  // of which the first finds caches that others have filled
 constexpr double kSampleRate_hz = 48000;
 constexpr std::size_t kShare = 1024;  // rays that a thread takes at a time
 
@@ -35,7 +35,6 @@ struct Speed {
     double prepare_s = 0;
     double frame_s = 0;
     double one_thread_frame_s = 0;  // of the same frames
-    double apart_frame_s = 0;       // of frames that have nothing in common, one on each thread
     double raw_s = 0;
     double one_thread_raw_s = 0;
     double impulse_response_s = 0;  // building one of four channels
@@ -55,13 +54,10 @@ Speed measure(const Subject& subject, Estimator estimator, const RayScene& scene
     Speed speed;
     std::optional<Propagation> propagation;
     speed.prepare_s = seconds_of([&] { propagation.emplace(subject.scene, simulation); });
-    // What has nothing in common tells what the machine's threads are worth to such work.
-    std::vector<std::unique_ptr<Propagation>> apart;
+    std::optional<Propagation> one_thread;
     if (subject.threads > 1) {
         simulation.threads = 1;
-        for (int t = 0; t < subject.threads; ++t) {
-            apart.push_back(std::make_unique<Propagation>(subject.scene, simulation));
-        }
+        one_thread.emplace(subject.scene, simulation);
     }
     WorkerPool workers(subject.threads);
     WorkerPool one_worker(1);
@@ -73,54 +69,68 @@ Speed measure(const Subject& subject, Estimator estimator, const RayScene& scene
     // Fill the window: caches cost more when full.
     for (int i = 0; i < subject.scene.simulation.window_frames(); ++i) {
         propagation->step(input);
-        for (const auto& one : apart) one->step(input);
+        if (one_thread) one_thread->step(input);
     }
     std::vector<double> frame_s;
     std::vector<double> one_thread_frame_s;
-    std::vector<double> apart_frame_s;
     std::vector<double> raw_s;
     std::vector<double> one_thread_raw_s;
     std::vector<double> impulse_response_s;
     std::vector<double> additions;
-    for (int i = 0; i < kTimedFrames; ++i) {
-        settings.progress(std::string("trace: ") + estimator_name(estimator) + ", frame " +
-                          std::to_string(i + 1));
-        const std::vector<Ray> rays = propagation->rays(input);
-        std::vector<Hit> hits(rays.size());
-        frame_s.push_back(seconds_of([&] { propagation->step(input); }));
-        if (const auto measured = additions_per_cycle()) additions.push_back(*measured);
-        const auto trace_raw = [&](WorkerPool& pool) {
+    std::vector<Ray> rays;
+    std::vector<Hit> hits;
+    const auto step = [&](Propagation& p) { return seconds_of([&] { p.step(input); }); };
+    const auto trace_raw = [&](WorkerPool& pool) {
+        return seconds_of([&] {
             pool.run((rays.size() + kShare - 1) / kShare, [&](std::size_t share) {
                 const std::size_t first = share * kShare;
                 const std::size_t count = std::min(kShare, rays.size() - first);
                 scene.intersect_each(std::span(rays).subspan(first, count),
                                      std::span(hits).subspan(first, count));
             });
-        };
-        raw_s.push_back(seconds_of([&] { trace_raw(workers); }));
-        if (!apart.empty()) {
-            apart_frame_s.push_back(seconds_of(
-                [&] { workers.run(apart.size(), [&](std::size_t t) { apart[t]->step(input); }); }));
-            one_thread_frame_s.push_back(seconds_of([&] { apart[0]->step(input); }));
-            one_thread_raw_s.push_back(seconds_of([&] { trace_raw(one_worker); }));
+        });
+    };
+    // What is compared takes turns, but for a few frames each: a live scene's frames follow each
+    // other, too.
+    for (int round = 0; round < kRounds; ++round) {
+        settings.progress(std::string("trace: ") + estimator_name(estimator) + ", round " +
+                          std::to_string(round + 1));
+        rays = propagation->rays(input);
+        hits.resize(rays.size());
+        for (int k = 0; k < kInARow; ++k) {
+            const double time_s = step(*propagation);
+            const FrameStatistics& parts = propagation->statistics();
+            assert(k > 0 || rays.size() == parts.segments);
+            if (k == 0) continue;
+            frame_s.push_back(time_s);
+            speed.segments += static_cast<double>(parts.segments) / (kRounds * (kInARow - 1));
+            speed.parts.trace_s += parts.trace_s;
+            speed.parts.cache_s += parts.cache_s;
+            speed.parts.gather_s += parts.gather_s;
+            speed.parts.specular_s += parts.specular_s;
+            speed.parts.memory_bytes = parts.memory_bytes;
+        }
+        for (int k = 0; k < kInARow && one_thread; ++k) {
+            const double time_s = step(*one_thread);
+            if (k > 0) one_thread_frame_s.push_back(time_s);
+        }
+        for (int k = 0; k < kInARow; ++k) {
+            const auto rays_count = static_cast<double>(rays.size());
+            const double time_s = trace_raw(workers) / rays_count;
+            if (k > 0) raw_s.push_back(time_s);
+            if (!one_thread) continue;
+            const double one_thread_s = trace_raw(one_worker) / rays_count;
+            if (k > 0) one_thread_raw_s.push_back(one_thread_s);
         }
         impulse_response_s.push_back(
             seconds_of([&] { builder.build(propagation->response(0), impulse_response); }));
-        const FrameStatistics& parts = propagation->statistics();
-        assert(rays.size() == parts.segments);
-        speed.segments += static_cast<double>(parts.segments) / kTimedFrames;
-        speed.parts.trace_s += parts.trace_s;
-        speed.parts.cache_s += parts.cache_s;
-        speed.parts.gather_s += parts.gather_s;
-        speed.parts.specular_s += parts.specular_s;
-        speed.parts.memory_bytes = parts.memory_bytes;
+        if (const auto measured = additions_per_cycle()) additions.push_back(*measured);
     }
     speed.frame_s = median(frame_s);
-    speed.raw_s = median(raw_s);
-    if (!apart.empty()) {
+    speed.raw_s = median(raw_s) * speed.segments;
+    if (one_thread) {
         speed.one_thread_frame_s = median(one_thread_frame_s);
-        speed.apart_frame_s = median(apart_frame_s) / static_cast<double>(apart.size());
-        speed.one_thread_raw_s = median(one_thread_raw_s);
+        speed.one_thread_raw_s = median(one_thread_raw_s) * speed.segments;
     }
     speed.impulse_response_s = median(impulse_response_s);
     if (!additions.empty()) speed.additions_per_cycle = median(additions);
@@ -143,32 +153,30 @@ std::vector<Row> measure_tracing(const Subject& subject, const Settings& setting
             return one_thread_s > 0 ? Value(one_thread_s / s) : Value();
         };
         Row row;
-        row.figures = {
-            {"bench", "trace"},
-            {"scene", subject.name},
-            {"basis", "rays"},
-            {"estimator", estimator_name(estimator)},
-            {"rays", std::int64_t{subject.scene.simulation.rays}},
-            {"triangles", static_cast<std::int64_t>(scene.triangle_count())},
-            {"threads", std::int64_t{subject.threads}},
-            {"prepare_s", speed.prepare_s},
-            {"segments", speed.segments},
-            {"frame_ms", speed.frame_s * 1e3},
-            {"memory_mb", static_cast<double>(parts.memory_bytes) / 1e6},
-            {"trace_ns", segment_ns(parts.trace_s)},
-            {"cache_ns", segment_ns(parts.cache_s)},
-            {"gather_ns", segment_ns(parts.gather_s)},
-            {"specular_ns", segment_ns(parts.specular_s)},
-            {"raw_ns", speed.raw_s / speed.segments * 1e9},
-            {"segments_per_s", speed.segments / speed.frame_s},
-            {"raw_per_s", speed.segments / speed.raw_s},
-            {"ratio", speed.raw_s / speed.frame_s},
-            {"times_one_thread", times(speed.one_thread_frame_s, speed.frame_s)},
-            {"apart_times_one_thread", times(speed.one_thread_frame_s, speed.apart_frame_s)},
-            {"raw_times_one_thread", times(speed.one_thread_raw_s, speed.raw_s)},
-            {"response_ms", speed.impulse_response_s * 1e3},
-            {"additions_per_cycle",
-             speed.additions_per_cycle ? Value(*speed.additions_per_cycle) : Value()}};
+        row.figures = {{"bench", "trace"},
+                       {"scene", subject.name},
+                       {"basis", "rays"},
+                       {"estimator", estimator_name(estimator)},
+                       {"rays", std::int64_t{subject.scene.simulation.rays}},
+                       {"triangles", static_cast<std::int64_t>(scene.triangle_count())},
+                       {"threads", std::int64_t{subject.threads}},
+                       {"prepare_s", speed.prepare_s},
+                       {"segments", speed.segments},
+                       {"frame_ms", speed.frame_s * 1e3},
+                       {"memory_mb", static_cast<double>(parts.memory_bytes) / 1e6},
+                       {"trace_ns", segment_ns(parts.trace_s)},
+                       {"cache_ns", segment_ns(parts.cache_s)},
+                       {"gather_ns", segment_ns(parts.gather_s)},
+                       {"specular_ns", segment_ns(parts.specular_s)},
+                       {"raw_ns", speed.raw_s / speed.segments * 1e9},
+                       {"segments_per_s", speed.segments / speed.frame_s},
+                       {"raw_per_s", speed.segments / speed.raw_s},
+                       {"ratio", speed.raw_s / speed.frame_s},
+                       {"times_one_thread", times(speed.one_thread_frame_s, speed.frame_s)},
+                       {"raw_times_one_thread", times(speed.one_thread_raw_s, speed.raw_s)},
+                       {"response_ms", speed.impulse_response_s * 1e3},
+                       {"additions_per_cycle",
+                        speed.additions_per_cycle ? Value(*speed.additions_per_cycle) : Value()}};
         rows.push_back(row);
     }
     return rows;
@@ -178,7 +186,7 @@ const std::vector<Column>& tracing_columns() {
     static const std::vector<Column> columns = columns_of(
         {"estimator", "rays", "triangles", "prepare_s", "segments", "frame_ms", "memory_mb",
          "trace_ns", "cache_ns", "gather_ns", "specular_ns", "raw_ns", "ratio", "times_one_thread",
-         "apart_times_one_thread", "raw_times_one_thread", "response_ms", "additions_per_cycle"});
+         "raw_times_one_thread", "response_ms", "additions_per_cycle"});
     return columns;
 }
 
