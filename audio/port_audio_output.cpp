@@ -3,13 +3,17 @@
 #include <portaudio.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
+#include <future>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "audio/error.h"
@@ -28,6 +32,8 @@ constexpr double kLongestLatency_s = 0.1;
 
 // Not every server says good-bye.
 constexpr std::chrono::milliseconds kSilenceOfLostDevice{1000};
+
+constexpr std::chrono::seconds kLongestStart{5};
 
 void ignore_alsa(const char*, int, const char*, int, const char*, ...) {}
 void ignore(const char*) {}
@@ -85,12 +91,93 @@ class PortAudio {
     }
 };
 
+/// A stream and the PortAudio that it is of. It calls from when start() succeeded until it ends.
+class Stream : public std::enable_shared_from_this<Stream> {
+ public:
+    using Call = std::function<void(const void* input, void* output, unsigned long samples,
+                                    PaStreamCallbackFlags flags)>;
+
+    explicit Stream(Call call) : call_(std::move(call)) {}
+
+    ~Stream() {
+        if (stream_ == nullptr) return;
+        const std::lock_guard lock(library());
+        Pa_AbortStream(stream_);
+        Pa_CloseStream(stream_);
+    }
+
+    const PortAudio& port_audio() const { return port_audio_; }
+
+    /// library() is locked here, in start() and in stop().
+    PaError open(const PaStreamParameters* input, const PaStreamParameters* output, double rate_hz,
+                 int block) {
+        outputs_ = output != nullptr ? output->channelCount : 0;
+        // PulseAudio's thread in this process, which tells of each block that the server asks for,
+        // begins here. The propagation would keep it from being run in time.
+        const RealtimePriority inherited;
+        const PaError error =
+            Pa_OpenStream(&stream_, input, output, rate_hz, static_cast<unsigned long>(block),
+                          paNoFlag, &forward, this);
+        if (error != paNoError) stream_ = nullptr;
+        return error;
+    }
+
+    /// paTimedOut where it takes too long. PortAudio waits for ever where a server dies meanwhile:
+    /// its thread ends with a lock held. The stream is then left to the thread that waits.
+    PaError start() {
+        std::packaged_task<PaError()> task(
+            [self = shared_from_this()] { return Pa_StartStream(self->stream_); });
+        std::future<PaError> result = task.get_future();
+        std::thread thread(std::move(task));
+        if (result.wait_for(kLongestStart) == std::future_status::timeout) {
+            thread.detach();
+            return paTimedOut;
+        }
+        thread.join();
+        const PaError error = result.get();
+        begun_ = error == paNoError;
+        return error;
+    }
+
+    /// What is in the buffers is played to its end.
+    void stop() { Pa_StopStream(stream_); }
+
+    bool active() const { return Pa_IsStreamActive(stream_) == 1; }
+    const PaStreamInfo* info() const { return Pa_GetStreamInfo(stream_); }
+
+ private:
+    /// [the stream's thread, wait-free]
+    static int forward(const void* input, void* output, unsigned long samples,
+                       const PaStreamCallbackTimeInfo*, PaStreamCallbackFlags flags, void* self) {
+        const auto& stream = *static_cast<Stream*>(self);
+        if (stream.begun_) {
+            stream.call_(input, output, samples, flags);
+        } else {
+            // Who wanted a stream that begins too late is gone.
+            for (int c = 0; c < stream.outputs_; ++c)
+                std::fill_n(static_cast<float* const*>(output)[c], samples, 0.0F);
+        }
+        return paContinue;
+    }
+
+    PortAudio port_audio_;
+    Call call_;
+    int outputs_ = 0;
+    PaStream* stream_ = nullptr;
+    std::atomic<bool> begun_ = false;
+};
+
 class PortAudioOutput final : public Output {
  public:
     PortAudioOutput(const DeviceInfo& device, const OutputSettings& settings)
-        : device_(device), settings_(settings) {
+        : device_(device),
+          settings_(settings),
+          stream_(std::make_shared<Stream>([this](const void*, void* output, unsigned long samples,
+                                                  PaStreamCallbackFlags flags) {
+              fill(static_cast<float* const*>(output), samples, flags);
+          })) {
         // Numbers change when devices come and go.
-        const std::vector<DeviceInfo> there = port_audio_.outputs();
+        const std::vector<DeviceInfo> there = stream_->port_audio().outputs();
         const auto found = std::find_if(there.begin(), there.end(), [&](const DeviceInfo& d) {
             return d.name == device.name && d.host_api == device.host_api;
         });
@@ -107,9 +194,7 @@ class PortAudioOutput final : public Output {
                                                         settings.sample_rate_hz / settings.block)) +
                              1);
         const PaError error =
-            Pa_OpenStream(&stream_, nullptr, &output, settings.sample_rate_hz,
-                          static_cast<unsigned long>(settings.block), paNoFlag, &call, this);
-        if (error != paNoError) stream_ = nullptr;
+            stream_->open(nullptr, &output, settings.sample_rate_hz, settings.block);
         if (error == paInvalidSampleRate) {
             refuse_rate(device, settings.sample_rate_hz, device.sample_rate_hz);
         }
@@ -117,31 +202,24 @@ class PortAudioOutput final : public Output {
     }
 
     ~PortAudioOutput() override {
-        if (stream_ == nullptr) return;
         const std::lock_guard lock(library());
-        // What is in the buffers is played to its end where there is somebody to play it.
-        if (started_ && alive()) {
-            Pa_StopStream(stream_);
-        } else if (started_) {
-            Pa_AbortStream(stream_);
-        }
-        Pa_CloseStream(stream_);
+        if (started_ && alive()) stream_->stop();
     }
 
     void start() override {
         settings_.meter->touch();
         const std::lock_guard lock(library());
-        const PaError error = Pa_StartStream(stream_);
+        const PaError error = stream_->start();
         if (error != paNoError) fail("cannot be started", error);
         started_ = true;
     }
 
     bool alive() const override {
-        return Pa_IsStreamActive(stream_) == 1 && settings_.meter->silence() < kSilenceOfLostDevice;
+        return stream_->active() && settings_.meter->silence() < kSilenceOfLostDevice;
     }
 
     double latency_s() const override {
-        const PaStreamInfo* const stream = Pa_GetStreamInfo(stream_);
+        const PaStreamInfo* const stream = stream_->info();
         const bool sane = stream != nullptr && stream->outputLatency > 0 &&
                           stream->outputLatency <= kLongestLatency_s;
         return sane ? stream->outputLatency : 0;
@@ -157,13 +235,6 @@ class PortAudioOutput final : public Output {
         settings_.meter->end(static_cast<int>(samples));
     }
 
-    static int call(const void*, void* output, unsigned long samples,
-                    const PaStreamCallbackTimeInfo*, PaStreamCallbackFlags flags, void* self) {
-        static_cast<PortAudioOutput*>(self)->fill(static_cast<float* const*>(output), samples,
-                                                  flags);
-        return paContinue;
-    }
-
     [[noreturn]] void fail(const std::string& what, PaError error = paNoError) const {
         std::string why = error == paNoError ? "" : std::string(": ") + Pa_GetErrorText(error);
         if (error == paUnanticipatedHostError) {
@@ -175,16 +246,20 @@ class PortAudioOutput final : public Output {
         throw AudioFailure("audio device \"" + device_.name + "\": " + what + why);
     }
 
-    PortAudio port_audio_;
     DeviceInfo device_;
     OutputSettings settings_;
-    PaStream* stream_ = nullptr;
     bool started_ = false;
+    std::shared_ptr<Stream> stream_;  ///< ends before what it calls
 };
 
 class PortAudioInput final : public Input {
  public:
-    PortAudioInput(const DeviceInfo& beside, const InputSettings& settings) : settings_(settings) {
+    PortAudioInput(const DeviceInfo& beside, const InputSettings& settings)
+        : settings_(settings),
+          stream_(std::make_shared<Stream>(
+              [this](const void* input, void*, unsigned long samples, PaStreamCallbackFlags) {
+                  hear(static_cast<const float*>(input), samples);
+              })) {
         const std::lock_guard lock(library());
         const int device = input_beside(beside);
         if (device == paNoDevice) throw AudioFailure("no microphone: there is no input device");
@@ -195,25 +270,15 @@ class PortAudioInput final : public Input {
         input.channelCount = 1;
         input.sampleFormat = paFloat32;
         input.suggestedLatency = std::clamp(info.defaultLowInputLatency, 0.0, kLongestLatency_s);
-        PaError error =
-            Pa_OpenStream(&stream_, &input, nullptr, settings.sample_rate_hz,
-                          static_cast<unsigned long>(settings.block), paNoFlag, &call, this);
-        if (error != paNoError) stream_ = nullptr;
-        if (error == paNoError) error = Pa_StartStream(stream_);
-        if (error == paNoError) return;
-        if (stream_ != nullptr) Pa_CloseStream(stream_);
-        throw AudioFailure("the microphone \"" + name_ +
-                           "\" cannot be listened to: " + Pa_GetErrorText(error));
-    }
-
-    ~PortAudioInput() override {
-        const std::lock_guard lock(library());
-        Pa_AbortStream(stream_);
-        Pa_CloseStream(stream_);
+        PaError error = stream_->open(&input, nullptr, settings.sample_rate_hz, settings.block);
+        if (error == paNoError) error = stream_->start();
+        if (error != paNoError)
+            throw AudioFailure("the microphone \"" + name_ +
+                               "\" cannot be listened to: " + Pa_GetErrorText(error));
     }
 
     const std::string& name() const override { return name_; }
-    bool alive() const override { return Pa_IsStreamActive(stream_) == 1; }
+    bool alive() const override { return stream_->active(); }
 
  private:
     static int input_beside(const DeviceInfo& beside) {
@@ -225,21 +290,17 @@ class PortAudioInput final : public Input {
     }
 
     /// [input's thread, wait-free]
-    static int call(const void* input, void*, unsigned long samples,
-                    const PaStreamCallbackTimeInfo*, PaStreamCallbackFlags, void* self) {
-        auto& heard = *static_cast<PortAudioInput*>(self);
+    void hear(const float* input, unsigned long samples) {
         // What comes late here is missed by the output, which has this priority. Refused, it is
         // refused to both.
-        if (!std::exchange(heard.called_, true)) take_realtime_priority();
-        if (input != nullptr) heard.settings_.callback({static_cast<const float*>(input), samples});
-        return paContinue;
+        if (!std::exchange(called_, true)) take_realtime_priority();
+        if (input != nullptr) settings_.callback({input, samples});
     }
 
-    PortAudio port_audio_;
     InputSettings settings_;
     std::string name_;
-    bool called_ = false;  ///< of the input's thread
-    PaStream* stream_ = nullptr;
+    bool called_ = false;             ///< of the input's thread
+    std::shared_ptr<Stream> stream_;  ///< ends before what it calls
 };
 
 }  // namespace

@@ -22,6 +22,19 @@ bool take_realtime_priority() noexcept {
     return pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
 }
 
+RealtimePriority::RealtimePriority() noexcept {
+    sched_param before{};
+    pthread_getschedparam(pthread_self(), &policy_, &before);
+    priority_ = before.sched_priority;
+    take_realtime_priority();
+}
+
+RealtimePriority::~RealtimePriority() {
+    sched_param before{};
+    before.sched_priority = priority_;
+    pthread_setschedparam(pthread_self(), policy_, &before);
+}
+
 #if defined(__SSE__)
 namespace {
 constexpr unsigned kFlushToZero = 0x8000;

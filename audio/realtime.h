@@ -14,6 +14,20 @@ namespace aula {
 /// [audio thread, first call]
 bool take_realtime_priority() noexcept;
 
+/// Real-time priority for this thread while alive, unless the system refuses it. Threads that it
+/// begins meanwhile have it too, and keep it.
+class RealtimePriority {
+ public:
+    RealtimePriority() noexcept;
+    ~RealtimePriority();
+    RealtimePriority(const RealtimePriority&) = delete;
+    RealtimePriority& operator=(const RealtimePriority&) = delete;
+
+ private:
+    int policy_ = 0;
+    int priority_ = 0;
+};
+
 /// Flushes denormal numbers to zero on this thread while alive; a decayed input otherwise costs
 /// many times more. Does nothing where there is no SSE. [audio thread]
 class FlushDenormals {

@@ -1,10 +1,16 @@
+#include <alsa/asoundlib.h>
+#include <dlfcn.h>
+#include <sched.h>
+
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <numbers>
+#include <string>
 
 #include "audio/device.h"
 #include "audio/error.h"
@@ -24,7 +30,64 @@ namespace {
 constexpr double kRate_hz = 48000;
 constexpr int kBlock = 256;
 
+/// How many streams are prepared until one fails, as where a server dies in that moment: each is
+/// once when it is opened and once when it is started.
+std::atomic<int> until_failure = 0;
+
+int realtime_threads() {
+    int count = 0;
+    for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task"))
+        count += sched_getscheduler(std::stoi(thread.path().filename())) == SCHED_FIFO;
+    return count;
+}
+
+bool has_pulse(const std::vector<DeviceInfo>& devices) {
+    return std::any_of(devices.begin(), devices.end(),
+                       [](const DeviceInfo& d) { return d.name == "pulse"; });
+}
+
 }  // namespace
+
+/// Takes the place of ALSA's, which PortAudio calls as a stream begins.
+extern "C" int snd_pcm_prepare(snd_pcm_t* pcm) {
+    static const auto real =
+        reinterpret_cast<decltype(&snd_pcm_prepare)>(dlsym(RTLD_NEXT, "snd_pcm_prepare"));
+    return until_failure > 0 && --until_failure == 0 ? -ENODEV : real(pcm);
+}
+
+TEST_CASE("A device that hangs as it begins is given up, and another one plays") {
+    PulseServer server;
+    if (!server.running()) {
+        WARN("skipped: no PulseAudio server can run here");
+        return;
+    }
+    if (!has_pulse(list_output_devices())) {
+        WARN("skipped: ALSA knows no PulseAudio here (libasound2-plugins)");
+        return;
+    }
+    std::atomic<int> calls = 0;
+    const auto count = [&](std::span<float* const>, int) { ++calls; };
+    {
+        AudioDevice device("pulse", kRate_hz, 2, kBlock, count);
+        until_failure = 1;
+        CHECK_THROWS_AS(device.start(), AudioFailure);
+    }
+    CHECK(calls == 0);
+    AudioDevice device("pulse", kRate_hz, 2, kBlock, count);
+    device.start();
+    CHECK(comes([&] { return calls > 100; }));
+
+    server.kill();
+    CHECK(comes([&] { return device.state() == DeviceState::lost; }));
+    until_failure = 2;
+    server.restart();
+    REQUIRE(server.running());
+    CHECK(comes([] { return until_failure == 0; }));
+    CHECK(comes([&] { return device.state() == DeviceState::playing; }));
+    calls = 0;
+    CHECK(comes([&] { return calls > 100; }));
+    device.stop();
+}
 
 TEST_CASE("A tone reaches a PulseAudio sink, and plays on when a server that died is back") {
     PulseServer server;
@@ -32,14 +95,13 @@ TEST_CASE("A tone reaches a PulseAudio sink, and plays on when a server that die
         WARN("skipped: no PulseAudio server can run here");
         return;
     }
-    const std::vector<DeviceInfo> devices = list_output_devices();
-    if (std::none_of(devices.begin(), devices.end(),
-                     [](const DeviceInfo& d) { return d.name == "pulse"; })) {
+    if (!has_pulse(list_output_devices())) {
         WARN("skipped: ALSA knows no PulseAudio here (libasound2-plugins)");
         return;
     }
     const TemporaryFolder folder;
     const std::filesystem::path file = folder.path() / "heard.wav";
+    const int others = realtime_threads();
     std::atomic<int> calls = 0;
     AudioDevice device("pulse", kRate_hz, 2, kBlock,
                        [&, time = 0](std::span<float* const> outputs, int samples) mutable {
@@ -55,6 +117,8 @@ TEST_CASE("A tone reaches a PulseAudio sink, and plays on when a server that die
         const auto recording = server.record(file);
         device.start();
         REQUIRE(comes([&] { return calls > 750; }));  // four seconds
+        // PortAudio's and PulseAudio's.
+        if (device.meter().realtime()) CHECK(realtime_threads() == others + 2);
     }
     CHECK(device.meter().own_underruns() == 0);
     const std::vector<float> heard = read_sound(file, kRate_hz).samples;

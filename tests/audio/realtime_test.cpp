@@ -1,5 +1,6 @@
 #include "audio/realtime.h"
 
+#include <sched.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -7,9 +8,11 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
+#include <future>
 #include <memory>
 #include <mutex>
 #include <new>
+#include <thread>
 #include <vector>
 
 #include "audio/hrtf.h"
@@ -183,4 +186,27 @@ TEST_CASE("The audio thread neither allocates, frees, locks nor writes in 20000 
     CHECK(violations.writes == 0);
     CHECK(frames == 800);
     CHECK(loudest > 0.1F);
+}
+
+TEST_CASE("Threads keep the real-time priority that they were begun under, their parent does not") {
+    const int before = sched_getscheduler(0);
+    REQUIRE(before != SCHED_FIFO);
+    std::thread child;
+    int of_child = before;
+    std::promise<void> over;
+    {
+        const RealtimePriority priority;
+        if (sched_getscheduler(0) != SCHED_FIFO) {
+            WARN("skipped: the system refuses real-time priority");
+            return;
+        }
+        child = std::thread([&] {
+            over.get_future().wait();
+            of_child = sched_getscheduler(0);
+        });
+    }
+    CHECK(sched_getscheduler(0) == before);
+    over.set_value();
+    child.join();
+    CHECK(of_child == SCHED_FIFO);
 }
