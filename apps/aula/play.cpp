@@ -58,8 +58,9 @@ std::string summary_text(const PlayStatus& s) {
 std::string latency_text(const PoseLatency& l) {
     return formatted("pose to sound p50 %.1f ms p99 %.1f ms (frame period %.1f ms, ",
                      l.sound_p50_ms, l.sound_p99_ms, l.frame_period_ms) +
-           formatted("compute p50 %.1f ms p99 %.1f ms), head's turning p50 %.1f ms p99 %.1f ms",
-                     l.compute_p50_ms, l.compute_p99_ms, l.head_p50_ms, l.head_p99_ms);
+           formatted("compute p50 %.1f ms p99 %.1f ms), head's turning p50 %.1f ms p99 %.1f ms, ",
+                     l.compute_p50_ms, l.compute_p99_ms, l.head_p50_ms, l.head_p99_ms) +
+           formatted("calls for sound p99 %.1f ms apart", l.call_p99_ms);
 }
 
 const char* text_of(UnderrunCause cause) {

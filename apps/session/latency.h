@@ -54,6 +54,7 @@ struct PoseLatency {
     double compute_p50_ms = 0, compute_p99_ms = 0;
     double sound_p50_ms = 0, sound_p99_ms = 0;  ///< to the start of the crossfade
     double head_p50_ms = 0, head_p99_ms = 0;    ///< of the head's turning alone
+    double call_p99_ms = 0;                     ///< from one call for sound to the next
 };
 
 }  // namespace aula

@@ -146,6 +146,8 @@ LiveMixer::~LiveMixer() {
 }
 
 void LiveMixer::render(std::span<float* const> outputs, int samples) noexcept {
+    const std::int64_t before_ns = std::exchange(called_ns_, clock_ns());
+    if (before_ns != 0) call_interval_.add(called_ns_ - before_ns);
     for (int done = 0; done < samples; done += block_) {
         for (std::size_t c = 0; c < channels_; ++c) output_pointers_[c] = outputs[c] + done;
         render_block(output_pointers_, std::min(block_, samples - done));

@@ -123,6 +123,9 @@ class LiveMixer {
     const LatencyCounts& frame_latency() const { return frame_latency_; }
     const LatencyCounts& head_latency() const { return head_latency_; }
 
+    /// From one call for sound to the next: what a head pose waits at most. [any thread]
+    const LatencyCounts& call_interval() const { return call_interval_; }
+
  private:
     static constexpr std::size_t kMostRinging = 2;
 
@@ -158,6 +161,8 @@ class LiveMixer {
     std::int64_t newest_stamp_ = 0;
     LatencyCounts frame_latency_;
     LatencyCounts head_latency_;
+    std::int64_t called_ns_ = 0;  ///< 0: not yet
+    LatencyCounts call_interval_;
 };
 
 }  // namespace aula

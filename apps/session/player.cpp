@@ -170,7 +170,8 @@ PoseLatency Player::State::latency(double frame_s) const {
             .sound_p50_ms = frames.quantile_ms(0.5),
             .sound_p99_ms = frames.quantile_ms(0.99),
             .head_p50_ms = heads.quantile_ms(0.5),
-            .head_p99_ms = heads.quantile_ms(0.99)};
+            .head_p99_ms = heads.quantile_ms(0.99),
+            .call_p99_ms = mixer->call_interval().quantile_ms(0.99)};
 }
 
 void Player::State::compute() {
