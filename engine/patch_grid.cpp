@@ -201,7 +201,7 @@ struct PatchGrid::State {
             const std::size_t before = reached_count;
             flood(scene, inside, kFloodPaths, kFloodBounces, derive_seed(seed, 1 << 30, round),
                   [&](int reflections, const Ray& ray, const Hit& hit) {
-                      if (!hit.any()) return;
+                      if (!hit.any() || scene.moves(scene.triangle(hit.triangle))) return;
                       const Vec3 point = scene.point(hit, ray.direction);
                       const Vec3 normal = scene.facing_normal(hit, ray.direction);
                       const auto found = patch_of_cell.find(grid.key_at(point, normal));

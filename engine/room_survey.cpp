@@ -25,6 +25,7 @@ void flood(const RayScene& scene, std::span<const Vec3> inside, int paths, int b
     const auto count = static_cast<std::size_t>(paths);
     std::vector<Ray> rays(count);
     std::vector<Vec3> begin(count);  // of the segment, before it passed through anything
+    std::vector<Hit> passed(count);  // the last that it passed through
     std::vector<RandomStream> random(count);
     std::vector<int> reflections(count, 0);
     std::vector<Hit> hits(count);
@@ -40,14 +41,15 @@ void flood(const RayScene& scene, std::span<const Vec3> inside, int paths, int b
         scene.intersect(rays, hits);
         std::size_t alive = 0;
         for (std::size_t i = 0; i < rays.size(); ++i) {
-            Hit hit = hits[i];
             const Vec3 direction = rays[i].direction;
-            if (hit.any() && scene.moves(scene.triangle(hit.triangle))) {
-                const Vec3 through = scene.facing_normal(hit, direction);
-                rays[alive] = {scene.point(hit, direction) - 2 * RayScene::kOffset_m * through,
+            if (hits[i].any() && scene.moves(scene.triangle(hits[i].triangle))) {
+                const Vec3 through = scene.facing_normal(hits[i], direction);
+                rays[alive] = {scene.point(hits[i], direction) - 2 * RayScene::kOffset_m * through,
                                direction};
                 begin[alive] = begin[i];
+                passed[alive] = hits[i];
             } else {
+                Hit hit = hits[i].any() ? hits[i] : passed[i];
                 if (hit.any()) {
                     hit.distance_m = glm::distance(begin[i], scene.point(hit, direction));
                 }
@@ -57,6 +59,7 @@ void flood(const RayScene& scene, std::span<const Vec3> inside, int paths, int b
                 begin[alive] = scene.point(hit, direction);
                 rays[alive] = {begin[alive], lambert_direction(scene.facing_normal(hit, direction),
                                                                random[i].uniform_2d())};
+                passed[alive] = {};
             }
             random[alive] = random[i];
             reflections[alive] = reflections[i];
@@ -64,6 +67,7 @@ void flood(const RayScene& scene, std::span<const Vec3> inside, int paths, int b
         }
         rays.resize(alive);
         begin.resize(alive);
+        passed.resize(alive);
         random.resize(alive);
         reflections.resize(alive);
     }

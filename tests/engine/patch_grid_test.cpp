@@ -244,6 +244,20 @@ TEST_CASE("a survey measures segments from wall to wall, through what moves") {
     CHECK(pieces_m / hits < 0.9 * mean_m);
 }
 
+TEST_CASE("a ray is not lost through the floor that a moving object stands on") {
+    const auto lost = [](const Scene& scene) {
+        int count = 0;
+        flood(RayScene(scene), {&kBesideBlock, 1}, 2000, 32, 1,
+              [&](int, const Ray&, const Hit& hit) { count += hit.any() ? 0 : 1; });
+        return count;
+    };
+    Scene scene = room_with_sliding_block(Vec3(3, 3, 2), Vec3(3, 0.5F, 0), Vec3(5, 0.5F, 0), 1);
+    CHECK(lost(scene) == 0);
+    // Companion: through a hole in the floor beside it.
+    scene.objects.front().triangles.erase(scene.objects.front().triangles.begin());
+    CHECK(lost(scene) > 0);
+}
+
 TEST_CASE("a moving object's patches follow it") {
     const Vec3 begin(4.02F, 1.02F, 1.02F);
     const Scene scene = room_with_sliding_block(Vec3(1), begin, Vec3(7.02F, 1.02F, 1.02F), 1);
