@@ -7,27 +7,27 @@ namespace aula::bench {
 #if defined(__x86_64__) && defined(__GNUC__)
 
 std::optional<double> additions_per_cycle() {
-    constexpr int kRounds = 20000;
+    constexpr int kRounds = 10000;
     using Clock = std::chrono::steady_clock;
     const auto began = Clock::now();
     for (int i = 0; i < kRounds; ++i) {
-        // One after the other: a cycle each, whoever else uses the core.
+        // One after the other: a cycle each, whoever else uses the core. Of registers, as some
+        // processors add numbers that stand in the instruction before it comes to the units.
         asm volatile(
-            "add $1, %%rax; add $1, %%rax; add $1, %%rax; add $1, %%rax;"
-            "add $1, %%rax; add $1, %%rax; add $1, %%rax; add $1, %%rax;"
-            "add $1, %%rax; add $1, %%rax; add $1, %%rax; add $1, %%rax;"
-            "add $1, %%rax; add $1, %%rax; add $1, %%rax; add $1, %%rax;" ::
+            ".rept 32;"
+            "add %%rcx, %%rax;"
+            ".endr" ::
                 : "rax", "cc");
     }
     const auto between = Clock::now();
     for (int i = 0; i < kRounds; ++i) {
         // All at once.
         asm volatile(
-            "add $1, %%rax; add $1, %%rcx; add $1, %%rdx; add $1, %%rsi;"
-            "add $1, %%rdi; add $1, %%r8; add $1, %%r9; add $1, %%r10;"
-            "add $1, %%rax; add $1, %%rcx; add $1, %%rdx; add $1, %%rsi;"
-            "add $1, %%rdi; add $1, %%r8; add $1, %%r9; add $1, %%r10;" ::
-                : "rax", "rcx", "rdx", "rsi", "rdi", "r8", "r9", "r10", "cc");
+            ".rept 4;"
+            "add %%rcx, %%rax; add %%rcx, %%rdx; add %%rcx, %%rsi; add %%rcx, %%rdi;"
+            "add %%rcx, %%r8; add %%rcx, %%r9; add %%rcx, %%r10; add %%rcx, %%r11;"
+            ".endr" ::
+                : "rax", "rdx", "rsi", "rdi", "r8", "r9", "r10", "r11", "cc");
     }
     const auto ended = Clock::now();
     const std::chrono::duration<double> in_turn = between - began;
