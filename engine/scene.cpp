@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <glm/common.hpp>
+#include <glm/vector_relational.hpp>
 #include <iterator>
 
 namespace aula {
@@ -63,6 +65,27 @@ std::vector<Vec3> Object::world_vertices(double time_s) const {
     std::vector<Vec3> world = vertices;
     for (Vec3& v : world) v = (path ? rotation * v : v) + offset;
     return world;
+}
+
+bool Bounds::contains(const Vec3& point) const {
+    return glm::all(glm::lessThanEqual(min, point)) && glm::all(glm::lessThanEqual(point, max));
+}
+
+Bounds geometry_bounds(const std::vector<Object>& objects) {
+    Bounds bounds;
+    for (const Object& object : objects) {
+        std::vector<double> times_s{0};
+        if (object.path) {
+            for (const Path::Point& point : object.path->points) times_s.push_back(point.time_s);
+        }
+        for (const double time_s : times_s) {
+            for (const Vec3& vertex : object.world_vertices(time_s)) {
+                bounds.min = glm::min(bounds.min, vertex);
+                bounds.max = glm::max(bounds.max, vertex);
+            }
+        }
+    }
+    return bounds;
 }
 
 const char* estimator_name(Estimator estimator) {

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -64,6 +65,17 @@ struct Object {
     /// and translation.
     std::vector<Vec3> world_vertices(double time_s) const;
 };
+
+/// A box along the axes.
+struct Bounds {
+    Vec3 min{std::numeric_limits<float>::infinity()};
+    Vec3 max{-std::numeric_limits<float>::infinity()};
+
+    bool contains(const Vec3& point) const;
+};
+
+/// The bounds of all geometry, wherever its paths' points take it.
+Bounds geometry_bounds(const std::vector<Object>& objects);
 
 /// A sound source that radiates alike in all directions.
 struct Source {

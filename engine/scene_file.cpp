@@ -5,7 +5,6 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
-#include <limits>
 #include <sstream>
 
 #include "engine/error.h"
@@ -161,34 +160,6 @@ Simulation read_simulation(const JsonReader& json) {
     if (const auto x = json.find("specular_order")) s.specular_order = x->integer(0, 1000);
     if (const auto x = json.find("specular")) s.specular = x->boolean();
     return s;
-}
-
-struct Bounds {
-    Vec3 min{std::numeric_limits<float>::infinity()};
-    Vec3 max{-std::numeric_limits<float>::infinity()};
-
-    void add(const Vec3& p) {
-        min = glm::min(min, p);
-        max = glm::max(max, p);
-    }
-    bool contains(const Vec3& p) const {
-        return glm::all(glm::lessThanEqual(min, p)) && glm::all(glm::lessThanEqual(p, max));
-    }
-};
-
-// Of all geometry, wherever its paths' points take it.
-Bounds geometry_bounds(const std::vector<Object>& objects) {
-    Bounds bounds;
-    for (const Object& object : objects) {
-        std::vector<double> times_s{0};
-        if (object.path) {
-            for (const Path::Point& point : object.path->points) times_s.push_back(point.time_s);
-        }
-        for (const double time_s : times_s) {
-            for (const Vec3& vertex : object.world_vertices(time_s)) bounds.add(vertex);
-        }
-    }
-    return bounds;
 }
 
 std::string point_text(const Vec3& p) {

@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <limits>
 #include <numbers>
 
 #include "apps/aula/interrupt.h"
@@ -31,7 +30,7 @@ constexpr double kMostPatches = 1e5;
 /// Where rays get out of a room.
 struct Leaks {
     double share = 0;                  ///< of the rays from inside
-    std::vector<std::string> outside;  ///< who stands there, where a room is
+    std::vector<std::size_t> outside;  ///< which of the places, where a room is
 };
 
 /// What the triangles of a scene enclose.
@@ -56,6 +55,10 @@ std::vector<Vec3> places(const Scene& scene) {
     return points;
 }
 
+std::string who_is_at(const Scene& scene, std::size_t place) {
+    return place == 0 ? "the listener" : "the source \"" + scene.sources[place - 1].name + "\"";
+}
+
 /// Looks round from the listener and the sources, then sends and reflects rays from those inside.
 Leaks find_leaks(const RayScene& rays, const Scene& scene) {
     constexpr int kLooks = 1024;
@@ -76,8 +79,7 @@ Leaks find_leaks(const RayScene& rays, const Scene& scene) {
         if (escaping({&points[i], 1}, kLooks, 1) < kOpen) {
             inside.push_back(points[i]);
         } else {
-            leaks.outside.push_back(i == 0 ? "the listener"
-                                           : "the source \"" + scene.sources[i - 1].name + "\"");
+            leaks.outside.push_back(i);
         }
     }
     if (inside.empty()) {
@@ -186,17 +188,10 @@ std::string describe(const Path& path) {
 
 /// A warning for everything that options have put outside the bounds of the geometry.
 std::vector<std::string> moved_outside(const Scene& before, const Scene& scene) {
-    Vec3 least{std::numeric_limits<float>::max()};
-    Vec3 most{std::numeric_limits<float>::lowest()};
-    for (const Object& object : scene.objects) {
-        for (const Vec3& vertex : object.world_vertices(0)) {
-            least = glm::min(least, vertex);
-            most = glm::max(most, vertex);
-        }
-    }
+    const Bounds bounds = geometry_bounds(scene.objects);
     std::vector<std::string> warnings;
     const auto check = [&](const std::string& who, const Vec3& was, const Vec3& is) {
-        if (scene.objects.empty() || was == is || glm::clamp(is, least, most) == is) return;
+        if (scene.objects.empty() || was == is || bounds.contains(is)) return;
         warnings.push_back(who + " is outside the bounds of the geometry");
     };
     check("--position: the listener", before.listener.pose_at(0).position,
@@ -302,8 +297,8 @@ int show_info(const Arguments& arguments) {
                 static_cast<double>(room.patch_size_m));
     std::printf("%-16s%.2f %% of the rays get out%s\n", "leaks", 100 * room.leaks.share,
                 room.leaks.share == 0 ? ": tight" : "");
-    for (const std::string& who : room.leaks.outside)
-        std::printf("%-16s%s stands outside the room\n", "", who.c_str());
+    for (const std::size_t place : room.leaks.outside)
+        std::printf("%-16s%s stands outside the room\n", "", who_is_at(scene, place).c_str());
     std::printf("\n");
     for (std::size_t m = 0; m < room.area_m2.size(); ++m) {
         if (room.area_m2[m] == 0) continue;
@@ -326,15 +321,24 @@ int check_scene(const Arguments& arguments) {
     const Scene scene = read_scene(arguments);
     warn(warnings_of(read_signals(scene, arguments.session.sample_rate_hz)), arguments.quiet);
     const RayScene rays(scene);
-    // What lets hardly any ray out is a room with a hole, rather than one that is open.
+    // What lets hardly any ray out is a room with a hole, rather than one that is open. Where
+    // surfaces cross at an acute angle, a point a little off one may be behind the other: some rays
+    // in 10000 find such places in a room full of things.
     constexpr double kHole = 0.3;
+    constexpr double kCrossing = 0.001;
     const Leaks leaks = find_leaks(rays, scene);
-    if (leaks.share > 0 && leaks.share < kHole)
+    if (leaks.share > kCrossing && leaks.share < kHole)
         warn({arguments.scene.string() + ": " + std::to_string(std::lround(1e4 * leaks.share)) +
               " of 10000 rays get out: the room has a hole"},
              arguments.quiet);
-    for (const std::string& who : leaks.outside)
-        warn({arguments.scene.string() + ": " + who + " stands outside the room"}, arguments.quiet);
+    const Bounds bounds = geometry_bounds(scene.objects);
+    for (const std::size_t place : leaks.outside) {
+        // Outside the bounds, too, has been said already.
+        if (!bounds.contains(places(scene)[place])) continue;
+        warn({arguments.scene.string() + ": " + who_is_at(scene, place) +
+              " stands outside the room"},
+             arguments.quiet);
+    }
     std::size_t triangles = 0;
     for (const Object& object : scene.objects) triangles += object.triangles.size();
     std::printf("%s: ok, %s, %s, %s\n", arguments.scene.c_str(),
