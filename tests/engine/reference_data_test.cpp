@@ -35,12 +35,13 @@ json read_json(const std::filesystem::path& file) {
 
 /// The mean response after `frames` of `rays`; the caches go on gathering.
 EnergyResponse response(const Scene& scene, float length_s, int frames, int rays,
-                        float patch_size_m, Estimator estimator = Estimator::patch) {
+                        float patch_size_m, Estimator estimator = Estimator::patch,
+                        std::uint64_t seed = test::test_seed()) {
     Simulation simulation = test::with(scene, estimator, length_s);
     simulation.rays = rays;
     simulation.patch_size_m = patch_size_m;
     simulation.memory_mb = 1000;
-    simulation.seed = test::test_seed();
+    simulation.seed = seed;
     simulation.threads.reset();
     Propagation propagation(scene, simulation);
     // Deposits first, then many gathers of them.
@@ -187,14 +188,14 @@ double decay_time_s(const EnergyResponse& response, std::size_t band, double fro
 /// are cut to whole milliseconds, half of one too short on each mean free path, so that they decay
 /// faster by that.
 Bands late_decay_s(Scene scene, double length_s, Estimator estimator, int rays, const Vec3& from,
-                   const Vec3& to) {
+                   const Vec3& to, std::uint64_t seed = test::test_seed()) {
     scene.sources[0].position = from;
     scene.listener.pose.position = to;
     const std::vector<Vec3> inside{from, to};
     const double free_path_m = survey_room(RayScene(scene), inside, 1).mean_free_path_m;
     const double cut = 1 - 0.0005 * double{scene.medium.speed_of_sound_m_s()} / free_path_m;
     const EnergyResponse r =
-        response(scene, static_cast<float>(length_s), 10, rays, 0.6F, estimator);
+        response(scene, static_cast<float>(length_s), 10, rays, 0.6F, estimator, seed);
     Bands time_s;
     for (std::size_t b = 0; b < kBandCount; ++b) {
         time_s[b] = static_cast<float>(decay_time_s(r, b, -25, -45) * cut);
@@ -233,19 +234,28 @@ std::optional<ModalRoom> museum() {
     return modal_room_of("museum_raves", "mesh_54patches.obj", "Museum_54_patches", 2);
 }
 
-/// Checks late decays between pairs of places against the slowest modes, by band. The modes'
-/// patches are few: from 20 to 30 of them the coupled rooms' times grow by up to a tenth. Hence the
-/// 12 %.
+/// Checks late decays between pairs of places against the slowest modes, by band, in the mean over
+/// seeds: a single one strays by 3 %, at times by 8 %. The modes' patches are few: from 20 to 30 of
+/// them the coupled rooms' times grow by up to a tenth. Hence the 12 %, and 2 % for the mean's own
+/// error.
 void check_late_decays(const ModalRoom& room, const std::array<std::pair<Vec3, Vec3>, 2>& places) {
+    constexpr std::uint64_t kSeeds = 8;
     for (const auto& [from, to] : places) {
-        const Bands late_s =
-            late_decay_s(room.scene, room.length_s(), Estimator::patch, 2500, from, to);
+        Bands late_s;
+        for (std::uint64_t k = 0; k < kSeeds; ++k) {
+            late_s += late_decay_s(room.scene, room.length_s(), Estimator::patch, 2500, from, to,
+                                   test::test_seed() + k) *
+                      (1.0F / kSeeds);
+        }
+        std::printf("slower than the mode, from 250 Hz:");
         for (std::size_t b = kFirstDecay; b < kBandCount; ++b) {
             CAPTURE(b);
-            CHECK(double{late_s[b]} == Approx(room.mode_s(b, 0)).epsilon(0.12));
+            std::printf(" %+.1f %%", 100 * (double{late_s[b]} / room.mode_s(b, 0) - 1));
+            CHECK(double{late_s[b]} == Approx(room.mode_s(b, 0)).epsilon(0.14));
             // The companion: the next mode.
-            CHECK(double{late_s[b]} != Approx(room.mode_s(b, 1)).epsilon(0.12));
+            CHECK(double{late_s[b]} != Approx(room.mode_s(b, 1)).epsilon(0.14));
         }
+        std::printf("\n");
     }
 }
 
