@@ -48,13 +48,6 @@ Material read_material(const std::string& name, const JsonReader& json) {
         read_shares(json.require("absorption", "a number or a list of 8 numbers from 0 to 1"));
     if (const auto scattering = json.find("scattering")) {
         material.scattering = read_shares(*scattering);
-        // The draw between the two lobes hardly resolves less, and what a lobe of next to nothing
-        // carries when it is drawn need not be finite.
-        constexpr float kLeast = 1e-6F;
-        for (float& s : material.scattering.value) {
-            if (s < kLeast) s = 0;
-            if (s > 1 - kLeast) s = 1;
-        }
     }
     if (const auto source = json.find("source")) source->string("a text");
     return material;

@@ -18,8 +18,7 @@ Vec3 read_point(const JsonReader& json);
 /// One number for all bands or a list of 8, each 0 to 1.
 Bands read_shares(const JsonReader& json);
 
-/// {"absorption", "scattering", "source"}; scattering is 0.1 if absent, and 0 or 1 within 1e-6 of
-/// it; the source a remark.
+/// {"absorption", "scattering", "source"}; scattering is 0.1 if absent, the source a remark.
 Material read_material(const std::string& name, const JsonReader& json);
 
 /// Yaw, pitch and roll from "yaw_deg", "pitch_deg", "roll_deg", each 0 if absent.

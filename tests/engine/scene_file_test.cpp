@@ -147,14 +147,6 @@ TEST_CASE("scattering is 0.1 where a material does not state it") {
     CHECK(scene.materials.at(0).scattering == aula::Bands::filled(0.1F));
 }
 
-TEST_CASE("scattering that can hardly be told from none or all is none or all") {
-    const Scene scene = load(scene_text(
-        R"("materials": {"a": {"absorption": 1e-40,
-                               "scattering": [0, 1e-40, 9e-7, 2e-6, 0.5, 0.999998, 0.9999999, 1]}})"));
-    CHECK(scene.materials.at(0).scattering == aula::Bands{{0, 0, 0, 2e-6F, 0.5F, 0.999998F, 1, 1}});
-    CHECK(scene.materials.at(0).absorption == aula::Bands::filled(1e-40F));
-}
-
 TEST_CASE("a scene's material goes before one of the same name that ships with Aula") {
     const Scene scene = load(scene_text(
         R"("materials": {"wood": {"absorption": 0.77}}, "geometry": [{"box": [9,9,9], "material": "wood"}])"));
