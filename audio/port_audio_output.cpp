@@ -108,7 +108,7 @@ class Stream : public std::enable_shared_from_this<Stream> {
 
     const PortAudio& port_audio() const { return port_audio_; }
 
-    /// library() is locked here, in start() and in stop().
+    /// Called with library() locked, as are start() and stop(); the destructor locks it.
     PaError open(const PaStreamParameters* input, const PaStreamParameters* output, double rate_hz,
                  int block) {
         outputs_ = output != nullptr ? output->channelCount : 0;

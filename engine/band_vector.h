@@ -62,7 +62,8 @@ inline BandVector max_of(const BandVector& a, const BandVector& b) { return a > 
 /// What `joined` makes of all bands of each of eight vectors, pair by pair and in the same order
 /// for all: equal vectors have equal sums.
 template <typename Joined>
-inline BandVector over_bands(const std::array<BandVector, 8>& v, const Joined& joined) {
+[[gnu::always_inline]] inline BandVector over_bands(const std::array<BandVector, 8>& v,
+                                                    const Joined& joined) {
     std::array<BandVector, 4> fours;
     for (std::size_t i = 0; i < 4; ++i) {
         fours[i] = joined(__builtin_shufflevector(v[i], v[i + 4], 0, 1, 2, 3, 8, 9, 10, 11),
@@ -80,13 +81,13 @@ inline BandVector over_bands(const std::array<BandVector, 8>& v, const Joined& j
 }
 
 /// [vector] the sum over its bands.
-inline BandVector sums_over_bands(const std::array<BandVector, 8>& v) {
+[[gnu::always_inline]] inline BandVector sums_over_bands(const std::array<BandVector, 8>& v) {
     return over_bands(v, [](const BandVector& a, const BandVector& b) { return a + b; });
 }
 
 /// [vector] the largest of its bands.
-inline BandVector maxima_over_bands(const std::array<BandVector, 8>& v) {
-    return over_bands(v, max_of);
+[[gnu::always_inline]] inline BandVector maxima_over_bands(const std::array<BandVector, 8>& v) {
+    return over_bands(v, [](const BandVector& a, const BandVector& b) { return max_of(a, b); });
 }
 
 /// The largest of all bands, in each of them.

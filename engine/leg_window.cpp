@@ -73,6 +73,10 @@ void LegWindow::forget_oldest() {
 
 void LegWindow::add(std::span<const TraceBatch> batches, int rays) {
     Frame frame{now_, static_cast<std::uint64_t>(rays), {}, {}};
+    std::size_t count = 0;
+    for (const TraceBatch& batch : batches) count += batch.legs.size();
+    frame.legs.reserve((count + LegLanes::kCount - 1) / LegLanes::kCount);
+    frame.sounds.reserve(count);
     for (const TraceBatch& batch : batches) {
         for (std::size_t i = 0; i < batch.legs.size(); ++i) {
             const std::size_t lane = frame.sounds.size() % LegLanes::kCount;

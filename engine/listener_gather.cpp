@@ -73,8 +73,8 @@ void trace_batch(const RayScene& scene, const PatchGrid& grid, const Vec3& recei
             MirrorRay r = rays[i];
             const Vec3 direction = r.ray.direction;
             const Vec3 normal = scene.facing_normal(hits[i], direction);
-            const Vec3 point =
-                r.ray.origin + hits[i].distance_m * direction + RayScene::kOffset_m * normal;
+            const Vec3 point = r.ray.origin + hits[i].distance_m * direction +
+                               RayScene::offset_after(hits[i].distance_m) * normal;
             const Material& material = scene.material(scene.surface(hits[i].triangle).material);
             r.length_m += hits[i].distance_m;
             r.weight *= transmission(settings.attenuation_per_m, hits[i].distance_m);

@@ -21,12 +21,13 @@ void find_points(std::size_t count, PathWave& wave) {
                             normal.z[i] * direction.z[i];
         const float side = along <= 0 ? 1.0F : -1.0F;
         const float way_m = wave.hits.distance_m[i];
+        const float off_m = RayScene::offset_after(way_m);
         normal.x[i] *= side;
         normal.y[i] *= side;
         normal.z[i] *= side;
-        wave.point.x[i] = origin.x[i] + way_m * direction.x[i] + RayScene::kOffset_m * normal.x[i];
-        wave.point.y[i] = origin.y[i] + way_m * direction.y[i] + RayScene::kOffset_m * normal.y[i];
-        wave.point.z[i] = origin.z[i] + way_m * direction.z[i] + RayScene::kOffset_m * normal.z[i];
+        wave.point.x[i] = origin.x[i] + way_m * direction.x[i] + off_m * normal.x[i];
+        wave.point.y[i] = origin.y[i] + way_m * direction.y[i] + off_m * normal.y[i];
+        wave.point.z[i] = origin.z[i] + way_m * direction.z[i] + off_m * normal.z[i];
         wave.back[i] = along <= 0 ? 0 : 1;
         wave.length_m[i] += way_m;
     }
@@ -38,7 +39,8 @@ void draw_choices(std::size_t count, PathWave& wave) {
     for (std::size_t i = 0; i < padded_lanes(count); ++i) {
         RandomStream random(wave.random[i]);
         const auto u = random.uniform_2d();
-        wave.choice[i] = u[0];
+        // Above 0: below any share there is, a lobe would be chosen that has next to nothing.
+        wave.choice[i] = std::max(u[0], 0x1p-25F);
         wave.roulette[i] = u[1];
         wave.random[i] = random.state();
     }

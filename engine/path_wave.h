@@ -30,7 +30,7 @@ struct PathWave {
 
     // Their hits.
     HitLanes hits;
-    LanePoints point;   ///< RayScene::point
+    LanePoints point;   ///< off the surface by RayScene::offset_after
     LanePoints normal;  ///< RayScene::facing_normal
     std::array<std::uint32_t, kLanes> material{};
     alignas(64) std::array<std::uint32_t, kLanes> back{};  ///< 1 where they met a triangle's back

@@ -101,6 +101,9 @@ class RayScene {
     /// rays, the patch that a deposit, a gather ray or an area sample falls in.
     static constexpr float kOffset_m = 1e-4F;
 
+    /// The same for a point that is found along a ray, where a long way is rounded.
+    static constexpr float offset_after(float way_m) { return kOffset_m + 4e-7F * way_m; }
+
  private:
     void update_triangles(std::uint32_t object);
     void update_few();

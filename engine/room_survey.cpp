@@ -25,7 +25,7 @@ void flood(const RayScene& scene, std::span<const Vec3> inside, int paths, int b
     const auto count = static_cast<std::size_t>(paths);
     std::vector<Ray> rays(count);
     std::vector<Vec3> begin(count);  // of the segment, before it passed through anything
-    std::vector<Hit> passed(count);  // the last that it passed through
+    std::vector<Hit> passed(count);  // the first that it passed through
     std::vector<RandomStream> random(count);
     std::vector<int> reflections(count, 0);
     std::vector<Hit> hits(count);
@@ -47,7 +47,7 @@ void flood(const RayScene& scene, std::span<const Vec3> inside, int paths, int b
                 rays[alive] = {scene.point(hits[i], direction) - 2 * RayScene::kOffset_m * through,
                                direction};
                 begin[alive] = begin[i];
-                passed[alive] = hits[i];
+                passed[alive] = passed[i].any() ? passed[i] : hits[i];
             } else {
                 Hit hit = hits[i].any() ? hits[i] : passed[i];
                 if (hit.any()) {

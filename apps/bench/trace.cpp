@@ -90,8 +90,6 @@ Speed measure(const Subject& subject, Estimator estimator, const RayScene& scene
             });
         });
     };
-    // What is compared takes turns, but for a few frames each: a live scene's frames follow each
-    // other, too.
     for (int round = 0; round < kRounds; ++round) {
         settings.progress(std::string("trace: ") + estimator_name(estimator) + ", round " +
                           std::to_string(round + 1));
@@ -114,13 +112,14 @@ Speed measure(const Subject& subject, Estimator estimator, const RayScene& scene
             const double time_s = step(*one_thread);
             if (k > 0) one_thread_frame_s.push_back(time_s);
         }
+        const auto ray_count = static_cast<double>(rays.size());
         for (int k = 0; k < kInARow; ++k) {
-            const auto rays_count = static_cast<double>(rays.size());
-            const double time_s = trace_raw(workers) / rays_count;
+            const double time_s = trace_raw(workers) / ray_count;
             if (k > 0) raw_s.push_back(time_s);
-            if (!one_thread) continue;
-            const double one_thread_s = trace_raw(one_worker) / rays_count;
-            if (k > 0) one_thread_raw_s.push_back(one_thread_s);
+        }
+        for (int k = 0; k < kInARow && one_thread; ++k) {
+            const double time_s = trace_raw(one_worker) / ray_count;
+            if (k > 0) one_thread_raw_s.push_back(time_s);
         }
         impulse_response_s.push_back(
             seconds_of([&] { builder.build(propagation->response(0), impulse_response); }));

@@ -62,6 +62,9 @@ TEST_CASE("Who stands in a room without a ceiling does not stand outside") {
     const ProgramResult above =
         run_program({AULA_PROGRAM, "check", scene, "--source-position", "high=3,3,9"});
     CHECK(above.err.find("the source \"high\" is outside the bounds") != std::string::npos);
+    const ProgramResult info =
+        run_program({AULA_PROGRAM, "info", scene, "--source-position", "high=3,3,9"});
+    CHECK(info.out.find("the source \"high\" stands outside the room") != std::string::npos);
 }
 
 TEST_CASE(

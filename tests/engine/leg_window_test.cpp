@@ -67,13 +67,18 @@ TEST_CASE("a receiver hears a leg by its chord, at its delay, wherever it is") {
     std::vector<TraceBatch> batches(40);
     for (std::size_t i = 0; i < batches.size(); ++i) {
         batches[i] = one_leg();
-        batches[i].legs[0].origin.y = static_cast<float>(i);
+        batches[i].legs[0].origin.y = static_cast<float>(i) + 5;
+        batches[i].leg_sounds[0].energy *= static_cast<float>(i);
     }
     many.add(batches, kRays);
     for (const std::size_t i : {0, 15, 16, 37}) {
-        const EnergyResponse response = heard(many, Vec3(2, static_cast<float>(i) + 0.3F, 0), 1);
-        CHECK(response.total(0) == Approx(0.5 * 0.8 / double{kVolume_m3}).epsilon(1e-4));
+        const auto k = static_cast<float>(i);
+        const EnergyResponse response = heard(many, Vec3(2, k + 5.3F, 0), 1);
+        const float energy = 0.5F * 0.8F * k / kVolume_m3;
+        CHECK(response.total(0) == Approx(double{energy}).epsilon(1e-4));
     }
+    // Not at the origin, where no leg begins.
+    CHECK(heard(many, Vec3(0), 1).total(0) == 0);
     // Companion: beside it, and beyond the leg's end.
     CHECK(heard(legs, Vec3(2, 0.6F, 0), 1).total(0) == 0);
     CHECK(heard(legs, Vec3(101, 0, 0), 1).total(0) == 0);
