@@ -315,6 +315,19 @@ TEST_CASE("paths come to rest off what they hit, on their side, however far and 
     }
 }
 
+TEST_CASE("a lobe that has next to nothing is not drawn, whatever the number") {
+    std::uint64_t state = 0;
+    while (RandomStream(state).uniform_2d()[0] != 0) ++state;
+    const Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 1e-40F, Vec3(1), Vec3(2));
+    const auto wave = std::make_unique<PathWave>();
+    wave->count = 1;
+    wave->energy[0] = Bands::filled(1);
+    wave->random[0] = state;
+    wave->scatter(RayScene(scene), Bands{});
+    CHECK(wave->to_diffuse[0] == 0);
+    CHECK(wave->energy[0].sum() == Approx(0.9 * kBandCount));
+}
+
 TEST_CASE("vectors of bands have their sums in one order, to the bit, and their maxima") {
     RandomStream random(1);
     for (int i = 0; i < 200; ++i) {
