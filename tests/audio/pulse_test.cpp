@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <numbers>
+#include <optional>
 #include <string>
 
 #include "audio/device.h"
@@ -41,9 +42,17 @@ int realtime_threads() {
     return count;
 }
 
-bool has_pulse(const std::vector<DeviceInfo>& devices) {
-    return std::any_of(devices.begin(), devices.end(),
-                       [](const DeviceInfo& d) { return d.name == "pulse"; });
+/// PulseAudio's device, if a server can run here; else says why not.
+std::optional<DeviceInfo> pulse_device(const PulseServer& server) {
+    if (!server.running()) {
+        WARN("skipped: no PulseAudio server can run here");
+        return {};
+    }
+    for (const DeviceInfo& device : list_output_devices()) {
+        if (device.name == "pulse") return device;
+    }
+    WARN("skipped: ALSA knows no PulseAudio here (libasound2-plugins)");
+    return {};
 }
 
 }  // namespace
@@ -57,14 +66,7 @@ extern "C" int snd_pcm_prepare(snd_pcm_t* pcm) {
 
 TEST_CASE("A device that hangs as it begins is given up, and another one plays") {
     PulseServer server;
-    if (!server.running()) {
-        WARN("skipped: no PulseAudio server can run here");
-        return;
-    }
-    if (!has_pulse(list_output_devices())) {
-        WARN("skipped: ALSA knows no PulseAudio here (libasound2-plugins)");
-        return;
-    }
+    if (!pulse_device(server)) return;
     std::atomic<int> calls = 0;
     const auto count = [&](std::span<float* const>, int) { ++calls; };
     {
@@ -91,14 +93,7 @@ TEST_CASE("A device that hangs as it begins is given up, and another one plays")
 
 TEST_CASE("A tone reaches a PulseAudio sink, and plays on when a server that died is back") {
     PulseServer server;
-    if (!server.running()) {
-        WARN("skipped: no PulseAudio server can run here");
-        return;
-    }
-    if (!has_pulse(list_output_devices())) {
-        WARN("skipped: ALSA knows no PulseAudio here (libasound2-plugins)");
-        return;
-    }
+    if (!pulse_device(server)) return;
     const TemporaryFolder folder;
     const std::filesystem::path file = folder.path() / "heard.wav";
     const int others = realtime_threads();
@@ -140,17 +135,8 @@ TEST_CASE("A tone reaches a PulseAudio sink, and plays on when a server that die
 
 TEST_CASE("A microphone hears what is said: here what the sink plays") {
     PulseServer server;
-    if (!server.running()) {
-        WARN("skipped: no PulseAudio server can run here");
-        return;
-    }
-    const std::vector<DeviceInfo> devices = list_output_devices();
-    const auto pulse = std::find_if(devices.begin(), devices.end(),
-                                    [](const DeviceInfo& d) { return d.name == "pulse"; });
-    if (pulse == devices.end()) {
-        WARN("skipped: ALSA knows no PulseAudio here (libasound2-plugins)");
-        return;
-    }
+    const auto pulse = pulse_device(server);
+    if (!pulse) return;
     // The default input is the sink's monitor.
     Microphone microphone(*pulse, kRate_hz, kBlock);
     CHECK(microphone.name() == "pulse");
