@@ -90,8 +90,9 @@ class RayScene {
         return objects_[triangle.object].path.has_value();
     }
 
-    /// The hit point from the triangle's own vertices (more exact than origin + t direction),
-    /// moved kOffset_m along the normal to the side that the ray came from.
+    /// The hit point from the triangle's own vertices (more exact than along the ray, but each lies
+    /// elsewhere in memory: not for the innermost loops), moved kOffset_m along the normal to the
+    /// side that the ray came from.
     Vec3 point(const Hit& hit, const Vec3& ray_direction) const;
 
     /// The triangle's unit normal on the side that the ray came from.

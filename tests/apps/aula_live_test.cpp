@@ -116,8 +116,8 @@ TEST_CASE("A PulseAudio server that dies and comes back is told of in a line eac
     const std::string scene = folder.write("room.json", kSmallRoom);
     Program program(
         {AULA_PROGRAM, scene, "--no-window", "--device", "pulse", "--duration", "1000"});
-    // Not before its sound is heard: PortAudio waits for ever if a server dies while a stream is
-    // being started.
+    // Not before its sound is heard: a stream that is being started when a server dies is given up
+    // only seconds later.
     REQUIRE(sound_comes(server, folder));
     server.kill();
     const auto says = [&](const std::string& text) {
