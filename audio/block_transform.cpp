@@ -1,5 +1,6 @@
 #include "audio/block_transform.h"
 
+#include <algorithm>
 #include <bit>
 #include <cassert>
 #include <cmath>
@@ -32,6 +33,9 @@ namespace {
 constexpr std::size_t kCutSize = 2048;
 constexpr std::size_t kParts = 4;
 
+// What turns squares of lanes takes as long as several passes, and reads or writes the spectrum.
+constexpr std::size_t kSpectrumPart = 512;
+
 /// At least as many vectors as lanes are needed: the last step turns squares.
 std::size_t lanes_for(std::size_t size, std::size_t most) {
     std::size_t lanes = most;
@@ -63,6 +67,7 @@ BlockTransform::BlockTransform(std::size_t size, const SpectralKernels& kernels)
     lanes_ = lanes_for(size, kernels.lanes);
     vectors_ = size / lanes_;
     parts_ = size >= kCutSize ? kParts : 1;
+    spectrum_parts_ = std::max<std::size_t>(1, size / kSpectrumPart);
     kernels_ = passes_for(kernels, lanes_);
     starts_with_2_ = std::countr_zero(vectors_) % 2 == 1;
 
@@ -109,15 +114,15 @@ BlockTransform::Range BlockTransform::range(const Pass& pass, std::size_t part) 
 void BlockTransform::forward_step(std::size_t step, const float* older, const float* newer,
                                   float* work, float* spectrum, std::size_t stride) const noexcept {
     const std::size_t index = step / parts_;
-    const std::size_t part = step % parts_;
-    if (index == passes_.size()) {
-        const std::size_t start = part * vectors_ / parts_;
-        kernels_.forward_last(work + place(start), lane_twiddles_.data() + place(start),
-                              vectors_ / parts_, spectrum + place(start, stride), stride);
+    if (index >= passes_.size()) {
+        const std::size_t vectors = vectors_ / spectrum_parts_;
+        const std::size_t start = (step - passes_.size() * parts_) * vectors;
+        kernels_.forward_last(work + place(start), lane_twiddles_.data() + place(start), vectors,
+                              spectrum + place(start, stride), stride);
         return;
     }
     const Pass& pass = passes_[index];
-    const Range r = range(pass, part);
+    const Range r = range(pass, step % parts_);
     if (index == 0) {
         kernels_.forward_first(older, newer, weights_.data(), pass.twiddles.data(), vectors_,
                                starts_with_2_, r.first, r.last, work);
@@ -143,17 +148,17 @@ void BlockTransform::forward_filter(const float* taps, float* work, float* spect
 
 void BlockTransform::inverse_step(std::size_t step, const float* spectrum, std::size_t stride,
                                   float* work, float* newer) const noexcept {
-    const std::size_t part = step % parts_;
-    if (step < parts_) {
-        const std::size_t start = part * vectors_ / parts_;
+    if (step < spectrum_parts_) {
+        const std::size_t vectors = vectors_ / spectrum_parts_;
+        const std::size_t start = step * vectors;
         kernels_.inverse_first(spectrum + place(start, stride), stride,
-                               lane_twiddles_.data() + place(start), vectors_ / parts_,
-                               work + place(start));
+                               lane_twiddles_.data() + place(start), vectors, work + place(start));
         return;
     }
-    const std::size_t index = passes_.size() - step / parts_;
+    step -= spectrum_parts_;
+    const std::size_t index = passes_.size() - 1 - step / parts_;
     const Pass& pass = passes_[index];
-    const Range r = range(pass, part);
+    const Range r = range(pass, step % parts_);
     if (index > 0) {
         kernels_.inverse_middle(pass.twiddles.data(), r.vectors, pass.span, r.first, r.last,
                                 work + place(r.start));

@@ -27,7 +27,7 @@ class BlockTransform {
     std::size_t work_floats() const { return 2 * size_; }
 
     /// Steps of a transform in either direction, to be done in order.
-    std::size_t steps() const { return (passes_.size() + 1) * parts_; }
+    std::size_t steps() const { return passes_.size() * parts_ + spectrum_parts_; }
 
     /// Spectrum of a window. The last step writes the spectrum, whose chunks are `stride` floats
     /// apart; what steps hand on lies in `work`.
@@ -68,7 +68,8 @@ class BlockTransform {
     std::size_t size_;
     std::size_t lanes_;
     std::size_t vectors_;
-    std::size_t parts_;  ///< that a pass is cut into, to be a step each
+    std::size_t parts_;           ///< that a pass is cut into, to be a step each
+    std::size_t spectrum_parts_;  ///< that what is done at the spectrum's end is cut into
     SpectralKernels::Passes kernels_;
     bool starts_with_2_ = false;  ///< the first pass has butterflies of two
     std::vector<Pass> passes_;    ///< in the forward direction

@@ -22,6 +22,12 @@ std::size_t slices_of(std::size_t products) {
     return (products + kProductsOfPiece - 1) / kProductsOfPiece;
 }
 
+// Sizes at least double from level to level: those of level l > 0 are multiples of 2^l partitions
+// of the first. Its frames start 2^(l - 1) of these before such multiples, where no other's do.
+std::size_t lead_samples(const ConvolutionShape& shape, std::size_t index) {
+    return partition_levels(shape)[0].size << (index - 1);
+}
+
 }  // namespace
 
 SpectralHistory::SpectralHistory(std::size_t inputs, const PartitionLevel& level)
@@ -211,6 +217,7 @@ TailLevel::TailLevel(const ConvolutionShape& shape, const PartitionLevel& level,
       product_cost_(product_cost(shape, level, false)),
       exchanging_cost_(product_cost(shape, level, true)),
       step_cost_(transform_cost(level.size) / static_cast<double>(transform_.steps())),
+      position_(lead_samples(shape, index)),
       windows_(3 * shape.inputs * level.size),
       sum_groups_((transform_.chunks() + chunks_of_piece(shape.outputs) - 1) /
                   chunks_of_piece(shape.outputs)),

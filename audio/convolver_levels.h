@@ -137,13 +137,14 @@ class HeadLevel {
 /// A level whose frames are computed while the next frame of input comes in, and heard in the frame
 /// after that: its work is cut into small pieces, done at an even pace. A filter is exchanged at
 /// the start of a frame: the frame that is then computed goes over to it by a crossfade while it is
-/// heard; of those that came in the meantime, the newest is taken.
+/// heard; of those that came in the meantime, the newest is taken. No two levels start frames in
+/// the same block.
 class TailLevel {
  public:
     TailLevel(const ConvolutionShape& shape, const PartitionLevel& level, std::size_t index);
 
     void start_with(const ConvolutionFilter* filter) noexcept AULA_NONBLOCKING {
-        current_ = filter;
+        current_ = next_ = filter;
     }
     bool uses(const ConvolutionFilter* filter) const noexcept AULA_NONBLOCKING {
         return filter == current_ || filter == next_;
@@ -183,7 +184,7 @@ class TailLevel {
     double exchanging_cost_;   ///< of a chunk, with filters that are being exchanged
     double step_cost_;         ///< of a step of a transform
 
-    std::size_t position_ = 0;      ///< samples of the frame that have come in
+    std::size_t position_;          ///< samples of the frame that have come in
     std::size_t incoming_ = 0;      ///< place of the frame that comes in
     AlignedVector<float> windows_;  ///< [place][input][sample], three frames
 

@@ -86,7 +86,8 @@ double worst_error(const Signals& outputs, const ExactSignals& expected) {
 
 ExchangePlan::ExchangePlan(const std::vector<PartitionLevel>& levels, std::size_t fade_samples,
                            const std::vector<std::size_t>& exchanges) {
-    for (const PartitionLevel& level : levels) {
+    for (std::size_t l = 0; l < levels.size(); ++l) {
+        const PartitionLevel& level = levels[l];
         std::vector<Fade> fades{{0, 0, 0, 0}};
         if (level.first_tap == 0) {
             for (std::size_t k = 1; k < exchanges.size(); ++k) {
@@ -94,8 +95,9 @@ ExchangePlan::ExchangePlan(const std::vector<PartitionLevel>& levels, std::size_
             }
         } else {
             const std::size_t last = exchanges.back() + fade_samples + level.size;
+            const std::size_t first = level.size - (levels[0].size << (l - 1));
             std::size_t newest = 0;
-            for (std::size_t frame = 0; frame <= last; frame += level.size) {
+            for (std::size_t frame = first; frame <= last; frame += level.size) {
                 const std::size_t before = newest;
                 while (newest + 1 < exchanges.size() &&
                        exchanges[newest + 1] + fade_samples <= frame)

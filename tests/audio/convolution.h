@@ -31,7 +31,8 @@ double worst_error(const Signals& outputs, const ExactSignals& expected);
 
 /// What a convolver is to do when filters are exchanged: how much each filter weighs in the output
 /// of each level. The head fades from the exchange on. A tail takes the newest filter that the head
-/// is done with at the start of a frame, and fades over the frame after that.
+/// is done with at the start of a frame, and fades over the frame after that. The frames of level l
+/// start 2^(l - 1) partitions of the head before the multiples of their size.
 class ExchangePlan {
  public:
     /// Filter k is given at sample exchanges[k], the first at 0, before the first sample.
