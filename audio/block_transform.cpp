@@ -29,12 +29,11 @@ namespace aula {
 
 namespace {
 
-// Passes of transforms from this size on are cut: one of 8192 points takes a microsecond or two.
-constexpr std::size_t kCutSize = 2048;
-constexpr std::size_t kParts = 4;
-
-// What turns squares of lanes takes as long as several passes, and reads or writes the spectrum.
-constexpr std::size_t kSpectrumPart = 512;
+// Bins of a step: a tenth to a fifth of a microsecond. At its ends a transform reads and writes
+// what the caches have lost since, a window or a spectrum, and the spectrum's turns squares of
+// lanes.
+constexpr std::size_t kMiddlePart = 1024;
+constexpr std::size_t kEndPart = 256;
 
 /// At least as many vectors as lanes are needed: the last step turns squares.
 std::size_t lanes_for(std::size_t size, std::size_t most) {
@@ -66,8 +65,8 @@ BlockTransform::BlockTransform(std::size_t size, const SpectralKernels& kernels)
     assert(std::has_single_bit(size) && size >= 16 && size <= 8192);
     lanes_ = lanes_for(size, kernels.lanes);
     vectors_ = size / lanes_;
-    parts_ = size >= kCutSize ? kParts : 1;
-    spectrum_parts_ = std::max<std::size_t>(1, size / kSpectrumPart);
+    middle_parts_ = std::max<std::size_t>(1, size / kMiddlePart);
+    end_parts_ = std::max<std::size_t>(1, size / kEndPart);
     kernels_ = passes_for(kernels, lanes_);
     starts_with_2_ = std::countr_zero(vectors_) % 2 == 1;
 
@@ -103,33 +102,37 @@ BlockTransform::BlockTransform(std::size_t size, const SpectralKernels& kernels)
 }
 
 /// Whole spans where there are enough of them, else a part of the butterflies of each.
-BlockTransform::Range BlockTransform::range(const Pass& pass, std::size_t part) const noexcept {
+BlockTransform::Range BlockTransform::range(const Pass& pass, std::size_t part,
+                                            std::size_t parts) const noexcept {
     const std::size_t butterflies = pass.span / pass.radix;
-    if (pass.span * parts_ <= vectors_) {
-        return {part * vectors_ / parts_, vectors_ / parts_, 0, butterflies};
+    if (pass.span * parts <= vectors_) {
+        return {part * vectors_ / parts, vectors_ / parts, 0, butterflies};
     }
-    return {0, vectors_, part * butterflies / parts_, (part + 1) * butterflies / parts_};
+    return {0, vectors_, part * butterflies / parts, (part + 1) * butterflies / parts};
 }
 
 void BlockTransform::forward_step(std::size_t step, const float* older, const float* newer,
                                   float* work, float* spectrum, std::size_t stride) const noexcept {
-    const std::size_t index = step / parts_;
-    if (index >= passes_.size()) {
-        const std::size_t vectors = vectors_ / spectrum_parts_;
-        const std::size_t start = (step - passes_.size() * parts_) * vectors;
-        kernels_.forward_last(work + place(start), lane_twiddles_.data() + place(start), vectors,
-                              spectrum + place(start, stride), stride);
+    if (step < end_parts_) {
+        const Range r = range(passes_[0], step, end_parts_);
+        kernels_.forward_first(older, newer, weights_.data(), passes_[0].twiddles.data(), vectors_,
+                               starts_with_2_, r.first, r.last, work);
         return;
     }
-    const Pass& pass = passes_[index];
-    const Range r = range(pass, step % parts_);
-    if (index == 0) {
-        kernels_.forward_first(older, newer, weights_.data(), pass.twiddles.data(), vectors_,
-                               starts_with_2_, r.first, r.last, work);
-    } else {
+    step -= end_parts_;
+    const std::size_t index = 1 + step / middle_parts_;
+    if (index < passes_.size()) {
+        const Pass& pass = passes_[index];
+        const Range r = range(pass, step % middle_parts_, middle_parts_);
         kernels_.forward_middle(pass.twiddles.data(), r.vectors, pass.span, r.first, r.last,
                                 work + place(r.start));
+        return;
     }
+    step -= (passes_.size() - 1) * middle_parts_;
+    const std::size_t vectors = vectors_ / end_parts_;
+    const std::size_t start = step * vectors;
+    kernels_.forward_last(work + place(start), lane_twiddles_.data() + place(start), vectors,
+                          spectrum + place(start, stride), stride);
 }
 
 void BlockTransform::forward(const float* older, const float* newer, float* work,
@@ -148,24 +151,26 @@ void BlockTransform::forward_filter(const float* taps, float* work, float* spect
 
 void BlockTransform::inverse_step(std::size_t step, const float* spectrum, std::size_t stride,
                                   float* work, float* newer) const noexcept {
-    if (step < spectrum_parts_) {
-        const std::size_t vectors = vectors_ / spectrum_parts_;
+    if (step < end_parts_) {
+        const std::size_t vectors = vectors_ / end_parts_;
         const std::size_t start = step * vectors;
         kernels_.inverse_first(spectrum + place(start, stride), stride,
                                lane_twiddles_.data() + place(start), vectors, work + place(start));
         return;
     }
-    step -= spectrum_parts_;
-    const std::size_t index = passes_.size() - 1 - step / parts_;
-    const Pass& pass = passes_[index];
-    const Range r = range(pass, step % parts_);
-    if (index > 0) {
+    step -= end_parts_;
+    const std::size_t done = step / middle_parts_;
+    if (done + 1 < passes_.size()) {
+        const Pass& pass = passes_[passes_.size() - 1 - done];
+        const Range r = range(pass, step % middle_parts_, middle_parts_);
         kernels_.inverse_middle(pass.twiddles.data(), r.vectors, pass.span, r.first, r.last,
                                 work + place(r.start));
-    } else {
-        kernels_.inverse_last(inverse_weights_.data(), pass.twiddles.data(), vectors_,
-                              starts_with_2_, r.first, r.last, work, newer);
+        return;
     }
+    step -= (passes_.size() - 1) * middle_parts_;
+    const Range r = range(passes_[0], step, end_parts_);
+    kernels_.inverse_last(inverse_weights_.data(), passes_[0].twiddles.data(), vectors_,
+                          starts_with_2_, r.first, r.last, work, newer);
 }
 
 void BlockTransform::inverse(const float* spectrum, std::size_t stride, float* work,

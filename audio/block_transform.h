@@ -27,7 +27,7 @@ class BlockTransform {
     std::size_t work_floats() const { return 2 * size_; }
 
     /// Steps of a transform in either direction, to be done in order.
-    std::size_t steps() const { return passes_.size() * parts_ + spectrum_parts_; }
+    std::size_t steps() const { return 2 * end_parts_ + (passes_.size() - 1) * middle_parts_; }
 
     /// Spectrum of a window. The last step writes the spectrum, whose chunks are `stride` floats
     /// apart; what steps hand on lies in `work`.
@@ -59,7 +59,8 @@ class BlockTransform {
     struct Range {
         std::size_t start, vectors, first, last;
     };
-    Range range(const Pass& pass, std::size_t part) const noexcept AULA_NONBLOCKING;
+    Range range(const Pass& pass, std::size_t part,
+                std::size_t parts) const noexcept AULA_NONBLOCKING;
     std::size_t place(std::size_t vector,
                       std::size_t stride = kChunk_floats) const noexcept AULA_NONBLOCKING {
         return vector * lanes_ / kChunk_bins * stride + vector * lanes_ % kChunk_bins;
@@ -68,8 +69,8 @@ class BlockTransform {
     std::size_t size_;
     std::size_t lanes_;
     std::size_t vectors_;
-    std::size_t parts_;           ///< that a pass is cut into, to be a step each
-    std::size_t spectrum_parts_;  ///< that what is done at the spectrum's end is cut into
+    std::size_t end_parts_;     ///< steps of the pass over the window, and at the spectrum
+    std::size_t middle_parts_;  ///< steps of each pass between
     SpectralKernels::Passes kernels_;
     bool starts_with_2_ = false;  ///< the first pass has butterflies of two
     std::vector<Pass> passes_;    ///< in the forward direction

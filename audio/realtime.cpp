@@ -2,6 +2,12 @@
 
 #include <pthread.h>
 #include <sched.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdint>
 
 #if defined(__SSE__)
 #include <xmmintrin.h>
@@ -20,6 +26,29 @@ bool take_realtime_priority() noexcept {
     }
     parameters.sched_priority = kPriority;
     return pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
+}
+
+// Linux lets whoever runs finish its slice, be it nice or not, and from 6.12 on takes the slice
+// from here.
+void take_background_priority() noexcept {
+    constexpr int kNice = 10;
+    constexpr std::uint64_t kSlice_ns = 100'000;
+    if (sched_getscheduler(0) != SCHED_OTHER) return;
+    const auto thread = static_cast<id_t>(syscall(SYS_gettid));
+    const int nice = std::max(kNice, getpriority(PRIO_PROCESS, thread));
+    // sched_setattr(2); C libraries before 2.41 do not have it.
+    struct {
+        std::uint32_t size;
+        std::uint32_t policy = SCHED_OTHER;
+        std::uint64_t flags = 0;
+        std::int32_t nice;
+        std::uint32_t priority = 0;
+        std::uint64_t runtime_ns = kSlice_ns;
+        std::uint64_t deadline_ns = 0;
+        std::uint64_t period_ns = 0;
+    } attributes{.size = sizeof(attributes), .nice = nice};
+    if (syscall(SYS_sched_setattr, 0, &attributes, 0U) != 0)
+        setpriority(PRIO_PROCESS, thread, nice);
 }
 
 RealtimePriority::RealtimePriority() noexcept {

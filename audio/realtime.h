@@ -14,6 +14,11 @@ namespace aula {
 /// [audio thread, first call]
 bool take_realtime_priority() noexcept;
 
+/// Has this thread, and those that it begins, give way to all that is woken beside it: long
+/// computations keep neither a sound server nor the library that speaks to it waiting. For good:
+/// the way back needs privileges.
+void take_background_priority() noexcept;
+
 /// Real-time priority for this thread while alive, unless the system refuses it. Threads that it
 /// begins meanwhile have it too, and keep it.
 class RealtimePriority {

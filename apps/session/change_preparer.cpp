@@ -3,6 +3,8 @@
 #include <exception>
 #include <utility>
 
+#include "audio/realtime.h"
+
 namespace aula {
 
 namespace {
@@ -13,7 +15,10 @@ constexpr double kSettle_s = 0.25;
 }  // namespace
 
 ChangePreparer::ChangePreparer(double sample_rate_hz, std::function<Playing()> playing)
-    : rate_hz_(sample_rate_hz), playing_(std::move(playing)), thread_([this] { run(); }) {}
+    : rate_hz_(sample_rate_hz), playing_(std::move(playing)), thread_([this] {
+          take_background_priority();
+          run();
+      }) {}
 
 ChangePreparer::~ChangePreparer() {
     {

@@ -17,7 +17,7 @@ inline std::int64_t clock_ns() noexcept AULA_NONBLOCKING {
 }
 static_assert(std::chrono::steady_clock::period::den == 1'000'000'000);
 
-/// How long things took, counted in steps of a quarter of a millisecond; what is longer than a
+/// How long things took, counted in steps of a tenth of a millisecond; what is longer than a
 /// second counts as a second. One thread adds, wait-free; any thread reads.
 class LatencyCounts {
  public:
@@ -43,8 +43,8 @@ class LatencyCounts {
     }
 
  private:
-    static constexpr std::int64_t kStep_ns = 250'000;
-    static constexpr std::size_t kSteps = 4000;
+    static constexpr std::int64_t kStep_ns = 100'000;
+    static constexpr std::size_t kSteps = 10000;
     std::array<std::atomic<std::uint32_t>, kSteps> counts_{};
 };
 

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <exception>
+#include <future>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -13,6 +14,7 @@
 #include "apps/session/live_mixer.h"
 #include "apps/session/performance.h"
 #include "audio/error.h"
+#include "audio/realtime.h"
 
 namespace aula {
 
@@ -90,6 +92,7 @@ Player::State::State(const Scene& scene, const SessionOptions& options) {
     device->start();
     changes = std::make_unique<ChangePreparer>(rate_hz, [this] { return what_plays(); });
     thread = std::thread([this] {
+        take_background_priority();
         try {
             propagate();
         } catch (...) {
@@ -124,7 +127,11 @@ void Player::State::fade_out() {
 
 /// Everything but the device: what is wrong with the input is said before a device is opened.
 void Player::State::build(const Scene& scene, const SessionOptions& options) {
-    playing = std::make_unique<Performance>(scene, options, rate_hz, false);
+    // The threads that trace its paths have the priority of the thread that begins them.
+    playing = std::async(std::launch::async, [&] {
+                  take_background_priority();
+                  return std::make_unique<Performance>(scene, options, rate_hz, false);
+              }).get();
     warnings = warnings_of(playing->signals);
     monitor.reset();
     mixer = std::make_unique<LiveMixer>(rate_hz, options.block, channel_count(options.output));

@@ -1,6 +1,7 @@
 #include "audio/realtime.h"
 
 #include <sched.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -209,4 +210,23 @@ TEST_CASE("Threads keep the real-time priority that they were begun under, their
     over.set_value();
     child.join();
     CHECK(of_child == SCHED_FIFO);
+}
+
+TEST_CASE("Threads in the background are nice, as are those that they begin, and no others") {
+    const auto nice = [] { return getpriority(PRIO_PROCESS, static_cast<id_t>(gettid())); };
+    const int before = nice();
+    int of_thread = 0;
+    int of_child = 0;
+    std::thread([&] {
+        take_background_priority();
+        of_thread = nice();
+        std::thread([&] { of_child = nice(); }).join();
+        // Who is nicer stays so.
+        setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 15);
+        take_background_priority();
+        CHECK(nice() == 15);
+    }).join();
+    CHECK(of_thread == std::max(before, 10));
+    CHECK(of_child == of_thread);
+    CHECK(nice() == before);
 }
