@@ -30,12 +30,11 @@ bool take_realtime_priority() noexcept {
 
 // Linux lets whoever runs finish its slice, be it nice or not, and from 6.12 on takes the slice
 // from here.
-void take_background_priority() noexcept {
-    constexpr int kNice = 10;
+void give_way(int nice) noexcept {
     constexpr std::uint64_t kSlice_ns = 100'000;
     if (sched_getscheduler(0) != SCHED_OTHER) return;
     const auto thread = static_cast<id_t>(syscall(SYS_gettid));
-    const int nice = std::max(kNice, getpriority(PRIO_PROCESS, thread));
+    nice = std::max(nice, getpriority(PRIO_PROCESS, thread));
     // sched_setattr(2); C libraries before 2.41 do not have it.
     struct {
         std::uint32_t size;

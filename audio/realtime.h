@@ -14,10 +14,10 @@ namespace aula {
 /// [audio thread, first call]
 bool take_realtime_priority() noexcept;
 
-/// Has this thread, and those that it begins, give way to all that is woken beside it: long
-/// computations keep neither a sound server nor the library that speaks to it waiting. For good:
-/// the way back needs privileges.
-void take_background_priority() noexcept;
+/// Makes this thread, and those that it begins, at least so nice (nice(2)) and has them give way at
+/// once to what is woken beside them: long computations keep neither a sound server nor the library
+/// that speaks to it waiting. For good: the way back needs privileges.
+void give_way(int nice) noexcept;
 
 /// Real-time priority for this thread while alive, unless the system refuses it. Threads that it
 /// begins meanwhile have it too, and keep it.

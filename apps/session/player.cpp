@@ -92,7 +92,7 @@ Player::State::State(const Scene& scene, const SessionOptions& options) {
     device->start();
     changes = std::make_unique<ChangePreparer>(rate_hz, [this] { return what_plays(); });
     thread = std::thread([this] {
-        take_background_priority();
+        give_way(kNiceOfFrames);
         try {
             propagate();
         } catch (...) {
@@ -129,7 +129,7 @@ void Player::State::fade_out() {
 void Player::State::build(const Scene& scene, const SessionOptions& options) {
     // The threads that trace its paths have the priority of the thread that begins them.
     playing = std::async(std::launch::async, [&] {
-                  take_background_priority();
+                  give_way(kNiceOfFrames);
                   return std::make_unique<Performance>(scene, options, rate_hz, false);
               }).get();
     warnings = warnings_of(playing->signals);

@@ -5,14 +5,12 @@
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
-#include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
+#include "apps/session/performance.h"
 #include "apps/window/model.h"
 #include "apps/window/native_window.h"
 #include "apps/window/panels.h"
@@ -20,6 +18,7 @@
 #include "apps/window/screenshot.h"
 #include "apps/window/state_file.h"
 #include "audio/error.h"
+#include "audio/realtime.h"
 #include "engine/error.h"
 
 namespace aula {
@@ -265,21 +264,14 @@ class App {
     int height_ = 0;
 };
 
-/// The calling thread, and those that it makes from here on, give way to all others.
-void give_way() {
-    constexpr int kNicer = 5;
-    const auto thread = static_cast<id_t>(syscall(SYS_gettid));
-    setpriority(PRIO_PROCESS, thread, getpriority(PRIO_PROCESS, thread) + kNicer);
-}
-
 }  // namespace
 
 bool window_possible() { return opens_window(); }
 
 PlayStatus show_window(const WindowOptions& options) {
-    // The player's threads come first: they do not give way.
+    // The player's threads are there already: they do not give way to pictures.
     Model model(options);
-    give_way();
+    give_way(kNiceOfFrames + 5);
     const Glfw glfw;
     if (!glfw.started())
         throw AudioFailure("there is no display; --no-window plays in the terminal");

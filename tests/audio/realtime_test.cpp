@@ -212,18 +212,18 @@ TEST_CASE("Threads keep the real-time priority that they were begun under, their
     CHECK(of_child == SCHED_FIFO);
 }
 
-TEST_CASE("Threads in the background are nice, as are those that they begin, and no others") {
+TEST_CASE("Threads that give way are nice, as are those that they begin, and no others") {
     const auto nice = [] { return getpriority(PRIO_PROCESS, static_cast<id_t>(gettid())); };
     const int before = nice();
     int of_thread = 0;
     int of_child = 0;
     std::thread([&] {
-        take_background_priority();
+        give_way(10);
         of_thread = nice();
         std::thread([&] { of_child = nice(); }).join();
         // Who is nicer stays so.
         setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 15);
-        take_background_priority();
+        give_way(10);
         CHECK(nice() == 15);
     }).join();
     CHECK(of_thread == std::max(before, 10));
