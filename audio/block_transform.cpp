@@ -142,10 +142,19 @@ void BlockTransform::forward(const float* older, const float* newer, float* work
     }
 }
 
-void BlockTransform::forward_filter(const float* taps, float* work, float* spectrum,
-                                    std::size_t stride) const noexcept {
-    for (std::size_t step = 0; step < steps(); ++step) {
-        forward_step(step, taps, nullptr, work, spectrum, stride);
+void BlockTransform::forward_filters(std::span<const float* const> taps, float* work,
+                                     float* spectra) const noexcept {
+    const std::size_t stride = taps.size() * kChunk_floats;
+    const auto step_of = [&](std::size_t filter, std::size_t step) {
+        forward_step(step, taps[filter], nullptr, work + filter * work_floats(),
+                     spectra + filter * kChunk_floats, stride);
+    };
+    const std::size_t before_spectra = steps() - end_parts_;
+    for (std::size_t f = 0; f < taps.size(); ++f) {
+        for (std::size_t step = 0; step < before_spectra; ++step) step_of(f, step);
+    }
+    for (std::size_t step = before_spectra; step < steps(); ++step) {
+        for (std::size_t f = 0; f < taps.size(); ++f) step_of(f, step);
     }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "audio/aligned.h"
@@ -35,11 +36,14 @@ class BlockTransform {
                       float* spectrum,
                       std::size_t stride = kChunk_floats) const noexcept AULA_NONBLOCKING;
 
-    /// All steps for a filter of size() taps, or for a window.
-    void forward_filter(const float* taps, float* work, float* spectrum,
-                        std::size_t stride) const noexcept AULA_NONBLOCKING;
+    /// All steps for a window.
     void forward(const float* older, const float* newer, float* work,
                  float* spectrum) const noexcept AULA_NONBLOCKING;
+
+    /// All steps for filters of size() taps each, whose spectra are interleaved: [chunk][filter].
+    /// They are written in the order in which they lie. `work` has work_floats() for each.
+    void forward_filters(std::span<const float* const> taps, float* work,
+                         float* spectra) const noexcept AULA_NONBLOCKING;
 
     /// The newer half of a window, size() samples, written by the last step.
     void inverse_step(std::size_t step, const float* spectrum, std::size_t stride, float* work,

@@ -32,8 +32,9 @@ FilterTransform::FilterTransform(const ConvolutionShape& shape) : shape_(shape) 
     const PartitionLevel& last = measures.back();
     padded_taps_ = last.end_tap();
     kept_.resize(shape.inputs * shape.outputs * padded_taps_);
-    work_.resize(2 * last.size);
-    spectrum_.resize(2 * last.size);
+    taps_.resize(shape.outputs);
+    work_.resize(2 * last.size * shape.outputs);
+    if (last.half_precision) spectra_.resize(2 * last.size * shape.outputs);
 }
 
 void FilterTransform::transform(std::span<const std::span<const float>> responses,
@@ -88,17 +89,13 @@ void FilterTransform::transform_partition(Level& level, std::size_t input, std::
         zero = all_zero(kept(input, o, first), level.measure.size);
     }
     if (zero) return;
+    for (std::size_t o = 0; o < shape_.outputs; ++o) taps_[o] = kept(input, o, first);
     const Spectra memory = unused_spectra(level);
     float scale = 1;
     if (level.measure.half_precision) {
-        scale = transform_half(level, input, first, static_cast<std::uint16_t*>(memory.get()));
+        scale = transform_half(level, static_cast<std::uint16_t*>(memory.get()));
     } else {
-        auto* const spectra = static_cast<float*>(memory.get());
-        for (std::size_t o = 0; o < shape_.outputs; ++o) {
-            level.transform.forward_filter(kept(input, o, first), work_.data(),
-                                           spectra + o * kChunk_floats,
-                                           shape_.outputs * kChunk_floats);
-        }
+        level.transform.forward_filters(taps_, work_.data(), static_cast<float*>(memory.get()));
     }
     level.newest.memory[place] = memory;
     level.newest.partitions[place] = {memory.get(), scale};
@@ -108,11 +105,9 @@ void FilterTransform::transform_partition(Level& level, std::size_t input, std::
 // No bin is larger than the sum of the taps' sizes. Scaled by a power of two so that this sum is at
 // most 2^15, bins are far from the largest half-precision number, 65504, and those that matter far
 // from 2^-14, below which precision is lost.
-float FilterTransform::transform_half(const Level& level, std::size_t input, std::size_t first,
-                                      std::uint16_t* spectra) {
+float FilterTransform::transform_half(const Level& level, std::uint16_t* spectra) {
     float largest = 0;
-    for (std::size_t o = 0; o < shape_.outputs; ++o) {
-        const float* const taps = kept(input, o, first);
+    for (const float* const taps : taps_) {
         float sum = 0;
         for (std::size_t n = 0; n < level.measure.size; ++n) sum += std::abs(taps[n]);
         largest = std::max(largest, sum);
@@ -121,15 +116,9 @@ float FilterTransform::transform_half(const Level& level, std::size_t input, std
     std::frexp(largest, &exponent);
     constexpr int kLargest = 15;
     const float scale = std::ldexp(1.0F, exponent - kLargest);
-    const SpectralKernels& kernels = best_kernels();
-    for (std::size_t o = 0; o < shape_.outputs; ++o) {
-        level.transform.forward_filter(kept(input, o, first), work_.data(), spectrum_.data(),
-                                       kChunk_floats);
-        for (std::size_t c = 0; c < level.transform.chunks(); ++c) {
-            kernels.to_half(spectrum_.data() + c * kChunk_floats, kChunk_floats, 1 / scale,
-                            spectra + (c * shape_.outputs + o) * kChunk_floats);
-        }
-    }
+    level.transform.forward_filters(taps_, work_.data(), spectra_.data());
+    best_kernels().to_half(spectra_.data(), 2 * level.measure.size * shape_.outputs, 1 / scale,
+                           spectra);
     return scale;
 }
 

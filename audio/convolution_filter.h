@@ -68,8 +68,7 @@ class FilterTransform {
     bool take_over(std::span<const std::span<const float>> responses, std::size_t input,
                    std::size_t first, std::size_t count);
     void transform_partition(Level& level, std::size_t input, std::size_t index);
-    float transform_half(const Level& level, std::size_t input, std::size_t first,
-                         std::uint16_t* spectra);
+    float transform_half(const Level& level, std::uint16_t* spectra);
     Spectra unused_spectra(Level& level);
     float* kept(std::size_t input, std::size_t output, std::size_t tap) {
         return kept_.data() + (input * shape_.outputs + output) * padded_taps_ + tap;
@@ -78,9 +77,10 @@ class FilterTransform {
     ConvolutionShape shape_;
     std::vector<Level> levels_;
     std::size_t padded_taps_;
-    AlignedVector<float> kept_;  ///< [input][output][tap], of the call before
-    AlignedVector<float> work_;
-    AlignedVector<float> spectrum_;
+    AlignedVector<float> kept_;       ///< [input][output][tap], of the call before
+    std::vector<const float*> taps_;  ///< of a partition, [output]
+    AlignedVector<float> work_;       ///< of its transforms
+    AlignedVector<float> spectra_;    ///< of a partition, before they are halved
 };
 
 }  // namespace aula

@@ -217,13 +217,13 @@ class Transforms {
             spectra_.emplace_back(2 * level.size * level.count * c.sources * c.channels);
         }
         const std::size_t largest = levels_.back().size;
-        work_.resize(2 * largest);
-        last_.resize(largest);
+        taps_.resize(c.channels);
+        work_.resize(2 * largest * c.channels);
+        last_.resize(largest * c.channels);
     }
 
     double time_us_of(const ConvolutionFilters& responses) {
         const double began_us = time_us(CLOCK_THREAD_CPUTIME_ID);
-        const std::size_t stride = case_.channels * kChunk_floats;
         for (std::size_t l = 0; l < levels_.size(); ++l) {
             const PartitionLevel& level = levels_[l];
             float* spectra = spectra_[l].data();
@@ -232,17 +232,16 @@ class Transforms {
                     const std::size_t first = level.first_tap + p * level.size;
                     for (std::size_t o = 0; o < case_.channels; ++o) {
                         const std::vector<float>& response = responses[s][o];
-                        const float* taps = response.data() + first;
-                        if (first + level.size > response.size()) {
-                            const auto end =
-                                std::copy(response.begin() + static_cast<std::ptrdiff_t>(first),
-                                          response.end(), last_.begin());
-                            std::fill(end, last_.end(), 0.0F);
-                            taps = last_.data();
-                        }
-                        transforms_[l].forward_filter(taps, work_.data(),
-                                                      spectra + o * kChunk_floats, stride);
+                        taps_[o] = response.data() + first;
+                        if (first + level.size <= response.size()) continue;
+                        float* const last = last_.data() + o * level.size;
+                        const auto end =
+                            std::copy(response.begin() + static_cast<std::ptrdiff_t>(first),
+                                      response.end(), last);
+                        std::fill(end, last + level.size, 0.0F);
+                        taps_[o] = last;
                     }
+                    transforms_[l].forward_filters(taps_, work_.data(), spectra);
                     spectra += 2 * level.size * case_.channels;
                 }
             }
@@ -255,6 +254,7 @@ class Transforms {
     std::vector<PartitionLevel> levels_;
     std::vector<BlockTransform> transforms_;
     std::vector<AlignedVector<float>> spectra_;
+    std::vector<const float*> taps_;
     AlignedVector<float> work_;
     AlignedVector<float> last_;
 };

@@ -44,8 +44,8 @@ TEST_CASE("Each instruction set's product of spectra is a convolution") {
             AlignedVector<float> out(size);
             transform.forward(window.data(), window.data() + size, work.data(),
                               signal_spectrum.data());
-            transform.forward_filter(taps.data(), work.data(), filter_spectrum.data(),
-                                     kChunk_floats);
+            const float* const filter = taps.data();
+            transform.forward_filters({&filter, 1}, work.data(), filter_spectrum.data());
             const SpectralTerm term{signal_spectrum.data(), filter_spectrum.data(), 1};
             kernels->multiply_add({&term, 1}, 1, 0, transform.chunks(), sums.data());
             transform.inverse(sums.data(), kChunk_floats, work.data(), out.data());
