@@ -41,7 +41,7 @@ class BlockTransform {
                  float* spectrum) const noexcept AULA_NONBLOCKING;
 
     /// All steps for filters of size() taps each, whose spectra are interleaved: [chunk][filter].
-    /// They are written in the order in which they lie. `work` has work_floats() for each.
+    /// A few chunks of all are written before those that follow. `work` has work_floats() for each.
     void forward_filters(std::span<const float* const> taps, float* work,
                          float* spectra) const noexcept AULA_NONBLOCKING;
 

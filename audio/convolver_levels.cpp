@@ -22,8 +22,9 @@ std::size_t slices_of(std::size_t products) {
     return (products + kProductsOfPiece - 1) / kProductsOfPiece;
 }
 
-// Sizes at least double from level to level: those of level l > 0 are multiples of 2^l partitions
-// of the first. Its frames start 2^(l - 1) of these before such multiples, where no other's do.
+// Sizes at least double from level to level: that of level l > 0 is a multiple of 2^l partitions of
+// the head. Its frames start 2^(l - 1) partitions of the head before multiples of its size, where
+// no other level's do.
 std::size_t lead_samples(const ConvolutionShape& shape, std::size_t index) {
     return partition_levels(shape)[0].size << (index - 1);
 }
@@ -221,6 +222,8 @@ TailLevel::TailLevel(const ConvolutionShape& shape, const PartitionLevel& level,
       windows_(3 * shape.inputs * level.size),
       sum_groups_((transform_.chunks() + chunks_of_piece(shape.outputs) - 1) /
                   chunks_of_piece(shape.outputs)),
+      // Before the first frame lies silence, whose spectra are there.
+      pieces_done_(shape.inputs * transform_.steps()),
       current_sums_(2 * level.size * shape.outputs),
       next_sums_(2 * level.size * shape.outputs),
       work_(transform_.work_floats()) {

@@ -192,7 +192,7 @@ class TailLevel {
     std::size_t sum_groups_;      ///< of chunks
     std::size_t sum_pieces_ = 0;  ///< [group][slice]
     std::size_t output_pieces_ = 0;
-    std::size_t pieces_done_ = 0;
+    std::size_t pieces_done_;
     double cost_done_ = 0;
     double cost_of_frame_ = 0;
     double cost_of_product_ = 0;  ///< of the chunks of a group

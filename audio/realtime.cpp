@@ -28,26 +28,26 @@ bool take_realtime_priority() noexcept {
     return pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
 }
 
-// Linux lets whoever runs finish its slice, be it nice or not, and from 6.12 on takes the slice
-// from here.
+// Who runs is let finish a slice before a thread that is woken comes, and Linux from 6.12 on takes
+// its length from here; older ones leave it as it is.
 void give_way(int nice) noexcept {
     constexpr std::uint64_t kSlice_ns = 100'000;
-    if (sched_getscheduler(0) != SCHED_OTHER) return;
-    const auto thread = static_cast<id_t>(syscall(SYS_gettid));
-    nice = std::max(nice, getpriority(PRIO_PROCESS, thread));
+    const int policy = sched_getscheduler(0);
+    if (policy != SCHED_OTHER && policy != SCHED_BATCH) return;
+    nice = std::max(nice, getpriority(PRIO_PROCESS, 0));
     // sched_setattr(2); C libraries before 2.41 do not have it.
     struct {
         std::uint32_t size;
-        std::uint32_t policy = SCHED_OTHER;
+        std::uint32_t policy;
         std::uint64_t flags = 0;
         std::int32_t nice;
         std::uint32_t priority = 0;
         std::uint64_t runtime_ns = kSlice_ns;
         std::uint64_t deadline_ns = 0;
         std::uint64_t period_ns = 0;
-    } attributes{.size = sizeof(attributes), .nice = nice};
-    if (syscall(SYS_sched_setattr, 0, &attributes, 0U) != 0)
-        setpriority(PRIO_PROCESS, thread, nice);
+    } attributes{
+        .size = sizeof(attributes), .policy = static_cast<std::uint32_t>(policy), .nice = nice};
+    if (syscall(SYS_sched_setattr, 0, &attributes, 0U) != 0) setpriority(PRIO_PROCESS, 0, nice);
 }
 
 RealtimePriority::RealtimePriority() noexcept {

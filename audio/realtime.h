@@ -14,10 +14,13 @@ namespace aula {
 /// [audio thread, first call]
 bool take_realtime_priority() noexcept;
 
-/// Makes this thread, and those that it begins, at least so nice (nice(2)) and has them give way at
-/// once to what is woken beside them: long computations keep neither a sound server nor the library
-/// that speaks to it waiting. For good: the way back needs privileges.
+/// Makes this thread, and those that it begins, at least so nice (nice(2)), and has them run in
+/// short slices, so that a sound server of the same session waits less for them. Does nothing to
+/// threads that are real-time or idle. For good: the way back needs privileges.
 void give_way(int nice) noexcept;
+
+/// How nice threads are that compute what will be heard.
+inline constexpr int kNiceOfFrames = 10;
 
 /// Real-time priority for this thread while alive, unless the system refuses it. Threads that it
 /// begins meanwhile have it too, and keep it.

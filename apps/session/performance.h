@@ -10,9 +10,6 @@
 
 namespace aula {
 
-/// How nice (nice(2)) the threads are that make frames: no sound server waits for them.
-inline constexpr int kNiceOfFrames = 10;
-
 /// What takes long to read and may go on when something else is played.
 struct Reusable {
     std::vector<Source> sources;

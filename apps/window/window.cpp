@@ -10,7 +10,6 @@
 #include <cmath>
 #include <optional>
 
-#include "apps/session/performance.h"
 #include "apps/window/model.h"
 #include "apps/window/native_window.h"
 #include "apps/window/panels.h"

@@ -61,8 +61,8 @@ TEST_CASE("Each instruction set's product of spectra is a convolution") {
 }
 
 TEST_CASE("A transform done in steps is the one done at once") {
-    // 2048: passes are cut into parts as well.
-    const std::size_t size = GENERATE(512U, 2048U, 4096U);
+    // The ends are cut into parts from 512 on, the passes between them from 2048 on.
+    const std::size_t size = GENERATE(256U, 512U, 2048U, 4096U, 8192U);
     const BlockTransform transform(size);
     const AlignedVector<float> window = noise(2 * size, 3);
     AlignedVector<float> work(transform.work_floats());
@@ -82,6 +82,25 @@ TEST_CASE("A transform done in steps is the one done at once") {
             interleaved.begin() + static_cast<std::ptrdiff_t>((3 * c + 1) * kChunk_floats));
     }
     CHECK(same);
+}
+
+TEST_CASE("The spectra of several filters are those of each, interleaved") {
+    const std::size_t size = GENERATE(16U, 512U, 4096U);
+    const BlockTransform transform(size);
+    std::vector<AlignedVector<float>> taps;
+    std::vector<const float*> pointers;
+    for (unsigned f = 0; f < 3; ++f) pointers.push_back(taps.emplace_back(noise(size, f)).data());
+    AlignedVector<float> work(3 * transform.work_floats());
+    AlignedVector<float> together(3 * 2 * size);
+    transform.forward_filters(pointers, work.data(), together.data());
+    AlignedVector<float> apart(3 * 2 * size);
+    for (std::size_t f = 0; f < 3; ++f) {
+        for (std::size_t step = 0; step < transform.steps(); ++step) {
+            transform.forward_step(step, pointers[f], nullptr, work.data(),
+                                   apart.data() + f * kChunk_floats, 3 * kChunk_floats);
+        }
+    }
+    CHECK(together == apart);
 }
 
 TEST_CASE("Each instruction set sums the same products, in single and in half precision") {

@@ -123,7 +123,7 @@ TEST_CASE("A filter is used until every level has let go of it, and of many the 
     CHECK(most > 2);
     CHECK(most <= 2 * kMostLevels);
     // A frame until it is taken, a frame in which it is computed.
-    const std::size_t settled = (now / longest + 2) * longest;
+    const std::size_t settled = (now / longest + 3) * longest;
     run(convolver, inputs, outputs, now, settled, {128});
     for (std::size_t k = 0; k < filters.size(); ++k) {
         CAPTURE(k);

@@ -2,12 +2,14 @@
 
 #include <sched.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <future>
 #include <memory>
@@ -213,20 +215,52 @@ TEST_CASE("Threads keep the real-time priority that they were begun under, their
 }
 
 TEST_CASE("Threads that give way are nice, as are those that they begin, and no others") {
-    const auto nice = [] { return getpriority(PRIO_PROCESS, static_cast<id_t>(gettid())); };
+    if (sched_getscheduler(0) != SCHED_OTHER) {
+        WARN("skipped: this thread is not scheduled like others");
+        return;
+    }
+    const auto nice = [] { return getpriority(PRIO_PROCESS, 0); };
     const int before = nice();
     int of_thread = 0;
     int of_child = 0;
+    int of_nicer = 0;
     std::thread([&] {
         give_way(10);
         of_thread = nice();
         std::thread([&] { of_child = nice(); }).join();
         // Who is nicer stays so.
-        setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 15);
+        give_way(15);
         give_way(10);
-        CHECK(nice() == 15);
+        of_nicer = nice();
     }).join();
     CHECK(of_thread == std::max(before, 10));
     CHECK(of_child == of_thread);
+    CHECK(of_nicer == std::max(before, 15));
     CHECK(nice() == before);
+}
+
+TEST_CASE("Threads that give way have short slices where the system lets them") {
+    struct {
+        std::uint32_t size = 48;
+        std::uint32_t policy = 0;
+        std::uint64_t flags = 0;
+        std::int32_t nice = 0;
+        std::uint32_t priority = 0;
+        std::uint64_t runtime_ns = 0;
+        std::uint64_t deadline_ns = 0;
+        std::uint64_t period_ns = 0;
+    } usual, short_ones;
+    const auto ask = [](auto& attributes) {
+        return syscall(SYS_sched_getattr, 0, &attributes, sizeof(attributes), 0U) == 0;
+    };
+    const bool known = ask(usual);
+    std::thread([&] {
+        give_way(10);
+        ask(short_ones);
+    }).join();
+    if (!known || usual.runtime_ns == 0) {
+        WARN("skipped: the system does not tell how long slices are");
+        return;
+    }
+    CHECK(short_ones.runtime_ns == 100'000);
 }
