@@ -30,7 +30,10 @@ class Convolver {
     /// Whether the first level is fading.
     bool fading() const noexcept AULA_NONBLOCKING { return head_.fading(); }
 
-    /// Whether any level needs a filter still. At most 2 kMostLevels are in use at a time.
+    /// Filters in use at most: each level has one that is heard and one that fades in.
+    std::size_t most_filters() const noexcept { return 2 * (1 + tails_.size()); }
+
+    /// Whether any level needs a filter still.
     bool uses(const ConvolutionFilter* filter) const noexcept AULA_NONBLOCKING;
 
     /// Overwrites the outputs.

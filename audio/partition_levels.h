@@ -25,7 +25,7 @@ struct PartitionLevel {
     std::size_t end_tap() const { return first_tap + count * size; }
 };
 
-/// At most as many levels: an exchange holds two filters at each.
+/// At most as many levels.
 inline constexpr std::size_t kMostLevels = 4;
 
 /// The cheapest way to cut the filters into at most kMostLevels levels. The first has partitions of

@@ -50,6 +50,7 @@ struct Renderer::State {
           hrtf(std::move(head)),
           shape(settings, hrtf.get()),
           reverberation(shape.reverberation, shape.fade_samples),
+          held(reverberation.most_filters()),
           rotation(field_order(settings), shape.path.turn_samples),
           ambisonics(ambisonic_channels(field_order(settings))) {
         // A path that starts reads back as far as its filter hears, each ear half a head later.
@@ -76,15 +77,16 @@ struct Renderer::State {
     RenderShape shape;
     FractionalDelay interpolator;
     Convolver reverberation;
+
+    /// Frames that something here still refers to, the newest last.
+    std::vector<RenderFrame*> held;
+    std::size_t held_count = 0;
+    std::int64_t newest_stamp = 0;
+
     FieldRotation rotation;
     std::vector<DelayLine> lines;                ///< [source]
     std::vector<std::vector<MovingPath>> paths;  ///< [source][path]
     std::unique_ptr<Decoder> decoder;            ///< binaural output only
-
-    /// Frames that something here still refers to, the newest last.
-    std::array<RenderFrame*, 2 * kMostLevels> held{};
-    std::size_t held_count = 0;
-    std::int64_t newest_stamp = 0;
 
     std::vector<AlignedVector<float>> ambisonics;  ///< binaural output only uses them
     std::vector<float*> field;                     ///< pointers to them
@@ -128,11 +130,13 @@ struct Renderer::State {
 };
 
 Renderer::Renderer(const RendererConfig& config, std::shared_ptr<const Hrtf> hrtf)
-    : state_(std::make_unique<State>(config, std::move(hrtf))) {}
+    : state_(std::make_unique<State>(config, std::move(hrtf))), mailbox_(state_->held.size()) {}
 
 Renderer::~Renderer() {
     for (std::size_t i = 0; i < state_->held_count; ++i) mailbox_.give_back(state_->held[i]);
 }
+
+std::size_t Renderer::most_frames_held() const noexcept { return state_->held.size(); }
 
 std::int64_t Renderer::newest_stamp() const noexcept { return state_->newest_stamp; }
 

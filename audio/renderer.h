@@ -101,6 +101,10 @@ class Renderer {
     Renderer(const RendererConfig& config, std::shared_ptr<const Hrtf> hrtf);
     ~Renderer();
 
+    /// Frames that the renderer holds at most, taken from the mailbox and not given back: the
+    /// levels of the convolver go over to a new frame one after another.
+    std::size_t most_frames_held() const noexcept;
+
     /// Where frames come from; a frame whose predecessor is still fading waits for the next call.
     Mailbox<RenderFrame>& mailbox() noexcept { return mailbox_; }
 
@@ -118,8 +122,8 @@ class Renderer {
 
  private:
     struct State;
-    Mailbox<RenderFrame> mailbox_;
     std::unique_ptr<State> state_;
+    Mailbox<RenderFrame> mailbox_;
 };
 
 }  // namespace aula

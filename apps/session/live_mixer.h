@@ -69,7 +69,7 @@ class Stage {
     std::unique_ptr<SignalSet> first_signals_;
     SignalSet* signals_;
     SignalSet* fading_signals_ = nullptr;  ///< being replaced
-    Mailbox<SignalSet> next_signals_;
+    Mailbox<SignalSet> next_signals_{2};  ///< those that play, those that fade out
     Renderer renderer_;
     HeadMotion head_;
 
@@ -139,8 +139,8 @@ class LiveMixer {
     int block_;
     std::size_t channels_;
     Limiter limiter_;
-    Mailbox<Stage> stages_;
-    Mailbox<HeadPose> head_poses_;
+    Mailbox<Stage> stages_{kMostRinging + 2};  ///< one that plays, one that waits
+    Mailbox<HeadPose> head_poses_{1};
     Stage* playing_ = nullptr;
     Stage* waiting_ = nullptr;  ///< for a place among the ringing ones
     std::array<Stage*, kMostRinging> ringing_{};

@@ -1,11 +1,12 @@
 #include "apps/session/offline.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <exception>
 #include <memory>
+#include <mutex>
 #include <thread>
+#include <vector>
 
 #include "apps/session/blocking_queue.h"
 #include "apps/session/frame_maker.h"
@@ -19,22 +20,18 @@ namespace aula {
 
 namespace {
 
-/// Frames that circulate between the two threads: the renderer holds those that it crossfades and
-/// one waits in the mailbox; with the others the propagation thread works ahead.
-constexpr int kFrames = 6;
+/// Frames that wait until the renderer needs them: a slow frame is made up for by fast ones.
+constexpr std::size_t kFramesAhead = 2;
 
-/// Computes the frames of a walk in order on a thread of its own, a few ahead of who takes them.
-/// What is computed does not depend on when.
+/// Computes the frames of a walk in order on a thread of its own, a few ahead. The work ahead is
+/// limited by the frames that are ready and not by those that exist: how many of them the renderer
+/// holds cannot stop the thread. What is computed does not depend on when.
 class FramePipeline {
  public:
     FramePipeline(FrameMaker& maker, const Scene& scene, std::int64_t frame_count)
-        : maker_(maker), scene_(scene), frame_count_(frame_count) {
-        for (int i = 0; i < kFrames; ++i) spent_.push(maker.make_frame());
-        thread_ = std::thread([this] { run(); });
-    }
+        : maker_(maker), scene_(scene), frame_count_(frame_count), thread_([this] { run(); }) {}
     ~FramePipeline() {
-        stop_ = true;
-        spent_.close();
+        ready_.close();
         thread_.join();
     }
     FramePipeline(const FramePipeline&) = delete;
@@ -46,18 +43,33 @@ class FramePipeline {
         std::rethrow_exception(failure_);
     }
 
-    void give_back(std::unique_ptr<RenderFrame> frame) { spent_.push(std::move(frame)); }
+    /// To be filled again.
+    void give_back(std::unique_ptr<RenderFrame> frame) {
+        const std::lock_guard lock(mutex_);
+        spent_.push_back(std::move(frame));
+    }
 
  private:
+    /// A spent frame, or a new one where the renderer holds all.
+    std::unique_ptr<RenderFrame> unused_frame() {
+        {
+            const std::lock_guard lock(mutex_);
+            if (!spent_.empty()) {
+                auto frame = std::move(spent_.back());
+                spent_.pop_back();
+                return frame;
+            }
+        }
+        return maker_.make_frame();
+    }
+
     void run() {
         try {
             const auto frame_rate_hz = static_cast<double>(scene_.simulation.frame_rate_hz);
             for (std::int64_t k = 0; k < frame_count_; ++k) {
-                auto frame = spent_.pop();
-                if (!frame || stop_) return;
-                const double time_s = static_cast<double>(k) / frame_rate_hz;
-                maker_.fill(time_s, {}, **frame);
-                ready_.push(std::move(*frame));
+                auto frame = unused_frame();
+                maker_.fill(static_cast<double>(k) / frame_rate_hz, {}, *frame);
+                if (!ready_.push(std::move(frame))) return;
             }
         } catch (...) {
             failure_ = std::current_exception();
@@ -68,11 +80,11 @@ class FramePipeline {
     FrameMaker& maker_;
     const Scene& scene_;
     std::int64_t frame_count_;
-    std::atomic<bool> stop_ = false;
     std::exception_ptr failure_;  ///< read once ready_ is closed
-    BlockingQueue<std::unique_ptr<RenderFrame>> ready_;
-    BlockingQueue<std::unique_ptr<RenderFrame>> spent_;
-    std::thread thread_;
+    BlockingQueue<std::unique_ptr<RenderFrame>> ready_{kFramesAhead};
+    std::mutex mutex_;  ///< of what follows
+    std::vector<std::unique_ptr<RenderFrame>> spent_;
+    std::thread thread_;  ///< started last
 };
 
 /// Planar buffers of one block, and pointers to them as the audio side takes them.

@@ -121,7 +121,7 @@ TEST_CASE("A filter is used until every level has let go of it, and of many the 
         }
     }
     CHECK(most > 2);
-    CHECK(most <= 2 * kMostLevels);
+    CHECK(most <= convolver.most_filters());
     // A frame until it is taken, a frame in which it is computed.
     const std::size_t settled = (now / longest + 3) * longest;
     run(convolver, inputs, outputs, now, settled, {128});
@@ -136,6 +136,34 @@ TEST_CASE("A filter is used until every level has let go of it, and of many the 
         worst = std::max(worst, std::abs(double{outputs[0][n]} - expected[0][n]));
     }
     CHECK(worst < kRounding);
+}
+
+TEST_CASE("A convolver needs as many filters at a time as it says, and no more") {
+    // Of four levels each needs two when each is much longer than the one before and filters are
+    // exchanged whenever the first level can.
+    const ConvolutionShape shape{1, 1, 16, 192000};
+    REQUIRE(partition_levels(shape).size() == kMostLevels);
+    constexpr std::size_t kShortFade = 16;
+    std::vector<ConvolutionFilter> filters;
+    FilterTransform transform(shape);
+    // Filters are told apart by their place, whatever they hold.
+    for (std::size_t k = 0; k < 4096; ++k) filters.emplace_back(shape);
+    Convolver convolver(shape, kShortFade);
+    const Signals inputs(1, Signal(16));
+    Signals outputs(1, Signal(16));
+    std::vector<const ConvolutionFilter*> used;
+    std::size_t most = 0;
+    for (const ConvolutionFilter& filter : filters) {
+        convolver.exchange(&filter);
+        used.push_back(&filter);
+        most = std::max(most, used.size());
+        do {
+            run(convolver, inputs, outputs, 0, 16, {16});
+            std::erase_if(used, [&](const auto* f) { return !convolver.uses(f); });
+        } while (convolver.fading());
+    }
+    CHECK(convolver.most_filters() == 2 * kMostLevels);
+    CHECK(most == convolver.most_filters());
 }
 
 TEST_CASE("The weights of a crossfade add up to one") {

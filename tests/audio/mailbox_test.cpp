@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <deque>
 #include <memory>
 #include <set>
 #include <thread>
@@ -25,7 +26,7 @@ struct Letter {
 }  // namespace
 
 TEST_CASE("The reader gets the newest value, once") {
-    Mailbox<Letter> mailbox;
+    Mailbox<Letter> mailbox(1);
     CHECK(mailbox.take() == nullptr);
     mailbox.publish(std::make_unique<Letter>(1));
     mailbox.publish(std::make_unique<Letter>(2));
@@ -37,7 +38,7 @@ TEST_CASE("The reader gets the newest value, once") {
 }
 
 TEST_CASE("What was replaced or given back comes back to the writer") {
-    Mailbox<Letter> mailbox;
+    Mailbox<Letter> mailbox(1);
     CHECK(mailbox.reclaim() == nullptr);
     mailbox.publish(std::make_unique<Letter>(1));
     mailbox.publish(std::make_unique<Letter>(2));
@@ -51,14 +52,44 @@ TEST_CASE("What was replaced or given back comes back to the writer") {
 TEST_CASE("The mailbox frees what it holds, and what a writer never reclaims") {
     REQUIRE(Letter::alive == 0);
     {
-        Mailbox<Letter> mailbox;
+        Mailbox<Letter> mailbox(1);
         for (int i = 0; i < 100; ++i) mailbox.publish(std::make_unique<Letter>(i));
         CHECK(Letter::alive <= 2);
         for (int i = 0; i < 100; ++i) {
             mailbox.publish(std::make_unique<Letter>(i));
             mailbox.give_back(mailbox.take());
         }
-        CHECK(Letter::alive <= static_cast<int>(Mailbox<Letter>::kCapacity) + 1);
+        CHECK(Letter::alive <= static_cast<int>(mailbox.capacity()));
+    }
+    CHECK(Letter::alive == 0);
+}
+
+TEST_CASE("A reader that holds as many values as it may does not stop the writer") {
+    REQUIRE(Letter::alive == 0);
+    const std::size_t most = GENERATE(std::size_t{1}, std::size_t{2}, std::size_t{8});
+    {
+        Mailbox<Letter> mailbox(most);
+        std::deque<Letter*> held;
+        int last = 0;
+        for (int i = 1; i <= 1000; ++i) {
+            mailbox.publish(std::make_unique<Letter>(i));
+            // The writer is now and then faster.
+            if (i % 7 == 0) continue;
+            Letter* const letter = mailbox.take();
+            REQUIRE(letter != nullptr);
+            CHECK(letter->number == i);
+            last = i;
+            held.push_back(letter);
+            if (held.size() < most) continue;
+            // All of them now and then, so that the ring of spent values is filled.
+            do {
+                mailbox.give_back(held.front());
+                held.pop_front();
+            } while (i % 5 == 0 && !held.empty());
+            CHECK(Letter::alive <= static_cast<int>(mailbox.capacity()));
+        }
+        CHECK(last == 1000);
+        for (Letter* const letter : held) mailbox.give_back(letter);
     }
     CHECK(Letter::alive == 0);
 }
@@ -67,7 +98,8 @@ TEST_CASE("Between two threads no value is torn, lost or seen twice, and the las
     REQUIRE(Letter::alive == 0);
     constexpr int kLetters = 200000;
     {
-        Mailbox<Letter> mailbox;
+        // With the one that is taken before one of them is given back.
+        Mailbox<Letter> mailbox(2);
         int backwards = 0;
         int torn = 0;
         int last = 0;
