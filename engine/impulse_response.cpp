@@ -4,54 +4,16 @@
 #include <cassert>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "engine/multiversion.h"
-#include "engine/octave_bank.h"
-#include "engine/sampling.h"
 
 namespace aula {
 namespace {
 
 constexpr double kCell_s = 0.0005;  // edges and centres of all TimeBins are multiples of it
-constexpr double kWarmUp_s = 0.5;   // until the lowest octave's filters ring steadily
-constexpr double kLevelling = 8;    // window in samples that are independent in the band
-constexpr float kSteps = 32767;     // of a carrier's peak
-constexpr std::size_t kChunk_samples = 1024;  // of all channels: they stay in the cache
-
-// Uniform white noise of unit variance, the same bits on every machine.
-double noise(RandomStream& random) {
-    return (static_cast<double>(random.bits() >> 11) * 0x1p-53 - 0.5) * std::sqrt(12.0);
-}
-
-// Scales a carrier so that its power over a sliding window is even: a decay then keeps its slope
-// (the standard deviation of T30 at 1 kHz falls from 2.5% to 0.7%), while the window is long enough
-// to leave the noise its spectrum.
-void level(std::vector<float>& carrier, double power, double window_samples) {
-    const auto half =
-        static_cast<std::size_t>(std::min(window_samples / 2, static_cast<double>(carrier.size())));
-    std::vector<double> energy(carrier.size() + 1);  // of the samples before
-    for (std::size_t n = 0; n < carrier.size(); ++n) {
-        energy[n + 1] = energy[n] + double{carrier[n]} * double{carrier[n]};
-    }
-    for (std::size_t n = 0; n < carrier.size(); ++n) {
-        const std::size_t begin = n - std::min(n, half);
-        const std::size_t end = std::min(n + half + 1, carrier.size());
-        const double mean = (energy[end] - energy[begin]) / static_cast<double>(end - begin);
-        if (mean > 0) carrier[n] *= static_cast<float>(std::sqrt(power / mean));
-    }
-}
-
-// A carrier in whole steps, whose size goes to `step`.
-std::vector<std::int16_t> in_steps(const std::vector<float>& carrier, float& step) {
-    float peak = 0;
-    for (const float sample : carrier) peak = std::max(peak, std::abs(sample));
-    step = peak / kSteps;
-    std::vector<std::int16_t> whole(carrier.size());
-    for (std::size_t n = 0; n < carrier.size() && step > 0; ++n) {
-        whole[n] = static_cast<std::int16_t>(std::lround(carrier[n] / step));
-    }
-    return whole;
-}
+// Of all channels: they stay in the cache.
+constexpr std::size_t kChunk_samples = NoiseCarriers::kMostRead_samples;
 
 /// A linear function of time, one for each band.
 struct Ramp {
@@ -127,65 +89,23 @@ struct ImpulseResponseBuilder::Segment {
     Vec3 direction_end;  ///< at the end
 };
 
-ImpulseResponseBuilder::ImpulseResponseBuilder(double sample_rate_hz, double length_s,
-                                               std::uint64_t seed, int ambisonic_order)
-    : sample_rate_hz_(sample_rate_hz),
-      length_samples_(static_cast<std::size_t>(std::ceil(length_s * sample_rate_hz - 1e-6))),
+ImpulseResponseBuilder::ImpulseResponseBuilder(std::shared_ptr<const NoiseCarriers> carriers,
+                                               double length_s, std::string_view source,
+                                               int ambisonic_order)
+    : carriers_(std::move(carriers)),
+      length_samples_(
+          static_cast<std::size_t>(std::ceil(length_s * carriers_->sample_rate_hz() - 1e-6))),
       field_(ambisonic_order),
       channels_(field_.channels()) {
-    assert(sample_rate_hz >= 8000 && length_s > 0);
-    const auto warm_up = static_cast<std::size_t>(kWarmUp_s * sample_rate_hz);
-    OctaveBank impulse_bank(sample_rate_hz);
-    std::array<double, kBandCount> power{};
-    for (std::size_t n = 0; n < 2 * warm_up; ++n) {
-        const auto h = impulse_bank.process(n == 0 ? 1 : 0);
-        for (std::size_t b = 0; b < kBandCount; ++b) power[b] += h[b] * h[b];
-    }
-    for (std::size_t b = 0; b < kBandCount; ++b) band_power_[b] = static_cast<float>(power[b]);
-
-    const std::size_t cells = static_cast<std::size_t>(
-        std::ceil(static_cast<double>(length_samples_) / start_samples(1)));
+    assert(length_s > 0);
     for (std::size_t c = 0; c < channels_.size(); ++c) {
-        Channel& channel = channels_[c];
-        channel.moments.resize(cells);
-        std::array<std::vector<float>, kBandCount> carriers;
-        for (auto& carrier : carriers) carrier.resize(length_samples_);
-        OctaveBank bank(sample_rate_hz);
-        RandomStream random(derive_seed(seed, c));
-        for (std::size_t n = 0; n < warm_up + length_samples_; ++n) {
-            const auto bands = bank.process(noise(random));
-            if (n < warm_up) continue;
-            for (std::size_t b = 0; b < kBandCount; ++b) {
-                carriers[b][n - warm_up] = static_cast<float>(bands[b]);
-            }
-        }
-        for (std::size_t b = 0; b < kBandCount; ++b) {
-            // The band is power[b] of half the sample rate wide.
-            level(carriers[b], power[b], 2 * kLevelling / power[b]);
-            channel.carriers[b] = in_steps(carriers[b], channel.step[b]);
-        }
-        for (std::size_t cell = 0; cell < cells; ++cell) {
-            const std::size_t begin = first_sample(cell);
-            const std::size_t end = std::min(first_sample(cell + 1), length_samples_);
-            Moments& m = channel.moments[cell];
-            for (std::size_t n = begin; n < end; ++n) {
-                const float t = middle(n, cell);
-                for (std::size_t b = 0; b < kBandCount; ++b) {
-                    const float sample =
-                        channel.step[b] * static_cast<float>(channel.carriers[b][n]);
-                    const float power_b = sample * sample;
-                    m.zeroth[b] += power_b;
-                    m.first[b] += power_b * t;
-                    m.second[b] += power_b * t * t;
-                }
-            }
-        }
+        channels_[c].place = carriers_->place(source, c);
     }
 }
 
 /// Where a cell starts, in samples.
 double ImpulseResponseBuilder::start_samples(std::size_t cell) const {
-    return static_cast<double>(cell) * kCell_s * sample_rate_hz_;
+    return static_cast<double>(cell) * kCell_s * carriers_->sample_rate_hz();
 }
 
 /// The first sample of a cell; a start that is whole but for rounding is that sample.
@@ -225,7 +145,7 @@ std::vector<ImpulseResponseBuilder::Segment> ImpulseResponseBuilder::envelope(
         const float sum = inside ? energy.energy[i].sum() : 0;
         if (inside) {
             // p^2 = 4 pi I, spread over the bin's samples.
-            const double samples = (bins.end_s(i) - bins.begin_s(i)) * sample_rate_hz_;
+            const double samples = (bins.end_s(i) - bins.begin_s(i)) * carriers_->sample_rate_hz();
             const auto k = static_cast<float>(4 * std::numbers::pi / samples);
             for (std::size_t b = 0; b < kBandCount; ++b) a[b] = std::sqrt(k * spread_energy[i][b]);
         }
@@ -275,7 +195,7 @@ std::vector<ImpulseResponseBuilder::Segment> ImpulseResponseBuilder::envelope(
 
 /// The sum of squares that each band of a channel is to have.
 Bands ImpulseResponseBuilder::wanted_energy(const EnergyResponse& energy) const {
-    const double length_s = static_cast<double>(length_samples_) / sample_rate_hz_;
+    const double length_s = static_cast<double>(length_samples_) / carriers_->sample_rate_hz();
     std::array<double, kBandCount> sum{};
     for (std::size_t i = 0; i < energy.bins.count(); ++i) {
         const double begin_s = energy.bins.begin_s(i);
@@ -285,27 +205,63 @@ Bands ImpulseResponseBuilder::wanted_energy(const EnergyResponse& energy) const 
     }
     Bands wanted;
     for (std::size_t b = 0; b < kBandCount; ++b) {
-        wanted[b] = static_cast<float>(double{band_power_[b]} * 4 * std::numbers::pi * sum[b]);
+        wanted[b] =
+            static_cast<float>(double{carriers_->power()[b]} * 4 * std::numbers::pi * sum[b]);
     }
     return wanted;
+}
+
+/// The moments of a channel's carriers over a segment, as far as the response lasts.
+ImpulseResponseBuilder::Moments ImpulseResponseBuilder::moments(const Channel& channel,
+                                                                const Segment& segment) const {
+    Moments m;
+    const std::size_t begin = first_sample(segment.begin_cell);
+    const std::size_t end = std::min(first_sample(segment.end_cell), length_samples_);
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        const double unit{carriers_->step()[b]};
+        std::array<double, 3> sum{};
+        for (std::size_t first = begin; first < end; first += kChunk_samples) {
+            const std::int16_t* const carrier = carriers_->read(b, channel.place, first);
+            const double offset{middle(first, segment.begin_cell)};
+            for (std::size_t j = 0; j < std::min(kChunk_samples, end - first); ++j) {
+                const auto x = static_cast<double>(carrier[j]);
+                const double power = x * x;
+                const double t = static_cast<double>(j) + offset;
+                sum[0] += power;
+                sum[1] += power * t;
+                sum[2] += power * t * t;
+            }
+        }
+        m.zeroth[b] = static_cast<float>(unit * unit * sum[0]);
+        m.first[b] = static_cast<float>(unit * unit * sum[1]);
+        m.second[b] = static_cast<float>(unit * unit * sum[2]);
+    }
+    return m;
+}
+
+/// Segments are those of the bins, so that the moments last as long as these.
+void ImpulseResponseBuilder::measure_carriers(const TimeBins& bins,
+                                              const std::vector<Segment>& segments) {
+    if (bins == bins_) return;
+    bins_ = bins;
+    for (Channel& channel : channels_) {
+        channel.moments.clear();
+        channel.moments.reserve(segments.size());
+        for (const Segment& s : segments) channel.moments.push_back(moments(channel, s));
+    }
 }
 
 /// What to multiply each band of a channel by so that its squares sum to `wanted`.
 Bands ImpulseResponseBuilder::gains(const Channel& channel, const std::vector<Segment>& segments,
                                     const Bands& wanted) const {
     std::array<double, kBandCount> sum{};
-    for (const Segment& s : segments) {
-        const std::size_t end = std::min(s.end_cell, channel.moments.size());
-        Bands energy;
-        for (std::size_t cell = s.begin_cell; cell < end; ++cell) {
-            // The sum of (level + slope t)^2 c^2 over the cell.
-            const auto t = static_cast<float>(start_samples(cell) - start_samples(s.begin_cell));
-            const Bands& slope = s.amplitude.slope;
-            const Bands level = s.amplitude.level + slope * t;
-            const Moments& m = channel.moments[cell];
-            energy += level * level * m.zeroth + level * slope * m.first * 2.0F +
-                      slope * slope * m.second;
-        }
+    for (std::size_t i = 0; i < segments.size(); ++i) {
+        // The sum of (level + slope t)^2 c^2.
+        const Bands& level = segments[i].amplitude.level;
+        const Bands& slope = segments[i].amplitude.slope;
+        const Moments& m = channel.moments[i];
+        const Bands energy =
+            level * level * m.zeroth + level * slope * m.first * 2.0F + slope * slope * m.second;
         for (std::size_t b = 0; b < kBandCount; ++b) sum[b] += double{energy[b]};
     }
     Bands gain;
@@ -317,13 +273,14 @@ Bands ImpulseResponseBuilder::gains(const Channel& channel, const std::vector<Se
 
 // Every channel is first shaped with the energies of W; then the field's covariance mixes them,
 // moving in a straight line from knot to knot.
-void ImpulseResponseBuilder::build(const EnergyResponse& energy, ImpulseResponse& out) const {
-    out.sample_rate_hz = sample_rate_hz_;
+void ImpulseResponseBuilder::build(const EnergyResponse& energy, ImpulseResponse& out) {
+    out.sample_rate_hz = carriers_->sample_rate_hz();
     out.paths = energy.paths;
     out.channels.resize(channels_.size());
     for (auto& samples : out.channels) samples.resize(length_samples_);
 
     const std::vector<Segment> segments = envelope(energy);
+    measure_carriers(energy.bins, segments);
     const Bands wanted = wanted_energy(energy);
     std::vector<Bands> gain;
     for (const Channel& channel : channels_) gain.push_back(gains(channel, segments, wanted));
@@ -352,10 +309,10 @@ void ImpulseResponseBuilder::build(const EnergyResponse& energy, ImpulseResponse
             for (std::size_t c = 0; c < channels_.size(); ++c) {
                 std::array<const std::int16_t*, kBandCount> carrier{};
                 for (std::size_t b = 0; b < kBandCount; ++b) {
-                    carrier[b] = channels_[c].carriers[b].data() + first;
+                    carrier[b] = carriers_->read(b, channels_[c].place, first);
                 }
                 float* const shaped = noises.data() + c * kChunk_samples;
-                const Bands scale = gain[c] * channels_[c].step;
+                const Bands scale = gain[c] * carriers_->step();
                 shape(count, offset, {s.amplitude.level * scale, s.amplitude.slope * scale},
                       carrier, shaped);
                 noise[c] = shaped;
@@ -371,6 +328,12 @@ void ImpulseResponseBuilder::build(const EnergyResponse& energy, ImpulseResponse
     for (auto& samples : out.channels) {
         std::fill(samples.begin() + static_cast<std::ptrdiff_t>(filled), samples.end(), 0.0F);
     }
+}
+
+std::size_t ImpulseResponseBuilder::memory_bytes() const {
+    std::size_t bytes = channels_.capacity() * sizeof(Channel);
+    for (const Channel& c : channels_) bytes += c.moments.capacity() * sizeof(Moments);
+    return bytes;
 }
 
 }  // namespace aula

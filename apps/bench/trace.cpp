@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <chrono>
+#include <memory>
 #include <optional>
 
 #include "apps/bench/core_share.h"
@@ -61,8 +62,9 @@ Speed measure(const Subject& subject, Estimator estimator, const RayScene& scene
     }
     WorkerPool workers(subject.threads);
     WorkerPool one_worker(1);
-    const ImpulseResponseBuilder builder(kSampleRate_hz, propagation->response_length_s(),
-                                         simulation.seed);
+    ImpulseResponseBuilder builder(
+        std::make_shared<const NoiseCarriers>(kSampleRate_hz, simulation.seed),
+        propagation->response_length_s(), subject.scene.sources[0].name);
     ImpulseResponse impulse_response;
     const FrameInput input{
         0, {subject.scene.sources[0].position_at(0)}, {subject.scene.listener.pose_at(0).position}};

@@ -14,14 +14,17 @@ FrameMaker::FrameMaker(const Scene& scene, double sample_rate_hz, const SessionO
     : scene_(scene),
       propagation_(scene, scene.simulation),
       config_(renderer_config(scene, propagation_.response_length_s(), sample_rate_hz, options)),
-      impulse_responses_(sample_rate_hz, propagation_.response_length_s(), scene.simulation.seed,
-                         field_order(config_)),
       builder_(config_, std::move(hrtf)),
       rays_(scene.simulation.rays),
       responses_(scene.sources.size()),
       sounds_(scene.sources.size()) {
     input_.sources.resize(scene.sources.size());
     input_.listeners.resize(1);
+    const auto carriers =
+        std::make_shared<const NoiseCarriers>(sample_rate_hz, scene.simulation.seed);
+    for (const Source& source : scene.sources)
+        impulse_responses_.emplace_back(carriers, propagation_.response_length_s(), source.name,
+                                        field_order(config_));
 }
 
 int FrameMaker::rays_wanted(const PlayControls& controls) const {
@@ -50,16 +53,19 @@ void FrameMaker::settle(double time_s, const PlayControls& controls, double long
                      std::chrono::duration_cast<std::chrono::steady_clock::duration>(
                          std::chrono::duration<double>(longest_s));
     for (int frame = 0; frame < scene_.simulation.window_frames(); ++frame) {
-        if (std::chrono::steady_clock::now() >= end) return;
+        if (std::chrono::steady_clock::now() >= end) break;
         propagate(time_s, controls);
     }
+    // A builder's first response takes longer than others.
+    for (std::size_t s = 0; s < scene_.sources.size(); ++s)
+        impulse_responses_[s].build(propagation_.response(s), responses_[s]);
 }
 
 /// The newest response of a source as it is to be heard.
 SourceSound FrameMaker::sound_of(std::size_t source, const PlayControls& controls) {
     const EnergyResponse& energy = propagation_.response(source);
     ImpulseResponse& response = responses_[source];
-    impulse_responses_.build(energy, response);
+    impulse_responses_[source].build(energy, response);
     const float wet = controls.wet_gain();
     if (const float late = controls.late ? wet : 0; late != 1) {
         for (std::vector<float>& channel : response.channels)

@@ -55,7 +55,7 @@ class FrameMaker {
     const Scene& scene_;
     Propagation propagation_;
     RendererConfig config_;
-    ImpulseResponseBuilder impulse_responses_;
+    std::vector<ImpulseResponseBuilder> impulse_responses_;  ///< one for each source
     RenderFrameBuilder builder_;
     FrameInput input_;
     int rays_;            ///< of the newest frame

@@ -183,8 +183,9 @@ std::vector<std::vector<float>> impulse_response(const Scene& scene, std::size_t
     const EnergyResponse& energy = measurement.responses[source];
     RendererConfig config = renderer_config(scene, measurement.length_s, rate_hz, options);
     config.sources = 1;
-    const ImpulseResponseBuilder builder(rate_hz, measurement.length_s, scene.simulation.seed,
-                                         field_order(config));
+    ImpulseResponseBuilder builder(
+        std::make_shared<const NoiseCarriers>(rate_hz, scene.simulation.seed), measurement.length_s,
+        scene.sources[source].name, field_order(config));
     ImpulseResponse response;
     builder.build(energy, response);
     const SourceSound sound = source_sound(response, static_cast<double>(energy.speed_of_sound_m_s),

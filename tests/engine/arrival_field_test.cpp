@@ -158,8 +158,9 @@ TEST_CASE("a lower order's channels are the first of a higher order's") {
         r.direction.push_back(Vec3(0.1F * static_cast<float>(i % 7), 0.2F, 0) * 8.0F);
     }
     std::vector<ImpulseResponse> responses(4);
+    const auto carriers = std::make_shared<const NoiseCarriers>(48000, 1);
     for (int order = 0; order <= 3; ++order)
-        ImpulseResponseBuilder(48000, 0.3, 1, order)
+        ImpulseResponseBuilder(carriers, 0.3, "source", order)
             .build(r, responses[static_cast<std::size_t>(order)]);
     for (std::size_t order = 0; order < 3; ++order) {
         const auto& low = responses[order].channels;
