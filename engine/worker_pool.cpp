@@ -21,6 +21,15 @@ struct WorkerPool::State {
     bool stop = false;
     std::vector<std::thread> threads;
 
+    ~State() {
+        {
+            const std::lock_guard lock(mutex);
+            stop = true;
+        }
+        start.notify_all();
+        for (std::thread& thread : threads) thread.join();
+    }
+
     void work_through() {
         for (std::size_t i = next++; i < count; i = next++) (*job)(i);
     }
@@ -47,14 +56,7 @@ WorkerPool::WorkerPool(int threads) : state_(std::make_unique<State>()) {
     }
 }
 
-WorkerPool::~WorkerPool() {
-    {
-        const std::lock_guard lock(state_->mutex);
-        state_->stop = true;
-    }
-    state_->start.notify_all();
-    for (std::thread& thread : state_->threads) thread.join();
-}
+WorkerPool::~WorkerPool() = default;
 
 int WorkerPool::threads() const { return static_cast<int>(state_->threads.size()) + 1; }
 

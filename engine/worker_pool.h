@@ -9,7 +9,7 @@ namespace aula {
 /// Threads that work through numbered jobs; the calling thread works too. [propagation thread]
 class WorkerPool {
  public:
-    /// `threads` >= 1, the caller included.
+    /// `threads` >= 1, the caller included. Throws std::system_error if the system allows fewer.
     explicit WorkerPool(int threads);
     ~WorkerPool();
 

@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <new>
 #include <string>
+#include <system_error>
 
 #include "apps/aula/arguments.h"
 #include "apps/aula/commands.h"
@@ -52,13 +54,20 @@ int fail(std::string message, int status) {
     return status;
 }
 
+/// What the system did not grant.
+std::string refusal(const std::error_code& code) {
+    if (code == std::errc::resource_unavailable_try_again)
+        return "the system allows no more threads; --threads N starts fewer";
+    return "the system refused: " + code.message();
+}
+
 }  // namespace
 
 }  // namespace aula
 
 int main(int argc, char** argv) {
     try {
-        aula::note_interrupts();
+        aula::set_up_process();
         const int status = aula::run(aula::read_arguments(argc, argv));
         // A full disk may be noticed only now.
         if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
@@ -71,6 +80,10 @@ int main(int argc, char** argv) {
     } catch (const aula::NoAudioDevice& error) {
         return aula::fail(std::string(error.what()) + "; render to a file with --offline OUT.wav",
                           1);
+    } catch (const std::bad_alloc&) {
+        return aula::fail("there is not enough memory", 1);
+    } catch (const std::system_error& error) {
+        return aula::fail(aula::refusal(error.code()), 1);
     } catch (const std::exception& error) {
         return aula::fail(error.what(), 1);
     }

@@ -108,12 +108,12 @@ Player::State::~State() {
         stop = true;
     }
     stopping.notify_all();
-    if (thread.joinable()) thread.join();
+    // The sound and its recording end first: a frame that is being computed may take long.
+    fade_out();
+    device->stop();
+    monitor.reset();
+    thread.join();
     changes.reset();
-    if (device) {
-        fade_out();
-        device->stop();
-    }
 }
 
 /// Waits until a last fade is played, if anything plays.

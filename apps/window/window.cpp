@@ -277,6 +277,8 @@ PlayStatus show_window(const WindowOptions& options) {
     const auto file = options.keeps_state ? state_file() : std::nullopt;
     App app(options, model, file ? read_state(*file) : WindowState{});
     app.run();
+    // Before the end waits for work in the background.
+    model.player().stop_recording();
     if (file) write_state(app.state(), *file);
     return model.status();
 }

@@ -1,5 +1,9 @@
+#include <fcntl.h>
 #include <signal.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -100,25 +104,113 @@ TEST_CASE("A program that is interrupted leaves no file and says so in its statu
     CHECK(interrupt({"--echogram", "OUT", "--frames", "1000000"}, SIGINT) == 130);
 }
 
-TEST_CASE("A second signal ends the program in the middle of a frame, and no file is left either") {
+TEST_CASE("One signal ends the program in the middle of a frame, and no file is left either") {
+    const TemporaryFolder folder;
+    const TemporaryFolder outputs;
+    // Walls that reflect all: a frame of 200,000 rays takes minutes.
+    std::string lossless = kSmallRoom;
+    const std::string absorption = R"("absorption": 0.3)";
+    lossless.replace(lossless.find(absorption), absorption.size(), R"("absorption": 0)");
+    const std::string scene = folder.write("room.json", lossless);
+    for (const std::vector<std::string>& options :
+         {std::vector<std::string>{"--offline", "out.wav"}, {"--echogram", "out.csv"}}) {
+        for (const int signal : {SIGINT, SIGTERM}) {
+            Program program({AULA_PROGRAM, scene, options[0], outputs.path() / options[1],
+                             "--rays", "200000", "--estimator", "pt", "--threads", "1",
+                             "--ir-length", "10"});
+            REQUIRE(file_comes(outputs.path(), program));
+            program.signal(signal);
+            REQUIRE(comes([&] { return !program.running(); }));
+            const ProgramResult result = program.wait();
+            INFO(result.err);
+            CHECK(result.status == 128 + signal);
+            CHECK_FALSE(result.by_signal);
+            CHECK(names_in(outputs.path()).empty());
+        }
+    }
+}
+
+TEST_CASE("One signal ends a program that still reads its scene") {
+    const TemporaryFolder folder;
+    const TemporaryFolder outputs;
+    const std::string out = outputs.path() / "out.wav";
+    const std::string scene = folder.path() / "room.json";
+    for (const std::vector<std::string>& arguments :
+         {std::vector<std::string>{"check", scene}, {"info", scene}, {scene, "--offline", out},
+          {scene, "--ir", out}, {scene, "--no-window", "--device", "none"}}) {
+        // A scene that comes through a pipe, and not to its end.
+        REQUIRE(mkfifo(scene.c_str(), 0600) == 0);
+        std::vector<std::string> command{AULA_PROGRAM};
+        command.insert(command.end(), arguments.begin(), arguments.end());
+        Program program(command);
+        int pipe = -1;
+        REQUIRE(comes([&] { return (pipe = open(scene.c_str(), O_WRONLY | O_NONBLOCK)) >= 0; }));
+        REQUIRE(write(pipe, "{", 1) == 1);
+        program.signal(SIGTERM);
+        CHECK(comes([&] { return !program.running(); }));
+        close(pipe);
+        const ProgramResult result = program.wait();
+        INFO(arguments[0] << " " << arguments[1] << ": " << result.err);
+        CHECK(result.status == 128 + SIGTERM);
+        CHECK(names_in(outputs.path()).empty());
+        REQUIRE(unlink(scene.c_str()) == 0);
+    }
+}
+
+TEST_CASE("A reader that goes away, and a limit of file sizes, end the program in order") {
     const TemporaryFolder folder;
     const TemporaryFolder outputs;
     const std::string scene = folder.write("room.json", kSmallRoom);
-    for (const std::vector<std::string>& options :
-         {std::vector<std::string>{"--offline", "out.wav"}, {"--echogram", "out.csv"}}) {
-        // A frame takes seconds.
-        Program program({AULA_PROGRAM, scene, options[0], outputs.path() / options[1], "--rays",
-                         "200000", "--estimator", "pt", "--threads", "1"});
-        REQUIRE(file_comes(outputs.path(), program));
-        // Two at once may be taken for one.
-        REQUIRE(comes([&] {
-            program.signal(SIGINT);
-            return !program.running();
-        }));
-        const ProgramResult result = program.wait();
+    const std::string out = outputs.path() / "out.wav";
+    const auto in_shell = [&](const std::string& script) {
+        const ProgramResult result =
+            run_program({"bash", "-c", script, AULA_PROGRAM, scene, out});
         INFO(result.err);
-        CHECK(result.by_signal);
-        CHECK(result.status == 128 + SIGINT);
+        CHECK(result.status == 1);
+        CHECK(result.err.rfind("aula: ", 0) == 0);
+        CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
+        CHECK(names_in(outputs.path()).empty());
+    };
+    // More rows than a pipe holds.
+    in_shell(R"(set -o pipefail
+                "$0" "$1" --frames 1 --ir "$2" --echogram /dev/stdout --bin-ms 0.1 | head -1 >/dev/null)");
+    in_shell(R"(ulimit -f 8; exec "$0" "$1" --offline "$2")");
+}
+
+TEST_CASE("A file does not take the place of a standard descriptor that is closed") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const auto response = [&](const std::string& name, const std::string& closed) {
+        const std::string out = folder.path() / name;
+        require_ok(run_program({"bash", "-c",
+                                "exec \"$0\" \"$1\" --frames 1 --ir \"$2\" --report " + closed,
+                                AULA_PROGRAM, scene, out}));
+        return read_file(out);
+    };
+    const std::string expected = response("open.wav", "");
+    CHECK(expected.size() > 1000);
+    CHECK((response("out.wav", "1>&-") == expected));
+    CHECK((response("all.wav", "0<&- 1>&- 2>&-") == expected));
+}
+
+// The sanitizer needs more addresses than the limit allows.
+#ifndef __SANITIZE_ADDRESS__
+TEST_CASE("Threads that the system does not allow are said so in one line, and no file is left") {
+    const TemporaryFolder folder;
+    const TemporaryFolder outputs;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    for (const std::string mode : {"--offline", "--ir"}) {
+        // Stacks of 8 MB: 1024 threads need 8 GB.
+        const ProgramResult result =
+            run_program({"bash", "-c",
+                         "ulimit -s 8192; ulimit -v 4000000; exec \"$0\" \"$1\" \"$2\" \"$3\" "
+                         "--threads 1024 --frames 1",
+                         AULA_PROGRAM, scene, mode, outputs.path() / "out.wav"});
+        INFO(result.err);
+        CHECK(result.status == 1);
+        CHECK(result.err ==
+              "aula: the system allows no more threads; --threads N starts fewer\n");
         CHECK(names_in(outputs.path()).empty());
     }
 }
+#endif
