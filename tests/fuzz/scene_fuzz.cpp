@@ -1,0 +1,50 @@
+#include <algorithm>
+#include <string>
+
+#include "apps/session/scene_writer.h"
+#include "engine/error.h"
+#include "engine/json.h"
+#include "engine/scene_file.h"
+#include "tests/fuzz/fuzz_target.h"
+
+using namespace aula;
+
+namespace {
+
+/// Whether a text in there could name a file outside the folder, or a device in it.
+bool names_other_folder(const JsonValue& json) {
+    if (const auto* text = std::get_if<std::string>(&json.value))
+        return text->find('/') != std::string::npos || text->starts_with("..");
+    if (const auto* list = std::get_if<JsonValue::Array>(&json.value))
+        return std::any_of(list->begin(), list->end(), names_other_folder);
+    if (const auto* object = std::get_if<JsonValue::Object>(&json.value))
+        return std::any_of(object->begin(), object->end(), [](const JsonMember& member) {
+            return names_other_folder(member.value);
+        });
+    return false;
+}
+
+}  // namespace
+
+/// What scenes may refer to lies beside them: room.obj and voice.wav.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    [[maybe_unused]] static const bool written = [] {
+        test::fuzz_folder().write("room.obj",
+                                  "usemtl brick\nv 0 0 0\nv 4 0 0\nv 0 3 0\nv 0 0 2\n"
+                                  "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+        test::fuzz_folder().write("voice.wav", "sounds are not read with the scene");
+        return true;
+    }();
+    try {
+        const std::string text(reinterpret_cast<const char*>(data), size);
+        if (names_other_folder(parse_json(text, "scene.json"))) return 0;
+        const LoadedScene loaded = load_scene(test::input_file("scene.json", data, size));
+        for (const std::string& warning : loaded.warnings) test::expect_one_line(warning);
+        // What is saved can be loaded.
+        const std::string saved = scene_text(loaded.scene, test::fuzz_folder().path());
+        load_scene(test::fuzz_folder().write("saved.json", saved));
+    } catch (const Error& error) {
+        test::expect_one_line(error.what());
+    }
+    return 0;
+}

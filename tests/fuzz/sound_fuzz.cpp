@@ -1,0 +1,22 @@
+#include <algorithm>
+#include <cmath>
+
+#include "audio/error.h"
+#include "audio/sound_file.h"
+#include "tests/fuzz/fuzz_target.h"
+
+using namespace aula;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    const auto file = test::input_file("sound", data, size);
+    try {
+        const SoundClip clip = read_sound(file, 48000);
+        test::expect(!clip.samples.empty(), "a sound has samples");
+        test::expect(std::all_of(clip.samples.begin(), clip.samples.end(),
+                                 [](float x) { return std::isfinite(x); }),
+                     "samples are finite");
+    } catch (const AudioInputError& error) {
+        test::expect_one_line(error.what());
+    }
+    return 0;
+}
