@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cstddef>
 #include <nlohmann/json.hpp>
+#include <unordered_set>
 
 #include "engine/error.h"
 #include "engine/names.h"
@@ -13,6 +14,7 @@ namespace aula {
 namespace {
 
 constexpr std::size_t kDeepest = 100;
+constexpr std::size_t kMostValues = 10'000'000;  // bounds memory: half a gigabyte
 
 // The number that the text holds around an offset, if it is one of the names that other languages
 // write for what JSON cannot: "NaN", "-Infinity", "inf".
@@ -64,9 +66,8 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
     bool key(string_t& name) override {
         auto& members = std::get<JsonValue::Object>(open_.back().container->value);
         open_.back().key = name;
-        const bool known = std::any_of(members.begin(), members.end(),
-                                       [&](const JsonMember& m) { return m.key == name; });
-        if (known) throw Error(file_, pointer(), "duplicate key; expected each key once");
+        const bool added = open_.back().keys.insert(name).second;
+        if (!added) throw Error(file_, pointer(), "duplicate key; expected each key once");
         members.emplace_back().key = std::move(name);
         return true;
     }
@@ -92,8 +93,9 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
  private:
     struct Open {
         JsonValue* container;
-        std::size_t index = 0;  // of the element being read, in an array
-        std::string key;        // of the member being read, in an object
+        std::size_t index = 0;                 // of the element being read, in an array
+        std::string key;                       // of the member being read, in an object
+        std::unordered_set<std::string> keys;  // of the object so far
     };
 
     // What the parser's message says after its own account of the position, without what it read
@@ -124,6 +126,10 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
 
     // Where the next value belongs.
     JsonValue& slot() {
+        if (++value_count_ > kMostValues) {
+            throw Error(file_, pointer(),
+                        "too many values; expected at most " + std::to_string(kMostValues));
+        }
         if (open_.empty()) return root_;
         JsonValue& container = *open_.back().container;
         if (auto* array = std::get_if<JsonValue::Array>(&container.value)) {
@@ -149,7 +155,7 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
         // Stable: an open container's own vector does not grow before it is closed.
         JsonValue& place = slot();
         place.value = std::forward<Container>(container);
-        open_.push_back({&place, 0, {}});
+        open_.push_back({&place, 0, {}, {}});
         return true;
     }
 
@@ -163,6 +169,7 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
     const std::string& file_;
     JsonValue root_;
     std::vector<Open> open_;
+    std::size_t value_count_ = 0;
 };
 
 }  // namespace

@@ -35,9 +35,8 @@ void JsonReader::fail_type(const char* expected) const {
 void JsonReader::allow_keys(const std::vector<std::string>& keys) const {
     for (const auto& [key, reader] : members("an object")) {
         if (std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
-        const std::string meant = nearest_name(key, keys);
-        const std::string hint = meant.empty() ? "" : ", did you mean " + quoted(meant) + "?";
-        reader.fail("unknown key " + quoted(key) + hint + "; expected one of " + quoted_list(keys));
+        reader.fail("unknown key " + quoted(key) + did_you_mean(key, keys) + "; expected one of " +
+                    quoted_list(keys));
     }
 }
 

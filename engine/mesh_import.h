@@ -19,8 +19,16 @@ struct ImportedMesh {
     std::vector<std::string> material_names;        ///< as the file calls them, each once
 };
 
-/// Reads OBJ, glTF, GLB, PLY, STL and whatever else the importer knows. Throws Error whose message
-/// is the bare reason: unreadable, a vertex that is not finite, an index out of range, no triangle.
+/// What a mesh file may hold at most.
+inline constexpr std::uint64_t kMostMeshBytes = std::uint64_t{1} << 30;
+inline constexpr std::uint64_t kMostMeshTriangles = 20'000'000;
+
+/// The name of the material of faces for which the file names none.
+inline constexpr const char* kNamelessMaterial = "DefaultMaterial";
+
+/// Reads OBJ, glTF, GLB, PLY or STL, by the file's extension. The file may be hostile: it is
+/// bounded in size, checked index by index, and never waited for. Throws Error whose message is
+/// "what is wrong; what was expected".
 ImportedMesh import_mesh(const std::filesystem::path& file);
 
 }  // namespace aula

@@ -1,13 +1,20 @@
 #include "engine/names.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cstddef>
 #include <numeric>
 
 namespace aula {
 namespace {
 
-// Levenshtein distance: insertions, deletions and replacements that turn a into b.
+bool is_same_letter(char a, char b) {
+    return std::tolower(static_cast<unsigned char>(a)) ==
+           std::tolower(static_cast<unsigned char>(b));
+}
+
+// Levenshtein distance: insertions, deletions and replacements that turn a into b, upper or lower
+// case.
 std::size_t edit_distance(const std::string& a, const std::string& b) {
     std::vector<std::size_t> row(b.size() + 1);
     std::iota(row.begin(), row.end(), std::size_t{0});
@@ -15,7 +22,7 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
         std::size_t diagonal = row[0];
         row[0] = i;
         for (std::size_t j = 1; j <= b.size(); ++j) {
-            const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+            const std::size_t replaced = diagonal + (is_same_letter(a[i - 1], b[j - 1]) ? 0 : 1);
             diagonal = row[j];
             row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
         }
@@ -33,9 +40,18 @@ std::string quoted(const std::string& name) {
 }
 
 std::string quoted_list(const std::vector<std::string>& names) {
+    constexpr std::size_t kMost = 100;
     std::string list;
-    for (const std::string& name : names) list += (list.empty() ? "" : ", ") + quoted(name);
+    for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i) {
+        list += (list.empty() ? "" : ", ") + quoted(names[i]);
+    }
+    if (names.size() > kMost) list += " and " + std::to_string(names.size() - kMost) + " more";
     return list;
+}
+
+std::string did_you_mean(const std::string& name, const std::vector<std::string>& candidates) {
+    const std::string meant = nearest_name(name, candidates);
+    return meant.empty() ? "" : ", did you mean " + quoted(meant) + "?";
 }
 
 std::string nearest_name(const std::string& name, const std::vector<std::string>& candidates) {

@@ -55,7 +55,8 @@ double largest_square_distance(const std::vector<Point>& points) {
 }  // namespace
 
 // Ear clipping: a corner whose triangle with its neighbours turns the right way and holds no other
-// corner is cut off, until a triangle is left.
+// corner is cut off, until a triangle is left. A cut changes what can be done at its neighbours
+// only, so that the search goes on from there.
 std::vector<std::array<std::uint32_t, 3>> triangulate(const std::vector<Vec3>& corners) {
     if (corners.size() < 3) return {};
     const glm::dvec3 normal = area_normal(corners);
@@ -64,32 +65,42 @@ std::vector<std::array<std::uint32_t, 3>> triangulate(const std::vector<Vec3>& c
     const double straight = 1e-7 * largest_square_distance(points);
     if (glm::length(normal) <= straight) return {};
 
-    std::vector<std::uint32_t> left(corners.size());
-    for (std::uint32_t i = 0; i < left.size(); ++i) left[i] = i;
+    const auto count = static_cast<std::uint32_t>(corners.size());
+    std::vector<std::uint32_t> next(count);  // of the corners that are left, in a ring
+    std::vector<std::uint32_t> previous(count);
+    for (std::uint32_t i = 0; i < count; ++i) {
+        next[i] = (i + 1) % count;
+        previous[i] = (i + count - 1) % count;
+    }
     std::vector<std::array<std::uint32_t, 3>> triangles;
-
-    const auto cut_one = [&] {
-        for (std::size_t i = 0; i < left.size(); ++i) {
-            const std::uint32_t a = left[(i + left.size() - 1) % left.size()];
-            const std::uint32_t b = left[i];
-            const std::uint32_t c = left[(i + 1) % left.size()];
-            const std::array<Point, 3> ear{points[a], points[b], points[c]};
-            const double size = turn(ear[0], ear[1], ear[2]);
-            if (size < -straight) continue;
-            if (size > straight) {
-                const bool blocked = std::any_of(left.begin(), left.end(), [&](std::uint32_t k) {
-                    return contains(ear, points[k]);
-                });
-                if (blocked) continue;
-                triangles.push_back({a, b, c});
-            }
-            left.erase(left.begin() + static_cast<std::ptrdiff_t>(i));
-            return true;
+    const auto is_blocked = [&](const std::array<Point, 3>& ear, std::uint32_t tip) {
+        for (std::uint32_t k = next[tip]; k != tip; k = next[k]) {
+            if (contains(ear, points[k])) return true;
         }
         return false;
     };
-    while (left.size() >= 3) {
-        if (!cut_one()) return {};
+    // A simple polygon is cut with fewer than 3 failures a corner.
+    std::size_t failures_left = 8 * corners.size() + 4096;
+    std::uint32_t left = count;
+    std::uint32_t first = 0;
+    std::uint32_t failures = 0;  // since the last cut
+    for (std::uint32_t b = 0; left >= 3;) {
+        const std::uint32_t a = previous[b];
+        const std::uint32_t c = next[b];
+        const std::array<Point, 3> ear{points[a], points[b], points[c]};
+        const double size = turn(ear[0], ear[1], ear[2]);
+        if (size < -straight || (size > straight && is_blocked(ear, b))) {
+            if (++failures == left || --failures_left == 0) return {};
+            b = c;
+            continue;
+        }
+        if (size > straight) triangles.push_back({a, b, c});
+        next[a] = c;
+        previous[c] = a;
+        --left;
+        failures = 0;
+        if (b == first) first = c;
+        b = c == first ? c : a;
     }
     return triangles;
 }

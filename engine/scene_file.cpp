@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 #include <sstream>
+#include <unordered_set>
 
 #include "engine/error.h"
 #include "engine/names.h"
@@ -35,14 +36,13 @@ std::string read_text(const std::filesystem::path& file) {
 class UniqueNames {
  public:
     void add(const std::string& name, const JsonReader& json) {
-        if (std::find(names_.begin(), names_.end(), name) != names_.end()) {
+        if (!names_.insert(name).second) {
             json.fail("duplicate name " + quoted(name) + "; expected each name once");
         }
-        names_.push_back(name);
     }
 
  private:
-    std::vector<std::string> names_;
+    std::unordered_set<std::string> names_;
 };
 
 std::vector<Object> read_geometry(const JsonReader& json, const std::filesystem::path& folder,

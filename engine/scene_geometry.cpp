@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 
 #include "engine/error.h"
 #include "engine/mesh_import.h"
@@ -65,6 +66,10 @@ std::vector<std::uint32_t> read_face(const JsonReader& json, std::size_t vertex_
     if (face.size() < 3) {
         json.fail("a face of " + std::to_string(face.size()) + "; expected " + kExpected);
     }
+    if (face.size() > kMostCorners) {
+        json.fail("a face of " + std::to_string(face.size()) + " corners; expected at most " +
+                  std::to_string(kMostCorners));
+    }
     return face;
 }
 
@@ -97,6 +102,19 @@ Object read_faces(const JsonReader& json, MaterialTable& materials) {
     return object;
 }
 
+// `, did you mean "glass" for "Glass"?`, for the first few that are near a known name.
+std::string nearest_materials(const std::vector<std::string>& unmapped,
+                              const std::vector<std::string>& known) {
+    constexpr std::size_t kMost = 10;
+    std::string list;
+    for (std::size_t i = 0; i < std::min(unmapped.size(), kMost); ++i) {
+        const std::string meant = nearest_name(unmapped[i], known);
+        if (meant.empty()) continue;
+        list += (list.empty() ? "" : ", ") + quoted(meant) + " for " + quoted(unmapped[i]);
+    }
+    return list.empty() ? "" : ", did you mean " + list + "?";
+}
+
 // The scene's material for each of the mesh's: mapped by "materials", else of the same name, else
 // "default_material".
 std::vector<std::uint32_t> map_materials(const JsonReader& json, const ImportedMesh& mesh,
@@ -105,17 +123,19 @@ std::vector<std::uint32_t> map_materials(const JsonReader& json, const ImportedM
     std::vector<std::optional<std::uint32_t>> mapped(mesh.material_names.size());
     std::vector<bool> used(mesh.material_names.size(), false);
     for (const std::uint32_t material : mesh.triangle_materials) used[material] = true;
+    std::unordered_map<std::string, std::size_t> places;
+    for (const std::string& name : mesh.material_names) places.emplace(name, places.size());
 
     if (const auto mapping = json.find("materials")) {
         for (const auto& [name, target] : mapping->members("an object of material names")) {
-            const auto& names = mesh.material_names;
-            const auto known = std::find(names.begin(), names.end(), name);
+            const auto known = places.find(name);
             const std::uint32_t material = materials.require(target);
-            if (known != names.end()) {
-                mapped[static_cast<std::size_t>(known - names.begin())] = material;
+            if (known != places.end()) {
+                mapped[known->second] = material;
             } else {
                 warnings.push_back(target.message("the mesh has no material " + quoted(name) +
-                                                  "; it has " + quoted_list(names)));
+                                                  did_you_mean(name, mesh.material_names) +
+                                                  "; it has " + quoted_list(mesh.material_names)));
             }
         }
     }
@@ -133,8 +153,9 @@ std::vector<std::uint32_t> map_materials(const JsonReader& json, const ImportedM
         result[i] = mapped[i].value_or(0);
     }
     if (!unmapped.empty()) {
-        json.fail("the mesh's materials " + quoted_list(unmapped) +
-                  " are not known; expected each in \"materials\", the name of a material, or a "
+        json.fail("the mesh's materials " + quoted_list(unmapped) + " are not known" +
+                  nearest_materials(unmapped, materials.names()) +
+                  "; expected each in \"materials\", the name of a material, or a "
                   "\"default_material\"");
     }
     return result;
@@ -148,15 +169,14 @@ Object read_mesh(const JsonReader& json, const std::filesystem::path& folder,
     const std::string name = name_json.string(kExpected);
     const std::filesystem::path file = folder / name;
     std::error_code error;
-    if (!std::filesystem::is_regular_file(file, error)) {
+    if (!std::filesystem::exists(file, error)) {
         name_json.fail("no such file, " + quoted(file.string()) + "; expected " + kExpected);
     }
     ImportedMesh mesh;
     try {
         mesh = import_mesh(file);
     } catch (const Error& reason) {
-        name_json.fail("cannot use the mesh " + quoted(file.string()) + ": " + reason.what() +
-                       "; expected a readable OBJ, glTF, GLB, PLY or STL file");
+        name_json.fail("cannot use the mesh " + quoted(file.string()) + ": " + reason.what());
     }
     Object object;
     object.vertices = std::move(mesh.vertices);
@@ -219,35 +239,40 @@ void to_local_frame(const JsonReader& json, Object& object) {
 MaterialTable::MaterialTable(const std::optional<JsonReader>& own) : library_(material_library()) {
     if (!own) return;
     for (const auto& [name, json] : own->members("an object of materials")) {
-        materials_.push_back(read_material(name, json));
+        add(read_material(name, json));
     }
 }
 
+std::uint32_t MaterialTable::add(Material material) {
+    const auto index = static_cast<std::uint32_t>(materials_.size());
+    indices_.emplace(material.name, index);
+    materials_.push_back(std::move(material));
+    return index;
+}
+
 std::optional<std::uint32_t> MaterialTable::find(const std::string& name) {
-    const auto own = std::find_if(materials_.begin(), materials_.end(),
-                                  [&](const Material& m) { return m.name == name; });
-    const auto index = static_cast<std::uint32_t>(own - materials_.begin());
-    if (own != materials_.end()) return index;
+    if (const auto own = indices_.find(name); own != indices_.end()) return own->second;
     const auto shipped = std::find_if(library_.begin(), library_.end(),
                                       [&](const auto& m) { return m.material.name == name; });
     if (shipped == library_.end()) return std::nullopt;
-    materials_.push_back(shipped->material);
-    return index;
+    return add(shipped->material);
+}
+
+std::vector<std::string> MaterialTable::names() const {
+    std::vector<std::string> names;
+    for (const Material& material : materials_) names.push_back(material.name);
+    for (const LibraryMaterial& entry : library_) {
+        if (!indices_.contains(entry.material.name)) names.push_back(entry.material.name);
+    }
+    return names;
 }
 
 std::uint32_t MaterialTable::require(const JsonReader& json) {
     const std::string name = json.string(kMaterialName);
     if (const auto index = find(name)) return *index;
-    std::vector<std::string> names;
-    for (const Material& material : materials_) names.push_back(material.name);
-    for (const LibraryMaterial& entry : library_) {
-        const std::string& shipped = entry.material.name;
-        if (std::find(names.begin(), names.end(), shipped) == names.end()) names.push_back(shipped);
-    }
-    const std::string meant = nearest_name(name, names);
-    json.fail("unknown material " + quoted(name) +
-              (meant.empty() ? "" : ", did you mean " + quoted(meant) + "?") +
-              "; expected one of " + quoted_list(names));
+    const std::vector<std::string> known = names();
+    json.fail("unknown material " + quoted(name) + did_you_mean(name, known) +
+              "; expected one of " + quoted_list(known));
 }
 
 Object read_object(const JsonReader& json, const std::filesystem::path& folder,

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "engine/json_reader.h"
@@ -25,10 +26,16 @@ class MaterialTable {
     /// known names.
     std::uint32_t require(const JsonReader& name);
 
+    /// The names that are known, the scene's own first.
+    std::vector<std::string> names() const;
+
     std::vector<Material> take() { return std::move(materials_); }
 
  private:
+    std::uint32_t add(Material material);
+
     std::vector<Material> materials_;
+    std::unordered_map<std::string, std::uint32_t> indices_;  // in materials_
     std::vector<LibraryMaterial> library_;
 };
 

@@ -1,5 +1,10 @@
 #include "engine/mesh_import.h"
 
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdint>
@@ -141,9 +146,65 @@ TEST_CASE("meshes that cannot be used are refused with the reason") {
     CHECK_FALSE(reason("index.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n").empty());
     CHECK_FALSE(reason("text.glb", "this is no mesh").empty());
     CHECK_FALSE(reason("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n# no face here\n").empty());
-    CHECK_FALSE(reason("mesh.unknown", "x").empty());
+    CHECK_THAT(reason("mesh.fbx", "x"), Contains("\".fbx\" are not read; expected OBJ"));
+    CHECK_THAT(reason("mesh", "x"), Contains("expected OBJ"));
     CHECK_THAT(reason("endless.ply", "ply\nformat ascii 1.0\nelement vertex 3\nend_headers\n"),
                Contains("end_header"));
+    CHECK(import("CAPITALS.OBJ", kQuadObj).triangles.size() == 3);
+}
+
+TEST_CASE("pipes, sockets, folders and devices are refused as meshes and buffers, not waited for") {
+    const TemporaryFolder folder;
+    const auto refused = [&](const std::string& name) {
+        REQUIRE(std::filesystem::exists(folder.path() / name));
+        for (const char* extension : {".obj", ".ply", ".stl", ".glb", ".gltf"}) {
+            const auto mesh = folder.path() / (name + extension);
+            std::filesystem::create_symlink(name, mesh);
+            CHECK_THROWS_WITH(aula::import_mesh(mesh), Contains("not a regular file; expected"));
+            std::filesystem::remove(mesh);
+        }
+        std::string gltf = triangle_gltf();
+        const std::size_t uri = gltf.find("data:");
+        gltf.replace(uri, gltf.find('"', uri) - uri, name);
+        CHECK_THROWS_WITH(aula::import_mesh(folder.write("b.gltf", gltf)),
+                          Contains("/buffers/0/uri") && Contains("not a regular file"));
+    };
+    REQUIRE(mkfifo((folder.path() / "pipe").c_str(), 0600) == 0);
+    refused("pipe");
+    std::filesystem::create_symlink("/dev/zero", folder.path() / "zero");
+    refused("zero");
+    std::filesystem::create_directory(folder.path() / "folder");
+    refused("folder");
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    (folder.path() / "socket").string().copy(address.sun_path, sizeof address.sun_path - 1);
+    const int socket_fd = socket(AF_UNIX, SOCK_STREAM, 0);
+    REQUIRE(bind(socket_fd, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0);
+    refused("socket");
+    close(socket_fd);
+    // An MTL file that is a pipe is not opened.
+    const auto obj = folder.write("m.obj", std::string("mtllib pipe\n") + kQuadObj);
+    CHECK(aula::import_mesh(obj).triangles.size() == 3);
+}
+
+TEST_CASE("a mesh file above the limit is refused before it is read") {
+    const TemporaryFolder folder;
+    const auto file = folder.write("large.obj", kQuadObj);
+    std::filesystem::resize_file(file, aula::kMostMeshBytes + 1);  // sparse
+    CHECK_THROWS_WITH(aula::import_mesh(file), Contains("1073741825 bytes; expected at most"));
+}
+
+TEST_CASE("a buffer beside the glTF is read, in a folder below, too") {
+    const TemporaryFolder folder;
+    const float corners[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    const std::uint16_t indices[] = {0, 1, 2};
+    std::filesystem::create_directory(folder.path() / "data");
+    folder.write("data/a b.bin", std::string(reinterpret_cast<const char*>(corners), 36) +
+                                     std::string(reinterpret_cast<const char*>(indices), 6));
+    std::string gltf = triangle_gltf();
+    const std::size_t uri = gltf.find("data:");
+    gltf.replace(uri, gltf.find('"', uri) - uri, "data/a%20b.bin");
+    CHECK(aula::import_mesh(folder.write("a.gltf", gltf)).triangles.size() == 1);
 }
 
 TEST_CASE("a concave polygon of a mesh file is covered once") {
@@ -202,7 +263,18 @@ TEST_CASE("unmapped materials are one error that lists them all") {
     const std::string error = error_of(folder, R"("file": "a.obj")");
     CHECK_THAT(error, Contains("scene.json: /geometry/0: the mesh's materials"));
     CHECK_THAT(error, Contains("\"wall_3\"") && Contains("\"pipe\""));
+    CHECK_THAT(error, !Contains("did you mean"));
     CHECK(load(folder, R"("file": "a.obj", "default_material": "soft")").warnings.empty());
+}
+
+TEST_CASE("unmapped materials that are near a known name are shown with it, whatever their case") {
+    const TemporaryFolder folder;
+    folder.write("a.obj",
+                 "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl GLASS\nf 1 2 3\nusemtl Softt\nf 1 2 3\n"
+                 "usemtl pipe\nf 1 2 3\n");
+    CHECK_THAT(error_of(folder, R"("file": "a.obj")"),
+               Contains("the mesh's materials \"GLASS\", \"Softt\", \"pipe\" are not known, did "
+                        "you mean \"glass\" for \"GLASS\", \"soft\" for \"Softt\"?; expected"));
 }
 
 TEST_CASE("mapping a name that the mesh lacks is a warning with the names it has") {
@@ -212,7 +284,7 @@ TEST_CASE("mapping a name that the mesh lacks is a warning with the names it has
         load(folder, R"("file": "a.obj", "materials": {"ston": "soft"})").warnings;
     REQUIRE(warnings.size() == 1);
     CHECK_THAT(warnings[0], Contains("/geometry/0/materials/ston: the mesh has no material") &&
-                                Contains("\"stone\""));
+                                Contains("did you mean \"stone\"?; it has \"stone\", \"glass\""));
 }
 
 TEST_CASE("errors of mesh files name the scene file, the place and the reason") {

@@ -273,3 +273,51 @@ TEST_CASE("whatever bytes change in a scene file, loading succeeds or throws Err
     CHECK(loaded > 20);
     CHECK(refused > 1000);
 }
+
+TEST_CASE(
+    "a scene of a hundred thousand keys, names, materials or vertices is read in linear time") {
+    // Quadratic time would be minutes.
+    const auto numbered = [](const char* prefix, const std::string& value) {
+        std::string members;
+        for (int i = 0; i < 100'000; ++i) {
+            members +=
+                (i > 0 ? ", \"" : "\"") + std::string(prefix) + std::to_string(i) + "\": " + value;
+        }
+        return members;
+    };
+    const auto error = error_after(R"("yaw_deg": 180)", numbered("key", "1"));
+    CHECK_THAT(error, Contains("/listener/key0: unknown key"));
+    std::string materials = R"("materials": {)" + numbered("m", R"({"absorption": 0.1})") + ", ";
+    CHECK(error_after(R"("materials": {)", materials) == "no error");
+    // An error about an unknown one shows a hundred of them.
+    std::string text = kValid;
+    text.replace(text.find(R"("materials": {)"), 14, materials);
+    text.replace(text.find("\"wood\""), 6, "\"nougat\"");
+    const TemporaryFolder folder;
+    try {
+        aula::load_scene(folder.write("scene.json", text));
+        FAIL("no error");
+    } catch (const aula::Error& unknown) {
+        CHECK(std::string(unknown.what()).size() < 3000);
+        CHECK_THAT(unknown.what(), Contains("unknown material \"nougat\"") && Contains(" more"));
+    }
+    CHECK(error_after(R"("faces": [[0,1,2,3]])", R"("faces": [[0,1,2,3]], )" + numbered("key", "1"))
+              .find("unknown key") != std::string::npos);
+    std::string objects;
+    for (int i = 0; i < 10'000; ++i) {
+        objects +=
+            R"({"name": "n)" + std::to_string(i) + R"(", "box": [1, 1, 1], "material": "wood"}, )";
+    }
+    CHECK(error_after(R"("geometry": [)", R"("geometry": [)" + objects) == "no error");
+}
+
+TEST_CASE("more values than a scene may hold are refused, and faces of too many corners") {
+    std::string values = "0";
+    for (int i = 0; i < 10'000'000; ++i) values += ",0";
+    CHECK_THAT(error_after(R"("aula": 1)", R"("aula": 1, "expect": [)" + values + "]"),
+               Contains("/expect/") && Contains("too many values; expected at most 10000000"));
+    std::string face = "0";
+    for (int i = 0; i < 4096; ++i) face += ",1";
+    CHECK_THAT(error_after("[[0,1,2,3]]", "[[" + face + "]]"),
+               Contains("/geometry/1/faces/0: a face of 4097 corners; expected at most 4096"));
+}

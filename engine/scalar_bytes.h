@@ -1,0 +1,19 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+
+namespace aula {
+
+/// The number that begins at `bytes`, which need not be aligned, in a byte order.
+template <class T>
+T read_scalar(const char* bytes, std::endian order) {
+    std::array<char, sizeof(T)> raw;
+    std::copy_n(bytes, sizeof(T), raw.begin());
+    if (order != std::endian::native) std::reverse(raw.begin(), raw.end());
+    return std::bit_cast<T>(raw);
+}
+
+}  // namespace aula
