@@ -7,12 +7,14 @@
 #include <vector>
 
 #include "audio/fractional_delay.h"
+#include "audio/mute.h"
 
 namespace aula {
 
 namespace {
 
 constexpr double kCeiling_db = -1;
+constexpr float kLargest = 1e6F;
 constexpr double kLookAhead_s = 0.004;
 constexpr double kRelease_s = 0.1;
 
@@ -54,6 +56,7 @@ struct Limiter::State {
     std::size_t position = 0;
     std::uint64_t now = 0;
     float least_gain = 1;
+    std::size_t muted = 0;
 
     /// Candidates of the sliding minimum, times and gains ascending; a ring.
     struct Candidate {
@@ -152,13 +155,18 @@ int Limiter::latency_samples() const { return static_cast<int>(state_->latency()
 
 float Limiter::least_gain() const noexcept { return state_->least_gain; }
 
+std::size_t Limiter::muted_samples() const noexcept { return state_->muted; }
+
 void Limiter::process(std::span<float* const> channels, int samples) noexcept {
     State& s = *state_;
     const auto count = static_cast<std::size_t>(samples);
     assert(channels.size() == s.delayed.size() && count <= s.gains.size());
 
+    s.muted = 0;
     for (std::size_t c = 0; c < channels.size(); ++c) {
-        std::copy_n(channels[c], count, s.recent[c].begin() + State::kPast);
+        const std::span<float> incoming(s.recent[c].data() + State::kPast, count);
+        std::copy_n(channels[c], count, incoming.begin());
+        s.muted += mute_beyond(kLargest, incoming);
     }
     s.find_peaks(count);
     s.least_gain = 1;

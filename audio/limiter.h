@@ -18,12 +18,16 @@ class Limiter {
     Limiter(double sample_rate_hz, std::size_t channels, int max_block);
     ~Limiter();
 
-    /// Limits, in place, as many channels as the constructor was told.
+    /// Limits, in place, as many channels as the constructor was told. Samples that are not numbers
+    /// or beyond +-1e6 are muted: no peak could be found among them.
     void process(std::span<float* const> channels, int samples) noexcept AULA_NONBLOCKING;
     int latency_samples() const;
 
     /// The least gain in the last process(). [audio thread]
     float least_gain() const noexcept AULA_NONBLOCKING;
+
+    /// Samples of all channels that were muted in the last process(). [audio thread]
+    std::size_t muted_samples() const noexcept AULA_NONBLOCKING;
 
  private:
     struct State;

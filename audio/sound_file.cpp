@@ -6,10 +6,12 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <optional>
 #include <system_error>
 
 #include "audio/error.h"
+#include "audio/mute.h"
 #include "audio/part_file.h"
 #include "audio/resample.h"
 
@@ -98,6 +100,8 @@ struct WavWriter::State {
     std::size_t channels = 0;
     std::optional<PartFile> part;
     SoundHandle sound;
+    std::vector<float> finite;  ///< of a write()
+    std::int64_t muted = 0;
 
     [[noreturn]] void fail(const std::string& why) const {
         throw AudioFailure(name.string() + ": writing failed: " + why + "; nothing was kept");
@@ -149,11 +153,16 @@ WavWriter::~WavWriter() = default;
 void WavWriter::write(std::span<const float> interleaved) {
     assert(interleaved.size() % state_->channels == 0);
     const auto frames = static_cast<sf_count_t>(interleaved.size() / state_->channels);
+    state_->finite.assign(interleaved.begin(), interleaved.end());
+    state_->muted += static_cast<std::int64_t>(
+        mute_beyond(std::numeric_limits<float>::max(), state_->finite));
     errno = 0;
-    if (sf_writef_float(state_->sound.get(), interleaved.data(), frames) != frames) {
+    if (sf_writef_float(state_->sound.get(), state_->finite.data(), frames) != frames) {
         state_->fail(errno != 0 ? std::strerror(errno) : sound_message(state_->sound.get()));
     }
 }
+
+std::int64_t WavWriter::muted_samples() const { return state_->muted; }
 
 void WavWriter::commit() {
     // Closing writes the header's lengths and may be the first to learn of a full disk.

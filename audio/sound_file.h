@@ -39,8 +39,12 @@ class WavWriter {
               SampleFormat format);
     ~WavWriter();
 
-    /// Appends frames, interleaved: samples.size() is a multiple of the channels.
+    /// Appends frames, interleaved: samples.size() is a multiple of the channels. Samples that are
+    /// not finite are written as silence.
     void write(std::span<const float> interleaved);
+
+    /// Samples of all channels that were not finite.
+    std::int64_t muted_samples() const;
 
     void commit();
 

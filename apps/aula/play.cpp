@@ -78,6 +78,8 @@ const char* text_of(UnderrunCause cause) {
 /// What was played, how late, and when it had gaps.
 void print_summary(const PlayStatus& s) {
     std::fprintf(stderr, "%s\n%s\n", summary_text(s).c_str(), latency_text(s.latency).c_str());
+    if (s.muted_samples > 0)
+        std::fprintf(stderr, "aula: warning: %s\n", muted_text(s.muted_samples).c_str());
     for (const Underrun& underrun : s.first_underruns)
         std::fprintf(stderr, "underrun at %.2f s, %s\n", underrun.time_s, text_of(underrun.cause));
     if (s.underruns > s.first_underruns.size())
@@ -98,6 +100,10 @@ class DeviceNews {
                 "sound runs without real-time priority, which the system refused "
                 "(\"ulimit -r 70\" or membership of the group audio allows it)");
         }
+        if (status.muted_samples > 0 && !told_muted_) {
+            told_muted_ = true;
+            say(line, "sound that is not finite is muted");
+        }
         const bool playing = status.device == DeviceState::playing;
         if (playing == played_) return;
         played_ = playing;
@@ -115,6 +121,7 @@ class DeviceNews {
 
     std::string name_;
     bool told_priority_ = false;
+    bool told_muted_ = false;
     bool played_ = true;
 };
 

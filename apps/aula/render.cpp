@@ -6,6 +6,7 @@
 #include "apps/aula/commands.h"
 #include "apps/aula/interrupt.h"
 #include "apps/aula/terminal.h"
+#include "apps/session/formatted.h"
 #include "apps/session/measurement_text.h"
 #include "apps/session/output_file.h"
 #include "apps/session/session.h"
@@ -92,6 +93,9 @@ class MeasurementFiles {
         const std::vector<RoomParameters> parameters = room_parameters(measurement);
         if (report_) report_->write(report_json(scene, parameters));
         if (arguments_.report) print(report_table(scene, parameters));
+        std::int64_t muted = 0;
+        for (const auto& response : responses_) muted += response->muted_samples();
+        if (muted > 0) warn({muted_text(muted)}, arguments_.quiet);
         for (auto& response : responses_) response->commit();
         if (echogram_) echogram_->commit();
         if (report_) report_->commit();

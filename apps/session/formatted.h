@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <cstdio>
 #include <string>
 
@@ -12,6 +13,11 @@ std::string formatted(const char* format, Values... values) {
     std::array<char, 256> text{};
     std::snprintf(text.data(), text.size(), format, values...);
     return text.data();
+}
+
+/// What is said of samples that were not finite.
+inline std::string muted_text(std::int64_t samples) {
+    return std::to_string(samples) + " samples were not finite and were muted";
 }
 
 }  // namespace aula

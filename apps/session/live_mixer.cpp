@@ -234,6 +234,8 @@ void LiveMixer::render_block(std::span<float* const> outputs, int samples) noexc
     give_back_ended();
 
     limiter_.process(outputs, samples);
+    muted_samples_.fetch_add(static_cast<std::int64_t>(limiter_.muted_samples()),
+                             std::memory_order_relaxed);
     fade_pause(outputs, samples);
     const float peak = std::max(largest(outputs, samples), peak_.load(std::memory_order_relaxed));
     peak_.store(peak, std::memory_order_relaxed);

@@ -115,6 +115,9 @@ class LiveMixer {
     float take_limiter_gain() { return limiter_gain_.exchange(1); }  ///< the least since
     std::size_t channels() const { return channels_; }
 
+    /// Samples of all channels that were muted because they were not finite. [any thread]
+    std::int64_t muted_samples() const { return muted_samples_.load(); }
+
     /// Fades to silence, where time stands still, and back. [any thread]
     void pause(bool paused) { paused_.store(paused); }
     bool silent() const { return silent_.load(); }  ///< a pause is all there
@@ -152,6 +155,7 @@ class LiveMixer {
     std::atomic<bool> listened_ = false;
     std::atomic<std::int64_t> lost_samples_ = 0;
     std::atomic<std::int64_t> position_ = 0;
+    std::atomic<std::int64_t> muted_samples_ = 0;
     std::atomic<float> peak_ = 0;
     std::atomic<float> limiter_gain_ = 1;
     std::atomic<bool> paused_ = false;

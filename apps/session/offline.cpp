@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "apps/session/blocking_queue.h"
+#include "apps/session/formatted.h"
 #include "apps/session/frame_maker.h"
 #include "apps/session/signals.h"
 #include "apps/session/sound_at_listener.h"
@@ -192,9 +193,13 @@ bool render_offline(const Scene& scene, const SessionOptions& options,
     const std::int64_t total = std::llround(timeline.end_s * rate_hz) + skip;
     PlanarBlock output(channels, static_cast<std::size_t>(options.block));
     std::vector<float> interleaved;
+    std::int64_t muted = 0;
     for (std::int64_t first = 0; first < total; first += options.block) {
         renderer.render(first, output.pointers);
-        if (limiter) limiter->process(output.pointers, options.block);
+        if (limiter) {
+            limiter->process(output.pointers, options.block);
+            muted += static_cast<std::int64_t>(limiter->muted_samples());
+        }
         const std::int64_t end = std::min<std::int64_t>(options.block, total - first);
         interleaved.clear();
         for (std::int64_t i = std::min(skip, end); i < end; ++i)
@@ -205,6 +210,7 @@ bool render_offline(const Scene& scene, const SessionOptions& options,
         if (progress && !progress(static_cast<double>(first + end) / static_cast<double>(total)))
             return false;
     }
+    if (muted += writer.muted_samples(); muted > 0) warnings.push_back(muted_text(muted));
     writer.commit();
     return true;
 }

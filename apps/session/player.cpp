@@ -401,6 +401,7 @@ PlayStatus Player::status() {
     status.realtime = device.meter().realtime();
     status.device = device.state();
     status.reconnects = device.reconnects();
+    status.muted_samples = state_->mixer->muted_samples();
     status.peak = state_->mixer->take_peak();
     status.limiter_gain = state_->mixer->take_limiter_gain();
     status.finished = status.time_s >= end_s;

@@ -43,6 +43,7 @@ struct PlayStatus {
     DeviceState device = DeviceState::playing;
     std::uint64_t reconnects = 0;  ///< how often the device came back
     PoseLatency latency;
+    std::int64_t muted_samples = 0;  ///< of all channels, that were not finite
     float peak = 0;                  ///< largest sample since the last status()
     float limiter_gain = 1;          ///< least gain of the limiter since the last status()
     bool preparing = false;          ///< a change is on its way

@@ -84,6 +84,9 @@ void Model::update(double now_s) {
     status_ = player_->status();
     heard_ = player_->monitor_status();
     if (opened_ && !status_.preparing) begin_scene();
+    if (status_.muted_samples > 0 && muted_before_ == 0)
+        say("sound that is not finite is muted", true);
+    muted_before_ = status_.muted_samples;
     if (status_.underruns > underruns) last_underrun_s_ = status_.time_s;
     if (status_.failed_changes > failed_changes_) {
         failed_changes_ = status_.failed_changes;

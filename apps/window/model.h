@@ -201,6 +201,7 @@ class Model {
     std::shared_ptr<const FrameView> shown_;
     double last_underrun_s_ = -1;
     std::uint64_t failed_changes_ = 0;
+    std::int64_t muted_before_ = 0;
     Setting good_;  ///< the last setting that was heard
     std::string recording_error_;
     double now_s_ = 0;

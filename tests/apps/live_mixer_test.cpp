@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "tests/support/live_take.h"
@@ -219,6 +220,25 @@ TEST_CASE("What was asked to last half a second lasts as long, and ends without 
     std::fill(cut.begin() + kEnd, cut.end(), 0.0F);
     CHECK(cut != through);
     CHECK(share_off_tone(cut) > 1e-6);
+}
+
+TEST_CASE("Sound that is not finite is muted and counted, and what follows is heard") {
+    LiveMixer mixer(kRate_hz, kTakeBlock, 1);
+    const Scene scene = test::free_field({1, 0, 0});
+    // A tone of which 10 ms are not numbers.
+    std::vector<float> tone = test::tone();
+    std::fill(tone.begin() + 9600, tone.begin() + 10080, std::numeric_limits<float>::quiet_NaN());
+    Reusable before;
+    before.sources = scene.sources;
+    before.signals = {std::make_shared<const Signal>(tone, false)};
+    Performance performance(scene, mono(), kRate_hz, false, before);
+    const auto heard =
+        take(mixer, kSecond_blocks, [&](int block) {
+            if (block == 0) begin(performance, mixer);
+        });
+    CHECK(mixer.muted_samples() >= 480);
+    CHECK(std::all_of(heard.begin(), heard.end(), [](float x) { return std::isfinite(x); }));
+    CHECK(std::any_of(heard.begin() + 24000, heard.end(), [](float x) { return x != 0; }));
 }
 
 TEST_CASE("What nobody reads in time is counted as lost") {

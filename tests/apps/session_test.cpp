@@ -138,6 +138,24 @@ TEST_CASE("A rendering ends however many frames the renderer holds") {
     CHECK(sound_info(file).frames == 28800);
 }
 
+TEST_CASE("What is not finite is rendered as silence, with a warning") {
+    Scene scene = free_field({1, 0, 0});
+    scene.sources[0].signal = Source::Signal::noise;
+    scene.sources[0].gain_db = 1000;
+    const TemporaryFolder folder;
+    const auto file = folder.path() / "out.wav";
+    SessionOptions options;
+    options.output = OutputFormat::mono;
+    options.duration_s = 0.1;
+    options.format = GENERATE(SampleFormat::float32, SampleFormat::pcm16);
+    Session session(scene, options);
+    REQUIRE(session.render(file));
+    REQUIRE(session.warnings().size() == 1);
+    CHECK(session.warnings()[0].find("not finite") != std::string::npos);
+    // A sample that was not finite would be a warning.
+    CHECK(read_sound(file, 48000).warnings.empty());
+}
+
 TEST_CASE("A rendering that is stopped leaves nothing behind") {
     const TemporaryFolder folder;
     Session session(free_field({1, 0, 0}), {});

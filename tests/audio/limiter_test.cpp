@@ -4,6 +4,7 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -87,6 +88,34 @@ TEST_CASE("No output sample is above the ceiling, whatever comes") {
     // The lone peak comes out at the ceiling, not lower: one part in 10^6 is the gain's rounding.
     CHECK(std::abs(out[1][static_cast<std::size_t>(12001 + latency)]) ==
           Approx(kCeiling).epsilon(1e-6));
+}
+
+TEST_CASE("Samples that are not finite, or absurdly large, are muted and counted") {
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    for (const float bad : {kInfinity, -kInfinity, std::numeric_limits<float>::quiet_NaN(),
+                            std::numeric_limits<float>::max()}) {
+        CAPTURE(bad);
+        Limiter limiter(kRate_hz, 2, 256);
+        const auto latency = static_cast<std::size_t>(limiter.latency_samples());
+        // White noise has peaks between samples up to twice as high.
+        Stereo signal = noise(2048, 0.4F * kCeiling);
+        Stereo expected = signal;
+        std::size_t muted = 0;
+        for (const std::size_t at : {std::size_t{0}, std::size_t{700}, std::size_t{701}}) {
+            signal[1][at] = bad;
+            expected[1][at] = 0;
+        }
+        for (std::size_t done = 0; done < signal[0].size(); done += 256) {
+            const std::array<float*, 2> channels{signal[0].data() + done, signal[1].data() + done};
+            limiter.process(channels, 256);
+            muted += limiter.muted_samples();
+        }
+        CHECK(muted == 3);
+        // Below the ceiling the rest passes bit by bit.
+        for (std::size_t c = 0; c < 2; ++c)
+            CHECK(std::equal(signal[c].begin() + static_cast<std::ptrdiff_t>(latency),
+                             signal[c].end(), expected[c].begin()));
+    }
 }
 
 TEST_CASE("Both channels get the same gain") {

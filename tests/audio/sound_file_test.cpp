@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <numbers>
 #include <string>
 
@@ -147,6 +148,22 @@ TEST_CASE("Samples that are not numbers become silence with a warning") {
     const SoundClip clip = read_sound(folder / "a.wav", 48000);
     CHECK(clip.samples == std::vector<float>{0.5F, 0, 0, 0.25F});
     CHECK(clip.warnings.size() == 1);
+}
+
+TEST_CASE("Samples that are not finite are written as silence and counted") {
+    const TemporaryFolder folder;
+    const fs::path file = folder / "out.wav";
+    WavWriter writer(file, 48000, 2, SampleFormat::float32);
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    writer.write(std::array{0.5F, kInfinity, 0.25F, 0.25F});
+    CHECK(writer.muted_samples() == 1);
+    writer.write(std::array{-kInfinity, std::numeric_limits<float>::quiet_NaN()});
+    CHECK(writer.muted_samples() == 3);
+    writer.commit();
+    const SoundClip read = read_sound(file, 48000);
+    CHECK(read.samples == std::vector<float>{0.25F, 0.25F, 0});
+    // The mixing down; a sample that was not finite would be a second warning.
+    CHECK(read.warnings.size() == 1);
 }
 
 TEST_CASE("Without commit nothing is left behind and an older file stays") {
