@@ -1,7 +1,5 @@
 #include "audio/hrtf.h"
 
-#include <mysofa.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -17,6 +15,7 @@
 #include "audio/head_responses.h"
 #include "audio/minimum_phase.h"
 #include "audio/resample.h"
+#include "audio/sofa_file.h"
 
 namespace aula {
 
@@ -39,27 +38,64 @@ constexpr double kGreatestBoost = 16;  // 24 dB
 // Silence in front, for the resampler's ringing before an early onset.
 constexpr std::size_t kLead_samples = 64;
 
-struct CloseSofa {
-    void operator()(MYSOFA_HRTF* sofa) const { mysofa_free(sofa); }
-};
-using Sofa = std::unique_ptr<MYSOFA_HRTF, CloseSofa>;
+// What a measurement can be; all else is an error of the file.
+constexpr float kLowestRate_hz = 8000;
+constexpr float kHighestRate_hz = 768'000;
+constexpr double kLongest_s = 0.25;
+constexpr float kNearest_m = 1e-3F;
+constexpr float kFarthest_m = 1e4F;
+constexpr float kQuietestPeak = 1e-6F;
+constexpr float kLoudestPeak = 1e6F;
+constexpr double kLatestDelay_s = 1;
+constexpr double kMostResampled = 1 << 26;  // 256 MiB
 
-Sofa load(const std::filesystem::path& file) {
-    const auto fail = [&](const std::string& why) {
-        throw AudioInputError(file.string() + ": " + why +
-                              "; expected a SOFA file of head-related impulse responses "
-                              "(SimpleFreeFieldHRIR)");
-    };
-    if (!std::filesystem::is_regular_file(file)) fail("no such file");
-    int error = MYSOFA_OK;
-    Sofa sofa(mysofa_load(file.c_str(), &error));
-    if (!sofa || error != MYSOFA_OK) fail("cannot be read as SOFA");
-    if (mysofa_check(sofa.get()) != MYSOFA_OK) fail("is a SOFA file of another kind");
-    if (sofa->R != 2 || sofa->M < 4 || sofa->N < 2 || sofa->C != 3) {
-        fail("has no two ears and four directions");
+[[noreturn]] void fail(const HeadMeasurements& measured, const std::string& problem) {
+    throw AudioInputError(measured.file.string() + ": " + problem);
+}
+
+/// Throws AudioInputError unless sizes, rate, positions, responses and delays can be measured ones.
+void check(const HeadMeasurements& measured, double sample_rate_hz) {
+    const auto fail = [&](const std::string& problem) { aula::fail(measured, problem); };
+    const std::size_t directions = measured.positions.size();
+    const std::size_t samples = measured.samples;
+    if (directions < 4 || directions > kMostDirections || samples < 2 ||
+        samples > kLongestResponse_samples ||
+        measured.responses.size() != 2 * directions * samples ||
+        measured.delays_samples.size() != 2 * directions)
+        fail("sizes that do not go together; expected two responses for each of 4 directions");
+    const float rate_hz = measured.sample_rate_hz;
+    if (!(rate_hz >= kLowestRate_hz && rate_hz <= kHighestRate_hz))
+        fail("a sample rate of " + std::to_string(rate_hz) + " Hz; expected 8000 to 768000 Hz");
+    const auto length = static_cast<double>(samples);
+    if (length > kLongest_s * double{rate_hz})
+        fail("responses of " + std::to_string(length / double{rate_hz}) +
+             " s; expected at most 0.25 s");
+    if ((length + 2 * kLead_samples) * 2 * static_cast<double>(directions) * sample_rate_hz >
+        kMostResampled * double{rate_hz})
+        fail("too many responses for this sample rate; expected at most 67108864 samples");
+    for (std::size_t i = 0; i < directions; ++i) {
+        const std::array<float, 3>& p = measured.positions[i];
+        const float distance_m = std::hypot(p[0], p[1], p[2]);
+        if (!(distance_m >= kNearest_m && distance_m <= kFarthest_m))
+            fail("a source " + std::to_string(distance_m) +
+                 " m from the head; expected 0.001 to 10000 m");
     }
-    mysofa_tocartesian(sofa.get());
-    return sofa;
+    for (std::size_t r = 0; r < 2 * directions; ++r) {
+        const std::string which =
+            "the response of direction " + std::to_string(r / 2) + ", ear " + std::to_string(r % 2);
+        const auto response = std::span(measured.responses).subspan(r * samples, samples);
+        float peak = 0;
+        for (const float x : response) {
+            if (!std::isfinite(x)) fail(which + " is not finite; expected numbers");
+            peak = std::max(peak, std::abs(x));
+        }
+        if (!(peak >= kQuietestPeak && peak <= kLoudestPeak))
+            fail(which + " has a peak of " + std::to_string(peak) + "; expected 1e-6 to 1e6");
+        const float delay_samples = measured.delays_samples[r];
+        if (!(std::abs(delay_samples) <= static_cast<float>(kLatestDelay_s) * rate_hz))
+            fail(which + " has a delay of " + std::to_string(delay_samples) +
+                 " samples; expected at most a second");
+    }
 }
 
 /// Magnitude and delay of one measured response, apart.
@@ -129,8 +165,9 @@ class ResponseSplitter {
         // A parabola through the peak and its neighbours; the band is narrow enough for it.
         const double before = double{signal_[(peak + size_ - 1) % size_]};
         const double after = double{signal_[(peak + 1) % size_]};
-        const double top = double{signal_[peak]};
-        return static_cast<double>(peak) + 0.5 * (before - after) / (before - 2 * top + after);
+        const double curvature = before - 2 * double{signal_[peak]} + after;
+        const double beside = curvature < 0 ? 0.5 * (before - after) / curvature : 0;
+        return static_cast<double>(peak) + beside;
     }
 
     double sample_rate_hz_;
@@ -145,17 +182,16 @@ class ResponseSplitter {
 };
 
 /// Resampled responses, [direction * 2 + ear][sample] with kLead_samples of silence before.
-std::vector<std::vector<float>> resampled(const MYSOFA_HRTF& sofa, double sample_rate_hz) {
-    const std::size_t channels = std::size_t{2} * sofa.M;
+std::vector<std::vector<float>> resampled(const HeadMeasurements& measured, double sample_rate_hz) {
+    const std::size_t channels = 2 * measured.positions.size();
     const std::size_t lead = kLead_samples;
-    std::vector<float> interleaved((lead + sofa.N + lead) * channels);
+    std::vector<float> interleaved((lead + measured.samples + lead) * channels);
     for (std::size_t c = 0; c < channels; ++c) {
-        for (std::size_t n = 0; n < sofa.N; ++n) {
-            interleaved[(lead + n) * channels + c] = sofa.DataIR.values[c * sofa.N + n];
+        for (std::size_t n = 0; n < measured.samples; ++n) {
+            interleaved[(lead + n) * channels + c] = measured.responses[c * measured.samples + n];
         }
     }
-    interleaved =
-        resample(interleaved, channels, double{sofa.DataSamplingRate.values[0]}, sample_rate_hz);
+    interleaved = resample(interleaved, channels, double{measured.sample_rate_hz}, sample_rate_hz);
     const std::size_t samples = interleaved.size() / channels;
     std::vector<std::vector<float>> out(channels, std::vector<float>(samples));
     for (std::size_t c = 0; c < channels; ++c) {
@@ -200,29 +236,28 @@ struct Hrtf::State {
 };
 
 Hrtf::Hrtf(const std::filesystem::path& sofa_file, double sample_rate_hz)
+    : Hrtf(read_sofa(sofa_file.empty() ? kDefaultFile : sofa_file), sample_rate_hz) {}
+
+Hrtf::Hrtf(const HeadMeasurements& measured, double sample_rate_hz)
     : state_(std::make_unique<State>()) {
+    check(measured, sample_rate_hz);
     State& s = *state_;
     s.taps = fast_fft_size(static_cast<std::size_t>(std::llround(kResponse_s * sample_rate_hz)));
-    const Sofa sofa = load(sofa_file.empty() ? kDefaultFile : sofa_file);
-    const auto responses = resampled(*sofa, sample_rate_hz);
+    const auto responses = resampled(measured, sample_rate_hz);
     ResponseSplitter splitter(responses[0].size(), s.taps, sample_rate_hz);
 
     HeadResponses& head = s.head;
     head.sample_rate_hz = sample_rate_hz;
-    std::vector<std::array<Analysis, 2>> analyses(sofa->M);
-    for (std::size_t i = 0; i < sofa->M; ++i) {
-        const float* const position = sofa->SourcePosition.values + 3 * i;
+    std::vector<std::array<Analysis, 2>> analyses(measured.positions.size());
+    for (std::size_t i = 0; i < analyses.size(); ++i) {
+        const std::array<float, 3>& position = measured.positions[i];
         const float length = std::hypot(position[0], position[1], position[2]);
         head.directions.push_back(
             {position[0] / length, position[1] / length, position[2] / length});
         for (std::size_t e = 0; e < 2; ++e) {
             analyses[i][e] = splitter.analyse(responses[2 * i + e]);
-            // Delays stand for each ear, or for each direction and ear, in samples of the file.
-            const std::size_t place = sofa->DataDelay.elements == 2 ? e : 2 * i + e;
-            if (place < sofa->DataDelay.elements) {
-                analyses[i][e].delay_s += double{sofa->DataDelay.values[place]} /
-                                          double{sofa->DataSamplingRate.values[0]};
-            }
+            analyses[i][e].delay_s +=
+                double{measured.delays_samples[2 * i + e]} / double{measured.sample_rate_hz};
         }
     }
     head.weights = sphere_shares(head.directions);
@@ -237,8 +272,21 @@ Hrtf::Hrtf(const std::filesystem::path& sofa_file, double sample_rate_hz)
         }
     }
     double earliest_s = head.ears[0][0].delay_s;
+    double latest_s = earliest_s;
     for (const auto& ears : head.ears) {
-        for (const Ear& ear : ears) earliest_s = std::min(earliest_s, ear.delay_s);
+        for (const Ear& ear : ears) {
+            earliest_s = std::min(earliest_s, ear.delay_s);
+            latest_s = std::max(latest_s, ear.delay_s);
+            if (!std::all_of(ear.minimum_phase.begin(), ear.minimum_phase.end(),
+                             [](float x) { return std::isfinite(x); }))
+                fail(measured,
+                     "responses without energy below half the sample rate; expected some");
+        }
+    }
+    // The renderer's delay lines reach so far back.
+    if (!(latest_s - earliest_s <= kResponse_s)) {
+        fail(measured, "delays that differ by " + std::to_string(latest_s - earliest_s) +
+                           " s; expected at most 0.0053 s");
     }
     for (auto& ears : head.ears) {
         for (Ear& ear : ears) ear.delay_s -= earliest_s;

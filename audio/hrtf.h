@@ -10,6 +10,7 @@
 
 namespace aula {
 
+struct HeadMeasurements;
 struct HeadResponses;
 
 /// Head-related impulse responses of one SOFA file at one sample rate: minimum phase and delay
@@ -18,8 +19,11 @@ struct HeadResponses;
 class Hrtf {
  public:
     /// Reads a SOFA file; an empty path means libmysofa's default (MIT KEMAR). Throws
-    /// AudioInputError.
+    /// AudioInputError; AudioFailure where the process that reads it cannot be started.
     Hrtf(const std::filesystem::path& sofa_file, double sample_rate_hz);
+
+    /// Takes what was measured. Throws AudioInputError for values that no measurement has.
+    Hrtf(const HeadMeasurements& measured, double sample_rate_hz);
     ~Hrtf();
 
     struct Ear {

@@ -14,8 +14,9 @@ std::vector<float> resample(std::span<const float> interleaved, std::size_t chan
     assert(channels > 0 && interleaved.size() % channels == 0);
     if (from_hz == to_hz) return {interleaved.begin(), interleaved.end()};
     const std::size_t frames = interleaved.size() / channels;
-    const auto wanted =
-        static_cast<std::size_t>(std::llround(static_cast<double>(frames) * to_hz / from_hz));
+    if (frames == 0) return {};
+    const auto wanted = static_cast<std::size_t>(
+        std::max(1LL, std::llround(static_cast<double>(frames) * to_hz / from_hz)));
     std::vector<float> out(wanted * channels);
     const soxr_io_spec_t io = soxr_io_spec(SOXR_FLOAT32_I, SOXR_FLOAT32_I);
     const soxr_quality_spec_t quality = soxr_quality_spec(SOXR_HQ, 0);

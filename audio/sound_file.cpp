@@ -2,6 +2,7 @@
 
 #include <sndfile.h>
 
+#include <algorithm>
 #include <cassert>
 #include <cerrno>
 #include <cmath>
@@ -26,6 +27,12 @@ struct CloseSound {
 };
 using SoundHandle = std::unique_ptr<SNDFILE, CloseSound>;
 
+constexpr int kLowestRate_hz = 1000;
+constexpr int kHighestRate_hz = 768'000;
+constexpr int kMostChannels = 64;                           // ambisonics of order 7
+constexpr std::size_t kMostSamples = std::size_t{1} << 28;  // 1 GiB; 93 minutes at 48 kHz
+constexpr float kLargestSample = 0x1p31F;  // full scale of 32-bit integers; no format has more
+
 /// A message of libsndfile without the full stop and line end that some carry.
 std::string sound_message(SNDFILE* file) {
     std::string text = sf_strerror(file);
@@ -33,17 +40,29 @@ std::string sound_message(SNDFILE* file) {
     return text;
 }
 
+[[noreturn]] void fail(const fs::path& file, const std::string& problem) {
+    throw AudioInputError(file.string() + ": " + problem);
+}
+
 SoundHandle open_sound(const fs::path& file, SF_INFO& info) {
-    std::error_code ignored;
-    if (fs::is_directory(file, ignored)) {
-        throw AudioInputError(file.string() + ": is a directory; expected a sound file");
-    }
+    constexpr const char* kExpected =
+        "; expected a file that libsndfile reads (WAV, FLAC, Ogg, ...)";
+    std::error_code error;
+    const fs::file_status status = fs::status(file, error);
+    if (!fs::exists(status)) fail(file, "no such file; expected a sound file");
+    // A pipe would be waited for, a device read without end.
+    if (!fs::is_regular_file(status)) fail(file, "is no regular file; expected a sound file");
     info = {};
-    SoundHandle sound(sf_open(file.c_str(), SFM_READ, &info));
-    if (!sound) {
-        throw AudioInputError(file.string() +
-                              ": cannot be read as sound: " + sound_message(nullptr) +
-                              "; expected a file that libsndfile reads (WAV, FLAC, Ogg, ...)");
+    // An absolute name, since libsndfile takes "-" for standard input.
+    SoundHandle sound(sf_open(fs::absolute(file).c_str(), SFM_READ, &info));
+    if (!sound) fail(file, std::string("cannot be read as sound") + kExpected);
+    if (info.samplerate < kLowestRate_hz || info.samplerate > kHighestRate_hz) {
+        fail(file, "has a sample rate of " + std::to_string(info.samplerate) +
+                       " Hz; expected 1000 to 768000 Hz");
+    }
+    if (info.channels < 1 || info.channels > kMostChannels) {
+        fail(file, "has " + std::to_string(info.channels) + " channels; expected 1 to " +
+                       std::to_string(kMostChannels));
     }
     return sound;
 }
@@ -65,31 +84,45 @@ SoundClip read_sound(const fs::path& file, double sample_rate_hz) {
     clip.sample_rate_hz = sample_rate_hz;
     constexpr sf_count_t kFrames = 16384;
     std::vector<float> interleaved(static_cast<std::size_t>(kFrames) * channels);
-    bool finite = true;
-    while (const sf_count_t got = sf_readf_float(sound.get(), interleaved.data(), kFrames)) {
+    const auto most = static_cast<std::size_t>(static_cast<double>(kMostSamples) *
+                                               std::min(1.0, info.samplerate / sample_rate_hz));
+    bool usable = true;
+    while (true) {
+        const sf_count_t got = sf_readf_float(sound.get(), interleaved.data(), kFrames);
+        if (got <= 0) break;
+        if (clip.samples.size() + static_cast<std::size_t>(got) > most) {
+            fail(file, "is too long; expected at most " +
+                           std::to_string(most / static_cast<std::size_t>(info.samplerate)) +
+                           " s of " + std::to_string(info.samplerate) + " Hz");
+        }
         for (std::size_t i = 0; i < static_cast<std::size_t>(got); ++i) {
             float sum = 0;
             for (std::size_t c = 0; c < channels; ++c) sum += interleaved[i * channels + c];
-            if (!std::isfinite(sum)) {
-                sum = 0;
-                finite = false;
+            float sample = sum / static_cast<float>(channels);
+            // The comparison fails for NaN, too.
+            if (!(std::abs(sample) <= kLargestSample)) {
+                sample = 0;
+                usable = false;
             }
-            clip.samples.push_back(sum / static_cast<float>(channels));
+            clip.samples.push_back(sample);
         }
     }
     if (sf_error(sound.get()) != SF_ERR_NO_ERROR) {
-        throw AudioInputError(file.string() +
-                              ": cannot be read to its end: " + sound_message(sound.get()));
+        fail(file, "is damaged and cannot be read to its end; expected a whole sound file");
     }
-    if (clip.samples.empty()) {
-        throw AudioInputError(file.string() + ": has no samples; expected at least one");
+    if (clip.samples.empty()) fail(file, "has no samples; expected at least one");
+    const auto read = static_cast<sf_count_t>(clip.samples.size());
+    if (read < info.frames && info.frames != SF_COUNT_MAX) {
+        clip.warnings.push_back(file.string() + ": ends after " + std::to_string(read) + " of " +
+                                std::to_string(info.frames) + " samples");
     }
     if (channels > 1) {
         clip.warnings.push_back(file.string() + ": " + std::to_string(channels) +
                                 " channels mixed down to one");
     }
-    if (!finite) {
-        clip.warnings.push_back(file.string() + ": samples that are not numbers taken as silence");
+    if (!usable) {
+        clip.warnings.push_back(file.string() +
+                                ": samples that are not numbers, or too large, taken as silence");
     }
     clip.samples = resample(clip.samples, 1, info.samplerate, sample_rate_hz);
     return clip;

@@ -10,6 +10,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <utility>
 
 #include "engine/error.h"
@@ -55,7 +56,16 @@ int port_of(int socket) {
     return ntohs(address.sin_port);
 }
 
-std::optional<std::variant<double, std::string>> argument_of(char type, lo_arg* value) {
+/// Arguments stand at multiples of 4 bytes, where a double or lo_arg must not be read in place.
+template <typename T>
+T read(const void* bytes) {
+    T value;
+    std::memcpy(&value, bytes, sizeof(value));
+    return value;
+}
+
+/// An argument whose bytes liblo has put in this machine's order.
+std::optional<std::variant<double, std::string>> argument_of(char type, const void* bytes) {
     switch (type) {
         case LO_TRUE:
             return 1.0;
@@ -63,10 +73,17 @@ std::optional<std::variant<double, std::string>> argument_of(char type, lo_arg* 
             return 0.0;
         case LO_STRING:
         case LO_SYMBOL:
-            return std::string(&value->s);
+            return std::string(static_cast<const char*>(bytes));
+        case LO_INT32:
+            return static_cast<double>(read<std::int32_t>(bytes));
+        case LO_INT64:
+            return static_cast<double>(read<std::int64_t>(bytes));
+        case LO_FLOAT:
+            return double{read<float>(bytes)};
+        case LO_DOUBLE:
+            return read<double>(bytes);
         default:
-            if (!lo_is_numerical_type(static_cast<lo_type>(type))) return std::nullopt;
-            return static_cast<double>(lo_hires_val(static_cast<lo_type>(type), value));
+            return std::nullopt;
     }
 }
 

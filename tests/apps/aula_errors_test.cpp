@@ -152,6 +152,8 @@ TEST_CASE("Bad arguments are refused in one line, with status 2") {
         {{scene, "--echogram", folder.path() / "none/out.csv"}, {"none/out.csv"}},
         {{scene, "--echogram", folder.path()}, {folder.path()}},
         {{scene, "--offline", out, "--hrtf", folder.path() / "none.sofa"}, {"none.sofa"}},
+        {{scene, "--offline", out, "--hrtf", AULA_SOURCE_DIR "/tests/fuzz/corpus/sofa/nan.sofa"},
+         {"nan.sofa", "is not finite"}},
     };
     for (const Bad& bad : all) require_refused(folder, bad.arguments, bad.parts);
 }

@@ -1,6 +1,8 @@
 #include "audio/sound_file.h"
 
+#include <sndfile.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -164,6 +166,75 @@ TEST_CASE("Samples that are not finite are written as silence and counted") {
     CHECK(read.samples == std::vector<float>{0.25F, 0.25F, 0});
     // The mixing down; a sample that was not finite would be a second warning.
     CHECK(read.warnings.size() == 1);
+}
+
+TEST_CASE("A sound shorter than half a sample of the output has one sample") {
+    const TemporaryFolder folder;
+    write_wav(folder / "a.wav", 192000, 1, {0.5F});
+    const SoundClip clip = read_sound(folder / "a.wav", 8000);
+    REQUIRE(clip.samples.size() == 1);
+    CHECK(std::isfinite(clip.samples[0]));
+}
+
+TEST_CASE("Rates and channels that no sound has are refused") {
+    const TemporaryFolder folder;
+    write_wav(folder / "a.wav", 48000, 1, std::vector<float>(48000, 0.5F));
+    // The header's fields, as in a file that was damaged.
+    const auto with_field = [&](const std::string& name, std::size_t offset, std::uint32_t value,
+                                std::size_t size) {
+        std::string content = bytes(folder / "a.wav");
+        for (std::size_t i = 0; i < size; ++i)
+            content[offset + i] = static_cast<char>(value >> (8 * i));
+        std::ofstream(folder / name, std::ios::binary) << content;
+        return error_of(folder / name);
+    };
+    constexpr std::size_t kChannels = 22;
+    constexpr std::size_t kRate = 24;
+    CHECK(with_field("rate.wav", kRate, 1, 4) ==
+          (folder / "rate.wav").string() +
+              ": has a sample rate of 1 Hz; expected 1000 to 768000 Hz");
+    CHECK(with_field("fast.wav", kRate, 768'001, 4).find("sample rate") != std::string::npos);
+    CHECK(with_field("channels.wav", kChannels, 65, 2) ==
+          (folder / "channels.wav").string() + ": has 65 channels; expected 1 to 64");
+    CHECK_FALSE(with_field("none.wav", kChannels, 0, 2).empty());
+}
+
+TEST_CASE("A pipe or a device is not read as sound") {
+    const TemporaryFolder folder;
+    REQUIRE(mkfifo((folder / "pipe.wav").c_str(), 0600) == 0);
+    for (const fs::path& file : {folder / "pipe.wav", fs::path("/dev/zero")})
+        CHECK(error_of(file) == file.string() + ": is no regular file; expected a sound file");
+}
+
+TEST_CASE("A sound that is cut off is heard as far as it goes, with a warning") {
+    const TemporaryFolder folder;
+    std::vector<float> tone(20000);
+    for (std::size_t n = 0; n < tone.size(); ++n)
+        tone[n] = 0.5F * static_cast<float>(std::sin(0.1 * static_cast<double>(n)));
+    SF_INFO info{};
+    info.samplerate = 48000;
+    info.channels = 1;
+    info.format = SF_FORMAT_FLAC | SF_FORMAT_PCM_16;
+    const fs::path file = folder / "a.flac";
+    SNDFILE* const sound = sf_open(file.c_str(), SFM_WRITE, &info);
+    REQUIRE(sound != nullptr);
+    sf_writef_float(sound, tone.data(), static_cast<sf_count_t>(tone.size()));
+    sf_close(sound);
+    fs::resize_file(file, fs::file_size(file) / 2);
+    const SoundClip clip = read_sound(file, 48000);
+    CHECK(clip.samples.size() < tone.size());
+    REQUIRE(clip.warnings.size() == 1);
+    CHECK(clip.warnings[0].find(" of 20000 samples") != std::string::npos);
+}
+
+TEST_CASE("Samples too large to be filtered become silence with a warning") {
+    const TemporaryFolder folder;
+    std::vector<float> samples(1000, 0.25F);
+    samples[500] = 3e38F;
+    write_wav(folder / "a.wav", 44100, 1, samples);
+    const SoundClip clip = read_sound(folder / "a.wav", 48000);
+    CHECK(clip.warnings.size() == 1);
+    for (const float x : clip.samples) CHECK(std::abs(x) < 1);
 }
 
 TEST_CASE("Without commit nothing is left behind and an older file stays") {

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace aula {
+
+/// How the program that reads SOFA files answers on its standard output: this, then in single
+/// precision 3 * directions coordinates, 2 * directions * samples of the responses and
+/// 2 * directions delays. Both sides run on one machine.
+struct SofaHeader {
+    enum class Verdict : std::uint32_t { usable, unreadable, other_kind, incomplete, too_large };
+
+    std::array<char, 8> magic = kMagic;
+    Verdict verdict = Verdict::unreadable;
+    std::uint32_t directions = 0;
+    std::uint32_t samples = 0;
+    float sample_rate_hz = 0;
+
+    static constexpr std::array<char, 8> kMagic{'A', 'U', 'L', 'A', 'S', 'O', 'F', 'A'};
+};
+
+}  // namespace aula

@@ -1,0 +1,76 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include "audio/error.h"
+#include "audio/hrtf.h"
+#include "audio/sofa_file.h"
+#include "tests/fuzz/fuzz_target.h"
+
+using namespace aula;
+
+namespace {
+
+/// Takes values off the input; zeros follow its end.
+class Values {
+ public:
+    Values(const std::uint8_t* data, std::size_t size) : data_(data), size_(size) {}
+
+    std::uint8_t byte() {
+        std::uint8_t x = 0;
+        take(&x, 1);
+        return x;
+    }
+    /// Every bit pattern, or, so that inputs get past the checks, a small number.
+    float number(bool any) {
+        float x = 0;
+        if (!any) return static_cast<float>(byte()) / 16 - 8;
+        take(&x, sizeof(x));
+        return x;
+    }
+
+ private:
+    void take(void* to, std::size_t count) {
+        count = std::min(count, size_);
+        std::memcpy(to, data_, count);
+        data_ += count;
+        size_ -= count;
+    }
+
+    const std::uint8_t* data_;
+    std::size_t size_;
+};
+
+}  // namespace
+
+/// The input holds what a SOFA file has measured.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    Values values(data, size);
+    const std::uint8_t any = values.byte();
+    HeadMeasurements measured;
+    measured.file = "set.sofa";
+    constexpr std::array kRates_hz{8000.0F, 44100.0F, 48000.0F, 768000.0F};
+    measured.sample_rate_hz = (any & 1) != 0 ? values.number(true) : kRates_hz[(any >> 1) & 3];
+    measured.samples = values.byte() % 64;
+    measured.positions.resize(values.byte() % 16);
+    for (auto& position : measured.positions)
+        for (float& x : position) x = values.number((any & 8) != 0);
+    measured.responses.resize(2 * measured.positions.size() * measured.samples);
+    for (float& x : measured.responses) x = values.number((any & 16) != 0);
+    measured.delays_samples.resize(2 * measured.positions.size());
+    for (float& x : measured.delays_samples) x = values.number((any & 32) != 0);
+    try {
+        const Hrtf hrtf(measured, 48000);
+        for (const auto& direction : {std::array{1.0F, 0.0F, 0.0F}, std::array{0.0F, 0.6F, -0.8F}})
+            for (const Hrtf::Ear& ear : hrtf.ears(direction)) {
+                test::expect(ear.delay_s >= 0 && ear.delay_s < 0.01, "a delay is below 10 ms");
+                test::expect(std::all_of(ear.minimum_phase.begin(), ear.minimum_phase.end(),
+                                         [](float x) { return std::isfinite(x); }),
+                             "responses are finite");
+            }
+    } catch (const AudioInputError& error) {
+        test::expect_one_line(error.what());
+    }
+    return 0;
+}
