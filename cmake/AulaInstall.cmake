@@ -9,3 +9,4 @@ write_basic_package_version_file("${PROJECT_BINARY_DIR}/aulaConfigVersion.cmake"
                                  COMPATIBILITY SameMinorVersion)
 install(FILES "${PROJECT_BINARY_DIR}/aulaConfig.cmake" "${PROJECT_BINARY_DIR}/aulaConfigVersion.cmake"
               "${PROJECT_SOURCE_DIR}/cmake/AulaDependencies.cmake" DESTINATION "${package_dir}")
+install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}")
