@@ -125,6 +125,8 @@ struct Simulation {
     std::optional<int> threads;  ///< all processors but one, at least 1, where absent
     int memory_mb = 256;         ///< for the caches
 
+    friend bool operator==(const Simulation&, const Simulation&) = default;
+
     /// The window in frames: F = max(1, round(tau * frame rate)).
     int window_frames() const;
 };

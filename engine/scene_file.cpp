@@ -190,15 +190,15 @@ void warn_if_outside(const std::string& who, const JsonReader& json, const Vec3&
 
 LoadedScene load_scene(const std::filesystem::path& file) {
     const std::string name = file.string();
-    const JsonValue json = parse_json(read_text(file), name);
-    const JsonReader root(json, name);
+    LoadedScene loaded;
+    loaded.json = parse_json(read_text(file), name);
+    const JsonReader root(loaded.json, name);
     root.allow_keys(
         {"aula", "geometry", "materials", "medium", "sources", "listener", "simulation", "expect"});
     constexpr NumberRange kVersion{1, 1, true, "1, the version of the format"};
     root.require("aula", kVersion.expected).number(kVersion);
 
     const std::filesystem::path folder = file.parent_path();
-    LoadedScene loaded;
     Scene& scene = loaded.scene;
     MaterialTable materials(root.find("materials"));
     if (const auto geometry = root.find("geometry")) {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/json.h"
 #include "engine/scene.h"
 
 namespace aula {
@@ -11,6 +12,7 @@ namespace aula {
 struct LoadedScene {
     Scene scene;
     std::vector<std::string> warnings;  ///< each a line for the user, without "aula: warning:"
+    JsonValue json;                     ///< the file's content; geometry[i] is scene.objects[i]
 };
 
 /// Reads a scene file (JSON with comments, docs/scene_format.md) with its meshes. Files inside it

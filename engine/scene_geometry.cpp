@@ -17,7 +17,7 @@ constexpr const char* kMaterialName = "the name of a material";
 
 // The keys that every kind of geometry knows.
 std::vector<std::string> with_common_keys(std::vector<std::string> keys) {
-    keys.insert(keys.end(), {"name", "material", "up", "scale", "translate", "path"});
+    keys.insert(keys.end(), {"name", "material", "surfaces", "up", "scale", "translate", "path"});
     return keys;
 }
 
@@ -199,6 +199,26 @@ Object read_mesh(const JsonReader& json, const std::filesystem::path& folder,
     return object;
 }
 
+// Gives triangles of an object the materials that its "surfaces" name.
+void read_surfaces(const JsonReader& json, MaterialTable& materials, Object& object) {
+    constexpr const char* kSurfaces = "a list of surfaces, each a material and its triangles";
+    constexpr const char* kRanges = "a list of ranges [first, last] of triangles";
+    const int last_triangle = static_cast<int>(object.triangles.size()) - 1;
+    for (const JsonReader& surface : json.items(kSurfaces)) {
+        surface.allow_keys({"material", "triangles"});
+        const std::uint32_t material =
+            materials.require(surface.require("material", kMaterialName));
+        for (const JsonReader& range : surface.require("triangles", kRanges).items(kRanges)) {
+            const std::vector<JsonReader> ends = range.items("a range [first, last]");
+            if (ends.size() != 2) range.fail("not a range; expected [first, last]");
+            const int first = ends[0].integer(0, last_triangle);
+            const int last = ends[1].integer(first, last_triangle);
+            std::fill(object.triangle_materials.begin() + first,
+                      object.triangle_materials.begin() + last + 1, material);
+        }
+    }
+}
+
 bool has_y_up(const JsonReader& json) {
     constexpr const char* kExpected = "\"y\" or \"z\"";
     if (const auto up = json.find("up")) {
@@ -292,6 +312,7 @@ Object read_object(const JsonReader& json, const std::filesystem::path& folder,
                     : box ? read_box(json, materials)
                           : read_faces(json, materials);
     to_local_frame(json, object);
+    if (const auto surfaces = json.find("surfaces")) read_surfaces(*surfaces, materials, object);
     if (const auto name = json.find("name")) object.name = name->string("a name");
     if (const auto translate = json.find("translate")) object.translation = read_point(*translate);
     object.path = find_path(json);

@@ -212,13 +212,22 @@ void warn(const std::vector<std::string>& warnings, bool quiet) {
 
 int interrupted_status() { return 128 + interrupt_signal(); }
 
-Scene read_scene(const Arguments& arguments) {
-    LoadedScene loaded = load_scene(arguments.scene);
+LoadedScene read_scene_file(const std::filesystem::path& file, const Arguments& arguments) {
+    LoadedScene loaded = load_scene(file);
     warn(loaded.warnings, arguments.quiet);
-    const Scene as_read = loaded.scene;
-    for (const auto& change : arguments.scene_changes) change(loaded.scene);
-    warn(moved_outside(as_read, loaded.scene), arguments.quiet);
-    return std::move(loaded.scene);
+    return loaded;
+}
+
+void change_scene(Scene& scene, const Arguments& arguments) {
+    const Scene as_read = scene;
+    for (const auto& change : arguments.scene_changes) change(scene);
+    warn(moved_outside(as_read, scene), arguments.quiet);
+}
+
+Scene read_scene(const Arguments& arguments) {
+    Scene scene = read_scene_file(arguments.scene, arguments).scene;
+    change_scene(scene, arguments);
+    return scene;
 }
 
 int list_devices() {

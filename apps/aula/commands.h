@@ -1,6 +1,7 @@
 #pragma once
 
 #include "apps/aula/arguments.h"
+#include "engine/scene_file.h"
 
 namespace aula {
 
@@ -15,7 +16,13 @@ int play(const Arguments& arguments);
 int render(const Arguments& arguments);
 int measure(const Arguments& arguments);
 
-/// Reads the scene and applies the command line to it; warnings go to standard error.
+/// Reads a scene file. Warnings go to standard error, here and below. Throws Error.
+LoadedScene read_scene_file(const std::filesystem::path& file, const Arguments& arguments);
+
+/// Applies the command line to a scene. Throws Error.
+void change_scene(Scene& scene, const Arguments& arguments);
+
+/// Both, for the scene of the command line.
 Scene read_scene(const Arguments& arguments);
 
 /// "aula: warning: ..." on standard error, unless quiet.

@@ -78,7 +78,9 @@ int main(int argc, char** argv) {
     } catch (const aula::AudioInputError& error) {
         return aula::fail(error.what(), 2);
     } catch (const aula::NoAudioDevice& error) {
-        return aula::fail(std::string(error.what()) + "; render to a file with --offline OUT.wav",
+        return aula::fail(std::string(error.what()) +
+                              "; play in silence with --device none, or render to a file with "
+                              "--offline OUT.wav",
                           1);
     } catch (const std::bad_alloc&) {
         return aula::fail("there is not enough memory", 1);

@@ -219,10 +219,9 @@ int play_in_window(const Arguments& arguments, const std::vector<std::filesystem
     options.scene_file = arguments.scene;
     options.session = arguments.session;
     options.load = [&](const std::filesystem::path& file) {
-        Arguments of_file = arguments;
-        of_file.scene = file;
-        return read_scene(of_file);
+        return read_scene_file(file, arguments);
     };
+    options.change = [&](Scene& scene) { change_scene(scene, arguments); };
     options.scenes = scenes;
     options.osc = arguments.osc;
     options.screenshot = arguments.screenshot;

@@ -1,211 +1,250 @@
 #include "apps/session/scene_writer.h"
 
 #include <algorithm>
+#include <array>
+#include <cassert>
+#include <charconv>
 #include <cstdint>
+#include <map>
 #include <numbers>
+#include <optional>
 #include <set>
-#include <vector>
+#include <utility>
 
 #include "apps/session/json_text.h"
 #include "apps/session/output_file.h"
+#include "apps/session/play_controls.h"
+#include "engine/material_library.h"
 
 namespace aula {
 
 namespace {
 
-std::string list(const std::vector<std::string>& items) {
-    std::string text = "[";
-    for (std::size_t i = 0; i < items.size(); ++i) text += (i > 0 ? "," : "") + items[i];
-    return text + "]";
+JsonValue json_of(bool value) { return {value}; }
+JsonValue json_of(int value) { return {static_cast<double>(value)}; }
+JsonValue json_of(std::uint64_t value) { return {value}; }
+JsonValue json_of(std::string value) { return {std::move(value)}; }
+
+/// A number whose shortest text is the float's, not that of its double.
+JsonValue json_of(float value) {
+    const std::string text = json_number(value);
+    double number = 0;
+    std::from_chars(text.data(), text.data() + text.size(), number);
+    return {number};
 }
 
-/// Members of an object, one line each or all in one.
-class Members {
+JsonValue json_of(const Vec3& p) {
+    return {JsonValue::Array{json_of(p.x), json_of(p.y), json_of(p.z)}};
+}
+
+/// One number where all bands are alike.
+JsonValue json_of(const Bands& bands) {
+    const auto& values = bands.value;
+    if (std::adjacent_find(values.begin(), values.end(), std::not_equal_to<>()) == values.end())
+        return json_of(values[0]);
+    JsonValue::Array numbers;
+    for (const float value : values) numbers.push_back(json_of(value));
+    return {std::move(numbers)};
+}
+
+JsonValue* find(JsonValue& object, const std::string& key) {
+    for (JsonMember& member : std::get<JsonValue::Object>(object.value))
+        if (member.key == key) return &member.value;
+    return nullptr;
+}
+
+void set(JsonValue& object, const std::string& key, JsonValue value) {
+    if (JsonValue* const member = find(object, key))
+        *member = std::move(value);
+    else
+        std::get<JsonValue::Object>(object.value).push_back({key, std::move(value)});
+}
+
+void remove(JsonValue& object, const std::string& key) {
+    std::erase_if(std::get<JsonValue::Object>(object.value),
+                  [&](const JsonMember& member) { return member.key == key; });
+}
+
+/// A member that is an object; it is made where it is missing.
+JsonValue& member_object(JsonValue& parent, const std::string& key) {
+    if (find(parent, key) == nullptr) set(parent, key, {JsonValue::Object{}});
+    return *find(parent, key);
+}
+
+void set_angle(JsonValue& object, const std::string& key, float before_rad, float now_rad) {
+    if (now_rad == before_rad) return;
+    set(object, key, json_of(now_rad * 180 / std::numbers::pi_v<float>));
+}
+
+/// Names files of the folder `from` relative to the folder `to`.
+class FileNames {
  public:
-    void add(const std::string& key, const std::string& value) {
-        text_ += (text_.empty() ? "" : ", ") + json_string(key) + ": " + value;
+    FileNames(const std::filesystem::path& from, const std::filesystem::path& to)
+        : prefix_(std::filesystem::weakly_canonical(std::filesystem::absolute(from))
+                      .lexically_proximate(
+                          std::filesystem::weakly_canonical(std::filesystem::absolute(to)))) {}
+
+    void move(JsonValue* name) const {
+        if (name == nullptr || prefix_ == ".") return;
+        auto& text = std::get<std::string>(name->value);
+        if (std::filesystem::path(text).is_relative()) text = (prefix_ / text).string();
     }
-    void add(const std::string& key, bool value) {
-        add(key, std::string(value ? "true" : "false"));
-    }
-    std::string text() const { return "{" + text_ + "}"; }
 
  private:
-    std::string text_;
+    std::filesystem::path prefix_;
 };
 
-std::string point(const Vec3& p) {
-    return list({json_number(p.x), json_number(p.y), json_number(p.z)});
+bool same(const Material& a, const Material& b) {
+    return a.name == b.name && a.absorption == b.absorption && a.scattering == b.scattering;
 }
 
-std::string degrees(float angle_rad) {
-    return json_number(angle_rad * 180 / std::numbers::pi_v<float>);
-}
-
-std::string shares(const Bands& bands) {
-    std::vector<std::string> numbers;
-    for (const float share : bands.value) numbers.push_back(json_number(share));
-    return list(numbers);
-}
-
-void add_orientation(Members& members, const Pose& pose) {
-    if (pose.yaw_rad != 0) members.add("yaw_deg", degrees(pose.yaw_rad));
-    if (pose.pitch_rad != 0) members.add("pitch_deg", degrees(pose.pitch_rad));
-    if (pose.roll_rad != 0) members.add("roll_deg", degrees(pose.roll_rad));
-}
-
-std::string path_text(const Path& path) {
-    std::vector<std::string> points;
-    for (const Path::Point& p : path.points) {
-        Members members;
-        members.add("t", json_number(p.time_s));
-        members.add("position", point(p.pose.position));
-        add_orientation(members, p.pose);
-        points.push_back(members.text());
+/// The materials by which triangles of an object differ from what was read: each with the ranges
+/// [first, last] of its triangles.
+std::map<std::string, JsonValue::Array> changed_ranges(const Scene& before, const Object& old,
+                                                       const Scene& now, const Object& object) {
+    std::map<std::string, JsonValue::Array> ranges;
+    const auto material = [&](std::size_t t) -> const Material& {
+        return now.materials[object.triangle_materials[t]];
+    };
+    const auto changed = [&](std::size_t t) {
+        return !same(before.materials[old.triangle_materials[t]], material(t));
+    };
+    const std::size_t count = object.triangles.size();
+    for (std::size_t first = 0; first < count; ++first) {
+        if (!changed(first)) continue;
+        std::size_t last = first;
+        while (last + 1 < count && changed(last + 1) &&
+               object.triangle_materials[last + 1] == object.triangle_materials[first])
+            ++last;
+        ranges[material(first).name].push_back(
+            {JsonValue::Array{json_of(std::uint64_t{first}), json_of(std::uint64_t{last})}});
+        first = last;
     }
-    Members members;
-    if (path.loop) members.add("loop", true);
-    members.add("points", list(points));
-    return members.text();
+    return ranges;
 }
 
-/// The part of an object that is of one material.
-std::string object_part(const Object& object, std::uint32_t material,
-                        const std::string& material_name, const std::string& name) {
-    std::vector<std::uint32_t> number(object.vertices.size(), 0);  // 0: not used, else one more
-    std::vector<std::string> vertices;
-    std::vector<std::string> faces;
-    for (std::size_t t = 0; t < object.triangles.size(); ++t) {
-        if (object.triangle_materials[t] != material) continue;
-        std::vector<std::string> corners;
-        for (const std::uint32_t v : object.triangles[t]) {
-            if (number[v] == 0) {
-                vertices.push_back(point(object.vertices[v]));
-                number[v] = static_cast<std::uint32_t>(vertices.size());
-            }
-            corners.push_back(std::to_string(number[v] - 1));
-        }
-        faces.push_back(list(corners));
+/// Gives a piece of geometry the materials that its object has now.
+void write_surfaces(JsonValue& item, const Scene& before, const Object& old, const Scene& now,
+                    const Object& object) {
+    auto ranges = changed_ranges(before, old, now, object);
+    if (ranges.empty()) return;
+    const auto& materials = object.triangle_materials;
+    const bool alike = std::adjacent_find(materials.begin(), materials.end(),
+                                          std::not_equal_to<>()) == materials.end();
+    if (JsonValue* const single = find(item, "material"); single != nullptr && alike) {
+        *single = json_of(now.materials[materials[0]].name);
+        remove(item, "surfaces");
+        return;
     }
-    Members members;
-    if (!name.empty()) members.add("name", json_string(name));
-    members.add("material", json_string(material_name));
-    if (object.translation != Vec3(0)) members.add("translate", point(object.translation));
-    members.add("vertices", list(vertices));
-    members.add("faces", list(faces));
-    if (object.path) members.add("path", path_text(*object.path));
-    return members.text();
+    if (find(item, "surfaces") == nullptr) set(item, "surfaces", {JsonValue::Array{}});
+    auto& surfaces = std::get<JsonValue::Array>(find(item, "surfaces")->value);
+    for (auto& [name, triangles] : ranges)
+        surfaces.push_back({JsonValue::Object{{"material", json_of(name)},
+                                              {"triangles", {std::move(triangles)}}}});
 }
 
-std::vector<std::string> object_texts(const Scene& scene) {
-    std::vector<std::string> texts;
-    std::set<std::string> names;
-    for (const Object& object : scene.objects) names.insert(object.name);
-    for (const Object& object : scene.objects) {
-        const std::set<std::uint32_t> materials(object.triangle_materials.begin(),
-                                                object.triangle_materials.end());
-        bool first = true;
-        for (const std::uint32_t material : materials) {
-            std::string name = object.name;
-            for (int part = 2; !first && !name.empty() && names.contains(name); ++part)
-                name = object.name + " " + std::to_string(part);
-            names.insert(name);
-            first = false;
-            texts.push_back(object_part(object, material, scene.materials[material].name, name));
-        }
+/// Adds the materials that the file does not have and Aula's library has not either.
+void write_materials(JsonValue& root, const Scene& before, const Scene& now) {
+    std::vector<Material> known = before.materials;
+    // The scene's own go before those of the library.
+    for (LibraryMaterial& entry : material_library())
+        if (std::none_of(known.begin(), known.end(),
+                         [&](const Material& m) { return m.name == entry.material.name; }))
+            known.push_back(std::move(entry.material));
+    std::set<std::uint32_t> used;
+    for (const Object& object : now.objects)
+        used.insert(object.triangle_materials.begin(), object.triangle_materials.end());
+    for (const std::uint32_t index : used) {
+        const Material& material = now.materials[index];
+        if (std::any_of(known.begin(), known.end(),
+                        [&](const Material& m) { return same(m, material); }))
+            continue;
+        set(member_object(root, "materials"), material.name,
+            {JsonValue::Object{{"absorption", json_of(material.absorption)},
+                               {"scattering", json_of(material.scattering)}}});
     }
-    return texts;
 }
 
-std::string source_text(const Source& source, const std::filesystem::path& folder) {
-    Members members;
-    members.add("name", json_string(source.name));
-    members.add("position", point(source.position));
-    switch (source.signal) {
-        case Source::Signal::impulse:
-            members.add("signal", json_string("impulse"));
-            break;
-        case Source::Signal::noise:
-            members.add("signal", json_string("noise"));
-            break;
-        case Source::Signal::file: {
-            const auto absolute = std::filesystem::absolute(source.signal_file);
-            const auto relative = absolute.lexically_normal().lexically_relative(
-                std::filesystem::absolute(folder).lexically_normal());
-            members.add("signal", json_string((relative.empty() ? absolute : relative).string()));
-            break;
-        }
-    }
-    members.add("gain_db", json_number(source.gain_db));
-    members.add("loop", source.loop);
-    if (source.path) members.add("path", path_text(*source.path));
-    return members.text();
+void write_source(JsonValue& item, const Source& before, const Source& now) {
+    if (before.path && !now.path) remove(item, "path");
+    if (before.position != now.position || (before.path && !now.path))
+        set(item, "position", json_of(now.position));
+    if (before.gain_db != now.gain_db) set(item, "gain_db", json_of(now.gain_db));
+    if (before.loop != now.loop) set(item, "loop", json_of(now.loop));
 }
 
-std::string simulation_text(const Simulation& s) {
-    Members members;
-    members.add("estimator", json_string(estimator_name(s.estimator)));
-    members.add("rays", std::to_string(s.rays));
-    members.add("order", std::to_string(s.order));
-    members.add("specular_order", std::to_string(s.specular_order));
-    members.add("specular", s.specular);
-    members.add("direct", s.direct);
-    members.add("response_time_s", json_number(s.response_time_s));
-    members.add("patch_size_m", json_number(s.patch_size_m));
-    members.add("listener_radius_m", json_number(s.listener_radius_m));
-    members.add("frame_rate_hz", json_number(s.frame_rate_hz));
-    if (s.ir_length_s) members.add("ir_length_s", json_number(*s.ir_length_s));
-    members.add("seed", std::to_string(s.seed));
-    if (s.threads) members.add("threads", std::to_string(*s.threads));
-    members.add("memory_mb", std::to_string(s.memory_mb));
-    return members.text();
+void write_listener(JsonValue& item, const Listener& before, const Listener& now) {
+    const bool stops = before.path && !now.path;
+    if (stops) remove(item, "path");
+    if (stops || before.pose.position != now.pose.position)
+        set(item, "position", json_of(now.pose.position));
+    set_angle(item, "yaw_deg", before.pose.yaw_rad, now.pose.yaw_rad);
+    set_angle(item, "pitch_deg", before.pose.pitch_rad, now.pose.pitch_rad);
+    set_angle(item, "roll_deg", before.pose.roll_rad, now.pose.roll_rad);
 }
 
-std::string lines(const std::vector<std::string>& items, char open, char close) {
-    std::string text(1, open);
-    for (std::size_t i = 0; i < items.size(); ++i)
-        text += std::string(i > 0 ? "," : "") + "\n    " + items[i];
-    return text + "\n  " + close;
+void write_simulation(JsonValue& root, const Simulation& before, const Simulation& now) {
+    const auto write = [&](const char* key, auto Simulation::*member) {
+        if (before.*member == now.*member) return;
+        set(member_object(root, "simulation"), key, json_of(now.*member));
+    };
+    const auto write_optional = [&](const char* key, auto Simulation::*member) {
+        if (before.*member == now.*member) return;
+        JsonValue& simulation = member_object(root, "simulation");
+        if (now.*member)
+            set(simulation, key, json_of(*(now.*member)));
+        else
+            remove(simulation, key);
+    };
+    if (before.estimator != now.estimator)
+        set(member_object(root, "simulation"), "estimator",
+            json_of(std::string(estimator_name(now.estimator))));
+    write("rays", &Simulation::rays);
+    write("order", &Simulation::order);
+    write("specular_order", &Simulation::specular_order);
+    write("specular", &Simulation::specular);
+    write("direct", &Simulation::direct);
+    write("response_time_s", &Simulation::response_time_s);
+    write("patch_size_m", &Simulation::patch_size_m);
+    write("listener_radius_m", &Simulation::listener_radius_m);
+    write("frame_rate_hz", &Simulation::frame_rate_hz);
+    write_optional("ir_length_s", &Simulation::ir_length_s);
+    write("seed", &Simulation::seed);
+    write_optional("threads", &Simulation::threads);
+    write("memory_mb", &Simulation::memory_mb);
 }
 
 }  // namespace
 
-std::string scene_text(const Scene& scene, const std::filesystem::path& folder) {
-    std::vector<std::string> materials;
-    for (const Material& material : scene.materials) {
-        Members members;
-        members.add("absorption", shares(material.absorption));
-        members.add("scattering", shares(material.scattering));
-        materials.push_back(json_string(material.name) + ": " + members.text());
+std::string edited_scene_text(const LoadedScene& read, const Scene& edited,
+                              const std::filesystem::path& from, const std::filesystem::path& to) {
+    const Scene& before = read.scene;
+    assert(edited.objects.size() == before.objects.size());
+    assert(edited.sources.size() == before.sources.size());
+    JsonValue root = read.json;
+    const FileNames files(from, to);
+    for (std::size_t i = 0; i < before.objects.size(); ++i) {
+        JsonValue& item = std::get<JsonValue::Array>(find(root, "geometry")->value)[i];
+        files.move(find(item, "file"));
+        write_surfaces(item, before, before.objects[i], edited, edited.objects[i]);
     }
-    std::vector<std::string> sources;
-    for (const Source& source : scene.sources) sources.push_back(source_text(source, folder));
-    Members medium;
-    medium.add("temperature_c", json_number(scene.medium.temperature_c));
-    medium.add("humidity_percent", json_number(scene.medium.humidity_percent));
-    medium.add("pressure_kpa", json_number(scene.medium.pressure_kpa));
-    medium.add("air_absorption", scene.medium.air_absorption);
-    Members listener;
-    listener.add("position", point(scene.listener.pose.position));
-    add_orientation(listener, scene.listener.pose);
-    if (scene.listener.path) listener.add("path", path_text(*scene.listener.path));
-
-    std::string text = "{\n  \"aula\": 1";
-    const auto add = [&](const std::string& key, const std::string& value) {
-        text += ",\n  " + json_string(key) + ": " + value;
-    };
-    if (!materials.empty()) add("materials", lines(materials, '{', '}'));
-    if (!scene.objects.empty()) add("geometry", lines(object_texts(scene), '[', ']'));
-    add("medium", medium.text());
-    add("sources", lines(sources, '[', ']'));
-    add("listener", listener.text());
-    add("simulation", simulation_text(scene.simulation));
-    return text + "\n}\n";
+    write_materials(root, before, edited);
+    for (std::size_t s = 0; s < before.sources.size(); ++s) {
+        JsonValue& item = std::get<JsonValue::Array>(find(root, "sources")->value)[s];
+        if (before.sources[s].signal == Source::Signal::file) files.move(find(item, "signal"));
+        write_source(item, before.sources[s], edited.sources[s]);
+    }
+    write_listener(*find(root, "listener"), before.listener, edited.listener);
+    write_simulation(root, before.simulation, edited.simulation);
+    return json_text(root) + '\n';
 }
 
-void write_scene(const Scene& scene, const std::filesystem::path& file) {
+void write_edited_scene(const LoadedScene& read, const Scene& edited,
+                        const std::filesystem::path& scene_file,
+                        const std::filesystem::path& file) {
     OutputFile out(file);
-    out.write(scene_text(scene, std::filesystem::absolute(file).parent_path()));
+    out.write(edited_scene_text(read, edited, std::filesystem::absolute(scene_file).parent_path(),
+                                std::filesystem::absolute(file).parent_path()));
     out.commit();
 }
 

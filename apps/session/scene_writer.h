@@ -3,15 +3,20 @@
 #include <filesystem>
 #include <string>
 
-#include "engine/scene.h"
+#include "engine/scene_file.h"
 
 namespace aula {
 
-/// The scene as a scene file that says the same: geometry as vertices and faces, materials as they
-/// are. Sound files are named relative to `folder`, where they can be.
-std::string scene_text(const Scene& scene, const std::filesystem::path& folder);
+/// The text of the scene file that was read from the folder `from`, changed where `edited` differs
+/// from what it says: materials of triangles, sources, listener and simulation. Everything else
+/// stays, but comments. The files that it names are relative to the folder `to`. `edited` has the
+/// geometry, the medium and the number of sources of `read`.
+std::string edited_scene_text(const LoadedScene& read, const Scene& edited,
+                              const std::filesystem::path& from, const std::filesystem::path& to);
 
-/// Writes a scene file under a temporary name and renames it. Throws Error, AudioFailure.
-void write_scene(const Scene& scene, const std::filesystem::path& file);
+/// Writes that text to a scene file under a temporary name and renames it. `scene_file` is the file
+/// that was read. Throws Error, AudioFailure.
+void write_edited_scene(const LoadedScene& read, const Scene& edited,
+                        const std::filesystem::path& scene_file, const std::filesystem::path& file);
 
 }  // namespace aula

@@ -24,13 +24,15 @@ Model::Model(const WindowOptions& options)
     Loaded loaded = load(options_, options_.scene_file);
     scene_file_ = wanted_file_ = loaded.file;
     file_time_ = loaded.time;
-    document_.restart({loaded.scene, loaded.loops, {}});
+    document_.restart({loaded.scene, loaded.read, {}});
     if (!options_.session.duration_s) options_.session.duration_s = kWithoutEnd_s;
     player_ = std::make_unique<Player>(scene(), options_.session);
     player_->measure_loudness();
     for (const std::string& warning : player_->warnings()) say(warning);
     for (Setting& setting : settings_)
         setting = {scene().simulation, options_.session.ambisonic_order, nullptr, {}};
+    good_ = setting();
+    asked_ = asked_now();
     controls.sources.resize(scene().sources.size());
     other_signals_.resize(scene().sources.size());
     if (!scene().listener.path) controls.listener = scene().listener.pose;
@@ -90,6 +92,7 @@ void Model::update(double now_s) {
     if (status_.underruns > underruns) last_underrun_s_ = status_.time_s;
     if (status_.failed_changes > failed_changes_) {
         failed_changes_ = status_.failed_changes;
+        asked_.reset();
         say(status_.change_error, true);
         settings_[active_].simulation = good_.simulation;
         settings_[active_].ambisonic_order = good_.ambisonic_order;
@@ -131,8 +134,13 @@ void Model::update(double now_s) {
     watch_file();
 }
 
-/// What is played becomes the scene and the setting of now.
+Model::Asked Model::asked_now() const {
+    return {document_.now().scene, setting().simulation, setting().ambisonic_order};
+}
+
 void Model::apply() {
+    if (asked_ == asked_now()) return;
+    asked_ = asked_now();
     Scene scene_now = scene();
     scene_now.simulation = settings_[active_].simulation;
     SessionOptions session = options_.session;
@@ -176,7 +184,7 @@ void Model::move_source(std::size_t source, const Vec3& position) {
 }
 
 Model::Document Model::document_with(std::shared_ptr<const Scene> scene_now) const {
-    Document document{std::move(scene_now), document_.now().loops, {}};
+    Document document{std::move(scene_now), document_.now().read, {}};
     for (const SourceControl& source : controls.sources)
         document.source_positions.push_back(source.position);
     return document;

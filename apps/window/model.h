@@ -129,14 +129,14 @@ class Model {
     /// What can be undone.
     struct Document {
         std::shared_ptr<const Scene> scene;
-        std::vector<bool> loops;  ///< [source] as the file has it
+        std::shared_ptr<const LoadedScene> read;  ///< the file that it comes from
         std::vector<std::optional<Vec3>> source_positions;
     };
 
     /// A scene as the window plays it: all sources go on for ever.
     struct Loaded {
         std::shared_ptr<const Scene> scene;
-        std::vector<bool> loops;  ///< [source] as the file has it
+        std::shared_ptr<const LoadedScene> read;
         std::unique_ptr<RayScene> rays;
         std::filesystem::path file;
         std::filesystem::file_time_type time;
@@ -160,7 +160,15 @@ class Model {
     void begin_scene();
     void take_edit(Loaded loaded);
     bool may_change();
+    /// What is played becomes the scene and the setting of now; nothing is prepared where it is so.
     void apply();
+    struct Asked {
+        std::shared_ptr<const Scene> scene;
+        Simulation simulation;
+        int ambisonic_order = 1;
+        friend bool operator==(const Asked&, const Asked&) = default;
+    };
+    Asked asked_now() const;
     void step(void (Undo<Document>::*direction)());
     Document document_with(std::shared_ptr<const Scene> scene) const;
     void scene_taken(const Scene& before, std::unique_ptr<RayScene> rays);
@@ -202,7 +210,8 @@ class Model {
     double last_underrun_s_ = -1;
     std::uint64_t failed_changes_ = 0;
     std::int64_t muted_before_ = 0;
-    Setting good_;  ///< the last setting that was heard
+    Setting good_;                ///< the last setting that was heard
+    std::optional<Asked> asked_;  ///< what the player was asked to play; empty if that failed
     std::string recording_error_;
     double now_s_ = 0;
     double file_looked_at_s_ = 0;

@@ -32,15 +32,13 @@ std::filesystem::file_time_type time_of(const std::filesystem::path& file) {
 
 Model::Loaded Model::load(const WindowOptions& options, const std::filesystem::path& file) {
     const auto time = time_of(file);
-    Scene scene = options.load(file);
-    std::vector<bool> loops;
-    for (Source& source : scene.sources) {
-        loops.push_back(source.loop);
-        source.loop = true;
-    }
+    auto read = std::make_shared<const LoadedScene>(options.load(file));
+    Scene scene = read->scene;
+    if (options.change) options.change(scene);
+    for (Source& source : scene.sources) source.loop = true;
     auto rays = std::make_unique<RayScene>(scene);
-    return {std::make_shared<const Scene>(std::move(scene)), std::move(loops), std::move(rays),
-            file, time};
+    return {std::make_shared<const Scene>(std::move(scene)), std::move(read), std::move(rays), file,
+            time};
 }
 
 /// Taken if it still is the newest when it is done.
@@ -80,10 +78,12 @@ void Model::begin_scene() {
     if (status_.heard_change < opened_change_) return;
     scene_file_ = loaded.file;
     file_time_ = loaded.time;
-    document_.restart({loaded.scene, loaded.loops, {}});
+    document_.restart({loaded.scene, loaded.read, {}});
     for (Setting& setting : settings_)
         setting = {scene().simulation, setting.ambisonic_order, nullptr, {}};
     active_ = 0;
+    good_ = setting();
+    asked_ = asked_now();
     known_controls_ = controls = {};  // as the player begins anew
     controls.sources.resize(scene().sources.size());
     other_signals_.assign(scene().sources.size(), "");
@@ -122,7 +122,7 @@ void Model::watch_file() {
 
 void Model::take_edit(Loaded loaded) {
     const auto before = document_.now().scene;
-    document_.change({loaded.scene, loaded.loops, {}});
+    document_.change({loaded.scene, loaded.read, {}});
     settings_[active_].simulation = loaded.scene->simulation;
     scene_taken(*before, std::move(loaded.rays));
     // What the file says of places and rays counts again.
@@ -195,24 +195,26 @@ void Model::save_response() {
 }
 
 void Model::save_scene() {
+    const LoadedScene& read = *document_.now().read;
     Scene saved = scene();
     saved.simulation = settings_[active_].simulation;
+    std::string left_out = "comments";
     for (std::size_t s = 0; s < saved.sources.size(); ++s) {
         const SourceControl& control = controls.sources[s];
-        saved.sources[s].loop = document_.now().loops[s];
-        if (control.gain_db) saved.sources[s].gain_db = *control.gain_db;
+        Source& source = saved.sources[s];
+        source.loop = read.scene.sources[s].loop;
+        if (control.gain_db) source.gain_db = *control.gain_db;
         if (!control.position) continue;
-        saved.sources[s].position = *control.position;
-        saved.sources[s].path.reset();
+        source.position = *control.position;
+        if (source.path) left_out += " and the path of " + source.name + ", which was moved";
+        source.path.reset();
     }
-    if (controls.listener) {
-        saved.listener.pose = *controls.listener;
-        saved.listener.path.reset();
-    }
+    // A path leads the listener again when the scene is opened; a walk from it is not saved.
+    if (controls.listener && !saved.listener.path) saved.listener.pose = *controls.listener;
     try {
         const auto file = free_name(scene_file_.stem().string() + "-edited", ".json");
-        write_scene(saved, file);
-        say("scene written to " + file.string());
+        write_edited_scene(read, saved, scene_file_, file);
+        say("scene written to " + file.string() + ", without " + left_out);
     } catch (const std::exception& thrown) {
         say(thrown.what(), true);
     }

@@ -8,16 +8,17 @@
 
 #include "apps/session/player.h"
 #include "apps/session/session_options.h"
-#include "engine/scene.h"
+#include "engine/scene_file.h"
 
 namespace aula {
 
 struct WindowOptions {
     std::filesystem::path scene_file;
     SessionOptions session;
-    std::function<Scene(const std::filesystem::path&)> load;  ///< a scene as the user wants it
-    std::vector<std::filesystem::path> scenes;                ///< to switch among
-    std::optional<std::filesystem::path> screenshot;          ///< PNG, written after a time
+    std::function<LoadedScene(const std::filesystem::path&)> load;
+    std::function<void(Scene&)> change;               ///< what the command line changes in a scene
+    std::vector<std::filesystem::path> scenes;        ///< to switch among
+    std::optional<std::filesystem::path> screenshot;  ///< PNG, written after a time
     double screenshot_after_s = 5;
     std::optional<std::string> osc;  ///< where OSC messages are listened for
     bool keeps_state = true;         ///< size and what is shown, from one time to the next

@@ -15,6 +15,7 @@
 
 #include "apps/session/player.h"
 #include "apps/session/session.h"
+#include "audio/device.h"
 #include "audio/sound_file.h"
 #include "engine/scene_file.h"
 #include "tests/support/jack_server.h"
@@ -96,6 +97,20 @@ TEST_CASE("Without a device the program plays to nobody, as long as it was asked
     CHECK(played.out.empty());
     CHECK(played.err.find("played 1.0 s, ") != std::string::npos);
     CHECK(played.err.find("is gone") == std::string::npos);
+}
+
+TEST_CASE("Where there is no device the program says how to play without") {
+    if (!aula::list_output_devices().empty()) {
+        WARN("skipped: this machine has a sound device");
+        return;
+    }
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const ProgramResult played = run_program({AULA_PROGRAM, scene, "--no-window"});
+    INFO(played.err);
+    CHECK(played.status == 1);
+    CHECK(played.err.find("--device none") != std::string::npos);
+    CHECK(std::count(played.err.begin(), played.err.end(), '\n') == 1);
 }
 
 TEST_CASE("A PulseAudio server that dies and comes back is told of in a line each, and no more") {

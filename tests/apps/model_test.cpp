@@ -37,6 +37,11 @@ Scene scene_of(const std::filesystem::path& file) {
     return scene;
 }
 
+LoadedScene load(const std::filesystem::path& file) {
+    if (file.extension() == ".json") return load_scene(file);
+    return {scene_of(file), {}, {}};
+}
+
 class Room {
  public:
     explicit Room(std::optional<std::string> osc = {}) {
@@ -46,7 +51,7 @@ class Room {
         options.scene_file = folder_.path() / "room";
         options.session.device = AudioDevice::kNone;
         options.session.output = OutputFormat::mono;
-        options.load = scene_of;
+        options.load = load;
         options.osc = osc;
         model_ = std::make_unique<Model>(options);
     }
@@ -146,6 +151,35 @@ TEST_CASE("A scene that cannot be read or played is said so, and the old one is 
     CHECK(room.shows([&] { return model.status().frames > frames + 3; }));
 }
 
+TEST_CASE("A saved scene keeps the listener's path after a walk, and the source's new place") {
+    const TemporaryFolder folder;
+    const auto file = folder.path() / "walk.json";
+    std::ofstream(file) << R"({"aula": 1, "geometry": [{"box": [5, 4, 3], "material": "wood"}],
+        "sources": [{"name": "voice", "position": [1, 1, 1.5], "signal": "noise"}],
+        "listener": {"path": {"points": [{"t": 0, "position": [4, 3, 1.6]},
+                                         {"t": 100, "position": [1, 3, 1.6]}]}},
+        "simulation": {"rays": 100, "ir_length_s": 0.4}, "expect": 7})";
+    Room room;
+    Model& model = room.model();
+    model.open(file);
+    REQUIRE(room.shows([&] { return model.scene_file() == file; }));
+    model.walk({.ahead = 1}, 0.5);
+    CHECK_FALSE(model.follows_path());
+    model.move_source(0, {2, 1, 1.5F});
+    const auto before = std::filesystem::current_path();
+    std::filesystem::current_path(folder.path());
+    model.save_scene();
+    std::filesystem::current_path(before);
+    CHECK(room.says("walk-edited.json, without comments"));
+    const LoadedScene saved = load_scene(folder.path() / "walk-edited.json");
+    REQUIRE(saved.scene.listener.path);
+    CHECK(saved.scene.listener.path->duration_s() == 100);
+    CHECK(saved.scene.sources[0].position == Vec3(2, 1, 1.5F));
+    // The window plays all sources for ever; the file does not say so.
+    CHECK_FALSE(saved.scene.sources[0].loop);
+    CHECK(saved.scene.simulation == model.setting().simulation);
+}
+
 TEST_CASE("Another scene is opened with its own sources, and nothing of the old one's controls") {
     Room room;
     Model& model = room.model();
@@ -183,6 +217,37 @@ TEST_CASE("Two settings are compared: each keeps its estimator and what was seen
     CHECK(model.other_setting().simulation.estimator == Estimator::pt);
     REQUIRE(room.shows(
         [&] { return model.view() && model.view()->simulation.estimator == Estimator::patch; }));
+}
+
+TEST_CASE("A switch between two equal settings prepares nothing, nor does what is set already") {
+    Room room;
+    Model& model = room.model();
+    model.watch();
+    REQUIRE(room.shows([&] { return model.view() != nullptr; }));
+    model.switch_setting();
+    CHECK_FALSE(model.player().status().preparing);
+    model.set_simulation(model.setting().simulation, model.setting().ambisonic_order);
+    CHECK_FALSE(model.player().status().preparing);
+    // The view goes on under the other setting.
+    const auto frame = model.view()->frame;
+    REQUIRE(room.shows([&] { return model.view()->frame > frame; }));
+    CHECK(model.status().heard_change == 0);
+    Simulation other = model.setting().simulation;
+    other.patch_size_m = 0.8F;
+    model.set_simulation(other, 1);
+    REQUIRE(room.shows([&] { return model.status().heard_change == 1; }));
+}
+
+TEST_CASE("A setting that failed is tried again when it is asked for again") {
+    Room room;
+    Model& model = room.model();
+    Simulation wrong = model.setting().simulation;
+    wrong.rays = 0;
+    for (std::uint64_t failures : {1, 2}) {
+        model.set_simulation(wrong, 1);
+        REQUIRE(room.shows([&] { return model.status().failed_changes == failures; }));
+        CHECK(model.setting().simulation.rays == 100);
+    }
 }
 
 TEST_CASE("A room of other materials takes back what was seen of the other setting") {

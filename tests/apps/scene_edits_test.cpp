@@ -2,11 +2,6 @@
 
 #include <catch2/catch.hpp>
 
-#include "apps/session/scene_writer.h"
-#include "engine/error.h"
-#include "engine/scene_file.h"
-#include "tests/support/program.h"
-#include "tests/support/temporary_folder.h"
 #include "tests/support/test_scenes.h"
 
 using namespace aula;
@@ -62,48 +57,4 @@ TEST_CASE("A material is replaced by its name, by one that ships with Aula, too"
     CHECK(material_of(*edited, 0).name == "paper");
     CHECK_FALSE(with_material_replaced(scene, "no such", "curtain"));
     CHECK_FALSE(with_material_replaced(scene, "wall", "no such"));
-}
-
-TEST_CASE("A scene that is written is read as the same scene") {
-    const test::TemporaryFolder folder;
-    Scene scene = test::small_room();
-    scene.materials.push_back({"a \"quoted\" name", Bands::filled(0.123F), Bands::filled(0.7F)});
-    scene.objects[0].name = "room";
-    scene.objects[0].triangle_materials[3] = 1;
-    scene.objects[0].translation = {1, 2, 3};
-    scene.listener.pose.yaw_rad = 1.25F;
-    scene.listener.pose.position += Vec3(1, 2, 3);
-    scene.sources[0].position += Vec3(1, 2, 3);
-    Pose later = scene.listener.pose;
-    later.position.x += 0.5F;
-    scene.sources[0].path = Path{{{0, scene.listener.pose}, {1.5, later}}, true};
-    scene.sources[0].gain_db = -3.5F;
-    scene.sources[0].signal = Source::Signal::noise;
-    scene.simulation.estimator = Estimator::dpc;
-    scene.simulation.order = 7;
-    scene.simulation.ir_length_s = 0.4F;
-    const auto file = folder.path() / "scene.json";
-    write_scene(scene, file);
-    const Scene read = load_scene(file).scene;
-    REQUIRE(read.objects.size() == 2);  // one for each material
-    CHECK(read.objects[0].triangles.size() == 11);
-    CHECK(read.objects[1].triangles.size() == 1);
-    CHECK(read.materials.size() == 2);
-    CHECK(read.materials[1].name == scene.materials[1].name);
-    CHECK(read.materials[1].absorption == scene.materials[1].absorption);  // exact: shortest digits
-    CHECK(read.objects[1].translation == scene.objects[0].translation);
-    // Degrees and back: three roundings.
-    CHECK(static_cast<double>(read.listener.pose.yaw_rad) == Approx(1.25).epsilon(1e-6));
-    CHECK(read.listener.pose.position == scene.listener.pose.position);
-    REQUIRE(read.sources[0].path);
-    CHECK(read.sources[0].path->loop);
-    CHECK(read.sources[0].path->points[1].pose.position == later.position);
-    CHECK(read.sources[0].gain_db == -3.5F);
-    CHECK(read.simulation.estimator == Estimator::dpc);
-    CHECK(read.simulation.order == 7);
-    CHECK(read.simulation.ir_length_s == 0.4F);
-    // And once more: the same text.
-    CHECK(scene_text(read, folder.path()) == scene_text(load_scene(file).scene, folder.path()));
-    CHECK_THROWS_AS(write_scene(scene, folder.path() / "none" / "scene.json"), Error);
-    CHECK(test::names_in(folder.path()).size() == 1);
 }

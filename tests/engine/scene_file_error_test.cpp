@@ -64,6 +64,27 @@ void check(const std::vector<Mistake>& mistakes) {
 
 }  // namespace
 
+TEST_CASE("surfaces that are wrong are named where they are") {
+    const char* const box = R"("min": [0, 0, 0])";
+    check({
+        {box, R"("surfaces": {})", "/geometry/0/surfaces", "wrong type, an object"},
+        {box, R"("surfaces": [{"triangles": [[0, 1]]}])", "/geometry/0/surfaces/0/material",
+         "missing"},
+        {box, R"("surfaces": [{"material": "wood"}])", "/geometry/0/surfaces/0/triangles",
+         "missing"},
+        {box, R"("surfaces": [{"material": "woot", "triangles": []}])",
+         "/geometry/0/surfaces/0/material", "did you mean \"wood\"?"},
+        {box, R"("surfaces": [{"material": "wood", "triangles": [[0]]}])",
+         "/geometry/0/surfaces/0/triangles/0", "expected [first, last]"},
+        {box, R"("surfaces": [{"material": "wood", "triangles": [[0, 12]]}])",
+         "/geometry/0/surfaces/0/triangles/0/1", "expected a whole number from 0 to 11"},
+        {box, R"("surfaces": [{"material": "wood", "triangles": [[5, 4]]}])",
+         "/geometry/0/surfaces/0/triangles/0/1", "expected a whole number from 5 to 11"},
+        {box, R"("surfaces": [{"material": "wood", "triangles": [[0, 1]], "area": 1}])",
+         "/geometry/0/surfaces/0/area", "unknown key"},
+    });
+}
+
 TEST_CASE("the scene that the mistakes are made in is itself without one") {
     const TemporaryFolder folder;
     CHECK(aula::load_scene(folder.write("scene.json", kValid)).warnings.empty());

@@ -68,7 +68,7 @@ TEST_CASE("every key of a scene file arrives") {
             "memory_mb": 64, "direct": false, "specular_order": 0, "specular": false},
         "expect": {"T30": [1, null, {"anything": true}]}
     })");
-    const auto [scene, warnings] = aula::load_scene(file);
+    const auto [scene, warnings, json] = aula::load_scene(file);
     CHECK(warnings.empty());
 
     REQUIRE(scene.objects.size() == 2);

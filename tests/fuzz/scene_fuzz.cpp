@@ -41,7 +41,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         const LoadedScene loaded = load_scene(test::input_file("scene.json", data, size));
         for (const std::string& warning : loaded.warnings) test::expect_one_line(warning);
         // What is saved can be loaded.
-        const std::string saved = scene_text(loaded.scene, test::fuzz_folder().path());
+        const auto folder = test::fuzz_folder().path();
+        const std::string saved = edited_scene_text(loaded, loaded.scene, folder, folder);
         load_scene(test::fuzz_folder().write("saved.json", saved));
     } catch (const Error& error) {
         test::expect_one_line(error.what());
