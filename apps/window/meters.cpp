@@ -41,7 +41,14 @@ void bar(const std::string& label, std::initializer_list<Part> parts, double mar
         draw->AddLine({x, corner.y}, {x, corner.y + size.y}, packed({1, 1, 1}, 0.9F), 2);
     }
     draw->AddText({corner.x + 6, corner.y + 0.07F * size.y}, packed({0.95F, 0.96F, 0.98F}),
-                  label.c_str());
+                  fitting(label, size.x - 12).c_str());
+}
+
+/// A line, or two where one is too short.
+void line(const std::string& text, const ImVec4& colour = ImGui::GetStyleColorVec4(ImGuiCol_Text)) {
+    ImGui::PushStyleColor(ImGuiCol_Text, colour);
+    ImGui::TextWrapped("%s", text.c_str());
+    ImGui::PopStyleColor();
 }
 
 const glm::vec3 kGreen{0.20F, 0.58F, 0.35F};
@@ -75,13 +82,22 @@ void Meters::draw(const Model& model) {
                                   : level_db_ > -6 ? kAmber
                                                    : kGreen}},
         level_share(peak_db_));
-    ImGui::Text("LUFS %s now, %s 3 s, %s all", level_text(loudness.momentary_lufs, "").c_str(),
-                level_text(loudness.short_term_lufs, "").c_str(),
-                level_text(loudness.integrated_lufs, "").c_str());
-    ImGui::Text("true peak %s", level_text(decibels(loudness.true_peak), "dBTP").c_str());
+    tooltip(
+        "The level of what is heard against full scale, with its peak. Where it would go beyond, "
+        "the "
+        "limiter turns it down.");
+    line("LUFS " + level_text(loudness.momentary_lufs, "") + "now, " +
+         level_text(loudness.short_term_lufs, "") + "3 s, " +
+         level_text(loudness.integrated_lufs, "") + "all");
+    tooltip(
+        "Loudness as EBU R 128 measures it: of the last 0.4 s, of the last 3 s, of all that was "
+        "heard. The scenes that ship with Aula lie at -23.");
+    line("true peak " + level_text(decibels(loudness.true_peak), "dBTP"));
+    tooltip("the largest value between samples, too");
 
     bar(formatted("audio %.0f %%, worst %.0f %%", 100 * s.load, 100 * s.worst_load),
         {{s.load, load_colour(s.load)}}, s.worst_load);
+    tooltip("The share of a block's time that rendering takes. At 100 % sound has gaps.");
     const double frame_s = 1 / static_cast<double>(model.setting().simulation.frame_rate_hz);
     const FrameStatistics& f = s.frame;
     const double took_s = s.frame_ms / 1000;
@@ -92,40 +108,56 @@ void Meters::draw(const Model& model) {
          {f.gather_s / frame_s, {0.25F, 0.50F, 0.85F}},
          {f.specular_s / frame_s, {0.80F, 0.75F, 0.25F}},
          {rest_s / frame_s, {0.35F, 0.60F, 0.55F}}});
-    const auto part = [](const glm::vec3& colour, const char* name, double seconds) {
-        ImGui::TextColored({colour.x, colour.y, colour.z, 1}, "%s %.1f", name, 1000 * seconds);
-    };
+    tooltip(
+        "What computing a propagation frame takes, and what it may. A frame that takes longer is "
+        "heard late; sound goes on. Tracing rays, keeping the cache, gathering what the walls send "
+        "to your place, image sources, making filters.");
     ImGui::PushFont(ImGui::GetIO().Fonts->Fonts.back());
+    const float right = ImGui::GetCursorPosX() + ImGui::GetContentRegionAvail().x;
+    bool first = true;
+    const auto part = [&](const glm::vec3& colour, const char* name, double seconds) {
+        const std::string text = formatted("%s %.1f", name, 1000 * seconds);
+        // On in the line where there is room.
+        if (!first) ImGui::SameLine(0, 6);
+        if (!first && ImGui::GetCursorPosX() + ImGui::CalcTextSize(text.c_str()).x > right)
+            ImGui::NewLine();
+        first = false;
+        ImGui::TextColored({colour.x, colour.y, colour.z, 1}, "%s", text.c_str());
+    };
     part({0.95F, 0.60F, 0.30F}, "trace", f.trace_s);
-    ImGui::SameLine(0, 6);
     part({0.90F, 0.45F, 0.65F}, "cache", f.cache_s);
-    ImGui::SameLine(0, 6);
     part({0.45F, 0.65F, 0.95F}, "gather", f.gather_s);
-    ImGui::SameLine(0, 6);
     part({0.88F, 0.83F, 0.40F}, "images", f.specular_s);
-    ImGui::SameLine(0, 6);
     part({0.50F, 0.78F, 0.72F}, "filters", rest_s);
     ImGui::PopFont();
-    ImGui::Text("%.2f M rays/s, %zu cache entries, %.0f MB",
-                static_cast<double>(f.segments) / std::max(took_s, frame_s) * 1e-6, f.cache_entries,
-                static_cast<double>(f.memory_bytes) * 1e-6);
-    ImGui::Text("response %.0f ms old, %llu frames, %llu left out", 1000 * s.response_age_s,
-                static_cast<unsigned long long>(s.frames),
-                static_cast<unsigned long long>(s.late_frames));
+    line(formatted("%.2f M rays/s, %zu cache entries, %.0f MB",
+                   static_cast<double>(f.segments) / std::max(took_s, frame_s) * 1e-6,
+                   f.cache_entries, static_cast<double>(f.memory_bytes) * 1e-6));
+    tooltip(
+        "Segments of paths that are traced in a second, what the caches hold, and their memory.");
+    line(formatted("response %.0f ms old, %llu frames, %llu left out", 1000 * s.response_age_s,
+                   static_cast<unsigned long long>(s.frames),
+                   static_cast<unsigned long long>(s.late_frames)));
+    tooltip(
+        "How long ago the newest response was made, how many there were, and how many frames were "
+        "left out because one before took too long.");
     if (s.underruns == 0) {
-        ImGui::TextColored({0.5F, 0.85F, 0.6F, 1}, "no underrun in %.0f s", s.time_s);
+        line(formatted("no underrun in %.0f s", s.time_s), {0.5F, 0.85F, 0.6F, 1});
     } else {
         // Gaps that the sound server made are no fault of the program.
         const bool ours = s.own_underruns > 0;
         const std::string when = model.last_underrun_s() < 0
                                      ? "before"
                                      : formatted("%.0f s ago", s.time_s - model.last_underrun_s());
-        ImGui::TextColored(ours ? ImVec4{1, 0.5F, 0.4F, 1} : ImVec4{0.9F, 0.75F, 0.45F, 1},
-                           "underruns: %llu ours, %llu the machine's or the server's; last %s",
-                           static_cast<unsigned long long>(s.own_underruns),
-                           static_cast<unsigned long long>(s.underruns - s.own_underruns),
-                           when.c_str());
+        line(formatted("underruns: %llu ours, %llu the machine's or the server's; last ",
+                       static_cast<unsigned long long>(s.own_underruns),
+                       static_cast<unsigned long long>(s.underruns - s.own_underruns)) +
+                 when,
+             ours ? ImVec4{1, 0.5F, 0.4F, 1} : ImVec4{0.9F, 0.75F, 0.45F, 1});
     }
+    tooltip(
+        "Gaps in the sound: ours, where rendering took longer than a block; the machine's or the "
+        "sound server's, where the audio thread was not run in time.");
 }
 
 }  // namespace aula

@@ -31,8 +31,9 @@ GLFWwindow* open_window(int width, int height, bool visible) {
 }
 
 void set_style(float scale) {
-    ImGui::StyleColorsDark();
     ImGuiStyle& style = ImGui::GetStyle();
+    style = {};
+    ImGui::StyleColorsDark();
     style.WindowRounding = 0;
     style.WindowBorderSize = 0;
     style.FrameRounding = 3;
@@ -62,6 +63,7 @@ void set_style(float scale) {
 /// Text, headings, small text: in this order.
 void load_fonts(float scale) {
     ImFontAtlas* fonts = ImGui::GetIO().Fonts;
+    fonts->Clear();
     const std::filesystem::path folder = "/usr/share/fonts/truetype/dejavu";
     for (const auto& [name, size] : {std::pair{"DejaVuSans.ttf", 14.0F},
                                      {"DejaVuSans-Bold.ttf", 17.0F},
@@ -99,19 +101,21 @@ NativeWindow::NativeWindow(int width, int height) : window_(open_window(width, h
     if (window_ == nullptr)
         throw AudioFailure("the window cannot be opened; --no-window plays in the terminal");
     glfwSetWindowUserPointer(window_, this);
-    // Keys are noted as they are pressed: a picture may take longer than a tap.
+    glfwSetWindowSizeLimits(window_, kLeastWidth, kLeastHeight, GLFW_DONT_CARE, GLFW_DONT_CARE);
+    // Keys and clicks are noted as they come: a picture may take longer than a tap.
     glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int, int action, int modifiers) {
-        if (action != GLFW_PRESS) return;
-        of(window).pressed_.push_back({key, (modifiers & GLFW_MOD_CONTROL) != 0});
+        if (action == GLFW_REPEAT) return;
+        of(window).keys_.push_back(
+            {key, action == GLFW_PRESS, (modifiers & GLFW_MOD_CONTROL) != 0, glfwGetTime()});
     });
+    // glfwGetCursorPos() says where the mouse is now, not where it was at a click.
     glfwSetCursorPosCallback(window_, [](GLFWwindow* window, double x, double y) {
         of(window).mouse_x_ = static_cast<float>(x);
         of(window).mouse_y_ = static_cast<float>(y);
     });
     glfwSetMouseButtonCallback(window_, [](GLFWwindow* window, int button, int action, int) {
-        if (button != GLFW_MOUSE_BUTTON_LEFT || action != GLFW_PRESS) return;
-        of(window).pressed_x_ = of(window).mouse_x_;
-        of(window).pressed_y_ = of(window).mouse_y_;
+        of(window).mouse_.add(button, action == GLFW_PRESS, of(window).mouse_x_,
+                              of(window).mouse_y_);
     });
     glfwSetDropCallback(window_, [](GLFWwindow* window, int count, const char** names) {
         of(window).dropped_.insert(of(window).dropped_.end(), names, names + count);
@@ -138,17 +142,36 @@ NativeWindow& NativeWindow::of(GLFWwindow* window) {
     return *static_cast<NativeWindow*>(glfwGetWindowUserPointer(window));
 }
 
-Gui::Gui(const NativeWindow& window) {
-    float scale = 1;
-    float unused = 1;
-    glfwGetWindowContentScale(window.get(), &scale, &unused);
-    scale = std::clamp(scale, 1.0F, 4.0F);
+Gui::Gui(const NativeWindow& window) : window_(window.get()) {
     ImGui::CreateContext();
     ImGui::GetIO().IniFilename = nullptr;
+    ImGui_ImplGlfw_InitForOpenGL(window_, true);
+    ImGui_ImplOpenGL3_Init("#version 330 core");
+}
+
+float Gui::display_scale() const {
+    float scale = 1;
+    float unused = 1;
+    glfwGetWindowContentScale(window_, &scale, &unused);
+    return scale;
+}
+
+void Gui::set_scale(float scale) {
+    if (scale == scale_) return;
+    scale_ = scale;
     set_style(scale);
     load_fonts(scale);
-    ImGui_ImplGlfw_InitForOpenGL(window.get(), true);
-    ImGui_ImplOpenGL3_Init("#version 330 core");
+    ImGui_ImplOpenGL3_DestroyFontsTexture();  // the next frame makes it
+}
+
+void Gui::begin_frame(MouseEvents& mouse) {
+    ImGui_ImplOpenGL3_NewFrame();
+    ImGui_ImplGlfw_NewFrame();
+    ImGuiIO& io = ImGui::GetIO();
+    const MouseEvents::Mouse now = mouse.take();
+    std::copy(now.down.begin(), now.down.end(), io.MouseDown);
+    if (now.at) io.MousePos = {(*now.at)[0], (*now.at)[1]};
+    ImGui::NewFrame();
 }
 
 Gui::~Gui() {

@@ -4,6 +4,8 @@
 #include <utility>
 #include <vector>
 
+#include "apps/window/input_events.h"
+
 struct GLFWwindow;
 
 namespace aula {
@@ -33,19 +35,23 @@ class NativeWindow {
     NativeWindow(const NativeWindow&) = delete;
     NativeWindow& operator=(const NativeWindow&) = delete;
 
+    static constexpr int kLeastWidth = 640;
+    static constexpr int kLeastHeight = 426;
+
     GLFWwindow* get() const { return window_; }
     bool software() const { return software_; }  ///< drawn by the processor
     bool attended() const;                       ///< has the focus, or the mouse is over it
 
-    /// A key, and whether control was held.
-    struct Press {
+    /// A key that was pressed or released.
+    struct KeyEvent {
         int key;
-        bool control;
+        bool pressed;
+        bool control;  ///< is held, too
+        double time_s;
     };
-    std::vector<Press> take_pressed() { return std::exchange(pressed_, {}); }
-    /// Where the mouse was when its left button was last pressed; a picture later it may be far.
-    float pressed_x() const { return pressed_x_; }
-    float pressed_y() const { return pressed_y_; }
+    std::vector<KeyEvent> take_keys() { return std::exchange(keys_, {}); }
+    /// The mouse's presses and releases.
+    MouseEvents& mouse() { return mouse_; }
     std::vector<std::string> take_dropped() { return std::exchange(dropped_, {}); }
 
  private:
@@ -53,11 +59,10 @@ class NativeWindow {
 
     GLFWwindow* window_;
     bool software_ = false;
-    std::vector<Press> pressed_;
+    std::vector<KeyEvent> keys_;
+    MouseEvents mouse_;
     float mouse_x_ = 0;
     float mouse_y_ = 0;
-    float pressed_x_ = 0;
-    float pressed_y_ = 0;
     std::vector<std::string> dropped_;
 };
 
@@ -68,6 +73,19 @@ class Gui {
     ~Gui();
     Gui(const Gui&) = delete;
     Gui& operator=(const Gui&) = delete;
+
+    /// The display's own scale.
+    float display_scale() const;
+
+    /// Makes text and all that goes with it so many times larger. Between two frames.
+    void set_scale(float scale);
+
+    /// Begins a frame with the mouse at its next press or release, if there is one.
+    void begin_frame(MouseEvents& mouse);
+
+ private:
+    GLFWwindow* window_;
+    float scale_ = 0;
 };
 
 }  // namespace aula

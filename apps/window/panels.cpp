@@ -17,33 +17,48 @@ bool toggle(const char* label, bool on) {
     return pressed;
 }
 
+void tooltip(const char* text) {
+    if (!ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) return;
+    ImGui::BeginTooltip();
+    ImGui::PushTextWrapPos(24 * ImGui::GetFontSize());
+    ImGui::TextUnformatted(text);
+    ImGui::PopTextWrapPos();
+    ImGui::EndTooltip();
+}
+
+std::string fitting(const std::string& text, float width) {
+    if (ImGui::CalcTextSize(text.c_str()).x <= width) return text;
+    std::string cut = text;
+    while (!cut.empty() && ImGui::CalcTextSize((cut + "...").c_str()).x > width) {
+        // Not within a character of several bytes.
+        while (cut.size() > 1 && (static_cast<unsigned char>(cut.back()) & 0xC0U) == 0x80U)
+            cut.pop_back();
+        cut.pop_back();
+    }
+    return cut.empty() ? cut : cut + "...";
+}
+
+namespace {
+
+/// What is heard, in a line; empty before the first view.
+std::string heard_text(const Model& model) {
+    const auto view = model.view();
+    if (!view || view->source >= view->sources.size()) return "";
+    const float distance_m = glm::distance(view->listener.position, view->sources[view->source]);
+    const bool direct = !view->response.paths.empty() && view->response.paths[0].order == 0;
+    const RoomParameters parameters = room_parameters(view->response);
+    std::string text = model.scene().sources[view->source].name +
+                       formatted(" %.1f m away, ", static_cast<double>(distance_m)) +
+                       (direct ? "in sight" : "not in sight");
+    if (parameters[4].t30_s) text += formatted(", T30 %.2f s", *parameters[4].t30_s);
+    if (parameters[4].c80_db) text += formatted(", C80 %.1f dB", *parameters[4].c80_db);
+    return text;
+}
+
+}  // namespace
+
 void draw_top_bar(Model& model, Choices& choices, Camera& camera) {
     const PlayStatus& status = model.status();
-    ImGui::AlignTextToFramePadding();
-    ImGui::PushFont(ImGui::GetIO().Fonts->Fonts[1]);
-    ImGui::TextUnformatted(model.scene_file().stem().string().c_str());
-    ImGui::PopFont();
-    ImGui::SameLine(0, 16);
-    const auto view = model.view();
-    const std::string busy = model.busy();
-    if (status.preparing || !busy.empty()) {
-        // Dots that come and go: it is alive.
-        constexpr std::array<const char*, 4> kDots{"", " .", " ..", " ..."};
-        const auto dots = static_cast<std::size_t>(3 * ImGui::GetTime()) % kDots.size();
-        ImGui::TextColored({1, 0.8F, 0.3F, 1}, "%s%s", busy.empty() ? "preparing" : busy.c_str(),
-                           kDots[dots]);
-    } else if (view && view->source < view->sources.size()) {
-        const float distance_m =
-            glm::distance(view->listener.position, view->sources[view->source]);
-        const bool direct = !view->response.paths.empty() && view->response.paths[0].order == 0;
-        const RoomParameters parameters = room_parameters(view->response);
-        std::string text = model.scene().sources[view->source].name +
-                           formatted(" %.1f m away, ", static_cast<double>(distance_m)) +
-                           (direct ? "in sight" : "not in sight");
-        if (parameters[4].t30_s) text += formatted(", T30 %.2f s", *parameters[4].t30_s);
-        if (parameters[4].c80_db) text += formatted(", C80 %.1f dB", *parameters[4].c80_db);
-        ImGui::TextUnformatted(text.c_str());
-    }
     std::string recording = "record";
     if (const MonitorStatus& heard = model.heard(); heard.recording) {
         recording = formatted("stop %.0f s", heard.recorded_s);
@@ -54,7 +69,31 @@ void draw_top_bar(Model& model, Choices& choices, Camera& camera) {
          {"walk by path", "from the ears", "freeze", recording.c_str(), "keys ?"})
         buttons += ImGui::CalcTextSize(label).x + 2 * ImGui::GetStyle().FramePadding.x +
                    ImGui::GetStyle().ItemSpacing.x;
-    ImGui::SameLine(std::max(ImGui::GetCursorPosX(), ImGui::GetWindowWidth() - buttons - 4));
+    const float buttons_x = ImGui::GetWindowWidth() - buttons - ImGui::GetStyle().WindowPadding.x;
+    ImGui::AlignTextToFramePadding();
+    ImGui::PushFont(ImGui::GetIO().Fonts->Fonts[1]);
+    const float half = 0.5F * (buttons_x - ImGui::GetCursorPosX());
+    ImGui::TextUnformatted(fitting(model.scene_file().stem().string(), half).c_str());
+    ImGui::PopFont();
+    ImGui::SameLine(0, 16);
+    const float room = buttons_x - ImGui::GetCursorPosX() - 8;
+    const std::string busy = model.busy();
+    if (status.preparing || !busy.empty()) {
+        // Dots that come and go: it is alive.
+        constexpr std::array<const char*, 4> kDots{"", " .", " ..", " ..."};
+        const auto dots = static_cast<std::size_t>(3 * ImGui::GetTime()) % kDots.size();
+        const std::string text =
+            fitting(busy.empty() ? "preparing" : busy, room - ImGui::CalcTextSize(" ...").x);
+        ImGui::TextColored({1, 0.8F, 0.3F, 1}, "%s%s", text.c_str(), kDots[dots]);
+    } else if (const std::string text = heard_text(model); !text.empty()) {
+        ImGui::TextUnformatted(fitting(text, room).c_str());
+        tooltip(
+            (text +
+             "\n\nOf the source that is shown, where you are, in the octave of 1 kHz. T30 is the "
+             "reverberation time, C80 the clarity: sound of the first 80 ms over the rest.")
+                .c_str());
+    }
+    ImGui::SameLine(buttons_x);
     if (model.scene().listener.path) {
         if (toggle("walk by path", model.follows_path())) {
             if (model.follows_path())
@@ -62,19 +101,23 @@ void draw_top_bar(Model& model, Choices& choices, Camera& camera) {
             else
                 model.follow_path();
         }
+        tooltip("the scene's path leads you (t); w a s d and the arrow keys walk");
         ImGui::SameLine();
     }
     if (toggle("from the ears", camera.first_person)) camera.first_person = !camera.first_person;
+    tooltip("the picture from your own place (v)");
     ImGui::SameLine();
     if (toggle("freeze", model.frozen)) model.frozen = !model.frozen;
+    tooltip("the plots stay as they are; sound goes on (f)");
     ImGui::SameLine();
     if (toggle(recording.c_str(), model.heard().recording)) model.toggle_recording();
+    tooltip("what is heard goes to a WAV file in the working directory (r)");
     ImGui::SameLine();
     if (toggle("keys ?", choices.help)) choices.help = !choices.help;
 }
 
 void draw_help(Choices& choices) {
-    static constexpr std::array<std::pair<const char*, const char*>, 21> kKeys{{
+    static constexpr std::array<std::pair<const char*, const char*>, 22> kKeys{{
         {"w s a d", "walk, step aside (shift: run)"},
         {"arrows", "turn, look up and down"},
         {"drag", "turn the view; right button: look around"},
@@ -95,11 +138,14 @@ void draw_help(Choices& choices) {
         {"r", "record what is heard"},
         {"ctrl s", "save the scene as edited"},
         {"page up, down", "another scene of the folder"},
+        {"ctrl + - 0", "text larger, smaller, as usual"},
         {"?  ctrl q", "this; quit"},
     }};
     ImGui::SetNextWindowPos(
         {0.5F * ImGui::GetIO().DisplaySize.x, 0.45F * ImGui::GetIO().DisplaySize.y},
         ImGuiCond_Always, {0.5F, 0.5F});
+    ImGui::SetNextWindowSizeConstraints(
+        {0, 0}, {0.95F * ImGui::GetIO().DisplaySize.x, 0.9F * ImGui::GetIO().DisplaySize.y});
     if (ImGui::Begin("Keys", &choices.help,
                      ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse |
                          ImGuiWindowFlags_NoSavedSettings)) {
@@ -117,14 +163,14 @@ void draw_help(Choices& choices) {
     ImGui::End();
 }
 
-void draw_messages(const Model& model, ImVec2 corner, double now_s) {
+void draw_messages(const Model& model, ImVec2 corner, float width, double now_s) {
     constexpr double kShown_s = 6;
     constexpr double kErrorShown_s = 20;
+    const float wrap = std::min(width - 16, 42 * ImGui::GetFontSize());
     ImDrawList* draw = ImGui::GetForegroundDrawList();
     for (auto message = model.messages().rbegin(); message != model.messages().rend(); ++message) {
         if (now_s > message->time_s + (message->is_error ? kErrorShown_s : kShown_s)) continue;
-        const ImVec2 size =
-            ImGui::CalcTextSize(message->text.c_str(), nullptr, false, 42 * ImGui::GetFontSize());
+        const ImVec2 size = ImGui::CalcTextSize(message->text.c_str(), nullptr, false, wrap);
         corner.y -= size.y + 14;
         draw->AddRectFilled(
             {corner.x, corner.y}, {corner.x + size.x + 16, corner.y + size.y + 10},
@@ -132,7 +178,7 @@ void draw_messages(const Model& model, ImVec2 corner, double now_s) {
                    0.92F),
             5);
         draw->AddText(nullptr, 0, {corner.x + 8, corner.y + 5}, packed({1, 1, 1}),
-                      message->text.c_str(), nullptr, 42 * ImGui::GetFontSize());
+                      message->text.c_str(), nullptr, wrap);
     }
 }
 

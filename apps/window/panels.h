@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
+#include <string>
 
 #include "apps/window/camera.h"
 #include "apps/window/model.h"
@@ -21,7 +23,12 @@ struct Choices {
     bool everywhere = false;  ///< a material goes to all surfaces of the same
     bool help = false;
     float budget = 0.6F;              ///< of a frame's time, for "auto"
+    int text_percent = 100;           ///< of the size that goes with the window's
+    std::string material_search;      ///< what names of materials are to hold
     std::optional<Simulation> draft;  ///< a setting whose slider is being dragged
+
+    float zoom() const { return static_cast<float>(text_percent) / 100; }
+    void larger_text(int steps) { text_percent = std::clamp(text_percent + 10 * steps, 50, 300); }
 };
 
 /// A small button that looks pressed while something is on; whether it was clicked.
@@ -48,6 +55,12 @@ class Meters {
 void draw_help(Choices& choices);
 
 /// What there was to say, for some seconds.
-void draw_messages(const Model& model, ImVec2 corner, double now_s);
+void draw_messages(const Model& model, ImVec2 corner, float width, double now_s);
+
+/// What the last item means, while the mouse rests on it.
+void tooltip(const char* text);
+
+/// A text, cut with "..." where it is wider than the room for it.
+std::string fitting(const std::string& text, float width);
 
 }  // namespace aula

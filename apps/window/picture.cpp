@@ -99,13 +99,12 @@ void Picture::pick(Model& model, const Screen& screen, const ImVec2& mouse, bool
     model.unpick();
 }
 
-void Picture::interact(Model& model, const Area& area, const Choices& choices,
-                       const ImVec2& pressed_at) {
+void Picture::interact(Model& model, const Area& area, const Choices& choices) {
     const ImGuiIO& io = ImGui::GetIO();
     const Screen seen = screen(model, area);
     const bool here = !io.WantCaptureMouse && area.contains(io.MousePos);
     if (here && ImGui::IsMouseClicked(ImGuiMouseButton_Left))
-        grip_ = grip_at(model, seen, pressed_at);
+        grip_ = grip_at(model, seen, io.MousePos);
     const bool moves = io.MouseDelta.x != 0 || io.MouseDelta.y != 0;
     constexpr float kTurn_rad = 0.006F;
     if (grip_.what != Grip::What::nothing && io.MouseDown[0]) {

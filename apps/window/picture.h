@@ -34,9 +34,8 @@ class Picture {
 
     Camera camera;
 
-    /// Follows the mouse: turns the view, drags sources, picks surfaces. What is held is what was
-    /// under the mouse at `pressed_at` when its button went down.
-    void interact(Model& model, const Area& area, const Choices& choices, const ImVec2& pressed_at);
+    /// Follows the mouse: turns the view, drags sources, picks surfaces.
+    void interact(Model& model, const Area& area, const Choices& choices);
 
     /// Draws the scene with OpenGL; `scale` is framebuffer pixels per unit of the window.
     void draw(Model& model, const Area& area, const Choices& choices, float scale, int height,

@@ -6,6 +6,7 @@
 
 #include "apps/session/formatted.h"
 #include "apps/window/colours.h"
+#include "apps/window/panels.h"
 #include "engine/room_acoustics.h"
 
 namespace aula {
@@ -30,12 +31,14 @@ class Plot {
           line_height_(ImGui::GetFontSize()) {
         const ImVec2 corner = ImGui::GetCursorScreenPos();
         ImGui::Dummy(size);
-        draw_->AddText(corner, packed({0.86F, 0.89F, 0.93F}), title);
-        const float title_width = ImGui::CalcTextSize(title).x;
+        const std::string shown_title = fitting(title, size.x);
+        draw_->AddText(corner, packed({0.86F, 0.89F, 0.93F}), shown_title.c_str());
+        const float title_width = ImGui::CalcTextSize(shown_title.c_str()).x + 8;
         ImGui::PushFont(small_font());
         small_height_ = ImGui::GetFontSize();
-        draw_->AddText({corner.x + title_width + 8, corner.y + 2}, packed({0.55F, 0.6F, 0.66F}),
-                       unit);
+        if (title_width + ImGui::CalcTextSize(unit).x <= size.x)
+            draw_->AddText({corner.x + title_width, corner.y + 2}, packed({0.55F, 0.6F, 0.66F}),
+                           unit);
         const float margin = ImGui::CalcTextSize("-100").x + 6;
         low_ = {corner.x + margin, corner.y + 1.35F * line_height_};
         high_ = {corner.x + size.x - 6, corner.y + size.y - 1.5F * small_height_};
@@ -238,12 +241,17 @@ struct Row {
 };
 
 constexpr std::array<Row, 6> kRows{{
-    {"T30 s", "%.2f", &BandParameters::t30_s, "reverberation time, from -5 to -35 dB"},
-    {"EDT s", "%.2f", &BandParameters::edt_s, "early decay time, from 0 to -10 dB"},
-    {"C80 dB", "%.1f", &BandParameters::c80_db, "clarity: first 80 ms over the rest"},
-    {"D50", "%.2f", &BandParameters::d50, "definition: share of the first 50 ms"},
-    {"Ts ms", "%.0f", &BandParameters::ts_s, "centre time"},
-    {"G dB", "%.1f", &BandParameters::g_db, "strength: against 10 m in the open"},
+    {"T30 s", "%.2f", &BandParameters::t30_s,
+     "reverberation time: that in which a decay like that from -5 to -35 dB falls by 60 dB"},
+    {"EDT s", "%.2f", &BandParameters::edt_s,
+     "early decay time: the same of the decay from 0 to -10 dB; how reverberant a room seems"},
+    {"C80 dB", "%.1f", &BandParameters::c80_db,
+     "clarity: energy of the first 80 ms over that of the rest"},
+    {"D50", "%.2f", &BandParameters::d50,
+     "definition: share of the first 50 ms in the energy, 0 to 1"},
+    {"Ts ms", "%.0f", &BandParameters::ts_s, "centre time: the mean time at which energy arrives"},
+    {"G dB", "%.1f", &BandParameters::g_db,
+     "strength: level against that of the same source in 10 m in the open"},
 }};
 
 void cell_text(const std::string& text) {
@@ -281,7 +289,7 @@ void draw_table(const Model& model, const RoomParameters& parameters, ImVec2 siz
             ImGui::TableNextRow();
             ImGui::TableNextColumn();
             ImGui::TextUnformatted(row.name);
-            if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", row.meaning);
+            tooltip(row.meaning);
             const bool milliseconds = row.value == &BandParameters::ts_s;
             for (std::size_t b = 0; b < kBandCount; ++b) {
                 ImGui::TableNextColumn();
@@ -293,8 +301,9 @@ void draw_table(const Model& model, const RoomParameters& parameters, ImVec2 siz
             ImGui::TableNextRow();
             ImGui::TableNextColumn();
             ImGui::TextUnformatted(name);
-            if (ImGui::IsItemHovered())
-                ImGui::SetTooltip("how much windows of 20 ms differ from frame to frame");
+            tooltip(
+                "how much windows of 20 ms differ from frame to frame while nothing moves: the "
+                "standard deviation over the mean");
             for (std::size_t b = 0; b < kBandCount; ++b) {
                 ImGui::TableNextColumn();
                 const auto relative = noise.relative(b);
@@ -317,6 +326,18 @@ void draw_table(const Model& model, const RoomParameters& parameters, ImVec2 siz
     ImGui::EndGroup();
 }
 
+/// Which pane comes first where not all have room.
+void draw_pane_choice(PlotChoice& choice, const std::vector<PaneBox>& shown) {
+    constexpr std::array<const char*, kPanes.size()> kNames{"response", "energy", "decay",
+                                                            "ISO 3382"};
+    for (std::size_t i = 0; i < kPanes.size(); ++i) {
+        if (i > 0) ImGui::SameLine(0, 4);
+        const bool on = std::any_of(shown.begin(), shown.end(),
+                                    [&](const PaneBox& box) { return box.pane == kPanes[i]; });
+        if (toggle(kNames[i], on)) choice.first = kPanes[i];
+    }
+}
+
 }  // namespace
 
 ImU32 packed(const glm::vec3& colour, float alpha) {
@@ -329,23 +350,45 @@ void draw_plots(const Model& model, PlotChoice& choice) {
         ImGui::TextDisabled("the first frame is being computed");
         return;
     }
-    const ImVec2 room = ImGui::GetContentRegionAvail();
     const float gap = 10;
-    const float table = std::max(ImGui::GetFontSize() * 21, 0.28F * room.x);
-    const ImVec2 size{(room.x - table - 3 * gap) / 3, room.y};
+    const auto panes =
+        panes_in(ImGui::GetContentRegionAvail().x, ImGui::GetFontSize(), gap, choice.first);
+    if (panes.size() < kPanes.size()) draw_pane_choice(choice, panes);
+    const float height = ImGui::GetContentRegionAvail().y;
     const double whole_s = std::max(view->length_s, 0.05);
     const double to_s = choice.early ? std::min(kEarly_s, whole_s) : whole_s;
     const RoomParameters parameters = room_parameters(view->response);
-    draw_impulse_response(*view, size, to_s);
-    if (ImGui::IsItemClicked()) choice.early = !choice.early;
-    if (ImGui::IsItemHovered()) ImGui::SetTooltip("click: the first 150 ms, or all");
-    ImGui::SameLine(0, gap);
-    draw_energy(model, *view, size, to_s, choice.band);
-    if (ImGui::IsItemClicked()) choice.early = !choice.early;
-    ImGui::SameLine(0, gap);
-    draw_decay(model, *view, parameters, size, whole_s, choice.band);
-    ImGui::SameLine(0, gap);
-    draw_table(model, parameters, {table, room.y}, choice);
+    for (std::size_t i = 0; i < panes.size(); ++i) {
+        const ImVec2 size{panes[i].width, height};
+        if (i > 0) ImGui::SameLine(0, gap);
+        switch (panes[i].pane) {
+            case Pane::response:
+                draw_impulse_response(*view, size, to_s);
+                if (ImGui::IsItemClicked()) choice.early = !choice.early;
+                tooltip(
+                    "The sound pressure that a click of the source makes where you are, as a "
+                    "level: "
+                    "1 is that of the source in 1 m. Click: the first 150 ms, or all.");
+                break;
+            case Pane::energy:
+                draw_energy(model, *view, size, to_s, choice.band);
+                if (ImGui::IsItemClicked()) choice.early = !choice.early;
+                tooltip(
+                    "The energy that arrives: lines are the direct sound and image sources, the "
+                    "area is reverberation. Click: the first 150 ms, or all.");
+                break;
+            case Pane::decay:
+                draw_decay(model, *view, parameters, size, whole_s, choice.band);
+                tooltip(
+                    "How sound dies away when the source stops: the energy response summed up from "
+                    "its end (Schroeder), one curve for each octave. T30 is the slope from -5 to "
+                    "-35 dB, continued to -60 dB.");
+                break;
+            case Pane::parameters:
+                draw_table(model, parameters, size, choice);
+                break;
+        }
+    }
 }
 
 }  // namespace aula

@@ -2,6 +2,7 @@
 
 #include <imgui.h>
 
+#include "apps/window/layout.h"
 #include "apps/window/model.h"
 
 namespace aula {
@@ -9,7 +10,8 @@ namespace aula {
 /// How the plots show what there is.
 struct PlotChoice {
     std::size_t band = kAllBands;
-    bool early = false;  ///< only the first 150 ms
+    bool early = false;           ///< only the first 150 ms
+    Pane first = Pane::response;  ///< where not all have room
 };
 
 /// Impulse response, energy response, decay curves and the table of room-acoustic parameters, side

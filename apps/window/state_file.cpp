@@ -6,6 +6,8 @@
 #include <string>
 #include <type_traits>
 
+#include "apps/window/native_window.h"
+
 namespace aula {
 
 namespace {
@@ -22,6 +24,8 @@ void for_each_entry(State& state, const Each& each) {
     each("early", state.choices.plots.early);
     each("everywhere", state.choices.everywhere);
     each("help", state.choices.help);
+    each("pane", state.choices.plots.first);
+    each("text_percent", state.choices.text_percent);
 }
 
 }  // namespace
@@ -35,7 +39,6 @@ std::optional<std::filesystem::path> state_file() {
 }
 
 WindowState read_state(const std::filesystem::path& file) {
-    constexpr int kSmallest = 640;
     constexpr int kLargest = 16384;
     WindowState state;
     std::ifstream in(file);
@@ -47,8 +50,11 @@ WindowState read_state(const std::filesystem::path& file) {
             if (name == known) entry = static_cast<Entry>(value);
         });
     }
-    state.width = std::clamp(state.width, kSmallest, kLargest);
-    state.height = std::clamp(state.height, kSmallest * 2 / 3, kLargest);
+    state.choices.plots.first =
+        kPanes[std::min(static_cast<std::size_t>(state.choices.plots.first), kPanes.size() - 1)];
+    state.choices.larger_text(0);  // within bounds
+    state.width = std::clamp(state.width, NativeWindow::kLeastWidth, kLargest);
+    state.height = std::clamp(state.height, NativeWindow::kLeastHeight, kLargest);
     return state;
 }
 

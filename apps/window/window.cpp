@@ -2,7 +2,6 @@
 
 #include <GL/glew.h>
 #include <GLFW/glfw3.h>
-#include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
 
@@ -10,6 +9,7 @@
 #include <cmath>
 #include <optional>
 
+#include "apps/window/layout.h"
 #include "apps/window/model.h"
 #include "apps/window/native_window.h"
 #include "apps/window/panels.h"
@@ -44,6 +44,7 @@ class App {
 
     void run() {
         double last_s = glfwGetTime();
+        keys_.measure(last_s);
         while (glfwWindowShouldClose(native_.get()) == 0 && !options_.interrupted()) {
             const double begin_s = glfwGetTime();
             const double dt_s = std::min(begin_s - last_s, 0.25);
@@ -74,14 +75,18 @@ class App {
     }
 
     /// Handles events until the next picture: not more often than the cap says, nor than leaves
-    /// most of the processor to the sound.
-    void wait(double begin_s) const {
+    /// most of the processor to the sound. A walk goes on meanwhile, in even steps.
+    void wait(double begin_s) {
+        constexpr double kStep_s = 1.0 / 60;
         const double cost_s = glfwGetTime() - begin_s;
         const double cap_s =
             native_.attended() || options_.screenshot ? kFrame_s : kUnfocusedFrame_s;
         const double next_s = begin_s + std::max(cap_s, cost_s / kShare);
         do {
-            glfwWaitEventsTimeout(std::max(0.001, next_s - glfwGetTime()));
+            const double left_s = std::max(0.001, next_s - glfwGetTime());
+            glfwWaitEventsTimeout(keys_.any() ? std::min(left_s, kStep_s) : left_s);
+            handle_keys();
+            walk();
         } while (glfwGetTime() < next_s && glfwWindowShouldClose(native_.get()) == 0);
     }
 
@@ -92,23 +97,27 @@ class App {
             model_.play_file(model_.request.source, file);
     }
 
-    void walk(double dt_s) {
-        const ImGuiIO& io = ImGui::GetIO();
-        if (io.WantTextInput || io.KeyCtrl) return;
-        const auto held = [](int key) { return ImGui::IsKeyDown(key) ? 1.0F : 0.0F; };
-        const float speed = io.KeyShift ? 3.0F : 1.0F;
+    /// Walks for as long as keys were held since the last time.
+    void walk() {
+        if (!keys_.any()) return;
+        keys_.measure(glfwGetTime());
+        const auto held = [&](int key) { return static_cast<float>(keys_.held_s(key)); };
+        const float speed = ImGui::GetIO().KeyShift ? 3.0F : 1.0F;
         WalkInput input;
         input.ahead = speed * (held(GLFW_KEY_W) - held(GLFW_KEY_S));
         input.left = speed * (held(GLFW_KEY_A) - held(GLFW_KEY_D));
         input.turn_left = held(GLFW_KEY_LEFT) - held(GLFW_KEY_RIGHT);
         input.look_up = 0.5F * (held(GLFW_KEY_UP) - held(GLFW_KEY_DOWN));
-        model_.walk(input, dt_s);
+        model_.walk(input, 1);
     }
 
     void handle_control_key(int key) {
         if (key == GLFW_KEY_Z) model_.undo();
         if (key == GLFW_KEY_Y) model_.redo();
         if (key == GLFW_KEY_S) model_.save_scene();
+        if (key == GLFW_KEY_EQUAL || key == GLFW_KEY_KP_ADD) choices_.larger_text(1);
+        if (key == GLFW_KEY_MINUS || key == GLFW_KEY_KP_SUBTRACT) choices_.larger_text(-1);
+        if (key == GLFW_KEY_0 || key == GLFW_KEY_KP_0) choices_.text_percent = 100;
         if (key == GLFW_KEY_Q) glfwSetWindowShouldClose(native_.get(), GLFW_TRUE);
     }
 
@@ -184,21 +193,23 @@ class App {
         }
     }
 
-    void handle_input() {
-        for (const auto& [key, control] : native_.take_pressed()) {
-            if (ImGui::GetIO().WantTextInput) continue;
-            if (control)
-                handle_control_key(key);
-            else
-                handle_key(key);
+    void handle_keys() {
+        for (const auto& event : native_.take_keys()) {
+            if (!event.pressed) keys_.release(event.key, event.time_s);
+            if (!event.pressed || ImGui::GetIO().WantTextInput) continue;
+            if (event.control) {
+                handle_control_key(event.key);
+            } else {
+                keys_.press(event.key, event.time_s);
+                handle_key(event.key);
+            }
         }
-        for (const std::string& file : native_.take_dropped()) drop(file);
     }
 
     template <typename Fill>
-    void panel(const char* name, ImVec2 corner, ImVec2 size, const Fill& fill) {
-        ImGui::SetNextWindowPos(corner);
-        ImGui::SetNextWindowSize(size);
+    void panel(const char* name, const Box& box, const Fill& fill) {
+        ImGui::SetNextWindowPos({box.x, box.y});
+        ImGui::SetNextWindowSize({box.width, box.height});
         if (ImGui::Begin(name, nullptr,
                          ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
                              ImGuiWindowFlags_NoSavedSettings |
@@ -207,41 +218,54 @@ class App {
         ImGui::End();
     }
 
-    void draw(double dt_s) {
-        glfwGetFramebufferSize(native_.get(), &width_, &height_);
-        ImGui_ImplOpenGL3_NewFrame();
-        ImGui_ImplGlfw_NewFrame();
-        ImGui::NewFrame();
-        handle_input();
-        walk(dt_s);
-
+    /// Handles what happened to the mouse and lays out the window.
+    Area lay_out() {
+        gui_.begin_frame(native_.mouse());
         const ImVec2 whole = ImGui::GetIO().DisplaySize;
-        const float em = ImGui::GetFontSize();
-        const float bar = 2.3F * em;
-        const float side = std::min(24 * em, 0.4F * whole.x);
-        const float plots = std::clamp(0.26F * whole.y, 12.5F * em, 24 * em);
-        const float meters = 13.6F * em;
-        const float left = whole.x - side;
-        const Area area{{0, bar}, {left, whole.y - bar - plots}};
-        picture_.interact(model_, area, choices_, {native_.pressed_x(), native_.pressed_y()});
+        const Layout layout = window_layout(whole.x, whole.y, ImGui::GetFontSize(), meters_height_);
+        const Area area{{layout.picture.x, layout.picture.y},
+                        {layout.picture.width, layout.picture.height}};
+        picture_.interact(model_, area, choices_);
 
-        panel("bar", {0, 0}, {whole.x, bar},
-              [&] { draw_top_bar(model_, choices_, picture_.camera); });
-        panel("plots", {0, whole.y - plots}, {left, plots},
-              [&] { draw_plots(model_, choices_.plots); });
-        panel("controls", {left, bar}, {side, whole.y - bar - meters}, [&] {
+        panel("bar", layout.bar, [&] { draw_top_bar(model_, choices_, picture_.camera); });
+        panel("plots", layout.plots, [&] { draw_plots(model_, choices_.plots); });
+        panel("controls", layout.controls, [&] {
             ImGui::BeginChild("list");
             draw_controls(model_, choices_);
             ImGui::EndChild();
         });
-        panel("meters", {left, whole.y - meters}, {side, meters}, [&] { meters_.draw(model_); });
+        panel("meters", layout.meters, [&] {
+            meters_.draw(model_);
+            meters_height_ = ImGui::GetCursorPosY() + ImGui::GetStyle().WindowPadding.y;
+        });
         if (choices_.help) draw_help(choices_);
         picture_.draw_labels(model_, area, choices_);
-        draw_messages(model_, {12, whole.y - plots - 3.5F * em}, glfwGetTime());
+        draw_messages(model_, {layout.picture.x + 12, layout.plots.y - 3.5F * ImGui::GetFontSize()},
+                      layout.picture.width - 24, glfwGetTime());
         ImGui::Render();
+        return area;
+    }
+
+    void draw(double dt_s) {
+        glfwGetFramebufferSize(native_.get(), &width_, &height_);
+        int width = 0;
+        int height = 0;
+        glfwGetWindowSize(native_.get(), &width, &height);
+        gui_.set_scale(text_scale(static_cast<float>(width), static_cast<float>(height),
+                                  gui_.display_scale(), choices_.zoom()));
+        handle_keys();
+        walk();
+        for (const std::string& file : native_.take_dropped()) drop(file);
+        // Each press and release is seen, however many there were since the last picture.
+        // What the meters need is known when they were laid out once.
+        const float meters_height = meters_height_;
+        Area area = lay_out();
+        if (meters_height_ != meters_height) area = lay_out();
+        while (native_.mouse().pending()) area = lay_out();
 
         if (width_ == 0 || height_ == 0) return;  // iconified
-        const float scale = static_cast<float>(width_) / std::max(1.0F, whole.x);
+        const float scale =
+            static_cast<float>(width_) / std::max(1.0F, ImGui::GetIO().DisplaySize.x);
         if (native_.software() && !options_.screenshot) glDisable(GL_MULTISAMPLE);
         glViewport(0, 0, width_, height_);
         glClearColor(0, 0, 0, 1);
@@ -258,7 +282,9 @@ class App {
     Gui gui_;
     Picture picture_;
     Meters meters_;
+    float meters_height_ = 0;  ///< that they needed when they were laid out
     std::optional<OutputFile> screenshot_;
+    HeldKeys keys_;
     int width_ = 0;
     int height_ = 0;
 };
