@@ -90,3 +90,68 @@ TEST_CASE("What plays live is changed without a click; a change that fails leave
     CHECK(player.status().change_error.empty());
     CHECK(comes([&] { return player.status().sources[0] == Vec3(2, 0, 0); }));
 }
+
+TEST_CASE("On the silent device frames keep to the sound, and a walk to its path") {
+    constexpr double kSpeed_m_s = 1;
+    Scene scene = small_room();
+    scene.simulation.rays = 50;
+    scene.simulation.frame_rate_hz = 50;
+    const Pose begin{{1, 1, 1.2F}};
+    Pose end = begin;
+    end.position.x = 3;
+    scene.listener.path = Path{{{0, begin}, {2 / kSpeed_m_s, end}}, false};
+    scene.sources[0].signal = Source::Signal::noise;
+    scene.sources[0].loop = true;
+    SessionOptions options;
+    options.output = OutputFormat::mono;
+    options.device = AudioDevice::kNone;
+    options.duration_s = 1000;
+    Player player(scene, options);
+    CHECK(player.device().name == AudioDevice::kNone);
+    // Whatever the machine does meanwhile, each frame time is computed or counted as late: of all
+    // that was played, but for what is played while the status is made, and the frame ahead.
+    const auto off_frames = [&] {
+        const double before_s = player.status().time_s;
+        const PlayStatus status = player.status();
+        const double after_s = player.status().time_s;
+        const auto frames = static_cast<double>(status.frames + status.late_frames);
+        return std::max({frames - 50 * after_s, 50 * before_s - frames, 0.0});
+    };
+    for (const double time_s : {0.3, 1.0, 1.5}) {
+        REQUIRE(comes([&] { return player.status().time_s >= time_s; }));
+        // The first frame is made before the sound begins, the newest up to a frame ahead; the
+        // frames follow the sound, played in blocks of 256, within three frames.
+        CHECK(comes([&] { return off_frames() < 4; }));
+        // The listener is where the path is at the frame's time, a frame or two behind.
+        CHECK(comes([&] {
+            const PlayStatus status = player.status();
+            const double walked_s = (double{status.listener.position.x} - 1) / kSpeed_m_s;
+            return std::abs(status.scene_time_s - walked_s) < 4.0 / 50;
+        }));
+    }
+    // The companion: frames that are counted by another rate are far off.
+    CHECK(player.status().frames + player.status().late_frames > 45);
+    // It is taken to its end, and the frames go on while the sound does.
+    REQUIRE(comes([&] { return player.status().listener.position.x == 3.0F; }));
+    const auto frames = player.status().frames;
+    CHECK(comes([&] { return player.status().frames > frames + 5; }));
+    // Changes are heard there as well.
+    const auto change = player.change(free_field({2, 0, 0}), options, true);
+    REQUIRE(comes([&] { return player.status().heard_change == change; }));
+    CHECK(comes([&] { return player.status().sources[0] == Vec3(2, 0, 0); }));
+    CHECK(player.status().scene_time_s < player.status().time_s - 1);
+    CHECK(player.status().underruns == 0);
+    CHECK(player.status().device == DeviceState::playing);
+}
+
+TEST_CASE("On the silent device a session plays to its end") {
+    Scene scene = free_field({1, 0, 0});
+    SessionOptions options;
+    options.output = OutputFormat::mono;
+    options.device = AudioDevice::kNone;
+    options.duration_s = 0.3;
+    Player player(scene, options);
+    CHECK(comes([&] { return player.status().finished; }));
+    CHECK(player.status().time_s == Approx(0.3));
+    CHECK(player.status().frames + player.status().late_frames >= 9);
+}

@@ -173,3 +173,33 @@ TEST_CASE("The weights of a crossfade add up to one") {
     }
     CHECK(std::is_sorted(weights.begin(), weights.end()));
 }
+
+TEST_CASE("After an exchange to silence every level is silent") {
+    const ConvolutionShape shape{2, 2, 64, 9000};
+    const std::vector<PartitionLevel> levels = partition_levels(shape);
+    REQUIRE(levels.size() == 3);
+    const std::size_t samples = 40000;
+    const Signals inputs = random_signals(2, samples, 7);
+    const ConvolutionFilter sounding = make_filter(shape, random_responses(shape, 9000, 700));
+    // Of one the first level is left, of the other nothing.
+    const std::size_t taps = GENERATE(std::size_t{0}, std::size_t{50});
+    const Responses brief = random_responses(shape, taps, 800);
+    const ConvolutionFilter after = make_filter(shape, brief);
+    Convolver convolver(shape, kFade);
+    Signals outputs(2, Signal(samples));
+    convolver.exchange(&sounding);
+    run(convolver, inputs, outputs, 0, 15000, {64});
+    convolver.exchange(&after);
+    run(convolver, inputs, outputs, 15000, samples, {64});
+    // A frame until the last level takes it, one in which it is computed, one in which it fades.
+    const std::size_t silent = 15000 + 4 * levels.back().size;
+    REQUIRE(silent + 8 * levels.back().size < samples);
+    const ExactSignals expected = direct(inputs, brief);
+    double worst = 0;
+    for (std::size_t o = 0; o < 2; ++o) {
+        for (std::size_t n = silent; n < samples; ++n) {
+            worst = std::max(worst, std::abs(double{outputs[o][n]} - expected[o][n]));
+        }
+    }
+    CHECK(worst < (taps == 0 ? 1e-30 : kRounding));
+}

@@ -84,6 +84,22 @@ TEST_CASE("a receiver hears a leg by its chord, at its delay, wherever it is") {
     CHECK(heard(legs, Vec3(101, 0, 0), 1).total(0) == 0);
 }
 
+TEST_CASE("air takes its share of a leg up to the receiver") {
+    Bands attenuation_per_m;
+    attenuation_per_m[6] = 0.008F;
+    attenuation_per_m[7] = 0.024F;
+    LegWindow legs(4, 0.5F, attenuation_per_m, kMost, kMemory_bytes);
+    run(legs, 0, 1);
+    for (const float x : {2.0F, 50.0F}) {
+        const EnergyResponse response = heard(legs, Vec3(x, 0.3F, 0), 1.0 / kRays);
+        // What a leg has lost before is in its energy. Rounding of exponentials.
+        for (const std::size_t b : {6U, 7U}) {
+            CHECK(response.total(b) / response.total(0) ==
+                  Approx(std::exp(-double{attenuation_per_m[b]} * double{x})).epsilon(1e-5));
+        }
+    }
+}
+
 TEST_CASE("legs of an emitter that stands are kept until newer ones need their room") {
     LegWindow legs = window();
     run(legs, 0, 15);

@@ -160,6 +160,38 @@ TEST_CASE("the level behind a door that shuts is right within 1 dB 0.3 s later")
           3);  // companion: the open door's level is not taken for the shut one's
 }
 
+TEST_CASE("late fluence in a lossless room is c P / V wherever an object has gone") {
+    // A block that floats, so that no faces meet; half of what meets it is mirrored.
+    Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0, 0.5F, Vec3(0.6F, 3.5F, 2.6F),
+                                  Vec3(4.4F, 0.4F, 0.4F));
+    Object block = test::box(Vec3(1.5F, 1.5F, 1.5F));
+    block.path = Path{{{0, {Vec3(0.4F, 0.4F, 0.7F)}}, {1, {Vec3(2.9F, 2.1F, 0.9F)}}}, false};
+    scene.objects.push_back(block);
+    const double volume_m3 = 60 - 1.5 * 1.5 * 1.5;
+    const double exact = double{scene.medium.speed_of_sound_m_s()} / volume_m3 * (0.35 - 0.15);
+    // From where the block was made, on its way, and after it has come to rest.
+    for (const int last : {0, 15, 34}) {
+        std::vector<double> samples;
+        for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+            Simulation simulation = test::with(scene, Estimator::patch, 0.35F, 0.1F);
+            simulation.seed = seed;
+            simulation.rays = 500;
+            Propagation propagation(scene, simulation);
+            for (int f = std::max(0, last - 3); f <= last; ++f) {
+                // At first with a jump, then on from frame to frame.
+                propagation.step(test::standing(scene, f / kFrameRate_hz));
+            }
+            samples.push_back(test::energy_between(propagation.response(0), 0.15, 0.35));
+        }
+        const test::Estimate e = test::estimate(samples);
+        CAPTURE(last, e.mean, e.standard_error, exact);
+        // Statistical, and the areas of patches that the block cuts, sampled at 64 points.
+        CHECK(std::abs(e.mean - exact) < test::kFamilyZ * e.standard_error + 5e-3 * exact);
+        // The companion: five per cent less is told apart.
+        CHECK(std::abs(e.z(0.95 * exact)) > test::kRefutedZ);
+    }
+}
+
 TEST_CASE("while everything moves, memory stays flat and below its cap") {
     Scene scene = room(0.6F);
     Object block = test::box(Vec3(0.5F, 0.5F, 0.5F));

@@ -173,6 +173,81 @@ TEST_CASE("removing is exact: sums are those of the frames that are left") {
     }
 }
 
+TEST_CASE("a source that creeps keeps the frames of the window, neither more nor fewer") {
+    for (const int window : {1, 2, 5, 12}) {
+        Walk walk(window);
+        // Within reach of the patch size all the way, so that age alone decides.
+        for (int f = 0; f < 40; ++f) {
+            walk.frame(Vec3(1e-4F * static_cast<float>(f), 0, 0), 1);
+            CHECK(walk.cache.emitted() == static_cast<std::uint64_t>(std::min(f + 1, window)));
+        }
+        // A frame in which no rays are sent ages them as well.
+        walk.rest(Vec3(0.005F, 0, 0));
+        CHECK(walk.cache.emitted() == static_cast<std::uint64_t>(window - 1));
+    }
+}
+
+TEST_CASE("what has stood and creeps on keeps a window of frames from the first step on") {
+    constexpr int kWindow = 5;
+    Walk walk(kWindow);
+    for (int f = 0; f < 20; ++f) walk.frame(Vec3(0), 1);
+    for (int f = 1; f <= 8; ++f) {
+        walk.frame(Vec3(1e-4F * static_cast<float>(f), 0, 0), 2);
+        CHECK(walk.cache.emitted() == kWindow);
+        CHECK(radiated(walk.cache, 2) == Approx(std::min(1.0, f / double{kWindow})));
+    }
+}
+
+TEST_CASE("a listener's directions are those of the frames that are left, to the bit") {
+    // Frames that leave one by one, and most of them together.
+    const bool stands_first = GENERATE(false, true);
+    CAPTURE(stands_first);
+    std::mt19937_64 random(10);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    constexpr int kFrames = 30;
+    constexpr int kWindow = 4;
+    constexpr int kRaysOfFrame = 20;
+    WorkerPool workers(2);
+    PatchCache moved(kBins, kWindow, 0.5F, kPlenty, true);
+    PatchCache fresh(kBins, kWindow, 0.5F, kPlenty, true);
+    for (int f = 0; f < kFrames; ++f) {
+        TraceBatch batch;
+        for (int ray = 0; ray < kRaysOfFrame; ++ray) {
+            batch.departures.push_back({uniform(random) - 0.5F, uniform(random) - 0.5F, 0.3F});
+            Deposit deposit =
+                deposit_on(static_cast<std::uint32_t>(random()) % kPatches, uniform(random));
+            deposit.ray = static_cast<std::uint8_t>(ray);
+            batch.deposits.add(deposit);
+        }
+        TraceBatch again = batch;
+        // Steps within reach, so that the window alone decides; at last or all the time.
+        const int steps = stands_first ? std::max(0, f - (kFrames - 2)) : f;
+        const PatchCache::State state{static_cast<std::uint64_t>(f),
+                                      Vec3(1e-4F * static_cast<float>(steps), 0, 0), 0};
+        fresh.advance(state, workers);
+        if (f >= kFrames - kWindow) fresh.add_frame(kRaysOfFrame, kPatches, {&again, 1}, workers);
+        moved.advance(state, workers);
+        moved.add_frame(kRaysOfFrame, kPatches, {&batch, 1}, workers);
+    }
+    REQUIRE(moved.emitted() == kWindow * kRaysOfFrame);
+    REQUIRE(fresh.emitted() == moved.emitted());
+    int held = 0;
+    for (std::uint32_t p = 0; p < kPatches; ++p) {
+        const PatchCache::Row& a = moved.row(p);
+        const PatchCache::Row& b = fresh.row(p);
+        const auto same = [](const std::int64_t* x, const std::int64_t* y, std::size_t count) {
+            for (std::size_t i = 0; i < count; ++i) {
+                if ((x ? x[i] : 0) != (y ? y[i] : 0)) return false;
+            }
+            return true;
+        };
+        CHECK(same(a.sum, b.sum, kBins * kBandCount));
+        CHECK(same(a.moment, b.moment, kBins * 3));
+        if (b.moment && b.moment[3 * 3] != 0) ++held;
+    }
+    CHECK(held > 10);
+}
+
 TEST_CASE("a short log keeps memory flat") {
     Walk walk(1000, 20 * sizeof(Deposit));
     for (int f = 0; f < 100; ++f) walk.frame(Vec3(1e-4F * static_cast<float>(f), 0, 0), 1);
