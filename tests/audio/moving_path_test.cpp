@@ -164,3 +164,143 @@ TEST_CASE("A tone stays a tone while the head turns and calls vary in size") {
         CHECK(energy_outside_db(steady, 1000, 200, kRate_hz) < -55);
     }
 }
+
+TEST_CASE("A glide reaches its target in time, and rounds its corners") {
+    constexpr std::size_t kSamples = 1600;
+    Glide glide(kSamples);
+    glide.jump(100);
+    CHECK(glide.next() == 100);
+    constexpr double kSlope = 0.01;
+    double before = 100;
+    double step_before = 0;
+    double target = 100;
+    for (int frame = 0; frame < 6; ++frame) {
+        // On, on, back, and then it stands.
+        target += frame < 2 ? kSlope * kSamples : frame == 2 ? -kSlope * kSamples : 0;
+        glide.move_to(target);
+        for (std::size_t n = 0; n < kSamples; ++n) {
+            const double value = glide.next();
+            const double step = value - before;
+            // The pole's time is a quarter of the frame: a corner of twice the slope is spread
+            // over it.
+            CHECK(std::abs(step) <= kSlope * (1 + 1e-9));
+            CHECK(std::abs(step - step_before) <= 2 * kSlope * 4 / kSamples);
+            before = value;
+            step_before = step;
+        }
+        // It lags by the pole's time, a quarter of the frame, at a steady slope.
+        if (frame == 1) CHECK(before == Approx(target - kSlope * kSamples / 4).margin(0.1));
+    }
+    // Three frames of rest are twelve of the pole's times.
+    CHECK(before == Approx(target).margin(16 * std::exp(-12.0)));
+}
+
+TEST_CASE("Ears that follow a head are in the end those of a head that was always there") {
+    SourceSound sound;
+    sound.direct = path_of(480.5, 1, {0.6F, 0.8F, 0});
+    const std::size_t samples = 20480;
+    const Signal noise = random_signals(1, samples, 3)[0];
+    // A step so small that it is hardly turned for, and one that takes the ears elsewhere.
+    for (const double turn : {0.01, 1.5}) {
+        Player still(config_for(OutputFormat::binaural), kemar(), {noise});
+        still.publish({sound});
+        still.play_until(samples, {256}, looking(turn));
+        Player turning(config_for(OutputFormat::binaural), kemar(), {noise});
+        turning.publish({sound});
+        turning.play_until(5120);
+        turning.play_until(samples, {256}, looking(turn));
+        double worst = 0;
+        double before = 0;
+        for (std::size_t e = 0; e < 2; ++e) {
+            for (std::size_t n = 0; n < samples; ++n) {
+                const double difference =
+                    double{std::abs(still.output(e)[n] - turning.output(e)[n])};
+                if (n > 1024 && n < 5120) before = std::max(before, difference);
+                // 60 blocks after the turn; the ear delays' pole has a quarter of a block.
+                if (n >= samples - 2048) worst = std::max(worst, difference);
+            }
+        }
+        CAPTURE(turn, worst, before);
+        // Rounding of outputs of the order of 3.
+        CHECK(worst < 1e-4);
+        CHECK(before > 100 * worst);  // companion: unturned ears hear something else
+    }
+}
+
+TEST_CASE("A path that begins sounds as if it had always been there") {
+    SourceSound sound;
+    sound.direct = path_of(700.25, 1, {0.6F, 0.8F, 0});
+    // A filter with a memory.
+    sound.direct->band_gain = {1, 0.9F, 0.7F, 0.5F, 0.35F, 0.2F, 0.1F, 0.05F};
+    const std::size_t samples = 8192;
+    const Signal noise = random_signals(1, samples, 4)[0];
+    Player always(config_for(OutputFormat::binaural), kemar(), {noise});
+    always.publish({sound});
+    always.play_until(samples);
+    // The first frame is taken as it is, with what the delay line holds.
+    Player late(config_for(OutputFormat::binaural), kemar(), {noise});
+    late.play_until(4096);
+    late.publish({sound});
+    late.play_until(samples);
+    double worst = 0;
+    for (std::size_t e = 0; e < 2; ++e) {
+        // The ears alone begin from silence, for as long as they hear: 256 samples.
+        for (std::size_t n = 4096 + 256; n < samples; ++n) {
+            worst = std::max(worst, double{std::abs(always.output(e)[n] - late.output(e)[n])});
+        }
+    }
+    CHECK(worst < 1e-5);  // rounding
+}
+
+TEST_CASE("A path that comes back brings nothing of what it played before") {
+    SourceSound sound;
+    sound.direct = path_of(480, 1, {0, 1, 0});
+    const std::size_t samples = 40960;
+    Signal input = random_signals(1, samples, 5)[0];
+    std::fill(input.begin() + 8192, input.end(), 0.0F);
+    Player player(config_for(OutputFormat::binaural), kemar(), {input});
+    player.publish({sound});
+    player.play_until(8192);
+    // Hidden while it still sounds; back when there is silence alone.
+    player.publish({SourceSound{}});
+    for (const std::size_t end : {24576U, 32768U}) {
+        player.play_until(end);
+        player.publish({sound});
+    }
+    player.play_until(samples);
+    for (const Signal& ear : player.outputs()) {
+        CHECK(energy(ear, 4096, 8192) > 1);
+        // What the decoder's transforms round: 1e-7 of what has been.
+        CHECK(std::all_of(ear.begin() + 24576, ear.end(),
+                          [](float x) { return std::abs(x) < 1e-6F; }));
+    }
+}
+
+TEST_CASE("A direction glides to its next place in the time of a frame") {
+    const std::size_t samples = 9600;
+    Player player(config_for(OutputFormat::foa), nullptr, {Signal(samples, 1.0F)});
+    SourceSound front;
+    front.direct = path_of(100, 1, {1, 0, 0});
+    SourceSound left;
+    left.direct = path_of(100, 1, {0, 1, 0});
+    player.publish({front});
+    player.play_until(5120);
+    player.publish({left});
+    player.play_until(samples);
+    const auto angle_deg = [&](std::size_t after) {
+        return std::atan2(double{player.output(1)[5120 + after]},
+                          double{player.output(3)[5120 + after]}) *
+               180 / std::numbers::pi;
+    };
+    // A chord of a quarter circle, walked evenly in 1600 samples; a block of 256 early at most.
+    for (const std::size_t after : {256U, 512U, 768U, 1024U, 1280U, 1536U}) {
+        const double share = static_cast<double>(after) / 1600;
+        const auto on_chord = [](double s) {
+            return std::atan2(s, 1 - s) * 180 / std::numbers::pi;
+        };
+        CAPTURE(after, angle_deg(after));
+        CHECK(angle_deg(after) > on_chord(share - 0.17));
+        CHECK(angle_deg(after) < on_chord(share + 0.17));
+    }
+    CHECK(angle_deg(1800) == Approx(90).margin(0.01));
+}

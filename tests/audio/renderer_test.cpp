@@ -9,6 +9,7 @@
 
 #include "audio/convolver.h"
 #include "audio/fractional_delay.h"
+#include "audio/render_frame.h"
 #include "tests/audio/player.h"
 #include "tests/audio/signals.h"
 
@@ -331,4 +332,126 @@ TEST_CASE("The same calls give the same bytes") {
         return walk(config_for(OutputFormat::foa), nullptr, random_signals(1, 24000, 13)[0], true);
     };
     CHECK(play() == play());
+}
+
+TEST_CASE("Reflections before the response's first samples and after its last do no harm") {
+    // Baked into the filter, of one tap each; what would come before the emission is cut off.
+    const double delay = 2.25;
+    SourceSound sound;
+    sound.early = {path_of(delay, 1), path_of(4795, 0.5F), path_of(4800, 0.5F), path_of(1e7, 0.5F)};
+    Player player(config_for(OutputFormat::mono), nullptr, {impulse(16384)});
+    player.publish({sound});
+    player.play_until(16384);
+    Signal expected(16384);
+    const std::array<float, kInterpolationTaps> part = FractionalDelay().impulse(0.25);
+    for (std::size_t k = 0; k < part.size(); ++k) {
+        if (k + 2 >= FractionalDelay::kBefore)
+            expected[k + 2 - FractionalDelay::kBefore] += part[k];
+    }
+    expected[4795] += 0.5F;
+    double worst = 0;
+    for (std::size_t n = 0; n < expected.size(); ++n) {
+        worst = std::max(worst, double{std::abs(player.output(0)[n] - expected[n])});
+    }
+    // Rounding of the convolution, and of the filter's design.
+    CHECK(worst < 1e-5);
+}
+
+TEST_CASE("Direct sound may come after the response's end, up to the longest delay") {
+    RendererConfig config = config_for(OutputFormat::mono, 1, 1000);
+    config.longest_delay_s = 0.2;  // 9600 samples
+    for (const double delay : {5000.0, 9600.0, 20000.0}) {
+        Player player(config, nullptr, {impulse(24000, 3)});
+        SourceSound sound;
+        sound.direct = path_of(delay, 0.5F);
+        player.publish({sound});
+        player.play_until(24000);
+        // From farther away it is heard as from there.
+        Signal expected(24000);
+        expected[3 + static_cast<std::size_t>(std::min(delay, 9600.0))] = 0.5F;
+        CHECK(player.output(0) == expected);
+    }
+}
+
+TEST_CASE("A renderer's tail lasts until its longest path, and its stamp is the newest frame's") {
+    RendererConfig config = config_for(OutputFormat::mono, 2, 1000);
+    config.longest_delay_s = 1;
+    Renderer renderer(config, nullptr);
+    RenderFrameBuilder builder(config, nullptr);
+    CHECK(renderer.tail_samples() == 1000);
+    const Signal silence(256);
+    Signal heard(256);
+    const std::array<const float*, 2> in{silence.data(), silence.data()};
+    const std::array<float*, 1> out{heard.data()};
+    std::int64_t stamp = 0;
+    for (const double delay : {300.0, 4000.0, 2000.0}) {
+        std::vector<SourceSound> sounds(2);
+        sounds[0].direct = path_of(200, 1);
+        sounds[1].early = {path_of(delay, 1)};
+        sounds[1].early[0].id = 9;
+        std::unique_ptr<RenderFrame> frame = builder.make_frame();
+        builder.prepare(sounds, *frame);
+        frame->stamp = ++stamp;
+        renderer.mailbox().publish(std::move(frame));
+        for (int block = 0; block < 8; ++block) renderer.render(in, kNoRotation, out, 256);
+        CHECK(renderer.newest_stamp() == stamp);
+        CHECK(renderer.tail_samples() == static_cast<std::int64_t>(std::max(1000.0, delay)));
+    }
+}
+
+TEST_CASE("A crossfade is over before the next frame comes, but for frames too short for one") {
+    for (const double frame_rate_hz : {10.0, 30.0, 50.0, 60.0, 100.0}) {
+        for (const int block : {64, 256, 1024}) {
+            RendererConfig config = config_for(OutputFormat::mono);
+            config.frame_s = 1 / frame_rate_hz;
+            config.block = block;
+            const RenderShape shape(config, nullptr);
+            const double left = kRate_hz / frame_rate_hz - block;
+            CAPTURE(frame_rate_hz, block);
+            // A block late at most; as long as at 48 kHz 1024 samples are where there is time.
+            CHECK(static_cast<double>(shape.fade_samples) ==
+                  Approx(std::clamp(left, 512.0, 1024.0)));
+        }
+    }
+}
+
+TEST_CASE("Twelve reflections move in all, of one source at least one and at most six") {
+    for (const auto& [sources, moving] : {std::pair(1, 6), std::pair(2, 6), std::pair(3, 4),
+                                          std::pair(4, 3), std::pair(12, 1), std::pair(50, 1)}) {
+        const RendererConfig config =
+            config_for(OutputFormat::mono, static_cast<std::size_t>(sources));
+        // And the direct sound.
+        CHECK(RenderShape(config, nullptr).moving_paths == static_cast<std::size_t>(moving + 1));
+    }
+}
+
+TEST_CASE("A reflection that moves gives way to another only where that is twice as strong") {
+    // Seven reflections for six places: the one baked into the filter is heard at whole samples
+    // like the others, so frames are looked into.
+    RendererConfig config = config_for(OutputFormat::mono);
+    RenderFrameBuilder builder(config, nullptr);
+    std::unique_ptr<RenderFrame> frame = builder.make_frame();
+    SourceSound sound;
+    for (unsigned k = 0; k < 7; ++k) {
+        sound.early.push_back(path_of(400 + 10 * k, k == 6 ? 0.9F : 1));
+        sound.early.back().id = 100 + k;
+    }
+    const auto moves = [&](std::uint64_t id) {
+        builder.prepare({&sound, 1}, *frame);
+        const auto& paths = frame->parts->paths[0];
+        return std::any_of(paths.begin(), paths.end(),
+                           [&](const PathSound& path) { return path.present && path.id == id; });
+    };
+    CHECK_FALSE(moves(106));
+    sound.early[6].band_gain.fill(1.3F);  // 1.7 times the energy
+    CHECK_FALSE(moves(106));
+    sound.early[6].band_gain.fill(1.5F);
+    CHECK(moves(106));
+    // Back at its old level it stays, as no other is twice as strong.
+    sound.early[6].band_gain.fill(0.9F);
+    CHECK(moves(106));
+    // One that is gone leaves its place.
+    sound.early.pop_back();
+    CHECK_FALSE(moves(106));
+    for (std::uint64_t id = 100; id < 106; ++id) CHECK(moves(id));
 }
