@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 #include <set>
+#include <utility>
 
 #include "engine/sampling.h"
 
@@ -311,6 +312,66 @@ TEST_CASE("near a wall levels stay finite, on it there is no reflection in it") 
             CHECK(glm::length(p.direction) == Approx(1).epsilon(1e-6));
         }
     }
+}
+
+TEST_CASE("neither a source nor a listener on a wall has a reflection in it") {
+    const RayScene rays(scene_of({box(kSize)}));
+    const SpecularPaths specular(rays, 1, 1);
+    const Vec3 on_floor(1, 2, 1e-4F);
+    const Vec3 above(2, 1, 1.5F);
+    for (const auto& [source, listener] :
+         {std::pair(on_floor, above), std::pair(above, on_floor)}) {
+        const auto paths = specular.find(source, listener, true, Bands{});
+        CHECK(per_order(paths) == std::array<int, 4>{1, 5, 0, 0});
+    }
+    // The companion: away from it there are six.
+    CHECK(per_order(specular.find(above, above + 0.5F, true, Bands{}))[1] == 6);
+}
+
+TEST_CASE("a plate that lies on the floor takes the floor's place where it is") {
+    // So thin that a look at the floor meets its top, of material 5.
+    Object plate = box({3, 2, 1.2e-3F});
+    for (Vec3& v : plate.vertices) v += Vec3(1, 1, 0);
+    const RayScene rays(scene_of({box(kSize), plate}));
+    const SpecularPaths specular(rays, 1, 1);
+    for (const float x : {2.5F, 0.4F}) {
+        const Vec3 source(x, 1.9F, 1.5F);
+        const Vec3 listener(x, 2.1F, 1.5F);
+        const auto paths = specular.find(source, listener, true, Bands{});
+        CHECK(per_order(paths)[1] == 6);
+        // By way of the floor or the plate: from below.
+        int below = 0;
+        for (const SpecularPath& path : paths) {
+            if (path.order != 1 || path.direction.z > -0.9F) continue;
+            ++below;
+            const double share = x > 1 ? 0.65 * 0.9 : 0.7 * 0.92;  // material 4 is the floor
+            const double spread = 4 * std::numbers::pi * std::pow(double{path.length_m}, 2);
+            CHECK(double{path.energy[0]} * spread == Approx(share).epsilon(1e-5));
+        }
+        CHECK(below == 1);
+    }
+}
+
+TEST_CASE("a mirror that leaves the plane of another goes on reflecting") {
+    Object still;
+    add_screen(still, 0, -50, 0, -50, 50);
+    Object moving;
+    add_screen(moving, 0, 0, 50, -50, 50);
+    moving.path = aula::Path{};
+    moving.path->points = {{0, {.position = {0, 0, 0}}}, {1, {.position = {-1, 0, 0}}}};
+    RayScene rays(scene_of({still, moving}));
+    SpecularPaths specular(rays, 2, 1);
+    const auto reflection_m = [&](float y) {
+        const auto paths = specular.find({2, y, 0}, {1, y, 0}, false, Bands{});
+        REQUIRE(paths.size() == 1);
+        return double{paths[0].length_m};
+    };
+    CHECK(reflection_m(-3) == Approx(3));
+    CHECK(reflection_m(3) == Approx(3));
+    rays.move(1);
+    specular.scene_moved();
+    CHECK(reflection_m(-3) == Approx(3));
+    CHECK(reflection_m(3) == Approx(5));
 }
 
 TEST_CASE("discovery finds the same paths as the full list") {
