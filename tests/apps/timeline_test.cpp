@@ -176,7 +176,9 @@ TEST_CASE("The tail waits for the sound from where all are at the end of the wal
             Scene scene = scene_with(Source::Signal::noise, false);
             Path path;
             path.points = {{0, away ? Pose{} : far}, {8, away ? far : Pose{}}};
-            (listener_walks ? scene.listener.path : scene.sources[0].path) = path;
+            // Near each other all the time.
+            scene.sources.resize(3, scene.sources[0]);
+            (listener_walks ? scene.listener.path : scene.sources[1].path) = path;
             CAPTURE(listener_walks, away);
             // A twentieth of a second for what filters add, and a fade.
             const double wait_s = away ? 10.05 + Timeline::kFade_s : kTail_s;

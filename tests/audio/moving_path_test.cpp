@@ -257,7 +257,7 @@ TEST_CASE("A path that comes back brings nothing of what it played before") {
     sound.direct = path_of(480, 1, {0, 1, 0});
     const std::size_t samples = 40960;
     Signal input = random_signals(1, samples, 5)[0];
-    std::fill(input.begin() + 8192, input.end(), 0.0F);
+    std::fill(input.begin() + 16384, input.end(), 0.0F);
     Player player(config_for(OutputFormat::binaural), kemar(), {input});
     player.publish({sound});
     player.play_until(8192);

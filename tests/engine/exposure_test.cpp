@@ -122,16 +122,48 @@ TEST_CASE("faces at one place count as one") {
     CHECK(Surveyed(scene).share_seen() == Approx(1).margin(0.15));
 }
 
-TEST_CASE("a lid under a beam radiates all but a tenth of what its patch takes") {
+TEST_CASE("a lid under a beam radiates most of what its patch takes") {
     Scene scene = room();
     add_boxes(scene, 1);
     // Half of the lid is covered, and the beam ends within pieces of it: their hits are spread over
-    // their whole area, of which a part is seen. Two pieces in three are such, as bad as can be.
+    // their whole area, of which a part is seen.
     scene.objects.push_back(
         test::box(Vec3(0.8F, 0.2F, 0.2F), 0, kCorner + Vec3(-0.2F, 0.1F, kHeight_m)));
     const Surveyed s(scene);
-    // 1 were exact; 0.87 to 0.90 for six seeds.
-    CHECK(s.share_seen() == Approx(0.89).margin(0.04));
+    // 1 were exact. The open half of the lid, 0.08 m2, and the beam's top, 0.1 m2, take the sound:
+    // were all of the lid's pieces covered by half, half of its share of 4 in 9 would be lost. The
+    // 400 hits of the flood are known to 5 %.
+    const double share = s.share_seen();
+    CAPTURE(share);
+    CHECK(share > (1 - 0.5 * 0.08 / 0.18) / 1.05);
+    CHECK(share < 1.05);
     // Companion: by area alone what is seen, half of the lid and 0.5 m of the beam, had half.
     CHECK((kLid_m2 / 2 + 0.5 * 0.2) / double{s.met(kOnLid, kDown).area_m2} < 0.6);
+}
+
+TEST_CASE("a patch that a moving object is in is taken as even, and as before once it has left") {
+    Scene scene = room();
+    add_boxes(scene, 1);
+    // Its top comes into the lid's cell, beside the lid.
+    Object block = test::box(Vec3(0.04F, 0.04F, 0.05F));
+    block.path = Path{
+        {{0, {Vec3(4, 3, 2)}}, {1, {Vec3(2.005F, 2.005F, 1.2F)}}, {2, {Vec3(4, 3, 2)}}}, false};
+    scene.objects.push_back(block);
+    Surveyed s(scene);
+    const auto lid = [&] { return s.met(kCorner + Vec3(0.2F, 0.21F, 1), kDown); };
+    const auto inside = [&] { return s.met(kCorner + Vec3(0.005F, 0.004F, 0.03F), kDown); };
+    const Surveyed::Place lid_before = lid();
+    const Surveyed::Place inside_before = inside();
+    REQUIRE(lid_before.exposure > 1.2F);
+    REQUIRE(inside_before.exposure < 0.2F);
+    s.rays.move(1);
+    s.grid.scene_moved(5);
+    CHECK(lid().area_m2 > lid_before.area_m2);
+    CHECK(lid().exposure == 1);
+    CHECK(inside().exposure == 1);
+    s.rays.move(2);
+    s.grid.scene_moved(5);
+    CHECK(lid().area_m2 == lid_before.area_m2);
+    CHECK(lid().exposure == lid_before.exposure);
+    CHECK(inside().exposure == inside_before.exposure);
 }

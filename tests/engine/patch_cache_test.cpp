@@ -198,6 +198,19 @@ TEST_CASE("what has stood and creeps on keeps a window of frames from the first 
     }
 }
 
+TEST_CASE("after a step within reach each new frame takes the place of one from before") {
+    Walk walk(30);
+    constexpr int kBefore = 10;
+    for (int f = 0; f < kBefore; ++f) walk.frame(Vec3(0), 1);
+    for (int f = 1; f <= 20; ++f) {
+        walk.frame(Vec3(0.1F, 0, 0), 2);
+        // As many as right after the step, until all are from after it; then more.
+        const int held = std::max(kBefore + 1, f);
+        CHECK(walk.cache.emitted() == static_cast<std::uint64_t>(held));
+        CHECK(radiated(walk.cache, 2) == Approx(f / static_cast<double>(held)));
+    }
+}
+
 TEST_CASE("a listener's directions are those of the frames that are left, to the bit") {
     // Frames that leave one by one, and most of them together.
     const bool stands_first = GENERATE(false, true);

@@ -277,3 +277,98 @@ TEST_CASE("a moving object's patches follow it") {
     CHECK(top_area(4.3F) == 0);
     CHECK(top_area(7.3F) > 0.1F);
 }
+
+TEST_CASE("a moving object's patches have its surface, each cell another number, move after move") {
+    const Vec3 step(0.37F, 0.21F, 0.013F);
+    constexpr int kMoves = 12;
+    Scene scene = room_with_sliding_block(Vec3(1), Vec3(1.9F, 0.3F, 0.8F),
+                                          Vec3(1.9F, 0.3F, 0.8F) + step * float{kMoves}, kMoves);
+    Surveyed s(scene, 0.5F, kBesideBlock);
+    const std::uint32_t floor = s.grid.find(Vec3(9.8F, 3.8F, 1e-4F), Vec3(0, 0, 1));
+    REQUIRE(floor != PatchGrid::kNone);
+    const float floor_m2 = s.grid.area_m2(floor);
+    CHECK(floor_m2 == Approx(0.25F).epsilon(1e-4));
+    for (int k = 1; k <= kMoves; ++k) {
+        s.rays.move(k);
+        s.grid.scene_moved(2);
+        const Vec3 corner = Vec3(1.9F, 0.3F, 0.8F) + step * static_cast<float>(k);
+        std::set<std::uint32_t> met;
+        double area_m2 = 0;
+        RandomStream random(static_cast<std::uint64_t>(k));
+        for (int i = 0; i < 3000; ++i) {
+            // A point on one of its faces, a little outside.
+            const auto [u, v] = random.uniform_2d();
+            const int axis = i % 3;
+            const bool far = i % 6 >= 3;
+            Vec3 at(0);
+            at[axis] = far ? 1 + 1e-4F : -1e-4F;
+            at[(axis + 1) % 3] = u;
+            at[(axis + 2) % 3] = v;
+            Vec3 normal(0);
+            normal[axis] = far ? 1.0F : -1.0F;
+            const std::uint32_t patch = s.grid.find(corner + at, normal);
+            REQUIRE(patch != PatchGrid::kNone);
+            if (met.insert(patch).second) area_m2 += double{s.grid.area_m2(patch)};
+            // It is where it is said to be.
+            const PatchGrid::Cell cell = s.grid.cell(patch);
+            for (int a = 0; a < 3; ++a) {
+                CHECK(corner[a] + at[a] > cell.low[a] - 1e-3F);
+                CHECK(corner[a] + at[a] < cell.high[a] + 1e-3F);
+            }
+            CHECK(cell.direction == normal);
+        }
+        CAPTURE(k, met.size());
+        // Exact by clipping, as nothing covers it; slivers at its rims may be missed.
+        CHECK(area_m2 == Approx(6).epsilon(0.01));
+        CHECK(met.size() >= 24);
+        // The room's own patches stay.
+        CHECK(s.grid.find(Vec3(9.8F, 3.8F, 1e-4F), Vec3(0, 0, 1)) == floor);
+        CHECK(s.grid.area_m2(floor) == floor_m2);
+        CHECK_FALSE(met.contains(floor));
+    }
+}
+
+TEST_CASE("an object that trembles in its cells keeps its patches") {
+    Scene scene = room_with_sliding_block(Vec3(1), Vec3(2.02F, 1.02F, 1.02F), Vec3(7, 2, 0), 21);
+    auto& points = scene.objects.back().path->points;
+    points.insert(points.begin() + 1,
+                  {{1, {Vec3(4.02F, 1.02F, 1.02F)}}, {20, {Vec3(4.12F, 1.02F, 1.02F)}}});
+    Surveyed s(scene, 0.5F, kBesideBlock);
+    const auto top = [&] { return s.grid.find(Vec3(4.6F, 1.3F, 2.0201F), Vec3(0, 0, 1)); };
+    CHECK(top() == PatchGrid::kNone);
+    s.rays.move(1);
+    s.grid.scene_moved(5);
+    const std::uint32_t before = top();
+    REQUIRE(before != PatchGrid::kNone);
+    for (int k = 2; k <= 20; ++k) {
+        s.rays.move(k);
+        s.grid.scene_moved(5);
+        CHECK(top() == before);
+    }
+    // The companion: once it has been gone for as long, they are given up.
+    for (int k = 1; k <= 6; ++k) {
+        CHECK(top() == before);
+        s.rays.move(20 + k);
+        s.grid.scene_moved(5);
+    }
+    CHECK(top() == PatchGrid::kNone);
+}
+
+TEST_CASE("what moves is not counted as reached, and does not hide what it covers at the start") {
+    const Vec3 inside = kBesideBlock;
+    Surveyed empty(room(test::box(Vec3(10, 4, 3)), inside), 0.5F, inside);
+    Scene scene = room_with_sliding_block(Vec3(2), Vec3(4, 1, 0.6F), Vec3(7, 1, 0.6F), 1);
+    Surveyed with_block(scene, 0.5F, inside);
+    // Exact: the patches of the room, whatever moves in it.
+    CHECK(with_block.grid.reached() == empty.grid.reached());
+    // A block that stands within the one that moves.
+    scene.objects.push_back(test::box(Vec3(1), 0, Vec3(4.5F, 1.5F, 1)));
+    Surveyed s(scene, 0.5F, inside);
+    const auto top_m2 = [&] {
+        return double{s.grid.area_m2(s.grid.find(Vec3(4.75F, 1.75F, 2.0001F), Vec3(0, 0, 1)))};
+    };
+    CHECK(top_m2() == Approx(0.25).epsilon(0.01));
+    s.rays.move(1);
+    s.grid.scene_moved(5);
+    CHECK(top_m2() == Approx(0.25).epsilon(0.01));
+}
