@@ -276,6 +276,38 @@ TEST_CASE("A path that comes back brings nothing of what it played before") {
     }
 }
 
+TEST_CASE(
+    "A path that comes back hears with the ears of now, though it left while the head turned") {
+    SourceSound sound;
+    sound.direct = path_of(480, 1, {0.6F, 0.8F, 0});
+    const std::size_t samples = 28000;
+    constexpr std::size_t kBack = 24000;
+    const Signal noise = random_signals(1, samples, 6)[0];
+    // Hidden so that the last call comes at any place of a crossfade of the ears.
+    for (const std::size_t hidden : {8000U, 8100U, 8200U}) {
+        Signals outputs[2];
+        for (const bool turns : {false, true}) {
+            Player player(config_for(OutputFormat::binaural), kemar(), {noise});
+            player.publish({sound});
+            while (player.done() < 12000) {
+                if (player.done() == hidden) player.publish({SourceSound{}});
+                const double yaw = turns ? 1e-3 * static_cast<double>(player.done() / 100) : 0.0;
+                player.play_until(player.done() + 100, {100}, looking(yaw));
+            }
+            player.play_until(kBack);
+            player.publish({sound});
+            player.play_until(samples);
+            outputs[turns ? 1 : 0] = player.outputs();
+        }
+        CAPTURE(hidden);
+        for (std::size_t e = 0; e < 2; ++e) {
+            CHECK(outputs[0][e] != outputs[1][e]);
+            CHECK(std::equal(outputs[0][e].begin() + kBack, outputs[0][e].end(),
+                             outputs[1][e].begin() + kBack));
+        }
+    }
+}
+
 TEST_CASE("A direction glides to its next place in the time of a frame") {
     const std::size_t samples = 9600;
     Player player(config_for(OutputFormat::foa), nullptr, {Signal(samples, 1.0F)});
