@@ -63,6 +63,8 @@ void check(const Simulation& simulation) {
     need(simulation.rays >= 1, "rays is below 1");
     need(simulation.order >= 0, "order is below 0");
     need(simulation.specular_order >= 0, "specular_order is below 0");
+    need(simulation.specular_order <= Simulation::kHighestSpecularOrder,
+         "specular_order is above 100");
     need(simulation.patch_size_m > 0, "patch_size_m is not above 0");
     need(simulation.listener_radius_m > 0, "listener_radius_m is not above 0");
     need(simulation.frame_rate_hz > 0, "frame_rate_hz is not above 0");
@@ -148,12 +150,10 @@ struct Propagation::State {
             survey_room(rays, inside, derive_seed(simulation.seed, SeedPurpose::survey));
         double length_s = double{reverberation_time_s(survey, scene.medium).max()};
         // Direct sound has to fit in the open, too.
-        for (const Vec3& a : inside) {
-            for (const Vec3& b : inside) {
-                length_s = std::max(length_s,
-                                    0.1 + double{glm::distance(a, b)} / double{speed_of_sound_m_s});
-            }
-        }
+        Bounds bounds;
+        for (const Vec3& point : inside) bounds.add(point);
+        length_s =
+            std::max(length_s, 0.1 + double{bounds.diagonal_m()} / double{speed_of_sound_m_s});
         return std::clamp(length_s, kShortestDefaultResponse_s, kLongestDefaultResponse_s);
     }
 

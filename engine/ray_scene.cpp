@@ -3,18 +3,57 @@
 #include <embree3/rtcore.h>
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
+#include <functional>
 #include <glm/geometric.hpp>
 #include <string>
+#include <tuple>
 
 #include "engine/error.h"
+#include "engine/mix64.h"
 
 namespace aula {
 
 namespace {
 
 constexpr std::size_t kPacket = 16;
+
+/// For each triangle that does not move, whether another one before it has the same corners. A ray
+/// would test all that lie in one place, with one and the same result.
+std::vector<bool> find_repeated(const RayScene& scene) {
+    struct Entry {
+        std::size_t hash;
+        std::uint32_t triangle;
+    };
+    const auto corners = [&](std::uint32_t triangle) {
+        auto vertices = scene.triangle(triangle).vertices;
+        std::sort(vertices.begin(), vertices.end(), [](const Vec3& a, const Vec3& b) {
+            return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+        });
+        return vertices;
+    };
+    std::vector<Entry> entries;
+    for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
+        if (scene.moves(scene.triangle(t))) continue;
+        std::size_t hash = 0;
+        for (const Vec3& v : corners(t)) {
+            for (const float x : {v.x, v.y, v.z}) hash = mix64(hash ^ std::hash<float>{}(x));
+        }
+        entries.push_back({hash, t});
+    }
+    std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+        return std::tie(a.hash, a.triangle) < std::tie(b.hash, b.triangle);
+    });
+    std::vector<bool> repeated(scene.triangle_count(), false);
+    for (std::size_t i = 1; i < entries.size(); ++i) {
+        repeated[entries[i].triangle] =
+            entries[i].hash == entries[i - 1].hash &&
+            corners(entries[i].triangle) == corners(entries[i - 1].triangle);
+    }
+    return repeated;
+}
 
 RTCIntersectContext incoherent_context() {
     RTCIntersectContext context;
@@ -30,6 +69,7 @@ struct RayScene::Embree {
     RTCScene scene = nullptr;
     std::vector<std::uint32_t> first_triangle;  // of each geometry
     std::vector<std::vector<Vec3>> vertices;    // of each geometry, in the world
+    unsigned next_id = 0;
 
     Embree() : device(rtcNewDevice("threads=1,set_affinity=0,hugepages=1")) {
         if (!device) throw Error("Embree: cannot start; an x86-64 processor with SSE2 is needed");
@@ -42,7 +82,9 @@ struct RayScene::Embree {
     Embree(const Embree&) = delete;
     Embree& operator=(const Embree&) = delete;
 
-    void add(const Object& object, const std::vector<Vec3>& world) {
+    /// Adds an object without the triangles that `is_left_out` holds for.
+    template <class IsLeftOut>
+    void add(const Object& object, const std::vector<Vec3>& world, const IsLeftOut& is_left_out) {
         RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
         rtcSetGeometryBuildQuality(geometry,
                                    object.path ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_MEDIUM);
@@ -53,13 +95,15 @@ struct RayScene::Embree {
             rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                     3 * sizeof(std::uint32_t), object.triangles.size()));
         copy_vertices(world, vertex_buffer);
-        for (const auto& triangle : object.triangles) {
+        // Embree ignores triangles whose vertices are not there.
+        constexpr std::array<std::uint32_t, 3> kIgnored{~0U, ~0U, ~0U};
+        for (std::size_t t = 0; t < object.triangles.size(); ++t) {
+            const auto& triangle = is_left_out(t) ? kIgnored : object.triangles[t];
             index_buffer = std::copy(triangle.begin(), triangle.end(), index_buffer);
         }
         rtcCommitGeometry(geometry);
-        rtcAttachGeometryByID(scene, geometry, static_cast<unsigned>(vertices.size()));
+        rtcAttachGeometryByID(scene, geometry, next_id++);
         rtcReleaseGeometry(geometry);
-        vertices.push_back(world);
     }
 
     static void copy_vertices(const std::vector<Vec3>& world, float* buffer) {
@@ -78,10 +122,16 @@ RayScene::RayScene(const Scene& scene, double time_s)
         const Object& object = objects_[o];
         any_moves |= object.path.has_value();
         embree_->first_triangle.push_back(static_cast<std::uint32_t>(triangles_.size()));
-        embree_->add(object, object.world_vertices(time_s));
+        embree_->vertices.push_back(object.world_vertices(time_s));
         triangles_.resize(triangles_.size() + object.triangles.size());
         surfaces_.resize(triangles_.size());
         update_triangles(o);
+    }
+    const std::vector<bool> repeated = find_repeated(*this);
+    for (std::uint32_t o = 0; o < objects_.size(); ++o) {
+        const Object& object = objects_[o];
+        embree_->add(object, embree_->vertices[o],
+                     [&](std::size_t t) { return repeated[embree_->first_triangle[o] + t]; });
         if (!object.path) {
             // Only moving objects are needed again, for their local vertices.
             objects_[o].vertices.clear();

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
 #include <iterator>
 
@@ -67,6 +68,13 @@ std::vector<Vec3> Object::world_vertices(double time_s) const {
     return world;
 }
 
+void Bounds::add(const Vec3& point) {
+    min = glm::min(min, point);
+    max = glm::max(max, point);
+}
+
+float Bounds::diagonal_m() const { return glm::distance(min, max); }
+
 bool Bounds::contains(const Vec3& point) const {
     return glm::all(glm::lessThanEqual(min, point)) && glm::all(glm::lessThanEqual(point, max));
 }
@@ -74,15 +82,21 @@ bool Bounds::contains(const Vec3& point) const {
 Bounds geometry_bounds(const std::vector<Object>& objects) {
     Bounds bounds;
     for (const Object& object : objects) {
-        std::vector<double> times_s{0};
-        if (object.path) {
-            for (const Path::Point& point : object.path->points) times_s.push_back(point.time_s);
-        }
-        for (const double time_s : times_s) {
-            for (const Vec3& vertex : object.world_vertices(time_s)) {
-                bounds.min = glm::min(bounds.min, vertex);
-                bounds.max = glm::max(bounds.max, vertex);
+        for (const Vec3& vertex : object.world_vertices(0)) bounds.add(vertex);
+        if (!object.path) continue;
+        // Paths may have as many points as meshes have vertices: the object's box moves.
+        Bounds local;
+        for (const Vec3& vertex : object.vertices) local.add(vertex);
+        Object box;
+        box.translation = object.translation;
+        box.path = object.path;
+        for (const float x : {local.min.x, local.max.x}) {
+            for (const float y : {local.min.y, local.max.y}) {
+                for (const float z : {local.min.z, local.max.z}) box.vertices.emplace_back(x, y, z);
             }
+        }
+        for (const Path::Point& point : object.path->points) {
+            for (const Vec3& corner : box.world_vertices(point.time_s)) bounds.add(corner);
         }
     }
     return bounds;

@@ -71,10 +71,14 @@ struct Bounds {
     Vec3 min{std::numeric_limits<float>::infinity()};
     Vec3 max{-std::numeric_limits<float>::infinity()};
 
+    void add(const Vec3& point);
     bool contains(const Vec3& point) const;
+    /// The farthest that two points within can be apart.
+    float diagonal_m() const;
 };
 
-/// The bounds of all geometry, wherever its paths' points take it.
+/// The bounds of all geometry and, of moving objects, of their boxes wherever their paths' points
+/// take them: somewhat more than the vertices need where a path turns.
 Bounds geometry_bounds(const std::vector<Object>& objects);
 
 /// A sound source that radiates alike in all directions.
@@ -109,6 +113,8 @@ std::optional<Estimator> estimator_from_name(const std::string& name);
 struct Simulation {
     /// A source's rays of one frame have to fit in memory with all that they find.
     static constexpr int kMostRays = 200'000;
+    /// The time that a frame's image sources take grows with the square of their order.
+    static constexpr int kHighestSpecularOrder = 100;
 
     Estimator estimator = Estimator::patch;
     int rays = 1000;               ///< per source and frame, at most kMostRays

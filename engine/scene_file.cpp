@@ -1,10 +1,10 @@
 #include "engine/scene_file.h"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 #include <sstream>
 #include <unordered_set>
 
@@ -27,7 +27,18 @@ std::string read_text(const std::filesystem::path& file) {
         throw Error(file.string(), "",
                     std::string("cannot be opened, ") + std::strerror(errno) + kExpected);
     }
-    std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+    // Not a regular file's size: the scene may come through a pipe.
+    constexpr std::size_t kMostBytes = std::size_t{256} << 20U;
+    std::string text;
+    std::array<char, 65536> part{};
+    do {
+        stream.read(part.data(), part.size());
+        text.append(part.data(), static_cast<std::size_t>(stream.gcount()));
+        if (text.size() > kMostBytes) {
+            throw Error(file.string(), "",
+                        "holds more than " + std::to_string(kMostBytes) + " bytes" + kExpected);
+        }
+    } while (stream);
     if (stream.bad()) throw Error(file.string(), "", std::string("cannot be read") + kExpected);
     return text;
 }
@@ -157,7 +168,9 @@ Simulation read_simulation(const JsonReader& json) {
     if (const auto x = json.find("threads")) s.threads = x->integer(1, 1024);
     if (const auto x = json.find("memory_mb")) s.memory_mb = x->integer(1, 1'000'000);
     if (const auto x = json.find("direct")) s.direct = x->boolean();
-    if (const auto x = json.find("specular_order")) s.specular_order = x->integer(0, 1000);
+    if (const auto x = json.find("specular_order")) {
+        s.specular_order = x->integer(0, Simulation::kHighestSpecularOrder);
+    }
     if (const auto x = json.find("specular")) s.specular = x->boolean();
     return s;
 }

@@ -205,7 +205,8 @@ class Options {
         choice<Estimator>("--estimator", estimators, simulation(&Simulation::estimator));
         integer<int>("--rays", 1, Simulation::kMostRays, simulation(&Simulation::rays));
         integer<int>("--order", 0, 1'000'000, simulation(&Simulation::order));
-        integer<int>("--specular-order", 0, 1000, simulation(&Simulation::specular_order));
+        integer<int>("--specular-order", 0, Simulation::kHighestSpecularOrder,
+                     simulation(&Simulation::specular_order));
         real("--response-time", 3600, "seconds from 0 to 3600",
              simulation(&Simulation::response_time_s), true);
         real("--patch-size", 1e6, "metres above 0", simulation(&Simulation::patch_size_m));

@@ -46,19 +46,17 @@ SourceSound source_sound(const ImpulseResponse& response, double speed_of_sound_
 }
 
 double longest_delay_s(const Scene& scene) {
-    const auto places = [](const Vec3& position, const std::optional<Path>& path) {
-        std::vector<Vec3> points{position};
-        if (path)
-            for (const Path::Point& point : path->points) points.push_back(point.pose.position);
-        return points;
+    Bounds bounds;
+    const auto add = [&](const Vec3& position, const std::optional<Path>& path) {
+        bounds.add(position);
+        if (!path) return;
+        for (const Path::Point& point : path->points) bounds.add(point.pose.position);
     };
-    float farthest_m = 0;
-    for (const Vec3& heard : places(scene.listener.pose.position, scene.listener.path))
-        for (const Source& source : scene.sources)
-            for (const Vec3& sounding : places(source.position, source.path))
-                farthest_m = std::max(farthest_m, glm::distance(heard, sounding));
+    add(scene.listener.pose.position, scene.listener.path);
+    for (const Source& source : scene.sources) add(source.position, source.path);
     constexpr float kToSpare_m = 1000;
-    return static_cast<double>((farthest_m + kToSpare_m) / scene.medium.speed_of_sound_m_s());
+    return static_cast<double>((bounds.diagonal_m() + kToSpare_m) /
+                               scene.medium.speed_of_sound_m_s());
 }
 
 RendererConfig renderer_config(const Scene& scene, double response_length_s, double sample_rate_hz,

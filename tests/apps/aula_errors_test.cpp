@@ -1,3 +1,5 @@
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
@@ -182,6 +184,30 @@ TEST_CASE("Bad scenes are refused in one line that names the place, with status 
     for (const Bad& bad : all) {
         const std::string scene = folder.write("bad.json", bad.text);
         require_refused(folder, {scene, "--offline", folder.path() / "out.wav"}, {bad.place});
+    }
+}
+
+TEST_CASE("Meshes that are pipes, devices, broken or of other formats are refused") {
+    const TemporaryFolder folder;
+    REQUIRE(mkfifo((folder.path() / "pipe.obj").c_str(), 0600) == 0);
+    std::filesystem::create_symlink("/dev/zero", folder.path() / "zero.ply");
+    folder.write("endless.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty\r\r\r");
+    folder.write("capitals.ply", "PLY\nformat ascii 1.0\nelement vertex 3\n");
+    folder.write("deep.gltf", std::string(200'000, '['));
+    folder.write("mesh.fbx", "no FBX");
+    folder.write(
+        "face.obj", "v 0 0 0\nf" + [] {
+            std::string corners;
+            for (int i = 0; i < 2'000'000; ++i) corners += " 1";
+            return corners;
+        }());
+    for (const char* name : {"pipe.obj", "zero.ply", "endless.ply", "capitals.ply", "deep.gltf",
+                             "mesh.fbx", "face.obj"}) {
+        const std::string scene =
+            folder.write("bad.json", R"({"aula": 1, "geometry": [{"file": ")" + std::string(name) +
+                                         R"(", "material": "wood"}],
+            "sources": [{"position": [0, 0, 0]}], "listener": {"position": [1, 0, 0]}})");
+        require_refused(folder, {"check", scene}, {"bad.json: /geometry/0/file", name});
     }
 }
 

@@ -400,3 +400,19 @@ TEST_CASE("the response of a room whose walls all move is as long as of one that
     // The same paths, up to rounding, so the same number of bins.
     CHECK(length(true) == length(false));
 }
+
+TEST_CASE("a path of a million points costs time in proportion to them") {
+    // Every pair of points would be 1e12: hours.
+    Scene scene = box_room(0.9F);
+    scene.objects.clear();
+    scene.listener.path.emplace();
+    for (int p = 0; p < 1'000'000; ++p) {
+        const Vec3 position(static_cast<float>(p % 1000), 0, 0);
+        scene.listener.path->points.push_back({static_cast<double>(p), {position}});
+    }
+    scene.sources[0].position = Vec3(0);
+    const Propagation propagation(scene, scene.simulation);
+    // In the open the response holds the direct sound over the longest way, clamped to 4 s.
+    const double direct_s = 999 / double{scene.medium.speed_of_sound_m_s()};
+    CHECK(propagation.response_length_s() == Approx(0.1 + direct_s).margin(0.05));
+}

@@ -187,3 +187,45 @@ TEST_CASE("a moving object is met where it is") {
     CHECK(rays.move(2) == Approx(1.5));
     CHECK(distance() == Approx(4));
 }
+
+TEST_CASE("of triangles with the same corners the first is met, though many lie in one place") {
+    Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 1, Vec3(1), Vec3(2));
+    Object other = scene.objects[0];
+    // The same triangles with other first corners, one of them seen from the other side.
+    for (auto& triangle : other.triangles) {
+        std::rotate(triangle.begin(), triangle.begin() + 1, triangle.end());
+    }
+    std::swap(other.triangles[0][0], other.triangles[0][1]);
+    for (int i = 0; i < 200; ++i) scene.objects.insert(scene.objects.begin(), other);
+    const RayScene many(scene);
+    RandomStream random(1);
+    std::vector<Ray> rays(1000);
+    for (Ray& ray : rays) ray = {Vec3(1, 2, 1.5F), uniform_direction(random.uniform_2d())};
+    std::vector<Hit> hits(rays.size());
+    many.intersect(rays, hits);
+    CHECK(std::all_of(hits.begin(), hits.end(), [](const Hit& h) { return h.triangle < 12; }));
+    CHECK(leaks(many, rays) == 0);
+    CHECK_FALSE(many.visible(Vec3(1, 2, 1), Vec3(6, 2, 1)));
+    // Companion: triangles that share two corners of three are all there.
+    scene.objects.assign(1, other);
+    scene.objects[0].triangles.insert(scene.objects[0].triangles.end(), 60, {0, 1, 6});
+    scene.objects[0].triangle_materials.resize(72, 0);
+    const RayScene with_diagonal(scene);
+    std::size_t on_diagonal = 0;
+    with_diagonal.intersect(rays, hits);
+    for (const Hit& hit : hits) on_diagonal += hit.triangle == 12 ? 1 : 0;
+    CHECK(on_diagonal > 10);
+}
+
+TEST_CASE("a moving triangle in the place of another leaves it when it moves") {
+    Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 1, Vec3(1), Vec3(2));
+    for (int i = 0; i < 5; ++i) scene.objects.push_back(scene.objects[0]);  // beyond FewTriangles
+    scene.objects[3].path = Path{{{0, {Vec3(0)}}, {1, {Vec3(1, 0, 0)}}}, false};
+    RayScene moving(scene);
+    moving.move(1);
+    const Ray ray{Vec3(0.5F, 2, 1.5F), Vec3(1, 0, 0)};
+    Hit hit;
+    moving.intersect({&ray, 1}, {&hit, 1});
+    CHECK(hit.distance_m == Approx(0.5F));
+    CHECK(moving.triangle(hit.triangle).object == 3);
+}

@@ -342,3 +342,15 @@ TEST_CASE("more values than a scene may hold are refused, and faces of too many 
     CHECK_THAT(error_after("[[0,1,2,3]]", "[[" + face + "]]"),
                Contains("/geometry/1/faces/0: a face of 4097 corners; expected at most 4096"));
 }
+
+TEST_CASE("a scene file without end is refused") {
+    CHECK_THROWS_WITH(aula::load_scene("/dev/zero"),
+                      Contains("/dev/zero: holds more than 268435456"));
+}
+
+TEST_CASE("an order of image sources that would take minutes a frame is refused") {
+    CHECK_THAT(error_after(R"("rays": 1000)", R"("specular_order": 101)"),
+               Contains("/simulation/specular_order: 101 is out of range; expected a whole number "
+                        "from 0 to 100"));
+    CHECK(error_after(R"("rays": 1000)", R"("specular_order": 100)") == "no error");
+}

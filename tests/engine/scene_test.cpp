@@ -1,8 +1,10 @@
 #include "engine/scene.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/constants.hpp>
+#include <random>
 
 using aula::Pose;
 using aula::Vec3;
@@ -125,4 +127,51 @@ TEST_CASE("the window is the rounded number of frames in the response time, at l
     s.response_time_s = 1;
     s.frame_rate_hz = 2.4F;
     CHECK(s.window_frames() == 2);
+}
+
+TEST_CASE("the bounds of geometry hold its vertices at every point of their paths, boxes exactly") {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<float> place(-3, 3);
+    const auto point = [&] { return Vec3(place(random), place(random), place(random)); };
+    for (int i = 0; i < 100; ++i) {
+        const bool is_box = i % 2 == 0;
+        aula::Object object;
+        const Vec3 size = point();
+        for (unsigned v = 0; v < 8; ++v) {
+            const Vec3 corner((v & 1U) != 0, (v & 2U) != 0, (v & 4U) != 0);
+            object.vertices.push_back(is_box ? size * corner : point());
+        }
+        object.translation = point();
+        object.path.emplace();
+        object.path->loop = i % 3 == 0;
+        for (int p = 0; p < 6; ++p) {
+            const double time_s = p / 2;  // every second point is a jump
+            object.path->points.push_back({time_s, {point(), place(random)}});
+        }
+        aula::Bounds every;
+        for (const auto& p : object.path->points) {
+            for (const Vec3& v : object.world_vertices(p.time_s)) every.add(v);
+        }
+        const aula::Bounds found = aula::geometry_bounds({object});
+        CHECK(found.contains(every.min));
+        CHECK(found.contains(every.max));
+        if (is_box) CHECK(found.min == every.min);
+        if (is_box) CHECK(found.max == every.max);
+    }
+}
+
+TEST_CASE("the bounds of a mesh on a path of a million points are found in linear time") {
+    // Every vertex at every point would be 1e11: hours.
+    aula::Object object;
+    for (int v = 0; v < 100'000; ++v) {
+        const auto angle = static_cast<float>(v);
+        object.vertices.emplace_back(std::cos(angle), std::sin(angle), 0);
+    }
+    object.path.emplace();
+    for (int p = 0; p < 1'000'000; ++p) {
+        object.path->points.push_back(
+            {static_cast<double>(p), pose_at_x(std::cos(0.1F * static_cast<float>(p)))});
+    }
+    // Rounding, and the angles between vertices.
+    CHECK(aula::geometry_bounds({object}).max.x == Approx(2).margin(1e-3));
 }
