@@ -436,7 +436,7 @@ class GltfReader {
         if (!reference) return builder_.material(kNamelessMaterial);
         const std::size_t index = index_value(*reference, materials_.size(), "materials");
         const auto name = materials_[index].find("name");
-        return builder_.material(name ? name->string("a name") : std::string());
+        return builder_.material(name ? name->string("a name") : kNamelessMaterial);
     }
 
     void add_mesh(const JsonReader& mesh, const glm::dmat4& transform) {

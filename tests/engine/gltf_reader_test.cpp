@@ -98,6 +98,18 @@ TEST_CASE("a glTF's triangles are read from a file, a data URI and a GLB") {
     CHECK(area(read(glb(inside.dump(), square_bytes(), 60))) == Approx(1));
 }
 
+TEST_CASE("triangles of a glTF without a material or a name for it have one name") {
+    Json json = square();
+    auto& primitives = json["meshes"][0]["primitives"];
+    json["materials"].push_back(Json::object());
+    primitives.push_back(primitives[0]);
+    primitives[0].erase("material");
+    primitives[1]["material"] = 1;
+    const ImportedMesh mesh = read(json.dump());
+    CHECK(mesh.material_names == std::vector<std::string>{aula::kNamelessMaterial});
+    CHECK(mesh.triangles.size() == 4);
+}
+
 TEST_CASE("strips and fans are read, points and lines are left out") {
     const auto with_mode = [](int mode, const char* count) {
         Json json = square();
