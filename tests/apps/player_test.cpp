@@ -153,5 +153,6 @@ TEST_CASE("On the silent device a session plays to its end") {
     Player player(scene, options);
     CHECK(comes([&] { return player.status().finished; }));
     CHECK(player.status().time_s == Approx(0.3));
-    CHECK(player.status().frames + player.status().late_frames >= 9);
+    // The frames of the last times may be counted a little later.
+    CHECK(comes([&] { return player.status().frames + player.status().late_frames >= 9; }));
 }
