@@ -11,6 +11,12 @@ endif()
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
     target_compile_options(aula_warnings INTERFACE -Wno-restrict)
 endif()
+# Against the exploitation of faults in readers of files; sanitizers bring their own checks.
+add_link_options(-Wl,-z,relro,-z,now)
+add_compile_options(-fstack-protector-strong)
+if(NOT AULA_SANITIZE)
+    add_compile_options("$<$<NOT:$<CONFIG:Debug>>:-U_FORTIFY_SOURCE;-D_FORTIFY_SOURCE=2>")
+endif()
 if(AULA_SANITIZE)
     add_compile_options(-fsanitize=${AULA_SANITIZE} -fno-omit-frame-pointer
                         -fno-sanitize-recover=all)
