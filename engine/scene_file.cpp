@@ -226,6 +226,7 @@ LoadedScene load_scene(const std::filesystem::path& file) {
     scene.listener = read_listener(listener);
     if (const auto simulation = root.find("simulation")) {
         scene.simulation = read_simulation(*simulation);
+        loaded.rays_given = simulation->find("rays").has_value();
     }
 
     if (scene.objects.empty()) return loaded;

@@ -12,6 +12,7 @@ namespace aula {
 struct LoadedScene {
     Scene scene;
     std::vector<std::string> warnings;  ///< each a line for the user, without "aula: warning:"
+    bool rays_given = false;            ///< the file says how many rays
     JsonValue json;                     ///< the file's content; geometry[i] is scene.objects[i]
 };
 

@@ -203,7 +203,11 @@ class Options {
              {Estimator::pt, Estimator::dpc_published, Estimator::dpc, Estimator::patch})
             estimators.emplace_back(estimator_name(e), e);
         choice<Estimator>("--estimator", estimators, simulation(&Simulation::estimator));
-        integer<int>("--rays", 1, Simulation::kMostRays, simulation(&Simulation::rays));
+        integer<int>("--rays", 1, Simulation::kMostRays,
+                     [this, change = simulation(&Simulation::rays)](int n) {
+                         arguments_.rays_given = true;
+                         change(n);
+                     });
         integer<int>("--order", 0, 1'000'000, simulation(&Simulation::order));
         integer<int>("--specular-order", 0, Simulation::kHighestSpecularOrder,
                      simulation(&Simulation::specular_order));

@@ -36,6 +36,7 @@ struct Arguments {
     std::optional<int> frames;
     double bin_s = 1e-3;
     SessionOptions session;
+    bool rays_given = false;
     bool quiet = false;
     bool window = true;                              ///< if there can be one
     std::optional<std::filesystem::path> scene_dir;  ///< of scenes to switch among

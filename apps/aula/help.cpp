@@ -38,14 +38,15 @@ where things are (metres, x front, y left, z up)
 
 simulation (goes before what the scene says; defaults in brackets)
   --estimator NAME       pt, dpc-published, dpc or patch [patch]
-  --rays N               rays per source and frame [1000]
+  --rays N               rays per source and frame [1000; live fewer until it keeps up]
   --order N              highest reflection order; 0: no limit [0]
   --specular-order N     highest order of the image sources [3]
   --response-time S      how long a cache remembers after a change, tau, in seconds [0.5]
   --patch-size M         size of the patches, lambda, in metres [0.5]
   --listener-radius M    radius of the detector sphere of pt and dpc in metres [0.5]
   --frame-rate HZ        propagation frames per second [30]
-  --ir-length S          length of the responses in seconds, at most 10 [from the room, at most 4]
+  --ir-length S          length of the responses in seconds, at most 10 [from the room, at most 4;
+                         live shorter until it keeps up]
   --seed N               of all random numbers [1]
   --threads N            for tracing [all processors but one]
   --memory-mb N          for the caches [256]

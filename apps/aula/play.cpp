@@ -11,6 +11,7 @@
 #include "apps/aula/terminal.h"
 #include "apps/aula/walker.h"
 #include "apps/session/formatted.h"
+#include "apps/session/load_news.h"
 #include "apps/session/osc_remote.h"
 #include "apps/session/player.h"
 #include "apps/session/scene_edits.h"
@@ -41,6 +42,7 @@ std::string status_text(const PlayStatus& s) {
                      static_cast<double>(at.x), static_cast<double>(at.y),
                      static_cast<double>(at.z), heading_deg(s.listener), s.frame_mean_ms,
                      s.frame_worst_ms) +
+           (s.rays < s.full_rays ? formatted("%d rays  ", s.rays) : std::string()) +
            formatted("audio %.0f %%  underruns %llu  ", 100 * s.load,
                      static_cast<unsigned long long>(s.underruns)) +
            level_text(s.peak);
@@ -78,6 +80,8 @@ const char* text_of(UnderrunCause cause) {
 /// What was played, how late, and when it had gaps.
 void print_summary(const PlayStatus& s) {
     std::fprintf(stderr, "%s\n%s\n", summary_text(s).c_str(), latency_text(s.latency).c_str());
+    if (const std::string text = reduction_text(s); !text.empty())
+        std::fprintf(stderr, "this machine %s\n", text.c_str());
     if (s.muted_samples > 0)
         std::fprintf(stderr, "aula: warning: %s\n", muted_text(s.muted_samples).c_str());
     for (const Underrun& underrun : s.first_underruns)
@@ -136,12 +140,12 @@ std::vector<std::string> source_names(const Scene& scene) {
 
 /// Changes the materials that OSC messages asked for.
 void replace_materials(OscRemote& remote, Scene& scene, Player& player,
-                       const Arguments& arguments) {
+                       const SessionOptions& session) {
     for (const auto& [from, to] : remote.take_materials()) {
         auto edited = with_material_replaced(scene, from, to);
         if (!edited) continue;
         scene = std::move(*edited);
-        player.change(scene, arguments.session);
+        player.change(scene, session);
     }
 }
 
@@ -150,8 +154,12 @@ int play_in_terminal(const Arguments& arguments) {
     constexpr int kKeyWait_ms = 20;
     constexpr std::chrono::milliseconds kStatusInterval{100};
 
-    Scene scene = read_scene(arguments);
-    Player player(scene, arguments.session);
+    LoadedScene loaded = read_scene_file(arguments.scene, arguments);
+    Scene& scene = loaded.scene;
+    change_scene(scene, arguments);
+    SessionOptions session = arguments.session;
+    session.rays_fall = !arguments.rays_given && !loaded.rays_given;
+    Player player(scene, session);
     warn(player.warnings(), arguments.quiet);
     std::optional<OscRemote> remote;
     if (arguments.osc) remote.emplace(*arguments.osc, player, source_names(scene));
@@ -164,6 +172,7 @@ int play_in_terminal(const Arguments& arguments) {
             std::fprintf(stderr, "playing on %s; %s\n", player.device().name.c_str(),
                          walks ? kKeysText : "q or Ctrl-C ends");
         DeviceNews news(player);
+        LoadNews load_news;
         Walker walker(scene.listener.pose_at(0));
         Clock::time_point walked = Clock::now();
         Clock::time_point next_status = walked;
@@ -184,9 +193,15 @@ int play_in_terminal(const Arguments& arguments) {
             if (now >= next_status) {
                 next_status = now + kStatusInterval;
                 status = player.status();
-                if (!arguments.quiet) news.tell(status, line);
+                if (!arguments.quiet) {
+                    news.tell(status, line);
+                    if (const auto text = load_news.take(status, status.time_s)) {
+                        line.clear();
+                        warn({"this machine " + *text}, false);
+                    }
+                }
                 line.show(status_text(status));
-                if (remote) replace_materials(*remote, scene, player, arguments);
+                if (remote) replace_materials(*remote, scene, player, session);
             }
         }
         status = player.status();
@@ -218,6 +233,7 @@ int play_in_window(const Arguments& arguments, const std::vector<std::filesystem
     WindowOptions options;
     options.scene_file = arguments.scene;
     options.session = arguments.session;
+    options.rays_given = arguments.rays_given;
     options.load = [&](const std::filesystem::path& file) {
         return read_scene_file(file, arguments);
     };

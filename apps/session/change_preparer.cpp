@@ -44,6 +44,18 @@ std::uint64_t ChangePreparer::ask(const Scene& scene, const SessionOptions& opti
     return number;
 }
 
+std::uint64_t ChangePreparer::ask_if_idle(const Scene& scene, const SessionOptions& options) {
+    std::uint64_t number = 0;
+    {
+        const std::lock_guard lock(mutex_);
+        if (!idle()) return 0;
+        number = ++last_number_;
+        asked_ = Change{scene, options, false, number};
+    }
+    wanted_.notify_all();
+    return number;
+}
+
 ChangePreparer::Prepared ChangePreparer::take() {
     const std::lock_guard lock(mutex_);
     return std::exchange(prepared_, {});
@@ -67,7 +79,7 @@ void ChangePreparer::retire(std::unique_ptr<Stage> stage) {
 
 ChangePreparer::Status ChangePreparer::status() const {
     const std::lock_guard lock(mutex_);
-    return {asked_ || in_work_ || prepared_.performance, failed_, error_};
+    return {!idle(), failed_, error_};
 }
 
 std::unique_ptr<Performance> ChangePreparer::prepare(const Change& change) const {

@@ -47,6 +47,9 @@ class ChangePreparer {
     /// from 1 on. If that was to begin anew, so is this. [any thread]
     std::uint64_t ask(const Scene& scene, const SessionOptions& options, bool starts_anew);
 
+    /// The same for what goes on, unless something is on its way: 0 then. [any thread]
+    std::uint64_t ask_if_idle(const Scene& scene, const SessionOptions& options);
+
     /// What has been prepared since the last call. [propagation thread]
     Prepared take();
 
@@ -64,6 +67,7 @@ class ChangePreparer {
         std::uint64_t number = 0;
     };
 
+    bool idle() const { return !asked_ && !in_work_ && !prepared_.performance; }
     void run();
     std::unique_ptr<Performance> prepare(const Change& change) const;
 

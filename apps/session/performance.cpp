@@ -29,11 +29,18 @@ std::shared_ptr<const Hrtf> hrtf_after(const SessionOptions& options, double sam
     return kept ? before.hrtf : hrtf_for(options, sample_rate_hz);
 }
 
+Scene with_length(Scene scene, const SessionOptions& options) {
+    if (!scene.simulation.ir_length_s && options.longest_response_s)
+        scene.simulation.ir_length_s = static_cast<float>(*options.longest_response_s);
+    return scene;
+}
+
 }  // namespace
 
 Performance::Performance(const Scene& scene_in, const SessionOptions& options_in,
                          double sample_rate_hz, bool starts_anew_in, const Reusable& before)
-    : scene(scene_in),
+    : length_given(scene_in.simulation.ir_length_s.has_value()),
+      scene(with_length(scene_in, options_in)),
       options(options_in),
       starts_anew(starts_anew_in),
       signals(signals_of(scene, sample_rate_hz, before)),

@@ -31,6 +31,7 @@ struct Performance {
 
     Reusable reusable() const { return {scene.sources, signals, options, hrtf}; }
 
+    bool length_given;  ///< the scene's response is as long as was asked for
     Scene scene;
     SessionOptions options;
     bool starts_anew;   ///< its time begins when it does; else it goes on from what was played

@@ -11,6 +11,7 @@
 
 #include "apps/session/change_preparer.h"
 #include "apps/session/frame_clock.h"
+#include "apps/session/live_load.h"
 #include "apps/session/live_mixer.h"
 #include "apps/session/performance.h"
 #include "audio/error.h"
@@ -35,6 +36,9 @@ struct Player::State {
     void place_listener(const Pose& pose, std::int64_t given_ns);
     void take_controls(PlayControls next, std::int64_t given_ns);
     void compute();
+    bool rays_fall(const PlayControls& with) const;
+    LiveLoad load_of(const Performance& performance) const;
+    void keep_up(double took_s);
     void publish();
     void begin_prepared();
     void show(double spare_s);
@@ -53,6 +57,8 @@ struct Player::State {
     Pose computed_pose;
     std::int64_t pose_ns = 0;  ///< when the pose of the frame in hand was given
     LatencyCounts compute_time;
+    std::optional<LiveLoad> load;      ///< of what plays
+    std::uint64_t shorter_change = 0;  ///< the number of the last change that shortens responses
 
     std::mutex mutex;  ///< of what follows
     std::condition_variable stopping;
@@ -64,7 +70,8 @@ struct Player::State {
     std::shared_ptr<const FrameView> view;
     Clock::time_point published = Clock::now();
     double frame_sum_ms = 0;
-    std::optional<std::int64_t> unheard_ns;  ///< when the first pose came that no frame knows yet
+    std::optional<double> longest_response_s;  ///< with which it keeps up; empty: any
+    std::optional<std::int64_t> unheard_ns;    ///< when the first pose came that no frame knows yet
     std::exception_ptr failure;
 
     std::unique_ptr<AudioDevice> device;  ///< ends before the mixer that it calls
@@ -85,6 +92,7 @@ Player::State::State(const Scene& scene, const SessionOptions& options) {
                            std::to_string(std::lround(rate_hz)) + " Hz, not at " +
                            std::to_string(std::lround(options.sample_rate_hz)));
     }
+    load = load_of(*playing);
     compute();
     pose_ns = 0;  // it waits for the device to be started
     publish();
@@ -163,6 +171,7 @@ void Player::State::propagate() {
         begin_prepared();
         if (!wait_until(clock.begin())) return;
         compute();
+        keep_up(status.frame_ms / 1000);
         show(std::chrono::duration<double>(clock.end() - Clock::now()).count());
         clock.follow(mixer->time_s(), Clock::now());
     }
@@ -192,6 +201,8 @@ void Player::State::compute() {
         pose_ns = with.listener ? unheard_ns.value_or(0) : to_ns(clock.due());
         unheard_ns.reset();
     }
+    const bool falls = rays_fall(with);
+    if (falls) with.rays = load->rays();
     const double at_s = scene_time_s();
     computed_pose = with.listener_at(playing->scene, at_s);
     computed = playing->frames.reclaim();
@@ -210,6 +221,47 @@ void Player::State::compute() {
     status.frame = playing->maker.statistics();
     status.sources = playing->maker.source_positions();
     status.rays = playing->maker.rays();
+    status.full_rays = falls ? load->full().rays : status.rays;
+    status.response_length_s = playing->maker.response_length_s();
+    status.full_response_length_s = load->full().length_s;
+}
+
+/// Whether the number of rays is left to the player.
+bool Player::State::rays_fall(const PlayControls& with) const {
+    return playing->options.rays_fall && !with.rays && !with.frame_share;
+}
+
+/// As much of what a performance would have as the one before kept up with.
+LiveLoad Player::State::load_of(const Performance& performance) const {
+    LiveLoad::Full full{.rays = performance.scene.simulation.rays,
+                        .length_s = performance.maker.response_length_s(),
+                        .rays_fall = performance.options.rays_fall,
+                        .length_falls = !performance.length_given};
+    const bool shortened = full.length_falls && performance.options.longest_response_s;
+    const double length_s = full.length_s;
+    if (shortened && load) full.length_s = load->full().length_s;
+    const bool goes_on = load && !performance.starts_anew && full.rays_fall;
+    return {full, goes_on ? std::min(load->rays(), full.rays) : full.rays, length_s};
+}
+
+/// Lowers what plays if its frames take too long. A shorter response is a change that is prepared.
+void Player::State::keep_up(double took_s) {
+    PlayControls with;
+    {
+        const std::lock_guard lock(mutex);
+        with = controls;
+    }
+    // What is prepared slows down what plays.
+    if (changes->status().preparing) return load->restart();
+    load->add(took_s, playing->maker.config().frame_s, rays_fall(with));
+    if (load->length_s() >= playing->maker.response_length_s() || shorter_change > 0) return;
+    Scene scene = playing->scene;
+    scene.simulation.ir_length_s.reset();
+    SessionOptions options = playing->options;
+    options.longest_response_s = load->length_s();
+    const std::lock_guard lock(mutex);
+    shorter_change = changes->ask_if_idle(scene, options);
+    if (shorter_change > 0) longest_response_s = options.longest_response_s;
 }
 
 void Player::State::publish() {
@@ -281,6 +333,8 @@ void Player::State::begin_prepared() {
         if (!prepared->starts_anew) prepared->take_signals(*playing);
         prepared->zero_s = prepared->starts_anew ? clock.time_s() : playing->zero_s;
         if (prepared->starts_anew) controls = {};
+        load = load_of(*prepared);
+        shorter_change = 0;
         before = std::exchange(playing, std::move(prepared));
         status.heard_change = number;
     }
@@ -292,7 +346,9 @@ void Player::State::begin_prepared() {
 
 ChangePreparer::Playing Player::State::what_plays() {
     const std::lock_guard lock(mutex);
-    return {playing->reusable(), controls, mixer->time_s() - playing->zero_s};
+    PlayControls with = controls;
+    if (rays_fall(with)) with.rays = status.rays;
+    return {playing->reusable(), with, mixer->time_s() - playing->zero_s};
 }
 
 Player::Player(const Scene& scene, const SessionOptions& options)
@@ -334,6 +390,8 @@ std::uint64_t Player::change(const Scene& scene, const SessionOptions& options, 
         kept.block = now.block;
         kept.output = now.output;
         kept.device = now.device;
+        if (starts_anew) state_->longest_response_s.reset();
+        kept.longest_response_s = state_->longest_response_s;
     }
     return state_->changes->ask(scene, kept, starts_anew);
 }

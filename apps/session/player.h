@@ -29,11 +29,14 @@ struct PlayStatus {
     std::uint64_t late_frames = 0;  ///< frame times that passed while an earlier frame was computed
     double frame_mean_ms = 0;
     double frame_worst_ms = 0;
-    double frame_ms = 0;        ///< of the newest frame
-    FrameStatistics frame;      ///< of the newest frame
-    int rays = 0;               ///< per source, of the newest frame
-    double response_age_s = 0;  ///< since the newest response was handed over
-    double load = 0;            ///< share of a block's time that the audio thread needs
+    double frame_ms = 0;    ///< of the newest frame
+    FrameStatistics frame;  ///< of the newest frame
+    int rays = 0;           ///< per source, of the newest frame
+    int full_rays = 0;      ///< that it would have if it kept up with them
+    double response_length_s = 0;
+    double full_response_length_s = 0;  ///< that it would have if it kept up with it
+    double response_age_s = 0;          ///< since the newest response was handed over
+    double load = 0;                    ///< share of a block's time that the audio thread needs
     double mean_load = 0;
     double worst_load = 0;
     std::uint64_t underruns = 0;
@@ -56,7 +59,9 @@ struct PlayStatus {
 /// Plays a scene on an output device. Owns the device with its audio thread, which only renders;
 /// the propagation thread, which wakes at each frame time, hands over the frame that it has
 /// computed for the one before, takes the newest poses and computes the next, so that a pose is
-/// heard one frame after its time; and a thread that prepares changes. Sound starts with the
+/// heard one frame after its time; and a thread that prepares changes. Where frames take longer
+/// than their time it lowers the rays (SessionOptions::rays_fall) and the response's length (where
+/// the scene leaves it to the room) until they do not (LiveLoad). Sound starts with the
 /// constructor and stops with the destructor, fading. The head's turning is heard from the next
 /// block on.
 class Player {

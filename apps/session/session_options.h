@@ -22,6 +22,10 @@ struct SessionOptions {
     SampleFormat format = SampleFormat::float32;  ///< of rendered files; PCM passes a limiter
     std::optional<double> duration_s;             ///< from the scene where absent
     std::string device;  ///< index or part of a name; empty: the default device
+    /// Nobody asked for the scene's number of rays: live playing takes fewer until it keeps up.
+    bool rays_fall = false;
+    /// Of responses whose length the scene leaves to the room; set by a player that keeps up so.
+    std::optional<double> longest_response_s;
 };
 
 /// The HRTF of binaural output at a rate; null for other outputs. Throws AudioInputError.

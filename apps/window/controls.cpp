@@ -187,7 +187,7 @@ void draw_settings(Model& model, Choices& choices) {
         ImGui::EndDisabled();
     } else {
         // Rays change from frame to frame, nothing has to be prepared.
-        int rays = model.controls.rays.value_or(s.rays);
+        int rays = model.controls.rays.value_or(model.status().rays);
         if (ImGui::SliderInt("rays", &rays, 100, 20000, "%d", ImGuiSliderFlags_Logarithmic))
             model.set_rays(rays);
         tooltip(kRaysMeaning);

@@ -141,6 +141,12 @@ void Meters::draw(const Model& model) {
     tooltip(
         "How long ago the newest response was made, how many there were, and how many frames were "
         "left out because one before took too long.");
+    if (const std::string text = reduction_text(s); !text.empty()) {
+        line(text, {0.9F, 0.75F, 0.45F, 1});
+        tooltip(
+            "Frames took longer than their time, so that fewer rays are sent, or the response is "
+            "shorter. A number of rays and a length that are chosen stay as they are.");
+    }
     if (s.underruns == 0) {
         line(formatted("no underrun in %.0f s", s.time_s), {0.5F, 0.85F, 0.6F, 1});
     } else {

@@ -26,11 +26,11 @@ Model::Model(const WindowOptions& options)
     file_time_ = loaded.time;
     document_.restart({loaded.scene, loaded.read, {}});
     if (!options_.session.duration_s) options_.session.duration_s = kWithoutEnd_s;
-    player_ = std::make_unique<Player>(scene(), options_.session);
+    player_ = std::make_unique<Player>(scene(), session_of(*loaded.read));
     player_->measure_loudness();
     for (const std::string& warning : player_->warnings()) say(warning);
     for (Setting& setting : settings_)
-        setting = {scene().simulation, options_.session.ambisonic_order, nullptr, {}};
+        setting = {scene().simulation, options_.session.ambisonic_order, false, nullptr, {}};
     good_ = setting();
     asked_ = asked_now();
     controls.sources.resize(scene().sources.size());
@@ -100,6 +100,7 @@ void Model::update(double now_s) {
         good_.simulation = settings_[active_].simulation;
         good_.ambisonic_order = settings_[active_].ambisonic_order;
     }
+    if (const auto text = load_news_.take(status_, now_s)) say("this machine " + *text);
     if (heard_.error != recording_error_) {
         recording_error_ = heard_.error;
         if (!recording_error_.empty()) say(recording_error_, true);
@@ -134,6 +135,13 @@ void Model::update(double now_s) {
     watch_file();
 }
 
+/// How a scene is played, its order left to the setting.
+SessionOptions Model::session_of(const LoadedScene& read) const {
+    SessionOptions session = options_.session;
+    session.rays_fall = !options_.rays_given && !read.rays_given;
+    return session;
+}
+
 Model::Asked Model::asked_now() const {
     return {document_.now().scene, setting().simulation, setting().ambisonic_order};
 }
@@ -143,7 +151,7 @@ void Model::apply() {
     asked_ = asked_now();
     Scene scene_now = scene();
     scene_now.simulation = settings_[active_].simulation;
-    SessionOptions session = options_.session;
+    SessionOptions session = session_of(*document_.now().read);
     session.ambisonic_order = settings_[active_].ambisonic_order;
     player_->change(scene_now, session);
 }
@@ -281,6 +289,7 @@ void Model::set_simulation(const Simulation& simulation, int ambisonic_order) {
 
 void Model::set_rays(int rays) {
     settings_[active_].simulation.rays = rays;
+    settings_[active_].rays_given = true;
     controls.rays = rays;
     hand_over();
 }
@@ -288,7 +297,7 @@ void Model::set_rays(int rays) {
 void Model::switch_setting() {
     if (!may_change()) return;
     active_ = 1 - active_;
-    controls.rays = settings_[active_].simulation.rays;
+    controls.rays = setting().rays_given ? std::optional(setting().simulation.rays) : std::nullopt;
     hand_over();
     apply();
     say(active_ == 0 ? "A is heard" : "B is heard");

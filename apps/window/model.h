@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "apps/session/load_news.h"
 #include "apps/session/osc_remote.h"
 #include "apps/session/play_controls.h"
 #include "apps/session/player.h"
@@ -32,6 +33,7 @@ class Model {
     struct Setting {
         Simulation simulation;
         int ambisonic_order = 1;
+        bool rays_given = false;  ///< by set_rays(): they do not fall where it does not keep up
         std::shared_ptr<const FrameView> view;
         FrameNoise noise;
     };
@@ -170,6 +172,7 @@ class Model {
     };
     Asked asked_now() const;
     void step(void (Undo<Document>::*direction)());
+    SessionOptions session_of(const LoadedScene& read) const;
     Document document_with(std::shared_ptr<const Scene> scene) const;
     void scene_taken(const Scene& before, std::unique_ptr<RayScene> rays);
     void geometry_changed(std::unique_ptr<RayScene> rays);
@@ -212,6 +215,7 @@ class Model {
     std::int64_t muted_before_ = 0;
     Setting good_;                ///< the last setting that was heard
     std::optional<Asked> asked_;  ///< what the player was asked to play; empty if that failed
+    LoadNews load_news_;
     std::string recording_error_;
     double now_s_ = 0;
     double file_looked_at_s_ = 0;

@@ -65,7 +65,7 @@ void Model::open(const std::filesystem::path& file) {
 
 /// Has another scene played; it is shown when it is heard.
 void Model::play_scene(Loaded loaded) {
-    SessionOptions session = options_.session;
+    SessionOptions session = session_of(*loaded.read);
     session.ambisonic_order = settings_[active_].ambisonic_order;
     opened_change_ = player_->change(*loaded.scene, session, true);
     opened_ = std::move(loaded);
@@ -80,7 +80,7 @@ void Model::begin_scene() {
     file_time_ = loaded.time;
     document_.restart({loaded.scene, loaded.read, {}});
     for (Setting& setting : settings_)
-        setting = {scene().simulation, setting.ambisonic_order, nullptr, {}};
+        setting = {scene().simulation, setting.ambisonic_order, false, nullptr, {}};
     active_ = 0;
     good_ = setting();
     asked_ = asked_now();

@@ -17,6 +17,7 @@ struct WindowOptions {
     SessionOptions session;
     std::function<LoadedScene(const std::filesystem::path&)> load;
     std::function<void(Scene&)> change;               ///< what the command line changes in a scene
+    bool rays_given = false;                          ///< the command line says how many
     std::vector<std::filesystem::path> scenes;        ///< to switch among
     std::optional<std::filesystem::path> screenshot;  ///< PNG, written after a time
     double screenshot_after_s = 5;

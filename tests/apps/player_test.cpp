@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "apps/session/load_news.h"
+#include "audio/device.h"
 #include "audio/error.h"
 #include "audio/sound_file.h"
 #include "tests/support/jack_server.h"
@@ -30,6 +32,61 @@ double share_off_tone_within(std::vector<float> samples) {
 }
 
 }  // namespace
+
+TEST_CASE(
+    "A scene that is too heavy plays with fewer rays and a shorter response until it keeps up") {
+    Scene scene = small_room();
+    scene.simulation.ir_length_s.reset();
+    scene.materials[0].absorption = Bands::filled(0.1F);
+    // More than any machine traces in 5 ms.
+    scene.simulation.rays = 5000;
+    scene.simulation.frame_rate_hz = 200;
+    SessionOptions options;
+    options.output = OutputFormat::mono;
+    options.device = AudioDevice::kNone;
+    options.duration_s = 1000;
+    options.rays_fall = true;
+    Player player(scene, options);
+    REQUIRE(comes([&] { return player.status().rays < 5000; }));
+    CHECK(player.status().full_rays == 5000);
+    CHECK(reduction_text(player.status()).find("of 5000 rays") != std::string::npos);
+    // What is chosen by hand stays.
+    PlayControls controls;
+    controls.rays = 440;
+    player.control(controls);
+    REQUIRE(comes([&] { return player.status().rays == 440; }));
+    CHECK(player.status().full_rays == 440);
+    REQUIRE(comes([&] {
+        const PlayStatus status = player.status();
+        return status.response_length_s < 0.7 * status.full_response_length_s;
+    }));
+    CHECK(player.status().rays == 440);
+    // Another scene begins with all that it has.
+    scene.simulation.ir_length_s = 0.5F;
+    const auto change = player.change(scene, options, true);
+    REQUIRE(comes([&] {
+        const PlayStatus status = player.status();
+        return status.heard_change >= change && status.response_length_s > 0.45 &&
+               status.response_length_s == status.full_response_length_s;
+    }));
+}
+
+TEST_CASE("A player takes no fewer rays and no shorter response than was asked for") {
+    Scene scene = small_room();
+    scene.simulation.rays = 3000;
+    scene.simulation.frame_rate_hz = 1000;
+    SessionOptions options;
+    options.output = OutputFormat::mono;
+    options.device = AudioDevice::kNone;
+    options.duration_s = 1000;
+    Player player(scene, options);
+    REQUIRE(comes([&] { return player.status().frames > 30; }));
+    CHECK(player.status().late_frames > 0);
+    CHECK(player.status().rays == 3000);
+    CHECK(player.status().response_length_s == player.status().full_response_length_s);
+    CHECK(reduction_text(player.status()).empty());
+    CHECK(player.status().heard_change == 0);
+}
 
 TEST_CASE("What plays live is changed without a click; a change that fails leaves it playing") {
     const JackServer server(256);

@@ -68,8 +68,9 @@ TEST_CASE("every key of a scene file arrives") {
             "memory_mb": 64, "direct": false, "specular_order": 0, "specular": false},
         "expect": {"T30": [1, null, {"anything": true}]}
     })");
-    const auto [scene, warnings, json] = aula::load_scene(file);
+    const auto [scene, warnings, rays_given, json] = aula::load_scene(file);
     CHECK(warnings.empty());
+    CHECK(rays_given);
 
     REQUIRE(scene.objects.size() == 2);
     const aula::Object& room = scene.objects[0];
