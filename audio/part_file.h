@@ -4,12 +4,12 @@
 
 namespace aula {
 
-/// A file that is written under a temporary name beside its own, which it gets in commit(); without
-/// commit() nothing is left behind.
+/// A file that is written under a random name beside its own, which it gets in commit(); without
+/// commit() nothing is left behind. It is created exclusively, never through a link.
 class PartFile {
  public:
-    /// Replaces what is there: of a symbolic link, what it points to. Throws std::system_error if
-    /// the place cannot be written to.
+    /// Replaces what is there, of a symbolic link what it points to, and keeps its permissions.
+    /// Throws std::system_error if the place cannot be written to.
     explicit PartFile(const std::filesystem::path& file);
     ~PartFile();
     PartFile(const PartFile&) = delete;
@@ -17,8 +17,8 @@ class PartFile {
 
     int descriptor() const { return descriptor_; }
 
-    /// Closes the file, which may be the first to learn of a full disk, and names it. Throws
-    /// std::system_error.
+    /// Has the file written to the disk, which may only now turn out to be full, and names it.
+    /// Throws std::system_error.
     void commit();
 
     /// Removes all that is being written, of any thread, for a program that ends at once; from then

@@ -17,6 +17,7 @@ struct ImportedMesh {
     std::vector<std::array<std::uint32_t, 3>> triangles;
     std::vector<std::uint32_t> triangle_materials;  ///< index into material_names
     std::vector<std::string> material_names;        ///< as the file calls them, each once
+    std::vector<std::filesystem::path> files;       ///< that were read
 };
 
 /// What a mesh file may hold at most.

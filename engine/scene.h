@@ -58,6 +58,7 @@ struct Object {
     std::vector<Vec3> vertices;
     std::vector<std::array<std::uint32_t, 3>> triangles;
     std::vector<std::uint32_t> triangle_materials;
+    std::vector<std::filesystem::path> files;  ///< that a mesh was read from
     Vec3 translation{0};
     std::optional<Path> path;
 

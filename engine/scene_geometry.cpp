@@ -181,6 +181,7 @@ Object read_mesh(const JsonReader& json, const std::filesystem::path& folder,
     Object object;
     object.vertices = std::move(mesh.vertices);
     object.triangles = std::move(mesh.triangles);
+    object.files = std::move(mesh.files);
     if (const auto single = json.find("material")) {
         for (const char* key : {"materials", "default_material"}) {
             if (const auto other = json.find(key)) {

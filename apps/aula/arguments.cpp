@@ -108,8 +108,9 @@ class Options {
 
     void parse(int argc, const char* const* argv) {
         for (int i = 1; i < argc; ++i)
-            if (std::string_view(argv[i]) == "--report=")
-                fail("--report", "", "the name of a file");
+            for (const char* const none : {"", "-"})
+                if (argv[i] == std::string("--report=") + none)
+                    fail("--report", none, "the name of a file");
         try {
             app_.parse(argc, argv);
         } catch (const CLI::ParseError& error) {
@@ -126,6 +127,7 @@ class Options {
     void path(const std::string& option, std::optional<std::filesystem::path>& out) {
         text(option, [option, &out](const std::string& value) {
             if (value.empty()) fail(option, value, "the name of a file");
+            if (value == "-") fail(option, value, "the name of a file; /dev/stdout or ./-");
             out = value;
         });
     }

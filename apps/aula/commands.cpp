@@ -9,6 +9,8 @@
 #include <numbers>
 
 #include "apps/aula/interrupt.h"
+#include "apps/aula/outputs.h"
+#include "apps/aula/terminal.h"
 #include "apps/session/signals.h"
 #include "audio/device.h"
 #include "engine/error.h"
@@ -207,7 +209,7 @@ std::vector<std::string> moved_outside(const Scene& before, const Scene& scene) 
 void warn(const std::vector<std::string>& warnings, bool quiet) {
     if (quiet) return;
     for (const std::string& warning : warnings)
-        std::fprintf(stderr, "aula: warning: %s\n", warning.c_str());
+        std::fprintf(stderr, "aula: warning: %s\n", printable(warning).c_str());
 }
 
 int interrupted_status() { return 128 + interrupt_signal(); }
@@ -227,6 +229,7 @@ void change_scene(Scene& scene, const Arguments& arguments) {
 Scene read_scene(const Arguments& arguments) {
     Scene scene = read_scene_file(arguments.scene, arguments).scene;
     change_scene(scene, arguments);
+    check_outputs(arguments, scene);
     return scene;
 }
 
@@ -296,7 +299,7 @@ int show_info(const Arguments& arguments) {
                     room.closed ? "" : " (the surface is not closed: of little meaning)");
     }
     for (const Source& source : scene.sources) {
-        print_point(("source " + source.name).c_str(), source.position_at(0));
+        print_point(printable("source " + source.name).c_str(), source.position_at(0));
         if (source.path) std::printf("%-16s%s\n", "", describe(*source.path).c_str());
     }
     print_point("listener", scene.listener.pose_at(0).position);
@@ -307,12 +310,13 @@ int show_info(const Arguments& arguments) {
     std::printf("%-16s%.2f %% of the rays get out%s\n", "leaks", 100 * room.leaks.share,
                 room.leaks.share == 0 ? ": tight" : "");
     for (const std::size_t place : room.leaks.outside)
-        std::printf("%-16s%s stands outside the room\n", "", who_is_at(scene, place).c_str());
+        std::printf("%-16s%s stands outside the room\n", "",
+                    printable(who_is_at(scene, place)).c_str());
     std::printf("\n");
     for (std::size_t m = 0; m < room.area_m2.size(); ++m) {
         if (room.area_m2[m] == 0) continue;
-        std::printf("%-24s%10.1f m2  %4.1f %%\n", scene.materials[m].name.c_str(), room.area_m2[m],
-                    100 * room.area_m2[m] / room.surface_m2);
+        std::printf("%-24s%10.1f m2  %4.1f %%\n", printable(scene.materials[m].name).c_str(),
+                    room.area_m2[m], 100 * room.area_m2[m] / room.surface_m2);
     }
     std::printf("\n");
     print_band_names();
@@ -350,7 +354,7 @@ int check_scene(const Arguments& arguments) {
     }
     std::size_t triangles = 0;
     for (const Object& object : scene.objects) triangles += object.triangles.size();
-    std::printf("%s: ok, %s, %s, %s\n", arguments.scene.c_str(),
+    std::printf("%s: ok, %s, %s, %s\n", printable(arguments.scene.string()).c_str(),
                 counted(triangles, "triangle").c_str(),
                 counted(scene.materials.size(), "material").c_str(),
                 counted(scene.sources.size(), "source").c_str());

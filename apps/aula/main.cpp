@@ -8,6 +8,7 @@
 #include "apps/aula/arguments.h"
 #include "apps/aula/commands.h"
 #include "apps/aula/interrupt.h"
+#include "apps/aula/terminal.h"
 #include "audio/error.h"
 #include "engine/error.h"
 
@@ -50,7 +51,7 @@ int run(const Arguments& arguments) {
 /// One line on standard error, whatever the message holds.
 int fail(std::string message, int status) {
     std::replace(message.begin(), message.end(), '\n', ' ');
-    std::fprintf(stderr, "aula: %s\n", message.c_str());
+    std::fprintf(stderr, "aula: %s\n", printable(message).c_str());
     return status;
 }
 

@@ -8,6 +8,7 @@
 
 #include "apps/aula/commands.h"
 #include "apps/aula/interrupt.h"
+#include "apps/aula/outputs.h"
 #include "apps/aula/terminal.h"
 #include "apps/aula/walker.h"
 #include "apps/session/formatted.h"
@@ -120,7 +121,7 @@ class DeviceNews {
  private:
     static void say(StatusLine& line, const std::string& text) {
         line.clear();
-        std::fprintf(stderr, "aula: warning: %s\n", text.c_str());
+        std::fprintf(stderr, "aula: warning: %s\n", printable(text).c_str());
     }
 
     std::string name_;
@@ -169,7 +170,7 @@ int play_in_terminal(const Arguments& arguments) {
         const KeyInput keys;
         const bool walks = keys.active() && !scene.listener.path;
         if (line.visible())
-            std::fprintf(stderr, "playing on %s; %s\n", player.device().name.c_str(),
+            std::fprintf(stderr, "playing on %s; %s\n", printable(player.device().name).c_str(),
                          walks ? kKeysText : "q or Ctrl-C ends");
         DeviceNews news(player);
         LoadNews load_news;
@@ -237,7 +238,10 @@ int play_in_window(const Arguments& arguments, const std::vector<std::filesystem
     options.load = [&](const std::filesystem::path& file) {
         return read_scene_file(file, arguments);
     };
-    options.change = [&](Scene& scene) { change_scene(scene, arguments); };
+    options.change = [&](Scene& scene) {
+        change_scene(scene, arguments);
+        check_outputs(arguments, scene);
+    };
     options.scenes = scenes;
     options.osc = arguments.osc;
     options.screenshot = arguments.screenshot;

@@ -5,6 +5,7 @@
 
 #include "apps/aula/commands.h"
 #include "apps/aula/interrupt.h"
+#include "apps/aula/outputs.h"
 #include "apps/aula/terminal.h"
 #include "apps/session/formatted.h"
 #include "apps/session/measurement_text.h"
@@ -12,7 +13,6 @@
 #include "apps/session/session.h"
 #include "audio/error.h"
 #include "audio/sound_file.h"
-#include "engine/error.h"
 
 namespace aula {
 
@@ -41,21 +41,6 @@ class ProgressBar {
     std::chrono::steady_clock::time_point next_;
 };
 
-/// OUT-NAME.wav where there are several sources; characters outside [A-Za-z0-9._-] become '_'.
-std::filesystem::path response_file(const std::filesystem::path& file, const Scene& scene,
-                                    std::size_t source) {
-    if (scene.sources.size() == 1) return file;
-    std::string name = scene.sources[source].name;
-    for (char& c : name) {
-        const bool letter = (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
-        const bool other = (c >= '0' && c <= '9') || c == '.' || c == '_' || c == '-';
-        if (!letter && !other) c = '_';
-    }
-    std::filesystem::path out = file;
-    out.replace_filename(file.stem().string() + "-" + name + file.extension().string());
-    return out;
-}
-
 void write_planar(WavWriter& writer, const std::vector<std::vector<float>>& channels) {
     std::vector<float> interleaved;
     for (std::size_t i = 0; i < channels[0].size(); ++i)
@@ -64,7 +49,7 @@ void write_planar(WavWriter& writer, const std::vector<std::vector<float>>& chan
 }
 
 void print(const std::string& text) {
-    if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0)
+    if (std::fputs(printable(text).c_str(), stdout) < 0 || std::fflush(stdout) != 0)
         throw AudioFailure("standard output: cannot write");
 }
 
@@ -74,7 +59,6 @@ class MeasurementFiles {
  public:
     MeasurementFiles(const Arguments& arguments, const Scene& scene) : arguments_(arguments) {
         const SessionOptions& session = arguments.session;
-        check_names_differ(scene);
         if (arguments.ir)
             for (std::size_t s = 0; s < scene.sources.size(); ++s)
                 responses_.push_back(std::make_unique<WavWriter>(
@@ -102,22 +86,6 @@ class MeasurementFiles {
     }
 
  private:
-    void check_names_differ(const Scene& scene) const {
-        std::vector<std::filesystem::path> files;
-        if (arguments_.ir)
-            for (std::size_t s = 0; s < scene.sources.size(); ++s)
-                files.push_back(response_file(*arguments_.ir, scene, s));
-        if (arguments_.echogram) files.push_back(*arguments_.echogram);
-        if (arguments_.report_json) files.push_back(*arguments_.report_json);
-        for (std::size_t i = 0; i < files.size(); ++i)
-            for (std::size_t k = 0; k < i; ++k)
-                if (std::filesystem::absolute(files[i]).lexically_normal() ==
-                    std::filesystem::absolute(files[k]).lexically_normal())
-                    throw Error(files[i].string() +
-                                ": two results would be written there; expected a file for each "
-                                "(sources need names that differ in [A-Za-z0-9._-])");
-    }
-
     const Arguments& arguments_;
     std::vector<std::unique_ptr<WavWriter>> responses_;
     std::optional<OutputFile> echogram_;

@@ -7,6 +7,10 @@
 
 namespace aula {
 
+/// Text without control characters but line ends, which names in files may hold to change the
+/// terminal: those, and bytes that are not UTF-8, are shown as \x1b.
+std::string printable(const std::string& text);
+
 enum class Key { forward, back, left, right, turn_left, turn_right, help, quit };
 
 /// Single keys from standard input while alive, without echo; the terminal is as before

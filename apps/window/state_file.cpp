@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <stdexcept>
 #include <string>
 #include <type_traits>
 
+#include "apps/session/output_file.h"
 #include "apps/window/native_window.h"
 
 namespace aula {
@@ -61,10 +63,17 @@ WindowState read_state(const std::filesystem::path& file) {
 void write_state(const WindowState& state, const std::filesystem::path& file) {
     std::error_code none;
     std::filesystem::create_directories(file.parent_path(), none);
-    std::ofstream out(file);
+    std::string text;
     for_each_entry(state, [&](const char* name, const auto& entry) {
-        out << name << ' ' << static_cast<long>(entry) << '\n';
+        text += name + (' ' + std::to_string(static_cast<long>(entry))) + '\n';
     });
+    try {
+        OutputFile out(file);
+        out.write(text);
+        out.commit();
+    } catch (const std::runtime_error&) {
+        // The next window begins as the last one did.
+    }
 }
 
 }  // namespace aula

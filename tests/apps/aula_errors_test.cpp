@@ -275,6 +275,76 @@ TEST_CASE("The manual page has the options that --help lists, and no others") {
     CHECK(options_in(manual) == listed);
 }
 
+TEST_CASE("What is read is not written to, by no name and no link, nor is a file written twice") {
+    const TemporaryFolder folder;
+    folder.write("box.obj",
+                 "v 0 0 0\nv 9 0 0\nv 9 9 0\nv 0 9 0\nv 0 0 9\nv 9 0 9\nv 9 9 9\nv 0 9 9\n"
+                 "f 1 2 3 4\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 1 4 8 5\nf 2 3 7 6\n");
+    folder.write("voice.wav", read_file(AULA_SOURCE_DIR "/scenes/sounds/guitar.wav"));
+    const std::string scene = folder.write("room.json", R"({"aula": 1,
+        "geometry": [{"file": "box.obj", "material": "plaster"}],
+        "sources": [{"name": "a", "position": [1, 1, 1], "signal": "voice.wav"},
+                    {"name": "b", "position": [2, 1, 1]}],
+        "listener": {"position": [5, 5, 2]}})");
+    const std::filesystem::path path = folder.path();
+    std::filesystem::create_directory(path / "sub");
+    std::filesystem::create_hard_link(path / "voice.wav", path / "hard.wav");
+    std::filesystem::create_symlink("box.obj", path / "soft.csv");
+    std::filesystem::create_symlink("sub", path / "link");
+    folder.write("same-a.wav", "kept");
+    std::filesystem::create_hard_link(path / "same-a.wav", path / "same.csv");
+    const auto files = [&] {
+        std::string all;
+        for (const std::string& name : names_in(path))
+            if (!std::filesystem::is_directory(path / name)) all += read_file(path / name);
+        return all;
+    };
+    const std::string before = files();
+    const auto refused = [&](std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), scene);
+        arguments.insert(arguments.end(), {"--frames", "1", "--duration", "0.1"});
+        require_refused(folder, arguments, {"expected"});
+        CHECK(names_in(path / "sub").empty());
+        CHECK((files() == before));
+    };
+    const std::string in = path.string() + "/";
+    refused({"--offline", scene});
+    refused({"--offline", in + "sub/../room.json"});
+    refused({"--offline", in + "voice.wav"});
+    refused({"--offline", in + "hard.wav"});
+    refused({"--echogram", in + "box.obj"});
+    refused({"--echogram", in + "soft.csv"});
+    refused({"--report=" + scene});
+    // What is not there yet has one place, too.
+    refused({"--echogram", in + "new.csv", "--report=" + in + "sub/../new.csv"});
+    refused({"--echogram", in + "sub/new.csv", "--report=" + in + "link/new.csv"});
+    refused({"--ir", in + "same.wav", "--echogram", in + "same.csv"});
+    for (const std::string option : {"--offline", "--ir", "--echogram", "--screenshot"})
+        refused({option, "-"});
+    refused({"--report=-"});
+    // Files of other places and names are written.
+    const ProgramResult written = aula_with({scene, "--frames", "1", "--ir", in + "ir.wav",
+                                             "--echogram", in + "sub/new.csv"});
+    INFO(written.err);
+    CHECK(written.status == 0);
+    CHECK(names_in(path / "sub") == std::vector<std::string>{"new.csv"});
+    CHECK(std::filesystem::exists(path / "ir-b.wav"));
+}
+
+TEST_CASE("Names in files are printed without what would change the terminal") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write(
+        "room.json", R"({"aula": 1, "sources": [{"name": "a\u001b[31m", "position": [1, 1, 1]}],
+                         "listener": {"position": [5, 5, 2]}})");
+    for (const std::vector<std::string>& arguments :
+         {std::vector<std::string>{"info", scene}, {scene, "--report", "--frames", "1"},
+          {scene, "--report", "--source-position", "b=1,1,1"}}) {
+        const ProgramResult result = aula_with(arguments);
+        CHECK((result.out + result.err).find("\x1b") == std::string::npos);
+        CHECK((result.out + result.err).find("a\\x1b[31m") != std::string::npos);
+    }
+}
+
 TEST_CASE("A disk that is full is said so, with status 1") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kFreeField);

@@ -1,0 +1,86 @@
+#include "apps/aula/outputs.h"
+
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "engine/error.h"
+
+namespace aula {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Whether two names are of one file, which need not be there yet.
+bool same_file(const fs::path& a, const fs::path& b) {
+    std::error_code error;
+    // By device and inode.
+    if (fs::equivalent(a, b, error)) return true;
+    if (fs::exists(a, error) || fs::exists(b, error)) return false;
+    const fs::path first = fs::weakly_canonical(a, error);
+    if (error) return false;
+    const fs::path second = fs::weakly_canonical(b, error);
+    return !error && first == second;
+}
+
+/// Devices and pipes are written as they go, and may be written twice.
+bool is_replaced(const fs::path& file) {
+    std::error_code error;
+    return !fs::exists(file, error) || fs::is_regular_file(file, error);
+}
+
+std::vector<fs::path> outputs_of(const Arguments& arguments, const Scene& scene) {
+    std::vector<fs::path> files;
+    if (!arguments.offline.empty()) files.push_back(arguments.offline);
+    if (arguments.ir)
+        for (std::size_t s = 0; s < scene.sources.size(); ++s)
+            files.push_back(response_file(*arguments.ir, scene, s));
+    for (const auto& file : {arguments.echogram, arguments.report_json, arguments.screenshot})
+        if (file) files.push_back(*file);
+    return files;
+}
+
+std::vector<fs::path> inputs_of(const Arguments& arguments, const Scene& scene) {
+    std::vector<fs::path> files{arguments.scene};
+    for (const Object& object : scene.objects)
+        files.insert(files.end(), object.files.begin(), object.files.end());
+    for (const Source& source : scene.sources)
+        if (source.signal == Source::Signal::file) files.push_back(source.signal_file);
+    if (!arguments.session.hrtf.empty()) files.push_back(arguments.session.hrtf);
+    return files;
+}
+
+}  // namespace
+
+fs::path response_file(const fs::path& file, const Scene& scene, std::size_t source) {
+    if (scene.sources.size() == 1) return file;
+    std::string name = scene.sources[source].name;
+    for (char& c : name) {
+        const bool letter = (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
+        const bool other = (c >= '0' && c <= '9') || c == '.' || c == '_' || c == '-';
+        if (!letter && !other) c = '_';
+    }
+    fs::path out = file;
+    out.replace_filename(file.stem().string() + "-" + name + file.extension().string());
+    return out;
+}
+
+void check_outputs(const Arguments& arguments, const Scene& scene) {
+    const std::vector<fs::path> outputs = outputs_of(arguments, scene);
+    const std::vector<fs::path> inputs = inputs_of(arguments, scene);
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
+        if (!is_replaced(outputs[i])) continue;
+        for (const fs::path& input : inputs)
+            if (same_file(outputs[i], input))
+                throw Error(outputs[i].string() + ": would replace " + input.string() +
+                            ", which is read; expected the name of another file");
+        for (std::size_t k = 0; k < i; ++k)
+            if (same_file(outputs[i], outputs[k]))
+                throw Error(outputs[i].string() +
+                            ": two results would be written there; expected a file for each "
+                            "(sources need names that differ in [A-Za-z0-9._-])");
+    }
+}
+
+}  // namespace aula
