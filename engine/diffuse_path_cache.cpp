@@ -111,7 +111,10 @@ void DiffusePathCache::add_frame(std::span<const Arrival> arrivals, int rays) {
     s.expire();
     for (const Arrival& arrival : arrivals) {
         const auto [entry, added] = s.entries.try_emplace(arrival.path);
-        if (added) entry.value().inserted_frame = s.frame;
+        if (added) {
+            entry.value().inserted_frame = s.frame;
+            entry.value().sequence = arrival.sequence;
+        }
         change(entry.value(), arrival, 1);
     }
     if (s.readout == Readout::windowed) {
@@ -129,9 +132,10 @@ void DiffusePathCache::add_frame(std::span<const Arrival> arrivals, int rays) {
     ++s.frame;
 }
 
-void DiffusePathCache::add_to(EnergyResponse& response) const {
+void DiffusePathCache::add_to(const SpecularPaths& images, EnergyResponse& response) const {
     const State& s = *state_;
     for (const auto& [path, entry] : s.entries) {
+        if (images.is_candidate(entry.sequence)) continue;
         const std::int64_t emitted =
             s.readout == Readout::windowed ? s.emitted_in_window : entry.emitted_count;
         // Eq. 3.3: the mean length gives the delay.

@@ -27,6 +27,7 @@ class DiffusePathCache {
         std::int64_t length_sum = 0;                           ///< r-hat, in 2^-20 m
         std::array<std::int64_t, 3> direction_sum{};  ///< energy of all bands times direction
         std::int64_t inserted_frame = 0;
+        std::uint64_t sequence = 0;  ///< of planes, see Arrival
     };
 
     /// `window_frames` >= 1 is F, the lifetime of an entry or the length of the window. What does
@@ -39,8 +40,8 @@ class DiffusePathCache {
     /// number of rays that the source emitted in this frame.
     void add_frame(std::span<const Arrival> arrivals, int rays);
 
-    /// Adds every entry as a delayed impulse to a response.
-    void add_to(EnergyResponse& response) const;
+    /// Adds every entry that no image source counts as a delayed impulse to a response.
+    void add_to(const SpecularPaths& images, EnergyResponse& response) const;
 
     std::size_t size() const;
     std::size_t memory_bytes() const;

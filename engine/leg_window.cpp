@@ -1,5 +1,6 @@
 #include "engine/leg_window.h"
 
+#include "engine/detection_spheres.h"
 #include "engine/multiversion.h"
 #include "engine/transmission.h"
 
@@ -9,13 +10,15 @@ namespace {
 
 /// Numbers of the legs on straight lines that cross a receiver's sphere, most of which it hears.
 AULA_MULTIVERSION
-void find_near(const std::vector<LegLanes>& legs, const Receiver& receiver,
+void find_near(const std::vector<LegLanes>& legs, const Receiver& receiver, float wave_front_1_m2,
                std::vector<std::uint32_t>& near) {
     const Vec3 centre = receiver.position;
     const float radius_2 = receiver.radius_m * receiver.radius_m;
     for (std::size_t block = 0; block < legs.size(); ++block) {
         const auto& [ox, oy, oz] = legs[block].origin;
         const auto& [dx, dy, dz] = legs[block].direction;
+        const LegLanes::Lanes& before_m = legs[block].before_m;
+        const LegLanes::Lanes& growth = legs[block].growth;
         std::array<std::int32_t, LegLanes::kCount> crosses;
         std::int32_t any = 0;
         for (std::size_t i = 0; i < LegLanes::kCount; ++i) {
@@ -23,7 +26,9 @@ void find_near(const std::vector<LegLanes>& legs, const Receiver& receiver,
             const float y = centre.y - oy[i];
             const float z = centre.z - oz[i];
             const float along = x * dx[i] + y * dy[i] + z * dz[i];
-            crosses[i] = x * x + y * y + z * z - along * along < radius_2 ? 1 : 0;
+            const float sphere_2 =
+                radius_2 * sphere_growth(growth[i], before_m[i], wave_front_1_m2);
+            crosses[i] = x * x + y * y + z * z - along * along < sphere_2 ? 1 : 0;
             any |= crosses[i];
         }
         if (any == 0) continue;
@@ -44,12 +49,13 @@ void LegLanes::set(std::size_t lane, const Leg& leg) {
     }
     length_m[lane] = leg.length_m;
     before_m[lane] = leg.before_m;
+    growth[lane] = leg.growth;
 }
 
 Leg LegLanes::at(std::size_t lane) const {
     return {Vec3(origin[0][lane], origin[1][lane], origin[2][lane]),
             Vec3(direction[0][lane], direction[1][lane], direction[2][lane]), length_m[lane],
-            before_m[lane]};
+            before_m[lane], growth[lane]};
 }
 
 void LegWindow::advance(const State& now) {
@@ -100,25 +106,26 @@ bool LegWindow::settled() const {
     return frames_.empty() || now_.moved_m(frames_.front().state) == 0;
 }
 
-void LegWindow::add_to(const RayScene& scene, const Receiver& receiver, double scale,
-                       EnergyResponse& response) const {
-    const double speed_m_s{response.speed_of_sound_m_s};
+void LegWindow::add_to(const RayScene& scene, const Receiver& receiver, bool only_present,
+                       std::uint64_t rays, SpecularSum& sum) const {
+    const float wave_front_1_m2 =
+        wave_front_growth_1_m2(static_cast<double>(rays), receiver.radius_m);
     std::vector<std::uint32_t> near;
     for (const Frame& frame : frames_) {
+        if (only_present && frame.state.frame != now_.frame) continue;
+        sum.add_rays(frame.rays);
         near.clear();
-        find_near(frame.legs, receiver, near);
+        find_near(frame.legs, receiver, wave_front_1_m2, near);
         for (const std::uint32_t i : near) {
             const Leg leg = frame.legs[i / LegLanes::kCount].at(i % LegLanes::kCount);
-            const auto chord = receiver.chord(scene, leg.origin, leg.direction, leg.length_m);
+            const float growth = sphere_growth(leg.growth, leg.before_m, wave_front_1_m2);
+            const auto chord = receiver.chord(scene, leg.origin, leg.direction, leg.length_m,
+                                              Receiver::sphere_of(growth));
             if (!chord) continue;
-            const std::size_t bin =
-                response.bins.index(double{leg.before_m + chord->middle_m} / speed_m_s);
-            if (bin >= response.bins.count()) continue;
             const LegSound& sound = frame.sounds[i];
-            const Bands energy = sound.energy * transmission(attenuation_per_m_, chord->middle_m) *
-                                 (chord->share_1_m2 * static_cast<float>(scale));
-            response.energy[bin] += energy;
-            response.direction[bin] += energy.sum() * sound.from;
+            const Bands energy =
+                sound.energy * transmission(attenuation_per_m_, chord->at_m) * chord->share_1_m2;
+            sum.add(sound, energy, leg.before_m + chord->at_m);
         }
     }
 }

@@ -9,6 +9,7 @@
 #include "engine/energy_response.h"
 #include "engine/patch_cache.h"
 #include "engine/path_tracer.h"
+#include "engine/specular_sum.h"
 
 namespace aula {
 
@@ -21,6 +22,7 @@ struct LegLanes {
     std::array<Lanes, 3> direction{};  ///< [axis]
     Lanes length_m{};
     Lanes before_m{};
+    Lanes growth{};
 
     void set(std::size_t lane, const Leg& leg);
     Leg at(std::size_t lane) const;
@@ -60,9 +62,10 @@ class LegWindow {
     /// Rays of the frames held.
     std::uint64_t rays() const { return rays_; }
 
-    /// Adds `scale` times what a receiver's sphere hears of the legs, each at its own delay.
-    void add_to(const RayScene& scene, const Receiver& receiver, double scale,
-                EnergyResponse& response) const;
+    /// Adds what a receiver detects of the frames' legs, or only of the present frame's. `rays` is
+    /// the number that decides how far detection spheres grow.
+    void add_to(const RayScene& scene, const Receiver& receiver, bool only_present,
+                std::uint64_t rays, SpecularSum& sum) const;
 
     std::size_t memory_bytes() const { return bytes_; }
 

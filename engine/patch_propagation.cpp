@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "engine/detection_spheres.h"
 #include "engine/sampling.h"
 #include "engine/stopwatch.h"
 
@@ -36,11 +37,13 @@ enum class SeedPurpose : std::uint64_t { grid = 2, gather = 4 };
 
 }  // namespace
 
-PatchPropagation::PatchPropagation(const RayScene& scene, const Simulation& simulation,
-                                   const TraceSettings& trace, const TimeBins& bins,
-                                   std::span<const Vec3> inside, std::size_t source_count,
-                                   std::size_t listener_count, WorkerPool& workers)
+PatchPropagation::PatchPropagation(const RayScene& scene, const SpecularPaths& images,
+                                   const Simulation& simulation, const TraceSettings& trace,
+                                   const TimeBins& bins, std::span<const Vec3> inside,
+                                   std::size_t source_count, std::size_t listener_count,
+                                   WorkerPool& workers)
     : scene_(scene),
+      images_(images),
       workers_(workers),
       bins_(bins),
       window_frames_(simulation.window_frames()),
@@ -55,7 +58,7 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const Simulation& simu
                                static_cast<double>(
                                    source_count * PatchCache::row_bytes(bins.count(), false) +
                                    listener_count * PatchCache::row_bytes(bins.count(), true)))),
-      tracer_(scene, grid_, bins_, trace) {
+      tracer_(scene, grid_, bins_, images, trace) {
     if (simulation.specular || simulation.order > 0) {
         mirrors_ = std::any_of(scene.triangles().begin(), scene.triangles().end(),
                                [&](const RayScene::Triangle& t) {
@@ -105,7 +108,9 @@ void PatchPropagation::restart() {
     EnergyResponse empty;
     empty.bins = bins_;
     empty.speed_of_sound_m_s = speed_of_sound_m_s_;
-    pairs_.assign(pairs, {false, false, 0, 0, empty});
+    empty.energy.resize(bins_.count());
+    empty.direction.resize(bins_.count());
+    pairs_.assign(pairs, {.mean = empty, .newest = empty, .specular = SpecularSum(empty)});
 }
 
 Emitter PatchPropagation::emitter(std::size_t id, const FrameInput& input) const {
@@ -180,6 +185,7 @@ void PatchPropagation::update(const std::vector<int>& batches) {
         const std::span<TraceBatch> traced =
             std::span(batches_[id]).first(static_cast<std::size_t>(batches[id]));
         const int rays = tracer_.rays_of(batches[id]);
+        size_spheres(traced);
         legs_[id].add(traced, rays);
         if (!caches_[id].complete()) caches_[id].add_frame(rays, grid_.size(), traced, workers_);
     }
@@ -249,7 +255,6 @@ void PatchPropagation::gather(const PropagationFrame& frame, const std::vector<c
         EnergyResponse& newest = pairs_[i].newest;
         newest.energy.assign(bins_.count(), Bands{});
         newest.direction.assign(bins_.count(), Vec3(0));
-        add_legs(i, newest);
     }
     const GatherPlan plan = plan_gather(wanted, emitted());
     for (std::size_t id = 0; id < emitter_count(); ++id) {
@@ -267,28 +272,22 @@ void PatchPropagation::gather(const PropagationFrame& frame, const std::vector<c
     }
 }
 
-/// Adds what ends in mirrors and no gather finds, of the rays of both ends.
-void PatchPropagation::add_legs(std::size_t i, EnergyResponse& response) const {
-    const std::size_t source = i / listener_count_;
-    const std::size_t listener = source_count_ + i % listener_count_;
-    const std::uint64_t rays = legs_[source].rays() + legs_[listener].rays();
-    if (rays == 0) return;
-    const double scale = 1 / static_cast<double>(rays);
-    legs_[source].add_to(scene_, receivers_[listener], scale, response);
-    legs_[listener].add_to(scene_, receivers_[source], scale, response);
+/// True if the windows of legs hold nothing from before a change.
+bool PatchPropagation::legs_settled(std::size_t i) const {
+    return legs_[i / listener_count_].settled() &&
+           legs_[source_count_ + i % listener_count_].settled();
 }
 
 /// True if caches and windows hold nothing from before a change.
 bool PatchPropagation::settled(std::size_t i) const {
-    const std::size_t source = i / listener_count_;
-    const std::size_t listener = source_count_ + i % listener_count_;
-    return caches_[source].settled() && caches_[listener].settled() && legs_[source].settled() &&
-           legs_[listener].settled();
+    return caches_[i / listener_count_].settled() &&
+           caches_[source_count_ + i % listener_count_].settled() && legs_settled(i);
 }
 
-/// Makes a response the mean of those since the last change, each with the weight of its rays: an
-/// early one knows less. Each alone is right in the mean, so all together are.
-void PatchPropagation::take_in(std::size_t i, EnergyResponse& response) {
+/// Takes what has been gathered into the mean of all frames since the last change, each with the
+/// weight of its rays: an early one knows less. Each alone is right in the mean, so all together
+/// are.
+void PatchPropagation::take_in(std::size_t i) {
     Pair& pair = pairs_[i];
     const auto rays = static_cast<double>(caches_[i / listener_count_].emitted() +
                                           caches_[source_count_ + i % listener_count_].emitted());
@@ -297,20 +296,42 @@ void PatchPropagation::take_in(std::size_t i, EnergyResponse& response) {
     if (!continues) {
         pair.frames = 0;
         pair.weight = rays;
-        std::swap(response.energy, pair.newest.energy);
-        std::swap(response.direction, pair.newest.direction);
+        std::swap(pair.mean, pair.newest);
     } else {
         pair.weight += rays;
         const auto part = static_cast<float>(rays / pair.weight);
         for (std::size_t k = 0; k < bins_.count(); ++k) {
             for (std::size_t b = 0; b < kBandCount; ++b) {
-                float& mean = response.energy[k][b];
+                float& mean = pair.mean.energy[k][b];
                 mean += part * (pair.newest.energy[k][b] - mean);
             }
-            response.direction[k] += part * (pair.newest.direction[k] - response.direction[k]);
+            pair.mean.direction[k] += part * (pair.newest.direction[k] - pair.mean.direction[k]);
         }
     }
     ++pair.frames;
+}
+
+/// Brings up to date what a pair detects of legs, of the rays of both ends.
+void PatchPropagation::detect_legs(std::size_t i) {
+    Pair& pair = pairs_[i];
+    const std::size_t source = i / listener_count_;
+    const std::size_t listener = source_count_ + i % listener_count_;
+    // The legs of the present frame are added to those before, or all begin anew.
+    const bool continues = !pair.changed && pair.legs_settled && !pair.specular.full();
+    pair.legs_settled = legs_settled(i);
+    if (!continues) pair.specular.clear();
+    const std::uint64_t rays =
+        std::max(pair.specular.rays(), legs_[source].rays() + legs_[listener].rays());
+    legs_[source].add_to(scene_, receivers_[listener], continues, rays, pair.specular);
+    legs_[listener].add_to(scene_, receivers_[source], continues, rays, pair.specular);
+}
+
+/// The response of what is gathered and of the legs whose paths no image source counts now.
+void PatchPropagation::sum_up(std::size_t i, EnergyResponse& response) const {
+    const Pair& pair = pairs_[i];
+    response.energy = pair.mean.energy;
+    response.direction = pair.mean.direction;
+    if (mirrors_) pair.specular.add_to(images_, response);
 }
 
 void PatchPropagation::step(const PropagationFrame& frame, std::vector<EnergyResponse>& responses,
@@ -326,9 +347,11 @@ void PatchPropagation::step(const PropagationFrame& frame, std::vector<EnergyRes
 
     const std::vector<char> wanted = pairs_to_gather(frame.number);
     gather(frame, wanted, statistics);
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
-        if (wanted[i]) take_in(i, responses[i]);
-    }
+    workers_.run(pairs_.size(), [&](std::size_t i) {
+        if (wanted[i]) take_in(i);
+        if (mirrors_) detect_legs(i);
+        if (wanted[i] || mirrors_) sum_up(i, responses[i]);
+    });
     statistics.gather_s += watch.lap_s();
 
     for (const PatchCache& cache : caches_) {

@@ -13,6 +13,8 @@
 #include "engine/patch_grid.h"
 #include "engine/path_tracer.h"
 #include "engine/propagation.h"
+#include "engine/specular_paths.h"
+#include "engine/specular_sum.h"
 
 namespace aula {
 
@@ -27,15 +29,17 @@ struct PropagationFrame {
 /// The estimator `patch`. Every source and every listener has a cache of what the patches radiate
 /// of its rays; rays are sent from the ends that serve best (plan_emission), and gathered at the
 /// other end. Where the caches of both ends hold rays, each answers with a share in proportion to
-/// its rays, so that a change of end is never heard. While source, listener and scene stand, a
-/// response is the mean of all frames since, each with the weight of its rays. [propagation thread]
+/// its rays, so that a change of end is never heard. While source, listener and scene stand, what
+/// is gathered is the mean of all frames since, each with the weight of its rays. Purely specular
+/// paths that are no candidates of the image sources come from the rays' legs. [propagation thread]
 class PatchPropagation {
  public:
     /// `inside`: points in the space that sound can reach. Patches are as large as `simulation`
     /// says, or larger where memory asks for it.
-    PatchPropagation(const RayScene& scene, const Simulation& simulation,
-                     const TraceSettings& trace, const TimeBins& bins, std::span<const Vec3> inside,
-                     std::size_t source_count, std::size_t listener_count, WorkerPool& workers);
+    PatchPropagation(const RayScene& scene, const SpecularPaths& images,
+                     const Simulation& simulation, const TraceSettings& trace, const TimeBins& bins,
+                     std::span<const Vec3> inside, std::size_t source_count,
+                     std::size_t listener_count, WorkerPool& workers);
     PatchPropagation(const PatchPropagation&) = delete;
     PatchPropagation& operator=(const PatchPropagation&) = delete;
 
@@ -71,10 +75,13 @@ class PatchPropagation {
     struct Pair {
         bool changed = false;  ///< since the last frame
         bool settled =
-            false;          ///< what its response has been made of is all of this place and scene
-        int frames = 0;     ///< of the mean
-        double weight = 0;  ///< of the response's mean, in rays
-        EnergyResponse newest;  ///< of the present frame alone
+            false;            ///< what its response has been made of is all of this place and scene
+        int frames = 0;       ///< of the mean
+        double weight = 0;    ///< of the mean, in rays
+        EnergyResponse mean;  ///< of what is gathered
+        EnergyResponse newest;      ///< what is gathered in the present frame
+        bool legs_settled = false;  ///< all legs of the last frame were of this place and scene
+        SpecularSum specular;
     };
     /// What a pair hears from the cache of each end.
     struct Shares {
@@ -101,11 +108,14 @@ class PatchPropagation {
                 FrameStatistics& statistics);
     GatherSettings gather_settings(std::uint64_t frame) const;
     std::uint64_t gather_seed(const PropagationFrame& frame, std::size_t receiver) const;
-    void add_legs(std::size_t pair, EnergyResponse& response) const;
+    bool legs_settled(std::size_t pair) const;
     bool settled(std::size_t pair) const;
-    void take_in(std::size_t pair, EnergyResponse& response);
+    void take_in(std::size_t pair);
+    void detect_legs(std::size_t pair);
+    void sum_up(std::size_t pair, EnergyResponse& response) const;
 
     const RayScene& scene_;
+    const SpecularPaths& images_;
     WorkerPool& workers_;
     TimeBins bins_;
     int window_frames_;

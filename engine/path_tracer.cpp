@@ -37,12 +37,12 @@ static_assert(kLanes <= 256, "a deposit has eight bits for its ray");
 }  // namespace
 
 PathTracer::PathTracer(const RayScene& scene, const PatchSubdivision& subdivision,
-                       const TraceSettings& settings)
-    : scene_(scene), subdivision_(&subdivision), settings_(settings) {}
+                       const SpecularPaths& images, const TraceSettings& settings)
+    : scene_(scene), images_(images), subdivision_(&subdivision), settings_(settings) {}
 
 PathTracer::PathTracer(const RayScene& scene, const PatchGrid& grid, const TimeBins& bins,
-                       const TraceSettings& settings)
-    : scene_(scene), grid_(&grid), bins_(&bins), settings_(settings) {}
+                       const SpecularPaths& images, const TraceSettings& settings)
+    : scene_(scene), images_(images), grid_(&grid), bins_(&bins), settings_(settings) {}
 
 void PathTracer::trace(const Emitter& emitter, std::span<const Receiver> receivers,
                        std::uint64_t frame_seed, int batch, TraceBatch& out) const {
@@ -110,17 +110,15 @@ void PathTracer::trace_waves(const Emitter& emitter, std::span<const Receiver> r
         scene_.intersect(wave.rays, wave.count, wave.hits);
         sent(wave);
         out.segments += wave.count;
-        if (grid_) {
-            collect_legs(wave, order, emitter, out);
-        } else {
-            collect_arrivals(wave, order, emitter, receivers, out);
-        }
+        collect_legs(wave, order, emitter, out);
+        if (subdivision_) collect_arrivals(wave, order, emitter, receivers, out);
         if (settings_.order > 0 && order == settings_.order) break;
         for (std::size_t i = wave.count; i-- > 0;) {
             if (wave.hits.triangle[i] == kNoTriangle) wave.remove(i);
         }
 
         // Reflect at the hits; keep the paths that go on.
+        extend_sequences(wave, order, emitter);
         reflect(wave, out);
         for (std::size_t i = wave.count; i-- > 0;) {
             if (wave.ended[i] != 0) wave.remove(i);
@@ -167,29 +165,40 @@ void PathTracer::start(const Emitter& emitter, std::uint64_t frame_seed, int bat
         wave.diffuse[lane] = 0;
         wave.random[lane] = derive_seed(frame_seed, SeedPurpose::rays, emitter.id, i);
         wave.identifier[lane] = PathIdentifier::start(emitter.id);
+        wave.sequence[lane] = {};
     }
 }
 
-/// Takes what of the present segments is heard at receivers.
+/// Adds the planes that are hit to the sequences that image sources may count.
+void PathTracer::extend_sequences(PathWave& wave, int order, const Emitter& emitter) const {
+    if (order >= images_.order() || images_.listed_order() == images_.order()) return;
+    for (std::size_t i = 0; i < wave.count; ++i) {
+        if (wave.diffuse[i] != 0) continue;
+        const std::uint32_t plane = images_.plane_of_triangle(wave.hits.triangle[i]);
+        PlaneSequence& sequence = wave.sequence[i];
+        sequence =
+            emitter.listens ? sequence.then_from_listener(plane) : sequence.then_from_source(plane);
+    }
+}
+
+/// Takes what of the present segments of diffusely reflected paths is heard at receivers.
 void PathTracer::collect_arrivals(const PathWave& wave, int order, const Emitter& emitter,
                                   std::span<const Receiver> receivers, TraceBatch& out) const {
-    // The direct sound and the image sources' paths are found exactly, elsewhere.
-    const bool mirrors = settings_.specular && order > settings_.specular_order;
     if (order == 0) return;
     for (std::uint32_t r = 0; r < receivers.size(); ++r) {
         for (std::size_t i = 0; i < wave.count; ++i) {
-            if (wave.diffuse[i] == 0 && !mirrors) continue;
+            if (wave.diffuse[i] == 0) continue;
             const Vec3 direction = wave.rays.direction.at(i);
             const auto chord =
                 receivers[r].chord(scene_, wave.rays.origin.at(i), direction,
                                    std::min(wave.hits.distance_m[i], wave.rays.max_m[i]));
             if (!chord) continue;
             const Bands energy = wave.energy[i] *
-                                 transmission(settings_.attenuation_per_m, chord->middle_m) *
+                                 transmission(settings_.attenuation_per_m, chord->at_m) *
                                  chord->share_1_m2;
-            out.arrivals.push_back(
-                {wave.identifier[i].ended(r), r, wave.length_m[i] + chord->middle_m,
-                 emitter.listens ? out.departures[wave.ray[i]] : -direction, energy});
+            out.arrivals.push_back({wave.identifier[i].ended(r), r, wave.length_m[i] + chord->at_m,
+                                    emitter.listens ? out.departures[wave.ray[i]] : -direction,
+                                    energy});
         }
     }
 }
@@ -197,8 +206,10 @@ void PathTracer::collect_arrivals(const PathWave& wave, int order, const Emitter
 /// Takes the present segments of paths that no one else finds.
 void PathTracer::collect_legs(const PathWave& wave, int order, const Emitter& emitter,
                               TraceBatch& out) const {
-    const bool mirrors = settings_.specular && order > settings_.specular_order;
-    const bool limited = settings_.order > 0;
+    // The direct sound and the listed sequences are found exactly, elsewhere.
+    const bool mirrors = settings_.specular && order > images_.listed_order();
+    const bool limited = grid_ && settings_.order > 0;
+    const bool may_be_image = order <= images_.order();
     if (order == 0 || (!mirrors && !limited)) return;
     for (std::size_t i = 0; i < wave.count; ++i) {
         if (!(wave.diffuse[i] != 0 ? limited && wave.to_diffuse[i] == 0 : mirrors)) continue;
@@ -206,8 +217,10 @@ void PathTracer::collect_legs(const PathWave& wave, int order, const Emitter& em
         out.legs.push_back({wave.rays.origin.at(i), direction,
                             std::min(wave.hits.distance_m[i], wave.rays.max_m[i]),
                             wave.length_m[i]});
-        out.leg_sounds.push_back(
-            {wave.energy[i], emitter.listens ? out.departures[wave.ray[i]] : -direction});
+        out.leg_sounds.push_back({wave.energy[i],
+                                  emitter.listens ? out.departures[wave.ray[i]] : -direction,
+                                  may_be_image && wave.diffuse[i] == 0 ? wave.sequence[i].key : 0});
+        if (subdivision_) out.leg_paths.push_back(wave.identifier[i]);
     }
 }
 

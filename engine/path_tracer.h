@@ -13,6 +13,7 @@
 #include "engine/path_wave.h"
 #include "engine/ray_scene.h"
 #include "engine/receiver.h"
+#include "engine/specular_paths.h"
 #include "engine/time_bins.h"
 
 namespace aula {
@@ -32,6 +33,7 @@ struct Arrival {
     float length_m = 0;  ///< of the path, to the middle of the chord
     Vec3 direction{0};   ///< unit, from the listener to where sound comes from, at whichever end
     Bands energy;        ///< energy * chord / sphere volume, 1/m2, for a ray of energy 1
+    std::uint64_t sequence = 0;  ///< see LegSound
 };
 
 /// A leg of a path that no gather finds, on its way to whoever is there to hear it.
@@ -40,12 +42,16 @@ struct Leg {
     Vec3 direction{0};  ///< unit
     float length_m = 0;
     float before_m = 0;  ///< length of the path up to the leg
+    float growth = 0;    ///< of its detection sphere, see size_spheres()
 };
 
 /// What a leg sounds like.
 struct LegSound {
     Bands energy;  ///< where it begins, of a ray of energy 1
     Vec3 from{0};  ///< unit, from the listener to where sound comes from, at whichever end
+    /// PlaneSequence::key of a purely specular path that an image source may count, else 0. It is
+    /// heard while that sequence is no candidate.
+    std::uint64_t sequence = 0;
 };
 
 /// The way of a ray, to be looked at.
@@ -59,8 +65,9 @@ struct TraceBatch {
     std::vector<Arrival> arrivals;
     DepositParts deposits;
     std::vector<Leg> legs;
-    std::vector<LegSound> leg_sounds;  ///< [leg]
-    std::vector<Vec3> departures;      ///< [ray] the direction in which it left
+    std::vector<LegSound> leg_sounds;       ///< [leg]
+    std::vector<PathIdentifier> leg_paths;  ///< [leg] of a tracer with a subdivision
+    std::vector<Vec3> departures;           ///< [ray] the direction in which it left
     std::uint64_t segments = 0;
 
     void clear() {
@@ -68,16 +75,16 @@ struct TraceBatch {
         deposits.clear();
         legs.clear();
         leg_sounds.clear();
+        leg_paths.clear();
         departures.clear();
         segments = 0;
     }
 };
 
 struct TraceSettings {
-    int rays = 1000;         ///< of an emitter in a frame, at most
-    int order = 0;           ///< highest reflection order; 0: no limit
-    int specular_order = 3;  ///< purely specular paths up to here are left to the image sources
-    bool specular = true;    ///< false leaves out purely specular paths of every order
+    int rays = 1000;       ///< of an emitter in a frame, at most
+    int order = 0;         ///< highest reflection order; 0: no limit
+    bool specular = true;  ///< false leaves out purely specular paths of every order
     float max_length_m = 343;
     float speed_of_sound_m_s = 343.2F;
     Bands attenuation_per_m;
@@ -86,22 +93,25 @@ struct TraceSettings {
 
 /// Monte Carlo path tracing from an emitter: rays of energy 1 in every band, reflected diffusely or
 /// specularly by the scattering coefficient, until the response ends or unbiased roulette ends them
-/// below -80 dB. Const, so that several threads may trace batches at once. [propagation thread]
+/// below -80 dB. Const, so that several threads may trace batches at once. Purely specular paths
+/// of the orders of which `images` tries every sequence are left to it; those of its higher orders
+/// carry their sequence, for the reader to leave out what it counts. [propagation thread]
 class PathTracer {
  public:
     /// Rays of a batch; batches do not depend on threads, so neither do results.
     static constexpr int kBatchRays = static_cast<int>(kLanes);
 
-    /// Collects arrivals at receivers, each with its path identifier.
+    /// Collects arrivals at receivers of paths that were reflected diffusely, and the legs of all
+    /// others, each with its path identifier.
     PathTracer(const RayScene& scene, const PatchSubdivision& subdivision,
-               const TraceSettings& settings);
+               const SpecularPaths& images, const TraceSettings& settings);
 
     /// Collects deposits on the cells of a grid, and the legs of paths that no gather finds: the
     /// purely specular ones and, where the order has a limit, all that end in a mirror. (A patch
     /// does not know the order of what it radiates, so that a gather ray cannot tell whether it may
     /// go on.) Receivers are not asked for.
     PathTracer(const RayScene& scene, const PatchGrid& grid, const TimeBins& bins,
-               const TraceSettings& settings);
+               const SpecularPaths& images, const TraceSettings& settings);
 
     /// Other rays of an emitter from the next frame on.
     void set_rays(int rays) { settings_.rays = rays; }
@@ -128,6 +138,7 @@ class PathTracer {
                      std::uint64_t frame_seed, int batch, TraceBatch& out, const Sent& sent) const;
     void start(const Emitter& emitter, std::uint64_t frame_seed, int batch, PathWave& wave,
                TraceBatch& out) const;
+    void extend_sequences(PathWave& wave, int order, const Emitter& emitter) const;
     void collect_arrivals(const PathWave& wave, int order, const Emitter& emitter,
                           std::span<const Receiver> receivers, TraceBatch& out) const;
     void collect_legs(const PathWave& wave, int order, const Emitter& emitter,
@@ -136,6 +147,7 @@ class PathTracer {
     void deposit(const PathWave& wave, TraceBatch& out) const;
 
     const RayScene& scene_;
+    const SpecularPaths& images_;
     const PatchSubdivision* subdivision_ = nullptr;
     const PatchGrid* grid_ = nullptr;
     const TimeBins* bins_ = nullptr;

@@ -6,6 +6,7 @@
 
 #include "engine/bands.h"
 #include "engine/path_identifier.h"
+#include "engine/plane_sequence.h"
 #include "engine/ray_scene.h"
 
 namespace aula {
@@ -27,6 +28,7 @@ struct PathWave {
     alignas(64) std::array<std::uint64_t, kLanes> random{};   ///< state of each path's generator
     alignas(64) std::array<std::uint32_t, kLanes> diffuse{};  ///< 1 after a diffuse reflection
     std::array<PathIdentifier, kLanes> identifier{};
+    std::array<PlaneSequence, kLanes> sequence{};  ///< up to the image sources' order
 
     // Their hits.
     HitLanes hits;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <thread>
 
+#include "engine/detection_spheres.h"
 #include "engine/diffuse_path_cache.h"
 #include "engine/error.h"
 #include "engine/off_surface.h"
@@ -43,10 +44,12 @@ std::vector<Vec3> places(const Scene& scene) {
     return points;
 }
 
-/// Adds the arrivals of a frame, each at its own delay, over its rays.
-void add_arrivals(std::span<const Arrival> arrivals, int rays, EnergyResponse& response) {
+/// Adds the arrivals of a frame that no image source counts, each at its own delay, over its rays.
+void add_arrivals(std::span<const Arrival> arrivals, int rays, const SpecularPaths& images,
+                  EnergyResponse& response) {
     const float scale = 1 / static_cast<float>(rays);
     for (const Arrival& arrival : arrivals) {
+        if (images.is_candidate(arrival.sequence)) continue;
         const std::size_t bin =
             response.bins.index(double{arrival.length_m} / double{response.speed_of_sound_m_s});
         if (bin >= response.bins.count()) continue;
@@ -113,22 +116,22 @@ struct Propagation::State {
           workers(settings.threads.value_or(default_threads())),
           inside(places(scene)),
           bins(response_length_s()),
-          specular(rays, image_source_order(), derive_seed(settings.seed, SeedPurpose::specular)),
+          specular(rays, image_source_order(), settings.listener_radius_m,
+                   derive_seed(settings.seed, SeedPurpose::specular)),
           seed(settings.seed) {
         TraceSettings trace;
         trace.rays = simulation.rays;
         trace.order = simulation.order;
-        trace.specular_order = simulation.specular_order;
         trace.specular = simulation.specular;
         trace.max_length_m = static_cast<float>(bins.length_s()) * speed_of_sound_m_s;
         trace.speed_of_sound_m_s = speed_of_sound_m_s;
         trace.attenuation_per_m = attenuation_per_m;
         if (simulation.estimator == Estimator::patch) {
-            patches.emplace(rays, simulation, trace, bins, inside, scene.sources.size(),
+            patches.emplace(rays, specular, simulation, trace, bins, inside, scene.sources.size(),
                             listener_count, workers);
         } else {
             subdivision.emplace(rays, simulation.patch_size_m);
-            tracer.emplace(rays, *subdivision, trace);
+            tracer.emplace(rays, *subdivision, specular, trace);
             batches.resize(scene.sources.size());
             for (auto& of_source : batches) {
                 of_source.resize(static_cast<std::size_t>(tracer->batch_count()));
@@ -161,6 +164,7 @@ struct Propagation::State {
     void restart() {
         const std::size_t pairs = scene.sources.size() * listener_count;
         frame = 0;
+        specular.restart(derive_seed(seed, SeedPurpose::specular));
         path_caches.clear();
         responses.assign(pairs, EnergyResponse{});
         for (EnergyResponse& response : responses) {
@@ -216,6 +220,11 @@ struct Propagation::State {
             tracer->trace({s, f.input.sources[s]}, receivers, f.seed, static_cast<int>(b),
                           batches[s][b]);
         });
+        for (std::vector<TraceBatch>& of_source : batches) size_spheres(of_source);
+        workers.run(batches.size() * batch_count, [&](std::size_t job) {
+            collect_leg_arrivals(rays, receivers, attenuation_per_m, simulation.rays,
+                                 batches[job / batch_count][job % batch_count]);
+        });
         statistics.trace_s += watch.lap_s();
         for (std::size_t s = 0; s < batches.size(); ++s) {
             std::vector<std::vector<Arrival>> at(listener_count);
@@ -232,11 +241,11 @@ struct Propagation::State {
                 std::fill(response.direction.begin(), response.direction.end(), Vec3(0));
                 if (!path_caches.empty()) {
                     path_caches[pair].add_frame(at[l], simulation.rays);
-                    path_caches[pair].add_to(response);
+                    path_caches[pair].add_to(specular, response);
                     statistics.cache_entries += path_caches[pair].size();
                     statistics.memory_bytes += path_caches[pair].memory_bytes();
                 } else {
-                    add_arrivals(at[l], simulation.rays, response);
+                    add_arrivals(at[l], simulation.rays, specular, response);
                     statistics.memory_bytes += at[l].capacity() * sizeof(Arrival);
                 }
             }
@@ -245,7 +254,6 @@ struct Propagation::State {
     }
 
     void find_specular(const FrameInput& input) {
-        for (const Vec3& listener : input.listeners) specular.discover(listener, frame);
         workers.run(responses.size(), [&](std::size_t pair) {
             responses[pair].paths = specular.find(input.sources[pair / listener_count],
                                                   input.listeners[pair % listener_count],
@@ -277,6 +285,11 @@ void Propagation::step(const FrameInput& given) {
     }
     const FrameInput input = s.off_surfaces(given);
 
+    // Which paths are left to image sources is decided before the rays' are read.
+    Stopwatch watch;
+    for (const Vec3& listener : input.listeners) s.specular.discover(listener, s.frame);
+    s.statistics.specular_s += watch.lap_s();
+
     // Trace rays and bring the responses up to date.
     const PropagationFrame frame = s.frame_of(input, s.frame);
     if (s.patches) {
@@ -284,9 +297,9 @@ void Propagation::step(const FrameInput& given) {
     } else {
         s.propagate_paths(frame);
     }
-    Stopwatch watch;
+    watch.lap_s();
     s.find_specular(input);
-    s.statistics.specular_s = watch.lap_s();
+    s.statistics.specular_s += watch.lap_s();
     ++s.frame;
 }
 

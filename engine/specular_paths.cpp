@@ -8,6 +8,7 @@
 #include <tuple>
 #include <utility>
 
+#include "engine/plane_sequence.h"
 #include "engine/sampling.h"
 
 namespace aula {
@@ -42,6 +43,8 @@ Bands spread_over(double length_m, const Bands& attenuation_per_m) {
     return energy;
 }
 
+double largest(const Point& p) { return std::max({p.x, p.y, p.z}); }
+
 Bands mirrored_share(const Material& material) {
     return complement(material.absorption) * complement(material.scattering);
 }
@@ -55,15 +58,29 @@ Vec3 unit_or_front(const Point& p) {
 
 /// What path_along() needs for each plane of a sequence.
 struct SpecularPaths::Workspace {
+    /// Set if rays along the sequence may cross the sphere of a listener or source: if the path is
+    /// valid or its reflection points lie beside the bounds of their planes by no more than what
+    /// the sphere covers there.
+    bool near = false;
     std::vector<Point> images;
     std::vector<Ray> looks;
     std::vector<Hit> hits;
 };
 
-SpecularPaths::SpecularPaths(const RayScene& scene, int order, std::uint64_t seed)
-    : scene_(scene), order_(static_cast<std::size_t>(order)), seed_(seed), planes_(scene) {
+SpecularPaths::SpecularPaths(const RayScene& scene, int order, float radius_m, std::uint64_t seed)
+    : scene_(scene),
+      order_(static_cast<std::size_t>(order)),
+      radius_m_(double{radius_m}),
+      seed_(seed),
+      planes_(scene) {
     assert(order >= 0);
     list_sequences();
+}
+
+void SpecularPaths::restart(std::uint64_t seed) {
+    seed_ = seed;
+    discovered_.clear();
+    frame_ = 0;
 }
 
 void SpecularPaths::scene_moved() {
@@ -102,13 +119,20 @@ void SpecularPaths::list_sequences() {
 }
 
 void SpecularPaths::discover(const Vec3& listener, std::uint64_t frame) {
-    ++discoveries_;
+    frame_ = frame;
     if (listed_order_ == order_) return;
     const ScrambledSobol sobol(derive_seed(seed_, frame));
     std::vector<Ray> rays(kChains);
     std::vector<Sequence> chains(kChains);
+    std::vector<PlaneSequence> keys(kChains);
+    RandomStream random(derive_seed(seed_, frame, 1));
     for (std::uint32_t i = 0; i < kChains; ++i) {
-        rays[i] = {.origin = listener, .direction = uniform_direction(sobol.point(i))};
+        // From all of the sphere: from its middle, sequences that are valid there would be met
+        // first, and those beside them be left to the rays as well.
+        const auto radius_m = static_cast<float>(radius_m_) * std::cbrt(random.uniform());
+        const Vec3 place = listener + radius_m * uniform_direction(random.uniform_2d());
+        rays[i] = {.origin = scene_.visible(listener, place) ? place : listener,
+                   .direction = uniform_direction(sobol.point(i))};
     }
     std::vector<Hit> hits;
     for (std::size_t bounce = 1; bounce <= order_ && !rays.empty(); ++bounce) {
@@ -122,33 +146,38 @@ void SpecularPaths::discover(const Vec3& listener, std::uint64_t frame) {
             if (plane == ScenePlanes::kNoPlane || mirrored_share(material).max() <= 0) continue;
             if (!chains[i].empty() && chains[i].back() == plane) continue;
             chains[i].push_back(plane);
-            if (bounce > listed_order_) discovered_.try_emplace(chains[i], discoveries_);
+            keys[i] = keys[i].then_from_listener(plane);
+            if (bounce > listed_order_) {
+                discovered_.try_emplace(keys[i].key, chains[i], frame_);
+            }
             const Vec3 direction = rays[i].direction;
             rays[alive] = {
                 .origin = scene_.point(hits[i], direction),
                 .direction = mirror(direction, scene_.facing_normal(hits[i], direction))};
             std::swap(chains[alive], chains[i]);
+            std::swap(keys[alive], keys[i]);
             ++alive;
         }
         rays.resize(alive);
         chains.resize(alive);
     }
-    forget_the_oldest();
+    evict();
 }
 
-/// Keeps the candidates that were valid last; of equally old ones the first sequences.
-void SpecularPaths::forget_the_oldest() {
+/// Keeps the candidates that are new or near to a path, then those that were most recently; of
+/// equal ones the lowest orders and the smallest keys, which have nothing to do with where source
+/// and listener are.
+void SpecularPaths::evict() {
     if (discovered_.size() <= kMostDiscovered) return;
-    std::vector<std::pair<std::uint64_t, const Sequence*>> by_age;
-    by_age.reserve(discovered_.size());
-    for (const auto& [sequence, state] : discovered_) {
-        by_age.emplace_back(state.last_valid.load(std::memory_order_relaxed), &sequence);
+    std::vector<std::tuple<std::uint64_t, std::size_t, std::uint64_t>> ranks;  // age, order, key
+    ranks.reserve(discovered_.size());
+    for (const auto& [key, candidate] : discovered_) {
+        const std::uint64_t last_frame = candidate.last_frame.load(std::memory_order_relaxed);
+        ranks.emplace_back(frame_ - std::min(last_frame, frame_), candidate.sequence.size(), key);
     }
-    const auto kept = by_age.begin() + kMostDiscovered;
-    std::nth_element(by_age.begin(), kept, by_age.end(), [](const auto& a, const auto& b) {
-        return a.first != b.first ? a.first > b.first : *a.second < *b.second;
-    });
-    for (auto i = kept; i != by_age.end(); ++i) discovered_.erase(discovered_.find(*i->second));
+    const auto kept = ranks.begin() + kMostDiscovered;
+    std::nth_element(ranks.begin(), kept, ranks.end());
+    for (auto i = kept; i != ranks.end(); ++i) discovered_.erase(std::get<2>(*i));
 }
 
 std::vector<SpecularPath> SpecularPaths::find(const Vec3& source, const Vec3& listener, bool direct,
@@ -169,11 +198,12 @@ std::vector<SpecularPath> SpecularPaths::find(const Vec3& source, const Vec3& li
             paths.push_back(*path);
         }
     }
-    for (const auto& [sequence, state] : discovered_) {
-        if (auto path = path_along(sequence, source, listener, attenuation_per_m, work)) {
-            state.last_valid.store(discoveries_, std::memory_order_relaxed);
+    for (const auto& [key, candidate] : discovered_) {
+        work.near = false;
+        if (auto path = path_along(candidate.sequence, source, listener, attenuation_per_m, work)) {
             paths.push_back(*path);
         }
+        if (work.near) candidate.last_frame.store(frame_ + 1, std::memory_order_relaxed);
     }
     std::sort(paths.begin(), paths.end(), [](const SpecularPath& a, const SpecularPath& b) {
         return std::tie(a.length_m, a.order, a.id) < std::tie(b.length_m, b.order, b.id);
@@ -202,17 +232,20 @@ std::optional<SpecularPath> SpecularPaths::path_along(const Sequence& sequence, 
     // Where the legs cross the planes, without casting a ray.
     work.looks.resize(sequence.size());
     Point from(listener);
+    bool inside = true;
     for (std::size_t k = 0; k < sequence.size(); ++k) {
         const ScenePlanes::Plane& plane = planes_[sequence[k]];
         const double here_m = plane.distance_m(from);
         const double image_m = plane.distance_m(work.images[k]);
         if (!(here_m * image_m < 0)) return std::nullopt;
         const Point at = from + (work.images[k] - from) * (here_m / (here_m - image_m));
-        for (int axis = 0; axis < 3; ++axis) {
-            if (at[axis] < double{plane.low[axis]} - kLook_m ||
-                at[axis] > double{plane.high[axis]} + kLook_m) {
-                return std::nullopt;
-            }
+        const double outside_m =
+            std::max(largest(Point(plane.low) - at), largest(at - Point(plane.high)));
+        if (outside_m > kLook_m) {
+            inside = false;
+            // A sphere that moves a reflection point by R across the path moves it by R / cos.
+            const double cosine = std::abs(here_m - image_m) / glm::distance(from, work.images[k]);
+            if (outside_m * cosine > radius_m_) return std::nullopt;
         }
         const Point outward = here_m > 0 ? plane.normal : -plane.normal;
         work.looks[k] = {.origin = Vec3(at + kLook_m * outward),
@@ -220,6 +253,8 @@ std::optional<SpecularPath> SpecularPaths::path_along(const Sequence& sequence, 
                          .max_m = static_cast<float>(2 * kLook_m)};
         from = at;
     }
+    work.near = true;
+    if (!inside) return std::nullopt;
 
     // A face of the plane must be there, on the side of the leg.
     work.hits.resize(sequence.size());
@@ -244,13 +279,13 @@ std::optional<SpecularPath> SpecularPaths::path_along(const Sequence& sequence, 
 
     const Point way = image - Point(listener);
     const double length_m = glm::length(way);
-    std::uint64_t id = 0;
-    for (const std::uint32_t plane : sequence) id = derive_seed(id, plane);
+    PlaneSequence planes;
+    for (const std::uint32_t plane : sequence) planes = planes.then_from_listener(plane);
     return SpecularPath{.order = static_cast<int>(sequence.size()),
                         .length_m = static_cast<float>(length_m),
                         .direction = unit_or_front(way),
                         .energy = energy * spread_over(length_m, attenuation_per_m),
-                        .id = id};
+                        .id = planes.key};
 }
 
 }  // namespace aula

@@ -16,7 +16,7 @@ constexpr int kRays = 1000;
 constexpr std::size_t kPlenty = 1'000'000'000;
 
 Arrival arrival(std::uint64_t path, float length_m, float energy) {
-    return {PathIdentifier{path, path}, 0, length_m, Vec3(0, 1, 0), Bands::filled(energy)};
+    return {PathIdentifier{path, path}, 0, length_m, Vec3(0, 1, 0), Bands::filled(energy), 0};
 }
 
 EnergyResponse empty_response() {
@@ -27,9 +27,15 @@ EnergyResponse empty_response() {
     return response;
 }
 
+void add_to(const DiffusePathCache& cache, EnergyResponse& response) {
+    static const RayScene open{Scene{}};
+    static const SpecularPaths no_images(open, 0, 0.5F, 1);
+    cache.add_to(no_images, response);
+}
+
 double read_energy(const DiffusePathCache& cache) {
     EnergyResponse response = empty_response();
-    cache.add_to(response);
+    add_to(cache, response);
     return response.total(0);
 }
 
@@ -114,7 +120,7 @@ TEST_CASE("an entry keeps the sums of Eq. 3.4 and reads out Eq. 3.2 and 3.3") {
     CHECK(entry->intensity_sum[3] ==
           DiffusePathCache::to_fixed(1) + DiffusePathCache::to_fixed(0.5F));
     EnergyResponse response = empty_response();
-    cache.add_to(response);
+    add_to(cache, response);
     const std::size_t bin = response.bins.index(11.0 / double{response.speed_of_sound_m_s});
     CHECK(response.energy[bin][0] == Approx(1.5 / kRays));
     CHECK(response.direction[bin].y == Approx(8 * 1.5 / kRays));

@@ -98,12 +98,12 @@ TEST_CASE("from a sphere's centre to its centre the lengths have the exact mean 
     const Scene scene = test::grey_room(sphere, 0, 1, Vec3(0), Vec3(0));
     const RayScene rays(scene);
     const PatchSubdivision subdivision(rays, 0.5F);
+    const SpecularPaths images(rays, 0, 0.5F, 1);
     TraceSettings settings;
     settings.rays = 400000;
-    settings.specular_order = 0;
     const auto moments = [&](int order) {
         settings.order = order;
-        const PathTracer tracer(rays, subdivision, settings);
+        const PathTracer tracer(rays, subdivision, images, settings);
         std::array<double, 4> m{};
         for (int b = 0; b < tracer.batch_count(); ++b) {
             TraceBatch batch;

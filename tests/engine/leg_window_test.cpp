@@ -18,8 +18,8 @@ constexpr std::size_t kMemory_bytes = 1 << 20;
 /// A leg from the origin along x, as of a path that was 3 m long.
 TraceBatch one_leg(float length_m = 100) {
     TraceBatch batch;
-    batch.legs.push_back({Vec3(0), Vec3(1, 0, 0), length_m, 3});
-    batch.leg_sounds.push_back({Bands::filled(0.5F), Vec3(-1, 0, 0)});
+    batch.legs.push_back({Vec3(0), Vec3(1, 0, 0), length_m, 3, 0});
+    batch.leg_sounds.push_back({Bands::filled(0.5F), Vec3(-1, 0, 0), 0});
     return batch;
 }
 
@@ -36,13 +36,22 @@ void run(LegWindow& legs, std::uint64_t first, std::uint64_t frames, float step_
     }
 }
 
+/// What is heard of the legs of one ray, `scale` times.
 EnergyResponse heard(const LegWindow& legs, const Vec3& at, double scale) {
-    const RayScene open{Scene{}};
+    static const RayScene open{Scene{}};
     EnergyResponse response;
     response.bins = TimeBins(0.2);
     response.energy.resize(response.bins.count());
     response.direction.resize(response.bins.count());
-    legs.add_to(open, {at, kRadius_m, 1}, scale, response);
+    SpecularSum sum(response);
+    legs.add_to(open, {at, kRadius_m}, false, legs.rays(), sum);
+    sum.add_to(SpecularPaths(open, 0, 0.5F, 1), response);
+    for (Bands& energy : response.energy) {
+        energy *= static_cast<float>(scale * static_cast<double>(sum.rays()));
+    }
+    for (Vec3& direction : response.direction) {
+        direction *= static_cast<float>(scale * static_cast<double>(sum.rays()));
+    }
     return response;
 }
 

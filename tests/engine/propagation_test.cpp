@@ -33,7 +33,8 @@ TEST_CASE("with tau = 0 the cache holds plain path tracing's energies bit for bi
     TraceSettings settings;
     settings.rays = 2000;
     settings.max_length_m = 200;
-    const PathTracer tracer(rays, subdivision, settings);
+    const SpecularPaths images(rays, 0, 0.5F, 1);
+    const PathTracer tracer(rays, subdivision, images, settings);
     for (const auto readout :
          {DiffusePathCache::Readout::published, DiffusePathCache::Readout::windowed}) {
         DiffusePathCache cache(readout, 1, 1'000'000'000);

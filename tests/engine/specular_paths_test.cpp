@@ -8,8 +8,12 @@
 #include <numbers>
 #include <set>
 #include <utility>
+#include <vector>
 
+#include "engine/plane_sequence.h"
 #include "engine/sampling.h"
+#include "engine/specular_sum.h"
+#include "tests/support/rooms.h"
 
 using aula::Bands;
 using aula::Material;
@@ -145,6 +149,7 @@ std::set<std::uint64_t> ids(const std::vector<SpecularPath>& paths) {
     return all;
 }
 
+constexpr float kRadius_m = 0.5F;
 const Vec3 kSize(5, 4, 3);
 const Vec3 kSource(1.2F, 1.1F, 1.5F);
 const Vec3 kListener(3.7F, 2.9F, 1.2F);
@@ -154,7 +159,7 @@ const Vec3 kListener(3.7F, 2.9F, 1.2F);
 TEST_CASE("a shoebox has the image sources of the closed form, orders 0 to 3") {
     const Scene scene = scene_of({box(kSize)});
     const RayScene rays(scene);
-    const SpecularPaths specular(rays, 3, 1);
+    const SpecularPaths specular(rays, 3, kRadius_m, 1);
     const auto paths = specular.find(kSource, kListener, true, Bands::filled(0.01F));
     CHECK(per_order(paths) == std::array<int, 4>{1, 6, 18, 38});
     CHECK(ids(paths).size() == paths.size());
@@ -168,7 +173,7 @@ TEST_CASE("a shoebox has the image sources of the closed form, orders 0 to 3") {
 TEST_CASE("source and listener may be anywhere in a shoebox") {
     const Scene scene = scene_of({box(kSize)});
     const RayScene rays(scene);
-    const SpecularPaths specular(rays, 3, 1);
+    const SpecularPaths specular(rays, 3, kRadius_m, 1);
     aula::RandomStream random(1);
     const auto place = [&] {
         const auto xy = random.uniform_2d();
@@ -184,7 +189,7 @@ TEST_CASE("source and listener may be anywhere in a shoebox") {
 
 TEST_CASE("paths that meet an edge or a corner exactly count once") {
     const RayScene rays(scene_of({box(Vec3(4))}));
-    const SpecularPaths specular(rays, 3, 1);
+    const SpecularPaths specular(rays, 3, kRadius_m, 1);
     const Vec3 centre(2);
     const auto paths = specular.find(centre, Vec3(2, 2, 1), true, Bands{});
     CHECK(per_order(paths) == std::array<int, 4>{1, 6, 18, 38});
@@ -198,7 +203,7 @@ TEST_CASE("paths that meet an edge or a corner exactly count once") {
 
 TEST_CASE("in the open there is the direct sound alone") {
     const RayScene rays(scene_of({}));
-    SpecularPaths specular(rays, 3, 1);
+    SpecularPaths specular(rays, 3, kRadius_m, 1);
     specular.discover({0, 0, 0}, 0);
     const auto paths = specular.find({3, 4, 0}, {0, 0, 0}, true, Bands{});
     REQUIRE(paths.size() == 1);
@@ -211,7 +216,7 @@ TEST_CASE("in the open there is the direct sound alone") {
 
 TEST_CASE("order 0 has no reflections") {
     const RayScene rays(scene_of({box(kSize)}));
-    const SpecularPaths specular(rays, 0, 1);
+    const SpecularPaths specular(rays, 0, kRadius_m, 1);
     CHECK(specular.find(kSource, kListener, true, Bands{}).size() == 1);
     CHECK(specular.find(kSource, kListener, false, Bands{}).empty());
 }
@@ -221,7 +226,8 @@ TEST_CASE("walls that scatter or absorb everything send no images") {
         Scene scene = scene_of({box(kSize)});
         for (Material& wall : scene.materials) wall = m;
         const RayScene rays(scene);
-        CHECK(SpecularPaths(rays, 3, 1).find(kSource, kListener, true, Bands{}).size() == 1);
+        CHECK(SpecularPaths(rays, 3, kRadius_m, 1).find(kSource, kListener, true, Bands{}).size() ==
+              1);
     }
 }
 
@@ -229,7 +235,7 @@ TEST_CASE("a screen blocks the direct sound and reflects on both sides") {
     Object screen;
     add_screen(screen, 2.5F, 1, 3, 0.5F, 2.5F);
     const RayScene rays(scene_of({screen}));
-    const SpecularPaths specular(rays, 2, 1);
+    const SpecularPaths specular(rays, 2, kRadius_m, 1);
     CHECK(specular.find({1, 2, 1.5F}, {4, 2, 1.5F}, true, Bands{}).empty());
     for (const float x : {1.0F, 4.0F}) {
         const auto paths = specular.find({x, 1.9F, 1.5F}, {x, 2.1F, 1.5F}, true, Bands{});
@@ -246,7 +252,7 @@ TEST_CASE("a partition lets paths through its opening only") {
     add_screen(room, 2.5F, 0, 1.5F, 0, 3);  // opening from y = 1.5 to 2.5, full height
     add_screen(room, 2.5F, 2.5F, 4, 0, 3);
     const RayScene rays(scene_of({room}));
-    const SpecularPaths specular(rays, 1, 1);
+    const SpecularPaths specular(rays, 1, kRadius_m, 1);
     // Through the opening: the direct sound, floor, ceiling and both end walls. The ways by the
     // side walls would cross the partition.
     const auto through = specular.find({1, 2, 1.5F}, {4.2F, 2.1F, 1.5F}, true, Bands{});
@@ -269,7 +275,7 @@ TEST_CASE("an L-shaped room hides images round its corner") {
     wall(2, 6, 0, 6);
     wall(0, 6, 0, 0);
     const RayScene rays(scene_of({room}));
-    const SpecularPaths specular(rays, 2, 1);
+    const SpecularPaths specular(rays, 2, kRadius_m, 1);
     const auto paths = specular.find({5, 1.4F, 1.5F}, {1.2F, 5, 1.5F}, true, Bands{});
     // The inner corner hides the source itself and its images in either outer wall; the image in
     // both is seen, by way of x = 0 (y = 3.8) and y = 0 (x = 3.6).
@@ -282,7 +288,7 @@ TEST_CASE("an L-shaped room hides images round its corner") {
     wall(0, 0, 6, 0);
     wall(0, 6, 0, 0);
     const RayScene open_rays(scene_of({room}));
-    CHECK(SpecularPaths(open_rays, 2, 1)
+    CHECK(SpecularPaths(open_rays, 2, kRadius_m, 1)
               .find({5, 1.4F, 1.5F}, {1.2F, 5, 1.5F}, true, Bands{})
               .size() == 4);
 }
@@ -293,13 +299,13 @@ TEST_CASE("coincident duplicate faces reflect once") {
         for (int axis = 0; axis < 3; ++axis) v[axis] = std::min(v[axis], kSize[axis]);
     }
     const RayScene rays(scene_of({box(kSize), walls}));
-    const auto paths = SpecularPaths(rays, 3, 1).find(kSource, kListener, true, Bands{});
+    const auto paths = SpecularPaths(rays, 3, kRadius_m, 1).find(kSource, kListener, true, Bands{});
     CHECK(per_order(paths) == std::array<int, 4>{1, 6, 18, 38});
 }
 
 TEST_CASE("near a wall levels stay finite, on it there is no reflection in it") {
     const RayScene rays(scene_of({box(kSize)}));
-    const SpecularPaths specular(rays, 3, 1);
+    const SpecularPaths specular(rays, 3, kRadius_m, 1);
     for (const float gap_m : {0.0F, 1e-6F, 1e-4F, 1e-3F, 1e-2F}) {
         const Vec3 source(1, 2, gap_m);
         const Vec3 listener(1, 2.01F, gap_m);
@@ -316,7 +322,7 @@ TEST_CASE("near a wall levels stay finite, on it there is no reflection in it") 
 
 TEST_CASE("neither a source nor a listener on a wall has a reflection in it") {
     const RayScene rays(scene_of({box(kSize)}));
-    const SpecularPaths specular(rays, 1, 1);
+    const SpecularPaths specular(rays, 1, kRadius_m, 1);
     const Vec3 on_floor(1, 2, 1e-4F);
     const Vec3 above(2, 1, 1.5F);
     for (const auto& [source, listener] :
@@ -333,7 +339,7 @@ TEST_CASE("a plate that lies on the floor takes the floor's place where it is") 
     Object plate = box({3, 2, 1.2e-3F});
     for (Vec3& v : plate.vertices) v += Vec3(1, 1, 0);
     const RayScene rays(scene_of({box(kSize), plate}));
-    const SpecularPaths specular(rays, 1, 1);
+    const SpecularPaths specular(rays, 1, kRadius_m, 1);
     for (const float x : {2.5F, 0.4F}) {
         const Vec3 source(x, 1.9F, 1.5F);
         const Vec3 listener(x, 2.1F, 1.5F);
@@ -360,7 +366,7 @@ TEST_CASE("a mirror that leaves the plane of another goes on reflecting") {
     moving.path = aula::Path{};
     moving.path->points = {{0, {.position = {0, 0, 0}}}, {1, {.position = {-1, 0, 0}}}};
     RayScene rays(scene_of({still, moving}));
-    SpecularPaths specular(rays, 2, 1);
+    SpecularPaths specular(rays, 2, kRadius_m, 1);
     const auto reflection_m = [&](float y) {
         const auto paths = specular.find({2, y, 0}, {1, y, 0}, false, Bands{});
         REQUIRE(paths.size() == 1);
@@ -377,7 +383,8 @@ TEST_CASE("a mirror that leaves the plane of another goes on reflecting") {
 TEST_CASE("discovery finds the same paths as the full list") {
     const Scene plain = scene_of({box(kSize)});
     const RayScene plain_rays(plain);
-    const auto listed = SpecularPaths(plain_rays, 3, 1).find(kSource, kListener, true, Bands{});
+    const auto listed =
+        SpecularPaths(plain_rays, 3, kRadius_m, 1).find(kSource, kListener, true, Bands{});
 
     // Far away stand 100 mirrors, no two coplanar: too many sequences to list beyond order 1.
     Scene cluttered = plain;
@@ -391,7 +398,7 @@ TEST_CASE("discovery finds the same paths as the full list") {
     }
     cluttered.objects.push_back(clutter);
     const RayScene rays(cluttered);
-    SpecularPaths specular(rays, 3, 1);
+    SpecularPaths specular(rays, 3, kRadius_m, 1);
     CHECK(specular.find(kSource, kListener, true, Bands{}).size() < listed.size());
     // Each of the 62 paths covers some permille of the sphere at least; 60 frames of 512 rays.
     for (std::uint64_t frame = 0; frame < 60; ++frame) specular.discover(kListener, frame);
@@ -415,8 +422,8 @@ TEST_CASE("the same calls find the same paths") {
     }
     scene.objects.push_back(clutter);
     const RayScene rays(scene);
-    SpecularPaths a(rays, 3, 1);
-    SpecularPaths b(rays, 3, 1);
+    SpecularPaths a(rays, 3, kRadius_m, 1);
+    SpecularPaths b(rays, 3, kRadius_m, 1);
     for (std::uint64_t frame = 0; frame < 10; ++frame) {
         const Vec3 listener = kListener - Vec3(0.1F * static_cast<float>(frame), 0, 0);
         a.discover(listener, frame);
@@ -443,7 +450,7 @@ TEST_CASE("valid paths are kept while rays keep finding others") {
     }
     scene.objects.push_back(clutter);
     const RayScene rays(scene);
-    SpecularPaths specular(rays, 3, 1);
+    SpecularPaths specular(rays, 3, kRadius_m, 1);
     std::set<std::uint64_t> before;
     for (std::uint64_t frame = 0; frame < 40; ++frame) {
         specular.discover(kListener, frame);
@@ -462,7 +469,7 @@ TEST_CASE("images follow an object that moves and keep their identity") {
     mirror.path = aula::Path{};
     mirror.path->points = {{0, {.position = {0, 0, 0}}}, {1, {.position = {-1, 0, 0}}}};
     RayScene rays(scene_of({wall, mirror}));
-    SpecularPaths specular(rays, 2, 1);
+    SpecularPaths specular(rays, 2, kRadius_m, 1);
     const auto before = specular.find({2, 0, 0}, {1, 0, 0}, true, Bands{});
     REQUIRE(before.size() == 5);
     CHECK(double{before[1].length_m} == Approx(3));
@@ -477,8 +484,111 @@ TEST_CASE("images follow an object that moves and keep their identity") {
     // A wall that comes between them.
     mirror.path->points[1].pose.position = {1.5F, 0, 0};
     RayScene between(scene_of({wall, mirror}));
-    SpecularPaths cut(between, 2, 1);
+    SpecularPaths cut(between, 2, kRadius_m, 1);
     between.move(1);
     cut.scene_moved();
     CHECK(cut.find({2, 0, 0}, {1, 0, 0}, true, Bands{}).empty());
+}
+
+TEST_CASE("a sequence of planes has one key from both ends and no other sequence has it") {
+    std::set<std::uint64_t> keys;
+    std::size_t sequences = 0;
+    for (std::uint32_t code = 0; code < 7 * 7 * 7 * 7 * 7 - 1; ++code) {
+        std::vector<std::uint32_t> planes;
+        for (std::uint32_t rest = code + 1; rest > 0; rest /= 7) {
+            if (rest % 7 > 0) planes.push_back(rest % 7);
+        }
+        aula::PlaneSequence from_listener;
+        aula::PlaneSequence from_source;
+        for (const std::uint32_t plane : planes) {
+            from_listener = from_listener.then_from_listener(plane);
+        }
+        std::reverse(planes.begin(), planes.end());
+        for (const std::uint32_t plane : planes) from_source = from_source.then_from_source(plane);
+        CHECK(from_listener.key == from_source.key);
+        if (keys.insert(from_listener.key).second) ++sequences;
+    }
+    CHECK(keys.count(0) == 0);
+    // All sequences of up to 5 of 6 planes.
+    CHECK(sequences == 6 + 36 + 216 + 1296 + 7776);
+}
+
+TEST_CASE("what a ray brings counts while its sequence is no candidate") {
+    // 100 mirrors far away: sequences above order 1 are not listed.
+    Scene scene = scene_of({box(kSize)});
+    Object clutter;
+    aula::RandomStream random(5);
+    for (int i = 0; i < 100; ++i) {
+        const Vec3 at = Vec3(0, 0, 100) + 20.0F * aula::uniform_direction(random.uniform_2d());
+        const Vec3 u = aula::uniform_direction(random.uniform_2d());
+        const Vec3 v = aula::uniform_direction(random.uniform_2d());
+        add_quad(clutter, {at, at + u, at + u + v, at + v});
+    }
+    scene.objects.push_back(clutter);
+    const RayScene rays(scene);
+    SpecularPaths specular(rays, 3, kRadius_m, 1);
+    CHECK(specular.listed_order() == 1);
+    specular.discover(kListener, 0);
+    const auto paths = specular.find(kSource, kListener, false, Bands{});
+    const auto found =
+        std::find_if(paths.begin(), paths.end(), [](const SpecularPath& p) { return p.order > 1; });
+    REQUIRE(found != paths.end());
+    CHECK(specular.is_candidate(found->id));
+    CHECK_FALSE(specular.is_candidate(0));
+
+    aula::EnergyResponse empty;
+    empty.bins = aula::TimeBins(0.1);
+    empty.energy.resize(empty.bins.count());
+    empty.direction.resize(empty.bins.count());
+    aula::SpecularSum sum(empty);
+    sum.add_rays(4);
+    sum.add({Bands{}, Vec3(1, 0, 0), 0}, Bands::filled(1), 10);
+    sum.add({Bands{}, Vec3(0, 1, 0), found->id}, Bands::filled(2), 10);
+    sum.add({Bands{}, Vec3(0, 1, 0), found->id}, Bands::filled(2), 10.2F);
+    const auto read = [&] {
+        aula::EnergyResponse response = empty;
+        sum.add_to(specular, response);
+        return response;
+    };
+    CHECK(read().total(0) == Approx(0.25));
+    specular.restart(1);  // forgets all that rays have met
+    CHECK_FALSE(specular.is_candidate(found->id));
+    const aula::EnergyResponse response = read();
+    CHECK(response.total(0) == Approx(1.25));
+    // Both hits of the sequence count where their mean length is.
+    const std::size_t bin = response.bins.index(10.1 / double{response.speed_of_sound_m_s});
+    CHECK(response.energy[bin][0] == Approx(bin == response.bins.index(10 / 343.2) ? 1.25 : 1));
+    CHECK(response.direction[bin].y == Approx(8.0));
+    sum.clear();
+    sum.add_rays(4);
+    CHECK(read().total(0) == 0);
+}
+
+TEST_CASE("candidates that rays along them may still reach are kept, whether valid or not") {
+    // If only valid ones were kept, a sphere would have its rays beside the paths of its middle.
+    const RayScene rays(scene_of({aula::test::bumpy_box(Vec3(12, 9, 5), 0.5F, 0.005F)}));
+    SpecularPaths specular(rays, 3, kRadius_m, 1);
+    std::set<std::uint64_t> before;
+    for (std::uint64_t frame = 0; frame < 12; ++frame) {
+        specular.discover(kListener, frame);
+        const auto now = ids(specular.find(kSource, kListener, true, Bands{}));
+        CHECK(std::includes(now.begin(), now.end(), before.begin(), before.end()));
+        before = now;
+    }
+    // Listeners 0.3 m away find paths that were not valid here, without a chain of their own.
+    SpecularPaths other(rays, 3, kRadius_m, 1);
+    for (std::uint64_t frame = 0; frame < 12; ++frame) {
+        other.discover(kListener, frame);
+        other.find(kSource, kListener, true, Bands{});
+    }
+    std::size_t more = 0;
+    for (const Vec3& offset : {Vec3(0.3F, 0, 0.1F), Vec3(-0.3F, 0.1F, 0), Vec3(0, 0.3F, 0.1F),
+                               Vec3(0.1F, -0.3F, 0), Vec3(0.1F, 0, 0.3F), Vec3(0, 0.1F, -0.3F)}) {
+        const auto beside = ids(other.find(kSource, kListener + offset, true, Bands{}));
+        more += static_cast<std::size_t>(std::count_if(
+            beside.begin(), beside.end(), [&](std::uint64_t id) { return before.count(id) == 0; }));
+    }
+    CAPTURE(more, before.size());
+    // 38; if only valid candidates were kept, those that were met in the last frame give 24.
+    CHECK(more >= 31);
 }

@@ -184,12 +184,13 @@ TEST_CASE("scrambled points have the same mean as independent rays and far less 
     const Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.2F, 1, kSource, kListener);
     const RayScene rays(scene);
     const PatchSubdivision subdivision(rays, 0.5F);
+    const SpecularPaths images(rays, 0, 0.5F, 1);
     const auto first_order = [&](bool independent) {
         TraceSettings settings;
         settings.rays = 1024;
         settings.order = 1;
         settings.independent_rays = independent;
-        const PathTracer tracer(rays, subdivision, settings);
+        const PathTracer tracer(rays, subdivision, images, settings);
         std::vector<double> hits;
         for (int f = 0; f < 300; ++f) {
             // The rays that meet one quarter of the floor, known by their second start.

@@ -4,6 +4,8 @@
 #include <map>
 #include <utility>
 
+#include "engine/sampling.h"
+
 namespace aula::test {
 
 namespace {
@@ -29,6 +31,39 @@ Object box(const Vec3& size, std::uint32_t material, const Vec3& corner) {
     add_quad(object, 2, 3, 7, 6, material);
     add_quad(object, 0, 2, 6, 4, material);
     add_quad(object, 1, 5, 7, 3, material);
+    return object;
+}
+
+Object bumpy_box(const Vec3& size, float cell_m, float bump_m) {
+    Object object;
+    RandomStream random(1);
+    for (int side = 0; side < 6; ++side) {
+        const int axis = side / 2;
+        const int u = (axis + 1) % 3;
+        const int v = (axis + 2) % 3;
+        const int rows = static_cast<int>(std::lround(size[u] / cell_m));
+        const int columns = static_cast<int>(std::lround(size[v] / cell_m));
+        const auto first = static_cast<std::uint32_t>(object.vertices.size());
+        for (int i = 0; i <= rows; ++i) {
+            for (int j = 0; j <= columns; ++j) {
+                Vec3 corner(0);
+                corner[u] = size[u] * static_cast<float>(i) / static_cast<float>(rows);
+                corner[v] = size[v] * static_cast<float>(j) / static_cast<float>(columns);
+                corner[axis] = side % 2 == 0 ? 0 : size[axis];
+                const bool inner = i > 0 && i < rows && j > 0 && j < columns;
+                if (inner) corner[axis] += bump_m * (2 * random.uniform() - 1);
+                object.vertices.push_back(corner);
+            }
+        }
+        const auto at = [&](int i, int j) {
+            return first + static_cast<std::uint32_t>(i * (columns + 1) + j);
+        };
+        for (int i = 0; i < rows; ++i) {
+            for (int j = 0; j < columns; ++j) {
+                add_quad(object, at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1), 0);
+            }
+        }
+    }
     return object;
 }
 

@@ -10,6 +10,11 @@ namespace aula::test {
 /// A closed box from the origin, 12 triangles that face in, all of material `material`.
 Object box(const Vec3& size, std::uint32_t material = 0, const Vec3& corner = Vec3(0));
 
+/// A closed box from the origin whose walls are divided in squares of about `cell_m`, two triangles
+/// each; the corners of squares lie up to `bump_m` beside the wall, so that every triangle has a
+/// plane of its own where that is more than 1 mm.
+Object bumpy_box(const Vec3& size, float cell_m, float bump_m);
+
 /// A sphere of triangles round the origin: an icosahedron, each face divided in 4^subdivisions.
 Object icosphere(float radius_m, int subdivisions);
 
