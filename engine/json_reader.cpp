@@ -20,6 +20,24 @@ std::string number_text(double x) {
 
 }  // namespace
 
+void JsonErrors::add(const std::string& message) {
+    constexpr std::size_t kMost = 100;
+    if (messages_.size() < kMost) {
+        messages_.push_back(message);
+    } else {
+        ++more_;
+    }
+}
+
+std::vector<std::string> JsonErrors::messages(const std::string& file) const {
+    std::vector<std::string> all = messages_;
+    if (more_ > 0) {
+        all.push_back(
+            Error(file, "", std::to_string(more_) + " more errors; expected none").what());
+    }
+    return all;
+}
+
 std::string JsonReader::message(const std::string& problem) const {
     return Error(*file_, pointer_, problem).what();
 }
@@ -32,19 +50,26 @@ void JsonReader::fail_type(const char* expected) const {
     fail("wrong type, " + std::string(kTypes[value_->value.index()]) + "; expected " + expected);
 }
 
-void JsonReader::allow_keys(const std::vector<std::string>& keys) const {
-    for (const auto& [key, reader] : members("an object")) {
+bool JsonReader::allow_keys(const std::vector<std::string>& keys) const {
+    bool allowed = true;
+    for (const auto& member : members("an object")) {
+        const std::string& key = member.first;
         if (std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
-        reader.fail("unknown key " + quoted(key) + did_you_mean(key, keys) + "; expected one of " +
-                    quoted_list(keys));
+        allowed = false;
+        attempt([&] {
+            member.second.fail("unknown key " + quoted(key) + did_you_mean(key, keys) +
+                               "; expected one of " + quoted_list(keys));
+        });
     }
+    return allowed;
 }
 
 std::optional<JsonReader> JsonReader::find(const std::string& key) const {
     const auto* object = std::get_if<JsonValue::Object>(&value_->value);
     if (object == nullptr) fail_type("an object");
     for (const JsonMember& member : *object) {
-        if (member.key == key) return JsonReader(member.value, *file_, json_pointer(pointer_, key));
+        if (member.key == key)
+            return JsonReader(member.value, *file_, json_pointer(pointer_, key), errors_);
     }
     return std::nullopt;
 }
@@ -59,8 +84,8 @@ std::vector<std::pair<std::string, JsonReader>> JsonReader::members(const char* 
     if (object == nullptr) fail_type(expected);
     std::vector<std::pair<std::string, JsonReader>> readers;
     for (const JsonMember& member : *object) {
-        readers.emplace_back(member.key,
-                             JsonReader(member.value, *file_, json_pointer(pointer_, member.key)));
+        readers.emplace_back(member.key, JsonReader(member.value, *file_,
+                                                    json_pointer(pointer_, member.key), errors_));
     }
     return readers;
 }
@@ -71,7 +96,8 @@ std::vector<JsonReader> JsonReader::items(const char* expected) const {
     std::vector<JsonReader> readers;
     readers.reserve(array->size());
     for (const JsonValue& item : *array) {
-        readers.emplace_back(item, *file_, pointer_ + '/' + std::to_string(readers.size()));
+        readers.push_back(
+            JsonReader(item, *file_, pointer_ + '/' + std::to_string(readers.size()), errors_));
     }
     return readers;
 }

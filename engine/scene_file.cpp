@@ -61,8 +61,11 @@ std::vector<Object> read_geometry(const JsonReader& json, const std::filesystem:
     std::vector<Object> objects;
     UniqueNames names;
     for (const JsonReader& item : json.items("a list of geometry")) {
-        objects.push_back(read_object(item, folder, materials, warnings));
-        if (const auto name = item.find("name")) names.add(objects.back().name, *name);
+        item.attempt([&] {
+            objects.push_back(read_object(item, folder, materials, warnings));
+            item.read("name",
+                      [&](const JsonReader& name) { names.add(objects.back().name, name); });
+        });
     }
     return objects;
 }
@@ -73,19 +76,26 @@ Medium read_medium(const JsonReader& json) {
     constexpr NumberRange kHumidity_percent{0, 100, true, "percent from 0 to 100"};
     constexpr NumberRange kPressure_kpa{1, 1000, true, "kilopascals from 1 to 1000"};
     Medium medium;
-    if (const auto x = json.find("temperature_c")) medium.temperature_c = x->real(kTemperature_c);
-    if (const auto x = json.find("humidity_percent")) {
-        medium.humidity_percent = x->real(kHumidity_percent);
-    }
-    if (const auto x = json.find("pressure_kpa")) medium.pressure_kpa = x->real(kPressure_kpa);
-    if (const auto x = json.find("air_absorption")) medium.air_absorption = x->boolean();
+    json.read("temperature_c",
+              [&](const JsonReader& x) { medium.temperature_c = x.real(kTemperature_c); });
+    json.read("humidity_percent",
+              [&](const JsonReader& x) { medium.humidity_percent = x.real(kHumidity_percent); });
+    json.read("pressure_kpa",
+              [&](const JsonReader& x) { medium.pressure_kpa = x.real(kPressure_kpa); });
+    json.read("air_absorption", [&](const JsonReader& x) { medium.air_absorption = x.boolean(); });
     return medium;
 }
 
-// "position", or where the path begins.
+// "position", or where the path begins; without either the origin, after an error.
 Vec3 read_position(const JsonReader& json, const std::optional<Path>& path) {
     if (path && !json.find("position")) return path->points.front().pose.position;
-    return read_point(json.require("position", "a list of 3 numbers, x, y, z in metres"));
+    Vec3 position(0);
+    const bool unread_path = !path && json.find("path");
+    if (unread_path && !json.find("position")) return position;
+    json.attempt([&] {
+        position = read_point(json.require("position", "a list of 3 numbers, x, y, z in metres"));
+    });
+    return position;
 }
 
 void read_signal(const JsonReader& json, const std::filesystem::path& folder, Source& source) {
@@ -112,19 +122,23 @@ std::vector<Source> read_sources(const JsonReader& json, const std::filesystem::
     std::vector<Source> sources;
     UniqueNames names;
     for (const JsonReader& item : json.items(kExpected)) {
-        item.allow_keys({"name", "position", "signal", "gain_db", "loop", "path"});
-        Source source;
-        source.name = "source" + std::to_string(sources.size() + 1);
-        const auto name = item.find("name");
-        if (name) source.name = name->string("a name");
-        if (source.name.empty()) name->fail("an empty name; expected a name");
-        names.add(source.name, name.value_or(item));
-        source.path = find_path(item);
-        source.position = read_position(item, source.path);
-        if (const auto x = item.find("signal")) read_signal(*x, folder, source);
-        if (const auto x = item.find("gain_db")) source.gain_db = x->real(kGain_db);
-        if (const auto x = item.find("loop")) source.loop = x->boolean();
-        sources.push_back(std::move(source));
+        sources.emplace_back();
+        Source& source = sources.back();
+        source.name = "source" + std::to_string(sources.size());
+        item.attempt([&] {
+            item.allow_keys({"name", "position", "signal", "gain_db", "loop", "path"});
+            item.attempt([&] {
+                const auto name = item.find("name");
+                if (name) source.name = name->string("a name");
+                if (source.name.empty()) name->fail("an empty name; expected a name");
+                names.add(source.name, name.value_or(item));
+            });
+            item.attempt([&] { source.path = find_path(item); });
+            source.position = read_position(item, source.path);
+            item.read("signal", [&](const JsonReader& x) { read_signal(x, folder, source); });
+            item.read("gain_db", [&](const JsonReader& x) { source.gain_db = x.real(kGain_db); });
+            item.read("loop", [&](const JsonReader& x) { source.loop = x.boolean(); });
+        });
     }
     if (sources.empty()) json.fail(std::string("no source; expected ") + kExpected);
     return sources;
@@ -133,7 +147,7 @@ std::vector<Source> read_sources(const JsonReader& json, const std::filesystem::
 Listener read_listener(const JsonReader& json) {
     json.allow_keys({"position", "yaw_deg", "pitch_deg", "roll_deg", "path"});
     Listener listener;
-    listener.path = find_path(json);
+    json.attempt([&] { listener.path = find_path(json); });
     listener.pose = read_orientation(json, read_position(json, listener.path));
     return listener;
 }
@@ -156,22 +170,24 @@ Simulation read_simulation(const JsonReader& json) {
     constexpr NumberRange kRate_hz{0, 1000, false, "frames per second above 0, at most 1000"};
     constexpr NumberRange kIrLength_s{0, 10, false, "seconds above 0, at most 10"};
     Simulation s;
-    if (const auto x = json.find("estimator")) s.estimator = read_estimator(*x);
-    if (const auto x = json.find("rays")) s.rays = x->integer(1, Simulation::kMostRays);
-    if (const auto x = json.find("order")) s.order = x->integer(0, 1'000'000);
-    if (const auto x = json.find("response_time_s")) s.response_time_s = x->real(kResponseTime_s);
-    if (const auto x = json.find("patch_size_m")) s.patch_size_m = x->real(kLength_m);
-    if (const auto x = json.find("listener_radius_m")) s.listener_radius_m = x->real(kLength_m);
-    if (const auto x = json.find("frame_rate_hz")) s.frame_rate_hz = x->real(kRate_hz);
-    if (const auto x = json.find("ir_length_s")) s.ir_length_s = x->real(kIrLength_s);
-    if (const auto x = json.find("seed")) s.seed = x->unsigned_integer();
-    if (const auto x = json.find("threads")) s.threads = x->integer(1, 1024);
-    if (const auto x = json.find("memory_mb")) s.memory_mb = x->integer(1, 1'000'000);
-    if (const auto x = json.find("direct")) s.direct = x->boolean();
-    if (const auto x = json.find("specular_order")) {
-        s.specular_order = x->integer(0, Simulation::kHighestSpecularOrder);
-    }
-    if (const auto x = json.find("specular")) s.specular = x->boolean();
+    json.read("estimator", [&](const JsonReader& x) { s.estimator = read_estimator(x); });
+    json.read("rays", [&](const JsonReader& x) { s.rays = x.integer(1, Simulation::kMostRays); });
+    json.read("order", [&](const JsonReader& x) { s.order = x.integer(0, 1'000'000); });
+    json.read("response_time_s",
+              [&](const JsonReader& x) { s.response_time_s = x.real(kResponseTime_s); });
+    json.read("patch_size_m", [&](const JsonReader& x) { s.patch_size_m = x.real(kLength_m); });
+    json.read("listener_radius_m",
+              [&](const JsonReader& x) { s.listener_radius_m = x.real(kLength_m); });
+    json.read("frame_rate_hz", [&](const JsonReader& x) { s.frame_rate_hz = x.real(kRate_hz); });
+    json.read("ir_length_s", [&](const JsonReader& x) { s.ir_length_s = x.real(kIrLength_s); });
+    json.read("seed", [&](const JsonReader& x) { s.seed = x.unsigned_integer(); });
+    json.read("threads", [&](const JsonReader& x) { s.threads = x.integer(1, 1024); });
+    json.read("memory_mb", [&](const JsonReader& x) { s.memory_mb = x.integer(1, 1'000'000); });
+    json.read("direct", [&](const JsonReader& x) { s.direct = x.boolean(); });
+    json.read("specular_order", [&](const JsonReader& x) {
+        s.specular_order = x.integer(0, Simulation::kHighestSpecularOrder);
+    });
+    json.read("specular", [&](const JsonReader& x) { s.specular = x.boolean(); });
     return s;
 }
 
@@ -201,43 +217,57 @@ void warn_if_outside(const std::string& who, const JsonReader& json, const Vec3&
 
 }  // namespace
 
+SceneErrors::SceneErrors(std::vector<std::string> messages)
+    : Error(messages.front()), messages_(std::move(messages)) {}
+
 LoadedScene load_scene(const std::filesystem::path& file) {
     const std::string name = file.string();
     LoadedScene loaded;
     loaded.json = parse_json(read_text(file), name);
-    const JsonReader root(loaded.json, name);
-    root.allow_keys(
-        {"aula", "geometry", "materials", "medium", "sources", "listener", "simulation", "expect"});
-    constexpr NumberRange kVersion{1, 1, true, "1, the version of the format"};
-    root.require("aula", kVersion.expected).number(kVersion);
-
+    JsonErrors errors;
+    const JsonReader root(loaded.json, name, &errors);
     const std::filesystem::path folder = file.parent_path();
     Scene& scene = loaded.scene;
-    MaterialTable materials(root.find("materials"));
-    if (const auto geometry = root.find("geometry")) {
-        scene.objects = read_geometry(*geometry, folder, materials, loaded.warnings);
-    }
-    scene.materials = materials.take();
-    if (const auto medium = root.find("medium")) scene.medium = read_medium(*medium);
-    constexpr const char* kSources = "a list of at least one source";
-    const JsonReader sources = root.require("sources", kSources);
-    scene.sources = read_sources(sources, folder);
-    const JsonReader listener = root.require("listener", "an object with the listener's position");
-    scene.listener = read_listener(listener);
-    if (const auto simulation = root.find("simulation")) {
-        scene.simulation = read_simulation(*simulation);
-        loaded.rays_given = simulation->find("rays").has_value();
-    }
+    std::vector<JsonReader> source_items;
+    std::optional<JsonReader> listener;
+    root.attempt([&] {
+        root.allow_keys({"aula", "geometry", "materials", "medium", "sources", "listener",
+                         "simulation", "expect"});
+        root.attempt([&] {
+            constexpr NumberRange kVersion{1, 1, true, "1, the version of the format"};
+            root.require("aula", kVersion.expected).number(kVersion);
+        });
+        MaterialTable materials(root.find("materials"));
+        root.read("geometry", [&](const JsonReader& geometry) {
+            scene.objects = read_geometry(geometry, folder, materials, loaded.warnings);
+        });
+        scene.materials = materials.take();
+        root.read("medium", [&](const JsonReader& x) { scene.medium = read_medium(x); });
+        root.attempt([&] {
+            constexpr const char* kSources = "a list of at least one source";
+            const JsonReader sources = root.require("sources", kSources);
+            scene.sources = read_sources(sources, folder);
+            source_items = sources.items(kSources);
+        });
+        root.attempt([&] {
+            listener = root.require("listener", "an object with the listener's position");
+            scene.listener = read_listener(*listener);
+        });
+        root.read("simulation", [&](const JsonReader& x) {
+            scene.simulation = read_simulation(x);
+            loaded.rays_given = x.find("rays").has_value();
+        });
+    });
+    if (!errors.empty()) throw SceneErrors(errors.messages(name));
 
     if (scene.objects.empty()) return loaded;
     const Bounds bounds = geometry_bounds(scene.objects);
-    const std::vector<JsonReader> source_items = sources.items(kSources);
     for (std::size_t i = 0; i < scene.sources.size(); ++i) {
         const Source& source = scene.sources[i];
         warn_if_outside("the source " + quoted(source.name), source_items[i], source.position,
                         source.path, bounds, loaded.warnings);
     }
-    warn_if_outside("the listener", listener, scene.listener.pose.position, scene.listener.path,
+    warn_if_outside("the listener", *listener, scene.listener.pose.position, scene.listener.path,
                     bounds, loaded.warnings);
     return loaded;
 }

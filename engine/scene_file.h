@@ -4,10 +4,24 @@
 #include <string>
 #include <vector>
 
+#include "engine/error.h"
 #include "engine/json.h"
 #include "engine/scene.h"
 
 namespace aula {
+
+/// What is wrong with a scene, all of it that can be said after the first error; what() is the
+/// first message. A syntax error is the only one of its file.
+class SceneErrors : public Error {
+ public:
+    /// At least one message.
+    explicit SceneErrors(std::vector<std::string> messages);
+
+    const std::vector<std::string>& messages() const { return messages_; }
+
+ private:
+    std::vector<std::string> messages_;
+};
 
 struct LoadedScene {
     Scene scene;
@@ -17,7 +31,8 @@ struct LoadedScene {
 };
 
 /// Reads a scene file (JSON with comments, docs/scene_format.md) with its meshes. Files inside it
-/// are relative to it. Sound files are checked to exist, not read. Throws Error.
+/// are relative to it. Sound files are checked to exist, not read. Throws
+/// SceneErrors, or Error where it cannot be read as JSON.
 LoadedScene load_scene(const std::filesystem::path& file);
 
 }  // namespace aula

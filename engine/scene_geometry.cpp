@@ -13,6 +13,7 @@
 namespace aula {
 namespace {
 
+constexpr const char* kFaces = "a list of faces, each a list of vertex indices";
 constexpr const char* kMaterialName = "the name of a material";
 
 // The keys that every kind of geometry knows.
@@ -25,15 +26,26 @@ void set_single_material(Object& object, std::uint32_t material) {
     object.triangle_materials.assign(object.triangles.size(), material);
 }
 
+// The "material" of all triangles.
+void read_single_material(const JsonReader& json, MaterialTable& materials, Object& object) {
+    set_single_material(object, 0);
+    json.attempt([&] {
+        set_single_material(object, materials.require(json.require("material", kMaterialName)));
+    });
+}
+
 Object read_box(const JsonReader& json, MaterialTable& materials) {
     json.allow_keys(with_common_keys({"box", "min"}));
-    const JsonReader size_json = json.require("box", "a list of 3 sizes in metres");
-    const Vec3 size = read_point(size_json);
-    if (!(size.x > 0 && size.y > 0 && size.z > 0)) {
-        size_json.fail("a box needs three sides; expected sizes above 0");
-    }
-    const auto min_json = json.find("min");
-    const Vec3 min = min_json ? read_point(*min_json) : Vec3(0);
+    Vec3 size(0);
+    json.attempt([&] {
+        const JsonReader size_json = json.require("box", "a list of 3 sizes in metres");
+        size = read_point(size_json);
+        if (!(size.x > 0 && size.y > 0 && size.z > 0)) {
+            size_json.fail("a box needs three sides; expected sizes above 0");
+        }
+    });
+    Vec3 min(0);
+    json.read("min", [&](const JsonReader& x) { min = read_point(x); });
 
     Object object;
     for (unsigned corner = 0; corner < 8; ++corner) {
@@ -48,7 +60,7 @@ Object read_box(const JsonReader& json, MaterialTable& materials) {
         object.triangles.push_back({wall[0], wall[1], wall[2]});
         object.triangles.push_back({wall[0], wall[2], wall[3]});
     }
-    set_single_material(object, materials.require(json.require("material", kMaterialName)));
+    read_single_material(json, materials, object);
     return object;
 }
 
@@ -73,32 +85,51 @@ std::vector<std::uint32_t> read_face(const JsonReader& json, std::size_t vertex_
     return face;
 }
 
+// The triangles of "faces", where all vertices are `known`; else only their indices are checked.
+void read_triangles(const JsonReader& faces, bool known, Object& object) {
+    const std::vector<JsonReader> items = faces.items(kFaces);
+    for (const JsonReader& item : items) {
+        item.attempt([&] {
+            const std::vector<std::uint32_t> face = read_face(item, object.vertices.size());
+            if (!known) return;
+            std::vector<Vec3> corners;
+            for (const std::uint32_t index : face) corners.push_back(object.vertices[index]);
+            const auto triangles = triangulate(corners);
+            if (triangles.empty()) {
+                item.fail("the face has no area or crosses itself; expected a simple polygon");
+            }
+            for (const auto& [a, b, c] : triangles) {
+                object.triangles.push_back({face[a], face[b], face[c]});
+            }
+        });
+    }
+    if (items.empty()) faces.fail("an empty mesh; expected at least one face");
+}
+
 Object read_faces(const JsonReader& json, MaterialTable& materials) {
     json.allow_keys(with_common_keys({"vertices", "faces"}));
     Object object;
-    constexpr const char* kVertices = "a list of points [x, y, z]";
-    const JsonReader vertices = json.require("vertices", kVertices);
-    for (const JsonReader& vertex : vertices.items(kVertices)) {
-        object.vertices.push_back(read_point(vertex));
-    }
-    if (object.vertices.empty()) vertices.fail("an empty mesh; expected at least 3 vertices");
-
-    constexpr const char* kFaces = "a list of faces, each a list of vertex indices";
-    const JsonReader faces = json.require("faces", kFaces);
-    for (const JsonReader& item : faces.items(kFaces)) {
-        const std::vector<std::uint32_t> face = read_face(item, object.vertices.size());
-        std::vector<Vec3> corners;
-        for (const std::uint32_t index : face) corners.push_back(object.vertices[index]);
-        const auto triangles = triangulate(corners);
-        if (triangles.empty()) {
-            item.fail("the face has no area or crosses itself; expected a simple polygon");
+    bool known = false;
+    json.attempt([&] {
+        constexpr const char* kVertices = "a list of points [x, y, z]";
+        const JsonReader vertices = json.require("vertices", kVertices);
+        const std::vector<JsonReader> items = vertices.items(kVertices);
+        if (items.empty()) vertices.fail("an empty mesh; expected at least 3 vertices");
+        object.vertices.resize(items.size());
+        std::size_t read = 0;
+        for (std::size_t i = 0; i < items.size(); ++i) {
+            items[i].attempt([&] {
+                object.vertices[i] = read_point(items[i]);
+                ++read;
+            });
         }
-        for (const auto& [a, b, c] : triangles) {
-            object.triangles.push_back({face[a], face[b], face[c]});
-        }
-    }
-    if (object.triangles.empty()) faces.fail("an empty mesh; expected at least one face");
-    set_single_material(object, materials.require(json.require("material", kMaterialName)));
+        known = read == items.size();
+    });
+    json.attempt([&] {
+        const JsonReader faces = json.require("faces", kFaces);
+        if (!object.vertices.empty()) read_triangles(faces, known, object);
+    });
+    read_single_material(json, materials, object);
     return object;
 }
 
@@ -129,7 +160,8 @@ std::vector<std::uint32_t> map_materials(const JsonReader& json, const ImportedM
     if (const auto mapping = json.find("materials")) {
         for (const auto& [name, target] : mapping->members("an object of material names")) {
             const auto known = places.find(name);
-            const std::uint32_t material = materials.require(target);
+            std::uint32_t material = 0;
+            target.attempt([&, &to = target] { material = materials.require(to); });
             if (known != places.end()) {
                 mapped[known->second] = material;
             } else {
@@ -140,7 +172,10 @@ std::vector<std::uint32_t> map_materials(const JsonReader& json, const ImportedM
         }
     }
     std::optional<std::uint32_t> fallback;
-    if (const auto name = json.find("default_material")) fallback = materials.require(*name);
+    json.read("default_material", [&](const JsonReader& name) {
+        fallback = 0;
+        fallback = materials.require(name);
+    });
 
     std::vector<std::string> unmapped;
     std::vector<std::uint32_t> result(mapped.size(), 0);
@@ -207,16 +242,19 @@ void read_surfaces(const JsonReader& json, MaterialTable& materials, Object& obj
     const int last_triangle = static_cast<int>(object.triangles.size()) - 1;
     for (const JsonReader& surface : json.items(kSurfaces)) {
         surface.allow_keys({"material", "triangles"});
-        const std::uint32_t material =
-            materials.require(surface.require("material", kMaterialName));
-        for (const JsonReader& range : surface.require("triangles", kRanges).items(kRanges)) {
-            const std::vector<JsonReader> ends = range.items("a range [first, last]");
-            if (ends.size() != 2) range.fail("not a range; expected [first, last]");
-            const int first = ends[0].integer(0, last_triangle);
-            const int last = ends[1].integer(first, last_triangle);
-            std::fill(object.triangle_materials.begin() + first,
-                      object.triangle_materials.begin() + last + 1, material);
-        }
+        std::uint32_t material = 0;
+        surface.attempt(
+            [&] { material = materials.require(surface.require("material", kMaterialName)); });
+        surface.attempt([&] {
+            for (const JsonReader& range : surface.require("triangles", kRanges).items(kRanges)) {
+                const std::vector<JsonReader> ends = range.items("a range [first, last]");
+                if (ends.size() != 2) range.fail("not a range; expected [first, last]");
+                const int first = ends[0].integer(0, last_triangle);
+                const int last = ends[1].integer(first, last_triangle);
+                std::fill(object.triangle_materials.begin() + first,
+                          object.triangle_materials.begin() + last + 1, material);
+            }
+        });
     }
 }
 
@@ -259,9 +297,15 @@ void to_local_frame(const JsonReader& json, Object& object) {
 
 MaterialTable::MaterialTable(const std::optional<JsonReader>& own) : library_(material_library()) {
     if (!own) return;
-    for (const auto& [name, json] : own->members("an object of materials")) {
-        add(read_material(name, json));
-    }
+    own->attempt([&] {
+        for (const auto& member : own->members("an object of materials")) {
+            // One with errors is known by its name, or its uses were errors, too.
+            Material material;
+            member.second.attempt([&] { material = read_material(member.first, member.second); });
+            material.name = member.first;
+            add(std::move(material));
+        }
+    });
 }
 
 std::uint32_t MaterialTable::add(Material material) {
@@ -301,22 +345,26 @@ Object read_object(const JsonReader& json, const std::filesystem::path& folder,
     const bool mesh = json.find("file").has_value();
     const bool box = json.find("box").has_value();
     const bool faces = json.find("vertices").has_value() || json.find("faces").has_value();
-    if (!mesh && !box && !faces) {
-        json.allow_keys(with_common_keys({"file", "box", "vertices", "faces"}));
+    if (!mesh && !box && !faces &&
+        !json.allow_keys(with_common_keys({"file", "box", "vertices", "faces"}))) {
+        return {};
     }
     if (int{mesh} + int{box} + int{faces} != 1) {
         json.fail(
             "not one piece of geometry; expected one of \"file\", \"box\", or \"vertices\" "
             "with \"faces\"");
     }
-    Object object = mesh  ? read_mesh(json, folder, materials, warnings)
-                    : box ? read_box(json, materials)
-                          : read_faces(json, materials);
-    to_local_frame(json, object);
-    if (const auto surfaces = json.find("surfaces")) read_surfaces(*surfaces, materials, object);
-    if (const auto name = json.find("name")) object.name = name->string("a name");
-    if (const auto translate = json.find("translate")) object.translation = read_point(*translate);
-    object.path = find_path(json);
+    Object object;
+    json.attempt([&] {
+        object = mesh  ? read_mesh(json, folder, materials, warnings)
+                 : box ? read_box(json, materials)
+                       : read_faces(json, materials);
+        json.read("surfaces", [&](const JsonReader& x) { read_surfaces(x, materials, object); });
+    });
+    json.attempt([&] { to_local_frame(json, object); });
+    json.read("name", [&](const JsonReader& x) { object.name = x.string("a name"); });
+    json.read("translate", [&](const JsonReader& x) { object.translation = read_point(x); });
+    json.attempt([&] { object.path = find_path(json); });
     return object;
 }
 

@@ -12,8 +12,9 @@ constexpr NumberRange kCoordinate_m{-kLargestCoordinate_m, kLargestCoordinate_m,
                                     "metres from -1e6 to 1e6"};
 
 float read_angle_rad(const JsonReader& json, const char* key) {
-    const auto angle = json.find(key);
-    return angle ? glm::radians(angle->real(kAngle_deg)) : 0.0F;
+    float angle_rad = 0;
+    json.read(key, [&](const JsonReader& x) { angle_rad = glm::radians(x.real(kAngle_deg)); });
+    return angle_rad;
 }
 
 }  // namespace
@@ -24,8 +25,12 @@ Vec3 read_point(const JsonReader& json) {
     if (items.size() != 3) {
         json.fail("a list of " + std::to_string(items.size()) + "; expected " + kExpected);
     }
-    return {items[0].real(kCoordinate_m), items[1].real(kCoordinate_m),
-            items[2].real(kCoordinate_m)};
+    Vec3 point(0);
+    for (int axis = 0; axis < 3; ++axis) {
+        const JsonReader& item = items[static_cast<std::size_t>(axis)];
+        item.attempt([&] { point[axis] = item.real(kCoordinate_m); });
+    }
+    return point;
 }
 
 Bands read_shares(const JsonReader& json) {
@@ -36,7 +41,8 @@ Bands read_shares(const JsonReader& json) {
         json.fail("a list of " + std::to_string(items.size()) + "; expected " + kExpected);
     }
     Bands bands;
-    for (std::size_t b = 0; b < kBandCount; ++b) bands[b] = items[b].real(kShare);
+    for (std::size_t b = 0; b < kBandCount; ++b)
+        items[b].attempt([&] { bands[b] = items[b].real(kShare); });
     return bands;
 }
 
@@ -44,12 +50,12 @@ Material read_material(const std::string& name, const JsonReader& json) {
     json.allow_keys({"absorption", "scattering", "source"});
     Material material;
     material.name = name;
-    material.absorption =
-        read_shares(json.require("absorption", "a number or a list of 8 numbers from 0 to 1"));
-    if (const auto scattering = json.find("scattering")) {
-        material.scattering = read_shares(*scattering);
-    }
-    if (const auto source = json.find("source")) source->string("a text");
+    json.attempt([&] {
+        material.absorption =
+            read_shares(json.require("absorption", "a number or a list of 8 numbers from 0 to 1"));
+    });
+    json.read("scattering", [&](const JsonReader& x) { material.scattering = read_shares(x); });
+    json.read("source", [](const JsonReader& x) { x.string("a text"); });
     return material;
 }
 
@@ -61,18 +67,28 @@ Pose read_orientation(const JsonReader& json, const Vec3& position) {
 Path read_path(const JsonReader& json) {
     json.allow_keys({"loop", "points"});
     Path path;
-    if (const auto loop = json.find("loop")) path.loop = loop->boolean();
+    json.read("loop", [&](const JsonReader& x) { path.loop = x.boolean(); });
     constexpr const char* kExpected = "a list of points";
     const JsonReader points = json.require("points", kExpected);
     for (const JsonReader& item : points.items(kExpected)) {
-        item.allow_keys({"t", "position", "yaw_deg", "pitch_deg", "roll_deg"});
-        const JsonReader time = item.require("t", kTime_s.expected);
-        const double time_s = time.number(kTime_s);
-        if (!path.points.empty() && time_s < path.points.back().time_s) {
-            time.fail("the time goes back; expected at least the time of the point before");
-        }
-        const Vec3 position = read_point(item.require("position", "a list of 3 numbers in metres"));
-        path.points.push_back({time_s, read_orientation(item, position)});
+        const double before_s = path.points.empty() ? 0 : path.points.back().time_s;
+        path.points.push_back({before_s, {}});
+        Path::Point& point = path.points.back();
+        item.attempt([&] {
+            item.allow_keys({"t", "position", "yaw_deg", "pitch_deg", "roll_deg"});
+            item.attempt([&] {
+                const JsonReader time = item.require("t", kTime_s.expected);
+                point.time_s = time.number(kTime_s);
+                if (point.time_s < before_s) {
+                    time.fail("the time goes back; expected at least the time of the point before");
+                }
+            });
+            Vec3 position(0);
+            item.attempt([&] {
+                position = read_point(item.require("position", "a list of 3 numbers in metres"));
+            });
+            point.pose = read_orientation(item, position);
+        });
     }
     if (path.points.empty()) points.fail("an empty path; expected at least one point");
     return path;

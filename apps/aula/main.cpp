@@ -11,6 +11,7 @@
 #include "apps/aula/terminal.h"
 #include "audio/error.h"
 #include "engine/error.h"
+#include "engine/scene_file.h"
 
 namespace aula {
 
@@ -19,6 +20,23 @@ namespace {
 /// A signal that came meanwhile has the last word.
 int unless_interrupted(int status) {
     return interrupt_signal() != 0 ? interrupted_status() : status;
+}
+
+/// One line on standard error, whatever the message holds.
+int fail(std::string message, int status) {
+    std::replace(message.begin(), message.end(), '\n', ' ');
+    std::fprintf(stderr, "aula: %s\n", printable(message).c_str());
+    return status;
+}
+
+/// Says all errors of a scene, one a line.
+int check(const Arguments& arguments) {
+    try {
+        return unless_interrupted(check_scene(arguments));
+    } catch (const SceneErrors& errors) {
+        for (const std::string& message : errors.messages()) fail(message, 2);
+        return 2;
+    }
 }
 
 int run(const Arguments& arguments) {
@@ -37,7 +55,7 @@ int run(const Arguments& arguments) {
         case Command::info:
             return unless_interrupted(show_info(arguments));
         case Command::check:
-            return unless_interrupted(check_scene(arguments));
+            return check(arguments);
         case Command::play:
             return play(arguments);
         case Command::render:
@@ -46,13 +64,6 @@ int run(const Arguments& arguments) {
             return measure(arguments);
     }
     return 1;
-}
-
-/// One line on standard error, whatever the message holds.
-int fail(std::string message, int status) {
-    std::replace(message.begin(), message.end(), '\n', ' ');
-    std::fprintf(stderr, "aula: %s\n", printable(message).c_str());
-    return status;
 }
 
 /// What the system did not grant.

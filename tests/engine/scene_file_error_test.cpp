@@ -253,6 +253,78 @@ TEST_CASE("a scene file that cannot be read is named") {
     CHECK_THROWS_WITH(aula::load_scene(folder.path()), Contains("is a folder"));
 }
 
+TEST_CASE(
+    "all errors of a scene are known, in the order of reading, and none follows from another") {
+    const TemporaryFolder folder;
+    const auto messages = [&](const std::string& text) {
+        const auto file = folder.write("scene.json", text);
+        std::vector<std::string> places;
+        try {
+            aula::load_scene(file);
+        } catch (const aula::SceneErrors& errors) {
+            CHECK(errors.what() == errors.messages().front());
+            for (const std::string& message : errors.messages()) {
+                const std::string part = message.substr(file.string().size() + 2);
+                places.push_back(part.substr(0, part.find(": ")));
+            }
+        }
+        return places;
+    };
+    CHECK(messages(R"({"aula": 2, "colour": 1, "size": 2,
+        "materials": {"felt": {"absorption": [2, 0, 0, 0, 0, 0, 0, -1], "scattering": 3},
+                      "cork": {}},
+        "geometry": [{"box": [5, 0, 3], "material": "felt", "scale": -1},
+                     {"box": [5, 4, 3], "material": "cork"},
+                     {"box": [5, 4, 3], "material": "flt"},
+                     {"bx": [5, 4, 3]},
+                     {"file": "none.obj", "material": "felt", "translate": [1]},
+                     {"vertices": [[0,0,0], [1,0,"x"], [1,1,0]], "faces": [[0,1,2], [0,1,9]],
+                      "material": "felt"}],
+        "medium": {"temperature_c": 900, "humidity_percent": -1},
+        "sources": [{"name": "a", "position": [0, 1], "gain_db": "loud"},
+                    {"name": "a", "path": {"points": [{"t": "x"}, {"t": 1, "position": [1, 1, 1]}]}},
+                    7],
+        "listener": {"yaw_deg": true},
+        "simulation": {"rays": 0, "estimator": "best", "speed": 1}})") ==
+          std::vector<std::string>{"/colour",
+                                   "/size",
+                                   "/aula",
+                                   "/materials/felt/absorption/0",
+                                   "/materials/felt/absorption/7",
+                                   "/materials/felt/scattering",
+                                   "/materials/cork/absorption",
+                                   "/geometry/0/box",
+                                   "/geometry/0/scale",
+                                   "/geometry/2/material",
+                                   "/geometry/3/bx",
+                                   "/geometry/4/file",
+                                   "/geometry/4/translate",
+                                   "/geometry/5/vertices/1/2",
+                                   "/geometry/5/faces/1/2",
+                                   "/medium/temperature_c",
+                                   "/medium/humidity_percent",
+                                   "/sources/0/position",
+                                   "/sources/0/gain_db",
+                                   "/sources/1/name",
+                                   "/sources/1/path/points/0/t",
+                                   "/sources/1/path/points/0/position",
+                                   "/sources/2",
+                                   "/listener/position",
+                                   "/listener/yaw_deg",
+                                   "/simulation/speed",
+                                   "/simulation/estimator",
+                                   "/simulation/rays"});
+    // Of very many the first hundred, and how many more.
+    std::string faces;
+    for (int i = 0; i < 250; ++i) faces += i ? ", [0, 1, 7]" : "[0, 1, 7]";
+    const auto many = messages(R"({"aula": 1, "geometry": [{"vertices": [[0,0,0], [1,0,0], [1,1,0]],
+        "material": "wood", "faces": [)" +
+                               faces + R"(]}],
+        "sources": [{"position": [0, 0, 0]}], "listener": {"position": [1, 1, 1]}})");
+    REQUIRE(many.size() == 101);
+    CHECK(many.back() == "150 more errors; expected none");
+}
+
 TEST_CASE("whatever bytes change in a scene file, loading succeeds or throws Error") {
     const TemporaryFolder folder;
     const std::string valid = kValid;
