@@ -199,22 +199,24 @@ struct PatchGrid::State {
         std::size_t hits = 0;
         for (int round = 0; round < kFloodRounds; ++round) {
             const std::size_t before = reached_count;
-            flood(scene, inside, kFloodPaths, kFloodBounces, derive_seed(seed, 1 << 30, round),
-                  [&](int reflections, const Ray& ray, const Hit& hit) {
-                      if (!hit.any() || scene.moves(scene.triangle(hit.triangle))) return;
-                      const Vec3 point = scene.point(hit, ray.direction);
-                      const Vec3 normal = scene.facing_normal(hit, ray.direction);
-                      const auto found = patch_of_cell.find(grid.key_at(point, normal));
-                      if (found == patch_of_cell.end()) return;
-                      // Direct sound falls otherwise from every place.
-                      if (reflections > 0) {
-                          exposure.add_hit(found->second, hit.triangle, point, normal);
-                          ++hits;
-                      }
-                      if (reached[found->second]) return;
-                      reached[found->second] = 1;
-                      ++reached_count;
-                  });
+            const RandomWalks walks{.paths = kFloodPaths,
+                                    .bounces = kFloodBounces,
+                                    .seed = derive_seed(seed, 1 << 30, round)};
+            flood(scene, inside, walks, [&](int reflections, const Ray& ray, const Hit& hit) {
+                if (!hit.any() || scene.moves(scene.triangle(hit.triangle))) return;
+                const Vec3 point = scene.point(hit, ray.direction);
+                const Vec3 normal = scene.facing_normal(hit, ray.direction);
+                const auto found = patch_of_cell.find(grid.key_at(point, normal));
+                if (found == patch_of_cell.end()) return;
+                // Direct sound falls otherwise from every place.
+                if (reflections > 0) {
+                    exposure.add_hit(found->second, hit.triangle, point, normal);
+                    ++hits;
+                }
+                if (reached[found->second]) return;
+                reached[found->second] = 1;
+                ++reached_count;
+            });
             if (static_cast<double>(reached_count) > most) return false;
             if (reached_count - before <= reached_count / 100 &&
                 hits >= kHitsPerPatch * reached_count) {

@@ -24,7 +24,7 @@ namespace {
 
 constexpr double kLongestDefaultResponse_s = 4;
 constexpr double kShortestDefaultResponse_s = 0.3;
-enum class SeedPurpose : std::uint64_t { frame = 1, survey = 3, specular = 5 };
+enum class SeedPurpose : std::uint64_t { frame = 1, survey = 3, specular = 5, connection = 7 };
 
 int default_threads() {
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) - 1);
@@ -350,6 +350,13 @@ std::vector<PatchEnergy> Propagation::patch_energies(std::size_t source, double 
 
 float Propagation::patch_size_m() const {
     return state_->patches ? state_->patches->patch_size_m() : 0;
+}
+
+std::vector<char> Propagation::sources_connected(const FrameInput& given) const {
+    const State& s = *state_;
+    const FrameInput input = s.off_surfaces(given);
+    return connected(s.rays, input.listeners[0], input.sources,
+                     derive_seed(s.simulation.seed, SeedPurpose::connection));
 }
 
 void Propagation::set_rays(int rays) {

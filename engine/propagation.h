@@ -67,6 +67,10 @@ class Propagation {
     /// Edge of the patches; 0 for estimators without.
     float patch_size_m() const;
 
+    /// For each source, whether sound finds a way to the first listener with everything where the
+    /// newest frame had it: by random walks that no rounding takes through a wall.
+    std::vector<char> sources_connected(const FrameInput& input) const;
+
     /// Other rays per source from the next frame on.
     void set_rays(int rays);
 

@@ -11,6 +11,9 @@ namespace {
 
 double db(double ratio) { return 10 * std::log10(ratio); }
 
+/// Strength is fluence times this: its reference is 10 m of free field.
+constexpr double kStrength_m2 = 400 * std::numbers::pi;
+
 std::optional<double> finite(double x) {
     return std::isfinite(x) ? std::optional<double>(x) : std::nullopt;
 }
@@ -159,7 +162,7 @@ BandParameters parameters(const DecayCurve& curve) {
     p.c80_db = clarity_db(0.08);
     p.d50 = finite(1 - (curve.from(0.05) + curve.tail()) / total);
     p.ts_s = finite(curve.centre_s());
-    p.g_db = finite(db(total * 400 * std::numbers::pi));
+    p.g_db = finite(db(total * kStrength_m2));
     return p;
 }
 
@@ -189,6 +192,14 @@ RoomParameters room_parameters(const EnergyResponse& response) {
         result[b] = parameters(DecayCurve(response, zero_s, b));
     }
     return result;
+}
+
+bool is_audible(const EnergyResponse& response) {
+    const double least = std::pow(10, kAudible_g_db / 10) / kStrength_m2;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        if (response.total(b) >= least) return true;
+    }
+    return false;
 }
 
 Bands eyring_time_s(double volume_m3, double surface_m2, const Bands& mean_absorption,

@@ -25,6 +25,13 @@ using RoomParameters = std::array<BandParameters, kBandCount>;
 /// from the late slope and counted in. Never NaN or infinite.
 RoomParameters room_parameters(const EnergyResponse& response);
 
+/// Strength below which a source is not audible, dB: 60 dB below its level at 1 m. A voice of 60 dB
+/// there (ISO 9921, normal effort) falls to 0 dB, the threshold of hearing.
+inline constexpr double kAudible_g_db = -40;
+
+/// True if the strength of an octave is at least kAudible_g_db.
+bool is_audible(const EnergyResponse& response);
+
 /// Reverberation time in s after Eyring for each band: 24 ln(10) V / (c (4 m V - S ln(1 - a))),
 /// infinite without any loss.
 Bands eyring_time_s(double volume_m3, double surface_m2, const Bands& mean_absorption,

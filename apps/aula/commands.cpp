@@ -4,20 +4,19 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <numbers>
 
 #include "apps/aula/interrupt.h"
 #include "apps/aula/outputs.h"
 #include "apps/aula/terminal.h"
+#include "apps/session/formatted.h"
 #include "apps/session/signals.h"
 #include "audio/device.h"
+#include "audio/error.h"
 #include "engine/error.h"
 #include "engine/material_library.h"
 #include "engine/patch_grid.h"
 #include "engine/ray_scene.h"
-#include "engine/room_acoustics.h"
 #include "engine/room_survey.h"
 #include "engine/scene_file.h"
 #include "engine/worker_pool.h"
@@ -29,130 +28,92 @@ namespace {
 /// More patches than caches of a gigabyte hold are not counted.
 constexpr double kMostPatches = 1e5;
 
-/// Where rays get out of a room.
-struct Leaks {
-    double share = 0;                  ///< of the rays from inside
-    std::vector<std::size_t> outside;  ///< which of the places, where a room is
+constexpr std::uint64_t kSeed = 1;
+
+/// Somewhere that a listener or a source is.
+struct Place {
+    std::string who;
+    Vec3 position{0};
+    std::optional<double> time_s;  ///< of a path
 };
 
-/// What the triangles of a scene enclose.
-struct Room {
-    Leaks leaks;
-    std::size_t patches = 0;      ///< that sound reaches
-    float patch_size_m = 0;       ///< as wanted, or larger where there would be too many
-    std::vector<double> area_m2;  ///< [material]
-    std::size_t triangles = 0;
-    Vec3 least{0};
-    Vec3 most{0};
-    double surface_m2 = 0;
-    double volume_m3 = 0;
-    bool closed = false;
-    Bands mean_absorption{};
-};
+/// The places at the start: of the listener, then of the sources.
+std::vector<Place> first_places(const Scene& scene) {
+    std::vector<Place> places{{"the listener", scene.listener.pose_at(0).position, {}}};
+    for (const Source& source : scene.sources)
+        places.push_back({"the source \"" + source.name + "\"", source.position_at(0), {}});
+    return places;
+}
 
-/// The listener, then the sources.
-std::vector<Vec3> places(const Scene& scene) {
-    std::vector<Vec3> points{scene.listener.pose_at(0).position};
-    for (const Source& source : scene.sources) points.push_back(source.position_at(0));
+/// Adds places along a path, half a metre apart, or farther apart on long ones.
+void add_along(const std::string& who, const Path& path, std::vector<Place>& places) {
+    constexpr double kMostPlaces = 256;
+    double length_m = 0;
+    const auto step_m = [&](std::size_t i) {
+        return double{
+            glm::distance(path.points[i - 1].pose.position, path.points[i].pose.position)};
+    };
+    for (std::size_t i = 1; i < path.points.size(); ++i) length_m += step_m(i);
+    const double apart_m = std::max(0.5, length_m / kMostPlaces);
+    double next_m = apart_m;
+    double passed_m = 0;
+    for (std::size_t i = 1; i < path.points.size(); ++i) {
+        for (; next_m <= passed_m + step_m(i); next_m += apart_m) {
+            const double share = (next_m - passed_m) / step_m(i);
+            const double time_s =
+                std::lerp(path.points[i - 1].time_s, path.points[i].time_s, share);
+            places.push_back({who, path.at(time_s).position, time_s});
+        }
+        passed_m += step_m(i);
+    }
+}
+
+/// All places, those along paths included.
+std::vector<Place> all_places(const Scene& scene) {
+    std::vector<Place> places = first_places(scene);
+    if (scene.listener.path) add_along("the listener", *scene.listener.path, places);
+    for (const Source& source : scene.sources)
+        if (source.path) add_along("the source \"" + source.name + "\"", *source.path, places);
+    return places;
+}
+
+std::vector<Vec3> positions(const std::vector<Place>& places) {
+    std::vector<Vec3> points;
+    for (const Place& place : places) points.push_back(place.position);
     return points;
 }
 
-std::string who_is_at(const Scene& scene, std::size_t place) {
-    return place == 0 ? "the listener" : "the source \"" + scene.sources[place - 1].name + "\"";
-}
-
-/// Looks round from the listener and the sources, then sends and reflects rays from those inside.
-Leaks find_leaks(const RayScene& rays, const Scene& scene) {
-    constexpr int kLooks = 1024;
-    constexpr int kPaths = 4096;
-    constexpr int kBounces = 32;
-    // Who sees so much of the open stands outside, if somebody else sees less.
-    constexpr double kOpen = 0.5;
-    const auto escaping = [&](std::span<const Vec3> from, int paths, int bounces) {
-        int escaped = 0;
-        flood(rays, from, paths, bounces, 1,
-              [&](int, const Ray&, const Hit& hit) { escaped += hit.any() ? 0 : 1; });
-        return static_cast<double>(escaped) / paths;
-    };
-    const std::vector<Vec3> points = places(scene);
+/// The places that are outside the room, and those inside.
+struct Sides {
+    std::vector<Place> outside;
     std::vector<Vec3> inside;
-    Leaks leaks;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        if (escaping({&points[i], 1}, kLooks, 1) < kOpen) {
-            inside.push_back(points[i]);
+};
+
+Sides part(const RayScene& rays, const std::vector<Place>& places) {
+    const std::vector<char> outside = outside_room(rays, positions(places), kSeed);
+    Sides sides;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        if (outside[i]) {
+            sides.outside.push_back(places[i]);
         } else {
-            leaks.outside.push_back(i);
+            sides.inside.push_back(places[i].position);
         }
     }
-    if (inside.empty()) {
-        inside = points;
-        leaks.outside.clear();
-    }
-    leaks.share = escaping(inside, kPaths, kBounces);
-    return leaks;
+    return sides;
 }
 
-Room measure_room(const Scene& scene) {
-    const RayScene rays(scene);
-    Room room;
-    room.triangles = rays.triangle_count();
-    if (room.triangles == 0) return room;
-    room.least = room.most = rays.triangle(0).vertices[0];
-    for (const auto& triangle : rays.triangles()) {
-        for (const Vec3& vertex : triangle.vertices) {
-            room.least = glm::min(room.least, vertex);
-            room.most = glm::max(room.most, vertex);
-        }
-    }
-    // Divergence theorem: the integral of x . n over a closed surface is three times its volume.
-    // From the middle, where rounding is least.
-    const glm::dvec3 middle = glm::dvec3(room.least + room.most) * 0.5;
-    glm::dvec3 directed_m2{0};
-    std::array<double, kBandCount> absorbing_m2{};
-    for (const auto& triangle : rays.triangles()) {
-        const glm::dvec3 a = glm::dvec3(triangle.vertices[0]) - middle;
-        const glm::dvec3 b = glm::dvec3(triangle.vertices[1]) - middle;
-        const glm::dvec3 c = glm::dvec3(triangle.vertices[2]) - middle;
-        const glm::dvec3 area_m2 = 0.5 * glm::cross(b - a, c - a);
-        directed_m2 += area_m2;
-        room.volume_m3 += glm::dot(a, area_m2) / 3;
-        room.surface_m2 += glm::length(area_m2);
-        for (std::size_t band = 0; band < kBandCount; ++band)
-            absorbing_m2[band] += glm::length(area_m2) *
-                                  static_cast<double>(rays.material(triangle).absorption[band]);
-    }
-    room.area_m2.resize(scene.materials.size());
-    for (const auto& triangle : rays.triangles())
-        room.area_m2[triangle.material] += double{triangle.area_m2()};
-    const std::vector<Vec3> inside = places(scene);
-    room.leaks = find_leaks(rays, scene);
-    WorkerPool workers(1);
-    const PatchGrid grid(rays, scene.simulation.patch_size_m, inside, scene.simulation.seed,
-                         workers, kMostPatches);
-    room.patches = grid.reached();
-    room.patch_size_m = grid.patch_size_m();
-    room.volume_m3 = std::abs(room.volume_m3);
-    // The directed areas of a closed surface cancel out.
-    constexpr double kClosed = 1e-3;
-    room.closed = glm::length(directed_m2) < kClosed * room.surface_m2;
-    for (std::size_t band = 0; band < kBandCount; ++band)
-        room.mean_absorption[band] = static_cast<float>(absorbing_m2[band] / room.surface_m2);
-    return room;
-}
-
-/// Reverberation time after Sabine, in s, air absorption included.
-Bands sabine_time_s(const Room& room, const Medium& medium) {
-    const Bands attenuation_per_m = medium.attenuation_per_m();
-    Bands time_s;
-    for (std::size_t band = 0; band < kBandCount; ++band) {
-        const double absorbing_m2 =
-            room.surface_m2 * static_cast<double>(room.mean_absorption[band]) +
-            4 * static_cast<double>(attenuation_per_m[band]) * room.volume_m3;
-        time_s[band] =
-            static_cast<float>(24 * std::numbers::ln10 * room.volume_m3 /
-                               (static_cast<double>(medium.speed_of_sound_m_s()) * absorbing_m2));
-    }
-    return time_s;
+/// By how much escaping shortens the reverberation time, 0..1, where it does so most.
+double shortening(const RoomSurvey& survey, double escape, const Medium& medium) {
+    RoomSurvey with = survey;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+        with.mean_absorption[b] +=
+            static_cast<float>(escape * (1 - double{survey.mean_absorption[b]}));
+    const Bands tight_s = sabine_time_s(survey, medium);
+    const Bands open_s = sabine_time_s(with, medium);
+    double most = 0;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+        if (std::isfinite(tight_s[b])) most = std::max(most, 1 - double{open_s[b] / tight_s[b]});
+    return most;
 }
 
 void print_row(const char* label, const Bands& values, int decimals) {
@@ -289,14 +250,22 @@ int list_materials(const Arguments& arguments) {
 
 int show_info(const Arguments& arguments) {
     const Scene scene = read_scene(arguments);
-    const Room room = measure_room(scene);
-    std::printf("%-16s%zu\n", "triangles", room.triangles);
-    if (room.triangles > 0) {
-        print_point("from", room.least);
-        print_point("to", room.most);
-        std::printf("%-16s%.1f m2\n", "surface", room.surface_m2);
-        std::printf("%-16s%.1f m3%s\n", "volume", room.volume_m3,
-                    room.closed ? "" : " (the surface is not closed: of little meaning)");
+    const RayScene rays(scene);
+    std::printf("%-16s%zu\n", "triangles", rays.triangle_count());
+    const Sides sides = part(rays, first_places(scene));
+    const RoomGeometry room = measure_room(rays, sides.inside, kSeed);
+    if (rays.triangle_count() > 0) {
+        const Bounds bounds = geometry_bounds(scene.objects);
+        print_point("from", bounds.min);
+        print_point("to", bounds.max);
+        std::printf("%-16s%.1f m2 that sound reaches\n", "surface", room.surface_m2);
+        if (room.volume_m3) {
+            std::printf("%-16s%.1f m3", "volume", *room.volume_m3);
+            if (room.open_share > 0) std::printf(", openings %.2g %%", 100 * room.open_share);
+            std::printf("\n");
+        } else {
+            std::printf("%-16snot closed\n", "volume");
+        }
     }
     for (const Source& source : scene.sources) {
         print_point(printable("source " + source.name).c_str(), source.position_at(0));
@@ -304,54 +273,96 @@ int show_info(const Arguments& arguments) {
     }
     print_point("listener", scene.listener.pose_at(0).position);
     if (scene.listener.path) std::printf("%-16s%s\n", "", describe(*scene.listener.path).c_str());
-    if (room.triangles == 0) return 0;
-    std::printf("%-16s%zu of %.2f m\n", "patches", room.patches,
-                static_cast<double>(room.patch_size_m));
-    std::printf("%-16s%.2f %% of the rays get out%s\n", "leaks", 100 * room.leaks.share,
-                room.leaks.share == 0 ? ": tight" : "");
-    for (const std::size_t place : room.leaks.outside)
-        std::printf("%-16s%s stands outside the room\n", "",
-                    printable(who_is_at(scene, place)).c_str());
+    if (rays.triangle_count() == 0) return 0;
+    WorkerPool workers(1);
+    const PatchGrid grid(rays, scene.simulation.patch_size_m, sides.inside, scene.simulation.seed,
+                         workers, kMostPatches);
+    std::printf("%-16s%zu of %.2f m\n", "patches", grid.reached(),
+                static_cast<double>(grid.patch_size_m()));
+    const double escape = escape_per_reflection(rays, sides.inside, kSeed);
+    if (escape == 0) {
+        std::printf("%-16snone: tight\n", "leaks");
+    } else {
+        std::printf("%-16s%.2g %% of the reflections\n", "leaks", 100 * escape);
+    }
+    for (const Place& place : sides.outside)
+        std::printf("%-16s%s is outside the room\n", "", printable(place.who).c_str());
     std::printf("\n");
     for (std::size_t m = 0; m < room.area_m2.size(); ++m) {
         if (room.area_m2[m] == 0) continue;
         std::printf("%-24s%10.1f m2  %4.1f %%\n", printable(scene.materials[m].name).c_str(),
                     room.area_m2[m], 100 * room.area_m2[m] / room.surface_m2);
     }
-    std::printf("\n");
+    if (!room.volume_m3) return 0;
+    std::printf("\n%-16s%.2f m\n", "mean free path", room.field.mean_free_path_m);
     print_band_names();
-    print_row("absorption", room.mean_absorption, 2);
-    print_row("Sabine s", sabine_time_s(room, scene.medium), 2);
-    print_row("Eyring s",
-              eyring_time_s(room.volume_m3, room.surface_m2, room.mean_absorption,
-                            scene.medium.attenuation_per_m(),
-                            static_cast<double>(scene.medium.speed_of_sound_m_s())),
-              2);
+    print_row("absorption", room.field.mean_absorption, 2);
+    print_row("Sabine s", sabine_time_s(room.field, scene.medium), 2);
+    print_row("Eyring s", reverberation_time_s(room.field, scene.medium), 2);
     return 0;
+}
+
+/// Sound files are read as far as they can be. Throws SceneErrors, one for each that cannot.
+void check_signals(const Scene& scene, const Arguments& arguments) {
+    SignalSet signals;
+    std::vector<std::string> errors;
+    for (std::size_t s = 0; s < scene.sources.size(); ++s) {
+        try {
+            signals.push_back(read_signal(scene, s, arguments.session.sample_rate_hz));
+        } catch (const AudioInputError& error) {
+            errors.emplace_back(error.what());
+        }
+    }
+    if (!errors.empty()) throw SceneErrors(std::move(errors));
+    warn(warnings_of(signals), arguments.quiet);
+}
+
+/// Who is outside the room, once each.
+void check_places(const Scene& scene, const Sides& sides, const Arguments& arguments) {
+    const Bounds bounds = geometry_bounds(scene.objects);
+    std::vector<std::string> known;
+    for (const Place& place : sides.outside) {
+        if (std::find(known.begin(), known.end(), place.who) != known.end()) continue;
+        known.push_back(place.who);
+        // Outside the bounds, too, has been said already.
+        if (!bounds.contains(place.position)) continue;
+        const Vec3& p = place.position;
+        warn({arguments.scene.string() + ": " + place.who + " is outside the room" +
+              (place.time_s ? formatted(" after %.1f s", *place.time_s) : "") +
+              formatted(", at (%g, %g, %g)", double{p.x}, double{p.y}, double{p.z})},
+             arguments.quiet);
+    }
+}
+
+/// What escapes, and whether that matters.
+void check_leaks(const Scene& scene, const RayScene& rays, const Sides& sides,
+                 const Arguments& arguments) {
+    // An error of the reverberation time that no listener notices; its threshold is 5 %.
+    constexpr double kHarmless = 0.01;
+    // Of reflections: what lets more out is open rather than leaking.
+    constexpr double kOpen = 0.01;
+    const double escape = escape_per_reflection(rays, sides.inside, kSeed);
+    if (escape == 0 || escape > kOpen) return;
+    const double shorter =
+        shortening(measure_room(rays, sides.inside, kSeed).field, escape, scene.medium);
+    const std::string line =
+        arguments.scene.string() +
+        formatted(": %.2g %% of the reflections escape, the reverberation time is %.2g %% shorter",
+                  100 * escape, 100 * shorter);
+    if (shorter > kHarmless) {
+        warn({line + ": the room has a hole"}, arguments.quiet);
+    } else {
+        std::printf("%s: harmless\n", line.c_str());
+    }
 }
 
 int check_scene(const Arguments& arguments) {
     const Scene scene = read_scene(arguments);
-    warn(warnings_of(read_signals(scene, arguments.session.sample_rate_hz)), arguments.quiet);
+    check_signals(scene, arguments);
     const RayScene rays(scene);
-    // What lets hardly any ray out is a room with a hole, rather than one that is open. Where
-    // surfaces cross at an acute angle, a point a little off one may be behind the other: some rays
-    // in 10000 find such places in a room full of things.
-    constexpr double kHole = 0.3;
-    constexpr double kCrossing = 0.001;
-    const Leaks leaks = find_leaks(rays, scene);
-    if (leaks.share > kCrossing && leaks.share < kHole)
-        warn({arguments.scene.string() + ": " + std::to_string(std::lround(1e4 * leaks.share)) +
-              " of 10000 rays get out: the room has a hole"},
-             arguments.quiet);
-    const Bounds bounds = geometry_bounds(scene.objects);
-    for (const std::size_t place : leaks.outside) {
-        // Outside the bounds, too, has been said already.
-        if (!bounds.contains(places(scene)[place])) continue;
-        warn({arguments.scene.string() + ": " + who_is_at(scene, place) +
-              " stands outside the room"},
-             arguments.quiet);
-    }
+    const Sides sides = part(rays, all_places(scene));
+    check_leaks(scene, rays, sides, arguments);
+    check_places(scene, sides, arguments);
     std::size_t triangles = 0;
     for (const Object& object : scene.objects) triangles += object.triangles.size();
     std::printf("%s: ok, %s, %s, %s\n", printable(arguments.scene.string()).c_str(),

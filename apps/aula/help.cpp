@@ -9,7 +9,7 @@ usage: aula SCENE [options]                play live on the audio device
        aula SCENE --offline OUT.wav        render the walk to a file
        aula SCENE --ir OUT.wav --report    measure at the listener's first pose
        aula info SCENE                     what the room is: size, surface, reverberation time
-       aula check SCENE                    read all files, say what is wrong
+       aula check SCENE                    read all files, say all that is wrong
        aula materials [list]               the materials that ship with Aula
        aula materials show NAME            one of them, its curves drawn
 
@@ -27,8 +27,8 @@ what to do (--ir, --echogram and --report may be combined)
   --ir OUT.wav           impulse response, sample 0 is emission; several sources: OUT-NAME.wav
   --echogram OUT.csv     energy response per octave band in 1/m2 for unit emitted energy
   --report[=OUT.json]    ISO 3382 parameters: a table on stdout, with a name also as JSON
-  --frames N             average N frames (default: until each octave's level has a standard
-                         error below 0.1 dB, at most 2000)
+  --frames N             measure over N frames (default: until the standard errors of level, C80,
+                         T30, EDT are 0.05 dB, 0.1 dB, 1 %, 1 % in each octave, at most 2000)
   --bin-ms MS            width of the echogram's bins (1)
   --list-devices         list the output devices
 

@@ -110,6 +110,7 @@ int measure(const Arguments& arguments) {
     ProgressBar bar("measuring", arguments.quiet);
     const auto measurement = measure(scene, arguments.frames, std::ref(bar));
     if (!measurement) return interrupted_status();
+    warn(measurement->warnings, arguments.quiet);
     files.write(scene, *measurement, hrtf);
     return 0;
 }

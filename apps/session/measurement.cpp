@@ -4,146 +4,139 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <map>
+#include <functional>
+#include <string>
 
+#include "apps/session/formatted.h"
+#include "apps/session/measurement_error.h"
+#include "apps/session/response_mean.h"
 #include "apps/session/sound_at_listener.h"
 #include "audio/realtime.h"
 #include "engine/impulse_response.h"
 #include "engine/propagation.h"
+#include "engine/room_acoustics.h"
 #include "engine/sampling.h"
 
 namespace aula {
 
 namespace {
 
-constexpr double kWantedError_db = 0.1;
 constexpr int kMostFrames = 2000;
-/// Fewer windows say little about their own spread.
-constexpr std::size_t kFewestWindows = 8;
+/// Windows before their spread is trusted, and the growth of their number from one look at it to
+/// the next: looking after every window would stop at a lucky one.
+constexpr std::size_t kFewestWindows = 16;
+constexpr double kGrowth = 1.25;
+/// Frames of a window where the estimator has none of its own. A response of `patch` that few
+/// frames add to is as good for its frames as one of many; more windows judge the error better.
+constexpr int kWindowFrames = 8;
 /// For what filters add behind the last arrival.
 constexpr double kFilterTail_s = 0.05;
 
-/// The running sum of responses with the same bins. A discrete path counts in the frames that have
-/// it.
-class ResponseSum {
- public:
-    void add(const EnergyResponse& response) {
-        if (count_++ == 0) {
-            first_ = response;
-            energy_.resize(response.energy.size());
-            direction_.resize(response.direction.size());
-        }
-        for (std::size_t bin = 0; bin < energy_.size(); ++bin) {
-            for (std::size_t band = 0; band < kBandCount; ++band)
-                energy_[bin][band] += static_cast<double>(response.energy[bin][band]);
-            direction_[bin] += glm::dvec3(response.direction[bin]);
-        }
-        for (const SpecularPath& path : response.paths) {
-            PathSum& sum = paths_.try_emplace(path.id, PathSum{path, {}}).first->second;
-            for (std::size_t band = 0; band < kBandCount; ++band)
-                sum.energy[band] += static_cast<double>(path.energy[band]);
-        }
+constexpr const char* kNotConnected = "no way leads there";
+constexpr const char* kTooQuiet = "in every octave more than 60 dB below its level at 1 m";
+
+/// Frames of an independent window: of `dpc*` the window of its cache, as long as enough windows
+/// fit in a measurement.
+int window_frames(const Simulation& simulation) {
+    const bool cached =
+        simulation.estimator == Estimator::dpc || simulation.estimator == Estimator::dpc_published;
+    if (!cached) return kWindowFrames;
+    return std::min(simulation.window_frames(), kMostFrames / static_cast<int>(kFewestWindows));
+}
+
+/// True if the last response of so many frames from empty caches says more than the mean of all
+/// (measured: docs/algorithm.md). That of `patch` holds all frames. That of `dpc` holds a window of
+/// the newest, and running means count the first rays most: the last is better up to 1.5 windows.
+bool last_is_best(const Simulation& simulation, int frames) {
+    switch (simulation.estimator) {
+        case Estimator::pt:
+        case Estimator::dpc_published:
+            return false;
+        case Estimator::dpc:
+            return 2 * frames <= 3 * simulation.window_frames();
+        case Estimator::patch:
+            return true;
     }
+    return true;
+}
 
-    EnergyResponse mean() const {
-        EnergyResponse mean = first_;
-        const double share = 1.0 / count_;
-        for (std::size_t bin = 0; bin < energy_.size(); ++bin) {
-            mean.energy[bin] = bands(energy_[bin], share);
-            mean.direction[bin] = Vec3(direction_[bin] * share);
-        }
-        mean.paths.clear();
-        for (const auto& [id, sum] : paths_) {
-            mean.paths.push_back(sum.path);
-            mean.paths.back().energy = bands(sum.energy, share);
-        }
-        std::stable_sort(
-            mean.paths.begin(), mean.paths.end(),
-            [](const SpecularPath& a, const SpecularPath& b) { return a.length_m < b.length_m; });
-        return mean;
-    }
-
- private:
-    using Sums = std::array<double, kBandCount>;
-    struct PathSum {
-        SpecularPath path;
-        Sums energy;
-    };
-
-    static Bands bands(const Sums& sums, double share) {
-        Bands out;
-        for (std::size_t band = 0; band < kBandCount; ++band)
-            out[band] = static_cast<float>(sums[band] * share);
-        return out;
-    }
-
-    int count_ = 0;
-    EnergyResponse first_;
-    std::vector<Sums> energy_;
-    std::vector<glm::dvec3> direction_;
-    std::map<std::uint64_t, PathSum> paths_;
-};
-
-/// The energies of independent windows, and how well they determine their mean's level.
-class LevelError {
- public:
-    void add(double energy) {
-        ++count_;
-        const double step = energy - mean_;
-        mean_ += step / static_cast<double>(count_);
-        squares_ += step * (energy - mean_);
-    }
-
-    /// Standard error of the mean's level; 0 for silence.
-    double standard_error_db() const {
-        if (mean_ <= 0) return 0;
-        const auto n = static_cast<double>(count_);
-        const double relative = std::sqrt(squares_ / (n - 1) / n) / mean_;
-        return 10 / std::log(10.0) * relative;
-    }
-
- private:
-    std::size_t count_ = 0;
-    double mean_ = 0;
-    double squares_ = 0;  ///< sum of squared deviations from the mean
-};
-
-/// Steps one propagation with everything standing still.
+/// Propagation with everything at the listener's first pose, window by window.
 class StandingStill {
  public:
     explicit StandingStill(const Scene& scene)
-        : propagation_(scene, scene.simulation), sums_(scene.sources.size()) {
+        : simulation_(scene.simulation), propagation_(scene, scene.simulation) {
         input_.listeners = {scene.listener.pose_at(0).position};
         for (const Source& source : scene.sources) input_.sources.push_back(source.position_at(0));
     }
 
-    void restart(std::uint64_t seed) { propagation_.restart(seed); }
-
-    void step() {
-        propagation_.step(input_);
-        for (std::size_t s = 0; s < sums_.size(); ++s) sums_[s].add(propagation_.response(s));
-        ++frames_;
-    }
-
-    const EnergyResponse& response(std::size_t source) const {
-        return propagation_.response(source);
+    /// What the next frames from empty caches say together, [source]; empty if `progress` asked to
+    /// stop after a frame.
+    std::vector<EnergyResponse> window(int count, const std::function<bool(int)>& progress) {
+        if (windows_ > 0) propagation_.restart(derive_seed(simulation_.seed, windows_));
+        ++windows_;
+        const bool last = last_is_best(simulation_, count);
+        std::vector<ResponseMean> means(input_.sources.size());
+        for (int frame = 0; frame < count; ++frame) {
+            propagation_.step(input_);
+            if (!last || frame + 1 == count)
+                for (std::size_t s = 0; s < means.size(); ++s)
+                    means[s].add(propagation_.response(s));
+            if (!progress(++frames_)) return {};
+        }
+        std::vector<EnergyResponse> responses;
+        for (const ResponseMean& mean : means) responses.push_back(mean.value());
+        return responses;
     }
 
     int frames() const { return frames_; }
-
-    Measurement result() const {
-        Measurement m{
-            .responses = {}, .length_s = propagation_.response_length_s(), .frames = frames_};
-        for (const ResponseSum& sum : sums_) m.responses.push_back(sum.mean());
-        return m;
-    }
+    double response_length_s() const { return propagation_.response_length_s(); }
+    std::vector<char> connected() const { return propagation_.sources_connected(input_); }
 
  private:
+    const Simulation& simulation_;
     Propagation propagation_;
     FrameInput input_;
-    std::vector<ResponseSum> sums_;
+    std::uint64_t windows_ = 0;
     int frames_ = 0;
 };
+
+/// True if all errors that matter are as small as wanted, their own uncertainty included.
+bool is_certain(const WindowedMean& mean) {
+    const WindowedMean::Errors errors = mean.standard_errors();
+    for (const MeasuredParameter p : kMeasuredParameters) {
+        const auto& of_bands = errors[static_cast<std::size_t>(p)];
+        const double worst = *std::max_element(of_bands.begin() + kFirstMeasuredBand,
+                                               of_bands.begin() + kEndMeasuredBand);
+        if (worst * mean.error_margin() > wanted_error(p)) return false;
+    }
+    return true;
+}
+
+/// The parameters whose errors are larger than wanted, each with its worst octave; empty if none.
+std::string uncertain_parameters(const WindowedMean& mean) {
+    struct Words {
+        const char* name;
+        const char* unit;
+        double scale;
+    };
+    constexpr std::array<Words, kMeasuredParameters.size()> kWords{
+        {{"level", "dB", 1}, {"C80", "dB", 1}, {"T30", "%", 100}, {"EDT", "%", 100}}};
+    const WindowedMean::Errors errors = mean.standard_errors();
+    std::string text;
+    for (const MeasuredParameter p : kMeasuredParameters) {
+        const auto i = static_cast<std::size_t>(p);
+        const auto worst = std::max_element(errors[i].begin() + kFirstMeasuredBand,
+                                            errors[i].begin() + kEndMeasuredBand);
+        if (*worst <= wanted_error(p)) continue;
+        const float centre_hz =
+            kBandCentres_hz[static_cast<std::size_t>(worst - errors[i].begin())];
+        text += formatted("%s%s %.2g %s at %.0f Hz (at most %g %s)", text.empty() ? "" : ", ",
+                          kWords[i].name, kWords[i].scale * *worst, kWords[i].unit,
+                          static_cast<double>(centre_hz), kWords[i].scale * wanted_error(p),
+                          kWords[i].unit);
+    }
+    return text;
+}
 
 }  // namespace
 
@@ -151,27 +144,47 @@ std::optional<Measurement> measure(const Scene& scene, std::optional<int> frames
                                    const Progress& progress) {
     StandingStill still(scene);
     const int most = frames.value_or(kMostFrames);
-    const int window = frames ? *frames : scene.simulation.window_frames();
-    std::vector<LevelError> errors(scene.sources.size() * kBandCount);
-    for (std::size_t windows = 0; still.frames() < most; ++windows) {
-        if (windows > 0) still.restart(derive_seed(scene.simulation.seed, windows));
-        std::vector<double> energies(errors.size());
-        const int count = std::min(window, most - still.frames());
-        for (int f = 0; f < count; ++f) {
-            still.step();
-            for (std::size_t i = 0; i < energies.size(); ++i)
-                energies[i] += still.response(i / kBandCount).total(i % kBandCount);
-            if (progress && !progress(static_cast<double>(still.frames()) / most))
-                return std::nullopt;
-        }
-        double worst_db = 0;
-        for (std::size_t i = 0; i < errors.size(); ++i) {
-            errors[i].add(energies[i] / count);
-            worst_db = std::max(worst_db, errors[i].standard_error_db());
-        }
-        if (windows + 1 >= kFewestWindows && worst_db < kWantedError_db) break;
+    const int window = frames ? *frames : window_frames(scene.simulation);
+    const auto goes_on = [&](int done) {
+        return !progress || progress(static_cast<double>(done) / most);
+    };
+    const std::size_t count = scene.sources.size();
+    std::vector<WindowedMean> means(count);
+    std::vector<char> connected;
+    std::vector<char> certain(count, 0);
+    for (std::size_t next_look = kFewestWindows; still.frames() + window <= most;) {
+        const std::vector<EnergyResponse> responses = still.window(window, goes_on);
+        if (responses.empty()) return std::nullopt;
+        for (std::size_t s = 0; s < count; ++s) means[s].add(responses[s]);
+        if (connected.empty()) connected = still.connected();
+        if (std::none_of(connected.begin(), connected.end(), [](char c) { return c != 0; })) break;
+        if (means[0].windows() < next_look) continue;
+        next_look =
+            static_cast<std::size_t>(std::ceil(kGrowth * static_cast<double>(means[0].windows())));
+        for (std::size_t s = 0; s < count; ++s)
+            certain[s] = !connected[s] || !is_audible(means[s].mean()) || is_certain(means[s]);
+        if (std::all_of(certain.begin(), certain.end(), [](char c) { return c != 0; })) break;
     }
-    return still.result();
+
+    Measurement m;
+    m.length_s = still.response_length_s();
+    m.frames = still.frames();
+    for (std::size_t s = 0; s < count; ++s) {
+        m.responses.push_back(means[s].mean());
+        m.audible.push_back(connected[s] && is_audible(m.responses[s]));
+        const std::string source = "source \"" + scene.sources[s].name + "\": ";
+        if (!m.audible[s]) {
+            m.warnings.push_back(source + "not audible at the listener, " +
+                                 (connected[s] ? kTooQuiet : kNotConnected) +
+                                 "; its parameters are left out");
+        } else if (!frames && !certain[s]) {
+            const std::string uncertain = uncertain_parameters(means[s]);
+            if (uncertain.empty()) continue;
+            m.warnings.push_back(source + "standard errors after " + std::to_string(m.frames) +
+                                 " frames: " + uncertain);
+        }
+    }
+    return m;
 }
 
 std::vector<std::vector<float>> impulse_response(const Scene& scene, std::size_t source,

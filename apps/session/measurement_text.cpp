@@ -86,8 +86,9 @@ std::string echogram_csv(const Scene& scene, const Measurement& measurement, dou
 
 std::vector<RoomParameters> room_parameters(const Measurement& measurement) {
     std::vector<RoomParameters> parameters;
-    for (const EnergyResponse& response : measurement.responses)
-        parameters.push_back(room_parameters(response));
+    for (std::size_t s = 0; s < measurement.responses.size(); ++s)
+        parameters.push_back(measurement.audible[s] ? room_parameters(measurement.responses[s])
+                                                    : RoomParameters{});
     return parameters;
 }
 

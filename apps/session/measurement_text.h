@@ -13,7 +13,7 @@ namespace aula {
 /// each `bin_s` from 0 to the responses' length, energy in 1/m2.
 std::string echogram_csv(const Scene& scene, const Measurement& measurement, double bin_s);
 
-/// ISO 3382 parameters of each source, in the scene's order.
+/// ISO 3382 parameters of each source, in the scene's order; none of a source that is not audible.
 std::vector<RoomParameters> room_parameters(const Measurement& measurement);
 
 /// {"sources":[{"name":..,"bands":{"63":{"T20":..,..},..}}]}; null where there is no value.

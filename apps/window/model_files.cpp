@@ -170,7 +170,11 @@ void Model::save_response() {
     SessionOptions session = options_.session;
     session.sample_rate_hz = player_->sample_rate_hz();
     session.ambisonic_order = settings_[active_].ambisonic_order;
-    const Measurement measurement{{shown_->response}, shown_->length_s, 1};
+    Measurement measurement;
+    measurement.responses = {shown_->response};
+    measurement.audible = {is_audible(shown_->response)};
+    measurement.length_s = shown_->length_s;
+    measurement.frames = 1;
     const std::string stem = scene_file_.stem().string();
     // The HRTF takes a second to read.
     in_background(kSaving, [=, this]() -> Result {

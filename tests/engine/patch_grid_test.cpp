@@ -208,10 +208,11 @@ TEST_CASE("sound that has passed through a moving object is direct until a wall 
     constexpr int kPaths = 500;
     int direct = 0;
     int later = 0;
-    flood(rays, {&kBesideBlock, 1}, kPaths, 8, 1, [&](int reflections, const Ray&, const Hit& hit) {
-        CHECK(hit.any());
-        ++(reflections == 0 ? direct : later);
-    });
+    flood(rays, {&kBesideBlock, 1}, {.paths = kPaths, .bounces = 8, .seed = 1},
+          [&](int reflections, const Ray&, const Hit& hit) {
+              CHECK(hit.any());
+              ++(reflections == 0 ? direct : later);
+          });
     // Exact: each path's first wall, for many behind the block.
     CHECK(direct == kPaths);
     // Companion: it has others.
@@ -233,21 +234,22 @@ TEST_CASE("a survey measures segments from wall to wall, through what moves") {
     // Companion: pieces from the block on are shorter.
     double pieces_m = 0;
     int hits = 0;
-    flood(rays, {&kBesideBlock, 1}, 500, 32, 1, [&](int, const Ray& ray, const Hit& hit) {
-        const Ray back{ray.origin + hit.distance_m * ray.direction, -ray.direction};
-        Hit first;
-        rays.intersect({&back, 1}, {&first, 1});
-        pieces_m +=
-            double{first.any() ? std::min(first.distance_m, hit.distance_m) : hit.distance_m};
-        ++hits;
-    });
+    flood(rays, {&kBesideBlock, 1}, {.paths = 500, .bounces = 32, .seed = 1},
+          [&](int, const Ray& ray, const Hit& hit) {
+              const Ray back{ray.origin + hit.distance_m * ray.direction, -ray.direction};
+              Hit first;
+              rays.intersect({&back, 1}, {&first, 1});
+              pieces_m +=
+                  double{first.any() ? std::min(first.distance_m, hit.distance_m) : hit.distance_m};
+              ++hits;
+          });
     CHECK(pieces_m / hits < 0.9 * mean_m);
 }
 
 TEST_CASE("a ray is not lost through the floor that a moving object stands on") {
     const auto lost = [](const Scene& scene) {
         int count = 0;
-        flood(RayScene(scene), {&kBesideBlock, 1}, 2000, 32, 1,
+        flood(RayScene(scene), {&kBesideBlock, 1}, {.paths = 2000, .bounces = 32, .seed = 1},
               [&](int, const Ray&, const Hit& hit) { count += hit.any() ? 0 : 1; });
         return count;
     };
