@@ -26,7 +26,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     try {
         const Arguments arguments = read_arguments(static_cast<int>(lines.size()), argv.data());
         Scene scene;
-        scene.sources.push_back({.name = "voice"});
+        scene.sources.emplace_back().name = "voice";
         for (const auto& change : arguments.scene_changes) change(scene);
     } catch (const Error& error) {
         test::expect_one_line(error.what());
