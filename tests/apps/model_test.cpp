@@ -39,7 +39,9 @@ Scene scene_of(const std::filesystem::path& file) {
 
 LoadedScene load(const std::filesystem::path& file) {
     if (file.extension() == ".json") return load_scene(file);
-    return {scene_of(file), {}, {}};
+    LoadedScene loaded;
+    loaded.scene = scene_of(file);
+    return loaded;
 }
 
 class Room {
