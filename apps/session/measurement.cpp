@@ -130,7 +130,7 @@ std::string uncertain_parameters(const WindowedMean& mean) {
         if (*worst <= wanted_error(p)) continue;
         const float centre_hz =
             kBandCentres_hz[static_cast<std::size_t>(worst - errors[i].begin())];
-        text += formatted("%s%s %.2g %s at %.0f Hz (at most %g %s)", text.empty() ? "" : ", ",
+        text += formatted("%s%s %.3g %s at %.0f Hz (at most %g %s)", text.empty() ? "" : ", ",
                           kWords[i].name, kWords[i].scale * *worst, kWords[i].unit,
                           static_cast<double>(centre_hz), kWords[i].scale * wanted_error(p),
                           kWords[i].unit);
