@@ -204,7 +204,7 @@ TEST_CASE("A source behind a wall without an opening is not audible") {
     CHECK_THAT(shut->warnings[0],
                Catch::Matchers::StartsWith("source \"next door\": not audible at the listener"));
     const auto parameters = room_parameters(*shut);
-    CHECK(parameters[0][4].edt_s);
+    CHECK(parameters[0][4].g_db);
     for (const BandParameters& band : parameters[1])
         CHECK_FALSE((band.t20_s || band.t30_s || band.edt_s || band.c50_db || band.c80_db ||
                      band.d50 || band.ts_s || band.g_db));
@@ -216,7 +216,7 @@ TEST_CASE("A source behind a wall without an opening is not audible") {
     const auto open = measure(two_rooms(true), 20);
     CHECK(open->audible == std::vector<char>{1, 1});
     CHECK(open->warnings.empty());
-    CHECK(room_parameters(*open)[1][4].edt_s);
+    CHECK(room_parameters(*open)[1][4].g_db);
 }
 
 TEST_CASE("Standard errors of the mean's parameters are those of repeated means") {
