@@ -38,6 +38,26 @@ constexpr std::chrono::seconds kLongestStart{5};
 void ignore_alsa(const char*, int, const char*, int, const char*, ...) {}
 void ignore(const char*) {}
 
+/// Why PortAudio refused.
+std::string reason(PaError error) {
+    switch (error) {
+        case paDeviceUnavailable:
+            return "the device is in use or gone";
+        case paInvalidSampleRate:
+            return "the device refuses the sample rate";
+        case paInvalidChannelCount:
+            return "the device has too few channels";
+        case paTimedOut:
+            return "the device does not answer";
+        case paInsufficientMemory:
+            return "there is not enough memory";
+        case paUnanticipatedHostError:
+            return "the sound server or driver refused";
+        default:
+            return "PortAudio's error " + std::to_string(error);
+    }
+}
+
 /// PortAudio's calls are not for several threads at once, nor is the environment.
 std::mutex& library() {
     static std::mutex mutex;
@@ -64,8 +84,7 @@ class PortAudio {
             unsetenv(kServer);
         }
         if (error != paNoError) {
-            throw AudioFailure(std::string("audio cannot be initialised: ") +
-                               Pa_GetErrorText(error));
+            throw AudioFailure("audio cannot be initialised: " + reason(error));
         }
     }
     ~PortAudio() {
@@ -236,13 +255,7 @@ class PortAudioOutput final : public Output {
     }
 
     [[noreturn]] void fail(const std::string& what, PaError error = paNoError) const {
-        std::string why = error == paNoError ? "" : std::string(": ") + Pa_GetErrorText(error);
-        if (error == paUnanticipatedHostError) {
-            const PaHostErrorInfo* const host = Pa_GetLastHostErrorInfo();
-            if (host != nullptr && host->errorText != nullptr) {
-                why = std::string(": ") + host->errorText;
-            }
-        }
+        const std::string why = error == paNoError ? "" : ": " + reason(error);
         throw AudioFailure("audio device \"" + device_.name + "\": " + what + why);
     }
 
@@ -274,7 +287,7 @@ class PortAudioInput final : public Input {
         if (error == paNoError) error = stream_->start();
         if (error != paNoError)
             throw AudioFailure("the microphone \"" + name_ +
-                               "\" cannot be listened to: " + Pa_GetErrorText(error));
+                               "\" cannot be listened to: " + reason(error));
     }
 
     const std::string& name() const override { return name_; }

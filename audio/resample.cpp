@@ -25,7 +25,7 @@ std::vector<float> resample(std::span<const float> interleaved, std::size_t chan
     const soxr_error_t error =
         soxr_oneshot(from_hz, to_hz, static_cast<unsigned>(channels), interleaved.data(), frames,
                      nullptr, out.data(), wanted, &produced, &io, &quality, &runtime);
-    if (error != nullptr) throw std::runtime_error(soxr_strerror(error));
+    if (error != nullptr) throw std::runtime_error("the sound cannot be resampled");
     return out;
 }
 

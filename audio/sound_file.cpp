@@ -33,13 +33,6 @@ constexpr int kMostChannels = 64;                           // ambisonics of ord
 constexpr std::size_t kMostSamples = std::size_t{1} << 28;  // 1 GiB; 93 minutes at 48 kHz
 constexpr float kLargestSample = 0x1p31F;  // full scale of 32-bit integers; no format has more
 
-/// A message of libsndfile without the full stop and line end that some carry.
-std::string sound_message(SNDFILE* file) {
-    std::string text = sf_strerror(file);
-    while (!text.empty() && (text.back() == '.' || text.back() == '\n')) text.pop_back();
-    return text;
-}
-
 [[noreturn]] void fail(const fs::path& file, const std::string& problem) {
     throw AudioInputError(file.string() + ": " + problem);
 }
@@ -175,7 +168,7 @@ WavWriter::WavWriter(const fs::path& file, double sample_rate_hz, std::size_t ch
             break;
     }
     state_->sound.reset(sf_open_fd(state_->part->descriptor(), SFM_WRITE, &info, SF_FALSE));
-    if (!state_->sound) state_->fail(sound_message(nullptr));
+    if (!state_->sound) state_->fail("a WAV file of this rate and format cannot be begun");
     // The peak chunk carries the time of day: the same sound would give other bytes.
     sf_command(state_->sound.get(), SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);
     sf_command(state_->sound.get(), SFC_SET_CLIPPING, nullptr, SF_TRUE);
@@ -191,7 +184,7 @@ void WavWriter::write(std::span<const float> interleaved) {
         mute_beyond(std::numeric_limits<float>::max(), state_->finite));
     errno = 0;
     if (sf_writef_float(state_->sound.get(), state_->finite.data(), frames) != frames) {
-        state_->fail(errno != 0 ? std::strerror(errno) : sound_message(state_->sound.get()));
+        state_->fail(errno != 0 ? std::strerror(errno) : "not all samples could be written");
     }
 }
 
