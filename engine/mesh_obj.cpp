@@ -17,7 +17,12 @@ namespace {
 std::string_view data_word(TextCursor& cursor) {
     for (;;) {
         std::string_view word = cursor.word_in_line();
-        if (word.empty() || word[0] == '#') return {};
+        const std::size_t comment = word.find('#');
+        if (comment != std::string_view::npos) {
+            cursor.rest_of_line();
+            return word.substr(0, comment);
+        }
+        if (word.empty()) return {};
         if (word.back() != '\\') return word;
         word.remove_suffix(1);
         cursor.next_line();
@@ -56,6 +61,8 @@ std::string material_name(std::string_view line) {
 }  // namespace
 
 ImportedMesh read_obj(std::string_view bytes) {
+    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+    if (bytes.starts_with(kByteOrderMark)) bytes.remove_prefix(kByteOrderMark.size());
     MeshBuilder builder;
     std::optional<std::uint32_t> material;
     std::vector<std::uint32_t> face;

@@ -75,6 +75,8 @@ TEST_CASE("an OBJ may hold comments after data, any line ends, tabs and continue
     const ImportedMesh plain = aula::read_obj(kObjTriangle);
     for (const char* text : {
              "v 0 0 0 # Vertex 1\nv 1 0 0 #2\nv 0 1 0\nf 1 2 3 # the face\n",
+             "v 0 0 0#1\nv 1 0 0\nv 0 1 0#3 4\nf 1 2 3#4\n",
+             "\xEF\xBB\xBFv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
              "v 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nf 1 2 3\r\n",
              "v 0 0 0\rv 1 0 0\rv 0 1 0\rf 1 2 3",
              "v\t0\t0\t0\n  v 1 0 0\nv 0 1 0\n\tf\t1  2\t3 ",
