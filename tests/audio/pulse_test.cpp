@@ -72,7 +72,7 @@ TEST_CASE("A device that hangs as it begins is given up, and another one plays")
     {
         AudioDevice device("pulse", kRate_hz, 2, kBlock, count);
         until_failure = 1;
-        CHECK_THROWS_WITH(device.start(), Catch::Matchers::Contains("timed out"));
+        CHECK_THROWS_WITH(device.start(), Catch::Matchers::Contains("does not answer"));
     }
     CHECK(calls == 0);
     AudioDevice device("pulse", kRate_hz, 2, kBlock, count);
