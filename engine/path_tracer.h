@@ -93,7 +93,7 @@ struct TraceSettings {
 
 /// Monte Carlo path tracing from an emitter: rays of energy 1 in every band, reflected diffusely or
 /// specularly by the scattering coefficient, until the response ends or unbiased roulette ends them
-/// below -80 dB. Const, so that several threads may trace batches at once. Purely specular paths
+/// below -80 dB. Const, so that several threads may trace batches together. Purely specular paths
 /// of the orders of which `images` tries every sequence are left to it; those of its higher orders
 /// carry their sequence, for the reader to leave out what it counts. [propagation thread]
 class PathTracer {

@@ -24,7 +24,7 @@ namespace {
 /// Frames that wait until the renderer needs them: a slow frame is made up for by fast ones.
 constexpr std::size_t kFramesAhead = 2;
 
-/// Computes the frames of a walk in order on a thread of its own, a few ahead. The work ahead is
+/// Computes the frames of a walk in order on a second thread, a few ahead. The work ahead is
 /// limited by the frames that are ready and not by those that exist: how many of them the renderer
 /// holds cannot stop the thread. What is computed does not depend on when.
 class FramePipeline {

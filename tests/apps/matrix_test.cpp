@@ -28,7 +28,7 @@
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 
-// Random valid scenes and settings, each in a process of its own: one that hangs or crashes is
+// Random valid scenes and settings, each in a separate process: one that hangs or crashes is
 // reported with its seed and its command line, and the others go on.
 //
 // AULA_MATRIX_CASES: how many (150). AULA_MATRIX_SEED: the first seed (1); with AULA_MATRIX_CASES=1
@@ -60,8 +60,7 @@ void check_sound(const std::filesystem::path& file, const MatrixCase& test, doub
           << most_s * test.sample_rate_hz << " of " << test.channels;
     // Rounded to a sample.
     require(frames >= std::floor(least_s * test.sample_rate_hz) &&
-                frames <= std::ceil(most_s * test.sample_rate_hz) &&
-                info.channels == test.channels,
+                frames <= std::ceil(most_s * test.sample_rate_hz) && info.channels == test.channels,
             found.str());
     if (info.frames == 0) return;
     const SoundClip clip = read_sound(file, info.sample_rate_hz);
@@ -112,7 +111,8 @@ void measure_case(const Arguments& arguments, const Scene& scene, const MatrixCa
                 require(static_cast<double>(channel.size()) >=
                             std::floor(measurement->length_s * test.sample_rate_hz),
                         "the response is too short");
-                for (const float x : channel) sum += static_cast<double>(x) * static_cast<double>(x);
+                for (const float x : channel)
+                    sum += static_cast<double>(x) * static_cast<double>(x);
             }
             require(std::isfinite(sum), "the response is not finite");
             require(sum > 0 || !test.must_be_heard, "the response is silent");
@@ -155,8 +155,7 @@ void play(const Arguments& arguments, const Scene& scene, const MatrixCase& test
             }
             if (!changed) {
                 Scene other = scene;
-                other.simulation.estimator =
-                    seed % 2 == 0 ? Estimator::patch : Estimator::dpc;
+                other.simulation.estimator = seed % 2 == 0 ? Estimator::patch : Estimator::dpc;
                 player.change(other, arguments.session);
                 changed = true;
             }
@@ -188,12 +187,12 @@ void run(std::uint64_t seed, const std::filesystem::path& folder) {
     }
 }
 
-/// A case that runs in a process of its own.
+/// A case that runs in a separate process.
 class CaseProcess {
  public:
     explicit CaseProcess(std::uint64_t seed) : seed_(seed) {
-        const rlim_t limit = static_cast<rlim_t>(
-            std::ceil(make_case(seed, folder_.path()).cpu_limit_s));
+        const rlim_t limit =
+            static_cast<rlim_t>(std::ceil(make_case(seed, folder_.path()).cpu_limit_s));
         pid_ = fork();
         if (pid_ < 0) throw std::runtime_error("no process");
         if (pid_ > 0) return;
@@ -259,7 +258,8 @@ class CaseProcess {
         clockid_t clock{};
         timespec used{};
         if (clock_getcpuclockid(pid_, &clock) != 0 || clock_gettime(clock, &used) != 0) return;
-        const double now_s = static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
+        const double now_s =
+            static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
         constexpr double kSome_s = 0.05;
         if (now_s > seen_s_ + kSome_s) {
             seen_s_ = now_s;
@@ -286,8 +286,7 @@ TEST_CASE("Random scenes and settings are rendered, measured and played to their
     if (cases == 1) {
         std::string folder = "matrix-" + std::to_string(first);
         std::filesystem::create_directories(folder);
-        for (const std::string& word : make_case(first, folder).command)
-            std::cout << word << ' ';
+        for (const std::string& word : make_case(first, folder).command) std::cout << word << ' ';
         std::cout << std::endl;
     }
     // A process that ends is waited for.

@@ -177,7 +177,7 @@ TEST_CASE("A saved scene keeps the listener's path after a walk, and the source'
     REQUIRE(saved.scene.listener.path);
     CHECK(saved.scene.listener.path->duration_s() == 100);
     CHECK(saved.scene.sources[0].position == Vec3(2, 1, 1.5F));
-    // The window plays all sources for ever; the file does not say so.
+    // The window plays all sources endlessly; the file does not say so.
     CHECK_FALSE(saved.scene.sources[0].loop);
     CHECK(saved.scene.simulation == model.setting().simulation);
 }

@@ -84,7 +84,7 @@ void check_same_scenes(const Scene& a, const Scene& b) {
     CHECK(a.medium.air_absorption == b.medium.air_absorption);
 }
 
-/// A scene file with one of everything in a folder of its own.
+/// A scene file with one of everything, in a separate folder.
 class Written {
  public:
     explicit Written(const std::string& text) : file_(folder_.path() / "in" / "scene.json") {
@@ -211,7 +211,7 @@ TEST_CASE("New materials of walls are saved with their values where the library 
                             [&](const auto& entry) { return entry.material.name == name; })
             ->material;
     };
-    // The scene has a curtain of its own; glass is the library's.
+    // The scene defines a curtain; glass is the library's.
     Scene edited = with_material(scene.read().scene, {0, 1}, named("curtain"));
     CHECK(material_of(edited, 0).name == "curtain 2");
     edited = with_material(edited, {4, 5, 12, 13}, named("glass"));

@@ -163,7 +163,7 @@ TEST_CASE("volume and surface of a room are known whatever its faces are like") 
     SECTION("one face of twenty missing") {
         const RoomGeometry room =
             measured(scene_of({walls(size, [](int, int part) { return part % 20 == 7; })}), inside);
-        // What escapes has lengths of its own: within the share that is open.
+        // Escaping rays have other lengths: within the share that is open.
         CHECK(*room.volume_m3 == Approx(kVolume_m3).epsilon(0.05));
         CHECK(room.open_share == Approx(0.05).margin(0.01));
     }

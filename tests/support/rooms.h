@@ -12,7 +12,7 @@ Object box(const Vec3& size, std::uint32_t material = 0, const Vec3& corner = Ve
 
 /// A closed box from the origin whose walls are divided in squares of about `cell_m`, two triangles
 /// each; the corners of squares lie up to `bump_m` beside the wall, so that every triangle has a
-/// plane of its own where that is more than 1 mm.
+/// separate plane where that is more than 1 mm.
 Object bumpy_box(const Vec3& size, float cell_m, float bump_m);
 
 /// A sphere of triangles round the origin: an icosahedron, each face divided in 4^subdivisions.
