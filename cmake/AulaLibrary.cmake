@@ -27,7 +27,7 @@ if(AULA_FUZZ)
 endif()
 
 # aula_library(NAME SOURCES ... HEADERS ...): the static library aula::NAME whose headers are
-# included from the root of the tree, as "engine/scene.h".
+# included from the root of the tree, as "engine/scene/scene.h".
 function(aula_library name)
     cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;HEADERS")
     add_library(aula_${name} STATIC ${arg_SOURCES})

@@ -6,17 +6,17 @@
 #include <optional>
 #include <thread>
 
-#include "engine/detection_spheres.h"
-#include "engine/diffuse_path_cache.h"
-#include "engine/error.h"
-#include "engine/off_surface.h"
-#include "engine/patch_propagation.h"
-#include "engine/path_tracer.h"
-#include "engine/room_survey.h"
-#include "engine/sampling.h"
-#include "engine/specular_paths.h"
-#include "engine/stopwatch.h"
-#include "engine/worker_pool.h"
+#include "engine/trace/detection_spheres.h"
+#include "engine/estimate/diffuse_path_cache.h"
+#include "engine/base/error.h"
+#include "engine/rays/nudge_off_surface.h"
+#include "engine/estimate/patch_propagation.h"
+#include "engine/trace/path_tracer.h"
+#include "engine/rays/room_survey.h"
+#include "engine/base/sampling.h"
+#include "engine/trace/specular_paths.h"
+#include "engine/base/stopwatch.h"
+#include "engine/base/worker_pool.h"
 
 namespace aula {
 

@@ -3,11 +3,11 @@
 #include <memory>
 #include <vector>
 
-#include "engine/display.h"
-#include "engine/energy_response.h"
-#include "engine/path_tracer.h"
-#include "engine/ray_scene.h"
-#include "engine/scene.h"
+#include "engine/estimate/frame_view.h"
+#include "engine/response/energy_response.h"
+#include "engine/trace/path_tracer.h"
+#include "engine/rays/ray_scene.h"
+#include "engine/scene/scene.h"
 
 namespace aula {
 

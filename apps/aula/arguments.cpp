@@ -6,8 +6,8 @@
 #include <limits>
 #include <string_view>
 
-#include "apps/session/osc.h"
-#include "engine/error.h"
+#include "apps/session/remote/osc.h"
+#include "engine/base/error.h"
 
 namespace aula {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "apps/session/session_options.h"
-#include "engine/scene.h"
+#include "apps/session/base/session_options.h"
+#include "engine/scene/scene.h"
 
 namespace aula {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "apps/aula/arguments.h"
-#include "engine/scene_file.h"
+#include "engine/scene/scene_file.h"
 
 namespace aula {
 

@@ -11,7 +11,7 @@
 #include <initializer_list>
 #include <thread>
 
-#include "audio/part_file.h"
+#include "audio/file/part_file.h"
 
 namespace aula {
 

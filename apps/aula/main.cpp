@@ -9,9 +9,9 @@
 #include "apps/aula/commands.h"
 #include "apps/aula/interrupt.h"
 #include "apps/aula/terminal.h"
-#include "audio/error.h"
-#include "engine/error.h"
-#include "engine/scene_file.h"
+#include "audio/base/error.h"
+#include "engine/base/error.h"
+#include "engine/scene/scene_file.h"
 
 namespace aula {
 

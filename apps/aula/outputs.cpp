@@ -4,7 +4,7 @@
 #include <system_error>
 #include <vector>
 
-#include "engine/error.h"
+#include "engine/base/error.h"
 
 namespace aula {
 

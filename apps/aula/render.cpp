@@ -7,12 +7,12 @@
 #include "apps/aula/interrupt.h"
 #include "apps/aula/outputs.h"
 #include "apps/aula/terminal.h"
-#include "apps/session/formatted.h"
-#include "apps/session/measurement_text.h"
-#include "apps/session/output_file.h"
+#include "apps/session/base/formatted.h"
+#include "apps/session/offline/measurement_text.h"
+#include "apps/session/base/output_file.h"
 #include "apps/session/session.h"
-#include "audio/error.h"
-#include "audio/sound_file.h"
+#include "audio/base/error.h"
+#include "audio/file/sound_file.h"
 
 namespace aula {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "apps/aula/terminal.h"
-#include "engine/scene.h"
+#include "engine/scene/scene.h"
 
 namespace aula {
 

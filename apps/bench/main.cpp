@@ -8,17 +8,17 @@
 #include <iostream>
 #include <optional>
 
-#include "apps/bench/convolve.h"
-#include "apps/bench/crowd.h"
-#include "apps/bench/noise.h"
+#include "apps/bench/convolution/convolve.h"
+#include "apps/bench/propagation/many_sources.h"
+#include "apps/bench/propagation/noise.h"
 #include "apps/bench/settings.h"
 #include "apps/bench/table.h"
-#include "apps/bench/tessellation.h"
-#include "apps/bench/trace.h"
-#include "apps/bench/tracking.h"
-#include "apps/session/output_file.h"
-#include "engine/error.h"
-#include "engine/scene_file.h"
+#include "apps/bench/propagation/tessellation.h"
+#include "apps/bench/propagation/trace.h"
+#include "apps/bench/propagation/tracking.h"
+#include "apps/session/base/output_file.h"
+#include "engine/base/error.h"
+#include "engine/scene/scene_file.h"
 
 namespace {
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <sstream>
 
-#include "apps/session/output_file.h"
+#include "apps/session/base/output_file.h"
 
 namespace aula::bench {
 

@@ -7,7 +7,7 @@
 #include <ctime>
 #include <thread>
 
-#include "engine/error.h"
+#include "engine/base/error.h"
 
 namespace aula::bench {
 

@@ -5,7 +5,7 @@
 #include <glm/vec4.hpp>
 #include <string>
 
-#include "engine/scene.h"
+#include "engine/scene/scene.h"
 
 namespace aula {
 

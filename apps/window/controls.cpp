@@ -5,7 +5,7 @@
 #include <string>
 #include <tuple>
 
-#include "apps/session/formatted.h"
+#include "apps/session/base/formatted.h"
 #include "apps/window/colours.h"
 #include "apps/window/panels.h"
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <string>
 
-#include "engine/error.h"
+#include "engine/base/error.h"
 
 namespace aula {
 

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <string>
 
-#include "apps/session/formatted.h"
+#include "apps/session/base/formatted.h"
 #include "apps/window/panels.h"
 
 namespace aula {

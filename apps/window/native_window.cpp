@@ -11,7 +11,7 @@
 #include <cstring>
 #include <filesystem>
 
-#include "audio/error.h"
+#include "audio/base/error.h"
 
 namespace aula {
 

@@ -5,7 +5,7 @@
 #include <glm/geometric.hpp>
 #include <string>
 
-#include "apps/session/formatted.h"
+#include "apps/session/base/formatted.h"
 #include "apps/window/colours.h"
 
 namespace aula {

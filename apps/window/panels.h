@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "apps/window/camera.h"
-#include "apps/window/model.h"
+#include "apps/window/model/camera.h"
+#include "apps/window/model/model.h"
 #include "apps/window/plots.h"
 #include "apps/window/view3d.h"
 

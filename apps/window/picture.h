@@ -7,10 +7,10 @@
 #include <optional>
 #include <vector>
 
-#include "apps/window/camera.h"
-#include "apps/window/model.h"
+#include "apps/window/model/camera.h"
+#include "apps/window/model/model.h"
 #include "apps/window/panels.h"
-#include "apps/window/patch_field.h"
+#include "apps/window/model/patch_field.h"
 #include "apps/window/view3d.h"
 
 namespace aula {

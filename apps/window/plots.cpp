@@ -4,10 +4,10 @@
 #include <array>
 #include <cmath>
 
-#include "apps/session/formatted.h"
+#include "apps/session/base/formatted.h"
 #include "apps/window/colours.h"
 #include "apps/window/panels.h"
-#include "engine/room_acoustics.h"
+#include "engine/response/room_acoustics.h"
 
 namespace aula {
 

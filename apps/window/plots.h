@@ -2,8 +2,8 @@
 
 #include <imgui.h>
 
-#include "apps/window/layout.h"
-#include "apps/window/model.h"
+#include "apps/window/model/layout.h"
+#include "apps/window/model/model.h"
 
 namespace aula {
 

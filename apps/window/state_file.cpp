@@ -7,7 +7,7 @@
 #include <string>
 #include <type_traits>
 
-#include "apps/session/output_file.h"
+#include "apps/session/base/output_file.h"
 #include "apps/window/native_window.h"
 
 namespace aula {

@@ -7,10 +7,10 @@
 
 #include "apps/window/colours.h"
 #include "apps/window/gl_objects.h"
-#include "apps/window/patch_field.h"
-#include "engine/path_tracer.h"
-#include "engine/ray_scene.h"
-#include "engine/scene.h"
+#include "apps/window/model/patch_field.h"
+#include "engine/trace/path_tracer.h"
+#include "engine/rays/ray_scene.h"
+#include "engine/scene/scene.h"
 
 namespace aula {
 

@@ -9,16 +9,16 @@
 #include <cmath>
 #include <optional>
 
-#include "apps/window/layout.h"
-#include "apps/window/model.h"
+#include "apps/window/model/layout.h"
+#include "apps/window/model/model.h"
 #include "apps/window/native_window.h"
 #include "apps/window/panels.h"
 #include "apps/window/picture.h"
 #include "apps/window/screenshot.h"
 #include "apps/window/state_file.h"
-#include "audio/error.h"
-#include "audio/realtime.h"
-#include "engine/error.h"
+#include "audio/base/error.h"
+#include "audio/base/realtime.h"
+#include "engine/base/error.h"
 
 namespace aula {
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "apps/session/player.h"
-#include "apps/session/session_options.h"
-#include "engine/scene_file.h"
+#include "apps/session/live/player.h"
+#include "apps/session/base/session_options.h"
+#include "engine/scene/scene_file.h"
 
 namespace aula {
 

@@ -7,9 +7,9 @@
 #include <numbers>
 #include <vector>
 
-#include "audio/convolver_levels.h"
-#include "audio/renderer.h"
-#include "tests/audio/signals.h"
+#include "audio/convolution/convolver_levels.h"
+#include "audio/render/renderer.h"
+#include "tests/audio/convolution/signals.h"
 
 namespace aula::test {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "engine/propagation.h"
-#include "engine/sampling.h"
+#include "engine/base/sampling.h"
 #include "tests/support/measure.h"
 #include "tests/support/rooms.h"
 #include "tests/support/statistics.h"

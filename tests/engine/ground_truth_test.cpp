@@ -5,9 +5,9 @@
 #include <numbers>
 #include <vector>
 
-#include "engine/path_tracer.h"
+#include "engine/trace/path_tracer.h"
 #include "engine/propagation.h"
-#include "engine/sampling.h"
+#include "engine/base/sampling.h"
 #include "tests/support/measure.h"
 #include "tests/support/rooms.h"
 #include "tests/support/statistics.h"

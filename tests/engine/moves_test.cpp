@@ -5,8 +5,8 @@
 #include <cstdio>
 
 #include "engine/propagation.h"
-#include "engine/sampling.h"
-#include "engine/scene_file.h"
+#include "engine/base/sampling.h"
+#include "engine/scene/scene_file.h"
 #include "tests/support/measure.h"
 #include "tests/support/rooms.h"
 

@@ -5,9 +5,9 @@
 #include <map>
 #include <vector>
 
-#include "engine/diffuse_path_cache.h"
-#include "engine/path_tracer.h"
-#include "engine/sampling.h"
+#include "engine/estimate/diffuse_path_cache.h"
+#include "engine/trace/path_tracer.h"
+#include "engine/base/sampling.h"
 #include "tests/support/measure.h"
 #include "tests/support/rooms.h"
 #include "tests/support/statistics.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "engine/propagation.h"
-#include "engine/sampling.h"
+#include "engine/base/sampling.h"
 #include "tests/support/measure.h"
 #include "tests/support/rooms.h"
 #include "tests/support/statistics.h"

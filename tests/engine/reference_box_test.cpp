@@ -3,8 +3,8 @@
 #include <filesystem>
 
 #include "engine/propagation.h"
-#include "engine/room_acoustics.h"
-#include "engine/scene_file.h"
+#include "engine/response/room_acoustics.h"
+#include "engine/scene/scene_file.h"
 
 namespace {
 

@@ -13,11 +13,11 @@
 #include <string>
 #include <vector>
 
-#include "apps/bench/tracking.h"
-#include "engine/mesh_import.h"
+#include "apps/bench/propagation/tracking.h"
+#include "engine/mesh/mesh_import.h"
 #include "engine/propagation.h"
-#include "engine/room_acoustics.h"
-#include "engine/room_survey.h"
+#include "engine/response/room_acoustics.h"
+#include "engine/rays/room_survey.h"
 #include "tests/support/measure.h"
 #include "tests/support/rooms.h"
 #include "tests/support/shared_data.h"

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "engine/propagation.h"
-#include "engine/room_acoustics.h"
-#include "engine/scene_file.h"
+#include "engine/response/room_acoustics.h"
+#include "engine/scene/scene_file.h"
 #include "tests/support/statistics.h"
 
 // The reference scenes against the answers in their own files, by the estimator `patch`. Rays and

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/error.h"
+#include "engine/base/error.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace aula;

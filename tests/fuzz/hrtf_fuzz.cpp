@@ -3,9 +3,9 @@
 #include <cmath>
 #include <cstring>
 
-#include "audio/error.h"
-#include "audio/hrtf.h"
-#include "audio/sofa_file.h"
+#include "audio/base/error.h"
+#include "audio/spatial/hrtf.h"
+#include "audio/spatial/sofa_file.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace aula;

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <string_view>
 
-#include "engine/error.h"
-#include "engine/mesh_readers.h"
+#include "engine/base/error.h"
+#include "engine/mesh/mesh_readers.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace aula::test {

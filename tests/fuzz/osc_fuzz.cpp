@@ -1,7 +1,7 @@
 #include <cmath>
 #include <span>
 
-#include "apps/session/osc.h"
+#include "apps/session/remote/osc.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace aula;

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <string>
 
-#include "apps/session/scene_writer.h"
-#include "engine/error.h"
-#include "engine/json.h"
-#include "engine/scene_file.h"
+#include "apps/session/edit/scene_writer.h"
+#include "engine/base/error.h"
+#include "engine/input/json.h"
+#include "engine/scene/scene_file.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace aula;

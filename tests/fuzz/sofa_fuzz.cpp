@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "audio/error.h"
-#include "audio/hrtf.h"
+#include "audio/base/error.h"
+#include "audio/spatial/hrtf.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace aula;

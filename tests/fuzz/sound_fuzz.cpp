@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "audio/error.h"
-#include "audio/sound_file.h"
+#include "audio/base/error.h"
+#include "audio/file/sound_file.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace aula;

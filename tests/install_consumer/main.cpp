@@ -1,5 +1,5 @@
 #include "apps/session/session.h"
-#include "engine/scene_file.h"
+#include "engine/scene/scene_file.h"
 
 int main(int, char** argv) {
     const auto loaded = aula::load_scene(argv[1]);

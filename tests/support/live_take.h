@@ -3,8 +3,8 @@
 #include <functional>
 #include <vector>
 
-#include "apps/session/live_mixer.h"
-#include "apps/session/performance.h"
+#include "apps/session/live/live_mixer.h"
+#include "apps/session/live/performance.h"
 
 namespace aula::test {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "engine/sampling.h"
+#include "engine/base/sampling.h"
 
 namespace aula::test {
 

@@ -4,7 +4,7 @@
 #include <map>
 #include <utility>
 
-#include "engine/sampling.h"
+#include "engine/base/sampling.h"
 
 namespace aula::test {
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <functional>
 
-#include "engine/scene.h"
+#include "engine/scene/scene.h"
 
 namespace aula::test {
 

@@ -1,0 +1,127 @@
+#include "apps/bench/propagation/many_sources.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <thread>
+
+#include "apps/bench/propagation/reference.h"
+#include "apps/bench/statistics.h"
+#include "engine/base/error.h"
+#include "engine/propagation.h"
+#include "engine/base/sampling.h"
+
+namespace aula::bench {
+
+namespace {
+
+constexpr int kFrames = 120;
+constexpr float kFromWall = 0.5F;  // of the way to the wall, a source stands
+constexpr std::uint64_t kReferenceRound = 1 << 16;
+
+/// Places of sources: the scene's first, then one after the other, half-way along a random ray.
+std::vector<Vec3> places(const Scene& scene, int count) {
+    const RayScene rays(scene);
+    std::vector<Vec3> found{scene.sources[0].position_at(0)};
+    RandomStream random(derive_seed(scene.simulation.seed, 0xc0d));
+    for (int tries = 0; static_cast<int>(found.size()) < count && tries < 100 * count; ++tries) {
+        const Ray ray{found[static_cast<std::size_t>(tries) % found.size()],
+                      uniform_direction(random.uniform_2d())};
+        Hit hit;
+        rays.intersect({&ray, 1}, {&hit, 1});
+        if (!hit.any() || hit.distance_m < 1) continue;
+        found.push_back(ray.origin + kFromWall * hit.distance_m * ray.direction);
+    }
+    return found;
+}
+
+struct Crowd {
+    double frame_cpu_s = 0;
+    std::vector<std::vector<double>> energy;  // [source][bin] after the last frame
+    Vec3 listener{0};                         // there
+};
+
+Crowd follow(const Subject& subject, const std::vector<Vec3>& sources, bool walks) {
+    Scene scene = subject.scene;
+    scene.sources.assign(sources.size(), scene.sources[0]);
+    for (std::size_t s = 0; s < sources.size(); ++s) {
+        scene.sources[s].position = sources[s];
+        scene.sources[s].path.reset();
+    }
+    Simulation simulation = subject.simulation(Estimator::patch, scene.simulation.rays);
+    Propagation propagation(scene, simulation);
+    FrameInput input{0, sources, {scene.listener.pose_at(0).position}};
+    const double began_s = cpu_time_s();
+    for (int f = 0; f < kFrames; ++f) {
+        const double time_s = f / double{simulation.frame_rate_hz};
+        if (walks) input.listeners[0] = scene.listener.pose_at(time_s).position;
+        propagation.step(input);
+    }
+    Crowd crowd{(cpu_time_s() - began_s) / kFrames, {}, input.listeners[0]};
+    for (std::size_t s = 0; s < sources.size(); ++s) {
+        crowd.energy.push_back(estimated_energy(propagation.response(s)));
+    }
+    return crowd;
+}
+
+/// Rms relative error over all sources. By reciprocity rays from the listener serve all of them.
+double error_of(const Subject& subject, const std::vector<Vec3>& sources, const Crowd& crowd,
+                const Settings& settings) {
+    Reference reference(subject.scene, subject.scene.simulation, 0, crowd.listener, sources,
+                        crowd.energy[0].size());
+    WorkerPool workers(static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
+    do {
+        settings.progress("sources: reference, " + std::to_string(reference.rays()) + " rays");
+        reference.trace(kReferenceRound, workers);
+    } while (static_cast<double>(reference.rays()) < settings.reference_rays);
+    double squares = 0;
+    double own_squares = 0;
+    std::size_t count = 0;
+    for (std::size_t s = 0; s < sources.size(); ++s) {
+        const std::vector<double> wanted = reference.response(s);
+        const BinRange bins = bins_from_peak(wanted);
+        squares += squared_relative_error(crowd.energy[s], wanted, bins);
+        own_squares +=
+            std::pow(reference.relative_error(s, bins), 2) * static_cast<double>(bins.count());
+        count += bins.count();
+    }
+    return std::sqrt(std::max(0.0, squares - own_squares) / static_cast<double>(count));
+}
+
+}  // namespace
+
+std::vector<Row> measure_crowd(const Subject& subject, const Settings& settings) {
+    if (!subject.scene.listener.path) {
+        throw Error(subject.name, "/listener", "has no path; expected a listener who walks");
+    }
+    std::vector<Row> rows;
+    for (const bool walks : {false, true}) {
+        double one_s = 0;
+        for (const int count : {1, settings.sources}) {
+            const std::vector<Vec3> sources = places(subject.scene, count);
+            settings.progress("sources: " + std::to_string(count));
+            const Crowd crowd = follow(subject, sources, walks);
+            if (count == 1) one_s = crowd.frame_cpu_s;
+            Row row;
+            row.figures = {{"bench", "sources"},
+                           {"scene", subject.name},
+                           {"listener", walks ? "walks" : "stands"},
+                           {"sources", static_cast<std::int64_t>(sources.size())},
+                           {"rays", std::int64_t{subject.scene.simulation.rays}},
+                           {"frame_cpu_ms", crowd.frame_cpu_s * 1000},
+                           {"cost_to_one", crowd.frame_cpu_s / one_s},
+                           {"tracking_error",
+                            walks ? Value{error_of(subject, sources, crowd, settings)} : Value{}}};
+            rows.push_back(row);
+        }
+    }
+    return rows;
+}
+
+const std::vector<Column>& crowd_columns() {
+    static const std::vector<Column> columns = columns_of(
+        {"listener", "sources", "rays", "frame_cpu_ms", "cost_to_one", "tracking_error"});
+    return columns;
+}
+
+}  // namespace aula::bench

@@ -1,0 +1,199 @@
+#include "apps/bench/propagation/reference.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numbers>
+
+#include "engine/base/sampling.h"
+
+namespace aula::bench {
+
+namespace {
+
+/// A ray below this share of its first energy in every band (-120 dB) plays roulette.
+constexpr float kRouletteEnergy = 1e-12F;
+
+}  // namespace
+
+struct Reference::Path {
+    Vec3 origin{0};
+    Vec3 direction{0};
+    Bands energy = Bands::filled(1);  // but for air
+    float length_m = 0;
+    int order = 0;
+    bool diffuse = false;        // a diffuse reflection has happened
+    bool mirrored_last = false;  // the last reflection was specular
+    RandomStream random;
+};
+
+Reference::Reference(const Scene& scene, const Simulation& simulation, double time_s,
+                     const Vec3& emitter, std::vector<Vec3> receivers, std::size_t bin_count)
+    : scene_(scene, time_s),
+      simulation_(simulation),
+      emitter_(emitter),
+      receivers_(std::move(receivers)),
+      bin_count_(bin_count),
+      speed_of_sound_m_s_(scene.medium.speed_of_sound_m_s()),
+      max_length_m_(static_cast<float>(static_cast<double>(bin_count) * kBin_s) *
+                    speed_of_sound_m_s_),
+      attenuation_per_m_(scene.medium.attenuation_per_m()),
+      strands_(kStrands, Sums(receivers_.size() * bin_count, 0)) {}
+
+void Reference::trace(std::uint64_t rays, WorkerPool& workers) {
+    const std::uint64_t rounds = (rays + kBatchRays * kStrands - 1) / (kBatchRays * kStrands);
+    workers.run(kStrands, [&](std::size_t strand) {
+        for (std::uint64_t round = 0; round < rounds; ++round) {
+            trace_batch(derive_seed(simulation_.seed, 0x5eed, strand, rounds_ + round),
+                        strands_[strand]);
+        }
+    });
+    rounds_ += static_cast<std::uint32_t>(rounds);
+}
+
+void Reference::trace_batch(std::uint64_t seed, Sums& sums) const {
+    const ScrambledSobol directions(seed);
+    std::vector<Path> paths(kBatchRays);
+    for (std::uint32_t i = 0; i < kBatchRays; ++i) {
+        paths[i].origin = emitter_;
+        paths[i].direction = uniform_direction(directions.point(i));
+        paths[i].random = RandomStream(derive_seed(seed, i));
+    }
+    std::vector<Ray> rays;
+    std::vector<Hit> hits;
+    while (!paths.empty()) {
+        rays.clear();
+        for (const Path& path : paths) {
+            rays.push_back({path.origin, path.direction, max_length_m_ - path.length_m});
+        }
+        hits.resize(rays.size());
+        scene_.intersect(rays, hits);
+
+        std::size_t alive = 0;
+        for (std::size_t i = 0; i < paths.size(); ++i) {
+            Path path = paths[i];
+            const Hit& hit = hits[i];
+            cross_detectors(path, std::min(hit.distance_m, rays[i].max_m), sums);
+            if (!hit.any()) continue;
+            if (simulation_.order > 0 && path.order == simulation_.order) continue;
+
+            // Go to the hit.
+            const Material& material = scene_.material(scene_.triangle(hit.triangle));
+            const Vec3 normal = scene_.facing_normal(hit, path.direction);
+            path.origin = scene_.point(hit, path.direction);
+            path.length_m += hit.distance_m;
+            path.energy *= complement(material.absorption);
+            ++path.order;
+
+            // What leaves diffusely goes straight to a receiver, too.
+            const Bands scattered = path.energy * material.scattering;
+            next_event(path, normal, scattered, path.random.uniform(), sums);
+
+            // Choose how the ray itself goes on.
+            const float total = path.energy.sum();
+            if (!(total > 0)) continue;
+            const float p = scattered.sum() / total;
+            path.mirrored_last = !(path.random.uniform() < p);
+            if (path.mirrored_last) {
+                path.energy *= complement(material.scattering) * (1 / (1 - p));
+                path.direction = mirror(path.direction, normal);
+            } else {
+                path.energy = scattered * (1 / p);
+                path.direction = lambert_direction(normal, path.random.uniform_2d());
+                path.diffuse = true;
+            }
+            const float strongest = path.energy.max();
+            if (strongest < kRouletteEnergy) {
+                if (!(path.random.uniform() * kRouletteEnergy < strongest)) continue;
+                path.energy *= kRouletteEnergy / strongest;
+            }
+            paths[alive++] = path;
+        }
+        paths.resize(alive);
+    }
+}
+
+/// A Lambert surface that radiates the energy B sends B cos(theta) / pi into a unit of solid angle:
+/// at the distance d the fluence is B cos(theta) / (pi d^2). One of P receivers is picked evenly,
+/// hence the factor P.
+void Reference::next_event(const Path& path, const Vec3& normal, const Bands& radiated, float pick,
+                           Sums& sums) const {
+    const auto count = static_cast<float>(receivers_.size());
+    const std::size_t receiver =
+        std::min(static_cast<std::size_t>(pick * count), receivers_.size() - 1);
+    const Vec3 way = receivers_[receiver] - path.origin;
+    const float distance_m = glm::length(way);
+    const float cosine = glm::dot(way, normal) / distance_m;
+    if (!(cosine > 0) || path.length_m + distance_m >= max_length_m_) return;
+    if (!scene_.visible(path.origin, receivers_[receiver])) return;
+    const float factor = count * cosine / (std::numbers::pi_v<float> * distance_m * distance_m);
+    add(receiver, path.length_m + distance_m, radiated * factor, sums);
+}
+
+/// Paths that end in a mirror cannot be aimed at a point: they are found by crossing a small
+/// sphere, energy * chord / (4/3 pi R^3).
+void Reference::cross_detectors(const Path& path, float segment_m, Sums& sums) const {
+    if (!path.mirrored_last) return;
+    if (!path.diffuse && (!simulation_.specular || path.order <= simulation_.specular_order)) {
+        return;
+    }
+    constexpr float kRadius2_m2 = kDetectorRadius_m * kDetectorRadius_m;
+    constexpr float kVolume_m3 =
+        4.0F / 3.0F * std::numbers::pi_v<float> * kRadius2_m2 * kDetectorRadius_m;
+    for (std::size_t r = 0; r < receivers_.size(); ++r) {
+        const Vec3 to_centre = receivers_[r] - path.origin;
+        const float nearest_m = glm::dot(to_centre, path.direction);
+        const float half_2 = kRadius2_m2 - (glm::dot(to_centre, to_centre) - nearest_m * nearest_m);
+        if (half_2 <= 0) continue;
+        const float enter_m = std::max(0.0F, nearest_m - std::sqrt(half_2));
+        const float leave_m = std::min(segment_m, nearest_m + std::sqrt(half_2));
+        if (leave_m <= enter_m) continue;
+        const float middle_m = (enter_m + leave_m) / 2;
+        add(r, path.length_m + middle_m, path.energy * ((leave_m - enter_m) / kVolume_m3), sums);
+    }
+}
+
+/// Air takes its part by the length of the whole path.
+void Reference::add(std::size_t receiver, float length_m, const Bands& energy, Sums& sums) const {
+    const auto bin =
+        static_cast<std::size_t>(double{length_m} / (double{speed_of_sound_m_s_} * kBin_s));
+    if (bin >= bin_count_) return;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        sums[receiver * bin_count_ + bin] +=
+            double{energy[b] * std::exp(-attenuation_per_m_[b] * length_m)};
+    }
+}
+
+Reference::Estimate Reference::energy(std::size_t receiver, BinRange bins) const {
+    const double rays_of_strand = static_cast<double>(rays()) / kStrands;
+    double mean = 0;
+    double squares = 0;
+    for (const Sums& strand : strands_) {
+        double energy = 0;
+        for (std::size_t b = bins.first; b < bins.end; ++b) {
+            energy += strand[receiver * bin_count_ + b] / rays_of_strand;
+        }
+        mean += energy / kStrands;
+        squares += energy * energy / kStrands;
+    }
+    const double variance = std::max(0.0, squares - mean * mean) * kStrands / (kStrands - 1);
+    return {mean, std::sqrt(variance / kStrands)};
+}
+
+std::vector<double> Reference::response(std::size_t receiver) const {
+    std::vector<double> means;
+    for (std::size_t b = 0; b < bin_count_; ++b) means.push_back(energy(receiver, {b, b + 1}).mean);
+    return means;
+}
+
+double Reference::relative_error(std::size_t receiver, BinRange bins) const {
+    double sum = 0;
+    for (std::size_t b = bins.first; b < bins.end; ++b) {
+        const Estimate estimate = energy(receiver, {b, b + 1});
+        const double relative = estimate.standard_error / estimate.mean;
+        sum += relative * relative;
+    }
+    return std::sqrt(sum / static_cast<double>(bins.count()));
+}
+
+}  // namespace aula::bench

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "apps/bench/statistics.h"
+#include "engine/rays/ray_scene.h"
+#include "engine/base/worker_pool.h"
+
+namespace aula::bench {
+
+/// The oracle that estimators are measured against: plain path tracing with next-event estimation
+/// to the receivers' points. It finds the same part as the estimators: every path with a diffuse
+/// reflection, and the purely specular ones above the image sources' order. Independent of them
+/// but for the ray queries and the sampling of directions. Deterministic for any number of threads.
+class Reference {
+ public:
+    /// Paths that end in a mirror are averaged over a sphere of this radius R. The average differs
+    /// from the point by R^2 / 10 times the fluence's Laplacian: by R^2 / (5 d^2) for an image
+    /// source d metres away, 0.02 % at 8 m, where the late response begins.
+    static constexpr float kDetectorRadius_m = 0.25F;
+
+    struct Estimate {
+        double mean = 0;            ///< 1/m2 per unit emitted energy, summed over the bands
+        double standard_error = 0;  ///< of the mean
+    };
+
+    /// Fluence at `receivers` from a source at `emitter`, in `bin_count` bins of kBin_s, with the
+    /// scene's objects where they are at `time_s`.
+    Reference(const Scene& scene, const Simulation& simulation, double time_s, const Vec3& emitter,
+              std::vector<Vec3> receivers, std::size_t bin_count);
+
+    /// Traces at least `rays` more.
+    void trace(std::uint64_t rays, WorkerPool& workers);
+
+    std::uint64_t rays() const { return std::uint64_t{rounds_} * kBatchRays * kStrands; }
+
+    /// Energy in a range of bins.
+    Estimate energy(std::size_t receiver, BinRange bins) const;
+
+    /// Energy in every bin.
+    std::vector<double> response(std::size_t receiver) const;
+
+    /// Root of the mean over `bins` of the squared relative standard error of a bin.
+    double relative_error(std::size_t receiver, BinRange bins) const;
+
+ private:
+    /// Strands are independent estimates of the same; their spread gives the standard error.
+    static constexpr std::size_t kStrands = 64;
+    static constexpr std::uint64_t kBatchRays = 256;
+
+    struct Path;
+    using Sums = std::vector<double>;  ///< [receiver * bin_count + bin]
+    void trace_batch(std::uint64_t seed, Sums& sums) const;
+    void next_event(const Path& path, const Vec3& normal, const Bands& radiated, float pick,
+                    Sums& sums) const;
+    void cross_detectors(const Path& path, float segment_m, Sums& sums) const;
+    void add(std::size_t receiver, float length_m, const Bands& energy, Sums& sums) const;
+
+    RayScene scene_;
+    Simulation simulation_;
+    Vec3 emitter_;
+    std::vector<Vec3> receivers_;
+    std::size_t bin_count_;
+    float speed_of_sound_m_s_;
+    float max_length_m_;
+    Bands attenuation_per_m_;
+    std::vector<Sums> strands_;
+    std::uint32_t rounds_ = 0;
+};
+
+}  // namespace aula::bench

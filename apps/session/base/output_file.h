@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string_view>
+
+#include "audio/file/part_file.h"
+
+namespace aula {
+
+/// A text file that has its name from commit() on; without commit() nothing is left behind
+/// (PartFile). A device or a pipe is written as it goes.
+class OutputFile {
+ public:
+    /// Throws Error if the place cannot be written to.
+    explicit OutputFile(std::filesystem::path file);
+    ~OutputFile();
+    OutputFile(const OutputFile&) = delete;
+    OutputFile& operator=(const OutputFile&) = delete;
+
+    /// Throws AudioFailure if writing fails (disk full).
+    void write(std::string_view text);
+    void commit();
+
+ private:
+    std::filesystem::path file_;
+    std::optional<PartFile> part_;  ///< none: a device or a pipe
+    int descriptor_ = -1;
+};
+
+}  // namespace aula

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "audio/render/renderer.h"
+#include "audio/file/sound_file.h"
+
+namespace aula {
+
+/// What a scene sounds through. How it is simulated stands in Scene::simulation.
+struct SessionOptions {
+    double sample_rate_hz = 48000;
+    int block = 256;  ///< samples
+    OutputFormat output = OutputFormat::binaural;
+    int ambisonic_order = 1;           ///< of the reverberation in binaural output, 1 to 3
+    bool half_precision_tail = false;  ///< of late reverberation, see RendererConfig
+    std::filesystem::path hrtf;        ///< SOFA file; empty: libmysofa's default
+    SampleFormat format = SampleFormat::float32;  ///< of rendered files; PCM passes a limiter
+    std::optional<double> duration_s;             ///< from the scene where absent
+    std::string device;  ///< index or part of a name; empty: the default device
+    /// Nobody asked for the scene's number of rays: live playing takes fewer until it keeps up.
+    bool rays_fall = false;
+    /// Of responses whose length the scene leaves to the room; set by a player that keeps up so.
+    std::optional<double> longest_response_s;
+};
+
+/// The HRTF of binaural output at a rate; null for other outputs. Throws AudioInputError.
+std::shared_ptr<const Hrtf> hrtf_for(const SessionOptions& options, double sample_rate_hz);
+
+/// Told the share that is done, 0..1; returns false to stop.
+using Progress = std::function<bool(double done)>;
+
+}  // namespace aula

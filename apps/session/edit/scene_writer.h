@@ -1,0 +1,22 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "engine/scene/scene_file.h"
+
+namespace aula {
+
+/// The text of the scene file that was read from the folder `from`, changed where `edited` differs
+/// from what it says: materials of triangles, sources, listener and simulation. Everything else
+/// stays, but comments. The files that it names are relative to the folder `to`. `edited` has the
+/// geometry, the medium and the number of sources of `read`.
+std::string edited_scene_text(const LoadedScene& read, const Scene& edited,
+                              const std::filesystem::path& from, const std::filesystem::path& to);
+
+/// Writes that text to a scene file under a temporary name and renames it. `scene_file` is the file
+/// that was read. Throws Error, AudioFailure.
+void write_edited_scene(const LoadedScene& read, const Scene& edited,
+                        const std::filesystem::path& scene_file, const std::filesystem::path& file);
+
+}  // namespace aula

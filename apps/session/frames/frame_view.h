@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "engine/estimate/frame_view.h"
+#include "engine/response/energy_response.h"
+#include "engine/trace/path_tracer.h"
+#include "engine/scene/scene.h"
+
+namespace aula {
+
+/// What of a frame is to be looked at.
+struct ViewRequest {
+    std::size_t source = 0;
+    int lines = 0;  ///< rays whose way is wanted
+    int line_order = 5;
+    bool patches = false;
+    double patches_begin_s = 0;  ///< patches' energies within this time after emission
+    double patches_end_s = 10;
+    std::size_t columns = 512;  ///< of the impulse response
+};
+
+/// A frame to be looked at: copies of what was heard of one source.
+struct FrameView {
+    std::uint64_t frame = 0;   ///< of the player, counted through all changes
+    std::uint64_t change = 0;  ///< number of the change that it shows
+    std::size_t source = 0;
+    Pose listener;
+    std::vector<Vec3> sources;
+    Simulation simulation;
+    EnergyResponse response;
+    double length_s = 0;  ///< of the impulse response
+    /// Largest pressure of the omnidirectional channel in each column's share of the time, without
+    /// `response.paths`.
+    std::vector<float> impulse_response;
+    std::vector<PathLine> lines;
+    std::vector<PatchEnergy> patches;
+    float patch_size_m = 0;
+};
+
+}  // namespace aula

@@ -1,0 +1,114 @@
+#include "apps/session/frames/signals.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include "audio/base/error.h"
+#include "audio/file/sound_file.h"
+#include "engine/base/sampling.h"
+
+namespace aula {
+
+namespace {
+
+// A uniform distribution over -a..a has the RMS a / sqrt(3); -20 dBFS is an RMS of 0.1.
+const float kNoiseAmplitude = 0.1F * std::sqrt(3.0F);
+
+float noise_sample(std::uint64_t seed, std::int64_t index) noexcept AULA_NONBLOCKING {
+    const auto bits =
+        static_cast<std::int64_t>(RandomStream(seed + static_cast<std::uint64_t>(index)).bits());
+    return kNoiseAmplitude * static_cast<float>(static_cast<double>(bits) * 0x1p-63);
+}
+
+/// Silence is -40 dB of what follows, an onset 6 dB above: its first sample is the start of it.
+bool starts_in_mid_wave(const std::vector<float>& samples, bool loop) {
+    constexpr std::size_t kBeginning = 512;
+    if (samples.empty()) return false;
+    double energy = 0;
+    for (std::size_t i = 0; i < kBeginning; ++i) {
+        if (i >= samples.size() && !loop) break;
+        energy += std::pow(static_cast<double>(samples[i % samples.size()]), 2);
+    }
+    const double level = std::sqrt(energy / kBeginning);
+    const double first = std::abs(static_cast<double>(samples[0]));
+    return first > 0.01 * level && first < 2 * level;
+}
+
+}  // namespace
+
+Signal::Signal(const Source& source, double sample_rate_hz, std::uint64_t noise_seed)
+    : noise_(source.signal == Source::Signal::noise),
+      loop_(source.loop),
+      noise_seed_(derive_seed(noise_seed, 0)) {
+    if (source.signal == Source::Signal::impulse) {
+        samples_.assign(loop_ ? static_cast<std::size_t>(std::lround(sample_rate_hz)) : 1, 0.0F);
+        samples_[0] = 1;
+    } else if (source.signal == Source::Signal::file) {
+        SoundClip clip = read_sound(source.signal_file, sample_rate_hz);
+        if (clip.samples.empty())
+            throw AudioInputError(source.signal_file.string() + ": no samples; expected a sound");
+        samples_ = std::move(clip.samples);
+        warnings_ = std::move(clip.warnings);
+    }
+    begins_in_mid_wave_ = noise_ || starts_in_mid_wave(samples_, loop_);
+}
+
+Signal::Signal(std::vector<float> samples, bool loop)
+    : noise_(false),
+      loop_(loop),
+      noise_seed_(0),
+      samples_(std::move(samples)),
+      begins_in_mid_wave_(starts_in_mid_wave(samples_, loop_)) {}
+
+Signal::Signal(std::shared_ptr<Microphone> microphone)
+    : noise_(false), loop_(false), noise_seed_(0), microphone_(std::move(microphone)) {}
+
+void Signal::read(std::int64_t first, std::int64_t position, std::span<float> out) const noexcept {
+    if (microphone_) return microphone_->read(position, out);
+    if (noise_) {
+        for (std::size_t i = 0; i < out.size(); ++i)
+            out[i] = noise_sample(noise_seed_, first + static_cast<std::int64_t>(i));
+        return;
+    }
+    const auto length = static_cast<std::int64_t>(samples_.size());
+    std::int64_t at = loop_ ? first % length : first;
+    for (float& sample : out) {
+        if (loop_ && at == length) at = 0;
+        sample = at < length ? samples_[static_cast<std::size_t>(at)] : 0.0F;
+        ++at;
+    }
+}
+
+std::optional<std::int64_t> Signal::length_samples() const {
+    if (noise_ || loop_ || microphone_) return std::nullopt;
+    return static_cast<std::int64_t>(samples_.size());
+}
+
+std::optional<std::int64_t> Signal::cycle_samples() const {
+    if (noise_ || !loop_) return std::nullopt;
+    return static_cast<std::int64_t>(samples_.size());
+}
+
+std::shared_ptr<const Signal> read_signal(const Scene& scene, std::size_t source,
+                                          double sample_rate_hz) {
+    return std::make_shared<const Signal>(scene.sources[source], sample_rate_hz,
+                                          derive_seed(scene.simulation.seed, source));
+}
+
+SignalSet read_signals(const Scene& scene, double sample_rate_hz) {
+    SignalSet signals;
+    for (std::size_t s = 0; s < scene.sources.size(); ++s)
+        signals.push_back(read_signal(scene, s, sample_rate_hz));
+    return signals;
+}
+
+std::vector<std::string> warnings_of(const SignalSet& signals) {
+    std::vector<std::string> all;
+    for (const auto& signal : signals)
+        all.insert(all.end(), signal->warnings().begin(), signal->warnings().end());
+    return all;
+}
+
+}  // namespace aula

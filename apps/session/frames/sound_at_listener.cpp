@@ -1,0 +1,108 @@
+#include "apps/session/frames/sound_at_listener.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+namespace aula {
+
+namespace {
+
+DiscretePath discrete_path(const SpecularPath& path, double speed_of_sound_m_s) {
+    DiscretePath out;
+    out.delay_s = static_cast<double>(path.length_m) / speed_of_sound_m_s;
+    out.id = path.id;
+    out.direction = {path.direction.x, path.direction.y, path.direction.z};
+    // p^2 = 4 pi I: fluence to pressure, 1 at 1 m from a unit source.
+    for (std::size_t band = 0; band < kBandCount; ++band)
+        out.band_gain[band] = std::sqrt(4 * std::numbers::pi_v<float> * path.energy[band]);
+    return out;
+}
+
+/// `share` of the way from one angle to another, the short way round.
+float towards(float from_rad, float to_rad, float share) {
+    constexpr float kTurn_rad = 2 * std::numbers::pi_v<float>;
+    return from_rad + share * std::remainder(to_rad - from_rad, kTurn_rad);
+}
+
+}  // namespace
+
+SourceSound source_sound(const ImpulseResponse& response, double speed_of_sound_m_s,
+                         float gain_db) {
+    SourceSound sound;
+    for (std::size_t channel = 0; channel < response.channels.size(); ++channel)
+        sound.ambisonics[channel] = response.channels[channel];
+    for (const SpecularPath& path : response.paths) {
+        if (path.order == 0)
+            sound.direct = discrete_path(path, speed_of_sound_m_s);
+        else
+            sound.early.push_back(discrete_path(path, speed_of_sound_m_s));
+    }
+    sound.gain = std::pow(10.0F, gain_db / 20);
+    return sound;
+}
+
+double longest_delay_s(const Scene& scene) {
+    Bounds bounds;
+    const auto add = [&](const Vec3& position, const std::optional<Path>& path) {
+        bounds.add(position);
+        if (!path) return;
+        for (const Path::Point& point : path->points) bounds.add(point.pose.position);
+    };
+    add(scene.listener.pose.position, scene.listener.path);
+    for (const Source& source : scene.sources) add(source.position, source.path);
+    constexpr float kToSpare_m = 1000;
+    return static_cast<double>((bounds.diagonal_m() + kToSpare_m) /
+                               scene.medium.speed_of_sound_m_s());
+}
+
+RendererConfig renderer_config(const Scene& scene, double response_length_s, double sample_rate_hz,
+                               const SessionOptions& options) {
+    return {
+        .sample_rate_hz = sample_rate_hz,
+        .block = options.block,
+        .sources = scene.sources.size(),
+        .response_samples = static_cast<std::size_t>(std::ceil(response_length_s * sample_rate_hz)),
+        .frame_s = 1.0 / static_cast<double>(scene.simulation.frame_rate_hz),
+        .output = options.output,
+        .ambisonic_order = options.ambisonic_order,
+        .half_precision_tail = options.half_precision_tail,
+        .longest_delay_s = longest_delay_s(scene)};
+}
+
+HeadRotation head_rotation(const Pose& pose) noexcept {
+    const glm::mat3 to_world = pose.rotation();  // its columns are the head's axes
+    HeadRotation rotation;
+    for (int axis = 0; axis < 3; ++axis)
+        rotation[static_cast<std::size_t>(axis)] = {to_world[axis].x, to_world[axis].y,
+                                                    to_world[axis].z};
+    return rotation;
+}
+
+void HeadMotion::turn_to(const Pose& pose) noexcept {
+    if (remaining_samples_ < 0) {
+        now_ = pose;
+        since_samples_ = frame_samples_;
+    }
+    target_ = pose;
+    remaining_samples_ = since_samples_;
+    since_samples_ = 0;
+}
+
+HeadRotation HeadMotion::advance(int samples) noexcept {
+    if (remaining_samples_ < 0) return kNoRotation;
+    since_samples_ = std::min(since_samples_ + samples, frame_samples_);
+    const float share = remaining_samples_ <= samples
+                            ? 1.0F
+                            : static_cast<float>(samples) / static_cast<float>(remaining_samples_);
+    now_.yaw_rad = towards(now_.yaw_rad, target_.yaw_rad, share);
+    now_.pitch_rad = towards(now_.pitch_rad, target_.pitch_rad, share);
+    now_.roll_rad = towards(now_.roll_rad, target_.roll_rad, share);
+    remaining_samples_ = std::max(0, remaining_samples_ - samples);
+    return head_rotation(now_);
+}
+
+}  // namespace aula

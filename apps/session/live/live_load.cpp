@@ -1,0 +1,96 @@
+#include "apps/session/live/live_load.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numeric>
+#include <vector>
+
+namespace aula {
+
+namespace {
+
+// Shares of a frame's time.
+constexpr double kTooMuch = 0.9;
+constexpr double kWanted = 0.75;
+constexpr double kRoom = 0.5;
+
+// A median of so many frames is not moved by one that another program delayed. Where frames take
+// very long it is judged by those of a second.
+constexpr std::size_t kFrames = 7;
+constexpr double kEnoughTime_s = 1;
+
+// At most so far in one step; up in small ones.
+constexpr double kFurthestDown = 0.1;
+constexpr double kLeastDown = 0.95;
+constexpr double kUp = 1.2;
+
+constexpr double kFirstWait_s = 3;
+constexpr double kLongestWait_s = 120;
+/// Rays that came back and are too many within this time came back too early.
+constexpr double kTrial_s = 5;
+
+// Rays are noise, the length is reverberation that is missing: what is lowered first, and how far.
+constexpr int kEnoughRays = 300;
+constexpr double kEnoughLength_s = 1;
+constexpr int kFewestRays = 100;
+constexpr double kShortest_s = 0.3;
+
+}  // namespace
+
+LiveLoad::LiveLoad(const Full& full, int rays, double length_s)
+    : full_(full),
+      rays_(rays),
+      length_s_(length_s),
+      wait_s_(kFirstWait_s),
+      since_rise_s_(kTrial_s) {}
+
+void LiveLoad::add(double took_s, double period_s, bool rays_fall) {
+    recent_s_.push_back(took_s);
+    if (recent_s_.size() > kFrames) recent_s_.pop_front();
+    const double passed_s = std::max(took_s, period_s);
+    since_rise_s_ += passed_s;
+    const double measured_s = std::accumulate(recent_s_.begin(), recent_s_.end(), 0.0);
+    if (recent_s_.size() < kFrames && measured_s < kEnoughTime_s) return;
+    const double share = median_s() / period_s;
+    quiet_s_ = share < kRoom ? quiet_s_ + passed_s : 0;
+    if (share > kTooMuch)
+        fall(std::clamp(kWanted / share, kFurthestDown, kLeastDown), rays_fall);
+    else if (quiet_s_ >= wait_s_)
+        rise();
+}
+
+double LiveLoad::median_s() const {
+    std::vector<double> sorted(recent_s_.begin(), recent_s_.end());
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    return *middle;
+}
+
+void LiveLoad::fall(double factor, bool rays_fall) {
+    const auto fewer_rays = [&](int least) {
+        if (!full_.rays_fall || !rays_fall || rays_ <= least) return false;
+        rays_ = std::max(least, static_cast<int>(std::lround(rays_ * factor)));
+        return true;
+    };
+    const auto shorter = [&](double least_s) {
+        if (!full_.length_falls || length_s_ <= least_s) return false;
+        length_s_ = std::max(least_s, length_s_ * factor);
+        return true;
+    };
+    if (!fewer_rays(kEnoughRays) && !shorter(kEnoughLength_s) && !fewer_rays(kFewestRays) &&
+        !shorter(kShortest_s))
+        return;
+    if (since_rise_s_ < kTrial_s) wait_s_ = std::min(2 * wait_s_, kLongestWait_s);
+    restart();
+}
+
+void LiveLoad::rise() {
+    if (rays_ >= full_.rays) return;
+    rays_ = std::min(full_.rays, static_cast<int>(std::ceil(rays_ * kUp)));
+    quiet_s_ = 0;
+    since_rise_s_ = 0;
+    restart();
+}
+
+}  // namespace aula

@@ -1,0 +1,255 @@
+#include "apps/session/live/live_mixer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace aula {
+
+namespace {
+
+/// How long a change of signals, or of what plays, is faded.
+constexpr double kChangeFade_s = 0.05;
+
+/// Of a signal that begins in mid-wave.
+constexpr double kRise_s = 0.02;
+
+constexpr double kPauseFade_s = 0.02;
+
+/// Seconds of sound that a slow reader may be behind.
+constexpr double kHeard_s = 2;
+
+std::size_t to_samples(double seconds, double rate_hz) {
+    return static_cast<std::size_t>(std::lround(seconds * rate_hz));
+}
+
+float largest(std::span<float* const> channels, int samples) noexcept AULA_NONBLOCKING {
+    float largest = 0;
+    for (const float* channel : channels)
+        for (int i = 0; i < samples; ++i) largest = std::max(largest, std::abs(channel[i]));
+    return largest;
+}
+
+}  // namespace
+
+Stage::Stage(const RendererConfig& config, SignalSet signals, const Timeline& timeline,
+             std::shared_ptr<const Hrtf> hrtf, bool starts_anew)
+    : rate_hz_(config.sample_rate_hz),
+      timeline_(timeline),
+      starts_anew_(starts_anew),
+      first_signals_(std::make_unique<SignalSet>(std::move(signals))),
+      signals_(first_signals_.get()),
+      renderer_(config, std::move(hrtf)),
+      head_(frame_samples(config)),
+      input_fade_(to_samples(kChangeFade_s, rate_hz_)),
+      output_fade_(input_fade_),
+      signal_fade_(input_fade_),
+      rise_(to_samples(kRise_s, rate_hz_)),
+      inputs_(config.sources, std::vector<float>(static_cast<std::size_t>(config.block))),
+      outputs_(channel_count(config.output),
+               std::vector<float>(static_cast<std::size_t>(config.block))),
+      scratch_(static_cast<std::size_t>(config.block)) {
+    for (const auto& input : inputs_) input_pointers_.push_back(input.data());
+    for (auto& output : outputs_) output_pointers_.push_back(output.data());
+}
+
+Stage::~Stage() {
+    for (SignalSet* signals : {signals_, fading_signals_})
+        if (signals != nullptr && signals != first_signals_.get()) next_signals_.give_back(signals);
+}
+
+/// `before`: what plays until then, if anything does.
+void Stage::begin(std::int64_t position, const Stage* before) noexcept {
+    zero_ = starts_anew_ ? position : before != nullptr ? before->zero_ : 0;
+    (position == zero_ ? rise_ : input_fade_).start();
+}
+
+/// Something else follows. What was sent out is heard to its end, the input's fading and what
+/// filters add included.
+void Stage::retire() noexcept {
+    state_ = State::ringing;
+    input_fade_.start();
+    ring_samples_ = renderer_.tail_samples() + std::llround(2 * kChangeFade_s * rate_hz_);
+}
+
+void Stage::end() noexcept {
+    if (state_ == State::ending) return;
+    state_ = State::ending;
+    output_fade_.start();
+}
+
+/// The signals, changed, ended by the timeline and faded as far as the stage is.
+void Stage::read_inputs(std::int64_t position, int samples) noexcept {
+    const auto count = static_cast<std::size_t>(samples);
+    const std::int64_t first = position - zero_;
+    if (fading_signals_ == nullptr) {
+        if (SignalSet* next = next_signals_.take()) {
+            fading_signals_ = std::exchange(signals_, next);
+            signal_fade_.start();
+        }
+    }
+    for (std::size_t s = 0; s < inputs_.size(); ++s) {
+        const std::span<float> input(inputs_[s].data(), count);
+        (*signals_)[s]->read(first, position, input);
+        if (fading_signals_ != nullptr) {
+            const std::span<float> old(scratch_.data(), count);
+            (*fading_signals_)[s]->read(first, position, old);
+            signal_fade_.cross(old, input);
+        }
+        if (!rise_.done() && (*signals_)[s]->begins_in_mid_wave()) rise_.rise(input);
+        timeline_.fade(first, rate_hz_, input);
+        if (state_ != State::playing)
+            input_fade_.fall(input);
+        else if (!faded_in())
+            input_fade_.rise(input);
+    }
+    for (Fade* fade : {&rise_, &input_fade_, &signal_fade_}) fade->advance(count);
+    if (fading_signals_ != nullptr && signal_fade_.done()) {
+        if (fading_signals_ != first_signals_.get()) next_signals_.give_back(fading_signals_);
+        fading_signals_ = nullptr;
+    }
+}
+
+/// Adds the stage's sound to the sum.
+void Stage::render(std::int64_t position, std::span<float* const> sum, int samples) noexcept {
+    read_inputs(position, samples);
+    renderer_.render(input_pointers_, head_.advance(samples), output_pointers_, samples);
+    if (state_ == State::ringing) {
+        ring_samples_ -= samples;
+        if (ring_samples_ <= 0) end();
+    }
+    const auto count = static_cast<std::size_t>(samples);
+    for (std::size_t c = 0; c < sum.size(); ++c) {
+        const std::span<float> output = std::span(outputs_[c]).first(count);
+        timeline_.end(position - zero_, rate_hz_, output);
+        if (state_ == State::ending) output_fade_.fall(output);
+        for (std::size_t i = 0; i < count; ++i) sum[c][i] += outputs_[c][i];
+    }
+    output_fade_.advance(count);
+}
+
+LiveMixer::LiveMixer(double sample_rate_hz, int block, std::size_t channels)
+    : rate_hz_(sample_rate_hz),
+      block_(block),
+      channels_(channels),
+      limiter_(sample_rate_hz, channels, block),
+      output_pointers_(channels),
+      interleaved_(static_cast<std::size_t>(block) * channels),
+      heard_(static_cast<std::size_t>(kHeard_s * sample_rate_hz) * channels),
+      pause_fade_(to_samples(kPauseFade_s, rate_hz_)) {}
+
+LiveMixer::~LiveMixer() {
+    if (playing_ != nullptr) stages_.give_back(playing_);
+    if (waiting_ != nullptr) stages_.give_back(waiting_);
+    for (Stage* stage : ringing_)
+        if (stage != nullptr) stages_.give_back(stage);
+}
+
+void LiveMixer::render(std::span<float* const> outputs, int samples) noexcept {
+    const std::int64_t before_ns = std::exchange(called_ns_, clock_ns());
+    if (before_ns != 0) call_interval_.add(called_ns_ - before_ns);
+    for (int done = 0; done < samples; done += block_) {
+        for (std::size_t c = 0; c < channels_; ++c) output_pointers_[c] = outputs[c] + done;
+        render_block(output_pointers_, std::min(block_, samples - done));
+    }
+}
+
+void LiveMixer::follow_head(std::int64_t now_ns) noexcept {
+    HeadPose* pose = head_poses_.take();
+    if (pose == nullptr) return;
+    head_ = pose->pose;
+    head_latency_.add(now_ns - pose->given_ns);
+    head_known_ = true;
+    head_poses_.give_back(pose);
+    if (playing_ != nullptr) playing_->head_.turn_to(head_);
+    for (Stage* stage : ringing_)
+        if (stage != nullptr) stage->head_.turn_to(head_);
+}
+
+/// Lets the next stage begin where there is one: when the one that plays is fully there, and fewer
+/// than the most ring out. Otherwise it waits, and the oldest of those that ring is ended.
+void LiveMixer::change_stage() noexcept {
+    if (waiting_ == nullptr) waiting_ = stages_.take();
+    if (waiting_ == nullptr) return;
+    if (playing_ != nullptr) {
+        if (!playing_->faded_in()) return;
+        if (ringing_.back() != nullptr) {
+            ringing_.front()->end();
+            return;
+        }
+        playing_->retire();
+        *std::find(ringing_.begin(), ringing_.end(), nullptr) = playing_;
+    }
+    waiting_->begin(position_.load(std::memory_order_relaxed), playing_);
+    playing_ = std::exchange(waiting_, nullptr);
+    if (head_known_) playing_->head_.turn_to(head_);
+}
+
+void LiveMixer::give_back_ended() noexcept {
+    for (Stage*& stage : ringing_) {
+        if (stage == nullptr || !stage->ended()) continue;
+        stages_.give_back(std::exchange(stage, nullptr));
+    }
+    // The oldest first, no gaps.
+    if (ringing_.front() == nullptr) std::swap(ringing_.front(), ringing_.back());
+}
+
+/// Goes along the fade of a pause, out or in.
+void LiveMixer::fade_pause(std::span<float* const> outputs, int samples) noexcept {
+    const bool paused = paused_.load(std::memory_order_relaxed);
+    if (paused != fading_out_) {
+        fading_out_ = paused;
+        pause_fade_.turn_back();
+    }
+    const auto count = static_cast<std::size_t>(samples);
+    for (float* channel : outputs) {
+        if (fading_out_)
+            pause_fade_.fall({channel, count});
+        else if (!pause_fade_.done())
+            pause_fade_.rise({channel, count});
+    }
+    pause_fade_.advance(count);
+    silent_.store(fading_out_ && pause_fade_.done(), std::memory_order_relaxed);
+}
+
+void LiveMixer::render_block(std::span<float* const> outputs, int samples) noexcept {
+    if (silent_.load(std::memory_order_relaxed) && paused_.load(std::memory_order_relaxed)) {
+        for (float* channel : outputs) std::fill_n(channel, samples, 0.0F);
+        return;
+    }
+    const std::int64_t now_ns = clock_ns();
+    follow_head(now_ns);
+    change_stage();
+    const std::int64_t position = position_.load(std::memory_order_relaxed);
+    for (float* channel : outputs) std::fill_n(channel, samples, 0.0F);
+    for (Stage* stage : ringing_)
+        if (stage != nullptr) stage->render(position, outputs, samples);
+    if (playing_ != nullptr) playing_->render(position, outputs, samples);
+    if (playing_ != nullptr) {
+        // A frame stamped 0 is not to be counted.
+        const std::int64_t stamp = playing_->renderer_.newest_stamp();
+        if (stamp != newest_stamp_ && stamp != 0) frame_latency_.add(now_ns - stamp);
+        newest_stamp_ = stamp;
+    }
+    give_back_ended();
+
+    limiter_.process(outputs, samples);
+    muted_samples_.fetch_add(static_cast<std::int64_t>(limiter_.muted_samples()),
+                             std::memory_order_relaxed);
+    fade_pause(outputs, samples);
+    const float peak = std::max(largest(outputs, samples), peak_.load(std::memory_order_relaxed));
+    peak_.store(peak, std::memory_order_relaxed);
+    const float gain =
+        std::min(limiter_.least_gain(), limiter_gain_.load(std::memory_order_relaxed));
+    limiter_gain_.store(gain, std::memory_order_relaxed);
+    if (listened_.load(std::memory_order_relaxed)) {
+        const auto count = static_cast<std::size_t>(samples);
+        for (std::size_t c = 0; c < channels_; ++c)
+            for (std::size_t i = 0; i < count; ++i) interleaved_[i * channels_ + c] = outputs[c][i];
+        if (!heard_.write(std::span(interleaved_).first(count * channels_)))
+            lost_samples_.fetch_add(samples, std::memory_order_relaxed);
+    }
+    position_.store(position + samples, std::memory_order_relaxed);
+}
+
+}  // namespace aula

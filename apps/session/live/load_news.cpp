@@ -1,0 +1,43 @@
+#include "apps/session/live/load_news.h"
+
+#include "apps/session/base/formatted.h"
+
+namespace aula {
+
+namespace {
+
+constexpr double kShorter_s = 0.01;  // a response that is rounded to bins is not shorter
+
+bool fewer_rays(const PlayStatus& s) { return s.rays < s.full_rays; }
+bool shorter(const PlayStatus& s) {
+    return s.response_length_s < s.full_response_length_s - kShorter_s;
+}
+
+}  // namespace
+
+std::string reduction_text(const PlayStatus& s) {
+    if (!fewer_rays(s) && !shorter(s)) return "";
+    std::string text = "keeps up with ";
+    if (fewer_rays(s)) text += formatted("%d of %d rays", s.rays, s.full_rays);
+    if (fewer_rays(s) && shorter(s)) text += " and ";
+    if (shorter(s))
+        text +=
+            formatted("%.1f of %.1f s of response", s.response_length_s, s.full_response_length_s);
+    return text;
+}
+
+std::optional<std::string> LoadNews::take(const PlayStatus& s, double now_s) {
+    constexpr double kSettled_s = 2;
+    const std::string text = reduction_text(s);
+    if (text.empty()) return std::nullopt;
+    if (!length_s_ || s.response_length_s < *length_s_ - kShorter_s) {
+        length_s_ = s.response_length_s;
+        since_s_ = now_s;
+        told_ = false;
+    }
+    if (told_ || s.preparing || now_s < since_s_ + kSettled_s) return std::nullopt;
+    told_ = true;
+    return text + "; --rays and --ir-length fix them";
+}
+
+}  // namespace aula

@@ -1,0 +1,114 @@
+#include "apps/session/live/monitor.h"
+
+#include <array>
+#include <chrono>
+#include <exception>
+
+namespace aula {
+
+namespace {
+
+/// Far less than what the mixer keeps.
+constexpr std::chrono::milliseconds kInterval{50};
+
+}  // namespace
+
+Monitor::Monitor(LiveMixer& mixer, double sample_rate_hz)
+    : mixer_(mixer), rate_hz_(sample_rate_hz), meter_(sample_rate_hz, mixer.channels()) {}
+
+Monitor::~Monitor() {
+    {
+        const std::lock_guard lock(work_);
+        stop_ = true;
+    }
+    stopping_.notify_all();
+    if (thread_.joinable()) thread_.join();
+    mixer_.listen(false);
+    stop_recording();
+}
+
+void Monitor::start() {
+    if (thread_.joinable()) return;
+    mixer_.listen(true);
+    thread_ = std::thread([this] { run(); });
+}
+
+void Monitor::run() {
+    std::unique_lock lock(work_);
+    while (!stopping_.wait_for(lock, kInterval, [this] { return stop_; })) take_in();
+}
+
+/// Reads what has been heard since the last time.
+void Monitor::take_in() {
+    std::array<float, 4096> samples;
+    const std::size_t whole = samples.size() - samples.size() % mixer_.channels();
+    for (;;) {
+        const std::size_t count = mixer_.heard().read(std::span(samples).first(whole));
+        if (count == 0) break;
+        const std::span<const float> heard(samples.data(), count);
+        {
+            const std::lock_guard lock(mutex_);
+            meter_.add(heard);
+        }
+        if (writer_) write(heard);
+    }
+    if (!writer_) return;
+    const auto lost = static_cast<double>(mixer_.lost_samples() - lost_before_);
+    const std::lock_guard lock(mutex_);
+    status_.lost_s = lost / rate_hz_;
+}
+
+void Monitor::write(std::span<const float> heard) {
+    std::string error;
+    try {
+        writer_->write(heard);
+    } catch (const std::exception& thrown) {
+        error = thrown.what();
+        writer_.reset();
+    }
+    const std::lock_guard lock(mutex_);
+    if (writer_) {
+        status_.recorded_s += static_cast<double>(heard.size() / mixer_.channels()) / rate_hz_;
+        return;
+    }
+    status_.recording = false;
+    status_.error = error;
+}
+
+void Monitor::record(const std::filesystem::path& file) {
+    stop_recording();
+    start();
+    auto writer =
+        std::make_unique<WavWriter>(file, rate_hz_, mixer_.channels(), SampleFormat::float32);
+    const std::lock_guard work(work_);
+    take_in();
+    writer_ = std::move(writer);
+    lost_before_ = mixer_.lost_samples();
+    const std::lock_guard lock(mutex_);
+    status_ = {};
+    status_.recording = true;
+}
+
+void Monitor::stop_recording() {
+    const std::lock_guard work(work_);
+    take_in();
+    if (!writer_) return;
+    std::string error;
+    try {
+        writer_->commit();
+    } catch (const std::exception& thrown) {
+        error = thrown.what();
+    }
+    writer_.reset();
+    const std::lock_guard lock(mutex_);
+    status_.recording = false;
+    status_.error = error;
+}
+
+MonitorStatus Monitor::status() {
+    const std::lock_guard lock(mutex_);
+    status_.loudness = meter_.read();
+    return status_;
+}
+
+}  // namespace aula

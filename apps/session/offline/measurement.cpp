@@ -1,0 +1,237 @@
+#include "apps/session/offline/measurement.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "apps/session/base/formatted.h"
+#include "apps/session/offline/measurement_error.h"
+#include "apps/session/offline/response_mean.h"
+#include "apps/session/frames/sound_at_listener.h"
+#include "audio/base/realtime.h"
+#include "engine/response/impulse_response.h"
+#include "engine/propagation.h"
+#include "engine/response/room_acoustics.h"
+#include "engine/base/sampling.h"
+
+namespace aula {
+
+namespace {
+
+constexpr int kMostFrames = 2000;
+/// Windows before their spread is trusted, and the growth of their number from one look at it to
+/// the next: looking after every window would stop at a lucky one.
+constexpr std::size_t kFewestWindows = 16;
+constexpr double kGrowth = 1.25;
+/// Frames of a window where the estimator has none of its own. A response of `patch` that few
+/// frames add to is as good for its frames as one of many; more windows judge the error better.
+constexpr int kWindowFrames = 8;
+/// For what filters add behind the last arrival.
+constexpr double kFilterTail_s = 0.05;
+
+constexpr const char* kNotConnected = "no way leads there";
+constexpr const char* kTooQuiet = "in every octave more than 60 dB below its level at 1 m";
+
+/// Frames of an independent window: of `dpc*` the window of its cache, as long as enough windows
+/// fit in a measurement.
+int window_frames(const Simulation& simulation) {
+    const bool cached =
+        simulation.estimator == Estimator::dpc || simulation.estimator == Estimator::dpc_published;
+    if (!cached) return kWindowFrames;
+    return std::min(simulation.window_frames(), kMostFrames / static_cast<int>(kFewestWindows));
+}
+
+/// True if the last response of so many frames from empty caches says more than the mean of all
+/// (measured: docs/algorithm.md). That of `patch` holds all frames. That of `dpc` holds a window of
+/// the newest, and running means count the first rays most: the last is better up to 1.5 windows.
+bool last_is_best(const Simulation& simulation, int frames) {
+    switch (simulation.estimator) {
+        case Estimator::pt:
+        case Estimator::dpc_published:
+            return false;
+        case Estimator::dpc:
+            return 2 * frames <= 3 * simulation.window_frames();
+        case Estimator::patch:
+            return true;
+    }
+    return true;
+}
+
+/// Propagation with everything at the listener's first pose, window by window.
+class StandingStill {
+ public:
+    explicit StandingStill(const Scene& scene)
+        : simulation_(scene.simulation), propagation_(scene, scene.simulation) {
+        input_.listeners = {scene.listener.pose_at(0).position};
+        for (const Source& source : scene.sources) input_.sources.push_back(source.position_at(0));
+    }
+
+    /// What the next frames from empty caches say together, [source]; empty if `progress` asked to
+    /// stop after a frame.
+    std::vector<EnergyResponse> window(int count, const std::function<bool(int)>& progress) {
+        if (windows_ > 0) propagation_.restart(derive_seed(simulation_.seed, windows_));
+        ++windows_;
+        const bool last = last_is_best(simulation_, count);
+        std::vector<ResponseMean> means(input_.sources.size());
+        for (int frame = 0; frame < count; ++frame) {
+            propagation_.step(input_);
+            if (!last || frame + 1 == count)
+                for (std::size_t s = 0; s < means.size(); ++s)
+                    means[s].add(propagation_.response(s));
+            if (!progress(++frames_)) return {};
+        }
+        std::vector<EnergyResponse> responses;
+        for (const ResponseMean& mean : means) responses.push_back(mean.value());
+        return responses;
+    }
+
+    int frames() const { return frames_; }
+    double response_length_s() const { return propagation_.response_length_s(); }
+    std::vector<char> connected() const { return propagation_.sources_connected(input_); }
+
+ private:
+    const Simulation& simulation_;
+    Propagation propagation_;
+    FrameInput input_;
+    std::uint64_t windows_ = 0;
+    int frames_ = 0;
+};
+
+/// True if all errors that matter are as small as wanted, their own uncertainty included.
+bool is_certain(const WindowedMean& mean) {
+    const WindowedMean::Errors errors = mean.standard_errors();
+    for (const MeasuredParameter p : kMeasuredParameters) {
+        const auto& of_bands = errors[static_cast<std::size_t>(p)];
+        const double worst = *std::max_element(of_bands.begin() + kFirstMeasuredBand,
+                                               of_bands.begin() + kEndMeasuredBand);
+        if (worst * mean.error_margin() > wanted_error(p)) return false;
+    }
+    return true;
+}
+
+/// The parameters whose errors are larger than wanted, each with its worst octave; empty if none.
+std::string uncertain_parameters(const WindowedMean& mean) {
+    struct Words {
+        const char* name;
+        const char* unit;
+        double scale;
+    };
+    constexpr std::array<Words, kMeasuredParameters.size()> kWords{
+        {{"level", "dB", 1}, {"C80", "dB", 1}, {"T30", "%", 100}, {"EDT", "%", 100}}};
+    const WindowedMean::Errors errors = mean.standard_errors();
+    std::string text;
+    for (const MeasuredParameter p : kMeasuredParameters) {
+        const auto i = static_cast<std::size_t>(p);
+        const auto worst = std::max_element(errors[i].begin() + kFirstMeasuredBand,
+                                            errors[i].begin() + kEndMeasuredBand);
+        if (*worst <= wanted_error(p)) continue;
+        const float centre_hz =
+            kBandCentres_hz[static_cast<std::size_t>(worst - errors[i].begin())];
+        text += formatted("%s%s %.3g %s at %.0f Hz (at most %g %s)", text.empty() ? "" : ", ",
+                          kWords[i].name, kWords[i].scale * *worst, kWords[i].unit,
+                          static_cast<double>(centre_hz), kWords[i].scale * wanted_error(p),
+                          kWords[i].unit);
+    }
+    return text;
+}
+
+}  // namespace
+
+std::optional<Measurement> measure(const Scene& scene, std::optional<int> frames,
+                                   const Progress& progress) {
+    StandingStill still(scene);
+    const int most = frames.value_or(kMostFrames);
+    const int window = frames ? *frames : window_frames(scene.simulation);
+    const auto goes_on = [&](int done) {
+        return !progress || progress(static_cast<double>(done) / most);
+    };
+    const std::size_t count = scene.sources.size();
+    std::vector<WindowedMean> means(count);
+    std::vector<char> connected;
+    std::vector<char> certain(count, 0);
+    for (std::size_t next_look = kFewestWindows; still.frames() + window <= most;) {
+        const std::vector<EnergyResponse> responses = still.window(window, goes_on);
+        if (responses.empty()) return std::nullopt;
+        for (std::size_t s = 0; s < count; ++s) means[s].add(responses[s]);
+        if (connected.empty()) connected = still.connected();
+        if (std::none_of(connected.begin(), connected.end(), [](char c) { return c != 0; })) break;
+        if (means[0].windows() < next_look) continue;
+        next_look =
+            static_cast<std::size_t>(std::ceil(kGrowth * static_cast<double>(means[0].windows())));
+        for (std::size_t s = 0; s < count; ++s)
+            certain[s] = !connected[s] || !is_audible(means[s].mean()) || is_certain(means[s]);
+        if (std::all_of(certain.begin(), certain.end(), [](char c) { return c != 0; })) break;
+    }
+
+    Measurement m;
+    m.length_s = still.response_length_s();
+    m.frames = still.frames();
+    for (std::size_t s = 0; s < count; ++s) {
+        m.responses.push_back(means[s].mean());
+        m.audible.push_back(connected[s] && is_audible(m.responses[s]));
+        const std::string source = "source \"" + scene.sources[s].name + "\": ";
+        if (!m.audible[s]) {
+            m.warnings.push_back(source + "not audible at the listener, " +
+                                 (connected[s] ? kTooQuiet : kNotConnected) +
+                                 "; its parameters are left out");
+        } else if (!frames && !certain[s]) {
+            const std::string uncertain = uncertain_parameters(means[s]);
+            if (uncertain.empty()) continue;
+            m.warnings.push_back(source + "standard errors after " + std::to_string(m.frames) +
+                                 " frames: " + uncertain);
+        }
+    }
+    return m;
+}
+
+std::vector<std::vector<float>> impulse_response(const Scene& scene, std::size_t source,
+                                                 const Measurement& measurement,
+                                                 const SessionOptions& options,
+                                                 const std::shared_ptr<const Hrtf>& hrtf) {
+    const FlushDenormals flush;
+    const double rate_hz = options.sample_rate_hz;
+    const EnergyResponse& energy = measurement.responses[source];
+    RendererConfig config = renderer_config(scene, measurement.length_s, rate_hz, options);
+    config.sources = 1;
+    ImpulseResponseBuilder builder(
+        std::make_shared<const NoiseCarriers>(rate_hz, scene.simulation.seed), measurement.length_s,
+        scene.sources[source].name, field_order(config));
+    ImpulseResponse response;
+    builder.build(energy, response);
+    const SourceSound sound = source_sound(response, static_cast<double>(energy.speed_of_sound_m_s),
+                                           scene.sources[source].gain_db);
+
+    const HeadRotation head = head_rotation(scene.listener.pose_at(0));
+    Renderer renderer(config, hrtf);
+    RenderFrameBuilder frames(config, hrtf);
+    auto frame = frames.make_frame();
+    frames.prepare({&sound, 1}, *frame);
+    renderer.mailbox().publish(std::move(frame));
+
+    auto length = static_cast<std::size_t>(std::ceil(measurement.length_s * rate_hz));
+    if (sound.direct && sound.direct->delay_s > measurement.length_s - kFilterTail_s)
+        length = std::max(
+            length, static_cast<std::size_t>((sound.direct->delay_s + kFilterTail_s) * rate_hz));
+    const auto block = static_cast<std::size_t>(options.block);
+    const std::size_t blocks = (length + block - 1) / block;
+    std::vector<std::vector<float>> channels(channel_count(options.output),
+                                             std::vector<float>(blocks * block));
+    std::vector<float> input(block);
+    input[0] = 1;
+    std::vector<float*> outputs;
+    outputs.reserve(channels.size());
+    for (std::size_t first = 0; first < length; first += block) {
+        outputs.clear();
+        for (auto& channel : channels) outputs.push_back(channel.data() + first);
+        const std::array<const float*, 1> inputs{input.data()};
+        renderer.render(inputs, head, outputs, options.block);
+        input[0] = 0;
+    }
+    for (auto& channel : channels) channel.resize(length);
+    return channels;
+}
+
+}  // namespace aula

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "apps/session/offline/response_mean.h"
+
+namespace aula {
+
+/// The parameters whose errors decide when a measurement ends.
+enum class MeasuredParameter { level, c80, t30, edt };
+
+inline constexpr std::array<MeasuredParameter, 4> kMeasuredParameters{
+    MeasuredParameter::level, MeasuredParameter::c80, MeasuredParameter::t30,
+    MeasuredParameter::edt};
+
+/// The octaves in which they decide: 125 Hz to 4 kHz.
+inline constexpr std::size_t kFirstMeasuredBand = 1;
+inline constexpr std::size_t kEndMeasuredBand = 7;
+
+/// Largest standard error of a parameter that is wanted: dB for level and C80, else relative.
+double wanted_error(MeasuredParameter parameter);
+
+/// The mean response of independent windows, and the standard errors of parameters of that mean.
+/// They are found by the jackknife (Efron 1982): the parameters are computed with each group of
+/// windows left out in turn, so that parameters which depend on the response nonlinearly are judged
+/// as they are reported, of the mean.
+class WindowedMean {
+ public:
+    /// Windows in excess are taken together in this many groups.
+    static constexpr std::size_t kMostGroups = 32;
+
+    void add(const EnergyResponse& window);
+
+    std::size_t windows() const { return windows_; }
+
+    EnergyResponse mean() const;
+
+    using Errors = std::array<std::array<double, kBandCount>, kMeasuredParameters.size()>;
+
+    /// Standard errors of the mean's parameters, [parameter][band], in the units of wanted_error();
+    /// 0 where the mean does not have the parameter. At least two windows have been added.
+    Errors standard_errors() const;
+
+    /// By how much a standard error of one that is estimated from so many groups may exceed the
+    /// estimate: by one standard deviation of the estimate, 1 / sqrt(2 (n - 1)).
+    double error_margin() const;
+
+ private:
+    std::vector<ResponseMean> groups_;
+    std::size_t windows_ = 0;
+};
+
+}  // namespace aula

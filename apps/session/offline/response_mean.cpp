@@ -1,0 +1,75 @@
+#include "apps/session/offline/response_mean.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace aula {
+
+namespace {
+
+Bands scaled(const std::array<double, kBandCount>& sums, double scale) {
+    Bands out;
+    for (std::size_t band = 0; band < kBandCount; ++band)
+        out[band] = static_cast<float>(sums[band] * scale);
+    return out;
+}
+
+}  // namespace
+
+void ResponseMean::begin_like(const EnergyResponse& response) {
+    if (count_ > 0) return;
+    first_ = response;
+    energy_.resize(response.energy.size());
+    direction_.resize(response.direction.size());
+}
+
+void ResponseMean::add(const EnergyResponse& response) {
+    begin_like(response);
+    ++count_;
+    for (std::size_t bin = 0; bin < energy_.size(); ++bin) {
+        for (std::size_t band = 0; band < kBandCount; ++band)
+            energy_[bin][band] += static_cast<double>(response.energy[bin][band]);
+        direction_[bin] += glm::dvec3(response.direction[bin]);
+    }
+    for (const SpecularPath& path : response.paths) {
+        PathSum& sum = paths_.try_emplace(path.id, PathSum{path}).first->second;
+        for (std::size_t band = 0; band < kBandCount; ++band)
+            sum.energy[band] += static_cast<double>(path.energy[band]);
+    }
+}
+
+void ResponseMean::add(const ResponseMean& other) {
+    if (other.count_ == 0) return;
+    begin_like(other.first_);
+    count_ += other.count_;
+    for (std::size_t bin = 0; bin < energy_.size(); ++bin) {
+        for (std::size_t band = 0; band < kBandCount; ++band)
+            energy_[bin][band] += other.energy_[bin][band];
+        direction_[bin] += other.direction_[bin];
+    }
+    for (const auto& [id, path] : other.paths_) {
+        PathSum& sum = paths_.try_emplace(id, PathSum{path.path}).first->second;
+        for (std::size_t band = 0; band < kBandCount; ++band) sum.energy[band] += path.energy[band];
+    }
+}
+
+EnergyResponse ResponseMean::value() const {
+    assert(count_ > 0);
+    EnergyResponse mean = first_;
+    const double share = 1.0 / static_cast<double>(count_);
+    for (std::size_t bin = 0; bin < energy_.size(); ++bin) {
+        mean.energy[bin] = scaled(energy_[bin], share);
+        mean.direction[bin] = Vec3(direction_[bin] * share);
+    }
+    mean.paths.clear();
+    for (const auto& [id, sum] : paths_) {
+        mean.paths.push_back(sum.path);
+        mean.paths.back().energy = scaled(sum.energy, share);
+    }
+    std::stable_sort(
+        mean.paths.begin(), mean.paths.end(),
+        [](const SpecularPath& a, const SpecularPath& b) { return a.length_m < b.length_m; });
+    return mean;
+}
+
+}  // namespace aula

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "engine/response/energy_response.h"
+
+namespace aula {
+
+/// The mean of energy responses with the same bins. A discrete path counts as zero in responses
+/// that do not have it.
+class ResponseMean {
+ public:
+    void add(const EnergyResponse& response);
+    void add(const ResponseMean& other);
+
+    std::size_t count() const { return count_; }
+
+    /// At least one response has been added.
+    EnergyResponse value() const;
+
+ private:
+    using Sums = std::array<double, kBandCount>;
+    struct PathSum {
+        SpecularPath path;
+        Sums energy{};
+    };
+
+    void begin_like(const EnergyResponse& response);
+
+    std::size_t count_ = 0;
+    EnergyResponse first_;
+    std::vector<Sums> energy_;           ///< [bin]
+    std::vector<glm::dvec3> direction_;  ///< [bin]
+    std::map<std::uint64_t, PathSum> paths_;
+};
+
+}  // namespace aula

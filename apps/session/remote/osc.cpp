@@ -1,0 +1,161 @@
+#include "apps/session/remote/osc.h"
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <lo/lo.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <utility>
+
+#include "engine/base/error.h"
+
+namespace aula {
+
+namespace {
+
+constexpr const char* kExpected = "a port up to 65535 of this machine, or ADDRESS:PORT";
+
+sockaddr_in parse_address(const std::string& text) {
+    const std::size_t colon = text.rfind(':');
+    const std::string host = colon == std::string::npos ? "127.0.0.1" : text.substr(0, colon);
+    const std::string port = colon == std::string::npos ? text : text.substr(colon + 1);
+    std::uint16_t number = 0;
+    const char* end = port.data() + port.size();
+    const auto read = std::from_chars(port.data(), end, number);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    if (read.ec != std::errc() || read.ptr != end ||
+        inet_pton(AF_INET, host.c_str(), &address.sin_addr) != 1)
+        throw Error("--osc", "", "\"" + text + "\" is not usable; expected " + kExpected);
+    address.sin_port = htons(number);
+    return address;
+}
+
+/// A UDP socket that is bound to an address; throws Error where it is taken.
+int bound_socket(const std::string& address) {
+    const sockaddr_in wanted = parse_address(address);
+    const int made = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    if (made >= 0 && bind(made, reinterpret_cast<const sockaddr*>(&wanted), sizeof(wanted)) == 0)
+        return made;
+    if (made >= 0) close(made);
+    throw Error("--osc", "",
+                "\"" + address + "\" cannot be listened to; expected " + std::string(kExpected) +
+                    " that is free");
+}
+
+int port_of(int socket) {
+    sockaddr_in address{};
+    socklen_t size = sizeof(address);
+    getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size);
+    return ntohs(address.sin_port);
+}
+
+/// Arguments stand at multiples of 4 bytes, where a double or lo_arg must not be read in place.
+template <typename T>
+T read(const void* bytes) {
+    T value;
+    std::memcpy(&value, bytes, sizeof(value));
+    return value;
+}
+
+/// An argument whose bytes liblo has put in this machine's order.
+std::optional<std::variant<double, std::string>> argument_of(char type, const void* bytes) {
+    switch (type) {
+        case LO_TRUE:
+            return 1.0;
+        case LO_FALSE:
+            return 0.0;
+        case LO_STRING:
+        case LO_SYMBOL:
+            return std::string(static_cast<const char*>(bytes));
+        case LO_INT32:
+            return static_cast<double>(read<std::int32_t>(bytes));
+        case LO_INT64:
+            return static_cast<double>(read<std::int64_t>(bytes));
+        case LO_FLOAT:
+            return double{read<float>(bytes)};
+        case LO_DOUBLE:
+            return read<double>(bytes);
+        default:
+            return std::nullopt;
+    }
+}
+
+}  // namespace
+
+std::optional<double> OscMessage::number(std::size_t index) const {
+    constexpr double kLargest = 1e6;
+    if (index >= arguments.size()) return std::nullopt;
+    const double* value = std::get_if<double>(&arguments[index]);
+    // The comparison fails for NaN, too.
+    if (value == nullptr || !(std::abs(*value) <= kLargest)) return std::nullopt;
+    return *value;
+}
+
+const std::string* OscMessage::text(std::size_t index) const {
+    return index < arguments.size() ? std::get_if<std::string>(&arguments[index]) : nullptr;
+}
+
+void check_osc_address(const std::string& address) { parse_address(address); }
+
+struct OscInput::Server {
+    explicit Server(Take take_in) : take(std::move(take_in)) {}
+    ~Server() {
+        if (lo != nullptr) lo_server_free(lo);
+    }
+    Server(const Server&) = delete;
+    Server& operator=(const Server&) = delete;
+
+    /// Called by liblo for every message, whatever its address: that is compared by who takes it,
+    /// for liblo's patterns can be made to take for ever.
+    static int pass(const char* path, const char* types, lo_arg** values, int count, lo_message,
+                    void* self) {
+        if (path[0] != '/') return 0;
+        OscMessage message{path, {}};
+        for (int i = 0; i < count; ++i) {
+            auto argument = argument_of(types[i], values[i]);
+            if (!argument) return 0;
+            message.arguments.push_back(std::move(*argument));
+        }
+        static_cast<Server*>(self)->take(message);
+        return 0;
+    }
+
+    Take take;
+    lo_server lo = nullptr;
+    int port = 0;
+    std::vector<std::byte> packet;  ///< liblo swaps bytes in place
+};
+
+OscInput::OscInput(const std::string& address, Take take)
+    : server_(std::make_unique<Server>(std::move(take))) {
+    const int bound = bound_socket(address);
+    server_->port = port_of(bound);
+    server_->lo = lo_server_new_with_proto(nullptr, LO_UDP, [](int, const char*, const char*) {});
+    // liblo listens to the whole world, on a port of its choice; our socket takes the place of its.
+    const bool replaced =
+        server_->lo != nullptr && dup3(bound, lo_server_get_socket_fd(server_->lo), O_CLOEXEC) >= 0;
+    close(bound);
+    if (!replaced) throw Error("--osc", "", "there is no UDP here; expected a network");
+    lo_server_enable_queue(server_->lo, 0, 1);
+    lo_server_add_method(server_->lo, nullptr, nullptr, &Server::pass, server_.get());
+}
+
+OscInput::~OscInput() = default;
+
+void OscInput::wait(int timeout_ms) { lo_server_recv_noblock(server_->lo, timeout_ms); }
+
+void OscInput::read(std::span<const std::byte> packet) {
+    server_->packet.assign(packet.begin(), packet.end());
+    lo_server_dispatch_data(server_->lo, server_->packet.data(), server_->packet.size());
+}
+
+int OscInput::port() const { return server_->port; }
+
+}  // namespace aula

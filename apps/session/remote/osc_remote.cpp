@@ -1,0 +1,117 @@
+#include "apps/session/remote/osc_remote.h"
+
+#include <algorithm>
+#include <numbers>
+#include <optional>
+
+namespace aula {
+
+namespace {
+
+std::optional<Vec3> point_of(const OscMessage& message, std::size_t first) {
+    const auto x = message.number(first);
+    const auto y = message.number(first + 1);
+    const auto z = message.number(first + 2);
+    if (!x || !y || !z) return std::nullopt;
+    return Vec3(static_cast<float>(*x), static_cast<float>(*y), static_cast<float>(*z));
+}
+
+void turn(Pose& pose, const Vec3& angles_deg) {
+    const Vec3 angles_rad = angles_deg * (std::numbers::pi_v<float> / 180);
+    pose.yaw_rad = angles_rad.x;
+    pose.pitch_rad = angles_rad.y;
+    pose.roll_rad = angles_rad.z;
+}
+
+}  // namespace
+
+OscRemote::OscRemote(const std::string& address, Player& player,
+                     std::vector<std::string> source_names)
+    : player_(player),
+      names_(std::move(source_names)),
+      input_(address, [this](const OscMessage& message) { obey(message); }),
+      thread_([this] { run(); }) {}
+
+OscRemote::~OscRemote() {
+    stop_ = true;
+    thread_.join();
+}
+
+void OscRemote::run() {
+    constexpr int kWait_ms = 50;
+    while (!stop_) input_.wait(kWait_ms);
+}
+
+void OscRemote::obey(const OscMessage& message) {
+    if (message.address.starts_with("/aula/listener/")) return obey_listener(message);
+    if (message.address.starts_with("/aula/source/")) return obey_source(message);
+    if (message.address == "/aula/material") {
+        const std::string* from = message.text(0);
+        const std::string* to = message.text(1);
+        if (from == nullptr || to == nullptr) return;
+        constexpr std::size_t kMost = 64;
+        const std::lock_guard lock(mutex_);
+        // Of those that come faster than they are taken the newest counts.
+        const auto same = std::find_if(materials_.begin(), materials_.end(),
+                                       [&](const auto& change) { return change.first == *from; });
+        if (same != materials_.end()) materials_.erase(same);
+        if (materials_.size() < kMost) materials_.emplace_back(*from, *to);
+    }
+}
+
+void OscRemote::obey_listener(const OscMessage& message) {
+    if (message.address == "/aula/listener/path") {
+        player_.adjust([](PlayControls& controls, const Pose&) { controls.listener.reset(); });
+        return;
+    }
+    const bool whole = message.address == "/aula/listener/pose";
+    const auto position =
+        whole || message.address == "/aula/listener/position" ? point_of(message, 0) : std::nullopt;
+    const auto angles_deg = whole                                             ? point_of(message, 3)
+                            : message.address == "/aula/listener/orientation" ? point_of(message, 0)
+                                                                              : std::nullopt;
+    if (whole ? !position || !angles_deg : !position && !angles_deg) return;
+    player_.adjust([&](PlayControls& controls, const Pose& now) {
+        Pose pose = controls.listener.value_or(now);
+        if (position) pose.position = *position;
+        if (angles_deg) turn(pose, *angles_deg);
+        controls.listener = pose;
+    });
+}
+
+void OscRemote::obey_source(const OscMessage& message) {
+    const std::string* name = message.text(0);
+    if (name == nullptr) return;
+    std::size_t source = 0;
+    {
+        const std::lock_guard lock(mutex_);
+        source = static_cast<std::size_t>(std::find(names_.begin(), names_.end(), *name) -
+                                          names_.begin());
+        if (source == names_.size()) return;
+    }
+    player_.adjust([&](PlayControls& controls, const Pose&) {
+        if (controls.sources.size() <= source) controls.sources.resize(source + 1);
+        SourceControl& control = controls.sources[source];
+        if (message.address == "/aula/source/position") {
+            if (const auto position = point_of(message, 1)) control.position = position;
+        } else if (message.address == "/aula/source/gain") {
+            constexpr double kMost_db = 60;
+            if (const auto gain_db = message.number(1); gain_db && *gain_db <= kMost_db)
+                control.gain_db = static_cast<float>(*gain_db);
+        } else if (message.address == "/aula/source/mute") {
+            if (const auto muted = message.number(1)) control.muted = *muted != 0;
+        }
+    });
+}
+
+void OscRemote::set_sources(std::vector<std::string> names) {
+    const std::lock_guard lock(mutex_);
+    names_ = std::move(names);
+}
+
+std::vector<std::pair<std::string, std::string>> OscRemote::take_materials() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(materials_, {});
+}
+
+}  // namespace aula

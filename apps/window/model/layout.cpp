@@ -1,0 +1,74 @@
+#include "apps/window/model/layout.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace aula {
+
+namespace {
+
+constexpr float kPlot_em = 14;
+constexpr float kTable_em = 21;
+constexpr float kTableShare = 0.28F;
+
+float least_width(Pane pane, float em) {
+    return em * (pane == Pane::parameters ? kTable_em : kPlot_em);
+}
+
+}  // namespace
+
+Layout window_layout(float width, float height, float em, float meters_height) {
+    const float bar = 2.3F * em;
+    const float below = std::max(0.0F, height - bar);
+    const float side = std::min(24 * em, 0.42F * width);
+    // A part of small windows, whatever is in them.
+    const float plots = std::min(std::clamp(0.26F * height, 13.5F * em, 24 * em), 0.5F * below);
+    const float meters = std::min(meters_height, 0.5F * below);
+    const float left = width - side;
+    return {.bar = {0, 0, width, bar},
+            .picture = {0, bar, left, below - plots},
+            .plots = {0, bar + below - plots, left, plots},
+            .controls = {left, bar, side, below - meters},
+            .meters = {left, bar + below - meters, side, meters}};
+}
+
+std::vector<PaneBox> panes_in(float width, float em, float gap, Pane first) {
+    float needed = -gap;
+    for (const Pane pane : kPanes) needed += least_width(pane, em) + gap;
+    const bool all = needed <= width;
+    const std::size_t begin = all ? 0 : static_cast<std::size_t>(first);
+    std::vector<PaneBox> shown;
+    float used = -gap;
+    for (std::size_t i = 0; i < kPanes.size(); ++i) {
+        const Pane pane = kPanes[(begin + i) % kPanes.size()];
+        const float least = least_width(pane, em);
+        if (i > 0 && used + gap + least > width) break;
+        shown.push_back({pane, least});
+        used += gap + least;
+    }
+    // What is left goes to the plots; the table takes its share of a wide strip.
+    float left = width - used;
+    for (PaneBox& box : shown) {
+        if (box.pane != Pane::parameters) continue;
+        const float more =
+            shown.size() == 1 ? left : std::clamp(kTableShare * width - box.width, 0.0F, left);
+        box.width += more;
+        left -= more;
+    }
+    const auto plots = static_cast<float>(std::count_if(
+        shown.begin(), shown.end(), [](const PaneBox& b) { return b.pane != Pane::parameters; }));
+    for (PaneBox& box : shown)
+        if (box.pane != Pane::parameters) box.width += left / plots;
+    return shown;
+}
+
+float text_scale(float width, float height, float display_scale, float zoom) {
+    constexpr float kWidth = 1280;
+    constexpr float kHeight = 800;
+    constexpr float kStep = 20;  // fonts are made anew for each step
+    const float of_window = std::min(width / kWidth, height / kHeight);
+    const float scale = zoom * std::max({1.0F, display_scale, of_window});
+    return std::clamp(std::round(kStep * scale) / kStep, 0.5F, 6.0F);
+}
+
+}  // namespace aula

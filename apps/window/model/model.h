@@ -1,0 +1,225 @@
+#pragma once
+
+#include <array>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <future>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "apps/session/live/load_news.h"
+#include "apps/session/remote/osc_remote.h"
+#include "apps/session/frames/play_controls.h"
+#include "apps/session/live/player.h"
+#include "apps/window/model/curves.h"
+#include "apps/window/model/first_person.h"
+#include "apps/window/model/test_signals.h"
+#include "apps/window/model/undo.h"
+#include "apps/window/window.h"
+#include "engine/scene/material_library.h"
+#include "engine/rays/ray_scene.h"
+
+namespace aula {
+
+/// Everything that a window shows and changes, without a window: the player, the scene as edited,
+/// two settings to compare, the surface in hand, what there is to say. [window's thread]
+class Model {
+ public:
+    /// A setting, and how it did when it was last heard.
+    struct Setting {
+        Simulation simulation;
+        int ambisonic_order = 1;
+        bool rays_given = false;  ///< by set_rays(): they do not fall where it does not keep up
+        std::shared_ptr<const FrameView> view;
+        FrameNoise noise;
+    };
+
+    struct Message {
+        std::string text;
+        bool is_error = false;
+        double time_s = 0;  ///< of the window's clock
+    };
+
+    /// What was picked with the mouse.
+    struct Surface {
+        std::vector<std::uint32_t> triangles;
+        std::uint32_t picked = 0;
+        float area_m2 = 0;
+    };
+
+    explicit Model(const WindowOptions& options);
+
+    /// Takes in what has happened: status, views, files. `now_s` is the window's clock.
+    void update(double now_s);
+
+    Player& player() { return *player_; }
+    const PlayStatus& status() const { return status_; }
+    const MonitorStatus& heard() const { return heard_; }
+    double last_underrun_s() const { return last_underrun_s_; }
+
+    const Scene& scene() const { return *document_.now().scene; }
+    const std::filesystem::path& scene_file() const { return scene_file_; }
+    const RayScene& rays() const { return *rays_; }
+    std::uint64_t geometry_version() const { return geometry_version_; }
+    std::uint64_t scene_version() const { return scene_version_; }
+    Vec3 low() const { return low_; }
+    Vec3 high() const { return high_; }
+    double scene_time_s() const { return status_.scene_time_s; }
+
+    // What is heard.
+    PlayControls controls;  ///< hand_over() after a change
+    void hand_over();
+    void walk(const WalkInput& input, double time_s);
+    void take_listener(const Pose& pose);
+    void follow_path();
+    bool follows_path() const { return scene().listener.path && !controls.listener; }
+    bool collides = true;
+    void move_source(std::size_t source, const Vec3& position);
+    void source_moved();  ///< the end of a move: a step to undo
+    void play_own_signal(std::size_t source);
+    void play_test_signal(std::size_t source, TestSignal signal);
+    void play_microphone(std::size_t source);
+    void play_file(std::size_t source, const std::filesystem::path& file);
+    /// What a source plays in place of its own signal; empty if that.
+    const std::string& other_signal(std::size_t source) const { return other_signals_[source]; }
+
+    // Settings.
+    const Setting& setting() const { return settings_[active_]; }
+    const Setting& other_setting() const { return settings_[1 - active_]; }
+    std::size_t active() const { return active_; }
+    bool compares() const { return settings_[1 - active_].view != nullptr; }
+    void set_simulation(const Simulation& simulation, int ambisonic_order);
+    void set_rays(int rays);  ///< heard from the next frame on
+    void switch_setting();
+
+    // The view.
+    ViewRequest request;  ///< watch() after a change
+    void watch() { player_->watch(request); }
+    std::shared_ptr<const FrameView> view() const { return shown_; }
+    bool frozen = false;
+
+    // Surfaces.
+    const std::vector<LibraryMaterial>& library() const { return library_; }
+    const std::optional<Surface>& surface() const { return surface_; }
+    void pick(std::uint32_t triangle);
+    void unpick() { surface_.reset(); }
+    const Material& surface_material() const;
+    void give_material(const Material& material, bool everywhere);
+    bool can_undo() const { return document_.can_undo(); }
+    bool can_redo() const { return document_.can_redo(); }
+    void undo();
+    void redo();
+
+    // Files. What takes long is done in the background, while the old scene plays.
+    void open(const std::filesystem::path& file);
+    void open_next(int step);
+    void toggle_recording();
+    void save_scene();
+    void save_response();  ///< impulse response and report of what is shown
+
+    /// What goes on in the background, such as "opening church.json"; empty if nothing.
+    std::string busy() const;
+
+    const std::deque<Message>& messages() const { return messages_; }
+    void say(const std::string& text, bool is_error = false);
+
+ private:
+    /// What can be undone.
+    struct Document {
+        std::shared_ptr<const Scene> scene;
+        std::shared_ptr<const LoadedScene> read;  ///< the file that it comes from
+        std::vector<std::optional<Vec3>> source_positions;
+    };
+
+    /// A scene as the window plays it: all sources go on for ever.
+    struct Loaded {
+        std::shared_ptr<const Scene> scene;
+        std::shared_ptr<const LoadedScene> read;
+        std::unique_ptr<RayScene> rays;
+        std::filesystem::path file;
+        std::filesystem::file_time_type time;
+    };
+    static Loaded load(const WindowOptions& options, const std::filesystem::path& file);
+    void load_in_background(std::string what, const std::filesystem::path& file,
+                            std::function<bool()> is_newest, void (Model::*take)(Loaded));
+
+    /// Done by update(), on the window's thread.
+    using Result = std::function<void()>;
+    struct Work {
+        std::string what;
+        std::future<Result> result;
+    };
+
+    bool at_work(std::string_view what) const;
+    void in_background(std::string what, std::function<Result()> work);
+    void take_results();
+    void play_signal(std::size_t source, std::shared_ptr<const Signal> signal, std::string name);
+    void play_scene(Loaded loaded);
+    void begin_scene();
+    void take_edit(Loaded loaded);
+    bool may_change();
+    /// What is played becomes the scene and the setting of now; nothing is prepared where it is so.
+    void apply();
+    struct Asked {
+        std::shared_ptr<const Scene> scene;
+        Simulation simulation;
+        int ambisonic_order = 1;
+        friend bool operator==(const Asked&, const Asked&) = default;
+    };
+    Asked asked_now() const;
+    void step(void (Undo<Document>::*direction)());
+    SessionOptions session_of(const LoadedScene& read) const;
+    Document document_with(std::shared_ptr<const Scene> scene) const;
+    void scene_taken(const Scene& before, std::unique_ptr<RayScene> rays);
+    void geometry_changed(std::unique_ptr<RayScene> rays);
+    void watch_file();
+    void replace_materials();
+    void scene_edited(std::shared_ptr<const Scene> edited);
+    void scene_differs();
+    std::vector<std::string> source_names() const;
+
+    WindowOptions options_;
+    std::filesystem::path scene_file_;
+    std::filesystem::path wanted_file_;  ///< the last that was to be opened, whether it could be
+    std::filesystem::file_time_type file_time_;
+    Undo<Document> document_;
+    std::unique_ptr<Player> player_;
+    std::unique_ptr<OscRemote> remote_;  ///< ends before the player that it moves
+    std::vector<Work> work_;
+    std::uint64_t opens_ = 0;                       ///< begun: the newest is taken
+    std::uint64_t edits_ = 0;                       ///< the same, of the scene that is shown
+    std::optional<Loaded> opened_;                  ///< to be shown as soon as it is heard
+    std::uint64_t opened_change_ = 0;               ///< its number
+    std::shared_ptr<const Scene> edited_remotely_;  ///< the last that OSC made
+    std::weak_ptr<Microphone> microphone_;
+    std::unique_ptr<RayScene> rays_;
+    std::uint64_t geometry_version_ = 0;
+    std::uint64_t scene_version_ = 0;
+    Vec3 low_{0};
+    Vec3 high_{0};
+    std::vector<LibraryMaterial> library_;
+    PlayControls known_controls_;  ///< as the player had them when they were read
+    std::array<Setting, 2> settings_;
+    std::size_t active_ = 0;
+    std::optional<Surface> surface_;
+    std::vector<std::string> other_signals_;  ///< [source]
+    PlayStatus status_;
+    MonitorStatus heard_;
+    std::shared_ptr<const FrameView> shown_;
+    double last_underrun_s_ = -1;
+    std::uint64_t failed_changes_ = 0;
+    std::int64_t muted_before_ = 0;
+    Setting good_;                ///< the last setting that was heard
+    std::optional<Asked> asked_;  ///< what the player was asked to play; empty if that failed
+    LoadNews load_news_;
+    std::string recording_error_;
+    double now_s_ = 0;
+    double file_looked_at_s_ = 0;
+    std::deque<Message> messages_;
+};
+
+}  // namespace aula

@@ -1,0 +1,227 @@
+#include <algorithm>
+#include <utility>
+
+#include "apps/session/base/formatted.h"
+#include "apps/session/offline/measurement_text.h"
+#include "apps/session/base/output_file.h"
+#include "apps/session/edit/scene_edits.h"
+#include "apps/session/edit/scene_writer.h"
+#include "apps/window/model/model.h"
+
+// The model's part that has to do with files.
+
+namespace aula {
+
+namespace {
+
+/// NAME.wav, or NAME-2.wav and so on where that is taken, in the working directory.
+std::filesystem::path free_name(const std::string& stem, const std::string& extension) {
+    for (int number = 1;; ++number) {
+        const std::filesystem::path name =
+            stem + (number > 1 ? "-" + std::to_string(number) : "") + extension;
+        if (!std::filesystem::exists(name)) return name;
+    }
+}
+
+std::filesystem::file_time_type time_of(const std::filesystem::path& file) {
+    std::error_code none;
+    return std::filesystem::last_write_time(file, none);
+}
+
+}  // namespace
+
+Model::Loaded Model::load(const WindowOptions& options, const std::filesystem::path& file) {
+    const auto time = time_of(file);
+    auto read = std::make_shared<const LoadedScene>(options.load(file));
+    Scene scene = read->scene;
+    if (options.change) options.change(scene);
+    for (Source& source : scene.sources) source.loop = true;
+    auto rays = std::make_unique<RayScene>(scene);
+    return {std::make_shared<const Scene>(std::move(scene)), std::move(read), std::move(rays), file,
+            time};
+}
+
+/// Taken if it still is the newest when it is done.
+void Model::load_in_background(std::string what, const std::filesystem::path& file,
+                               std::function<bool()> is_newest, void (Model::*take)(Loaded)) {
+    in_background(std::move(what),
+                  [this, file, take, is_newest = std::move(is_newest), options = options_,
+                   rate_hz = player_->sample_rate_hz()]() -> Result {
+                      auto loaded = std::make_shared<Loaded>(load(options, file));
+                      // What is wrong with a sound file is to be known before anything changes.
+                      read_signals(*loaded->scene, rate_hz);
+                      return [this, take, is_newest, loaded] {
+                          if (is_newest()) (this->*take)(std::move(*loaded));
+                      };
+                  });
+}
+
+void Model::open(const std::filesystem::path& file) {
+    wanted_file_ = file;
+    load_in_background(
+        "opening " + file.filename().string(), file,
+        [this, open = ++opens_] { return open == opens_; }, &Model::play_scene);
+}
+
+/// Has another scene played; it is shown when it is heard.
+void Model::play_scene(Loaded loaded) {
+    SessionOptions session = session_of(*loaded.read);
+    session.ambisonic_order = settings_[active_].ambisonic_order;
+    opened_change_ = player_->change(*loaded.scene, session, true);
+    opened_ = std::move(loaded);
+}
+
+/// Shows the scene that was opened, unless it could not be played.
+void Model::begin_scene() {
+    Loaded loaded = std::move(*opened_);
+    opened_.reset();
+    if (status_.heard_change < opened_change_) return;
+    scene_file_ = loaded.file;
+    file_time_ = loaded.time;
+    document_.restart({loaded.scene, loaded.read, {}});
+    for (Setting& setting : settings_)
+        setting = {scene().simulation, setting.ambisonic_order, false, nullptr, {}};
+    active_ = 0;
+    good_ = setting();
+    asked_ = asked_now();
+    known_controls_ = controls = {};  // as the player begins anew
+    controls.sources.resize(scene().sources.size());
+    other_signals_.assign(scene().sources.size(), "");
+    if (!scene().listener.path) controls.listener = scene().listener.pose;
+    hand_over();
+    request.source = 0;
+    watch();
+    shown_.reset();
+    geometry_changed(std::move(loaded.rays));
+    if (remote_) remote_->set_sources(source_names());
+    say(scene_file_.filename().string() + " is heard");
+}
+
+void Model::open_next(int step_count) {
+    const auto& scenes = options_.scenes;
+    if (scenes.size() < 2) return;
+    const auto here = std::find(scenes.begin(), scenes.end(), wanted_file_);
+    const auto count = static_cast<std::ptrdiff_t>(scenes.size());
+    const auto at = here == scenes.end() ? 0 : here - scenes.begin() + step_count;
+    open(scenes[static_cast<std::size_t>((at % count + count) % count)]);
+}
+
+/// Takes over a scene file that was edited; what is wrong with it is said.
+void Model::watch_file() {
+    constexpr double kInterval_s = 0.5;
+    if (opened_ || now_s_ < file_looked_at_s_ + kInterval_s) return;
+    file_looked_at_s_ = now_s_;
+    const auto changed = time_of(scene_file_);
+    if (changed == file_time_) return;
+    file_time_ = changed;
+    load_in_background(
+        "reading " + scene_file_.filename().string(), scene_file_,
+        [this, open = opens_, edit = ++edits_] { return open == opens_ && edit == edits_; },
+        &Model::take_edit);
+}
+
+void Model::take_edit(Loaded loaded) {
+    const auto before = document_.now().scene;
+    document_.change({loaded.scene, loaded.read, {}});
+    settings_[active_].simulation = loaded.scene->simulation;
+    scene_taken(*before, std::move(loaded.rays));
+    // What the file says of places and rays counts again.
+    for (SourceControl& source : controls.sources) source.position.reset();
+    controls.rays.reset();
+    hand_over();
+    apply();
+    // What was wrong with the file before is not any more.
+    const std::string name = scene_file_.filename().string();
+    std::erase_if(messages_, [&](const Message& message) {
+        return message.is_error && message.text.find(name) != std::string::npos;
+    });
+    say(name + " was edited: taken over");
+}
+
+void Model::toggle_recording() {
+    try {
+        if (heard_.recording) {
+            player_->stop_recording();
+            // What went wrong is said by update().
+            const MonitorStatus done = player_->monitor_status();
+            if (done.error.empty() && done.lost_s == 0) say("recording written");
+            if (done.lost_s > 0)
+                say(formatted("the disk was too slow: %.2f s of the recording are missing",
+                              done.lost_s),
+                    true);
+        } else {
+            const auto file = free_name(scene_file_.stem().string() + "-heard", ".wav");
+            player_->record(file);
+            say("recording to " + file.string());
+        }
+    } catch (const std::exception& thrown) {
+        say(thrown.what(), true);
+    }
+}
+
+void Model::save_response() {
+    constexpr const char* kSaving = "saving the response";
+    if (!shown_ || at_work(kSaving)) return;
+    Scene measured = scene();
+    measured.sources = {measured.sources[shown_->source]};
+    measured.listener.pose = shown_->listener;
+    measured.listener.path.reset();
+    measured.simulation = shown_->simulation;
+    SessionOptions session = options_.session;
+    session.sample_rate_hz = player_->sample_rate_hz();
+    session.ambisonic_order = settings_[active_].ambisonic_order;
+    Measurement measurement;
+    measurement.responses = {shown_->response};
+    measurement.audible = {is_audible(shown_->response)};
+    measurement.length_s = shown_->length_s;
+    measurement.frames = 1;
+    const std::string stem = scene_file_.stem().string();
+    // The HRTF takes a second to read.
+    in_background(kSaving, [=, this]() -> Result {
+        const auto response_file = free_name(stem + "-ir", ".wav");
+        const auto report_file = free_name(stem + "-report", ".json");
+        const auto channels = impulse_response(measured, 0, measurement, session,
+                                               hrtf_for(session, session.sample_rate_hz));
+        WavWriter writer(response_file, session.sample_rate_hz, channels.size(),
+                         SampleFormat::float32);
+        std::vector<float> interleaved;
+        for (std::size_t i = 0; i < channels[0].size(); ++i)
+            for (const auto& channel : channels) interleaved.push_back(channel[i]);
+        writer.write(interleaved);
+        OutputFile report(report_file);
+        report.write(report_json(measured, room_parameters(measurement)));
+        writer.commit();
+        report.commit();
+        const std::string done =
+            response_file.string() + " and " + report_file.string() + " written";
+        return [this, done] { say(done); };
+    });
+}
+
+void Model::save_scene() {
+    const LoadedScene& read = *document_.now().read;
+    Scene saved = scene();
+    saved.simulation = settings_[active_].simulation;
+    std::string left_out = "comments";
+    for (std::size_t s = 0; s < saved.sources.size(); ++s) {
+        const SourceControl& control = controls.sources[s];
+        Source& source = saved.sources[s];
+        source.loop = read.scene.sources[s].loop;
+        if (control.gain_db) source.gain_db = *control.gain_db;
+        if (!control.position) continue;
+        source.position = *control.position;
+        if (source.path) left_out += " and the path of " + source.name + ", which was moved";
+        source.path.reset();
+    }
+    // A path leads the listener again when the scene is opened; a walk from it is not saved.
+    if (controls.listener && !saved.listener.path) saved.listener.pose = *controls.listener;
+    try {
+        const auto file = free_name(scene_file_.stem().string() + "-edited", ".json");
+        write_edited_scene(read, saved, scene_file_, file);
+        say("scene written to " + file.string() + ", without " + left_out);
+    } catch (const std::exception& thrown) {
+        say(thrown.what(), true);
+    }
+}
+
+}  // namespace aula

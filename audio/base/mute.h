@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <span>
+
+#include "audio/base/realtime.h"
+
+namespace aula {
+
+/// Mutes the samples beyond +-`largest` and those that are not numbers. Returns their number.
+/// [audio thread, wait-free]
+inline std::size_t mute_beyond(float largest, std::span<float> samples) noexcept AULA_NONBLOCKING {
+    std::size_t muted = 0;
+    for (float& sample : samples) {
+        // False for NaN.
+        const bool usable = std::abs(sample) <= largest;
+        sample = usable ? sample : 0.0F;
+        muted += usable ? 0 : 1;
+    }
+    return muted;
+}
+
+}  // namespace aula

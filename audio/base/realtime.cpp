@@ -1,0 +1,81 @@
+#include "audio/base/realtime.h"
+
+#include <pthread.h>
+#include <sched.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdint>
+
+#if defined(__SSE__)
+#include <xmmintrin.h>
+#endif
+
+namespace aula {
+
+bool take_realtime_priority() noexcept {
+    // Below JACK's own threads (10 by default, its clients 5 below that) nothing is gained.
+    constexpr int kPriority = 60;
+    int policy = SCHED_OTHER;
+    sched_param parameters{};
+    if (pthread_getschedparam(pthread_self(), &policy, &parameters) == 0 &&
+        (policy == SCHED_FIFO || policy == SCHED_RR)) {
+        return true;
+    }
+    parameters.sched_priority = kPriority;
+    return pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
+}
+
+// Who runs is let finish a slice before a thread that is woken comes, and Linux from 6.12 on takes
+// its length from here; older ones leave it as it is.
+void give_way(int nice) noexcept {
+    constexpr std::uint64_t kSlice_ns = 100'000;
+    const int policy = sched_getscheduler(0);
+    if (policy != SCHED_OTHER && policy != SCHED_BATCH) return;
+    nice = std::max(nice, getpriority(PRIO_PROCESS, 0));
+    // sched_setattr(2); C libraries before 2.41 do not have it.
+    struct {
+        std::uint32_t size;
+        std::uint32_t policy;
+        std::uint64_t flags = 0;
+        std::int32_t nice;
+        std::uint32_t priority = 0;
+        std::uint64_t runtime_ns = kSlice_ns;
+        std::uint64_t deadline_ns = 0;
+        std::uint64_t period_ns = 0;
+    } attributes{
+        .size = sizeof(attributes), .policy = static_cast<std::uint32_t>(policy), .nice = nice};
+    if (syscall(SYS_sched_setattr, 0, &attributes, 0U) != 0) setpriority(PRIO_PROCESS, 0, nice);
+}
+
+RealtimePriority::RealtimePriority() noexcept {
+    sched_param before{};
+    pthread_getschedparam(pthread_self(), &policy_, &before);
+    priority_ = before.sched_priority;
+    take_realtime_priority();
+}
+
+RealtimePriority::~RealtimePriority() {
+    sched_param before{};
+    before.sched_priority = priority_;
+    pthread_setschedparam(pthread_self(), policy_, &before);
+}
+
+#if defined(__SSE__)
+namespace {
+constexpr unsigned kFlushToZero = 0x8000;
+constexpr unsigned kDenormalsAreZero = 0x0040;
+}  // namespace
+
+FlushDenormals::FlushDenormals() noexcept : saved_(_mm_getcsr()) {
+    _mm_setcsr(saved_ | kFlushToZero | kDenormalsAreZero);
+}
+FlushDenormals::~FlushDenormals() { _mm_setcsr(saved_); }
+#else
+FlushDenormals::FlushDenormals() noexcept : saved_(0) {}
+FlushDenormals::~FlushDenormals() = default;
+#endif
+
+}  // namespace aula

@@ -1,0 +1,221 @@
+#include <jack/jack.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cstdlib>
+#include <memory>
+#include <string>
+
+#include "audio/base/error.h"
+#include "audio/device/output.h"
+
+namespace aula {
+
+namespace {
+
+constexpr const char* kHostApi = "JACK";
+constexpr std::size_t kMostChannels = 16;
+
+void ignore(const char*) {}
+
+struct CloseClient {
+    void operator()(jack_client_t* client) const { jack_client_close(client); }
+};
+using Client = std::unique_ptr<jack_client_t, CloseClient>;
+
+struct FreePorts {
+    void operator()(const char** ports) const { jack_free(ports); }
+};
+
+Client open_client(const char* name) {
+    jack_set_error_function(ignore);
+    jack_set_info_function(ignore);
+    jack_status_t status{};
+    return Client(jack_client_open(name, JackNoStartServer, &status));
+}
+
+/// The inputs of a client: "name:...".
+std::vector<std::string> inputs_of(jack_client_t* client, const std::string& name) {
+    std::vector<std::string> inputs;
+    const std::unique_ptr<const char*, FreePorts> ports(
+        jack_get_ports(client, nullptr, JACK_DEFAULT_AUDIO_TYPE, JackPortIsInput));
+    for (const char** port = ports.get(); port != nullptr && *port != nullptr; ++port) {
+        if (std::string(*port).starts_with(name + ":")) inputs.emplace_back(*port);
+    }
+    return inputs;
+}
+
+class JackOutput final : public Output {
+ public:
+    JackOutput(const DeviceInfo& device, const OutputSettings& settings)
+        : device_(device), settings_(settings), client_(open_client("aula")) {
+        if (!client_) fail("the server is gone");
+        const double rate_hz = jack_get_sample_rate(client_.get());
+        if (rate_hz != settings.sample_rate_hz) {
+            refuse_rate(device, settings.sample_rate_hz, rate_hz);
+        }
+        for (std::size_t c = 0; c < settings.channels; ++c) {
+            const std::string name = "out_" + std::to_string(c + 1);
+            ports_[c] = jack_port_register(client_.get(), name.c_str(), JACK_DEFAULT_AUDIO_TYPE,
+                                           JackPortIsOutput, 0);
+            if (ports_[c] == nullptr) fail("cannot register its ports");
+        }
+        jack_set_process_callback(client_.get(), &JackOutput::process, this);
+        jack_set_xrun_callback(client_.get(), &JackOutput::count_xrun, this);
+        jack_on_shutdown(client_.get(), &JackOutput::shut_down, this);
+    }
+
+    void start() override {
+        settings_.meter->touch();
+        if (jack_activate(client_.get()) != 0) fail("cannot be started");
+        const std::vector<std::string> inputs = inputs_of(client_.get(), device_.name);
+        if (inputs.size() < settings_.channels) fail("its inputs are gone");
+        for (std::size_t c = 0; c < settings_.channels; ++c) {
+            const int error =
+                jack_connect(client_.get(), jack_port_name(ports_[c]), inputs[c].c_str());
+            if (error != 0 && error != EEXIST) fail("cannot be connected");
+        }
+        connected_ = true;
+    }
+
+    bool alive() const override { return !dead_; }
+
+    double latency_s() const override {
+        jack_latency_range_t range{};
+        jack_port_get_latency_range(ports_[0], JackPlaybackLatency, &range);
+        return static_cast<double>(range.max) / settings_.sample_rate_hz;
+    }
+
+ private:
+    /// [audio thread, wait-free]
+    void fill(jack_nframes_t frames) noexcept AULA_NONBLOCKING {
+        // All channels begin together, with the first sample.
+        if (!connected_.load(std::memory_order_relaxed)) {
+            for (std::size_t c = 0; c < settings_.channels; ++c) {
+                std::fill_n(static_cast<float*>(jack_port_get_buffer(ports_[c], frames)), frames,
+                            0.0F);
+            }
+            seen_xruns_ = xruns_.load(std::memory_order_relaxed);
+            return;
+        }
+        const FlushDenormals flush;
+        const int xruns = xruns_.load(std::memory_order_relaxed);
+        settings_.meter->begin(xruns != seen_xruns_);
+        seen_xruns_ = xruns;
+        std::array<float*, kMostChannels> channels{};
+        for (std::size_t c = 0; c < settings_.channels; ++c) {
+            channels[c] = static_cast<float*>(jack_port_get_buffer(ports_[c], frames));
+        }
+        const auto samples = static_cast<int>(frames);
+        settings_.callback({channels.data(), settings_.channels}, samples);
+        settings_.meter->end(samples);
+    }
+
+    static int process(jack_nframes_t frames, void* self) {
+        static_cast<JackOutput*>(self)->fill(frames);
+        return 0;
+    }
+    static int count_xrun(void* self) {
+        static_cast<JackOutput*>(self)->xruns_.fetch_add(1, std::memory_order_relaxed);
+        return 0;
+    }
+    static void shut_down(void* self) { static_cast<JackOutput*>(self)->dead_ = true; }
+
+    [[noreturn]] void fail(const std::string& why) const {
+        throw AudioFailure("audio device \"" + device_.name + "\" (JACK): " + why);
+    }
+
+    DeviceInfo device_;
+    OutputSettings settings_;
+    std::array<jack_port_t*, kMostChannels> ports_{};
+    std::atomic<bool> dead_{false};
+    std::atomic<bool> connected_{false};
+    std::atomic<int> xruns_{0};
+    int seen_xruns_ = 0;
+    Client client_;  ///< ends first
+};
+
+class JackInput final : public Input {
+ public:
+    explicit JackInput(const InputSettings& settings)
+        : settings_(settings), client_(open_client("aula-microphone")) {
+        if (!client_) throw AudioFailure("no microphone: the JACK server is gone");
+        const std::unique_ptr<const char*, FreePorts> ports(
+            jack_get_ports(client_.get(), nullptr, JACK_DEFAULT_AUDIO_TYPE,
+                           JackPortIsOutput | JackPortIsPhysical));
+        if (ports == nullptr || *ports.get() == nullptr)
+            throw AudioFailure("no microphone: the JACK server has no input");
+        name_ = *ports.get();
+        port_ =
+            jack_port_register(client_.get(), "in", JACK_DEFAULT_AUDIO_TYPE, JackPortIsInput, 0);
+        jack_set_process_callback(client_.get(), &JackInput::process, this);
+        jack_on_shutdown(client_.get(), &JackInput::shut_down, this);
+        if (port_ == nullptr || jack_activate(client_.get()) != 0 ||
+            jack_connect(client_.get(), name_.c_str(), jack_port_name(port_)) != 0)
+            throw AudioFailure("the microphone \"" + name_ + "\" (JACK) cannot be listened to");
+    }
+
+    const std::string& name() const override { return name_; }
+    bool alive() const override { return !dead_; }
+
+ private:
+    /// [input's thread, wait-free]
+    static int process(jack_nframes_t frames, void* self) {
+        auto& input = *static_cast<JackInput*>(self);
+        input.settings_.callback(
+            {static_cast<const float*>(jack_port_get_buffer(input.port_, frames)), frames});
+        return 0;
+    }
+    static void shut_down(void* self) { static_cast<JackInput*>(self)->dead_ = true; }
+
+    InputSettings settings_;
+    std::string name_;
+    jack_port_t* port_ = nullptr;
+    std::atomic<bool> dead_{false};
+    Client client_;  ///< ends first
+};
+
+}  // namespace
+
+std::vector<DeviceInfo> list_jack_outputs() {
+    setenv("JACK_NO_START_SERVER", "1", 0);
+    const Client client = open_client("aula-list");
+    std::vector<DeviceInfo> devices;
+    if (!client) return devices;
+    const std::unique_ptr<const char*, FreePorts> ports(
+        jack_get_ports(client.get(), nullptr, JACK_DEFAULT_AUDIO_TYPE, JackPortIsInput));
+    const double rate_hz = jack_get_sample_rate(client.get());
+    for (const char** port = ports.get(); port != nullptr && *port != nullptr; ++port) {
+        const std::string full = *port;
+        const std::string name = full.substr(0, full.find(':'));
+        auto found = std::find_if(devices.begin(), devices.end(),
+                                  [&](const DeviceInfo& d) { return d.name == name; });
+        if (found == devices.end()) {
+            DeviceInfo device;
+            device.name = name;
+            device.host_api = kHostApi;
+            device.sample_rate_hz = rate_hz;
+            jack_latency_range_t range{};
+            jack_port_get_latency_range(jack_port_by_name(client.get(), *port), JackPlaybackLatency,
+                                        &range);
+            device.latency_s = static_cast<double>(range.max) / rate_hz;
+            const int flags = jack_port_flags(jack_port_by_name(client.get(), *port));
+            device.is_default = (flags & JackPortIsPhysical) != 0;
+            found = devices.insert(devices.end(), device);
+        }
+        ++found->output_channels;
+    }
+    return devices;
+}
+
+std::unique_ptr<Output> open_jack_output(const DeviceInfo& device, const OutputSettings& settings) {
+    return std::make_unique<JackOutput>(device, settings);
+}
+
+std::unique_ptr<Input> open_jack_input(const InputSettings& settings) {
+    return std::make_unique<JackInput>(settings);
+}
+
+}  // namespace aula

@@ -1,0 +1,103 @@
+#include "audio/device/output_meter.h"
+
+#include <time.h>
+
+#include <algorithm>
+
+namespace aula {
+
+namespace {
+
+constexpr double kLoadSmoothing_s = 0.5;
+
+/// A server tells of a gap some time after it.
+constexpr double kBlame_s = 0.2;
+
+/// A late call is ours from this share of its sound's time on: on a machine that runs its threads
+/// nothing else makes so much of it late.
+constexpr double kOurShare = 0.5;
+
+/// For how long this thread has been run: a system call, but one that never waits.
+double thread_cpu_s() noexcept {
+    timespec time{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+}  // namespace
+
+std::optional<UnderrunCause> lateness_cause(double wall_s, double cpu_s, double sound_s) {
+    if (wall_s <= sound_s) return std::nullopt;
+    return cpu_s > kOurShare * sound_s ? UnderrunCause::ours : UnderrunCause::machine;
+}
+
+void OutputMeter::begin(bool underflow) noexcept {
+    start_ = Clock::now();
+    if (!known_thread_.load(std::memory_order_relaxed)) {
+        realtime_.store(take_realtime_priority(), std::memory_order_relaxed);
+        known_thread_.store(true, std::memory_order_relaxed);
+    }
+    cpu_start_s_ = thread_cpu_s();
+    if (!underflow) return;
+    const std::int64_t now = samples_.load(std::memory_order_relaxed);
+    // Large blocks at low rates last longer than that.
+    const auto shortly =
+        std::max(static_cast<std::int64_t>(kBlame_s * sample_rate_hz_), 2 * last_samples_);
+    const auto shortly_before = [&](std::int64_t at) { return at >= 0 && now - at <= shortly; };
+    const UnderrunCause cause = shortly_before(ours_at_)       ? UnderrunCause::ours
+                                : shortly_before(machines_at_) ? UnderrunCause::machine
+                                                               : UnderrunCause::host;
+    const std::uint64_t count =
+        ours_.load(std::memory_order_relaxed) + others_.load(std::memory_order_relaxed);
+    if (count < kept_.size()) {
+        kept_[count].time_s.store(static_cast<double>(now) / sample_rate_hz_,
+                                  std::memory_order_relaxed);
+        kept_[count].cause.store(cause, std::memory_order_relaxed);
+    }
+    (cause == UnderrunCause::ours ? ours_ : others_).fetch_add(1, std::memory_order_release);
+}
+
+void OutputMeter::end(int samples) noexcept {
+    const Clock::time_point end = Clock::now();
+    count_call(std::chrono::duration<double>(end - start_).count(), thread_cpu_s() - cpu_start_s_,
+               samples);
+    last_call_.store(end.time_since_epoch().count(), std::memory_order_relaxed);
+}
+
+void OutputMeter::count_call(double wall_s, double cpu_s, int samples) noexcept {
+    const double sound_s = static_cast<double>(samples) / sample_rate_hz_;
+    const double now = wall_s / sound_s;
+    if (const auto cause = lateness_cause(wall_s, cpu_s, sound_s)) {
+        (*cause == UnderrunCause::ours ? ours_at_ : machines_at_) =
+            samples_.load(std::memory_order_relaxed);
+    }
+    const double before = load_.load(std::memory_order_relaxed);
+    load_.store(before + std::min(1.0, sound_s / kLoadSmoothing_s) * (now - before),
+                std::memory_order_relaxed);
+    if (now > worst_load_.load(std::memory_order_relaxed)) {
+        worst_load_.store(now, std::memory_order_relaxed);
+    }
+    busy_s_.store(busy_s_.load(std::memory_order_relaxed) + wall_s, std::memory_order_relaxed);
+    samples_.store(samples_.load(std::memory_order_relaxed) + samples, std::memory_order_relaxed);
+    last_samples_ = samples;
+}
+
+std::vector<Underrun> OutputMeter::first_underruns() const {
+    std::vector<Underrun> all;
+    const std::uint64_t kept = std::min<std::uint64_t>(underruns(), kept_.size());
+    for (std::size_t i = 0; i < kept; ++i) all.push_back({kept_[i].time_s, kept_[i].cause});
+    return all;
+}
+
+double OutputMeter::mean_load() const {
+    const std::int64_t samples = samples_;
+    return samples > 0 ? busy_s_ * sample_rate_hz_ / static_cast<double>(samples) : 0;
+}
+
+std::chrono::steady_clock::duration OutputMeter::silence() const {
+    return Clock::duration{Clock::now().time_since_epoch().count() - last_call_.load()};
+}
+
+void OutputMeter::touch() { last_call_ = Clock::now().time_since_epoch().count(); }
+
+}  // namespace aula

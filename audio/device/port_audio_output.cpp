@@ -1,0 +1,333 @@
+#include <alsa/asoundlib.h>
+#include <pa_linux_alsa.h>
+#include <portaudio.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <functional>
+#include <future>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "audio/base/error.h"
+#include "audio/device/output.h"
+#include "audio/base/realtime.h"
+
+// Not in PortAudio's headers; its archive has it, its shared library hides it.
+extern "C" [[gnu::weak]] void PaUtil_SetDebugPrintFunction(void (*print)(const char* message));
+
+namespace aula {
+
+namespace {
+
+// Some servers report latencies of minutes; no buffer that is worth using is longer than this.
+constexpr double kLongestLatency_s = 0.1;
+
+// Not every server says good-bye.
+constexpr std::chrono::milliseconds kSilenceOfLostDevice{1000};
+
+constexpr std::chrono::seconds kLongestStart{5};
+
+void ignore_alsa(const char*, int, const char*, int, const char*, ...) {}
+void ignore(const char*) {}
+
+/// Why PortAudio refused.
+std::string reason(PaError error) {
+    switch (error) {
+        case paDeviceUnavailable:
+            return "the device is in use or gone";
+        case paInvalidSampleRate:
+            return "the device refuses the sample rate";
+        case paInvalidChannelCount:
+            return "the device has too few channels";
+        case paTimedOut:
+            return "the device does not answer";
+        case paInsufficientMemory:
+            return "there is not enough memory";
+        case paUnanticipatedHostError:
+            return "the sound server or driver refused";
+        default:
+            return "PortAudio's error " + std::to_string(error);
+    }
+}
+
+/// PortAudio's calls are not for several threads at once, nor is the environment.
+std::mutex& library() {
+    static std::mutex mutex;
+    return mutex;
+}
+
+/// PortAudio, initialised while alive, without the chatter of what is below it and without JACK.
+class PortAudio {
+ public:
+    PortAudio() {
+        const std::lock_guard lock(library());
+        snd_lib_error_set_handler(ignore_alsa);
+        if (PaUtil_SetDebugPrintFunction != nullptr) PaUtil_SetDebugPrintFunction(ignore);
+        // PortAudio aborts when it ends after a JACK server has died: it must not find one.
+        constexpr const char* kServer = "JACK_DEFAULT_SERVER";
+        const char* const server = std::getenv(kServer);
+        const std::optional<std::string> before =
+            server != nullptr ? std::optional<std::string>(server) : std::nullopt;
+        setenv(kServer, "none-for-portaudio", 1);
+        const PaError error = Pa_Initialize();
+        if (before) {
+            setenv(kServer, before->c_str(), 1);
+        } else {
+            unsetenv(kServer);
+        }
+        if (error != paNoError) {
+            throw AudioFailure("audio cannot be initialised: " + reason(error));
+        }
+    }
+    ~PortAudio() {
+        const std::lock_guard lock(library());
+        Pa_Terminate();
+    }
+    PortAudio(const PortAudio&) = delete;
+    PortAudio& operator=(const PortAudio&) = delete;
+
+    std::vector<DeviceInfo> outputs() const {
+        const std::lock_guard lock(library());
+        std::vector<DeviceInfo> devices;
+        for (int i = 0; i < Pa_GetDeviceCount(); ++i) {
+            const PaDeviceInfo& device = *Pa_GetDeviceInfo(i);
+            const PaHostApiInfo& host = *Pa_GetHostApiInfo(device.hostApi);
+            if (device.maxOutputChannels <= 0 || host.type == paJACK) continue;
+            devices.push_back({i, device.name, host.name, device.maxOutputChannels,
+                               device.defaultSampleRate,
+                               std::clamp(device.defaultHighOutputLatency, 0.0, kLongestLatency_s),
+                               i == Pa_GetDefaultOutputDevice()});
+        }
+        return devices;
+    }
+};
+
+/// A stream and the PortAudio that it is of. It calls from when start() succeeded until it ends.
+class Stream : public std::enable_shared_from_this<Stream> {
+ public:
+    using Call = std::function<void(const void* input, void* output, unsigned long samples,
+                                    PaStreamCallbackFlags flags)>;
+
+    explicit Stream(Call call) : call_(std::move(call)) {}
+
+    ~Stream() {
+        if (stream_ == nullptr) return;
+        const std::lock_guard lock(library());
+        Pa_AbortStream(stream_);
+        Pa_CloseStream(stream_);
+    }
+
+    const PortAudio& port_audio() const { return port_audio_; }
+
+    /// Called with library() locked, as are start() and stop(); the destructor locks it.
+    PaError open(const PaStreamParameters* input, const PaStreamParameters* output, double rate_hz,
+                 int block) {
+        outputs_ = output != nullptr ? output->channelCount : 0;
+        // PulseAudio's thread in this process, which tells of each block that the server asks for,
+        // begins here. The propagation would keep it from being run in time.
+        const RealtimePriority inherited;
+        const PaError error =
+            Pa_OpenStream(&stream_, input, output, rate_hz, static_cast<unsigned long>(block),
+                          paNoFlag, &forward, this);
+        if (error != paNoError) stream_ = nullptr;
+        return error;
+    }
+
+    /// paTimedOut where it takes too long. PortAudio waits for ever where a server dies meanwhile:
+    /// its thread ends with a lock held. The stream is then left to the thread that waits.
+    PaError start() {
+        std::packaged_task<PaError()> task(
+            [self = shared_from_this()] { return Pa_StartStream(self->stream_); });
+        std::future<PaError> result = task.get_future();
+        std::thread thread(std::move(task));
+        if (result.wait_for(kLongestStart) == std::future_status::timeout) {
+            thread.detach();
+            return paTimedOut;
+        }
+        thread.join();
+        const PaError error = result.get();
+        begun_ = error == paNoError;
+        return error;
+    }
+
+    /// What is in the buffers is played to its end.
+    void stop() { Pa_StopStream(stream_); }
+
+    bool active() const { return Pa_IsStreamActive(stream_) == 1; }
+    const PaStreamInfo* info() const { return Pa_GetStreamInfo(stream_); }
+
+ private:
+    /// [the stream's thread, wait-free]
+    static int forward(const void* input, void* output, unsigned long samples,
+                       const PaStreamCallbackTimeInfo*, PaStreamCallbackFlags flags, void* self) {
+        const auto& stream = *static_cast<Stream*>(self);
+        if (stream.begun_) {
+            stream.call_(input, output, samples, flags);
+        } else {
+            // Who wanted a stream that begins too late is gone.
+            for (int c = 0; c < stream.outputs_; ++c)
+                std::fill_n(static_cast<float* const*>(output)[c], samples, 0.0F);
+        }
+        return paContinue;
+    }
+
+    PortAudio port_audio_;
+    Call call_;
+    int outputs_ = 0;
+    PaStream* stream_ = nullptr;
+    std::atomic<bool> begun_ = false;
+};
+
+class PortAudioOutput final : public Output {
+ public:
+    PortAudioOutput(const DeviceInfo& device, const OutputSettings& settings)
+        : device_(device),
+          settings_(settings),
+          stream_(std::make_shared<Stream>([this](const void*, void* output, unsigned long samples,
+                                                  PaStreamCallbackFlags flags) {
+              fill(static_cast<float* const*>(output), samples, flags);
+          })) {
+        // Numbers change when devices come and go.
+        const std::vector<DeviceInfo> there = stream_->port_audio().outputs();
+        const auto found = std::find_if(there.begin(), there.end(), [&](const DeviceInfo& d) {
+            return d.name == device.name && d.host_api == device.host_api;
+        });
+        if (found == there.end()) fail("is gone");
+        const std::lock_guard lock(library());
+        PaStreamParameters output{};
+        output.device = found->index;
+        output.channelCount = static_cast<int>(settings.channels);
+        output.sampleFormat = paFloat32 | paNonInterleaved;
+        output.suggestedLatency =
+            std::max(device.latency_s, settings.block / settings.sample_rate_hz);
+        // Else ALSA's periods are two blocks or more, which are then asked for at one time.
+        PaAlsa_SetNumPeriods(static_cast<int>(std::ceil(output.suggestedLatency *
+                                                        settings.sample_rate_hz / settings.block)) +
+                             1);
+        const PaError error =
+            stream_->open(nullptr, &output, settings.sample_rate_hz, settings.block);
+        if (error == paInvalidSampleRate) {
+            refuse_rate(device, settings.sample_rate_hz, device.sample_rate_hz);
+        }
+        if (error != paNoError) fail("cannot be opened", error);
+    }
+
+    ~PortAudioOutput() override {
+        const std::lock_guard lock(library());
+        if (started_ && alive()) stream_->stop();
+    }
+
+    void start() override {
+        settings_.meter->touch();
+        const std::lock_guard lock(library());
+        const PaError error = stream_->start();
+        if (error != paNoError) fail("cannot be started", error);
+        started_ = true;
+    }
+
+    bool alive() const override {
+        return stream_->active() && settings_.meter->silence() < kSilenceOfLostDevice;
+    }
+
+    double latency_s() const override {
+        const PaStreamInfo* const stream = stream_->info();
+        const bool sane = stream != nullptr && stream->outputLatency > 0 &&
+                          stream->outputLatency <= kLongestLatency_s;
+        return sane ? stream->outputLatency : 0;
+    }
+
+ private:
+    /// [audio thread, wait-free]
+    void fill(float* const* outputs, unsigned long samples,
+              PaStreamCallbackFlags flags) noexcept AULA_NONBLOCKING {
+        const FlushDenormals flush;
+        settings_.meter->begin((flags & paOutputUnderflow) != 0);
+        settings_.callback({outputs, settings_.channels}, static_cast<int>(samples));
+        settings_.meter->end(static_cast<int>(samples));
+    }
+
+    [[noreturn]] void fail(const std::string& what, PaError error = paNoError) const {
+        const std::string why = error == paNoError ? "" : ": " + reason(error);
+        throw AudioFailure("audio device \"" + device_.name + "\": " + what + why);
+    }
+
+    DeviceInfo device_;
+    OutputSettings settings_;
+    bool started_ = false;
+    std::shared_ptr<Stream> stream_;  ///< ends before what it calls
+};
+
+class PortAudioInput final : public Input {
+ public:
+    PortAudioInput(const DeviceInfo& beside, const InputSettings& settings)
+        : settings_(settings),
+          stream_(std::make_shared<Stream>(
+              [this](const void* input, void*, unsigned long samples, PaStreamCallbackFlags) {
+                  hear(static_cast<const float*>(input), samples);
+              })) {
+        const std::lock_guard lock(library());
+        const int device = input_beside(beside);
+        if (device == paNoDevice) throw AudioFailure("no microphone: there is no input device");
+        const PaDeviceInfo& info = *Pa_GetDeviceInfo(device);
+        name_ = info.name;
+        PaStreamParameters input{};
+        input.device = device;
+        input.channelCount = 1;
+        input.sampleFormat = paFloat32;
+        input.suggestedLatency = std::clamp(info.defaultLowInputLatency, 0.0, kLongestLatency_s);
+        PaError error = stream_->open(&input, nullptr, settings.sample_rate_hz, settings.block);
+        if (error == paNoError) error = stream_->start();
+        if (error != paNoError)
+            throw AudioFailure("the microphone \"" + name_ +
+                               "\" cannot be listened to: " + reason(error));
+    }
+
+    const std::string& name() const override { return name_; }
+    bool alive() const override { return stream_->active(); }
+
+ private:
+    static int input_beside(const DeviceInfo& beside) {
+        for (int i = 0; i < Pa_GetDeviceCount(); ++i) {
+            const PaDeviceInfo& device = *Pa_GetDeviceInfo(i);
+            if (device.name == beside.name && device.maxInputChannels > 0) return i;
+        }
+        return Pa_GetDefaultInputDevice();
+    }
+
+    /// [input's thread, wait-free]
+    void hear(const float* input, unsigned long samples) {
+        // What comes late here is missed by the output, which has this priority. Refused, it is
+        // refused to both.
+        if (!std::exchange(called_, true)) take_realtime_priority();
+        if (input != nullptr) settings_.callback({input, samples});
+    }
+
+    InputSettings settings_;
+    std::string name_;
+    bool called_ = false;             ///< of the input's thread
+    std::shared_ptr<Stream> stream_;  ///< ends before what it calls
+};
+
+}  // namespace
+
+std::vector<DeviceInfo> list_port_audio_outputs() { return PortAudio().outputs(); }
+
+std::unique_ptr<Output> open_port_audio_output(const DeviceInfo& device,
+                                               const OutputSettings& settings) {
+    return std::make_unique<PortAudioOutput>(device, settings);
+}
+
+std::unique_ptr<Input> open_port_audio_input(const DeviceInfo& beside,
+                                             const InputSettings& settings) {
+    return std::make_unique<PortAudioInput>(beside, settings);
+}
+
+}  // namespace aula

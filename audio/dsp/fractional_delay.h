@@ -1,0 +1,40 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "audio/base/aligned.h"
+#include "audio/dsp/kernels.h"
+#include "audio/base/realtime.h"
+
+namespace aula {
+
+/// Reads a sampled signal between its samples: a sinc under a Kaiser window, tabulated. Up to 0.8
+/// of the Nyquist frequency the error is below -90 dB; on a sample it is zero. Immutable.
+class FractionalDelay {
+ public:
+    /// Samples that are needed before and from the position on; position and fraction start at the
+    /// sample with this index.
+    static constexpr std::size_t kBefore = kInterpolationTaps / 2 - 1;
+    static constexpr std::size_t kAfter = kInterpolationTaps / 2;
+
+    FractionalDelay();
+
+    /// The signal at x[kBefore + fraction], 0 <= fraction < 1. [audio thread, wait-free]
+    float read(const float* x, double fraction) const noexcept AULA_NONBLOCKING {
+        const double phase = fraction * static_cast<double>(kPhases);
+        const auto row = static_cast<std::size_t>(phase);
+        const float* const taps = table_.data() + row * kInterpolationTaps;
+        return interpolate(x, taps, taps + kInterpolationTaps,
+                           static_cast<float>(phase - static_cast<double>(row)));
+    }
+
+    /// An impulse delayed by kBefore + fraction samples.
+    std::array<float, kInterpolationTaps> impulse(double fraction) const;
+
+ private:
+    static constexpr std::size_t kPhases = 256;
+    AlignedVector<float> table_;  ///< [phase 0 to kPhases][tap]
+};
+
+}  // namespace aula

@@ -1,0 +1,57 @@
+#include "audio/dsp/kernels.h"
+
+#include <algorithm>
+#include <array>
+
+// Sanitizers are not yet up when the loader resolves the clones.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define AULA_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#else
+#define AULA_CLONES
+#endif
+
+namespace aula {
+
+namespace {
+
+/// A run of outputs whose sums stay in registers over all taps.
+constexpr std::size_t kRun = 64;
+
+}  // namespace
+
+AULA_CLONES
+void filter(const float* __restrict x, const float* __restrict h, std::size_t taps,
+            float* __restrict out, std::size_t samples) noexcept {
+    std::size_t n = 0;
+    for (; n + kRun <= samples; n += kRun) {
+        std::array<float, kRun> sum{};
+        for (std::size_t k = 0; k < taps; ++k) {
+            const float* const from = x + n - k;
+            for (std::size_t i = 0; i < kRun; ++i) sum[i] += h[k] * from[i];
+        }
+        std::copy(sum.begin(), sum.end(), out + n);
+    }
+    std::fill(out + n, out + samples, 0.0F);
+    for (std::size_t k = 0; k < taps; ++k) {
+        for (std::size_t i = n; i < samples; ++i) out[i] += h[k] * x[i - k];
+    }
+}
+
+AULA_CLONES
+float interpolate(const float* __restrict x, const float* __restrict a, const float* __restrict b,
+                  float fraction) noexcept {
+    constexpr std::size_t kLanes = 16;
+    std::array<float, kLanes> sum{};
+    for (std::size_t k = 0; k < kInterpolationTaps; k += kLanes) {
+        for (std::size_t i = 0; i < kLanes; ++i) {
+            sum[i] += x[k + i] * (a[k + i] + fraction * (b[k + i] - a[k + i]));
+        }
+    }
+    // Constant trip counts, so that the folding stays in vector registers.
+    for (std::size_t i = 0; i < 8; ++i) sum[i] += sum[i + 8];
+    for (std::size_t i = 0; i < 4; ++i) sum[i] += sum[i + 4];
+    return (sum[0] + sum[2]) + (sum[1] + sum[3]);
+}
+
+}  // namespace aula

@@ -1,0 +1,191 @@
+#include "audio/dsp/limiter.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "audio/dsp/fractional_delay.h"
+#include "audio/base/mute.h"
+
+namespace aula {
+
+namespace {
+
+constexpr double kCeiling_db = -1;
+constexpr float kLargest = 1e6F;
+constexpr double kLookAhead_s = 0.004;
+constexpr double kRelease_s = 0.1;
+
+// Places between two samples where their true peak is sought: a tone at 0.8 of the Nyquist
+// frequency is at most 0.11 dB higher than at the best of them (ITU-R BS.1770 asks for half as
+// many).
+constexpr std::size_t kPhases = 8;
+
+// Gains are whole numbers of 2^-30, so that a running sum of them stays exact and a gain of one
+// passes the sound through bit by bit.
+constexpr std::int64_t kUnity = std::int64_t{1} << 30;
+
+}  // namespace
+
+// The gain that a peak needs is held over the whole look-ahead (sliding minimum), released
+// exponentially, and averaged over the look-ahead: when the delayed peak leaves, every term of the
+// average is at most the gain it needs.
+struct Limiter::State {
+    /// Samples that the interpolator needs before the newest one.
+    static constexpr std::size_t kPast = kInterpolationTaps - 1;
+
+    std::size_t window = 0;  ///< of the look-ahead
+    /// Peaks are known as late as the interpolator needs samples behind them.
+    std::size_t latency() const { return window + FractionalDelay::kAfter - 1; }
+    float ceiling = 0;
+    double release = 0;
+
+    FractionalDelay interpolator;
+    float gain_of_interpolator = 1;  ///< no value between samples is larger than they are by this
+
+    std::vector<float> gains;                 ///< of the block in hand
+    std::vector<std::vector<float>> recent;   ///< [channel] kPast samples, then the block in hand
+    std::vector<std::vector<float>> delayed;  ///< [channel] ring of the latency
+    std::size_t delayed_position = 0;
+    std::vector<float> peaks;  ///< of the block in hand
+    std::vector<std::int64_t> averaged;
+    std::int64_t sum = 0;  ///< of `averaged`
+    std::int64_t held = kUnity;
+    std::size_t position = 0;
+    std::uint64_t now = 0;
+    float least_gain = 1;
+    std::size_t muted = 0;
+
+    /// Candidates of the sliding minimum, times and gains ascending; a ring.
+    struct Candidate {
+        std::uint64_t time;
+        std::int64_t gain;
+    };
+    std::vector<Candidate> candidates;
+    std::size_t first = 0;
+    std::size_t count = 0;
+
+    Candidate& candidate(std::size_t i) noexcept AULA_NONBLOCKING {
+        return candidates[(first + i) % candidates.size()];
+    }
+
+    /// The smallest gain of this sample and the `window` before it: all averages that the delayed
+    /// peak passes through know it.
+    std::int64_t sliding_minimum(std::int64_t gain) noexcept AULA_NONBLOCKING {
+        while (count > 0 && candidate(count - 1).gain >= gain) --count;
+        candidate(count++) = {now, gain};
+        if (candidate(0).time + window < now) {
+            first = (first + 1) % candidates.size();
+            --count;
+        }
+        return candidate(0).gain;
+    }
+
+    /// The largest magnitudes of all channels from the sample kAfter before each sample of the
+    /// block to the next one.
+    void find_peaks(std::size_t samples) noexcept AULA_NONBLOCKING {
+        std::fill_n(peaks.begin(), samples, 0.0F);
+        for (const std::vector<float>& signal : recent) {
+            float largest = 0;
+            for (std::size_t i = 0; i < kPast + samples; ++i) {
+                largest = std::max(largest, std::abs(signal[i]));
+            }
+            const bool between = largest * gain_of_interpolator > ceiling;
+            for (std::size_t i = 0; i < samples; ++i) {
+                const float* const x = signal.data() + i;
+                float peak = std::max(std::abs(x[FractionalDelay::kBefore]),
+                                      std::abs(x[FractionalDelay::kBefore + 1]));
+                for (std::size_t phase = 1; between && phase < kPhases; ++phase) {
+                    const double fraction =
+                        static_cast<double>(phase) / static_cast<double>(kPhases);
+                    peak = std::max(peak, std::abs(interpolator.read(x, fraction)));
+                }
+                peaks[i] = std::max(peaks[i], peak);
+            }
+        }
+    }
+
+    /// Takes in the newest peak, gives the gain of what came `window` before it.
+    float next_gain(float peak) noexcept AULA_NONBLOCKING {
+        std::int64_t needed = kUnity;
+        if (peak > ceiling) {
+            // A shade less, for the rounding of the gain to a float.
+            needed = static_cast<std::int64_t>(double{ceiling} / double{peak} * (1 - 2e-7) *
+                                               static_cast<double>(kUnity));
+        }
+        // Down at once, up exponentially; rounding up makes it arrive.
+        const double rise = std::ceil(static_cast<double>(kUnity - held) * release);
+        held = std::min(sliding_minimum(needed), held + static_cast<std::int64_t>(rise));
+        sum += held - averaged[position];
+        averaged[position] = held;
+        position = position + 1 == window ? 0 : position + 1;
+        ++now;
+        return static_cast<float>(static_cast<double>(sum) /
+                                  (static_cast<double>(window) * static_cast<double>(kUnity)));
+    }
+};
+
+Limiter::Limiter(double sample_rate_hz, std::size_t channels, int max_block)
+    : state_(std::make_unique<State>()) {
+    State& s = *state_;
+    s.window = static_cast<std::size_t>(std::lround(kLookAhead_s * sample_rate_hz));
+    s.ceiling = static_cast<float>(std::pow(10.0, kCeiling_db / 20));
+    s.release = 1 - std::exp(-1 / (kRelease_s * sample_rate_hz));
+    s.gains.resize(static_cast<std::size_t>(max_block));
+    s.peaks.resize(static_cast<std::size_t>(max_block));
+    s.recent.assign(channels, std::vector<float>(State::kPast + s.gains.size()));
+    s.delayed.assign(channels, std::vector<float>(s.latency()));
+    for (std::size_t phase = 0; phase < kPhases; ++phase) {
+        float sum = 0;
+        for (const float tap : s.interpolator.impulse(static_cast<double>(phase) / kPhases)) {
+            sum += std::abs(tap);
+        }
+        s.gain_of_interpolator = std::max(s.gain_of_interpolator, sum);
+    }
+    s.averaged.assign(s.window, kUnity);
+    s.sum = static_cast<std::int64_t>(s.window) * kUnity;
+    s.candidates.resize(s.window + 2);
+}
+
+Limiter::~Limiter() = default;
+
+int Limiter::latency_samples() const { return static_cast<int>(state_->latency()); }
+
+float Limiter::least_gain() const noexcept { return state_->least_gain; }
+
+std::size_t Limiter::muted_samples() const noexcept { return state_->muted; }
+
+void Limiter::process(std::span<float* const> channels, int samples) noexcept {
+    State& s = *state_;
+    const auto count = static_cast<std::size_t>(samples);
+    assert(channels.size() == s.delayed.size() && count <= s.gains.size());
+
+    s.muted = 0;
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+        const std::span<float> incoming(s.recent[c].data() + State::kPast, count);
+        std::copy_n(channels[c], count, incoming.begin());
+        s.muted += mute_beyond(kLargest, incoming);
+    }
+    s.find_peaks(count);
+    s.least_gain = 1;
+    for (std::size_t i = 0; i < count; ++i) {
+        s.gains[i] = s.next_gain(s.peaks[i]);
+        s.least_gain = std::min(s.least_gain, s.gains[i]);
+    }
+    const std::size_t start = s.delayed_position;
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+        std::size_t position = start;
+        for (std::size_t i = 0; i < count; ++i) {
+            channels[c][i] = s.delayed[c][position] * s.gains[i];
+            s.delayed[c][position] = s.recent[c][State::kPast + i];
+            position = position + 1 == s.latency() ? 0 : position + 1;
+        }
+        s.delayed_position = position;
+        std::copy_n(s.recent[c].begin() + static_cast<std::ptrdiff_t>(count), State::kPast,
+                    s.recent[c].begin());
+    }
+}
+
+}  // namespace aula

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <complex>
+#include <cstddef>
+#include <span>
+
+#include "audio/base/aligned.h"
+#include "audio/dsp/fft.h"
+
+namespace aula {
+
+/// Gives logarithms of magnitudes the phase of the minimum-phase system that has them.
+class MinimumPhase {
+ public:
+    /// `size` of the transform; several times the length of the response, or it wraps round.
+    explicit MinimumPhase(std::size_t size);
+
+    std::size_t bins() const { return fft_.bins(); }
+
+    /// log H = ln |H| + i arg H at bins() frequencies from 0 to the Nyquist frequency.
+    void complete(std::span<const float> log_magnitude,
+                  std::span<std::complex<float>> log_response);
+
+ private:
+    RealFft fft_;
+    AlignedVector<std::complex<float>> spectrum_;
+    AlignedVector<float> cepstrum_;
+};
+
+}  // namespace aula

@@ -1,0 +1,92 @@
+#include "audio/file/part_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdint>
+#include <cstdio>
+#include <mutex>
+#include <random>
+#include <system_error>
+#include <utility>
+
+namespace aula {
+
+namespace {
+
+// A program that is told to end at once has to find them all.
+std::mutex mutex;
+PartFile* first = nullptr;
+
+[[noreturn]] void fail(int error) { throw std::system_error(error, std::generic_category()); }
+
+/// A name that nobody can know in advance, whatever the length of the target's.
+std::filesystem::path random_name(const std::filesystem::path& folder) {
+    std::random_device random;
+    const std::uint64_t bits = std::uint64_t{random()} << 32U | random();
+    std::array<char, 32> name{};
+    std::snprintf(name.data(), name.size(), ".aula-%016llx.part",
+                  static_cast<unsigned long long>(bits));
+    return folder / name.data();
+}
+
+/// Creates a file that was not there, as `mode` allows.
+int create(const std::filesystem::path& file, mode_t mode) {
+    return open(file.c_str(), O_CREAT | O_EXCL | O_NOFOLLOW | O_RDWR | O_CLOEXEC, mode);
+}
+
+}  // namespace
+
+PartFile::PartFile(const std::filesystem::path& file) {
+    std::error_code error;
+    target_ = std::filesystem::weakly_canonical(file, error);
+    if (error) target_ = file;
+    struct stat replaced {};
+    const bool replaces = stat(target_.c_str(), &replaced) == 0;
+    // What the user may do with a new file; what could be done with the one that is replaced.
+    constexpr mode_t kNew = 0666;
+    constexpr mode_t kPrivate = 0600;
+    const std::lock_guard lock(mutex);
+    do {
+        temporary_ = random_name(target_.parent_path());
+        descriptor_ = create(temporary_, replaces ? kPrivate : kNew);
+    } while (descriptor_ < 0 && errno == EEXIST);
+    if (descriptor_ < 0) fail(errno);
+    constexpr mode_t kPermissions = 0777;
+    if (replaces && fchmod(descriptor_, replaced.st_mode & kPermissions) != 0) {
+        const int reason = errno;
+        close(descriptor_);
+        unlink(temporary_.c_str());
+        fail(reason);
+    }
+    next_ = std::exchange(first, this);
+}
+
+PartFile::~PartFile() {
+    const std::lock_guard lock(mutex);
+    PartFile** place = &first;
+    while (*place != this) place = &(*place)->next_;
+    *place = next_;
+    if (descriptor_ >= 0) close(descriptor_);
+    if (!temporary_.empty()) unlink(temporary_.c_str());
+}
+
+void PartFile::commit() {
+    // Else a crash of the system may leave an empty file under the name. Not every file system can.
+    if (fsync(descriptor_) != 0 && errno != EINVAL && errno != ENOSYS) fail(errno);
+    if (close(std::exchange(descriptor_, -1)) != 0) fail(errno);
+    const std::lock_guard lock(mutex);
+    if (std::rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
+    temporary_.clear();
+}
+
+void PartFile::abandon_all() {
+    mutex.lock();
+    for (const PartFile* file = first; file != nullptr; file = file->next_)
+        unlink(file->temporary_.c_str());
+}
+
+}  // namespace aula

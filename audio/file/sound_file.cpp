@@ -1,0 +1,204 @@
+#include "audio/file/sound_file.h"
+
+#include <sndfile.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <system_error>
+
+#include "audio/base/error.h"
+#include "audio/base/mute.h"
+#include "audio/file/part_file.h"
+#include "audio/dsp/resample.h"
+
+namespace aula {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+struct CloseSound {
+    void operator()(SNDFILE* file) const { sf_close(file); }
+};
+using SoundHandle = std::unique_ptr<SNDFILE, CloseSound>;
+
+constexpr int kLowestRate_hz = 1000;
+constexpr int kHighestRate_hz = 768'000;
+constexpr int kMostChannels = 64;                           // ambisonics of order 7
+constexpr std::size_t kMostSamples = std::size_t{1} << 28;  // 1 GiB; 93 minutes at 48 kHz
+constexpr float kLargestSample = 0x1p31F;  // full scale of 32-bit integers; no format has more
+
+[[noreturn]] void fail(const fs::path& file, const std::string& problem) {
+    throw AudioInputError(file.string() + ": " + problem);
+}
+
+SoundHandle open_sound(const fs::path& file, SF_INFO& info) {
+    constexpr const char* kExpected =
+        "; expected a file that libsndfile reads (WAV, FLAC, Ogg, ...)";
+    std::error_code error;
+    const fs::file_status status = fs::status(file, error);
+    if (!fs::exists(status)) fail(file, "no such file; expected a sound file");
+    // A pipe would be waited for, a device read without end.
+    if (!fs::is_regular_file(status)) fail(file, "is no regular file; expected a sound file");
+    info = {};
+    // An absolute name, since libsndfile takes "-" for standard input.
+    SoundHandle sound(sf_open(fs::absolute(file).c_str(), SFM_READ, &info));
+    if (!sound) fail(file, std::string("cannot be read as sound") + kExpected);
+    if (info.samplerate < kLowestRate_hz || info.samplerate > kHighestRate_hz) {
+        fail(file, "has a sample rate of " + std::to_string(info.samplerate) +
+                       " Hz; expected 1000 to 768000 Hz");
+    }
+    if (info.channels < 1 || info.channels > kMostChannels) {
+        fail(file, "has " + std::to_string(info.channels) + " channels; expected 1 to " +
+                       std::to_string(kMostChannels));
+    }
+    return sound;
+}
+
+}  // namespace
+
+SoundInfo sound_info(const fs::path& file) {
+    SF_INFO info;
+    open_sound(file, info);
+    return {info.frames, static_cast<double>(info.samplerate), info.channels};
+}
+
+SoundClip read_sound(const fs::path& file, double sample_rate_hz) {
+    SF_INFO info;
+    const SoundHandle sound = open_sound(file, info);
+    const auto channels = static_cast<std::size_t>(info.channels);
+
+    SoundClip clip;
+    clip.sample_rate_hz = sample_rate_hz;
+    constexpr sf_count_t kFrames = 16384;
+    std::vector<float> interleaved(static_cast<std::size_t>(kFrames) * channels);
+    const auto most = static_cast<std::size_t>(static_cast<double>(kMostSamples) *
+                                               std::min(1.0, info.samplerate / sample_rate_hz));
+    bool usable = true;
+    while (true) {
+        const sf_count_t got = sf_readf_float(sound.get(), interleaved.data(), kFrames);
+        if (got <= 0) break;
+        if (clip.samples.size() + static_cast<std::size_t>(got) > most) {
+            fail(file, "is too long; expected at most " +
+                           std::to_string(most / static_cast<std::size_t>(info.samplerate)) +
+                           " s of " + std::to_string(info.samplerate) + " Hz");
+        }
+        for (std::size_t i = 0; i < static_cast<std::size_t>(got); ++i) {
+            float sum = 0;
+            for (std::size_t c = 0; c < channels; ++c) sum += interleaved[i * channels + c];
+            float sample = sum / static_cast<float>(channels);
+            // The comparison fails for NaN, too.
+            if (!(std::abs(sample) <= kLargestSample)) {
+                sample = 0;
+                usable = false;
+            }
+            clip.samples.push_back(sample);
+        }
+    }
+    if (sf_error(sound.get()) != SF_ERR_NO_ERROR) {
+        fail(file, "is damaged and cannot be read to its end; expected a whole sound file");
+    }
+    if (clip.samples.empty()) fail(file, "has no samples; expected at least one");
+    const auto read = static_cast<sf_count_t>(clip.samples.size());
+    if (read < info.frames && info.frames != SF_COUNT_MAX) {
+        clip.warnings.push_back(file.string() + ": ends after " + std::to_string(read) + " of " +
+                                std::to_string(info.frames) + " samples");
+    }
+    if (channels > 1) {
+        clip.warnings.push_back(file.string() + ": " + std::to_string(channels) +
+                                " channels mixed down to one");
+    }
+    if (!usable) {
+        clip.warnings.push_back(file.string() +
+                                ": samples that are not numbers, or too large, taken as silence");
+    }
+    clip.samples = resample(clip.samples, 1, info.samplerate, sample_rate_hz);
+    return clip;
+}
+
+struct WavWriter::State {
+    fs::path name;  ///< as the user gave it, for messages
+    std::size_t channels = 0;
+    std::optional<PartFile> part;
+    SoundHandle sound;
+    std::vector<float> finite;  ///< of a write()
+    std::int64_t muted = 0;
+
+    [[noreturn]] void fail(const std::string& why) const {
+        throw AudioFailure(name.string() + ": writing failed: " + why + "; nothing was kept");
+    }
+};
+
+WavWriter::WavWriter(const fs::path& file, double sample_rate_hz, std::size_t channels,
+                     SampleFormat format)
+    : state_(std::make_unique<State>()) {
+    state_->name = file;
+    state_->channels = channels;
+    std::error_code ignored;
+    if (fs::exists(file, ignored) && !fs::is_regular_file(file, ignored)) {
+        throw AudioInputError(file.string() +
+                              ": cannot be written: not a regular file; expected a file name");
+    }
+    try {
+        state_->part.emplace(file);
+    } catch (const std::system_error& error) {
+        throw AudioInputError(file.string() + ": cannot be written: " + error.code().message() +
+                              "; expected a name in a folder that can be written to");
+    }
+
+    SF_INFO info{};
+    info.samplerate = static_cast<int>(std::lround(sample_rate_hz));
+    info.channels = static_cast<int>(channels);
+    // More than two channels have to be told by the extensible header.
+    info.format = channels > 2 ? SF_FORMAT_WAVEX : SF_FORMAT_WAV;
+    switch (format) {
+        case SampleFormat::float32:
+            info.format |= SF_FORMAT_FLOAT;
+            break;
+        case SampleFormat::pcm24:
+            info.format |= SF_FORMAT_PCM_24;
+            break;
+        case SampleFormat::pcm16:
+            info.format |= SF_FORMAT_PCM_16;
+            break;
+    }
+    state_->sound.reset(sf_open_fd(state_->part->descriptor(), SFM_WRITE, &info, SF_FALSE));
+    if (!state_->sound) state_->fail("a WAV file of this rate and format cannot be begun");
+    // The peak chunk carries the time of day: the same sound would give other bytes.
+    sf_command(state_->sound.get(), SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);
+    sf_command(state_->sound.get(), SFC_SET_CLIPPING, nullptr, SF_TRUE);
+}
+
+WavWriter::~WavWriter() = default;
+
+void WavWriter::write(std::span<const float> interleaved) {
+    assert(interleaved.size() % state_->channels == 0);
+    const auto frames = static_cast<sf_count_t>(interleaved.size() / state_->channels);
+    state_->finite.assign(interleaved.begin(), interleaved.end());
+    state_->muted += static_cast<std::int64_t>(
+        mute_beyond(std::numeric_limits<float>::max(), state_->finite));
+    errno = 0;
+    if (sf_writef_float(state_->sound.get(), state_->finite.data(), frames) != frames) {
+        state_->fail(errno != 0 ? std::strerror(errno) : "not all samples could be written");
+    }
+}
+
+std::int64_t WavWriter::muted_samples() const { return state_->muted; }
+
+void WavWriter::commit() {
+    // Closing writes the header's lengths and may be the first to learn of a full disk.
+    errno = 0;
+    if (sf_close(state_->sound.release()) != 0) state_->fail(std::strerror(errno));
+    try {
+        state_->part->commit();
+    } catch (const std::system_error& error) {
+        state_->fail(error.code().message());
+    }
+}
+
+}  // namespace aula

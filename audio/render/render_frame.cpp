@@ -1,0 +1,109 @@
+#include "audio/render/render_frame.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+#include "audio/spatial/ambisonic_decoder.h"
+#include "audio/dsp/fft.h"
+
+namespace aula {
+
+namespace {
+
+// Early reflections carry several walls' absorption: filters that resolve 47 Hz.
+constexpr double kEarlyFilter_s = 1024.0 / 48000;
+// So much is not worth its price in a filter that runs sample by sample.
+constexpr double kPathFilter_s = 256.0 / 48000;
+
+// A turn of the head in less time than this would be heard.
+constexpr std::size_t kShortestTurn_samples = 64;
+
+// Early paths that move through delay lines, of all sources together and of one: the first order in
+// a room of six walls.
+constexpr std::size_t kMovingEarly = 12;
+constexpr std::size_t kMostMovingEarly = 6;
+
+constexpr double kFade_s = 1024.0 / 48000;
+constexpr std::size_t kShortestFade_samples = 512;
+
+std::size_t to_samples(double seconds, double sample_rate_hz) {
+    return static_cast<std::size_t>(std::llround(seconds * sample_rate_hz));
+}
+
+}  // namespace
+
+std::size_t channel_count(OutputFormat format) {
+    switch (format) {
+        case OutputFormat::mono:
+            return 1;
+        case OutputFormat::binaural:
+            return 2;
+        case OutputFormat::foa:
+            break;
+    }
+    return 4;
+}
+
+int field_order(const RendererConfig& config) {
+    switch (config.output) {
+        case OutputFormat::mono:
+            return 0;
+        case OutputFormat::foa:
+            return 1;
+        case OutputFormat::binaural:
+            break;
+    }
+    return config.ambisonic_order;
+}
+
+int frame_samples(const RendererConfig& config) {
+    return static_cast<int>(std::max(1L, std::lround(config.frame_s * config.sample_rate_hz)));
+}
+
+RenderShape::RenderShape(const RendererConfig& config, const Hrtf* hrtf) {
+    const bool binaural = config.output == OutputFormat::binaural;
+    assert(!binaural || hrtf != nullptr);
+    const double rate = config.sample_rate_hz;
+    const auto block = static_cast<std::size_t>(config.block);
+    lead_samples = binaural ? decoder_lead_samples(rate) : 0;
+    early_taps = fast_fft_size(to_samples(kEarlyFilter_s, rate));
+    reverberation.inputs = config.sources;
+    reverberation.outputs = ambisonic_channels(field_order(config));
+    reverberation.block = block;
+    reverberation.taps = config.response_samples + early_taps;
+    reverberation.half_precision_tail = config.half_precision_tail;
+
+    path.hrtf = binaural ? hrtf : nullptr;
+    path.order = field_order(config);
+    path.sample_rate_hz = rate;
+    path.filter_taps = fast_fft_size(to_samples(kPathFilter_s, rate));
+    path.block = block;
+    path.frame_samples = static_cast<std::size_t>(frame_samples(config));
+    path.turn_samples = std::max(block, kShortestTurn_samples);
+    moving_paths =
+        1 + std::clamp<std::size_t>(kMovingEarly / std::max<std::size_t>(1, config.sources), 1,
+                                    kMostMovingEarly);
+    longest_delay_samples =
+        std::max(config.response_samples, to_samples(config.longest_delay_s, rate));
+
+    // A fade is over before the next frame comes, a block's jitter allowed for; only very short
+    // frames have to wait, for a shorter fade would be heard.
+    const std::size_t frame_left = path.frame_samples > block ? path.frame_samples - block : 0;
+    fade_samples = std::max(kShortestFade_samples, std::min(to_samples(kFade_s, rate), frame_left));
+}
+
+RenderFrame::Parts::Parts(const RenderShape& shape)
+    : reverberation(shape.reverberation),
+      paths(shape.reverberation.inputs, std::vector<PathSound>(shape.moving_paths)) {
+    for (std::vector<PathSound>& source : paths) {
+        for (PathSound& path : source) path.filter.resize(shape.path.filter_taps);
+    }
+}
+
+RenderFrame::RenderFrame(std::unique_ptr<Parts> filled) : parts(std::move(filled)) {}
+
+RenderFrame::~RenderFrame() = default;
+
+}  // namespace aula

@@ -1,0 +1,169 @@
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <functional>
+#include <utility>
+
+#include "audio/spatial/ambisonics.h"
+#include "audio/dsp/band_filter.h"
+#include "audio/dsp/fractional_delay.h"
+#include "audio/dsp/kernels.h"
+#include "audio/render/render_frame.h"
+#include "audio/render/renderer.h"
+
+namespace aula {
+
+struct RenderFrameBuilder::State {
+    State(const RendererConfig& settings, std::shared_ptr<const Hrtf> head)
+        : config(settings),
+          hrtf(std::move(head)),
+          shape(config, hrtf.get()),
+          transform(shape.reverberation),
+          early_bands(config.sample_rate_hz, shape.early_taps),
+          path_bands(config.sample_rate_hz, shape.path.filter_taps),
+          early_filter(kInterpolationTaps - 1 + shape.early_taps + kInterpolationTaps - 1),
+          delayed(shape.early_taps + kInterpolationTaps - 1),
+          moving(config.sources, std::vector<std::uint64_t>(shape.moving_paths - 1)) {
+        for (std::size_t c = 0; c < shape.reverberation.outputs; ++c) {
+            responses.emplace_back(shape.reverberation.taps);
+        }
+    }
+
+    RendererConfig config;
+    std::shared_ptr<const Hrtf> hrtf;  ///< kept alive
+    RenderShape shape;
+    FilterTransform transform;
+    BandFilterDesigner early_bands;
+    BandFilterDesigner path_bands;
+    FractionalDelay interpolator;
+
+    std::vector<AlignedVector<float>> responses;  ///< [channel] of the source in hand
+    AlignedVector<float> early_filter;            ///< band filter between zeros
+    AlignedVector<float> delayed;
+    std::vector<std::vector<std::uint64_t>> moving;  ///< [source][place] early paths that move
+
+    void choose_moving(std::size_t source, std::span<const DiscretePath> early);
+    void add_early(const DiscretePath& path, float gain);
+    void prepare_path(const DiscretePath& path, float gain, PathSound& sound);
+};
+
+RenderFrameBuilder::RenderFrameBuilder(const RendererConfig& config,
+                                       std::shared_ptr<const Hrtf> hrtf)
+    : state_(std::make_unique<State>(config, std::move(hrtf))) {}
+
+RenderFrameBuilder::~RenderFrameBuilder() = default;
+
+std::unique_ptr<RenderFrame> RenderFrameBuilder::make_frame() const {
+    return std::make_unique<RenderFrame>(std::make_unique<RenderFrame::Parts>(state_->shape));
+}
+
+void RenderFrameBuilder::prepare(std::span<const SourceSound> sources, RenderFrame& frame) {
+    State& s = *state_;
+    assert(sources.size() == s.config.sources);
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+        const SourceSound& source = sources[i];
+        for (std::size_t c = 0; c < s.responses.size(); ++c) {
+            const std::span<const float> in = source.ambisonics[c];
+            assert(in.size() <= s.config.response_samples);
+            // What comes within the decoder's lead of the emission cannot be early enough: it is
+            // heard as much later.
+            const auto lead =
+                static_cast<std::ptrdiff_t>(std::min(s.shape.lead_samples, in.size()));
+            const auto end = std::transform(in.begin() + lead, in.end(), s.responses[c].begin(),
+                                            [&](float x) { return source.gain * x; });
+            std::fill(end, s.responses[c].end(), 0.0F);
+            for (std::ptrdiff_t n = 0; n < lead; ++n) {
+                s.responses[c][static_cast<std::size_t>(n)] +=
+                    source.gain * in[static_cast<std::size_t>(n)];
+            }
+        }
+
+        std::vector<PathSound>& paths = frame.parts->paths[i];
+        for (PathSound& path : paths) path.present = false;
+        if (source.direct) s.prepare_path(*source.direct, source.gain, paths[0]);
+        s.choose_moving(i, source.early);
+        for (const DiscretePath& path : source.early) {
+            const auto place = std::find(s.moving[i].begin(), s.moving[i].end(), path.id);
+            if (path.id != 0 && place != s.moving[i].end()) {
+                const auto index = static_cast<std::size_t>(place - s.moving[i].begin());
+                s.prepare_path(path, source.gain, paths[1 + index]);
+            } else {
+                s.add_early(path, source.gain);
+            }
+        }
+        const std::vector<std::span<const float>> views(s.responses.begin(), s.responses.end());
+        s.transform.transform(views, i, frame.parts->reverberation);
+    }
+}
+
+/// The strongest early paths move; each keeps its place for as long as it does.
+void RenderFrameBuilder::State::choose_moving(std::size_t source,
+                                              std::span<const DiscretePath> early) {
+    // One that moves already stays until another is twice as strong: no to and fro.
+    constexpr float kStaying = 2;
+    std::vector<std::uint64_t>& places = moving[source];
+    std::vector<std::pair<float, std::uint64_t>> strongest;
+    for (const DiscretePath& path : early) {
+        if (path.id == 0) continue;
+        float energy = 0;
+        for (const float gain : path.band_gain) energy += gain * gain;
+        if (std::find(places.begin(), places.end(), path.id) != places.end()) energy *= kStaying;
+        strongest.emplace_back(energy, path.id);
+    }
+    std::sort(strongest.begin(), strongest.end(), std::greater<>());
+    strongest.resize(std::min(strongest.size(), places.size()));
+    const auto chosen = [&](std::uint64_t id) {
+        return std::any_of(strongest.begin(), strongest.end(),
+                           [&](const auto& s) { return s.second == id; });
+    };
+    for (std::uint64_t& id : places) {
+        if (!chosen(id)) id = 0;
+    }
+    for (const auto& [energy, id] : strongest) {
+        if (std::find(places.begin(), places.end(), id) != places.end()) continue;
+        *std::find(places.begin(), places.end(), 0U) = id;
+    }
+}
+
+void RenderFrameBuilder::State::add_early(const DiscretePath& path, float gain) {
+    const double delay = std::max(
+        0.0, path.delay_s * config.sample_rate_hz - static_cast<double>(shape.lead_samples));
+    const double whole = std::floor(delay);
+    if (whole >= static_cast<double>(config.response_samples)) return;
+
+    constexpr std::size_t kMargin = kInterpolationTaps - 1;
+    early_bands.design(path.band_gain, std::span(early_filter).subspan(kMargin, shape.early_taps));
+    const std::array<float, kInterpolationTaps> impulse = interpolator.impulse(delay - whole);
+    filter(early_filter.data() + kMargin, impulse.data(), impulse.size(), delayed.data(),
+           delayed.size());
+
+    // The interpolator's impulse comes kBefore samples late; what would come before the emission
+    // is cut off.
+    const auto start =
+        static_cast<std::ptrdiff_t>(whole) - static_cast<std::ptrdiff_t>(FractionalDelay::kBefore);
+    const std::size_t skipped = start < 0 ? static_cast<std::size_t>(-start) : 0;
+    const std::size_t first = start < 0 ? 0 : static_cast<std::size_t>(start);
+    const std::size_t count = std::min(delayed.size() - skipped, shape.reverberation.taps - first);
+    const auto encoding = encode_direction(path.direction);
+    for (std::size_t c = 0; c < responses.size(); ++c) {
+        const float weight = gain * encoding[c];
+        for (std::size_t n = 0; n < count; ++n) {
+            responses[c][first + n] += weight * delayed[skipped + n];
+        }
+    }
+}
+
+void RenderFrameBuilder::State::prepare_path(const DiscretePath& path, float gain,
+                                             PathSound& sound) {
+    sound.present = true;
+    sound.id = path.id;
+    sound.delay_samples =
+        std::clamp(path.delay_s * config.sample_rate_hz, DelayLine::kShortest_samples,
+                   static_cast<double>(shape.longest_delay_samples));
+    sound.direction = path.direction;
+    path_bands.design(path.band_gain, sound.filter);
+    for (float& x : sound.filter) x *= gain;
+}
+
+}  // namespace aula

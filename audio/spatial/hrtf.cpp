@@ -1,0 +1,364 @@
+#include "audio/spatial/hrtf.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "audio/base/aligned.h"
+#include "audio/base/error.h"
+#include "audio/dsp/fft.h"
+#include "audio/spatial/head_responses.h"
+#include "audio/dsp/minimum_phase.h"
+#include "audio/dsp/resample.h"
+#include "audio/spatial/sofa_file.h"
+
+namespace aula {
+
+namespace {
+
+constexpr const char* kDefaultFile = "/usr/share/libmysofa/default.sofa";
+
+constexpr double kResponse_s = 256.0 / 48000;
+constexpr float kLowestEnergy = 1e-8F;  // of the greatest: -80 dB
+
+// Delays are sought where both ears hear; above, the response behind the head is all ripple.
+constexpr double kDelayBand_hz = 8000;
+
+// The correction of the diffuse field is bounded re its mean level in this band: what a measurement
+// has no energy for cannot be brought back.
+constexpr double kLevelFrom_hz = 200;
+constexpr double kLevelTo_hz = 8000;
+constexpr double kGreatestBoost = 16;  // 24 dB
+
+// Silence in front, for the resampler's ringing before an early onset.
+constexpr std::size_t kLead_samples = 64;
+
+// What a measurement can be; all else is an error of the file.
+constexpr float kLowestRate_hz = 8000;
+constexpr float kHighestRate_hz = 768'000;
+constexpr double kLongest_s = 0.25;
+constexpr float kNearest_m = 1e-3F;
+constexpr float kFarthest_m = 1e4F;
+constexpr float kQuietestPeak = 1e-6F;
+constexpr float kLoudestPeak = 1e6F;
+constexpr double kLatestDelay_s = 1;
+constexpr double kMostResampled = 1 << 26;  // 256 MiB
+
+[[noreturn]] void fail(const HeadMeasurements& measured, const std::string& problem) {
+    throw AudioInputError(measured.file.string() + ": " + problem);
+}
+
+/// Throws AudioInputError unless sizes, rate, positions, responses and delays can be measured ones.
+void check(const HeadMeasurements& measured, double sample_rate_hz) {
+    const auto fail = [&](const std::string& problem) { aula::fail(measured, problem); };
+    const std::size_t directions = measured.positions.size();
+    const std::size_t samples = measured.samples;
+    if (directions < 4 || directions > kMostDirections || samples < 2 ||
+        samples > kLongestResponse_samples ||
+        measured.responses.size() != 2 * directions * samples ||
+        measured.delays_samples.size() != 2 * directions)
+        fail("sizes that do not go together; expected two responses for each of 4 directions");
+    const float rate_hz = measured.sample_rate_hz;
+    if (!(rate_hz >= kLowestRate_hz && rate_hz <= kHighestRate_hz))
+        fail("a sample rate of " + std::to_string(rate_hz) + " Hz; expected 8000 to 768000 Hz");
+    const auto length = static_cast<double>(samples);
+    if (length > kLongest_s * double{rate_hz})
+        fail("responses of " + std::to_string(length / double{rate_hz}) +
+             " s; expected at most 0.25 s");
+    if ((length + 2 * kLead_samples) * 2 * static_cast<double>(directions) * sample_rate_hz >
+        kMostResampled * double{rate_hz})
+        fail("too many responses for this sample rate; expected at most 67108864 samples");
+    for (std::size_t i = 0; i < directions; ++i) {
+        const std::array<float, 3>& p = measured.positions[i];
+        const float distance_m = std::hypot(p[0], p[1], p[2]);
+        if (!(distance_m >= kNearest_m && distance_m <= kFarthest_m))
+            fail("a source " + std::to_string(distance_m) +
+                 " m from the head; expected 0.001 to 10000 m");
+    }
+    for (std::size_t r = 0; r < 2 * directions; ++r) {
+        const std::string which =
+            "the response of direction " + std::to_string(r / 2) + ", ear " + std::to_string(r % 2);
+        const auto response = std::span(measured.responses).subspan(r * samples, samples);
+        float peak = 0;
+        for (const float x : response) {
+            if (!std::isfinite(x)) fail(which + " is not finite; expected numbers");
+            peak = std::max(peak, std::abs(x));
+        }
+        if (!(peak >= kQuietestPeak && peak <= kLoudestPeak))
+            fail(which + " has a peak of " + std::to_string(peak) + "; expected 1e-6 to 1e6");
+        const float delay_samples = measured.delays_samples[r];
+        if (!(std::abs(delay_samples) <= static_cast<float>(kLatestDelay_s) * rate_hz))
+            fail(which + " has a delay of " + std::to_string(delay_samples) +
+                 " samples; expected at most a second");
+    }
+}
+
+/// Magnitude and delay of one measured response, apart.
+struct Analysis {
+    std::vector<float> log_magnitude;
+    double delay_s = 0;
+};
+
+/// Takes measured responses apart and makes minimum-phase ones of their magnitudes.
+class ResponseSplitter {
+ public:
+    ResponseSplitter(std::size_t measured_samples, std::size_t taps, double sample_rate_hz)
+        : sample_rate_hz_(sample_rate_hz),
+          taps_(taps),
+          size_(std::bit_ceil(4 * std::max(measured_samples, taps))),
+          fft_(size_),
+          phase_(size_),
+          signal_(size_),
+          measured_(fft_.bins()),
+          cross_(fft_.bins()),
+          log_response_(fft_.bins()) {}
+
+    double bin_hz() const { return sample_rate_hz_ / static_cast<double>(size_); }
+
+    Analysis analyse(std::span<const float> measured) {
+        std::fill(std::copy(measured.begin(), measured.end(), signal_.begin()), signal_.end(),
+                  0.0F);
+        fft_.forward(signal_.data(), measured_.data());
+        float greatest = 0;
+        for (const std::complex<float>& bin : measured_)
+            greatest = std::max(greatest, std::norm(bin));
+        Analysis analysis;
+        for (const std::complex<float>& bin : measured_) {
+            analysis.log_magnitude.push_back(
+                0.5F * std::log(std::max(std::norm(bin), greatest * kLowestEnergy)));
+        }
+        phase_.complete(analysis.log_magnitude, log_response_);
+        analysis.delay_s = excess_delay_samples() / sample_rate_hz_;
+        return analysis;
+    }
+
+    std::vector<float> minimum_phase(std::span<const float> log_magnitude) {
+        phase_.complete(log_magnitude, log_response_);
+        for (std::size_t k = 0; k < cross_.size(); ++k) cross_[k] = std::exp(log_response_[k]);
+        fft_.inverse(cross_.data(), signal_.data());
+        std::vector<float> response(signal_.begin(),
+                                    signal_.begin() + static_cast<std::ptrdiff_t>(taps_));
+        for (float& x : response) x /= static_cast<float>(size_);
+        fade_out(response);
+        return response;
+    }
+
+ private:
+    /// Where the cross-correlation of the response with its minimum-phase twin peaks.
+    double excess_delay_samples() {
+        const double band = kDelayBand_hz / bin_hz();
+        std::fill(cross_.begin(), cross_.end(), 0.0F);
+        for (std::size_t k = 0; k < cross_.size() && static_cast<double>(k) < band; ++k) {
+            const double weight =
+                0.5 + 0.5 * std::cos(std::numbers::pi * static_cast<double>(k) / band);
+            cross_[k] =
+                static_cast<float>(weight) * measured_[k] * std::exp(std::conj(log_response_[k]));
+        }
+        fft_.inverse(cross_.data(), signal_.data());
+        const auto peak = static_cast<std::size_t>(
+            std::max_element(signal_.begin(), signal_.end()) - signal_.begin());
+        // A parabola through the peak and its neighbours; the band is narrow enough for it.
+        const double before = double{signal_[(peak + size_ - 1) % size_]};
+        const double after = double{signal_[(peak + 1) % size_]};
+        const double curvature = before - 2 * double{signal_[peak]} + after;
+        const double beside = curvature < 0 ? 0.5 * (before - after) / curvature : 0;
+        return static_cast<double>(peak) + beside;
+    }
+
+    double sample_rate_hz_;
+    std::size_t taps_;
+    std::size_t size_;
+    RealFft fft_;
+    MinimumPhase phase_;
+    AlignedVector<float> signal_;
+    AlignedVector<std::complex<float>> measured_;
+    AlignedVector<std::complex<float>> cross_;
+    std::vector<std::complex<float>> log_response_;
+};
+
+/// Resampled responses, [direction * 2 + ear][sample] with kLead_samples of silence before.
+std::vector<std::vector<float>> resampled(const HeadMeasurements& measured, double sample_rate_hz) {
+    const std::size_t channels = 2 * measured.positions.size();
+    const std::size_t lead = kLead_samples;
+    std::vector<float> interleaved((lead + measured.samples + lead) * channels);
+    for (std::size_t c = 0; c < channels; ++c) {
+        for (std::size_t n = 0; n < measured.samples; ++n) {
+            interleaved[(lead + n) * channels + c] = measured.responses[c * measured.samples + n];
+        }
+    }
+    interleaved = resample(interleaved, channels, double{measured.sample_rate_hz}, sample_rate_hz);
+    const std::size_t samples = interleaved.size() / channels;
+    std::vector<std::vector<float>> out(channels, std::vector<float>(samples));
+    for (std::size_t c = 0; c < channels; ++c) {
+        for (std::size_t n = 0; n < samples; ++n) out[c][n] = interleaved[n * channels + c];
+    }
+    return out;
+}
+
+/// Logarithm of the gain that makes the ears' mean energy in a diffuse field 1 at every frequency:
+/// it takes out the loudspeaker and the ear canal, which all directions share.
+std::vector<float> diffuse_field_correction(const std::vector<std::array<Analysis, 2>>& analyses,
+                                            const std::vector<double>& weights, double bin_hz) {
+    std::vector<double> energy(analyses[0][0].log_magnitude.size());
+    for (std::size_t i = 0; i < analyses.size(); ++i) {
+        for (const Analysis& ear : analyses[i]) {
+            for (std::size_t k = 0; k < energy.size(); ++k) {
+                energy[k] += 0.5 * weights[i] * std::exp(2 * double{ear.log_magnitude[k]});
+            }
+        }
+    }
+    double sum = 0;
+    double bins = 0;
+    for (std::size_t k = 0; k < energy.size(); ++k) {
+        const double frequency_hz = bin_hz * static_cast<double>(k);
+        if (frequency_hz < kLevelFrom_hz || frequency_hz > kLevelTo_hz) continue;
+        sum += energy[k];
+        ++bins;
+    }
+    std::vector<float> log_gain;
+    for (const double e : energy) {
+        const double relative = std::max(e / (sum / bins), 1 / (kGreatestBoost * kGreatestBoost));
+        log_gain.push_back(static_cast<float>(-0.5 * std::log(relative * sum / bins)));
+    }
+    return log_gain;
+}
+
+}  // namespace
+
+struct Hrtf::State {
+    std::size_t taps = 0;
+    HeadResponses head;
+};
+
+Hrtf::Hrtf(const std::filesystem::path& sofa_file, double sample_rate_hz)
+    : Hrtf(read_sofa(sofa_file.empty() ? kDefaultFile : sofa_file), sample_rate_hz) {}
+
+Hrtf::Hrtf(const HeadMeasurements& measured, double sample_rate_hz)
+    : state_(std::make_unique<State>()) {
+    check(measured, sample_rate_hz);
+    State& s = *state_;
+    s.taps = fast_fft_size(static_cast<std::size_t>(std::llround(kResponse_s * sample_rate_hz)));
+    const auto responses = resampled(measured, sample_rate_hz);
+    ResponseSplitter splitter(responses[0].size(), s.taps, sample_rate_hz);
+
+    HeadResponses& head = s.head;
+    head.sample_rate_hz = sample_rate_hz;
+    std::vector<std::array<Analysis, 2>> analyses(measured.positions.size());
+    for (std::size_t i = 0; i < analyses.size(); ++i) {
+        const std::array<float, 3>& position = measured.positions[i];
+        const float length = std::hypot(position[0], position[1], position[2]);
+        head.directions.push_back(
+            {position[0] / length, position[1] / length, position[2] / length});
+        for (std::size_t e = 0; e < 2; ++e) {
+            analyses[i][e] = splitter.analyse(responses[2 * i + e]);
+            analyses[i][e].delay_s +=
+                double{measured.delays_samples[2 * i + e]} / double{measured.sample_rate_hz};
+        }
+    }
+    head.weights = sphere_shares(head.directions);
+    const std::vector<float> correction =
+        diffuse_field_correction(analyses, head.weights, splitter.bin_hz());
+    for (std::array<Analysis, 2>& analysis : analyses) {
+        std::array<Ear, 2>& ears = head.ears.emplace_back();
+        for (std::size_t e = 0; e < 2; ++e) {
+            std::vector<float>& log_magnitude = analysis[e].log_magnitude;
+            for (std::size_t k = 0; k < correction.size(); ++k) log_magnitude[k] += correction[k];
+            ears[e] = {splitter.minimum_phase(log_magnitude), analysis[e].delay_s};
+        }
+    }
+    double earliest_s = head.ears[0][0].delay_s;
+    double latest_s = earliest_s;
+    for (const auto& ears : head.ears) {
+        for (const Ear& ear : ears) {
+            earliest_s = std::min(earliest_s, ear.delay_s);
+            latest_s = std::max(latest_s, ear.delay_s);
+            if (!std::all_of(ear.minimum_phase.begin(), ear.minimum_phase.end(),
+                             [](float x) { return std::isfinite(x); }))
+                fail(measured,
+                     "responses without energy below half the sample rate; expected some");
+        }
+    }
+    // The renderer's delay lines reach so far back.
+    if (!(latest_s - earliest_s <= kResponse_s)) {
+        fail(measured, "delays that differ by " + std::to_string(latest_s - earliest_s) +
+                           " s; expected at most 0.0053 s");
+    }
+    for (auto& ears : head.ears) {
+        for (Ear& ear : ears) ear.delay_s -= earliest_s;
+    }
+}
+
+Hrtf::~Hrtf() = default;
+
+std::size_t Hrtf::taps() const { return state_->taps; }
+
+const HeadResponses& Hrtf::responses() const { return state_->head; }
+
+std::array<Hrtf::Ear, 2> Hrtf::ears(const std::array<float, 3>& direction) const {
+    std::array<Ear, 2> both;
+    for (Ear& ear : both) ear.minimum_phase.resize(state_->taps);
+    std::array<double, 2> delays_s{};
+    ears(direction, {both[0].minimum_phase, both[1].minimum_phase}, delays_s);
+    for (std::size_t e = 0; e < 2; ++e) both[e].delay_s = delays_s[e];
+    return both;
+}
+
+// Four nearest directions, weighted by (1 / angle - 1 / angle of the fifth)^2: exact at a measured
+// direction, and continuous where one neighbour gives way to another (Franke and Little 1980).
+void Hrtf::ears(const std::array<float, 3>& direction,
+                const std::array<std::span<float>, 2>& minimum_phase,
+                std::array<double, 2>& delays_s) const noexcept {
+    constexpr std::size_t kNeighbours = 4;
+    const HeadResponses& head = state_->head;
+    struct Neighbour {
+        float distance;  // the chord serves as well as the angle
+        std::size_t index;
+    };
+    std::array<Neighbour, kNeighbours + 1> nearest;
+    nearest.fill({std::numeric_limits<float>::max(), 0});
+    for (std::size_t i = 0; i < head.directions.size(); ++i) {
+        float squared = 0;
+        for (std::size_t c = 0; c < 3; ++c) {
+            const float difference = head.directions[i][c] - direction[c];
+            squared += difference * difference;
+        }
+        if (squared >= nearest.back().distance) continue;
+        std::size_t place = kNeighbours;
+        for (; place > 0 && nearest[place - 1].distance > squared; --place) {
+            nearest[place] = nearest[place - 1];
+        }
+        nearest[place] = {squared, i};
+    }
+    for (Neighbour& neighbour : nearest) neighbour.distance = std::sqrt(neighbour.distance);
+
+    // A set has four directions at least.
+    const std::size_t count = std::min(kNeighbours, head.directions.size() - 1);
+    constexpr float kSame = 1e-6F;
+    const float reach = std::max(nearest[count].distance, 2 * kSame);
+    std::array<float, kNeighbours> weights{};
+    float sum = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+        const float closeness = 1 / std::max(nearest[k].distance, kSame) - 1 / reach;
+        weights[k] = std::max(closeness, 0.0F) * std::max(closeness, 0.0F);
+        sum += weights[k];
+    }
+    for (std::size_t e = 0; e < 2; ++e) {
+        delays_s[e] = 0;
+        std::fill(minimum_phase[e].begin(), minimum_phase[e].end(), 0.0F);
+        for (std::size_t k = 0; k < count; ++k) {
+            const float weight = sum > 0 ? weights[k] / sum : 1.0F / static_cast<float>(count);
+            const Ear& ear = head.ears[nearest[k].index][e];
+            delays_s[e] += double{weight} * ear.delay_s;
+            const float* const from = ear.minimum_phase.data();
+            float* const to = minimum_phase[e].data();
+            for (std::size_t n = 0; n < minimum_phase[e].size(); ++n) to[n] += weight * from[n];
+        }
+    }
+}
+
+}  // namespace aula

@@ -1,0 +1,96 @@
+// A program: reads a SOFA file from standard input and writes a SofaHeader and the measurements to
+// standard output. Embedded in the library and run by read_sofa().
+
+#include <mysofa.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <cstddef>
+#include <cstdio>
+#include <memory>
+#include <vector>
+
+#include "audio/spatial/sofa_file.h"
+#include "audio/spatial/sofa_stream.h"
+
+namespace {
+
+using namespace aula;
+using Verdict = SofaHeader::Verdict;
+
+struct CloseSofa {
+    void operator()(MYSOFA_HRTF* sofa) const { mysofa_free(sofa); }
+};
+
+/// Memory for the largest file that is taken, several times over; time for it on a slow machine.
+void limit_resources() {
+    constexpr rlim_t kMemory_bytes = rlim_t{1} << 30;
+    constexpr rlim_t kTime_s = 5;
+    const auto limit = [](__rlimit_resource resource, rlim_t most) {
+        const rlimit limits{most, most};
+        setrlimit(resource, &limits);
+    };
+    limit(RLIMIT_AS, kMemory_bytes);
+    limit(RLIMIT_CPU, kTime_s);
+    limit(RLIMIT_CORE, 0);
+    limit(RLIMIT_FSIZE, 0);
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+}
+
+bool write(const void* bytes, std::size_t size) {
+    return std::fwrite(bytes, 1, size, stdout) == size;
+}
+
+bool answer(Verdict verdict) {
+    SofaHeader header;
+    header.verdict = verdict;
+    return write(&header, sizeof(header));
+}
+
+bool run() {
+    int error = MYSOFA_OK;
+    const std::unique_ptr<MYSOFA_HRTF, CloseSofa> sofa(mysofa_load("/proc/self/fd/0", &error));
+    if (!sofa || error != MYSOFA_OK) return answer(Verdict::unreadable);
+    if (mysofa_check(sofa.get()) != MYSOFA_OK) return answer(Verdict::other_kind);
+    const std::size_t directions = sofa->M;
+    const std::size_t samples = sofa->N;
+    if (directions < 4 || samples < 2 || sofa->R != 2 || sofa->C != 3)
+        return answer(Verdict::other_kind);
+    if (directions > kMostDirections || samples > kLongestResponse_samples ||
+        2 * directions * samples > kMostResponseSamples)
+        return answer(Verdict::too_large);
+    const auto has = [](const MYSOFA_ARRAY& array, std::size_t elements) {
+        return array.values != nullptr && array.elements >= elements;
+    };
+    if (!has(sofa->DataSamplingRate, 1) || !has(sofa->SourcePosition, 3 * directions) ||
+        !has(sofa->DataIR, 2 * directions * samples))
+        return answer(Verdict::incomplete);
+    // Delays stand for each ear, or for each direction and ear; without them they are 0.
+    std::vector<float> delays(2 * directions);
+    const MYSOFA_ARRAY& given = sofa->DataDelay;
+    if (given.values != nullptr && given.elements != 0) {
+        if (given.elements != 2 && given.elements != delays.size())
+            return answer(Verdict::incomplete);
+        for (std::size_t i = 0; i < delays.size(); ++i)
+            delays[i] = given.values[given.elements == 2 ? i % 2 : i];
+    }
+    mysofa_tocartesian(sofa.get());
+
+    SofaHeader header;
+    header.verdict = Verdict::usable;
+    header.directions = static_cast<std::uint32_t>(directions);
+    header.samples = static_cast<std::uint32_t>(samples);
+    header.sample_rate_hz = sofa->DataSamplingRate.values[0];
+    return write(&header, sizeof(header)) &&
+           write(sofa->SourcePosition.values, 3 * directions * sizeof(float)) &&
+           write(sofa->DataIR.values, 2 * directions * samples * sizeof(float)) &&
+           write(delays.data(), delays.size() * sizeof(float));
+}
+
+}  // namespace
+
+int main() {
+    limit_resources();
+    return run() && std::fflush(stdout) == 0 ? 0 : 1;
+}

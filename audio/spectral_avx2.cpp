@@ -1,8 +1,0 @@
-#include "audio/spectral_loops.h"
-
-namespace aula {
-
-extern const SpectralKernels kAvx2Kernels;
-constinit const SpectralKernels kAvx2Kernels = kernels_named("avx2");
-
-}  // namespace aula

@@ -1,0 +1,83 @@
+#include "engine/base/worker_pool.h"
+
+#include <atomic>
+#include <cassert>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace aula {
+
+struct WorkerPool::State {
+    std::mutex mutex;
+    std::condition_variable start;
+    std::condition_variable done;
+    const std::function<void(std::size_t)>* job = nullptr;
+    std::size_t count = 0;
+    std::atomic<std::size_t> next{0};
+    std::size_t round = 0;  // of run(), so that a worker takes part in each once
+    int working = 0;        // threads inside the present round
+    bool stop = false;
+    std::vector<std::thread> threads;
+
+    ~State() {
+        {
+            const std::lock_guard lock(mutex);
+            stop = true;
+        }
+        start.notify_all();
+        for (std::thread& thread : threads) thread.join();
+    }
+
+    void work_through() {
+        for (std::size_t i = next++; i < count; i = next++) (*job)(i);
+    }
+
+    void thread_main() {
+        std::size_t seen = 0;
+        std::unique_lock lock(mutex);
+        for (;;) {
+            start.wait(lock, [&] { return stop || round != seen; });
+            if (stop) return;
+            seen = round;
+            lock.unlock();
+            work_through();
+            lock.lock();
+            if (--working == 0) done.notify_one();
+        }
+    }
+};
+
+WorkerPool::WorkerPool(int threads) : state_(std::make_unique<State>()) {
+    assert(threads >= 1);
+    for (int t = 1; t < threads; ++t) {
+        state_->threads.emplace_back([state = state_.get()] { state->thread_main(); });
+    }
+}
+
+WorkerPool::~WorkerPool() = default;
+
+int WorkerPool::threads() const { return static_cast<int>(state_->threads.size()) + 1; }
+
+void WorkerPool::run(std::size_t count, const std::function<void(std::size_t)>& job) {
+    State& s = *state_;
+    if (s.threads.empty() || count <= 1) {
+        for (std::size_t i = 0; i < count; ++i) job(i);
+        return;
+    }
+    {
+        const std::lock_guard lock(s.mutex);
+        s.job = &job;
+        s.count = count;
+        s.next = 0;
+        s.working = static_cast<int>(s.threads.size());
+        ++s.round;
+    }
+    s.start.notify_all();
+    s.work_through();
+    std::unique_lock lock(s.mutex);
+    s.done.wait(lock, [&] { return s.working == 0; });
+}
+
+}  // namespace aula

@@ -1,0 +1,168 @@
+#include "engine/estimate/diffuse_path_cache.h"
+
+#include <tsl/robin_map.h>
+
+#include <cassert>
+#include <cmath>
+#include <deque>
+#include <vector>
+
+namespace aula {
+
+namespace {
+
+constexpr double kEnergyUnit = 0x1p-32;
+constexpr double kLengthUnit_m = 0x1p-20;
+
+struct IdentifierHash {
+    // The identifier is well mixed already.
+    std::size_t operator()(const PathIdentifier& path) const { return path.low; }
+};
+
+using Map = tsl::robin_map<PathIdentifier, DiffusePathCache::Entry, IdentifierHash>;
+
+/// Adds (sign 1) or removes (sign -1) a ray's contribution, Eq. 3.4.
+void change(DiffusePathCache::Entry& entry, const Arrival& arrival, std::int64_t sign) {
+    entry.arrival_count += sign;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        entry.intensity_sum[b] += sign * DiffusePathCache::to_fixed(arrival.energy[b]);
+    }
+    entry.length_sum += sign * std::llrint(double{arrival.length_m} / kLengthUnit_m);
+    const float energy = arrival.energy.sum();
+    for (int axis = 0; axis < 3; ++axis) {
+        entry.direction_sum[static_cast<std::size_t>(axis)] +=
+            sign * DiffusePathCache::to_fixed(energy * arrival.direction[axis]);
+    }
+}
+
+}  // namespace
+
+struct DiffusePathCache::State {
+    Readout readout;
+    std::int64_t window_frames;
+    std::size_t memory_bytes;
+    Map entries;
+    std::int64_t frame = 0;
+
+    struct Frame {
+        std::vector<Arrival> arrivals;
+        std::int64_t rays = 0;
+    };
+    std::deque<Frame> window;  // windowed readout
+    std::int64_t emitted_in_window = 0;
+    std::size_t arrivals_in_window = 0;
+
+    std::size_t bytes() const {
+        return entries.size() * sizeof(Map::value_type) * 2 + arrivals_in_window * sizeof(Arrival);
+    }
+
+    void forget_oldest_frame() {
+        for (const Arrival& arrival : window.front().arrivals) {
+            const auto entry = entries.find(arrival.path);
+            assert(entry != entries.end());
+            change(entry.value(), arrival, -1);
+            if (entry->second.arrival_count == 0) entries.erase(entry);
+        }
+        emitted_in_window -= window.front().rays;
+        arrivals_in_window -= window.front().arrivals.size();
+        window.pop_front();
+    }
+
+    void expire_inserted_before(std::int64_t first_frame) {
+        for (auto entry = entries.begin(); entry != entries.end();) {
+            entry = entry->second.inserted_frame < first_frame ? entries.erase(entry)
+                                                               : std::next(entry);
+        }
+    }
+
+    void expire() {
+        if (readout == Readout::windowed) {
+            while (!window.empty() && (static_cast<std::int64_t>(window.size()) >= window_frames ||
+                                       bytes() > memory_bytes)) {
+                forget_oldest_frame();
+            }
+            return;
+        }
+        std::int64_t first_frame = frame - window_frames + 1;
+        expire_inserted_before(first_frame);
+        while (bytes() > memory_bytes && first_frame < frame) {
+            expire_inserted_before(++first_frame);
+        }
+    }
+};
+
+DiffusePathCache::DiffusePathCache(Readout readout, int window_frames, std::size_t memory_bytes)
+    : state_(std::make_unique<State>()) {
+    assert(window_frames >= 1);
+    state_->readout = readout;
+    state_->window_frames = window_frames;
+    state_->memory_bytes = memory_bytes;
+}
+
+DiffusePathCache::~DiffusePathCache() = default;
+DiffusePathCache::DiffusePathCache(DiffusePathCache&&) noexcept = default;
+
+std::int64_t DiffusePathCache::to_fixed(float energy) {
+    return std::llrint(double{energy} / kEnergyUnit);
+}
+
+void DiffusePathCache::add_frame(std::span<const Arrival> arrivals, int rays) {
+    State& s = *state_;
+    s.expire();
+    for (const Arrival& arrival : arrivals) {
+        const auto [entry, added] = s.entries.try_emplace(arrival.path);
+        if (added) {
+            entry.value().inserted_frame = s.frame;
+            entry.value().sequence = arrival.sequence;
+        }
+        change(entry.value(), arrival, 1);
+    }
+    if (s.readout == Readout::windowed) {
+        s.window.push_back({{arrivals.begin(), arrivals.end()}, rays});
+        s.emitted_in_window += rays;
+        s.arrivals_in_window += arrivals.size();
+        // Differs from Eq. 3.2: one divisor for every entry, the rays emitted in the window
+        // whether or not they hit. Counting from the insertion divides by too few rays, as an
+        // entry is inserted because it was hit.
+    } else {
+        for (auto entry = s.entries.begin(); entry != s.entries.end(); ++entry) {
+            entry.value().emitted_count += rays;
+        }
+    }
+    ++s.frame;
+}
+
+void DiffusePathCache::add_to(const SpecularPaths& images, EnergyResponse& response) const {
+    const State& s = *state_;
+    for (const auto& [path, entry] : s.entries) {
+        if (images.is_candidate(entry.sequence)) continue;
+        const std::int64_t emitted =
+            s.readout == Readout::windowed ? s.emitted_in_window : entry.emitted_count;
+        // Eq. 3.3: the mean length gives the delay.
+        const double length_m = static_cast<double>(entry.length_sum) * kLengthUnit_m /
+                                static_cast<double>(entry.arrival_count);
+        const std::size_t bin = response.bins.index(length_m / double{response.speed_of_sound_m_s});
+        if (bin >= response.bins.count()) continue;
+        // Eq. 3.2: (eta / mu) (I-hat / eta) = I-hat / mu.
+        const double scale = kEnergyUnit / static_cast<double>(emitted);
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            response.energy[bin][b] +=
+                static_cast<float>(static_cast<double>(entry.intensity_sum[b]) * scale);
+        }
+        for (int axis = 0; axis < 3; ++axis) {
+            response.direction[bin][axis] += static_cast<float>(
+                static_cast<double>(entry.direction_sum[static_cast<std::size_t>(axis)]) * scale);
+        }
+    }
+}
+
+std::size_t DiffusePathCache::size() const { return state_->entries.size(); }
+
+std::size_t DiffusePathCache::memory_bytes() const { return state_->bytes(); }
+
+const DiffusePathCache::Entry* DiffusePathCache::find(const PathIdentifier& path) const {
+    const auto entry = state_->entries.find(path);
+    return entry == state_->entries.end() ? nullptr : &entry->second;
+}
+
+}  // namespace aula

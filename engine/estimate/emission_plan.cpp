@@ -1,0 +1,75 @@
+#include "engine/estimate/emission_plan.h"
+
+#include <algorithm>
+
+namespace aula {
+
+namespace {
+
+constexpr int kShared = 2;  // times what one emitter sends at most
+
+std::size_t count_changed(std::span<const EmitterStatus> emitters) {
+    return static_cast<std::size_t>(std::count_if(
+        emitters.begin(), emitters.end(), [](const EmitterStatus& e) { return e.changed; }));
+}
+
+/// An emitter that stands and is to send rays.
+struct Standing {
+    int* batches;
+    std::uint64_t gathered;  // with what it is to send now
+};
+
+/// Gives one batch to all that have nothing yet, then one after the other to who has least.
+void share(std::vector<Standing>& standing, int most, int batch_rays) {
+    int left = kShared * most;
+    const auto give = [&](Standing& to) {
+        ++*to.batches;
+        to.gathered += static_cast<std::uint64_t>(batch_rays);
+        --left;
+    };
+    for (Standing& s : standing) {
+        if (s.gathered == 0) give(s);
+    }
+    while (left > 0) {
+        Standing* least = nullptr;
+        for (Standing& s : standing) {
+            if (*s.batches < most && (!least || s.gathered < least->gathered)) least = &s;
+        }
+        if (!least) return;
+        give(*least);
+    }
+}
+
+}  // namespace
+
+EmissionPlan plan_emission(std::span<const EmitterStatus> sources,
+                           std::span<const EmitterStatus> listeners, int most, int batch_rays) {
+    EmissionPlan plan{std::vector<int>(sources.size(), 0), std::vector<int>(listeners.size(), 0)};
+    const std::size_t changed_sources = count_changed(sources);
+    const std::size_t changed_listeners = count_changed(listeners);
+    std::vector<Standing> standing;
+    const auto send = [&](const EmitterStatus& emitter, int& batches) {
+        if (emitter.changed) {
+            batches = most;
+        } else if (!emitter.complete) {
+            standing.push_back({&batches, emitter.gathered});
+        }
+    };
+    // Listeners serve the sources that have moved.
+    bool all_listeners_send = changed_sources > 0;
+    for (std::size_t l = 0; l < listeners.size(); ++l) {
+        const bool fewer = changed_sources > changed_listeners;
+        if (changed_sources > 0 && (!listeners[l].changed || fewer)) {
+            send(listeners[l], plan.listeners[l]);
+        } else {
+            all_listeners_send = false;
+        }
+    }
+    for (std::size_t s = 0; s < sources.size(); ++s) {
+        if (!sources[s].changed || !all_listeners_send) send(sources[s], plan.sources[s]);
+    }
+    share(standing, most, batch_rays);
+    return plan;
+}
+
+}  // namespace aula

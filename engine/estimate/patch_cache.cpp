@@ -1,0 +1,246 @@
+#include "engine/estimate/patch_cache.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+#include <glm/geometric.hpp>
+
+#include "engine/base/band_vector.h"
+#include "engine/base/multiversion.h"
+
+namespace aula {
+
+namespace {
+
+/// A frame holds while emitter and scene are within this share of the patch size of where they were
+/// then. At 1.5 m/s, 30 frames a second and patches of 0.5 m that is four frames, which is where
+/// tracking errors of a walking source are least.
+constexpr double kReach = 0.4;
+
+/// The frame before is kept in any case, but after a jump.
+constexpr double kJump_m = 1;
+
+/// Clearing all sums costs as much as taking out so many frames.
+constexpr std::size_t kClearing = 2;
+
+constexpr std::size_t kAxes = 3;
+constexpr std::size_t kAhead = 28;  // deposits that are asked for before their turn
+
+/// Adds energies, or takes them out.
+inline void add_energy(const BandSums& units, std::int64_t sign, std::int64_t* sums) {
+    BandSums sum;
+    std::memcpy(&sum, sums, sizeof sum);
+    sum = sign > 0 ? sum + units : sum - units;
+    std::memcpy(sums, &sum, sizeof sum);
+}
+
+/// Adds energy times direction, or takes it out.
+inline void add_moment(const BandSums& units, const Vec3& departure, std::int64_t sign,
+                       std::int64_t* moment) {
+    std::int64_t all = 0;
+    for (std::size_t b = 0; b < kBandCount; ++b) all += units[b];
+    for (std::size_t axis = 0; axis < kAxes; ++axis) {
+        moment[axis] += sign * std::llrint(static_cast<double>(all) *
+                                           double{departure[static_cast<int>(axis)]});
+    }
+}
+
+}  // namespace
+
+double PatchCache::State::moved_m(const State& older) const {
+    return double{glm::distance(emitter, older.emitter)} + travel_m - older.travel_m;
+}
+
+PatchCache::PatchCache(std::size_t bin_count, int window_frames, float patch_size_m,
+                       std::size_t memory_bytes, bool directed)
+    : bin_count_(bin_count),
+      window_frames_(static_cast<std::size_t>(window_frames)),
+      patch_size_m_(patch_size_m),
+      memory_bytes_(memory_bytes),
+      directed_(directed) {}
+
+std::size_t PatchCache::row_bytes(std::size_t bin_count, bool directed) {
+    return bin_count * (kBandCount + (directed ? kAxes : 0)) * sizeof(std::int64_t);
+}
+
+std::size_t PatchCache::bytes_of(const std::vector<Batch>& batches) {
+    std::size_t sum = 0;
+    for (const Batch& batch : batches) {
+        sum += batch.deposits.memory_bytes() + batch.departures.capacity() * sizeof(Vec3);
+    }
+    return sum;
+}
+
+bool PatchCache::complete() const { return emitted_ >= kEnoughRays && settled(); }
+
+void PatchCache::advance(const State& now, WorkerPool& workers) {
+    const bool changed = now.changed_since(now_);
+    now_ = now;
+    if (summed_frames_ == 0) return;
+    if (changed) fresh_frames_ = 0;
+    // Of the frames from before the last change the oldest go first.
+    std::size_t keep = fresh_frames_;
+    while (keep < std::min(summed_frames_, log_.size()) && holds(log_[log_.size() - 1 - keep])) {
+        ++keep;
+    }
+    if (keep < summed_frames_) keep_newest(keep, workers);
+}
+
+bool PatchCache::holds(const Frame& frame) const {
+    const std::uint64_t age = now_.frame - frame.state.frame;
+    if (age >= window_frames_) return false;
+    const double moved_m = now_.moved_m(frame.state);
+    return moved_m <= kReach * double{patch_size_m_} || (age == 1 && moved_m <= kJump_m);
+}
+
+void PatchCache::keep_newest(std::size_t frames, WorkerPool& workers) {
+    assert(frames <= log_.size());
+    if (frames == 0) {
+        rows_.clear();
+        row_memory_ = std::make_unique<RowMemory>();
+        allocated_rows_ = 0;
+        emitted_ = 0;
+    } else if (summed_frames_ <= log_.size() && summed_frames_ - frames <= frames + kClearing) {
+        for (std::size_t i = log_.size() - summed_frames_; i < log_.size() - frames; ++i) {
+            apply(log_[i], -1, workers);
+        }
+    } else {
+        // Most frames go, or older ones than the log holds: begin anew with those that stay.
+        for (Row& row : rows_) {
+            if (row.deposits == 0) continue;
+            std::fill_n(row.sum, bin_count_ * kBandCount, 0);
+            if (directed_) std::fill_n(row.moment, bin_count_ * kAxes, 0);
+            row.deposits = 0;
+            row.first_bin = ~0U;
+            row.end_bin = 0;
+        }
+        emitted_ = 0;
+        for (std::size_t i = log_.size() - frames; i < log_.size(); ++i) {
+            apply(log_[i], 1, workers);
+        }
+    }
+    summed_frames_ = frames;
+    fresh_frames_ = std::min(fresh_frames_, frames);
+    if (frames < log_.size()) spare_ = std::move(log_.front().batches);
+    log_.erase(log_.begin(), log_.end() - static_cast<std::ptrdiff_t>(frames));
+}
+
+void PatchCache::add_frame(int rays, std::size_t patch_count, std::span<TraceBatch> batches,
+                           WorkerPool& workers) {
+    if (rows_.size() < patch_count) rows_.resize(patch_count);
+    Frame frame{now_, static_cast<std::uint64_t>(rays), std::move(spare_)};
+    frame.batches.resize(batches.size());
+    for (std::size_t i = 0; i < batches.size(); ++i) {
+        std::swap(frame.batches[i].deposits, batches[i].deposits);
+        if (directed_) std::swap(frame.batches[i].departures, batches[i].departures);
+    }
+    apply(frame, 1, workers);
+    log_.push_back(std::move(frame));
+    ++summed_frames_;
+    ++fresh_frames_;
+    // While nothing changes a frame from before the change makes room for each new one: the window
+    // grows with those alone that are right.
+    if (fresh_frames_ == 1) window_then_ = summed_frames_;
+    const std::size_t most = std::max(fresh_frames_, window_then_);
+    if (summed_frames_ > most) keep_newest(most, workers);
+    trim_log(workers);
+}
+
+/// Forgets logged frames that nothing will ask for, and the oldest that do not fit in memory.
+/// Frames of the sums from before the last change stay logged, or are taken out: without the log
+/// they no longer could be. Where newer ones of the sums are forgotten a change begins anew.
+void PatchCache::trim_log(WorkerPool& workers) {
+    if (log_.size() > window_frames_) {
+        spare_ = std::move(log_.front().batches);
+        log_.pop_front();
+    }
+    std::size_t bytes = table_bytes() + bytes_of(spare_);
+    std::size_t kept = 0;
+    for (; kept < log_.size(); ++kept) {
+        bytes += bytes_of(log_[log_.size() - 1 - kept].batches);
+        if (bytes > memory_bytes_) break;
+    }
+    if (!settled() && kept < summed_frames_) keep_newest(std::max(fresh_frames_, kept), workers);
+    if (kept < log_.size()) {
+        log_.erase(log_.begin(), log_.end() - static_cast<std::ptrdiff_t>(kept));
+    }
+}
+
+void PatchCache::apply(const Frame& frame, std::int64_t sign, WorkerPool& workers) {
+    std::array<std::size_t, DepositParts::kCount> allocated{};
+    workers.run(allocated.size(), [&](std::size_t part) {
+        for (const Batch& batch : frame.batches) allocated[part] += apply_batch(batch, part, sign);
+        for (std::size_t patch = part; sign < 0 && patch < rows_.size();
+             patch += DepositParts::kCount) {
+            trim(rows_[patch]);
+        }
+    });
+    for (const std::size_t more : allocated) allocated_rows_ += more;
+    emitted_ += static_cast<std::uint64_t>(sign) * frame.rays;
+}
+
+/// Adds or takes out the deposits on one part of the patches; returns how many rows are new.
+AULA_MULTIVERSION
+std::size_t PatchCache::apply_batch(const Batch& batch, std::size_t part, std::int64_t sign) {
+    std::size_t allocated = 0;
+    const std::vector<Deposit>& deposits = batch.deposits.part[part];
+    for (std::size_t i = 0; i < deposits.size(); ++i) {
+        // Sums lie scattered in memory: ask for those that come soon.
+        if (i + kAhead < deposits.size()) {
+            const Deposit& soon = deposits[i + kAhead];
+            const std::int64_t* sum = rows_[soon.patch].sum;
+            if (sum) __builtin_prefetch(&sum[soon.bin * kBandCount], 1);
+        }
+        const Deposit& deposit = deposits[i];
+        Row& row = rows_[deposit.patch];
+        if (!row.sum) {
+            row.sum = row_memory_->take(bin_count_ * kBandCount);
+            if (directed_) row.moment = row_memory_->take(bin_count_ * kAxes);
+            ++allocated;
+        }
+        row.deposits += static_cast<std::uint64_t>(sign);
+        row.first_bin = std::min<std::uint32_t>(row.first_bin, deposit.bin);
+        row.end_bin = std::max<std::uint32_t>(row.end_bin, deposit.bin + 1U);
+        const BandSums units = deposit.units();
+        add_energy(units, sign, &row.sum[deposit.bin * kBandCount]);
+        if (directed_) {
+            add_moment(units, batch.departures[deposit.ray], sign,
+                       &row.moment[deposit.bin * kAxes]);
+        }
+    }
+    return allocated;
+}
+
+/// Leaves out bins that have become empty at both ends: a row then is as if what was taken out had
+/// never been, to the last bit of all that is computed from it.
+void PatchCache::trim(Row& row) const {
+    const auto empty = [&](std::uint32_t bin) {
+        const std::int64_t* sum = &row.sum[bin * kBandCount];
+        return std::all_of(sum, sum + kBandCount, [](std::int64_t energy) { return energy == 0; });
+    };
+    while (row.first_bin < row.end_bin && empty(row.first_bin)) ++row.first_bin;
+    while (row.first_bin < row.end_bin && empty(row.end_bin - 1)) --row.end_bin;
+    if (row.first_bin >= row.end_bin) {
+        row.first_bin = ~0U;
+        row.end_bin = 0;
+    }
+}
+
+std::size_t PatchCache::occupied() const {
+    return static_cast<std::size_t>(
+        std::count_if(rows_.begin(), rows_.end(), [](const Row& row) { return row.deposits > 0; }));
+}
+
+std::size_t PatchCache::table_bytes() const {
+    return rows_.capacity() * sizeof(Row) + allocated_rows_ * row_bytes(bin_count_, directed_);
+}
+
+std::size_t PatchCache::memory_bytes() const {
+    std::size_t bytes = table_bytes() + bytes_of(spare_);
+    for (const Frame& frame : log_) bytes += bytes_of(frame.batches);
+    return bytes;
+}
+
+}  // namespace aula

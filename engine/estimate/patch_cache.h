@@ -1,0 +1,123 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "engine/trace/path_tracer.h"
+#include "engine/base/huge_page_arena.h"
+#include "engine/base/worker_pool.h"
+
+namespace aula {
+
+/// The energy that every patch radiates for one emitter, B(patch, arrival-time bin), whoever is at
+/// the other end. For a listener it keeps the arrival direction, too: that in which the rays left.
+/// While neither emitter nor scene changes it gathers for ever; once something has changed it keeps
+/// a window of frames: none older than tau, none from which the emitter or the scene has moved far
+/// against the patch size. Sums are 64-bit fixed point, so that removing is exact.
+/// [propagation thread]
+class PatchCache {
+ public:
+    /// Energies are sums in these units of a ray's energy.
+    static constexpr double kUnit = Deposit::kUnit;
+
+    /// So many rays leave less noise than the gather has. Their sums, of all bands for moments,
+    /// stay below 2^63 units even where each ray meets a patch forty times in one bin.
+    static constexpr std::uint64_t kEnoughRays = 1ULL << 20;
+
+    /// What the rays of a frame depend on.
+    struct State {
+        std::uint64_t frame = 0;
+        Vec3 emitter{0};
+        double travel_m = 0;  ///< how far anything in the scene has moved since the start
+
+        bool changed_since(const State& older) const {
+            return emitter != older.emitter || travel_m != older.travel_m;
+        }
+        double moved_m(const State& older) const;
+    };
+
+    /// The radiated energy of one patch, zero outside [first_bin, end_bin), but not at its ends.
+    struct alignas(64) Row {
+        std::int64_t* sum = nullptr;     ///< [bin][band]
+        std::int64_t* moment = nullptr;  ///< [bin][axis] energy of all bands times the
+                                         ///< unit direction; none for a source
+        std::uint64_t deposits = 0;
+        std::uint32_t first_bin = ~0U;
+        std::uint32_t end_bin = 0;
+    };
+
+    /// `window_frames` is F >= 1. Frames are logged, to be taken out again, in what the sums leave
+    /// of `memory_bytes`. `directed`: keeps moments.
+    PatchCache(std::size_t bin_count, int window_frames, float patch_size_m,
+               std::size_t memory_bytes, bool directed = false);
+    PatchCache(PatchCache&&) = default;
+    PatchCache& operator=(PatchCache&&) = default;
+
+    /// Bytes of one patch's row.
+    static std::size_t row_bytes(std::size_t bin_count, bool directed);
+
+    /// True once so many rays have been gathered that more would change nothing.
+    bool complete() const;
+
+    /// True if every frame held is as the present one: none is from before a change.
+    bool settled() const { return fresh_frames_ == summed_frames_; }
+
+    /// Forgets what no longer holds. Call once for each frame, in ascending order.
+    void advance(const State& now, WorkerPool& workers);
+
+    /// Takes the deposits of one frame, after advance(), all on patches below `patch_count`. Takes
+    /// the batches' memory over; what is left in them is to be cleared.
+    void add_frame(int rays, std::size_t patch_count, std::span<TraceBatch> batches,
+                   WorkerPool& workers);
+
+    /// `patch` < row_count().
+    const Row& row(std::uint32_t patch) const { return rows_[patch]; }
+    std::size_t row_count() const { return rows_.size(); }
+    bool directed() const { return directed_; }
+
+    /// Rays of the frames that the sums hold.
+    std::uint64_t emitted() const { return emitted_; }
+
+    std::size_t occupied() const;
+    std::size_t memory_bytes() const;
+
+ private:
+    struct Batch {
+        DepositParts deposits;
+        std::vector<Vec3> departures;
+    };
+    struct Frame {
+        State state;
+        std::uint64_t rays = 0;
+        std::vector<Batch> batches;
+    };
+    static std::size_t bytes_of(const std::vector<Batch>& batches);
+    void apply(const Frame& frame, std::int64_t sign, WorkerPool& workers);
+    std::size_t apply_batch(const Batch& batch, std::size_t part, std::int64_t sign);
+    void trim(Row& row) const;
+    void keep_newest(std::size_t frames, WorkerPool& workers);
+    bool holds(const Frame& frame) const;
+    void trim_log(WorkerPool& workers);
+    std::size_t table_bytes() const;
+
+    std::size_t bin_count_;
+    std::size_t window_frames_;
+    float patch_size_m_;
+    std::size_t memory_bytes_;
+    bool directed_;
+    State now_;
+    std::unique_ptr<RowMemory> row_memory_ = std::make_unique<RowMemory>();
+    std::vector<Row> rows_;
+    std::uint64_t emitted_ = 0;
+    std::size_t allocated_rows_ = 0;
+    std::size_t summed_frames_ = 0;  ///< frames that the sums hold, the newest ones
+    std::size_t fresh_frames_ = 0;   ///< of them, those since emitter and scene last changed
+    std::size_t window_then_ = 0;    ///< frames that the sums held right after that change
+    std::vector<Batch> spare_;       ///< memory of a forgotten frame
+    std::deque<Frame> log_;          ///< newest last; may be shorter than summed_frames_
+};
+
+}  // namespace aula

@@ -1,0 +1,402 @@
+#include "engine/estimate/patch_propagation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "engine/trace/detection_spheres.h"
+#include "engine/base/sampling.h"
+#include "engine/base/stopwatch.h"
+
+namespace aula {
+
+namespace {
+
+constexpr int kGatherRays = 1024;
+
+/// After the scene has moved, for as long as a window of frames: most of the sound may come through
+/// what a door has left open, which few rays find, and no mean of frames may help.
+constexpr int kGatherRaysAfterMove = 4096;
+
+/// Shares of the memory for caches: the patches' sums at most; legs that end in mirrors. What the
+/// sums leave holds the frames that may be taken out again.
+constexpr double kTableShare = 0.8;
+constexpr double kLegShare = 0.05;
+
+/// Legs of all sources, or listeners, together: some 0.2 ms a frame to look through.
+constexpr std::size_t kMostLegs = 1 << 16;
+
+/// An end with less than this share of the rays is not heard: it would cost a gather.
+constexpr double kLeastShare = 0.1;
+
+/// So many of the pairs that have stood for a window's time are gathered again in a frame, turn by
+/// turn.
+constexpr std::size_t kSettledPairs = 2;
+
+enum class SeedPurpose : std::uint64_t { grid = 2, gather = 4 };
+
+}  // namespace
+
+PatchPropagation::PatchPropagation(const RayScene& scene, const SpecularPaths& images,
+                                   const Simulation& simulation, const TraceSettings& trace,
+                                   const TimeBins& bins, std::span<const Vec3> inside,
+                                   std::size_t source_count, std::size_t listener_count,
+                                   WorkerPool& workers)
+    : scene_(scene),
+      images_(images),
+      workers_(workers),
+      bins_(bins),
+      window_frames_(simulation.window_frames()),
+      listener_radius_m_(simulation.listener_radius_m),
+      speed_of_sound_m_s_(trace.speed_of_sound_m_s),
+      memory_bytes_(simulation.memory_mb * 1e6),
+      source_count_(source_count),
+      listener_count_(listener_count),
+      grid_(scene, simulation.patch_size_m, inside, derive_seed(simulation.seed, SeedPurpose::grid),
+            workers,
+            std::max(16.0, kTableShare * memory_bytes_ /
+                               static_cast<double>(
+                                   source_count * PatchCache::row_bytes(bins.count(), false) +
+                                   listener_count * PatchCache::row_bytes(bins.count(), true)))),
+      tracer_(scene, grid_, bins_, images, trace) {
+    if (simulation.specular || simulation.order > 0) {
+        mirrors_ = std::any_of(scene.triangles().begin(), scene.triangles().end(),
+                               [&](const RayScene::Triangle& t) {
+                                   return complement(scene.material(t).scattering).max() > 0;
+                               });
+    }
+    // A patch does not know the order of what it radiates: under a limit the tracer finds what ends
+    // in a mirror.
+    gather_settings_.mirrors = simulation.order == 0;
+    gather_settings_.max_length_m = trace.max_length_m;
+    gather_settings_.attenuation_per_m = trace.attenuation_per_m;
+    batches_.resize(emitter_count());
+    set_rays(trace.rays);
+    restart();
+}
+
+void PatchPropagation::set_rays(int rays) {
+    tracer_.set_rays(rays);
+    for (auto& of_emitter : batches_) {
+        of_emitter.resize(static_cast<std::size_t>(tracer_.batch_count()));
+    }
+}
+
+void PatchPropagation::restart() {
+    const auto row_bytes = [&](bool directed) {
+        return static_cast<double>(PatchCache::row_bytes(bins_.count(), directed));
+    };
+    const double all_rows_bytes = static_cast<double>(source_count_) * row_bytes(false) +
+                                  static_cast<double>(listener_count_) * row_bytes(true);
+    caches_.clear();
+    legs_.clear();
+    for (std::size_t id = 0; id < emitter_count(); ++id) {
+        const bool directed = id >= source_count_;
+        const double bytes = (1 - kLegShare) * memory_bytes_ * row_bytes(directed) / all_rows_bytes;
+        caches_.emplace_back(bins_.count(), window_frames_, grid_.patch_size_m(),
+                             static_cast<std::size_t>(bytes), directed);
+        legs_.emplace_back(window_frames_, listener_radius_m_, gather_settings_.attenuation_per_m,
+                           kMostLegs / (directed ? listener_count_ : source_count_),
+                           static_cast<std::size_t>(kLegShare * memory_bytes_ /
+                                                    static_cast<double>(emitter_count())));
+    }
+    status_.assign(emitter_count(), {});
+    last_move_.reset();
+    positions_.clear();
+    const std::size_t pairs = source_count_ * listener_count_;
+    pairs_.clear();
+    EnergyResponse empty;
+    empty.bins = bins_;
+    empty.speed_of_sound_m_s = speed_of_sound_m_s_;
+    empty.energy.resize(bins_.count());
+    empty.direction.resize(bins_.count());
+    pairs_.assign(pairs, {.mean = empty, .newest = empty, .specular = SpecularSum(empty)});
+}
+
+Emitter PatchPropagation::emitter(std::size_t id, const FrameInput& input) const {
+    if (id < source_count_) return {id, input.sources[id], false};
+    return {id, input.listeners[id - source_count_], true};
+}
+
+/// Forgets what has become wrong since the last frame.
+void PatchPropagation::advance(const PropagationFrame& frame) {
+    const bool scene_moved = frame.travel_m != travel_m_;
+    if (scene_moved) last_move_ = frame.number;
+    travel_m_ = frame.travel_m;
+    std::vector<Vec3> positions;
+    for (std::size_t id = 0; id < emitter_count(); ++id) {
+        const Vec3 position = emitter(id, frame.input).position;
+        positions.push_back(position);
+        const PatchCache::State now{frame.number, position, frame.travel_m};
+        caches_[id].advance(now, workers_);
+        legs_[id].advance(now);
+        status_[id].changed = !positions_.empty() && (scene_moved || positions_[id] != position);
+        // Rays are wanted as well for what no gather finds.
+        status_[id].complete = caches_[id].complete() && (!mirrors_ || legs_[id].full());
+        status_[id].gathered = caches_[id].emitted();
+    }
+    receivers_.resize(emitter_count());
+    for (std::size_t id = 0; id < emitter_count(); ++id) {
+        // Only paths that end in a mirror need to know what is seen.
+        if (!mirrors_) receivers_[id] = {positions[id], listener_radius_m_, 1};
+        if (mirrors_ && (positions_.empty() || status_[id].changed)) {
+            receivers_[id] = make_receiver(scene_, positions[id], listener_radius_m_);
+        }
+    }
+    positions_ = std::move(positions);
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+        const std::size_t s = i / listener_count_;
+        const std::size_t l = i % listener_count_;
+        pairs_[i].changed = status_[s].changed || status_[source_count_ + l].changed;
+    }
+}
+
+/// Batches that every emitter is to trace.
+std::vector<int> PatchPropagation::plan_batches(std::span<const EmitterStatus> status) const {
+    const EmissionPlan plan =
+        plan_emission(status.first(source_count_), status.subspan(source_count_),
+                      tracer_.batch_count(), PathTracer::kBatchRays);
+    std::vector<int> batches = plan.sources;
+    batches.insert(batches.end(), plan.listeners.begin(), plan.listeners.end());
+    return batches;
+}
+
+void PatchPropagation::trace(const PropagationFrame& frame, const std::vector<int>& batches,
+                             FrameStatistics& statistics) {
+    std::vector<std::pair<std::size_t, int>> jobs;
+    for (std::size_t id = 0; id < emitter_count(); ++id) {
+        for (TraceBatch& batch : batches_[id]) batch.clear();
+        for (int b = 0; b < batches[id]; ++b) jobs.emplace_back(id, b);
+    }
+    workers_.run(jobs.size(), [&](std::size_t job) {
+        const auto [id, b] = jobs[job];
+        tracer_.trace(emitter(id, frame.input), {}, frame.seed, b,
+                      batches_[id][static_cast<std::size_t>(b)]);
+    });
+    for (const auto& [id, b] : jobs) {
+        statistics.segments += batches_[id][static_cast<std::size_t>(b)].segments;
+    }
+}
+
+/// Takes what has been traced into caches and windows of legs.
+void PatchPropagation::update(const std::vector<int>& batches) {
+    for (std::size_t id = 0; id < emitter_count(); ++id) {
+        if (batches[id] == 0) continue;
+        const std::span<TraceBatch> traced =
+            std::span(batches_[id]).first(static_cast<std::size_t>(batches[id]));
+        const int rays = tracer_.rays_of(batches[id]);
+        size_spheres(traced);
+        legs_[id].add(traced, rays);
+        if (!caches_[id].complete()) caches_[id].add_frame(rays, grid_.size(), traced, workers_);
+    }
+}
+
+/// Rays that the caches hold.
+std::vector<std::uint64_t> PatchPropagation::emitted() const {
+    std::vector<std::uint64_t> rays;
+    for (const PatchCache& cache : caches_) rays.push_back(cache.emitted());
+    return rays;
+}
+
+/// Pairs whose response is to be brought up to date: all but those whose mean has many frames, of
+/// which a few have their turn.
+std::vector<char> PatchPropagation::pairs_to_gather(std::uint64_t frame) const {
+    const std::size_t count = pairs_.size();
+    const std::size_t turn = frame * kSettledPairs % count;
+    std::vector<char> wanted(count, 0);
+    for (std::size_t i = 0; i < count; ++i) {
+        const bool known =
+            !pairs_[i].changed && pairs_[i].settled && pairs_[i].frames >= window_frames_;
+        wanted[i] = !known || (i + count - turn) % count < kSettledPairs;
+    }
+    return wanted;
+}
+
+/// Rays and limits of a frame's gather.
+GatherSettings PatchPropagation::gather_settings(std::uint64_t frame) const {
+    const auto window = static_cast<std::uint64_t>(window_frames_);
+    const bool moved = last_move_ && frame - *last_move_ < window;
+    GatherSettings settings = gather_settings_;
+    settings.rays = moved ? kGatherRaysAfterMove : kGatherRays;
+    return settings;
+}
+
+std::uint64_t PatchPropagation::gather_seed(const PropagationFrame& frame,
+                                            std::size_t receiver) const {
+    return derive_seed(frame.seed, SeedPurpose::gather, receiver);
+}
+
+/// Who hears what from where. The rays of one receiver serve all emitters at the other end.
+PatchPropagation::GatherPlan PatchPropagation::plan_gather(
+    const std::vector<char>& wanted, const std::vector<std::uint64_t>& emitted) const {
+    GatherPlan plan;
+    plan.shares.resize(pairs_.size());
+    plan.pairs_at.resize(emitter_count());
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+        if (!wanted[i]) continue;
+        const std::size_t source = i / listener_count_;
+        const std::size_t listener = source_count_ + i % listener_count_;
+        const auto all = static_cast<double>(emitted[source] + emitted[listener]);
+        if (all == 0) continue;
+        double share = static_cast<double>(emitted[source]) / all;
+        if (share < kLeastShare) share = 0;
+        if (share > 1 - kLeastShare) share = 1;
+        plan.shares[i] = {share, 1 - share};
+        if (share > 0) plan.pairs_at[listener].push_back(i);
+        if (share < 1) plan.pairs_at[source].push_back(i);
+    }
+    return plan;
+}
+
+void PatchPropagation::gather(const PropagationFrame& frame, const std::vector<char>& wanted,
+                              FrameStatistics& statistics) {
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+        if (!wanted[i]) continue;
+        EnergyResponse& newest = pairs_[i].newest;
+        newest.energy.assign(bins_.count(), Bands{});
+        newest.direction.assign(bins_.count(), Vec3(0));
+    }
+    const GatherPlan plan = plan_gather(wanted, emitted());
+    for (std::size_t id = 0; id < emitter_count(); ++id) {
+        if (plan.pairs_at[id].empty()) continue;
+        const Emitter receiver = emitter(id, frame.input);
+        const std::vector<GatherHit> hits =
+            trace_gather(scene_, grid_, receiver.position, gather_settings(frame.number),
+                         gather_seed(frame, id), workers_, statistics.segments);
+        for (const std::size_t i : plan.pairs_at[id]) {
+            const std::size_t from =
+                receiver.listens ? i / listener_count_ : source_count_ + i % listener_count_;
+            const double share = receiver.listens ? plan.shares[i].source : plan.shares[i].listener;
+            add_gathered(hits, caches_[from], share, workers_, pairs_[i].newest);
+        }
+    }
+}
+
+/// True if the windows of legs hold nothing from before a change.
+bool PatchPropagation::legs_settled(std::size_t i) const {
+    return legs_[i / listener_count_].settled() &&
+           legs_[source_count_ + i % listener_count_].settled();
+}
+
+/// True if caches and windows hold nothing from before a change.
+bool PatchPropagation::settled(std::size_t i) const {
+    return caches_[i / listener_count_].settled() &&
+           caches_[source_count_ + i % listener_count_].settled() && legs_settled(i);
+}
+
+/// Takes what has been gathered into the mean of all frames since the last change, each with the
+/// weight of its rays: an early one knows less. Each alone is right in the mean, so all together
+/// are.
+void PatchPropagation::take_in(std::size_t i) {
+    Pair& pair = pairs_[i];
+    const auto rays = static_cast<double>(caches_[i / listener_count_].emitted() +
+                                          caches_[source_count_ + i % listener_count_].emitted());
+    const bool continues = !pair.changed && pair.settled && settled(i) && pair.weight > 0;
+    pair.settled = settled(i);
+    if (!continues) {
+        pair.frames = 0;
+        pair.weight = rays;
+        std::swap(pair.mean, pair.newest);
+    } else {
+        pair.weight += rays;
+        const auto part = static_cast<float>(rays / pair.weight);
+        for (std::size_t k = 0; k < bins_.count(); ++k) {
+            for (std::size_t b = 0; b < kBandCount; ++b) {
+                float& mean = pair.mean.energy[k][b];
+                mean += part * (pair.newest.energy[k][b] - mean);
+            }
+            pair.mean.direction[k] += part * (pair.newest.direction[k] - pair.mean.direction[k]);
+        }
+    }
+    ++pair.frames;
+}
+
+/// Brings up to date what a pair detects of legs, of the rays of both ends.
+void PatchPropagation::detect_legs(std::size_t i) {
+    Pair& pair = pairs_[i];
+    const std::size_t source = i / listener_count_;
+    const std::size_t listener = source_count_ + i % listener_count_;
+    // The legs of the present frame are added to those before, or all begin anew.
+    const bool continues = !pair.changed && pair.legs_settled && !pair.specular.full();
+    pair.legs_settled = legs_settled(i);
+    if (!continues) pair.specular.clear();
+    const std::uint64_t rays =
+        std::max(pair.specular.rays(), legs_[source].rays() + legs_[listener].rays());
+    legs_[source].add_to(scene_, receivers_[listener], continues, rays, pair.specular);
+    legs_[listener].add_to(scene_, receivers_[source], continues, rays, pair.specular);
+}
+
+/// The response of what is gathered and of the legs whose paths no image source counts now.
+void PatchPropagation::sum_up(std::size_t i, EnergyResponse& response) const {
+    const Pair& pair = pairs_[i];
+    response.energy = pair.mean.energy;
+    response.direction = pair.mean.direction;
+    if (mirrors_) pair.specular.add_to(images_, response);
+}
+
+void PatchPropagation::step(const PropagationFrame& frame, std::vector<EnergyResponse>& responses,
+                            FrameStatistics& statistics) {
+    Stopwatch watch;
+    advance(frame);
+    statistics.cache_s += watch.lap_s();
+    const std::vector<int> batches = plan_batches(status_);
+    trace(frame, batches, statistics);
+    statistics.trace_s += watch.lap_s();
+    update(batches);
+    statistics.cache_s += watch.lap_s();
+
+    const std::vector<char> wanted = pairs_to_gather(frame.number);
+    gather(frame, wanted, statistics);
+    workers_.run(pairs_.size(), [&](std::size_t i) {
+        if (wanted[i]) take_in(i);
+        if (mirrors_) detect_legs(i);
+        if (wanted[i] || mirrors_) sum_up(i, responses[i]);
+    });
+    statistics.gather_s += watch.lap_s();
+
+    for (const PatchCache& cache : caches_) {
+        statistics.cache_entries += cache.occupied();
+        statistics.memory_bytes += cache.memory_bytes();
+    }
+    for (const LegWindow& legs : legs_) statistics.memory_bytes += legs.memory_bytes();
+}
+
+std::vector<PathLine> PatchPropagation::path_lines(const PropagationFrame& frame,
+                                                   std::size_t source, int count, int order) const {
+    return tracer_.lines(emitter(source, frame.input), frame.seed, count, order);
+}
+
+std::vector<PatchEnergy> PatchPropagation::patch_energies(std::size_t source, double begin_s,
+                                                          double end_s) const {
+    const bool sends = caches_[source].emitted() > 0;
+    return aula::patch_energies(grid_, caches_[sends ? source : source_count_], bins_, begin_s,
+                                end_s);
+}
+
+std::vector<Ray> PatchPropagation::rays(const PropagationFrame& frame) const {
+    std::vector<Ray> all;
+    const auto append = [&](const std::vector<Ray>& more) {
+        all.insert(all.end(), more.begin(), more.end());
+    };
+    std::vector<std::uint64_t> rays_held = emitted();
+    std::vector<EmitterStatus> standing(emitter_count());
+    for (std::size_t id = 0; id < emitter_count(); ++id) {
+        standing[id] = {false, caches_[id].complete(), rays_held[id]};
+    }
+    const std::vector<int> batches = plan_batches(standing);
+    for (std::size_t id = 0; id < emitter_count(); ++id) {
+        for (int b = 0; b < batches[id]; ++b) {
+            append(tracer_.rays(emitter(id, frame.input), frame.seed, b));
+        }
+        rays_held[id] += static_cast<std::uint64_t>(tracer_.rays_of(batches[id]));
+    }
+    const GatherPlan plan = plan_gather(pairs_to_gather(frame.number), rays_held);
+    for (std::size_t id = 0; id < emitter_count(); ++id) {
+        if (plan.pairs_at[id].empty()) continue;
+        append(gather_rays(scene_, grid_, emitter(id, frame.input).position,
+                           gather_settings(frame.number), gather_seed(frame, id)));
+    }
+    return all;
+}
+
+}  // namespace aula

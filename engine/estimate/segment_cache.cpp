@@ -1,0 +1,133 @@
+#include "engine/estimate/segment_cache.h"
+
+#include "engine/trace/detection_spheres.h"
+#include "engine/base/multiversion.h"
+#include "engine/base/air_attenuation.h"
+
+namespace aula {
+
+namespace {
+
+/// Numbers of the legs on straight lines that cross a receiver's sphere, most of which it hears.
+AULA_MULTIVERSION
+void find_near(const std::vector<LegLanes>& legs, const Receiver& receiver, float wave_front_1_m2,
+               std::vector<std::uint32_t>& near) {
+    const Vec3 centre = receiver.position;
+    const float radius_2 = receiver.radius_m * receiver.radius_m;
+    for (std::size_t block = 0; block < legs.size(); ++block) {
+        const auto& [ox, oy, oz] = legs[block].origin;
+        const auto& [dx, dy, dz] = legs[block].direction;
+        const LegLanes::Lanes& before_m = legs[block].before_m;
+        const LegLanes::Lanes& growth = legs[block].growth;
+        std::array<std::int32_t, LegLanes::kCount> crosses;
+        std::int32_t any = 0;
+        for (std::size_t i = 0; i < LegLanes::kCount; ++i) {
+            const float x = centre.x - ox[i];
+            const float y = centre.y - oy[i];
+            const float z = centre.z - oz[i];
+            const float along = x * dx[i] + y * dy[i] + z * dz[i];
+            const float sphere_2 =
+                radius_2 * sphere_growth(growth[i], before_m[i], wave_front_1_m2);
+            crosses[i] = x * x + y * y + z * z - along * along < sphere_2 ? 1 : 0;
+            any |= crosses[i];
+        }
+        if (any == 0) continue;
+        for (std::size_t i = 0; i < LegLanes::kCount; ++i) {
+            if (crosses[i] != 0) {
+                near.push_back(static_cast<std::uint32_t>(block * LegLanes::kCount + i));
+            }
+        }
+    }
+}
+
+}  // namespace
+
+void LegLanes::set(std::size_t lane, const Leg& leg) {
+    for (int axis = 0; axis < 3; ++axis) {
+        origin[static_cast<std::size_t>(axis)][lane] = leg.origin[axis];
+        direction[static_cast<std::size_t>(axis)][lane] = leg.direction[axis];
+    }
+    length_m[lane] = leg.length_m;
+    before_m[lane] = leg.before_m;
+    growth[lane] = leg.growth;
+}
+
+Leg LegLanes::at(std::size_t lane) const {
+    return {Vec3(origin[0][lane], origin[1][lane], origin[2][lane]),
+            Vec3(direction[0][lane], direction[1][lane], direction[2][lane]), length_m[lane],
+            before_m[lane], growth[lane]};
+}
+
+void LegWindow::advance(const State& now) {
+    if (now.changed_since(now_)) crowded_ = false;
+    now_ = now;
+    while (!frames_.empty() && !holds(frames_.front())) forget_oldest();
+}
+
+bool LegWindow::holds(const Frame& frame) const {
+    const double moved_m = now_.moved_m(frame.state);
+    return moved_m == 0 ||
+           (moved_m <= double{reach_m_} && now_.frame - frame.state.frame < window_frames_);
+}
+
+void LegWindow::forget_oldest() {
+    legs_ -= frames_.front().sounds.size();
+    bytes_ -= frames_.front().memory_bytes();
+    rays_ -= frames_.front().rays;
+    frames_.pop_front();
+}
+
+void LegWindow::add(std::span<const TraceBatch> batches, int rays) {
+    Frame frame{now_, static_cast<std::uint64_t>(rays), {}, {}};
+    std::size_t count = 0;
+    for (const TraceBatch& batch : batches) count += batch.legs.size();
+    frame.legs.reserve((count + LegLanes::kCount - 1) / LegLanes::kCount);
+    frame.sounds.reserve(count);
+    for (const TraceBatch& batch : batches) {
+        for (std::size_t i = 0; i < batch.legs.size(); ++i) {
+            const std::size_t lane = frame.sounds.size() % LegLanes::kCount;
+            if (lane == 0) frame.legs.emplace_back();
+            frame.legs.back().set(lane, batch.legs[i]);
+            frame.sounds.push_back(batch.leg_sounds[i]);
+        }
+    }
+    legs_ += frame.sounds.size();
+    bytes_ += frame.memory_bytes();
+    rays_ += frame.rays;
+    frames_.push_back(std::move(frame));
+    while (frames_.size() > 1 && ((legs_ > most_legs_ && frames_.size() > window_frames_) ||
+                                  memory_bytes() > memory_bytes_)) {
+        forget_oldest();
+        crowded_ = true;
+    }
+}
+
+bool LegWindow::settled() const {
+    return frames_.empty() || now_.moved_m(frames_.front().state) == 0;
+}
+
+void LegWindow::add_to(const RayScene& scene, const Receiver& receiver, bool only_present,
+                       std::uint64_t rays, SpecularSum& sum) const {
+    const float wave_front_1_m2 =
+        wave_front_growth_1_m2(static_cast<double>(rays), receiver.radius_m);
+    std::vector<std::uint32_t> near;
+    for (const Frame& frame : frames_) {
+        if (only_present && frame.state.frame != now_.frame) continue;
+        sum.add_rays(frame.rays);
+        near.clear();
+        find_near(frame.legs, receiver, wave_front_1_m2, near);
+        for (const std::uint32_t i : near) {
+            const Leg leg = frame.legs[i / LegLanes::kCount].at(i % LegLanes::kCount);
+            const float growth = sphere_growth(leg.growth, leg.before_m, wave_front_1_m2);
+            const auto chord = receiver.chord(scene, leg.origin, leg.direction, leg.length_m,
+                                              Receiver::sphere_of(growth));
+            if (!chord) continue;
+            const LegSound& sound = frame.sounds[i];
+            const Bands energy =
+                sound.energy * transmission(attenuation_per_m_, chord->at_m) * chord->share_1_m2;
+            sum.add(sound, energy, leg.before_m + chord->at_m);
+        }
+    }
+}
+
+}  // namespace aula

@@ -1,0 +1,200 @@
+#include "engine/input/json.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cctype>
+#include <cstddef>
+#include <nlohmann/json.hpp>
+#include <unordered_set>
+
+#include "engine/base/error.h"
+#include "engine/input/names.h"
+
+namespace aula {
+namespace {
+
+constexpr std::size_t kDeepest = 100;
+constexpr std::size_t kMostValues = 10'000'000;  // bounds memory: half a gigabyte
+
+// The number that the text holds around an offset, if it is one of the names that other languages
+// write for what JSON cannot: "NaN", "-Infinity", "inf".
+std::string non_finite_literal(const std::string& text, std::size_t offset) {
+    const auto in_word = [&](std::size_t i) {
+        const auto c = static_cast<unsigned char>(text[i]);
+        return std::isalpha(c) != 0 || c == '-' || c == '+';
+    };
+    std::size_t begin = std::min(offset, text.size());
+    while (begin > 0 && in_word(begin - 1)) --begin;
+    std::size_t end = begin;
+    while (end < text.size() && in_word(end)) ++end;
+    const std::string word = text.substr(begin, end - begin);
+    std::string bare = word;
+    if (!bare.empty() && (bare[0] == '-' || bare[0] == '+')) bare.erase(0, 1);
+    std::transform(bare.begin(), bare.end(), bare.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return bare == "nan" || bare == "inf" || bare == "infinity" ? word : std::string{};
+}
+
+// "line L, column C" of a byte offset, both counted from 1.
+std::string line_and_column(const std::string& text, std::size_t offset) {
+    const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(offset, text.size()));
+    const auto line = std::count(text.begin(), end, '\n') + 1;
+    auto line_begin = end;
+    while (line_begin != text.begin() && *(line_begin - 1) != '\n') --line_begin;
+    return "line " + std::to_string(line) + ", column " + std::to_string(end - line_begin + 1);
+}
+
+// Receives the parser's events and builds the value; knows at each event where in it the parser is.
+class Builder : public nlohmann::json_sax<nlohmann::json> {
+ public:
+    Builder(const std::string& text, const std::string& file) : text_(text), file_(file) {}
+
+    JsonValue take() { return std::move(root_); }
+
+    bool null() override { return add(std::monostate{}); }
+    bool boolean(bool x) override { return add(x); }
+    bool number_integer(number_integer_t x) override { return add(static_cast<double>(x)); }
+    bool number_unsigned(number_unsigned_t x) override { return add(std::uint64_t{x}); }
+    bool number_float(number_float_t x, const string_t&) override { return add(x); }
+    bool string(string_t& x) override { return add(std::move(x)); }
+    bool binary(binary_t&) override { return false; }  // not in JSON text
+    bool start_object(std::size_t) override { return open(JsonValue::Object{}); }
+    bool start_array(std::size_t) override { return open(JsonValue::Array{}); }
+    bool end_object() override { return close(); }
+    bool end_array() override { return close(); }
+
+    bool key(string_t& name) override {
+        auto& members = std::get<JsonValue::Object>(open_.back().container->value);
+        open_.back().key = name;
+        const bool added = open_.back().keys.insert(name).second;
+        if (!added) throw Error(file_, pointer(), "duplicate key; expected each key once");
+        members.emplace_back().key = std::move(name);
+        return true;
+    }
+
+    bool parse_error(std::size_t position, const std::string& token,
+                     const nlohmann::json::exception& error) override {
+        constexpr int kNumberOverflow = 406;
+        if (error.id == kNumberOverflow) {
+            throw Error(file_, pointer(),
+                        "the number " + token + " is too large; expected a finite number");
+        }
+        // `position` counts the characters read, the offending one being the last.
+        const std::size_t offset = position > 0 ? position - 1 : 0;
+        const std::string literal = non_finite_literal(text_, offset);
+        if (!literal.empty()) {
+            throw Error(file_, pointer(),
+                        literal + " is not a JSON number; expected a finite number");
+        }
+        const std::string problem = reason(error.what());
+        throw Error(file_, line_and_column(text_, start_of(token, offset, problem)), problem);
+    }
+
+ private:
+    struct Open {
+        JsonValue* container;
+        std::size_t index = 0;                 // of the element being read, in an array
+        std::string key;                       // of the member being read, in an object
+        std::unordered_set<std::string> keys;  // of the object so far
+    };
+
+    // What the parser's message says after its own account of the position, without what it read
+    // last, which may be long and no text.
+    static std::string reason(const std::string& message) {
+        const std::size_t start = std::min(message.find("syntax error"), message.size());
+        const std::string said = message.substr(start, message.find("; last read") - start);
+        return said + (said.find("; expected") == std::string::npos ? "; expected valid JSON" : "");
+    }
+
+    // Offset of what is wrong: where an unexpected string or number begins (only of these two is
+    // `token` the exact text), else the last character read.
+    static std::size_t start_of(const std::string& token, std::size_t last,
+                                const std::string& problem) {
+        const bool exact = problem.find("unexpected string literal") != std::string::npos ||
+                           problem.find("unexpected number literal") != std::string::npos;
+        return exact && !token.empty() && token.size() <= last ? last + 1 - token.size() : last;
+    }
+
+    std::string pointer() const {
+        std::string place;
+        for (const Open& open : open_) {
+            const bool array = std::holds_alternative<JsonValue::Array>(open.container->value);
+            place = json_pointer(place, array ? std::to_string(open.index) : open.key);
+        }
+        return place;
+    }
+
+    // Where the next value belongs.
+    JsonValue& slot() {
+        if (++value_count_ > kMostValues) {
+            throw Error(file_, pointer(),
+                        "too many values; expected at most " + std::to_string(kMostValues));
+        }
+        if (open_.empty()) return root_;
+        JsonValue& container = *open_.back().container;
+        if (auto* array = std::get_if<JsonValue::Array>(&container.value)) {
+            return array->emplace_back();
+        }
+        return std::get<JsonValue::Object>(container.value).back().value;
+    }
+
+    template <class T>
+    bool add(T&& x) {
+        slot().value = std::forward<T>(x);
+        if (!open_.empty()) ++open_.back().index;
+        return true;
+    }
+
+    template <class Container>
+    bool open(Container&& container) {
+        if (open_.size() == kDeepest) {
+            throw Error(
+                file_, pointer(),
+                "nested too deeply; expected at most " + std::to_string(kDeepest) + " levels");
+        }
+        // Stable: an open container's own vector does not grow before it is closed.
+        JsonValue& place = slot();
+        place.value = std::forward<Container>(container);
+        open_.push_back({&place, 0, {}, {}});
+        return true;
+    }
+
+    bool close() {
+        open_.pop_back();
+        if (!open_.empty()) ++open_.back().index;
+        return true;
+    }
+
+    const std::string& text_;
+    const std::string& file_;
+    JsonValue root_;
+    std::vector<Open> open_;
+    std::size_t value_count_ = 0;
+};
+
+}  // namespace
+
+std::string json_pointer(const std::string& parent, const std::string& key) {
+    std::string pointer = parent + '/';
+    for (const char c : key) {
+        if (c == '~') {
+            pointer += "~0";
+        } else if (c == '/') {
+            pointer += "~1";
+        } else {
+            pointer += static_cast<unsigned char>(c) < 0x20 ? '?' : c;
+        }
+    }
+    return pointer;
+}
+
+JsonValue parse_json(const std::string& text, const std::string& file) {
+    constexpr bool kWholeText = true;
+    constexpr bool kComments = true;
+    Builder builder(text, file);
+    nlohmann::json::sax_parse(text, &builder, nlohmann::json::input_format_t::json, kWholeText,
+                              kComments);
+    return builder.take();
+}
+
+}  // namespace aula

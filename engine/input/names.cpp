@@ -1,0 +1,72 @@
+#include "engine/input/names.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstddef>
+#include <numeric>
+
+namespace aula {
+namespace {
+
+bool is_same_letter(char a, char b) {
+    return std::tolower(static_cast<unsigned char>(a)) ==
+           std::tolower(static_cast<unsigned char>(b));
+}
+
+// Levenshtein distance: insertions, deletions and replacements that turn a into b, upper or lower
+// case.
+std::size_t edit_distance(const std::string& a, const std::string& b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 1; i <= a.size(); ++i) {
+        std::size_t diagonal = row[0];
+        row[0] = i;
+        for (std::size_t j = 1; j <= b.size(); ++j) {
+            const std::size_t replaced = diagonal + (is_same_letter(a[i - 1], b[j - 1]) ? 0 : 1);
+            diagonal = row[j];
+            row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
+        }
+    }
+    return row[b.size()];
+}
+
+}  // namespace
+
+std::string quoted(const std::string& name) {
+    std::string text = name;
+    std::replace_if(
+        text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
+    return '"' + text + '"';
+}
+
+std::string quoted_list(const std::vector<std::string>& names) {
+    constexpr std::size_t kMost = 100;
+    std::string list;
+    for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i) {
+        list += (list.empty() ? "" : ", ") + quoted(names[i]);
+    }
+    if (names.size() > kMost) list += " and " + std::to_string(names.size() - kMost) + " more";
+    return list;
+}
+
+std::string did_you_mean(const std::string& name, const std::vector<std::string>& candidates) {
+    const std::string meant = nearest_name(name, candidates);
+    return meant.empty() ? "" : ", did you mean " + quoted(meant) + "?";
+}
+
+std::string nearest_name(const std::string& name, const std::vector<std::string>& candidates) {
+    constexpr std::size_t kLongest = 64;  // bounds the work for a nonsense name
+    if (name.size() > kLongest) return {};
+    std::string nearest;
+    std::size_t least = std::max<std::size_t>(1, name.size() / 3) + 1;
+    for (const std::string& candidate : candidates) {
+        const std::size_t distance = edit_distance(name, candidate);
+        if (distance < least) {
+            least = distance;
+            nearest = candidate;
+        }
+    }
+    return nearest;
+}
+
+}  // namespace aula

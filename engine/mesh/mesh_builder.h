@@ -1,0 +1,43 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "engine/mesh/mesh_import.h"
+
+namespace aula {
+
+/// Takes what a reader of mesh files finds, checks it and makes triangles of it. A face may come
+/// before its vertices. All functions throw Error for more than a mesh may hold.
+class MeshBuilder {
+ public:
+    /// Index of a material's name, which is added if it is new.
+    std::uint32_t material(const std::string& name);
+
+    /// Adds a vertex. Throws Error if it is not finite in single precision.
+    void add_vertex(double x, double y, double z);
+    std::size_t vertex_count() const { return mesh_.vertices.size(); }
+
+    /// Adds a face of any number of corners; fewer than 3 are ignored.
+    void add_face(std::span<const std::uint32_t> corners, std::uint32_t material);
+
+    /// The mesh. Throws Error for an index out of range and if no triangle has an area.
+    ImportedMesh take();
+
+ private:
+    void cut(std::span<const std::uint32_t> face, std::uint32_t material);
+    void add_triangle(const std::array<std::uint32_t, 3>& corners, std::uint32_t material);
+
+    ImportedMesh mesh_;
+    std::unordered_map<std::string, std::uint32_t> materials_;
+    std::vector<std::uint32_t> corners_;  // of all faces
+    std::vector<std::size_t> face_ends_;  // in corners_
+    std::vector<std::uint32_t> face_materials_;
+};
+
+}  // namespace aula

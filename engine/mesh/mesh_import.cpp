@@ -1,0 +1,50 @@
+#include "engine/mesh/mesh_import.h"
+
+#include <algorithm>
+#include <cctype>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "engine/mesh/mesh_readers.h"
+#include "engine/input/names.h"
+#include "engine/input/regular_file.h"
+
+namespace aula {
+
+namespace {
+
+[[noreturn]] void refuse_type(const std::string& extension) {
+    throw Error("files of the type " + quoted(extension) +
+                " are not read; expected OBJ, glTF, GLB, PLY or STL");
+}
+
+}  // namespace
+
+ImportedMesh import_mesh(const std::filesystem::path& file) {
+    std::string extension = file.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    std::vector<std::filesystem::path> files;
+    const auto bytes = [&](const std::filesystem::path& part) {
+        files.push_back(part);
+        return read_regular_file(part, kMostMeshBytes);
+    };
+    ImportedMesh mesh;
+    if (extension == ".obj") {
+        mesh = read_obj(bytes(file));
+    } else if (extension == ".ply") {
+        mesh = read_ply(bytes(file));
+    } else if (extension == ".stl") {
+        mesh = read_stl(bytes(file));
+    } else if (extension == ".gltf" || extension == ".glb") {
+        mesh = read_gltf(bytes(file), [&](const std::filesystem::path& buffer) {
+            return bytes(file.parent_path() / buffer);
+        });
+    } else {
+        refuse_type(extension);
+    }
+    mesh.files = std::move(files);
+    return mesh;
+}
+
+}  // namespace aula

@@ -1,0 +1,110 @@
+#include "engine/patches/cell_grid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <limits>
+#include <map>
+#include <vector>
+
+#include "engine/base/multiversion.h"
+
+namespace aula {
+
+namespace {
+
+constexpr float kAxisAligned = 0.99999F;  // cosine: a wall that cuts cells is as straight as this
+constexpr float kWallCells = 4;           // and has the area of so many cells
+
+/// The key of a patch: 20 bits for each number of its cell and the dominant direction of a normal;
+/// without branches.
+inline std::uint64_t cell_key(const CellIndex& cell, const Vec3& normal) {
+    const Vec3 size(std::abs(normal.x), std::abs(normal.y), std::abs(normal.z));
+    const bool along_x = size.x >= size.y && size.x >= size.z;
+    const bool along_y = size.y >= size.z;
+    const std::int32_t axis = along_x ? 0 : along_y ? 2 : 4;
+    const float component = along_x ? normal.x : along_y ? normal.y : normal.z;
+    const std::int32_t direction = axis + (component > 0 ? 0 : 1);
+    constexpr std::int32_t kBias = 1 << 19;
+    const auto bits = [](std::int32_t k) {
+        return static_cast<std::uint64_t>(static_cast<std::uint32_t>(k + kBias) & 0xfffffU);
+    };
+    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(direction)) << 60 |
+           bits(cell[0]) << 40 | bits(cell[1]) << 20 | bits(cell[2]);
+}
+
+AULA_MULTIVERSION
+void cell_keys(const LanePoints& points, const LanePoints& normals, const Vec3& origin,
+               const Cuts& cuts, std::array<std::uint64_t, kLanes>& keys) {
+    for (std::size_t i = 0; i < kLanes; ++i) {
+        keys[i] = cell_key(cell_at(cuts, Vec3(points.x[i] - origin.x, points.y[i] - origin.y,
+                                              points.z[i] - origin.z)),
+                           Vec3(normals.x[i], normals.y[i], normals.z[i]));
+    }
+}
+
+/// The standing walls that lie straight across an axis, those within a millimetre as one.
+std::vector<AxisCuts::Wall> walls_across(const RayScene& scene, int axis, float from_m,
+                                         float cell_m) {
+    std::map<std::int64_t, double> areas;
+    for (const RayScene::Triangle& triangle : scene.triangles()) {
+        if (std::abs(triangle.normal[axis]) < kAxisAligned || scene.moves(triangle)) continue;
+        areas[std::llround(1000 * (triangle.vertices[0][axis] - from_m))] +=
+            double{triangle.area_m2()};
+    }
+    std::vector<AxisCuts::Wall> walls;
+    for (const auto& [at_mm, area] : areas) {
+        if (area < double{kWallCells * cell_m * cell_m}) continue;
+        walls.push_back({static_cast<float>(at_mm) / 1000, area});
+    }
+    return walls;
+}
+
+}  // namespace
+
+CellGrid::CellGrid(const RayScene& scene, float wanted_m) : size_m_(wanted_m) {
+    Vec3 low(std::numeric_limits<float>::infinity());
+    Vec3 high = -low;
+    for (const RayScene::Triangle& triangle : scene.triangles()) {
+        for (const Vec3& v : triangle.vertices) {
+            low = glm::min(low, v);
+            high = glm::max(high, v);
+        }
+    }
+    if (scene.triangle_count() > 0) origin_ = low;
+    const Vec3 extent = scene.triangle_count() > 0 ? high - low : Vec3(0);
+    // A key has 20 bits for each coordinate, of which moving objects may need some.
+    size_m_ =
+        std::max(wanted_m, std::max({extent.x, extent.y, extent.z}) / static_cast<float>(1 << 17));
+    for (int axis = 0; axis < 3; ++axis) {
+        cuts_[static_cast<std::size_t>(axis)] =
+            AxisCuts(extent[axis], size_m_, walls_across(scene, axis, origin_[axis], size_m_));
+    }
+}
+
+std::uint64_t CellGrid::key(const CellIndex& cell, const Vec3& normal) {
+    return cell_key(cell, normal);
+}
+
+std::uint64_t CellGrid::key_at(const Vec3& point, const Vec3& normal) const {
+    return cell_key(cell_at(cuts_, point - origin_), normal);
+}
+
+void CellGrid::keys_at(const LanePoints& points, const LanePoints& normals,
+                       std::array<std::uint64_t, kLanes>& keys) const {
+    cell_keys(points, normals, origin_, cuts_, keys);
+}
+
+CellGrid::Cell CellGrid::cell(std::uint64_t key, const CellIndex& index) const {
+    Cell cell;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto a = static_cast<std::size_t>(axis);
+        cell.low[axis] = origin_[axis] + cuts_[a].begin_m(index[a]);
+        cell.high[axis] = origin_[axis] + cuts_[a].begin_m(index[a] + 1);
+    }
+    const std::uint64_t direction = key >> 60;
+    cell.direction[static_cast<int>(direction / 2)] = direction % 2 == 0 ? 1.0F : -1.0F;
+    return cell;
+}
+
+}  // namespace aula

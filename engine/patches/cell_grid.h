@@ -1,0 +1,43 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "engine/patches/cell_clipping.h"
+#include "engine/rays/ray_scene.h"
+
+namespace aula {
+
+/// A grid of cells over a scene, cut where large walls stand, each parted by the dominant direction
+/// of a normal. What a cell and a direction have in common is a key. [propagation thread]
+class CellGrid {
+ public:
+    /// Cells of `wanted_m`, or larger in scenes of more than 2^17 of them across.
+    CellGrid(const RayScene& scene, float wanted_m);
+
+    /// Where a key's surfaces are.
+    struct Cell {
+        Vec3 low{0};  ///< of the box that they lie in
+        Vec3 high{0};
+        Vec3 direction{0};  ///< dominant direction of the normals, a unit along an axis
+    };
+
+    float size_m() const { return size_m_; }
+    const Vec3& origin() const { return origin_; }  ///< cells count from here
+    const Cuts& cuts() const { return cuts_; }
+
+    static std::uint64_t key(const CellIndex& cell, const Vec3& normal);
+    std::uint64_t key_at(const Vec3& point, const Vec3& normal) const;
+    void keys_at(const LanePoints& points, const LanePoints& normals,
+                 std::array<std::uint64_t, kLanes>& keys) const;
+
+    /// The cell of a key, of which `index` is the cell's number.
+    Cell cell(std::uint64_t key, const CellIndex& index) const;
+
+ private:
+    Vec3 origin_{0};  ///< the scene's lowest corner
+    float size_m_;
+    Cuts cuts_;
+};
+
+}  // namespace aula

@@ -1,0 +1,57 @@
+#include "engine/patches/grid_axis.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace aula {
+
+namespace {
+
+constexpr float kLeastGap = 0.1F;  // between walls, of a cell's width
+
+}  // namespace
+
+AxisCuts::AxisCuts(float length_m, float cell_m, std::vector<Wall> walls)
+    : cell_m_(cell_m), length_m_(std::max(0.0F, length_m)) {
+    if (!(length_m > 0)) return;
+    std::sort(walls.begin(), walls.end(), [](const Wall& a, const Wall& b) {
+        return a.area_m2 != b.area_m2 ? a.area_m2 > b.area_m2 : a.at_m < b.at_m;
+    });
+    std::vector<float> cuts{0, length_m};
+    const float most = 2 + length_m / cell_m;
+    for (const Wall& wall : walls) {
+        if (static_cast<float>(cuts.size()) >= most) break;
+        const bool apart = std::all_of(cuts.begin(), cuts.end(), [&](float cut) {
+            return std::abs(wall.at_m - cut) >= kLeastGap * cell_m;
+        });
+        if (apart) cuts.push_back(wall.at_m);
+    }
+    std::sort(cuts.begin(), cuts.end());
+
+    // Equal cells between two cuts; a gap of whole cells stays so for all rounding.
+    edges_m_ = {0};
+    float narrowest_m = length_m;
+    for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {
+        const float gap_m = cuts[i + 1] - cuts[i];
+        const float parts = std::max(1.0F, std::ceil(gap_m / cell_m - 1e-3F));
+        for (float k = 1; k < parts; ++k) edges_m_.push_back(cuts[i] + gap_m * k / parts);
+        edges_m_.push_back(cuts[i + 1]);
+        narrowest_m = std::min(narrowest_m, gap_m / parts);
+    }
+
+    // Half as wide as the narrowest cell, a slot meets two cells at most. It counts from a hair
+    // before its start, as a place near that may be rounded into it.
+    slots_ = std::ceil(2 * length_m / narrowest_m);
+    slots_per_m_ = slots_ / length_m;
+    first_.clear();
+    std::int32_t cell = 0;
+    for (float slot = 0; slot <= slots_; ++slot) {
+        const float begin_m = (slot - 0.01F) / slots_per_m_;
+        while (cell + 1 < count() && edges_m_[static_cast<std::size_t>(cell) + 1] <= begin_m) {
+            ++cell;
+        }
+        first_.push_back(cell);
+    }
+}
+
+}  // namespace aula

@@ -1,0 +1,390 @@
+#include "engine/patches/patch_grid.h"
+
+#include <tsl/robin_map.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "engine/patches/cell_clipping.h"
+#include "engine/patches/cell_grid.h"
+#include "engine/patches/irradiance_map.h"
+#include "engine/base/mix64.h"
+#include "engine/rays/room_survey.h"
+#include "engine/base/sampling.h"
+
+namespace aula {
+
+namespace {
+
+constexpr int kSamplesPerPatch = 16;  // on a full cell
+constexpr int kFineSamples = 64;      // where some samples count and others do not
+constexpr int kReachRays = 4;         // tries to get from a sample to where sound has been
+/// Cells that a moving object meets, of each cell's area on it: it has two sides, which share out
+/// their area to about twice as many.
+constexpr double kCellsOfMoving = 4;
+
+constexpr int kFloodPaths = 4096;
+constexpr int kFloodBounces = 32;
+constexpr int kFloodRounds = 12;
+constexpr std::size_t kHitsPerPatch = 512;  // at most in the mean, to know how even they are
+constexpr std::size_t kChunk = 1024;        // samples of a job
+
+constexpr std::uint64_t kNoKey = ~0ULL;
+
+}  // namespace
+
+struct PatchGrid::State {
+    const RayScene& scene;
+    WorkerPool& workers;
+    std::uint64_t seed;
+    CellGrid grid;
+    tsl::robin_map<std::uint64_t, std::uint32_t, MixHash> patch_of_cell;
+    std::vector<float> static_area_m2;  // of objects that stand
+    std::vector<float> area_m2;         // of all
+    std::vector<char> reached;          // by the flood
+    std::vector<Cell> cells;
+    std::vector<std::uint64_t> keys;     // kNoKey: given up
+    std::vector<std::uint64_t> touched;  // the move at which a triangle was last in the patch
+    std::vector<std::uint32_t> given_up;
+    std::vector<std::uint32_t> standing;  // triangles
+    std::vector<std::uint32_t> moving;
+    std::size_t lasting = 0;  // patches of the start; those after come and go with what moves
+    std::uint64_t moves = 0;
+    std::size_t reached_count = 0;
+    Exposure exposure;
+
+    State(const RayScene& rays, WorkerPool& pool, std::uint64_t sample_seed, float patch_size_m)
+        : scene(rays),
+          workers(pool),
+          seed(sample_seed),
+          grid(rays, patch_size_m),
+          exposure(rays, grid.size_m()) {}
+
+    struct Sample {
+        Vec3 point;  // on the surface
+        std::uint32_t triangle = 0;
+        std::uint32_t patch = 0;
+        float area_m2 = 0;
+        bool back = false;
+    };
+
+    std::uint32_t patch_at(const CellIndex& cell, const Vec3& normal) {
+        const std::uint64_t key = CellGrid::key(cell, normal);
+        const auto [entry, added] = patch_of_cell.try_emplace(key, kNone);
+        if (added) entry.value() = new_patch(key, cell);
+        touched[entry->second] = moves;
+        return entry->second;
+    }
+
+    std::uint32_t new_patch(std::uint64_t key, const CellIndex& cell) {
+        if (given_up.empty()) {
+            given_up.push_back(static_cast<std::uint32_t>(area_m2.size()));
+            static_area_m2.push_back(0);
+            area_m2.push_back(0);
+            reached.push_back(0);
+            cells.emplace_back();
+            keys.push_back(kNoKey);
+            touched.push_back(moves);
+        }
+        const std::uint32_t patch = given_up.back();
+        given_up.pop_back();
+        keys[patch] = key;
+        cells[patch] = grid.cell(key, cell);
+        return patch;
+    }
+
+    /// Gives up the patches that no moving object has met in the last `keep` moves.
+    void give_up(std::uint64_t keep) {
+        for (std::size_t patch = lasting; patch < keys.size(); ++patch) {
+            if (keys[patch] == kNoKey || moves - touched[patch] <= keep) continue;
+            patch_of_cell.erase(keys[patch]);
+            keys[patch] = kNoKey;
+            given_up.push_back(static_cast<std::uint32_t>(patch));
+        }
+    }
+
+    /// Parts of a patch that are too small for a sample of their own: one of them, drawn by area,
+    /// has one for all, so that samples follow area and not the number of triangles.
+    struct Crumbs {
+        float area_m2 = 0;
+        Sample drawn;
+    };
+
+    /// Calls `visit(patch, part, area, normal, back)` for the part of both sides of a triangle in
+    /// every cell.
+    template <typename Visit>
+    void for_each_part(std::uint32_t t, const Visit& visit) {
+        const RayScene::Triangle& triangle = scene.triangle(t);
+        if (triangle.normal == Vec3(0)) return;
+        for (const bool back : {false, true}) {
+            const Vec3 normal = back ? -triangle.normal : triangle.normal;
+            ClippedPolygon whole;
+            for (const Vec3& v : triangle.vertices)
+                whole.add(v - grid.origin() + RayScene::kOffset_m * normal);
+            for_each_cell(whole, grid.cuts(), 0, {},
+                          [&](const CellIndex& cell, const ClippedPolygon& part) {
+                              const float area = part.area_m2();
+                              if (area > 0) visit(patch_at(cell, normal), part, area, normal, back);
+                          });
+        }
+    }
+
+    /// Samples on both sides of triangles in proportion to area, `per_cell` of them where they
+    /// fill a cell, for patches that are `wanted(patch)`.
+    template <typename Wanted>
+    std::vector<Sample> sample(const std::vector<std::uint32_t>& triangles, int per_cell,
+                               const Wanted& wanted) {
+        std::vector<Sample> samples;
+        std::vector<Crumbs> crumbs;
+        const float samples_per_m2 = static_cast<float>(per_cell) / (grid.size_m() * grid.size_m());
+        for (const std::uint32_t t : triangles) {
+            const ScrambledSobol sobol(derive_seed(seed, t));
+            std::uint32_t next = 0;
+            for_each_part(t, [&](std::uint32_t patch, const ClippedPolygon& part, float area,
+                                 const Vec3& normal, bool back) {
+                if (!wanted(patch)) return;
+                const auto somewhere = [&] {
+                    return grid.origin() + part.point(sobol.point(next++)) -
+                           RayScene::kOffset_m * normal;
+                };
+                if (area * samples_per_m2 >= 1) {
+                    const int count =
+                        std::min(static_cast<int>(std::ceil(area * samples_per_m2)), per_cell);
+                    for (int i = 0; i < count; ++i) {
+                        samples.push_back(
+                            {somewhere(), t, patch, area / static_cast<float>(count), back});
+                    }
+                    return;
+                }
+                if (crumbs.size() <= patch) crumbs.resize(area_m2.size());
+                Crumbs& rest = crumbs[patch];
+                rest.area_m2 += area;
+                const float u = RandomStream(derive_seed(seed, t, patch)).uniform();
+                if (u * rest.area_m2 < area) rest.drawn = {somewhere(), t, patch, 0, back};
+                if (rest.area_m2 * samples_per_m2 >= 1) {
+                    rest.drawn.area_m2 = rest.area_m2;
+                    samples.push_back(rest.drawn);
+                    rest.area_m2 = 0;
+                }
+            });
+        }
+        for (Crumbs& rest : crumbs) {
+            if (!(rest.area_m2 > 0)) continue;
+            rest.drawn.area_m2 = rest.area_m2;
+            samples.push_back(rest.drawn);
+        }
+        return samples;
+    }
+
+    /// The patches of all triangles, and which of them sound from `inside` gets to. False if they
+    /// are more than `most`.
+    bool find_patches(std::span<const Vec3> inside, double most) {
+        double moving_m2 = 0;
+        for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
+            const RayScene::Triangle& triangle = scene.triangle(t);
+            for_each_part(t, [](std::uint32_t, const ClippedPolygon&, float, const Vec3&, bool) {});
+            (scene.moves(triangle) ? moving : standing).push_back(t);
+            if (scene.moves(triangle)) moving_m2 += double{triangle.area_m2()};
+        }
+        lasting = keys.size();
+        return flood_from(inside,
+                          most - kCellsOfMoving * moving_m2 / std::pow(double{grid.size_m()}, 2));
+    }
+
+    /// Marks the patches that sound from `inside` gets to, until a round finds hardly more. False
+    /// if they are more than `most`.
+    bool flood_from(std::span<const Vec3> inside, double most) {
+        std::size_t hits = 0;
+        for (int round = 0; round < kFloodRounds; ++round) {
+            const std::size_t before = reached_count;
+            const RandomWalks walks{.paths = kFloodPaths,
+                                    .bounces = kFloodBounces,
+                                    .seed = derive_seed(seed, 1 << 30, round)};
+            flood(scene, inside, walks, [&](int reflections, const Ray& ray, const Hit& hit) {
+                if (!hit.any() || scene.moves(scene.triangle(hit.triangle))) return;
+                const Vec3 point = scene.point(hit, ray.direction);
+                const Vec3 normal = scene.facing_normal(hit, ray.direction);
+                const auto found = patch_of_cell.find(grid.key_at(point, normal));
+                if (found == patch_of_cell.end()) return;
+                // Direct sound falls otherwise from every place.
+                if (reflections > 0) {
+                    exposure.add_hit(found->second, hit.triangle, point, normal);
+                    ++hits;
+                }
+                if (reached[found->second]) return;
+                reached[found->second] = 1;
+                ++reached_count;
+            });
+            if (static_cast<double>(reached_count) > most) return false;
+            if (reached_count - before <= reached_count / 100 &&
+                hits >= kHitsPerPatch * reached_count) {
+                break;
+            }
+        }
+        return static_cast<double>(reached_count) <= most;
+    }
+
+    /// Areas, and how evenly sound falls on them.
+    void find_areas() {
+        add_reachable(standing, static_area_m2);
+        exposure.settle(static_area_m2, [&](const Vec3& point, const Vec3& normal) {
+            const auto found = patch_of_cell.find(grid.key_at(point, normal));
+            return found == patch_of_cell.end() ? kNone : found->second;
+        });
+        add_moving();
+    }
+
+    /// Areas of all, with those of moving objects where they are now.
+    void add_moving() {
+        area_m2 = static_area_m2;
+        add_reachable(moving, area_m2);
+    }
+
+    /// Adds the area of the given triangles that sound can reach. Where only a part of a patch can
+    /// be reached, many more samples tell how much.
+    void add_reachable(const std::vector<std::uint32_t>& triangles, std::vector<float>& areas) {
+        std::vector<Sample> samples =
+            sample(triangles, kSamplesPerPatch, [](std::uint32_t) { return true; });
+        areas.resize(area_m2.size());
+        std::vector<char> counts = reachable(samples);
+        std::vector<char> some(areas.size(), 0);
+        std::vector<char> others(areas.size(), 0);
+        for (std::size_t i = 0; i < samples.size(); ++i) {
+            (counts[i] ? some : others)[samples[i].patch] = 1;
+        }
+        const auto in_part = [&](std::uint32_t patch) { return some[patch] && others[patch]; };
+        for (const Sample& s : samples) {
+            if (some[s.patch] && !in_part(s.patch)) areas[s.patch] += s.area_m2;
+        }
+        samples = sample(triangles, kFineSamples, in_part);
+        counts = reachable(samples);
+        for (std::size_t i = 0; i < samples.size(); ++i) {
+            if (counts[i]) areas[samples[i].patch] += samples[i].area_m2;
+        }
+    }
+
+    /// For every sample, whether sound can reach it.
+    std::vector<char> reachable(const std::vector<Sample>& samples) const {
+        std::vector<char> counts(samples.size(), 0);
+        workers.run((samples.size() + kChunk - 1) / kChunk, [&](std::size_t chunk) {
+            const std::size_t first = chunk * kChunk;
+            const std::size_t count = std::min(kChunk, samples.size() - first);
+            test_samples(std::span(samples).subspan(first, count),
+                         std::span(counts).subspan(first, count),
+                         RandomStream(derive_seed(seed, 1 << 29, chunk)));
+        });
+        return counts;
+    }
+
+    void test_samples(std::span<const Sample> samples, std::span<char> counts,
+                      RandomStream random) const {
+        const auto normal_of = [&](const Sample& s) {
+            const Vec3& n = scene.triangle(s.triangle).normal;
+            return s.back ? -n : n;
+        };
+        // Of faces that coincide only the one that a ray meets counts.
+        constexpr float kAbove_m = 2 * RayScene::kOffset_m;
+        std::vector<Ray> rays(samples.size());
+        std::vector<Hit> hits(samples.size());
+        for (std::size_t i = 0; i < samples.size(); ++i) {
+            const Vec3 n = normal_of(samples[i]);
+            rays[i] = {samples[i].point + kAbove_m * n, -n, 2 * kAbove_m};
+        }
+        scene.intersect(rays, hits);
+        std::vector<std::size_t> open;  // samples that have not got to the sound yet
+        for (std::size_t i = 0; i < samples.size(); ++i) {
+            if (hits[i].triangle == samples[i].triangle) open.push_back(i);
+        }
+        for (int attempt = 0; attempt < kReachRays && !open.empty(); ++attempt) {
+            rays.resize(open.size());
+            hits.resize(open.size());
+            for (std::size_t i = 0; i < open.size(); ++i) {
+                const Vec3 n = normal_of(samples[open[i]]);
+                rays[i] = {samples[open[i]].point + RayScene::kOffset_m * n,
+                           lambert_direction(n, random.uniform_2d())};
+            }
+            scene.intersect(rays, hits);
+            std::size_t left = 0;
+            for (std::size_t i = 0; i < open.size(); ++i) {
+                if (sound_at(rays[i], hits[i])) {
+                    counts[open[i]] = 1;
+                } else {
+                    open[left++] = open[i];
+                }
+            }
+            open.resize(left);
+        }
+    }
+
+    /// True if a ray got to where sound is: out into the open, to a reached patch, or to an object
+    /// that moves.
+    bool sound_at(const Ray& ray, const Hit& hit) const {
+        if (!hit.any() || scene.moves(scene.triangle(hit.triangle))) return true;
+        const auto found = patch_of_cell.find(
+            grid.key_at(scene.point(hit, ray.direction), scene.facing_normal(hit, ray.direction)));
+        return found != patch_of_cell.end() && reached[found->second];
+    }
+};
+
+PatchGrid::PatchGrid(const RayScene& scene, float patch_size_m, std::span<const Vec3> inside,
+                     std::uint64_t seed, WorkerPool& workers, double most_patches) {
+    double standing_m2 = 0;
+    double moving_m2 = 0;
+    for (const RayScene::Triangle& t : scene.triangles()) {
+        (scene.moves(t) ? moving_m2 : standing_m2) += double{t.area_m2()};
+    }
+    // Both sides of every standing triangle may be cells, of which only those in the room are
+    // reached. Those of what moves count in any case.
+    const double least_m = std::max(std::sqrt(standing_m2 / (4 * most_patches)),
+                                    std::sqrt(kCellsOfMoving * moving_m2 / most_patches));
+    float size_m = std::max(patch_size_m, static_cast<float>(least_m));
+    for (;; size_m *= 1.25F) {
+        state_ = std::make_unique<State>(scene, workers, seed, size_m);
+        if (state_->find_patches(inside, most_patches)) break;
+    }
+    state_->find_areas();
+}
+
+PatchGrid::~PatchGrid() = default;
+
+void PatchGrid::scene_moved(int keep) {
+    ++state_->moves;
+    state_->give_up(static_cast<std::uint64_t>(keep));
+    state_->add_moving();
+}
+
+std::uint32_t PatchGrid::find(const Vec3& point, const Vec3& facing_normal) const {
+    const auto found = state_->patch_of_cell.find(state_->grid.key_at(point, facing_normal));
+    return found == state_->patch_of_cell.end() ? kNone : found->second;
+}
+
+void PatchGrid::find(const LanePoints& points, const LanePoints& facing_normals, std::size_t count,
+                     std::array<std::uint32_t, kLanes>& patches) const {
+    alignas(64) std::array<std::uint64_t, kLanes> keys;
+    state_->grid.keys_at(points, facing_normals, keys);
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto found = state_->patch_of_cell.find(keys[i]);
+        patches[i] = found == state_->patch_of_cell.end() ? kNone : found->second;
+    }
+}
+
+float PatchGrid::area_m2(std::uint32_t patch) const { return state_->area_m2[patch]; }
+
+float PatchGrid::exposure(std::uint32_t patch, std::uint32_t triangle, const Vec3& point,
+                          const Vec3& facing_normal) const {
+    // Not known where objects come and go.
+    if (state_->area_m2[patch] != state_->static_area_m2[patch]) return 1;
+    return state_->exposure.relative(patch, triangle, point, facing_normal);
+}
+
+PatchGrid::Cell PatchGrid::cell(std::uint32_t patch) const { return state_->cells[patch]; }
+
+float PatchGrid::patch_size_m() const { return state_->grid.size_m(); }
+
+std::size_t PatchGrid::size() const { return state_->area_m2.size(); }
+
+std::size_t PatchGrid::reached() const { return state_->reached_count; }
+
+}  // namespace aula

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "engine/patches/cell_grid.h"
+#include "engine/rays/ray_scene.h"
+#include "engine/base/worker_pool.h"
+
+namespace aula {
+
+/// Patches that follow area, whatever the triangles: cells of lambda x lambda x lambda, each
+/// parted by the dominant direction (+-x, +-y, +-z) of the surface normal on the side that faces
+/// the sound. A patch's area is its effective area: exact by clipping, times the share of sample
+/// points that sound can reach (of coincident faces one counts, of faces buried in solids none).
+/// [propagation thread]
+class PatchGrid {
+ public:
+    static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+    /// `inside`: points in the space that sound can reach, such as sources and listeners. Patches
+    /// are larger than wanted where sound would reach more than `most_patches` of them.
+    PatchGrid(const RayScene& scene, float patch_size_m, std::span<const Vec3> inside,
+              std::uint64_t seed, WorkerPool& workers,
+              double most_patches = std::numeric_limits<double>::infinity());
+    ~PatchGrid();
+
+    /// The patch of a point (off the surface by RayScene::kOffset_m) with its facing normal, or
+    /// kNone.
+    std::uint32_t find(const Vec3& point, const Vec3& facing_normal) const;
+
+    /// The same for the first `count` lanes.
+    void find(const LanePoints& points, const LanePoints& facing_normals, std::size_t count,
+              std::array<std::uint32_t, kLanes>& patches) const;
+
+    /// Effective area; 0 if nothing of the patch can be reached.
+    float area_m2(std::uint32_t patch) const;
+
+    /// Sound on an area round a point of a patch over the mean of the patch, 1 where it is even.
+    float exposure(std::uint32_t patch, std::uint32_t triangle, const Vec3& point,
+                   const Vec3& facing_normal) const;
+
+    /// Where a patch is.
+    using Cell = CellGrid::Cell;
+    Cell cell(std::uint32_t patch) const;
+
+    /// Brings the areas of moving objects up to date after RayScene::move. Patches that objects
+    /// came to and have left for more than `keep` such moves are given up; new ones take their
+    /// numbers.
+    void scene_moved(int keep);
+
+    std::size_t size() const;
+
+    /// Number of patches that sound reached when the grid was made.
+    std::size_t reached() const;
+
+    /// As wanted; larger where there would be too many, or more than 2^17 across.
+    float patch_size_m() const;
+
+ private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace aula

@@ -1,0 +1,76 @@
+#include "engine/rays/nudge_off_surface.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "engine/base/sampling.h"
+
+namespace aula {
+
+namespace {
+
+/// Places this near to a surface are on it. Image sources take none from as near to a plane.
+constexpr float kOnSurface_m = 5e-4F;
+
+/// How far a place is moved; short rays look this far for a surface.
+constexpr float kStep_m = 2 * kOnSurface_m;
+
+/// The nearest surface within kOnSurface_m, as its triangle's index, kNoTriangle if there is none.
+std::uint32_t surface_at(const RayScene& scene, const Vec3& place) {
+    // A surface through the place stops a ray along the axis that it stands across; of two rays
+    // that meet from both sides one is enough, but at an edge rounding may lose either.
+    std::array<Ray, 6> looks;
+    for (std::size_t i = 0; i < looks.size(); ++i) {
+        Vec3 way(0);
+        way[static_cast<int>(i / 2)] = i % 2 == 0 ? 1.0F : -1.0F;
+        looks[i] = {place - kStep_m * way, way, 2 * kStep_m};
+    }
+    std::array<Hit, 6> hits;
+    scene.intersect(looks, hits);
+    std::uint32_t nearest = kNoTriangle;
+    float nearest_m = kOnSurface_m;
+    for (const Hit& hit : hits) {
+        if (!hit.any()) continue;
+        const RayScene::Triangle& triangle = scene.triangle(hit.triangle);
+        const float distance_m = std::abs(glm::dot(place - triangle.vertices[0], triangle.normal));
+        if (distance_m >= nearest_m || triangle.normal == Vec3(0)) continue;
+        nearest = hit.triangle;
+        nearest_m = distance_m;
+    }
+    return nearest;
+}
+
+/// In how many of 64 directions a place sees a surface.
+std::ptrdiff_t closed_in(const RayScene& scene, const Vec3& place) {
+    const ScrambledSobol sobol(1);
+    std::array<Ray, 64> looks;
+    for (std::uint32_t i = 0; i < looks.size(); ++i) {
+        looks[i] = {place, uniform_direction(sobol.point(i))};
+    }
+    std::array<Hit, 64> hits;
+    scene.intersect(looks, hits);
+    return std::count_if(hits.begin(), hits.end(), [](const Hit& hit) { return hit.any(); });
+}
+
+}  // namespace
+
+Vec3 off_surface(const RayScene& scene, const Vec3& place) {
+    // Out of a corner it is one step from each face.
+    constexpr int kMostFaces = 6;
+    Vec3 at = place;
+    for (int face = 0; face < kMostFaces; ++face) {
+        const std::uint32_t surface = surface_at(scene, at);
+        if (surface == kNoTriangle) break;
+        const RayScene::Triangle& triangle = scene.triangle(surface);
+        const Vec3 foot =
+            at - glm::dot(at - triangle.vertices[0], triangle.normal) * triangle.normal;
+        const Vec3 front = foot + kStep_m * triangle.normal;
+        const Vec3 back = foot - kStep_m * triangle.normal;
+        at = closed_in(scene, back) > closed_in(scene, front) ? back : front;
+    }
+    return at;
+}
+
+}  // namespace aula

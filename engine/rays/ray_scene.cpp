@@ -1,0 +1,318 @@
+#include "engine/rays/ray_scene.h"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <functional>
+#include <glm/geometric.hpp>
+#include <string>
+#include <tuple>
+
+#include "engine/base/error.h"
+#include "engine/base/mix64.h"
+
+namespace aula {
+
+namespace {
+
+constexpr std::size_t kPacket = 16;
+
+/// For each triangle that does not move, whether another one before it has the same corners. A ray
+/// would test all that lie in one place, with one and the same result.
+std::vector<bool> find_repeated(const RayScene& scene) {
+    struct Entry {
+        std::size_t hash;
+        std::uint32_t triangle;
+    };
+    const auto corners = [&](std::uint32_t triangle) {
+        auto vertices = scene.triangle(triangle).vertices;
+        std::sort(vertices.begin(), vertices.end(), [](const Vec3& a, const Vec3& b) {
+            return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+        });
+        return vertices;
+    };
+    std::vector<Entry> entries;
+    for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
+        if (scene.moves(scene.triangle(t))) continue;
+        std::size_t hash = 0;
+        for (const Vec3& v : corners(t)) {
+            for (const float x : {v.x, v.y, v.z}) hash = mix64(hash ^ std::hash<float>{}(x));
+        }
+        entries.push_back({hash, t});
+    }
+    std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+        return std::tie(a.hash, a.triangle) < std::tie(b.hash, b.triangle);
+    });
+    std::vector<bool> repeated(scene.triangle_count(), false);
+    for (std::size_t i = 1; i < entries.size(); ++i) {
+        repeated[entries[i].triangle] =
+            entries[i].hash == entries[i - 1].hash &&
+            corners(entries[i].triangle) == corners(entries[i - 1].triangle);
+    }
+    return repeated;
+}
+
+RTCIntersectContext incoherent_context() {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+    return context;
+}
+
+}  // namespace
+
+struct RayScene::Embree {
+    RTCDevice device = nullptr;
+    RTCScene scene = nullptr;
+    std::vector<std::uint32_t> first_triangle;  // of each geometry
+    std::vector<std::vector<Vec3>> vertices;    // of each geometry, in the world
+    unsigned next_id = 0;
+
+    Embree() : device(rtcNewDevice("threads=1,set_affinity=0,hugepages=1")) {
+        if (!device) throw Error("Embree: cannot start; an x86-64 processor with SSE2 is needed");
+        scene = rtcNewScene(device);
+    }
+    ~Embree() {
+        rtcReleaseScene(scene);
+        rtcReleaseDevice(device);
+    }
+    Embree(const Embree&) = delete;
+    Embree& operator=(const Embree&) = delete;
+
+    /// Adds an object without the triangles that `is_left_out` holds for.
+    template <class IsLeftOut>
+    void add(const Object& object, const std::vector<Vec3>& world, const IsLeftOut& is_left_out) {
+        RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+        rtcSetGeometryBuildQuality(geometry,
+                                   object.path ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_MEDIUM);
+        auto* vertex_buffer = static_cast<float*>(
+            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                    3 * sizeof(float), world.size()));
+        auto* index_buffer = static_cast<std::uint32_t*>(
+            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                    3 * sizeof(std::uint32_t), object.triangles.size()));
+        copy_vertices(world, vertex_buffer);
+        // Embree ignores triangles whose vertices are not there.
+        constexpr std::array<std::uint32_t, 3> kIgnored{~0U, ~0U, ~0U};
+        for (std::size_t t = 0; t < object.triangles.size(); ++t) {
+            const auto& triangle = is_left_out(t) ? kIgnored : object.triangles[t];
+            index_buffer = std::copy(triangle.begin(), triangle.end(), index_buffer);
+        }
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometryByID(scene, geometry, next_id++);
+        rtcReleaseGeometry(geometry);
+    }
+
+    static void copy_vertices(const std::vector<Vec3>& world, float* buffer) {
+        for (const Vec3& v : world) {
+            *buffer++ = v.x;
+            *buffer++ = v.y;
+            *buffer++ = v.z;
+        }
+    }
+};
+
+RayScene::RayScene(const Scene& scene, double time_s)
+    : embree_(std::make_unique<Embree>()), objects_(scene.objects), materials_(scene.materials) {
+    bool any_moves = false;
+    for (std::uint32_t o = 0; o < objects_.size(); ++o) {
+        const Object& object = objects_[o];
+        any_moves |= object.path.has_value();
+        embree_->first_triangle.push_back(static_cast<std::uint32_t>(triangles_.size()));
+        embree_->vertices.push_back(object.world_vertices(time_s));
+        triangles_.resize(triangles_.size() + object.triangles.size());
+        surfaces_.resize(triangles_.size());
+        update_triangles(o);
+    }
+    const std::vector<bool> repeated = find_repeated(*this);
+    for (std::uint32_t o = 0; o < objects_.size(); ++o) {
+        const Object& object = objects_[o];
+        embree_->add(object, embree_->vertices[o],
+                     [&](std::size_t t) { return repeated[embree_->first_triangle[o] + t]; });
+        if (!object.path) {
+            // Only moving objects are needed again, for their local vertices.
+            objects_[o].vertices.clear();
+            objects_[o].vertices.shrink_to_fit();
+        }
+    }
+    rtcSetSceneFlags(embree_->scene, any_moves ? RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC
+                                               : RTC_SCENE_FLAG_ROBUST);
+    rtcCommitScene(embree_->scene);
+    update_few();
+}
+
+RayScene::~RayScene() = default;
+
+void RayScene::update_triangles(std::uint32_t o) {
+    const Object& object = objects_[o];
+    const std::vector<Vec3>& vertices = embree_->vertices[o];
+    for (std::size_t t = 0; t < object.triangles.size(); ++t) {
+        Triangle& triangle = triangles_[embree_->first_triangle[o] + t];
+        for (std::size_t k = 0; k < 3; ++k) triangle.vertices[k] = vertices[object.triangles[t][k]];
+        const Vec3 n = glm::cross(triangle.vertices[1] - triangle.vertices[0],
+                                  triangle.vertices[2] - triangle.vertices[0]);
+        const float twice_area = glm::length(n);
+        triangle.normal = twice_area > 0 ? n / twice_area : Vec3(0);
+        triangle.material = object.triangle_materials[t];
+        triangle.object = o;
+        surfaces_[embree_->first_triangle[o] + t] = {triangle.normal, triangle.material};
+    }
+}
+
+void RayScene::update_few() {
+    if (triangles_.size() > FewTriangles::kMost) return;
+    std::vector<FewTriangles::Vertices> vertices;
+    for (const Triangle& triangle : triangles_) vertices.push_back(triangle.vertices);
+    few_.emplace(vertices);
+}
+
+float RayScene::move(double time_s) {
+    float moved_m = 0;
+    for (std::uint32_t o = 0; o < objects_.size(); ++o) {
+        if (!objects_[o].path) continue;
+        std::vector<Vec3> world = objects_[o].world_vertices(time_s);
+        float object_moved_m = 0;
+        for (std::size_t v = 0; v < world.size(); ++v) {
+            object_moved_m =
+                std::max(object_moved_m, glm::distance(world[v], embree_->vertices[o][v]));
+        }
+        if (object_moved_m == 0) continue;
+        moved_m = std::max(moved_m, object_moved_m);
+        embree_->vertices[o] = std::move(world);
+        update_triangles(o);
+        RTCGeometry geometry = rtcGetGeometry(embree_->scene, o);
+        Embree::copy_vertices(embree_->vertices[o], static_cast<float*>(rtcGetGeometryBufferData(
+                                                        geometry, RTC_BUFFER_TYPE_VERTEX, 0)));
+        rtcUpdateGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0);
+        rtcCommitGeometry(geometry);
+    }
+    if (moved_m > 0) {
+        rtcCommitScene(embree_->scene);
+        update_few();
+    }
+    return moved_m;
+}
+
+void RayScene::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
+    assert(rays.size() == hits.size());
+    RayLanes lanes;
+    HitLanes found;
+    for (std::size_t first = 0; first < rays.size(); first += kLanes) {
+        const std::size_t count = std::min(kLanes, rays.size() - first);
+        for (std::size_t i = 0; i < count; ++i) {
+            lanes.origin.set(i, rays[first + i].origin);
+            lanes.direction.set(i, rays[first + i].direction);
+            lanes.max_m[i] = rays[first + i].max_m;
+        }
+        intersect(lanes, count, found);
+        for (std::size_t i = 0; i < count; ++i) {
+            hits[first + i] = {found.triangle[i], found.distance_m[i], found.u[i], found.v[i]};
+        }
+    }
+}
+
+void RayScene::intersect(const RayLanes& rays, std::size_t count, HitLanes& hits) const {
+    assert(count <= kLanes);
+    if (few_) {
+        few_->intersect(rays, count, hits);
+        return;
+    }
+    RTCIntersectContext context = incoherent_context();
+    for (std::size_t first = 0; first < count; first += kPacket) {
+        alignas(64) RTCRayHit16 packet;
+        alignas(64) int valid[kPacket];
+        const auto take = [first](const std::array<float, kLanes>& from, float* to) {
+            std::copy_n(from.data() + first, kPacket, to);
+        };
+        take(rays.origin.x, packet.ray.org_x);
+        take(rays.origin.y, packet.ray.org_y);
+        take(rays.origin.z, packet.ray.org_z);
+        take(rays.direction.x, packet.ray.dir_x);
+        take(rays.direction.y, packet.ray.dir_y);
+        take(rays.direction.z, packet.ray.dir_z);
+        take(rays.max_m, packet.ray.tfar);
+        for (std::size_t i = 0; i < kPacket; ++i) {
+            valid[i] = first + i < count ? -1 : 0;
+            packet.ray.tnear[i] = 0;
+            packet.ray.time[i] = 0;
+            packet.ray.mask[i] = ~0U;
+            packet.ray.id[i] = 0;
+            packet.ray.flags[i] = 0;
+            packet.hit.u[i] = packet.hit.v[i] = 0;  // left so where nothing is hit
+            packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+            packet.hit.primID[i] = RTC_INVALID_GEOMETRY_ID;
+            packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+        }
+        rtcIntersect16(valid, embree_->scene, &context, &packet);
+        for (std::size_t i = 0; i < kPacket; ++i) {
+            const bool any = packet.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
+            hits.triangle[first + i] =
+                any ? embree_->first_triangle[packet.hit.geomID[i]] + packet.hit.primID[i]
+                    : kNoTriangle;
+            hits.distance_m[first + i] =
+                any ? packet.ray.tfar[i] : std::numeric_limits<float>::infinity();
+            hits.u[first + i] = packet.hit.u[i];
+            hits.v[first + i] = packet.hit.v[i];
+            // What is hit is looked at next, and in large scenes lies far away in memory.
+            if (any) __builtin_prefetch(&surfaces_[hits.triangle[first + i]]);
+        }
+    }
+}
+
+void RayScene::intersect_each(std::span<const Ray> rays, std::span<Hit> hits) const {
+    assert(rays.size() == hits.size());
+    RTCIntersectContext context = incoherent_context();
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        RTCRayHit query{};
+        query.ray.org_x = rays[i].origin.x;
+        query.ray.org_y = rays[i].origin.y;
+        query.ray.org_z = rays[i].origin.z;
+        query.ray.dir_x = rays[i].direction.x;
+        query.ray.dir_y = rays[i].direction.y;
+        query.ray.dir_z = rays[i].direction.z;
+        query.ray.tfar = rays[i].max_m;
+        query.ray.mask = ~0U;
+        query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+        rtcIntersect1(embree_->scene, &context, &query);
+        hits[i] = query.hit.geomID == RTC_INVALID_GEOMETRY_ID
+                      ? Hit{}
+                      : Hit{embree_->first_triangle[query.hit.geomID] + query.hit.primID,
+                            query.ray.tfar, query.hit.u, query.hit.v};
+    }
+}
+
+bool RayScene::visible(const Vec3& from, const Vec3& to) const {
+    const Vec3 way = to - from;
+    const float distance_m = glm::length(way);
+    if (distance_m <= 2 * kOffset_m) return true;
+    RTCIntersectContext context = incoherent_context();
+    const Vec3 direction = way / distance_m;
+    RTCRay ray{};
+    ray.org_x = from.x;
+    ray.org_y = from.y;
+    ray.org_z = from.z;
+    ray.dir_x = direction.x;
+    ray.dir_y = direction.y;
+    ray.dir_z = direction.z;
+    ray.tnear = kOffset_m;
+    ray.tfar = distance_m - kOffset_m;
+    ray.mask = ~0U;
+    rtcOccluded1(embree_->scene, &context, &ray);
+    return ray.tfar >= 0;
+}
+
+Vec3 RayScene::facing_normal(const Hit& hit, const Vec3& ray_direction) const {
+    const Vec3& normal = surfaces_[hit.triangle].normal;
+    return glm::dot(normal, ray_direction) <= 0 ? normal : -normal;
+}
+
+Vec3 RayScene::point(const Hit& hit, const Vec3& ray_direction) const {
+    const auto& v = triangles_[hit.triangle].vertices;
+    const Vec3 on_surface = v[0] + hit.u * (v[1] - v[0]) + hit.v * (v[2] - v[0]);
+    return on_surface + kOffset_m * facing_normal(hit, ray_direction);
+}
+
+}  // namespace aula

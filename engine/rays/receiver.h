@@ -1,0 +1,70 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <optional>
+
+#include "engine/rays/ray_scene.h"
+
+namespace aula {
+
+/// The spheres round a point that rays are to cross: a listener's or, where a listener emits, a
+/// source's. Sphere k has the radius `radius_m` 2^(k/4); all rays but few use sphere 0. Walls may
+/// hide a part of a sphere; what the point does not see is not heard, and the rest stands for the
+/// whole.
+struct Receiver {
+    static constexpr std::size_t kSpheres = 24;
+
+    /// What a ray has of a sphere.
+    struct Chord {
+        float at_m = 0;  ///< a point of it, along the ray: its middle, or in large spheres any
+        float share_1_m2 =
+            0;  ///< its length over the sphere's volume: fluence of a ray of energy 1
+    };
+
+    Vec3 position{0};
+    float radius_m = 0.5F;
+    /// [sphere] of its volume, as seen from its middle
+    std::array<float, kSpheres> seen_share = filled(1);
+
+    /// The part of a ray's first `length_m` that a sphere detects, if any.
+    std::optional<Chord> chord(const RayScene& scene, const Vec3& origin, const Vec3& direction,
+                               float length_m, std::size_t sphere = 0) const {
+        const Vec3 to_centre = position - origin;
+        const float nearest_m = glm::dot(to_centre, direction);
+        const float sphere_m = radius_m * radius_factor(sphere);
+        const float half_chord_2 =
+            sphere_m * sphere_m - (glm::dot(to_centre, to_centre) - nearest_m * nearest_m);
+        if (half_chord_2 <= 0) return std::nullopt;
+        return chord(scene, origin, direction, length_m, sphere, nearest_m, half_chord_2);
+    }
+
+    /// 2^(sphere/4)
+    static float radius_factor(std::size_t sphere) {
+        return sphere == 0 ? 1 : std::exp2(static_cast<float>(sphere) / 4);
+    }
+
+    /// The largest sphere with at most `growth` >= 1 times the cross-section of sphere 0.
+    static std::size_t sphere_of(float growth) {
+        if (growth < 1.4142135F) return 0;
+        return std::min(static_cast<std::size_t>(2 * std::log2(growth)), kSpheres - 1);
+    }
+
+    static constexpr std::array<float, kSpheres> filled(float share) {
+        std::array<float, kSpheres> shares{};
+        for (float& s : shares) s = share;
+        return shares;
+    }
+
+ private:
+    std::optional<Chord> chord(const RayScene& scene, const Vec3& origin, const Vec3& direction,
+                               float length_m, std::size_t sphere, float nearest_m,
+                               float half_chord_2) const;
+};
+
+/// How much of its spheres a receiver sees. [propagation thread]
+Receiver make_receiver(const RayScene& scene, const Vec3& position, float radius_m);
+
+}  // namespace aula

@@ -1,0 +1,360 @@
+#include "engine/rays/room_survey.h"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <vector>
+
+#include "engine/base/sampling.h"
+
+namespace aula {
+
+namespace {
+
+constexpr int kSurveyPaths = 2048;
+constexpr int kSurveyBounces = 32;
+
+/// Pieces of a segment, which moving objects divide, in the mean of a path: who does not get out of
+/// them ends.
+constexpr int kMostPieces = 4;
+
+/// A distance from a surface that rounding does not reach at this place.
+float offset_at(const Vec3& place) { return RayScene::offset_after(2 * glm::length(place)); }
+
+/// The start of the segment after a hit: the point of the segment before that lies a little above
+/// the surface. Nothing is between that point and the segment's start, so that no walk leaves a
+/// room at an edge, or where surfaces cross at an acute angle, as one does that is moved along the
+/// normal.
+Vec3 start_after(const Vec3& begin, const Vec3& end, const Vec3& facing_normal) {
+    const Vec3 back = begin - end;
+    const float height_m = glm::dot(back, facing_normal);
+    const float share = height_m > 0 ? std::min(0.5F, offset_at(end) / height_m) : 0.5F;
+    return end + share * back;
+}
+
+/// Numbers a triangle's two sides.
+std::size_t side_of(const RayScene& scene, const Ray& ray, const Hit& hit) {
+    const bool front = glm::dot(scene.surface(hit.triangle).normal, ray.direction) <= 0;
+    return 2 * std::size_t{hit.triangle} + (front ? 1 : 0);
+}
+
+}  // namespace
+
+void flood(const RayScene& scene, std::span<const Vec3> inside, const RandomWalks& walks,
+           const std::function<void(int, const Ray&, const Hit&)>& visit) {
+    if (inside.empty()) return;
+    const auto count = static_cast<std::size_t>(walks.paths);
+    std::vector<Ray> rays(count);
+    std::vector<Vec3> begin(count);  // of the segment, before it passed through anything
+    std::vector<Hit> passed(count);  // the first that it passed through
+    std::vector<RandomStream> random(count);
+    std::vector<int> reflections(count, 0);
+    std::vector<Hit> hits(count);
+    const ScrambledSobol sobol(walks.seed);
+    for (std::size_t i = 0; i < count; ++i) {
+        random[i] = RandomStream(derive_seed(walks.seed, i));
+        rays[i] = {inside[i % inside.size()],
+                   uniform_direction(sobol.point(static_cast<std::uint32_t>(i)))};
+        begin[i] = rays[i].origin;
+    }
+    for (int piece = 0; piece < kMostPieces * walks.bounces && !rays.empty(); ++piece) {
+        hits.resize(rays.size());
+        scene.intersect(rays, hits);
+        std::size_t alive = 0;
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            const Vec3 direction = rays[i].direction;
+            if (walks.through_moving && hits[i].any() &&
+                scene.moves(scene.triangle(hits[i].triangle))) {
+                const Vec3 through = scene.facing_normal(hits[i], direction);
+                rays[alive] = {scene.point(hits[i], direction) - 2 * RayScene::kOffset_m * through,
+                               direction};
+                begin[alive] = begin[i];
+                passed[alive] = passed[i].any() ? passed[i] : hits[i];
+            } else {
+                Hit hit = hits[i].any() ? hits[i] : passed[i];
+                if (hit.any()) {
+                    hit.distance_m = glm::distance(begin[i], scene.point(hit, direction));
+                }
+                visit(reflections[i], {begin[i], direction}, hit);
+                if (!hit.any()) continue;
+                if (++reflections[i] == walks.bounces) continue;
+                const Vec3 normal = scene.facing_normal(hit, direction);
+                begin[alive] = start_after(begin[i], scene.point(hit, direction), normal);
+                rays[alive] = {begin[alive], lambert_direction(normal, random[i].uniform_2d())};
+                passed[alive] = {};
+            }
+            random[alive] = random[i];
+            reflections[alive] = reflections[i];
+            ++alive;
+        }
+        rays.resize(alive);
+        begin.resize(alive);
+        passed.resize(alive);
+        random.resize(alive);
+        reflections.resize(alive);
+    }
+}
+
+RoomSurvey survey_room(const RayScene& scene, std::span<const Vec3> inside, std::uint64_t seed) {
+    double length_m = 0;
+    std::size_t hits = 0;
+    std::size_t escaped = 0;
+    std::array<double, kBandCount> absorption{};
+    const RandomWalks walks{.paths = kSurveyPaths, .bounces = kSurveyBounces, .seed = seed};
+    flood(scene, inside, walks, [&](int, const Ray&, const Hit& hit) {
+        if (!hit.any()) {
+            ++escaped;
+            return;
+        }
+        ++hits;
+        length_m += double{hit.distance_m};
+        const Material& material = scene.material(scene.triangle(hit.triangle));
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            absorption[b] += double{material.absorption[b]};
+        }
+    });
+    RoomSurvey survey;
+    if (hits == 0) return survey;
+    survey.mean_free_path_m = length_m / static_cast<double>(hits);
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        survey.mean_absorption[b] = static_cast<float>(
+            (absorption[b] + static_cast<double>(escaped)) / static_cast<double>(hits + escaped));
+    }
+    return survey;
+}
+
+std::vector<char> connected(const RayScene& scene, const Vec3& listener,
+                            std::span<const Vec3> sources, std::uint64_t seed) {
+    RandomWalks walks{.paths = kSurveyPaths, .bounces = 2 * kSurveyBounces, .seed = seed};
+    walks.through_moving = false;
+    std::vector<char> reached;  // [side], empty until it is needed
+    const auto mark_reached = [&] {
+        reached.assign(2 * scene.triangle_count(), 0);
+        flood(scene, {&listener, 1}, walks, [&](int, const Ray& ray, const Hit& hit) {
+            if (hit.any()) reached[side_of(scene, ray, hit)] = 1;
+        });
+    };
+    const auto meets = [&](const Vec3& source, int paths) {
+        RandomWalks back = walks;
+        back.paths = paths;
+        back.seed = derive_seed(walks.seed, 1);
+        bool met = false;
+        flood(scene, {&source, 1}, back, [&](int, const Ray& ray, const Hit& hit) {
+            met = met || (hit.any() && reached[side_of(scene, ray, hit)]);
+        });
+        return met;
+    };
+    constexpr int kFirstPaths = 16;  // enough for most sources
+    std::vector<char> result(sources.size(), 1);
+    for (std::size_t s = 0; s < sources.size(); ++s) {
+        if (scene.visible(listener, sources[s])) continue;
+        if (reached.empty()) mark_reached();
+        result[s] = meets(sources[s], kFirstPaths) || meets(sources[s], walks.paths) ? 1 : 0;
+    }
+    return result;
+}
+
+namespace {
+
+constexpr int kAreaSamples = 16384;
+constexpr int kRaysPerSample = 4;
+/// Of the surface: with more the mean free path is not that of a room.
+constexpr double kMostOpen = 0.1;
+/// Relative, several standard errors of the mean free path: lengths vary by 0.6 of their mean, and
+/// there are more than 16384 of them.
+constexpr double kVolumeTolerance = 0.01;
+
+/// The volume that the triangles enclose if their surface is closed and its faces point one way:
+/// the integral of x . n is three times the volume. From the middle, where rounding is least.
+double enclosed_m3(const RayScene& scene) {
+    const glm::dvec3 origin(scene.triangle(0).vertices[0]);
+    double volume_m3 = 0;
+    for (const RayScene::Triangle& t : scene.triangles()) {
+        const glm::dvec3 a = glm::dvec3(t.vertices[0]) - origin;
+        const glm::dvec3 b = glm::dvec3(t.vertices[1]) - origin;
+        const glm::dvec3 c = glm::dvec3(t.vertices[2]) - origin;
+        volume_m3 += glm::dot(a, glm::cross(b, c)) / 6;
+    }
+    return std::abs(volume_m3);
+}
+
+/// Points on the triangles of uniform density, one in each of equal parts of the area.
+struct AreaSample {
+    std::uint32_t triangle = 0;
+    Vec3 point{0};
+};
+
+std::vector<AreaSample> sample_area(const RayScene& scene, double area_m2, RandomStream& random) {
+    std::vector<AreaSample> samples;
+    const double step_m2 = area_m2 / kAreaSamples;
+    double next_m2 = 0.5 * step_m2;
+    double passed_m2 = 0;
+    for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
+        const RayScene::Triangle& triangle = scene.triangle(t);
+        passed_m2 += double{triangle.area_m2()};
+        for (; next_m2 < passed_m2; next_m2 += step_m2) {
+            const auto at = random.uniform_2d();
+            const float root = std::sqrt(at[0]);
+            const auto& [a, b, c] = triangle.vertices;
+            samples.push_back({t, a + root * ((1 - at[1]) * (b - a) + at[1] * (c - a))});
+        }
+    }
+    return samples;
+}
+
+/// What rays from one side of a sampled point meet.
+struct SampleView {
+    int reached = 0;  ///< rays that end on sides that walks have reached
+    int open = 0;     ///< that escape
+    double length_m = 0;
+    int hits = 0;
+};
+
+}  // namespace
+
+RoomGeometry measure_room(const RayScene& scene, std::span<const Vec3> inside, std::uint64_t seed) {
+    RoomGeometry room;
+    std::vector<double> all_m2;  // [material]
+    double total_m2 = 0;
+    for (const RayScene::Triangle& t : scene.triangles()) {
+        if (t.material >= all_m2.size()) all_m2.resize(t.material + 1);
+        all_m2[t.material] += double{t.area_m2()};
+        total_m2 += double{t.area_m2()};
+    }
+    room.area_m2.resize(all_m2.size());
+    if (!(total_m2 > 0)) return room;
+
+    const RandomWalks walks{.paths = kSurveyPaths,
+                            .bounces = 2 * kSurveyBounces,
+                            .seed = seed,
+                            .through_moving = false};
+    std::vector<char> reached(2 * scene.triangle_count(), 0);
+    bool tight = true;
+    flood(scene, inside, walks, [&](int, const Ray& ray, const Hit& hit) {
+        tight = tight && hit.any();
+        if (hit.any()) reached[side_of(scene, ray, hit)] = 1;
+    });
+    RandomStream random(derive_seed(seed, 1));
+    std::vector<int> sampled(all_m2.size());
+    std::vector<int> counted(all_m2.size());
+    SampleView sum;
+    for (const AreaSample& sample : sample_area(scene, total_m2, random)) {
+        const RayScene::Triangle& triangle = scene.triangle(sample.triangle);
+        ++sampled[triangle.material];
+        for (const float side : {1.0F, -1.0F}) {
+            const Vec3 normal = side * triangle.normal;
+            // Of faces that coincide the one counts that rays meet.
+            std::array<Ray, kRaysPerSample + 1> rays;
+            const float offset_m = offset_at(sample.point);
+            const Vec3 origin = sample.point + offset_m * normal;
+            rays[0] = {origin, -normal, 2 * offset_m};
+            for (std::size_t i = 1; i < rays.size(); ++i)
+                rays[i] = {origin, lambert_direction(normal, random.uniform_2d())};
+            std::array<Hit, kRaysPerSample + 1> hits;
+            scene.intersect(rays, hits);
+            if (hits[0].triangle != sample.triangle) continue;
+            SampleView view;
+            for (std::size_t i = 1; i < rays.size(); ++i) {
+                if (!hits[i].any()) {
+                    ++view.open;
+                    continue;
+                }
+                ++view.hits;
+                view.length_m += double{hits[i].distance_m};
+                view.reached += reached[side_of(scene, rays[i], hits[i])];
+            }
+            // A face may go on outside the room, and the walks may miss small ones.
+            const bool itself = reached[2 * std::size_t{sample.triangle} + (side > 0 ? 1 : 0)] != 0;
+            if (view.reached < (itself ? 1 : 2) || (tight && view.open > 0)) continue;
+            ++counted[triangle.material];
+            sum.open += view.open;
+            sum.hits += view.hits;
+            sum.length_m += view.length_m;
+        }
+    }
+    if (sum.hits == 0) return room;
+    for (std::size_t m = 0; m < all_m2.size(); ++m) {
+        if (sampled[m] > 0) room.area_m2[m] = all_m2[m] * counted[m] / sampled[m];
+        room.surface_m2 += room.area_m2[m];
+    }
+    room.open_share = static_cast<double>(sum.open) / (sum.open + sum.hits);
+    room.field.mean_free_path_m = sum.length_m / sum.hits;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        double absorbing_m2 = 0;
+        for (std::size_t m = 0; m < room.area_m2.size(); ++m) {
+            absorbing_m2 += room.area_m2[m] *
+                            double{scene.material(static_cast<std::uint32_t>(m)).absorption[b]};
+        }
+        room.field.mean_absorption[b] = static_cast<float>(
+            room.open_share + (1 - room.open_share) * absorbing_m2 / room.surface_m2);
+    }
+    if (room.open_share > kMostOpen) return room;
+    // l = 4 V / S, openings included in S.
+    const double volume_m3 =
+        room.field.mean_free_path_m * room.surface_m2 / (1 - room.open_share) / 4;
+    const double exact_m3 = enclosed_m3(scene);
+    const bool agrees = std::abs(exact_m3 - volume_m3) < kVolumeTolerance * volume_m3;
+    room.volume_m3 = agrees ? exact_m3 : volume_m3;
+    return room;
+}
+
+double escape_per_reflection(const RayScene& scene, std::span<const Vec3> inside,
+                             std::uint64_t seed) {
+    constexpr RandomWalks kWalks{.paths = 4096, .bounces = 32};
+    RandomWalks walks = kWalks;
+    walks.seed = seed;
+    double segments = 0;
+    double escaped = 0;
+    flood(scene, inside, walks, [&](int, const Ray&, const Hit& hit) {
+        ++segments;
+        escaped += hit.any() ? 0 : 1;
+    });
+    return segments > 0 ? escaped / segments : 0;
+}
+
+std::vector<char> outside_room(const RayScene& scene, std::span<const Vec3> places,
+                               std::uint64_t seed) {
+    constexpr int kPaths = 64;
+    constexpr double kFew = 0.25;  // of the reflections from the best place
+    std::vector<int> reflections;
+    for (const Vec3& place : places) {
+        int count = 0;
+        flood(scene, {&place, 1}, {.paths = kPaths, .bounces = kSurveyBounces, .seed = seed},
+              [&](int, const Ray&, const Hit& hit) { count += hit.any() ? 1 : 0; });
+        reflections.push_back(count);
+    }
+    std::vector<char> outside;
+    const int most =
+        reflections.empty() ? 0 : *std::max_element(reflections.begin(), reflections.end());
+    for (const int count : reflections) outside.push_back(count < kFew * most ? 1 : 0);
+    return outside;
+}
+
+Bands sabine_time_s(const RoomSurvey& survey, const Medium& medium) {
+    const double c = double{medium.speed_of_sound_m_s()};
+    const Bands attenuation = medium.attenuation_per_m();
+    Bands time_s;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        // Energy falls as exp(-(m + a / l) c t).
+        const double per_m =
+            double{attenuation[b]} + double{survey.mean_absorption[b]} / survey.mean_free_path_m;
+        time_s[b] = static_cast<float>(6 * std::log(10.0) / (c * per_m));
+    }
+    return time_s;
+}
+
+Bands reverberation_time_s(const RoomSurvey& survey, const Medium& medium) {
+    Bands time_s;
+    if (!(survey.mean_free_path_m > 0)) return time_s;
+    const double c = double{medium.speed_of_sound_m_s()};
+    const Bands attenuation = medium.attenuation_per_m();
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        // Eyring with the mean free path l: energy falls as exp(-(m - ln(1 - a) / l) c t).
+        const double per_m = double{attenuation[b]} -
+                             std::log1p(-std::min(0.999, double{survey.mean_absorption[b]})) /
+                                 survey.mean_free_path_m;
+        time_s[b] = static_cast<float>(std::min(100.0, 6 * std::log(10.0) / (c * per_m + 1e-9)));
+    }
+    return time_s;
+}
+
+}  // namespace aula

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <limits>
+#include <vector>
+
+#include "engine/rays/ray_scene.h"
+
+namespace aula {
+
+/// The planes that a scene's triangles lie in. Coplanar triangles share one, whichever way they
+/// face: those within 0.1 degrees and 1 mm of the largest among them. A plane of a moving object
+/// moves with it and keeps its index. [propagation thread]
+class ScenePlanes {
+ public:
+    using Point = glm::dvec3;
+
+    struct Plane {
+        Point normal{0};
+        double offset_m = 0;                               ///< dot(normal, x) on the plane
+        Vec3 low{std::numeric_limits<float>::infinity()};  ///< bounds of its triangles
+        Vec3 high{-std::numeric_limits<float>::infinity()};
+        bool reflects = false;        ///< some of it in some band, specularly
+        std::uint32_t reference = 0;  ///< the triangle that defines it
+        std::uint32_t object = 0;     ///< that all its triangles belong to, or kManyObjects
+
+        /// Signed distance of a point.
+        double distance_m(const Point& p) const;
+        Point mirror(const Point& p) const { return p - 2 * distance_m(p) * normal; }
+    };
+
+    static constexpr std::uint32_t kNoPlane = std::numeric_limits<std::uint32_t>::max();
+
+    explicit ScenePlanes(const RayScene& scene);
+
+    /// Follows RayScene::move; objects move rigidly. Adds planes where an object leaves a plane
+    /// that it shared.
+    void scene_moved();
+
+    std::size_t count() const { return planes_.size(); }
+    const Plane& operator[](std::uint32_t plane) const { return planes_[plane]; }
+
+    /// The plane of a triangle, kNoPlane if that is degenerate.
+    std::uint32_t of_triangle(std::uint32_t triangle) const { return plane_of_triangle_[triangle]; }
+
+ private:
+    static constexpr std::uint32_t kManyObjects = std::numeric_limits<std::uint32_t>::max();
+
+    struct PlacedObject {
+        std::uint32_t first_triangle = 0;
+        std::uint32_t end_triangle = 0;
+        std::array<Vec3, 3> vertices{};  ///< of its first triangle, where the planes know it
+    };
+
+    void merge();
+    void include(Plane& plane, std::uint32_t triangle) const;
+    void follow(std::uint32_t object);
+
+    const RayScene& scene_;
+    std::vector<Plane> planes_;
+    std::vector<std::uint32_t> plane_of_triangle_;
+    std::vector<PlacedObject> objects_;
+};
+
+}  // namespace aula

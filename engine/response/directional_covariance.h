@@ -1,0 +1,40 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "engine/scene/scene.h"
+
+namespace aula {
+
+/// Mixes independent noises into the channels of an ambisonic field (ACN, SN3D) that arrives from
+/// all around with a given mean direction. Immutable. [propagation thread]
+class ArrivalField {
+ public:
+    explicit ArrivalField(int order);
+
+    std::size_t channels() const { return channels_; }
+    /// Elements of a lower triangle with its diagonal, row by row.
+    std::size_t triangle() const { return channels_ * (channels_ + 1) / 2; }
+
+    /// The lower triangle L with which L n has the covariance of the field per unit energy, if n
+    /// are noises of unit variance, one a channel; the first channel (W) is n's first. `mean` is
+    /// the energy-weighted mean of the unit directions: of length 1 for one direction, 0 for a
+    /// diffuse field.
+    void mixing(const Vec3& mean, float* triangle) const;
+
+ private:
+    struct Term {
+        std::uint32_t harmonic;
+        double factor;
+    };
+
+    int order_;
+    std::size_t channels_;
+    std::vector<std::vector<Term>> products_;   ///< [pair of channels, as in a triangle]
+    std::vector<std::vector<double>> moments_;  ///< [length of the mean][order of harmonic]
+};
+
+}  // namespace aula

@@ -1,0 +1,52 @@
+#include "engine/response/octave_bank.h"
+
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+namespace aula {
+// A Butterworth low-pass and high-pass of odd order N at the same edge are half the sum and half
+// the difference of two all-passes U and V that share the poles -cos(k pi/N) +- j sin(k pi/N),
+// k = 0..(N-1)/2: U has the even k (with the real pole), V the odd ones. Then
+//     |LP|^2 + |HP|^2 = (|U + V|^2 + |U - V|^2) / 4 = (|U|^2 + |V|^2) / 2 = 1
+// whatever the rounding of the poles, and LP + HP = U. The edges split in ascending order, each
+// what the one before left above it, so the powers of all bands sum to 1. Every band below an edge
+// also passes that edge's U: then the sum of all bands is the product of all U, an all-pass.
+OctaveBank::OctaveBank(double sample_rate_hz) {
+    assert(sample_rate_hz > 0);
+    for (std::size_t b = 0; b + 1 < kBandCount; ++b) {
+        const double edge_hz = 1000 * std::pow(2.0, static_cast<double>(b) - 3.5);
+        if (edge_hz >= sample_rate_hz / 2) break;
+        // The bilinear transform of an analog pole s: z = (1 + w s)/(1 - w s), w prewarped.
+        const double w = std::tan(std::numbers::pi * edge_hz / sample_rate_hz);
+        Edge edge;
+        edge.u.real.a1 = -(1 - w) / (1 + w);
+        for (int k = 1; k <= kOrder / 2; ++k) {
+            const double c = std::cos(k * std::numbers::pi / kOrder);
+            const double d = 1 + 2 * w * c + w * w;
+            const AllPass2 pair{2 * (w * w - 1) / d, (1 - 2 * w * c + w * w) / d};
+            const auto i = static_cast<std::size_t>(k - 1) / 2;
+            (k % 2 == 0 ? edge.u.pairs[i] : edge.v.pairs[i]) = pair;
+        }
+        edge.below.assign(b, edge.u);
+        edges_.push_back(edge);
+    }
+}
+
+std::array<double, kBandCount> OctaveBank::process(double x) {
+    std::array<double, kBandCount> bands{};
+    for (std::size_t b = 0; b < edges_.size(); ++b) {
+        Edge& edge = edges_[b];
+        for (std::size_t lower = 0; lower < b; ++lower) {
+            bands[lower] = edge.below[lower].process(bands[lower]);
+        }
+        const double u = edge.u.process(x);
+        const double v = edge.v.process(x);
+        bands[b] = (u + v) / 2;
+        x = (u - v) / 2;
+    }
+    bands[edges_.size()] = x;
+    return bands;
+}
+
+}  // namespace aula

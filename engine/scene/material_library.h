@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "engine/scene/scene.h"
+
+namespace aula {
+
+/// A material that ships with Aula.
+struct LibraryMaterial {
+    Material material;
+    std::string source;  ///< the book or measurement, and what of it is an estimate
+};
+
+/// All materials that ship with Aula, sorted by name. They are part of the library file: nothing
+/// is read from disk. engine/scene/materials.json is the list.
+std::vector<LibraryMaterial> material_library();
+
+}  // namespace aula

@@ -1,0 +1,124 @@
+#include "engine/scene/scene.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
+#include <iterator>
+
+namespace aula {
+namespace {
+
+struct EstimatorName {
+    Estimator estimator;
+    const char* name;
+};
+
+constexpr EstimatorName kEstimatorNames[] = {
+    {Estimator::pt, "pt"},
+    {Estimator::dpc_published, "dpc-published"},
+    {Estimator::dpc, "dpc"},
+    {Estimator::patch, "patch"},
+};
+
+Pose interpolate(const Pose& a, const Pose& b, float weight) {
+    const auto mix = [weight](const auto& x, const auto& y) { return x + weight * (y - x); };
+    return {mix(a.position, b.position), mix(a.yaw_rad, b.yaw_rad), mix(a.pitch_rad, b.pitch_rad),
+            mix(a.roll_rad, b.roll_rad)};
+}
+
+}  // namespace
+
+// Yaw turns x towards y, pitch turns x towards z, roll turns y towards z; roll is applied first.
+// The columns are where the local axes come to lie.
+glm::mat3 Pose::rotation() const {
+    const float cy = std::cos(yaw_rad), sy = std::sin(yaw_rad);
+    const float cp = std::cos(pitch_rad), sp = std::sin(pitch_rad);
+    const float cr = std::cos(roll_rad), sr = std::sin(roll_rad);
+    const glm::mat3 yaw{Vec3{cy, sy, 0}, Vec3{-sy, cy, 0}, Vec3{0, 0, 1}};
+    const glm::mat3 pitch{Vec3{cp, 0, sp}, Vec3{0, 1, 0}, Vec3{-sp, 0, cp}};
+    const glm::mat3 roll{Vec3{1, 0, 0}, Vec3{0, cr, sr}, Vec3{0, -sr, cr}};
+    return yaw * pitch * roll;
+}
+
+Pose Path::at(double time_s) const {
+    assert(!points.empty());
+    if (loop && duration_s() > 0) {
+        time_s = std::fmod(time_s, duration_s());
+        if (time_s < 0) time_s += duration_s();
+    }
+    const auto next =
+        std::upper_bound(points.begin(), points.end(), time_s,
+                         [](double time, const Point& point) { return time < point.time_s; });
+    if (next == points.begin()) return points.front().pose;
+    if (next == points.end()) return points.back().pose;
+    const Point& previous = *std::prev(next);
+    const double weight = (time_s - previous.time_s) / (next->time_s - previous.time_s);
+    return interpolate(previous.pose, next->pose, static_cast<float>(weight));
+}
+
+std::vector<Vec3> Object::world_vertices(double time_s) const {
+    const Pose pose = path ? path->at(time_s) : Pose{};
+    const glm::mat3 rotation = pose.rotation();
+    const Vec3 offset = pose.position + translation;
+    std::vector<Vec3> world = vertices;
+    for (Vec3& v : world) v = (path ? rotation * v : v) + offset;
+    return world;
+}
+
+void Bounds::add(const Vec3& point) {
+    min = glm::min(min, point);
+    max = glm::max(max, point);
+}
+
+float Bounds::diagonal_m() const { return glm::distance(min, max); }
+
+bool Bounds::contains(const Vec3& point) const {
+    return glm::all(glm::lessThanEqual(min, point)) && glm::all(glm::lessThanEqual(point, max));
+}
+
+Bounds geometry_bounds(const std::vector<Object>& objects) {
+    Bounds bounds;
+    for (const Object& object : objects) {
+        for (const Vec3& vertex : object.world_vertices(0)) bounds.add(vertex);
+        if (!object.path) continue;
+        // Paths may have as many points as meshes have vertices: the object's box moves.
+        Bounds local;
+        for (const Vec3& vertex : object.vertices) local.add(vertex);
+        Object box;
+        box.translation = object.translation;
+        box.path = object.path;
+        for (const float x : {local.min.x, local.max.x}) {
+            for (const float y : {local.min.y, local.max.y}) {
+                for (const float z : {local.min.z, local.max.z}) box.vertices.emplace_back(x, y, z);
+            }
+        }
+        for (const Path::Point& point : object.path->points) {
+            for (const Vec3& corner : box.world_vertices(point.time_s)) bounds.add(corner);
+        }
+    }
+    return bounds;
+}
+
+const char* estimator_name(Estimator estimator) {
+    const auto* entry = std::find_if(std::begin(kEstimatorNames), std::end(kEstimatorNames),
+                                     [=](const auto& e) { return e.estimator == estimator; });
+    assert(entry != std::end(kEstimatorNames));
+    return entry->name;
+}
+
+std::optional<Estimator> estimator_from_name(const std::string& name) {
+    for (const EstimatorName& entry : kEstimatorNames) {
+        if (name == entry.name) return entry.estimator;
+    }
+    return std::nullopt;
+}
+
+int Simulation::window_frames() const {
+    constexpr float kMost = 1e9F;  // fits an int
+    return static_cast<int>(std::clamp(std::round(response_time_s * frame_rate_hz), 1.0F, kMost));
+}
+
+}  // namespace aula

@@ -1,0 +1,275 @@
+#include "engine/scene/scene_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+#include <unordered_set>
+
+#include "engine/base/error.h"
+#include "engine/input/names.h"
+#include "engine/scene/scene_geometry.h"
+#include "engine/scene/scene_values.h"
+
+namespace aula {
+namespace {
+
+std::string read_text(const std::filesystem::path& file) {
+    constexpr const char* kExpected = "; expected a scene file";
+    std::error_code error;
+    if (std::filesystem::is_directory(file, error)) {
+        throw Error(file.string(), "", std::string("is a folder") + kExpected);
+    }
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream) {
+        throw Error(file.string(), "",
+                    std::string("cannot be opened, ") + std::strerror(errno) + kExpected);
+    }
+    // Not a regular file's size: the scene may come through a pipe.
+    constexpr std::size_t kMostBytes = std::size_t{256} << 20U;
+    std::string text;
+    std::array<char, 65536> part{};
+    do {
+        stream.read(part.data(), part.size());
+        text.append(part.data(), static_cast<std::size_t>(stream.gcount()));
+        if (text.size() > kMostBytes) {
+            throw Error(file.string(), "",
+                        "holds more than " + std::to_string(kMostBytes) + " bytes" + kExpected);
+        }
+    } while (stream);
+    if (stream.bad()) throw Error(file.string(), "", std::string("cannot be read") + kExpected);
+    return text;
+}
+
+// Keeps names apart: remembers where each stands.
+class UniqueNames {
+ public:
+    void add(const std::string& name, const JsonReader& json) {
+        if (!names_.insert(name).second) {
+            json.fail("duplicate name " + quoted(name) + "; expected each name once");
+        }
+    }
+
+ private:
+    std::unordered_set<std::string> names_;
+};
+
+std::vector<Object> read_geometry(const JsonReader& json, const std::filesystem::path& folder,
+                                  MaterialTable& materials, std::vector<std::string>& warnings) {
+    std::vector<Object> objects;
+    UniqueNames names;
+    for (const JsonReader& item : json.items("a list of geometry")) {
+        item.attempt([&] {
+            objects.push_back(read_object(item, folder, materials, warnings));
+            item.read("name",
+                      [&](const JsonReader& name) { names.add(objects.back().name, name); });
+        });
+    }
+    return objects;
+}
+
+Medium read_medium(const JsonReader& json) {
+    json.allow_keys({"temperature_c", "humidity_percent", "pressure_kpa", "air_absorption"});
+    constexpr NumberRange kTemperature_c{-100, 100, true, "degrees Celsius from -100 to 100"};
+    constexpr NumberRange kHumidity_percent{0, 100, true, "percent from 0 to 100"};
+    constexpr NumberRange kPressure_kpa{1, 1000, true, "kilopascals from 1 to 1000"};
+    Medium medium;
+    json.read("temperature_c",
+              [&](const JsonReader& x) { medium.temperature_c = x.real(kTemperature_c); });
+    json.read("humidity_percent",
+              [&](const JsonReader& x) { medium.humidity_percent = x.real(kHumidity_percent); });
+    json.read("pressure_kpa",
+              [&](const JsonReader& x) { medium.pressure_kpa = x.real(kPressure_kpa); });
+    json.read("air_absorption", [&](const JsonReader& x) { medium.air_absorption = x.boolean(); });
+    return medium;
+}
+
+// "position", or where the path begins; without either the origin, after an error.
+Vec3 read_position(const JsonReader& json, const std::optional<Path>& path) {
+    if (path && !json.find("position")) return path->points.front().pose.position;
+    Vec3 position(0);
+    const bool unread_path = !path && json.find("path");
+    if (unread_path && !json.find("position")) return position;
+    json.attempt([&] {
+        position = read_point(json.require("position", "a list of 3 numbers, x, y, z in metres"));
+    });
+    return position;
+}
+
+void read_signal(const JsonReader& json, const std::filesystem::path& folder, Source& source) {
+    constexpr const char* kExpected = "a sound file, \"impulse\" or \"noise\"";
+    const std::string signal = json.string(kExpected);
+    if (signal == "impulse") {
+        source.signal = Source::Signal::impulse;
+    } else if (signal == "noise") {
+        source.signal = Source::Signal::noise;
+    } else {
+        source.signal = Source::Signal::file;
+        source.signal_file = folder / signal;
+        std::error_code error;
+        if (!std::filesystem::is_regular_file(source.signal_file, error)) {
+            json.fail("no such file, " + quoted(source.signal_file.string()) + "; expected " +
+                      kExpected);
+        }
+    }
+}
+
+std::vector<Source> read_sources(const JsonReader& json, const std::filesystem::path& folder) {
+    constexpr const char* kExpected = "a list of at least one source";
+    constexpr NumberRange kGain_db{-200, 200, true, "decibels from -200 to 200"};
+    std::vector<Source> sources;
+    UniqueNames names;
+    for (const JsonReader& item : json.items(kExpected)) {
+        sources.emplace_back();
+        Source& source = sources.back();
+        source.name = "source" + std::to_string(sources.size());
+        item.attempt([&] {
+            item.allow_keys({"name", "position", "signal", "gain_db", "loop", "path"});
+            item.attempt([&] {
+                const auto name = item.find("name");
+                if (name) source.name = name->string("a name");
+                if (source.name.empty()) name->fail("an empty name; expected a name");
+                names.add(source.name, name.value_or(item));
+            });
+            item.attempt([&] { source.path = find_path(item); });
+            source.position = read_position(item, source.path);
+            item.read("signal", [&](const JsonReader& x) { read_signal(x, folder, source); });
+            item.read("gain_db", [&](const JsonReader& x) { source.gain_db = x.real(kGain_db); });
+            item.read("loop", [&](const JsonReader& x) { source.loop = x.boolean(); });
+        });
+    }
+    if (sources.empty()) json.fail(std::string("no source; expected ") + kExpected);
+    return sources;
+}
+
+Listener read_listener(const JsonReader& json) {
+    json.allow_keys({"position", "yaw_deg", "pitch_deg", "roll_deg", "path"});
+    Listener listener;
+    json.attempt([&] { listener.path = find_path(json); });
+    listener.pose = read_orientation(json, read_position(json, listener.path));
+    return listener;
+}
+
+Estimator read_estimator(const JsonReader& json) {
+    const std::vector<std::string> names{
+        estimator_name(Estimator::pt), estimator_name(Estimator::dpc_published),
+        estimator_name(Estimator::dpc), estimator_name(Estimator::patch)};
+    const std::string name = json.string("the name of an estimator");
+    if (const auto estimator = estimator_from_name(name)) return *estimator;
+    json.fail("unknown estimator " + quoted(name) + "; expected one of " + quoted_list(names));
+}
+
+Simulation read_simulation(const JsonReader& json) {
+    json.allow_keys({"estimator", "rays", "order", "response_time_s", "patch_size_m",
+                     "listener_radius_m", "frame_rate_hz", "ir_length_s", "seed", "threads",
+                     "memory_mb", "direct", "specular_order", "specular"});
+    constexpr NumberRange kResponseTime_s{0, 3600, true, "seconds from 0 to 3600"};
+    constexpr NumberRange kLength_m{0, 1e6, false, "metres above 0, at most 1e6"};
+    constexpr NumberRange kRate_hz{0, 1000, false, "frames per second above 0, at most 1000"};
+    constexpr NumberRange kIrLength_s{0, 10, false, "seconds above 0, at most 10"};
+    Simulation s;
+    json.read("estimator", [&](const JsonReader& x) { s.estimator = read_estimator(x); });
+    json.read("rays", [&](const JsonReader& x) { s.rays = x.integer(1, Simulation::kMostRays); });
+    json.read("order", [&](const JsonReader& x) { s.order = x.integer(0, 1'000'000); });
+    json.read("response_time_s",
+              [&](const JsonReader& x) { s.response_time_s = x.real(kResponseTime_s); });
+    json.read("patch_size_m", [&](const JsonReader& x) { s.patch_size_m = x.real(kLength_m); });
+    json.read("listener_radius_m",
+              [&](const JsonReader& x) { s.listener_radius_m = x.real(kLength_m); });
+    json.read("frame_rate_hz", [&](const JsonReader& x) { s.frame_rate_hz = x.real(kRate_hz); });
+    json.read("ir_length_s", [&](const JsonReader& x) { s.ir_length_s = x.real(kIrLength_s); });
+    json.read("seed", [&](const JsonReader& x) { s.seed = x.unsigned_integer(); });
+    json.read("threads", [&](const JsonReader& x) { s.threads = x.integer(1, 1024); });
+    json.read("memory_mb", [&](const JsonReader& x) { s.memory_mb = x.integer(1, 1'000'000); });
+    json.read("direct", [&](const JsonReader& x) { s.direct = x.boolean(); });
+    json.read("specular_order", [&](const JsonReader& x) {
+        s.specular_order = x.integer(0, Simulation::kHighestSpecularOrder);
+    });
+    json.read("specular", [&](const JsonReader& x) { s.specular = x.boolean(); });
+    return s;
+}
+
+std::string point_text(const Vec3& p) {
+    std::ostringstream text;
+    text << '(' << p.x << ", " << p.y << ", " << p.z << ')';
+    return text.str();
+}
+
+void warn_if_outside(const std::string& who, const JsonReader& json, const Vec3& position,
+                     const std::optional<Path>& path, const Bounds& bounds,
+                     std::vector<std::string>& warnings) {
+    std::vector<Vec3> positions;
+    if (path) {
+        for (const Path::Point& point : path->points) positions.push_back(point.pose.position);
+    } else {
+        positions.push_back(position);
+    }
+    for (const Vec3& p : positions) {
+        if (bounds.contains(p)) continue;
+        warnings.push_back(json.message(who + " is outside the geometry at " + point_text(p) +
+                                        "; the geometry's bounds are " + point_text(bounds.min) +
+                                        " to " + point_text(bounds.max)));
+        return;
+    }
+}
+
+}  // namespace
+
+SceneErrors::SceneErrors(std::vector<std::string> messages)
+    : Error(messages.front()), messages_(std::move(messages)) {}
+
+LoadedScene load_scene(const std::filesystem::path& file) {
+    const std::string name = file.string();
+    LoadedScene loaded;
+    loaded.json = parse_json(read_text(file), name);
+    JsonErrors errors;
+    const JsonReader root(loaded.json, name, &errors);
+    const std::filesystem::path folder = file.parent_path();
+    Scene& scene = loaded.scene;
+    std::vector<JsonReader> source_items;
+    std::optional<JsonReader> listener;
+    root.attempt([&] {
+        root.allow_keys({"aula", "geometry", "materials", "medium", "sources", "listener",
+                         "simulation", "expect"});
+        root.attempt([&] {
+            constexpr NumberRange kVersion{1, 1, true, "1, the version of the format"};
+            root.require("aula", kVersion.expected).number(kVersion);
+        });
+        MaterialTable materials(root.find("materials"));
+        root.read("geometry", [&](const JsonReader& geometry) {
+            scene.objects = read_geometry(geometry, folder, materials, loaded.warnings);
+        });
+        scene.materials = materials.take();
+        root.read("medium", [&](const JsonReader& x) { scene.medium = read_medium(x); });
+        root.attempt([&] {
+            constexpr const char* kSources = "a list of at least one source";
+            const JsonReader sources = root.require("sources", kSources);
+            scene.sources = read_sources(sources, folder);
+            source_items = sources.items(kSources);
+        });
+        root.attempt([&] {
+            listener = root.require("listener", "an object with the listener's position");
+            scene.listener = read_listener(*listener);
+        });
+        root.read("simulation", [&](const JsonReader& x) {
+            scene.simulation = read_simulation(x);
+            loaded.rays_given = x.find("rays").has_value();
+        });
+    });
+    if (!errors.empty()) throw SceneErrors(errors.messages(name));
+
+    if (scene.objects.empty()) return loaded;
+    const Bounds bounds = geometry_bounds(scene.objects);
+    for (std::size_t i = 0; i < scene.sources.size(); ++i) {
+        const Source& source = scene.sources[i];
+        warn_if_outside("the source " + quoted(source.name), source_items[i], source.position,
+                        source.path, bounds, loaded.warnings);
+    }
+    warn_if_outside("the listener", *listener, scene.listener.pose.position, scene.listener.path,
+                    bounds, loaded.warnings);
+    return loaded;
+}
+
+}  // namespace aula

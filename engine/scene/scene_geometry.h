@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "engine/input/json_reader.h"
+#include "engine/scene/material_library.h"
+#include "engine/scene/scene.h"
+
+namespace aula {
+
+/// The materials that a scene file can name: its own, then those that ship with Aula. Those of the
+/// library enter the scene when they are first used.
+class MaterialTable {
+ public:
+    /// `own` is the scene file's "materials", if there.
+    explicit MaterialTable(const std::optional<JsonReader>& own);
+
+    /// Index of a material in materials(), or nothing for an unknown name.
+    std::optional<std::uint32_t> find(const std::string& name);
+    /// Index of the material that a string in the scene file names. Throws Error that lists the
+    /// known names.
+    std::uint32_t require(const JsonReader& name);
+
+    /// The names that are known, the scene's own first.
+    std::vector<std::string> names() const;
+
+    std::vector<Material> take() { return std::move(materials_); }
+
+ private:
+    std::uint32_t add(Material material);
+
+    std::vector<Material> materials_;
+    std::unordered_map<std::string, std::uint32_t> indices_;  // in materials_
+    std::vector<LibraryMaterial> library_;
+};
+
+/// Reads one element of "geometry": a mesh file relative to `folder`, a box or inline faces. Adds
+/// lines to `warnings`. Throws Error.
+Object read_object(const JsonReader& json, const std::filesystem::path& folder,
+                   MaterialTable& materials, std::vector<std::string>& warnings);
+
+}  // namespace aula

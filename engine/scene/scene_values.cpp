@@ -1,0 +1,102 @@
+#include "engine/scene/scene_values.h"
+
+#include <glm/trigonometric.hpp>
+
+namespace aula {
+namespace {
+
+constexpr NumberRange kShare{0, 1, true, "a number from 0 to 1"};
+constexpr NumberRange kAngle_deg{-1e6, 1e6, true, "degrees from -1e6 to 1e6"};
+constexpr NumberRange kTime_s{0, 1e9, true, "seconds from 0 to 1e9"};
+constexpr NumberRange kCoordinate_m{-kLargestCoordinate_m, kLargestCoordinate_m, true,
+                                    "metres from -1e6 to 1e6"};
+
+float read_angle_rad(const JsonReader& json, const char* key) {
+    float angle_rad = 0;
+    json.read(key, [&](const JsonReader& x) { angle_rad = glm::radians(x.real(kAngle_deg)); });
+    return angle_rad;
+}
+
+}  // namespace
+
+Vec3 read_point(const JsonReader& json) {
+    constexpr const char* kExpected = "a list of 3 numbers, x, y, z in metres";
+    const auto items = json.items(kExpected);
+    if (items.size() != 3) {
+        json.fail("a list of " + std::to_string(items.size()) + "; expected " + kExpected);
+    }
+    Vec3 point(0);
+    for (int axis = 0; axis < 3; ++axis) {
+        const JsonReader& item = items[static_cast<std::size_t>(axis)];
+        item.attempt([&] { point[axis] = item.real(kCoordinate_m); });
+    }
+    return point;
+}
+
+Bands read_shares(const JsonReader& json) {
+    if (json.is_number()) return Bands::filled(json.real(kShare));
+    constexpr const char* kExpected = "a number or a list of 8 numbers, 63 Hz to 8 kHz";
+    const auto items = json.items(kExpected);
+    if (items.size() != kBandCount) {
+        json.fail("a list of " + std::to_string(items.size()) + "; expected " + kExpected);
+    }
+    Bands bands;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+        items[b].attempt([&] { bands[b] = items[b].real(kShare); });
+    return bands;
+}
+
+Material read_material(const std::string& name, const JsonReader& json) {
+    json.allow_keys({"absorption", "scattering", "source"});
+    Material material;
+    material.name = name;
+    json.attempt([&] {
+        material.absorption =
+            read_shares(json.require("absorption", "a number or a list of 8 numbers from 0 to 1"));
+    });
+    json.read("scattering", [&](const JsonReader& x) { material.scattering = read_shares(x); });
+    json.read("source", [](const JsonReader& x) { x.string("a text"); });
+    return material;
+}
+
+Pose read_orientation(const JsonReader& json, const Vec3& position) {
+    return {position, read_angle_rad(json, "yaw_deg"), read_angle_rad(json, "pitch_deg"),
+            read_angle_rad(json, "roll_deg")};
+}
+
+Path read_path(const JsonReader& json) {
+    json.allow_keys({"loop", "points"});
+    Path path;
+    json.read("loop", [&](const JsonReader& x) { path.loop = x.boolean(); });
+    constexpr const char* kExpected = "a list of points";
+    const JsonReader points = json.require("points", kExpected);
+    for (const JsonReader& item : points.items(kExpected)) {
+        const double before_s = path.points.empty() ? 0 : path.points.back().time_s;
+        path.points.push_back({before_s, {}});
+        Path::Point& point = path.points.back();
+        item.attempt([&] {
+            item.allow_keys({"t", "position", "yaw_deg", "pitch_deg", "roll_deg"});
+            item.attempt([&] {
+                const JsonReader time = item.require("t", kTime_s.expected);
+                point.time_s = time.number(kTime_s);
+                if (point.time_s < before_s) {
+                    time.fail("the time goes back; expected at least the time of the point before");
+                }
+            });
+            Vec3 position(0);
+            item.attempt([&] {
+                position = read_point(item.require("position", "a list of 3 numbers in metres"));
+            });
+            point.pose = read_orientation(item, position);
+        });
+    }
+    if (path.points.empty()) points.fail("an empty path; expected at least one point");
+    return path;
+}
+
+std::optional<Path> find_path(const JsonReader& json) {
+    const auto path = json.find("path");
+    return path ? std::optional(read_path(*path)) : std::nullopt;
+}
+
+}  // namespace aula

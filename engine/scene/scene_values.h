@@ -1,0 +1,33 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "engine/input/json_reader.h"
+#include "engine/scene/scene.h"
+
+namespace aula {
+
+// The small values that scene files are made of. All throw Error at the place of what is wrong.
+
+inline constexpr double kLargestCoordinate_m = 1e6;
+
+/// A list of 3 numbers in metres, each at most kLargestCoordinate_m.
+Vec3 read_point(const JsonReader& json);
+
+/// One number for all bands or a list of 8, each 0 to 1.
+Bands read_shares(const JsonReader& json);
+
+/// {"absorption", "scattering", "source"}; scattering is 0.1 if absent, the source a remark.
+Material read_material(const std::string& name, const JsonReader& json);
+
+/// Yaw, pitch and roll from "yaw_deg", "pitch_deg", "roll_deg", each 0 if absent.
+Pose read_orientation(const JsonReader& json, const Vec3& position);
+
+/// {"loop", "points": [{"t", "position", "yaw_deg", "pitch_deg", "roll_deg"}]}.
+Path read_path(const JsonReader& json);
+
+/// The member "path" of an object, if there.
+std::optional<Path> find_path(const JsonReader& json);
+
+}  // namespace aula

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "engine/base/band_vector.h"
+#include "engine/base/bands.h"
+
+namespace aula {
+
+/// Diffusely leaving energy s (1 - alpha) E at one reflection of a ray that started with energy 1.
+/// Millions are written, kept and read again, so each is as short as it can be: whole units, one
+/// exponent for all bands and 15 bits for each, rounded at random so that no band is louder or
+/// quieter in the mean, however far below the strongest.
+struct Deposit {
+    /// Of a ray's first energy.
+    static constexpr double kUnit = 0x1p-34;
+
+    std::array<std::uint16_t, kBandCount> mantissa{};
+    std::uint32_t patch = 0;
+    std::uint16_t bin = 0;      ///< of TimeBins, by the ray's own length
+    std::uint8_t ray = 0;       ///< of its batch
+    std::uint8_t exponent = 0;  ///< units are mantissa * 2^exponent
+
+    /// `u` is uniform in [0, 1) and has nothing to do with the energies, which are below 2^16.
+    void set_energy(const BandVector& energy, float u) {
+        const float strongest = max_of_bands(energy)[0];
+        const std::int32_t log2 = (std::bit_cast<std::int32_t>(strongest) >> 23) - 127;
+        // The strongest is below 2^15, so that rounding cannot take it to 2^16.
+        const std::int32_t shift = std::max(0, log2 + 1 + 34 - 15);
+        const auto scale = std::bit_cast<float>((34 - shift + 127) << 23);
+        const auto whole = __builtin_convertvector(energy * scale + u, BandIntegers);
+        const auto parts = __builtin_convertvector(whole, Mantissas);
+        std::memcpy(mantissa.data(), &parts, sizeof parts);
+        exponent = static_cast<std::uint8_t>(shift);
+    }
+
+    BandSums units() const {
+        Mantissas parts;
+        std::memcpy(&parts, mantissa.data(), sizeof parts);
+        return __builtin_convertvector(parts, BandSums) << std::int64_t{exponent};
+    }
+
+    bool empty() const {
+        std::uint64_t halves[2];
+        std::memcpy(halves, mantissa.data(), sizeof halves);
+        return (halves[0] | halves[1]) == 0;
+    }
+
+ private:
+    using Mantissas = std::uint16_t __attribute__((vector_size(16)));
+};
+
+static_assert(sizeof(Deposit) == 24);
+
+/// Deposits of several parts of the patches, in the order in which they came. Threads add one part
+/// each to its patches' sums, so that no two meet and none looks through what is another's.
+struct DepositParts {
+    static constexpr std::uint32_t kCount = 8;
+
+    std::array<std::vector<Deposit>, kCount> part;
+
+    static std::uint32_t part_of(std::uint32_t patch) { return patch % kCount; }
+
+    void add(const Deposit& deposit) {
+        std::vector<Deposit>& all = part[part_of(deposit.patch)];
+        // Frames are kept: no more memory than they need.
+        if (all.size() == all.capacity()) all.reserve(all.size() + all.size() / 8 + 8);
+        all.push_back(deposit);
+    }
+
+    void clear() {
+        for (std::vector<Deposit>& all : part) all.clear();
+    }
+
+    std::size_t memory_bytes() const {
+        std::size_t bytes = 0;
+        for (const std::vector<Deposit>& all : part) bytes += all.capacity() * sizeof(Deposit);
+        return bytes;
+    }
+};
+
+}  // namespace aula

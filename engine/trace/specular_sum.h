@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+
+#include "engine/response/energy_response.h"
+#include "engine/trace/path_tracer.h"
+#include "engine/trace/specular_paths.h"
+
+namespace aula {
+
+/// What one listener has detected of the legs of one source's rays, since the place of either or
+/// the scene last changed. Paths that an image source may count are kept apart by their sequence of
+/// planes: each counts while that is no candidate. [propagation thread]
+class SpecularSum {
+ public:
+    explicit SpecularSum(const EnergyResponse& empty) : sum_(empty) {}
+
+    /// Forgets everything.
+    void clear();
+
+    /// Adds rays that were emitted, then what was detected of them.
+    void add_rays(std::uint64_t rays) { rays_ += rays; }
+    void add(const LegSound& sound, const Bands& energy, float length_m);
+
+    /// Adds the mean over all rays to a response.
+    void add_to(const SpecularPaths& images, EnergyResponse& response) const;
+
+    std::uint64_t rays() const { return rays_; }
+
+    /// True if no more sequences should be kept; clear() and begin again with the newest rays.
+    bool full() const { return by_sequence_.size() >= kMostSequences; }
+
+ private:
+    static constexpr std::size_t kMostSequences = 1 << 14;
+
+    struct Detected {
+        Bands energy;
+        Vec3 direction{0};  ///< sum of energies of all bands times directions
+        double length_m = 0;
+        double count = 0;
+    };
+
+    EnergyResponse sum_;  ///< of the paths that no image source counts
+    std::map<std::uint64_t, Detected> by_sequence_;
+    std::uint64_t rays_ = 0;
+};
+
+}  // namespace aula

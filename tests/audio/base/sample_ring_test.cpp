@@ -1,0 +1,44 @@
+#include "audio/base/sample_ring.h"
+
+#include <array>
+#include <catch2/catch.hpp>
+#include <thread>
+
+using aula::SampleRing;
+
+TEST_CASE("What finds no room in the ring is left out as a whole") {
+    SampleRing ring(8);
+    const std::array<float, 5> five{1, 2, 3, 4, 5};
+    CHECK(ring.write(five));
+    CHECK_FALSE(ring.write(five));
+    std::array<float, 16> out{};
+    CHECK(ring.read(out) == 5);
+    CHECK(out[4] == 5);
+    CHECK(ring.read(out) == 0);
+    CHECK(ring.write(five));  // over the end of the memory
+    CHECK(ring.read(std::span(out).first(3)) == 3);
+    CHECK(ring.read(out) == 2);
+    CHECK(out[1] == 5);
+}
+
+TEST_CASE("Between two threads every sample that was written is read once, in order") {
+    SampleRing ring(256);
+    constexpr int kSamples = 300'000;
+    std::thread writer([&] {
+        for (int next = 0; next < kSamples;) {
+            std::array<float, 7> block{};
+            for (std::size_t i = 0; i < block.size(); ++i)
+                block[i] = static_cast<float>(next + static_cast<int>(i));
+            if (ring.write(block)) next += static_cast<int>(block.size());
+        }
+    });
+    int wrong = 0;
+    int next = 0;
+    std::array<float, 100> out{};
+    while (next < kSamples) {
+        const std::size_t count = ring.read(out);
+        for (std::size_t i = 0; i < count; ++i, ++next) wrong += out[i] != static_cast<float>(next);
+    }
+    writer.join();
+    CHECK(wrong == 0);
+}

@@ -1,0 +1,205 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <vector>
+
+#include "audio/convolution/convolver.h"
+#include "tests/audio/convolution/convolution.h"
+
+using namespace aula;
+using namespace aula::test;
+
+namespace {
+
+constexpr std::size_t kFade = 512;
+
+// Rounding, as for the convolver without exchanges.
+constexpr double kRounding = 1e-5;
+
+}  // namespace
+
+TEST_CASE("Before the first filter the output is zero, then it fades in from silence") {
+    const ConvolutionShape shape{1, 1, 64, 500};
+    const std::vector<PartitionLevel> levels = partition_levels(shape);
+    const Signals inputs = random_signals(1, 4000, 2);
+    const Responses responses = random_responses(shape, 500, 200);
+    const ConvolutionFilter filter = make_filter(shape, responses);
+    Convolver convolver(shape, kFade);
+    Signals outputs(1, Signal(4000));
+    run(convolver, inputs, outputs, 0, 700, {64, 13});
+    CHECK(outputs[0] == Signal(4000));
+    convolver.exchange(&filter);
+    CHECK(convolver.fading());
+    run(convolver, inputs, outputs, 700, 4000, {64, 13});
+    ExactSignals expected{std::vector<double>(4000)};
+    const ExchangePlan plan(levels, kFade, {0, 700});
+    for (std::size_t l = 0; l < levels.size(); ++l) {
+        const ExactSignals part =
+            direct(inputs, part_of(responses, levels[l].first_tap, levels[l].end_tap()));
+        for (std::size_t n = 0; n < 4000; ++n) {
+            expected[0][n] += plan.weight(l, 1, n) * part[0][n];
+        }
+    }
+    CHECK(worst_error(outputs, expected) < kRounding);
+}
+
+TEST_CASE("An exchange is the old convolution fading out plus the new one fading in, by levels") {
+    const ConvolutionShape shape{2, 2, 64, 9000};
+    const std::vector<PartitionLevel> levels = partition_levels(shape);
+    REQUIRE(levels.size() == 3);
+    const std::vector<std::size_t> calls =
+        GENERATE(std::vector<std::size_t>{64}, std::vector<std::size_t>{50, 64, 3});
+    // At boundaries of partitions and within them; the last level cannot take all of them.
+    const std::vector<std::size_t> at{0, 5120, 5700, 6800, 8000, 12288, 13000};
+    const std::size_t samples = 24000;
+    const Signals inputs = random_signals(2, samples, 3);
+    std::vector<Responses> responses;
+    std::vector<ConvolutionFilter> filters;
+    FilterTransform transform(shape);
+    for (unsigned k = 0; k < at.size(); ++k) {
+        responses.push_back(random_responses(shape, k % 2 == 0 ? 9000 : 4000, 300 + 10 * k));
+        // Some parts stay: those are not faded, which comes to the same.
+        if (k == 3) {
+            responses[3] = responses[2];
+            for (float& x : responses[3][0][1]) x = -x;
+        }
+        filters.emplace_back(shape);
+        fill(transform, responses[k], filters[k]);
+    }
+    Convolver convolver(shape, kFade);
+    Signals outputs(2, Signal(samples));
+    for (std::size_t k = 0; k < at.size(); ++k) {
+        convolver.exchange(&filters[k]);
+        run(convolver, inputs, outputs, at[k], k + 1 < at.size() ? at[k + 1] : samples, calls);
+    }
+    CHECK_FALSE(convolver.fading());
+
+    // [level][filter] would be large: summed up one by one, for the plan and for hard exchanges.
+    const ExchangePlan plan(levels, kFade, at);
+    const ExchangePlan hard(levels, 0, at);
+    ExactSignals expected(2, std::vector<double>(samples));
+    ExactSignals swapped = expected;
+    for (std::size_t l = 0; l < levels.size(); ++l) {
+        for (std::size_t k = 0; k < at.size(); ++k) {
+            const ExactSignals part =
+                direct(inputs, part_of(responses[k], levels[l].first_tap, levels[l].end_tap()));
+            for (std::size_t o = 0; o < 2; ++o) {
+                for (std::size_t n = 0; n < samples; ++n) {
+                    expected[o][n] += plan.weight(l, k, n) * part[o][n];
+                    swapped[o][n] += hard.weight(l, k, n) * part[o][n];
+                }
+            }
+        }
+    }
+    CHECK(worst_error(outputs, expected) < kRounding);
+    CHECK(worst_error(outputs, swapped) > 0.1);
+}
+
+TEST_CASE("A filter is used until every level has let go of it, and of many the newest is heard") {
+    const ConvolutionShape shape{1, 1, 128, 20000};
+    const std::vector<PartitionLevel> levels = partition_levels(shape);
+    REQUIRE(levels.size() == 3);
+    const std::size_t longest = levels.back().size;
+    std::vector<ConvolutionFilter> filters;
+    for (unsigned k = 0; k < 12; ++k) {
+        filters.push_back(make_filter(shape, random_responses(shape, 20000, 600 + k)));
+    }
+    Convolver convolver(shape, kFade);
+    const Signals inputs = random_signals(1, 64000, 5);
+    Signals outputs(1, Signal(64000));
+    std::size_t now = 0;
+    std::size_t most = 0;
+    for (const ConvolutionFilter& filter : filters) {
+        convolver.exchange(&filter);
+        for (std::size_t i = 0; i < kFade / 128; ++i, now += 128) {
+            run(convolver, inputs, outputs, now, now + 128, {128});
+            const auto used = [&](const ConvolutionFilter& f) { return convolver.uses(&f); };
+            most = std::max(most, static_cast<std::size_t>(
+                                      std::count_if(filters.begin(), filters.end(), used)));
+        }
+    }
+    CHECK(most > 2);
+    CHECK(most <= convolver.most_filters());
+    // A frame until it is taken, a frame in which it is computed.
+    const std::size_t settled = (now / longest + 3) * longest;
+    run(convolver, inputs, outputs, now, settled, {128});
+    for (std::size_t k = 0; k < filters.size(); ++k) {
+        CAPTURE(k);
+        CHECK(convolver.uses(&filters[k]) == (k + 1 == filters.size()));
+    }
+    run(convolver, inputs, outputs, settled, 64000, {128});
+    const ExactSignals expected = direct(inputs, random_responses(shape, 20000, 611));
+    double worst = 0;
+    for (std::size_t n = settled + longest; n < 64000; ++n) {
+        worst = std::max(worst, std::abs(double{outputs[0][n]} - expected[0][n]));
+    }
+    CHECK(worst < kRounding);
+}
+
+TEST_CASE("A convolver needs as many filters at a time as it says, and no more") {
+    // Of four levels each needs two when each is much longer than the one before and filters are
+    // exchanged whenever the first level can.
+    const ConvolutionShape shape{1, 1, 16, 192000};
+    REQUIRE(partition_levels(shape).size() == kMostLevels);
+    constexpr std::size_t kShortFade = 16;
+    std::vector<ConvolutionFilter> filters;
+    FilterTransform transform(shape);
+    // Filters are told apart by their place, whatever they hold.
+    for (std::size_t k = 0; k < 4096; ++k) filters.emplace_back(shape);
+    Convolver convolver(shape, kShortFade);
+    const Signals inputs(1, Signal(16));
+    Signals outputs(1, Signal(16));
+    std::vector<const ConvolutionFilter*> used;
+    std::size_t most = 0;
+    for (const ConvolutionFilter& filter : filters) {
+        convolver.exchange(&filter);
+        used.push_back(&filter);
+        most = std::max(most, used.size());
+        do {
+            run(convolver, inputs, outputs, 0, 16, {16});
+            std::erase_if(used, [&](const auto* f) { return !convolver.uses(f); });
+        } while (convolver.fading());
+    }
+    CHECK(convolver.most_filters() == 2 * kMostLevels);
+    CHECK(most == convolver.most_filters());
+}
+
+TEST_CASE("The weights of a crossfade add up to one") {
+    const std::vector<float> weights = raised_cosine(1024);
+    for (std::size_t n = 0; n < 1024; ++n) {
+        CHECK(weights[n] + weights[1023 - n] == Approx(1).margin(1e-7));
+    }
+    CHECK(std::is_sorted(weights.begin(), weights.end()));
+}
+
+TEST_CASE("After an exchange to silence every level is silent") {
+    const ConvolutionShape shape{2, 2, 64, 9000};
+    const std::vector<PartitionLevel> levels = partition_levels(shape);
+    REQUIRE(levels.size() == 3);
+    const std::size_t samples = 40000;
+    const Signals inputs = random_signals(2, samples, 7);
+    const ConvolutionFilter sounding = make_filter(shape, random_responses(shape, 9000, 700));
+    // Of one the first level is left, of the other nothing.
+    const std::size_t taps = GENERATE(std::size_t{0}, std::size_t{50});
+    const Responses brief = random_responses(shape, taps, 800);
+    const ConvolutionFilter after = make_filter(shape, brief);
+    Convolver convolver(shape, kFade);
+    Signals outputs(2, Signal(samples));
+    convolver.exchange(&sounding);
+    run(convolver, inputs, outputs, 0, 15000, {64});
+    convolver.exchange(&after);
+    run(convolver, inputs, outputs, 15000, samples, {64});
+    // A frame until the last level takes it, one in which it is computed, one in which it fades.
+    const std::size_t silent = 15000 + 4 * levels.back().size;
+    REQUIRE(silent + 8 * levels.back().size < samples);
+    const ExactSignals expected = direct(inputs, brief);
+    double worst = 0;
+    for (std::size_t o = 0; o < 2; ++o) {
+        for (std::size_t n = silent; n < samples; ++n) {
+            worst = std::max(worst, std::abs(double{outputs[o][n]} - expected[o][n]));
+        }
+    }
+    CHECK(worst < (taps == 0 ? 1e-30 : kRounding));
+}

@@ -1,0 +1,223 @@
+#include "audio/device/device.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <numbers>
+#include <string>
+
+#include "audio/base/error.h"
+#include "audio/dsp/fade.h"
+#include "audio/file/sound_file.h"
+#include "tests/support/jack_ear.h"
+#include "tests/support/jack_server.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/wait.h"
+
+using namespace aula;
+using namespace aula::test;
+
+// These tests play in real time against a server of their own. They judge flags and recordings.
+
+namespace {
+
+constexpr double kRate_hz = 48000;
+constexpr int kBlock = 256;
+
+/// 1 kHz at 48 kHz: a period is 48 samples, to the bit.
+class Tone {
+ public:
+    Tone() {
+        for (std::size_t n = 0; n < period_.size(); ++n) {
+            period_[n] = static_cast<float>(
+                0.5 * std::sin(2 * std::numbers::pi * static_cast<double>(n) / 48));
+        }
+    }
+    void operator()(std::span<float* const> outputs, int samples) {
+        for (int n = 0; n < samples; ++n, ++time_) {
+            for (float* const output : outputs) output[n] = period_[time_ % period_.size()];
+        }
+    }
+
+ private:
+    std::array<float, 48> period_{};
+    std::size_t time_ = 0;
+};
+
+std::string message_of(const std::string& wanted, double rate_hz, std::size_t channels) {
+    try {
+        AudioDevice(wanted, rate_hz, channels, kBlock, Tone());
+    } catch (const std::runtime_error& error) {
+        return error.what();
+    }
+    return {};
+}
+
+}  // namespace
+
+namespace {
+
+/// How many samples of a recording of Tone, once it runs, differ from those a period before.
+std::size_t breaks_in(const std::vector<float>& heard) {
+    std::size_t first = 0;
+    while (first < heard.size() && heard[first] == 0) ++first;
+    // The two channels are connected one after the other. Then at least nine seconds were recorded,
+    // each period the same as the one before.
+    first += 4800;
+    REQUIRE(heard.size() > first + 9 * 48000);
+    std::size_t breaks = 0;
+    for (std::size_t n = first + 48; n < heard.size(); ++n) {
+        if (heard[n] != heard[n - 48]) ++breaks;
+    }
+    CHECK(*std::max_element(heard.begin(), heard.end()) == 0.5F);
+    return breaks;
+}
+
+}  // namespace
+
+TEST_CASE("Ten seconds of a tone reach the server in time and without a gap") {
+    const JackServer server(kBlock);
+    if (!server.running()) {
+        WARN("skipped: no JACK server can run here");
+        return;
+    }
+    const TemporaryFolder folder;
+    const std::filesystem::path file = folder.path() / "heard.wav";
+    // Server and recorder may be late by themselves on a busy machine, and leave a gap.
+    constexpr int kTries = 3;
+    for (int attempt = 0; attempt < kTries; ++attempt) {
+        AudioDevice device("", kRate_hz, 2, kBlock, Tone());
+        JackRecording recording(file, 10);
+        if (!recording.running()) {
+            WARN("skipped: jack_capture cannot run here");
+            return;
+        }
+        device.start();
+        const bool in_time = recording.in_time();
+        CHECK(device.active());
+        CHECK(device.meter().own_underruns() == 0);
+        CHECK(device.meter().load() > 0);
+        CHECK(device.meter().mean_load() > 0);
+        CHECK(device.meter().worst_load() >= device.meter().load());
+        device.stop();
+        CHECK_FALSE(device.active());
+        if (in_time) {
+            CHECK(breaks_in(read_sound(file, kRate_hz).samples) == 0);
+            return;
+        }
+        std::filesystem::remove(file);
+    }
+    WARN("skipped: the server was late in every try");
+}
+
+TEST_CASE("Devices are listed, chosen by index or part of the name, and refused in one line") {
+    const JackServer server(kBlock);
+    if (!server.running()) {
+        WARN("skipped: no JACK server can run here");
+        return;
+    }
+    const std::vector<DeviceInfo> devices = list_output_devices();
+    REQUIRE_FALSE(devices.empty());
+    CHECK(devices[0].output_channels >= 2);
+    const std::string name = devices[0].name;
+    CHECK(AudioDevice(std::to_string(devices[0].index), kRate_hz, 2, kBlock, Tone()).info().name ==
+          name);
+    CHECK(AudioDevice(name.substr(1), kRate_hz, 2, kBlock, Tone()).info().name == name);
+
+    CHECK_THROWS_AS(AudioDevice("no such device", kRate_hz, 2, kBlock, Tone()), AudioInputError);
+    CHECK(message_of("no such device", kRate_hz, 2).find(name) != std::string::npos);
+    CHECK_THROWS_AS(AudioDevice("", kRate_hz, 64, kBlock, Tone()), AudioFailure);
+    try {
+        AudioDevice("", 44100, 2, kBlock, Tone());
+        FAIL("a server at 48 kHz took 44.1 kHz");
+    } catch (const SampleRateRefused& error) {
+        CHECK(error.device_rate_hz() == kRate_hz);
+        CHECK(std::string(error.what()).find("48000 Hz, not at 44100 Hz") != std::string::npos);
+    }
+}
+
+TEST_CASE("A server that dies leaves silence, and the device plays on when it is back") {
+    auto server = std::make_unique<JackServer>(kBlock);
+    if (!server->running()) {
+        WARN("skipped: no JACK server can run here");
+        return;
+    }
+    std::atomic<int> calls = 0;
+    AudioDevice device("", kRate_hz, 2, kBlock,
+                       [&, tone = Tone()](std::span<float* const> outputs, int samples) mutable {
+                           tone(outputs, samples);
+                           ++calls;
+                       });
+    device.start();
+    CHECK(device.state() == DeviceState::playing);
+    server.reset();
+    CHECK(comes([&] { return device.state() == DeviceState::lost; }));
+    server = std::make_unique<JackServer>(kBlock);
+    REQUIRE(server->running());
+    CHECK(comes([&] { return device.state() == DeviceState::playing; }));
+    CHECK(device.reconnects() == 1);
+    calls = 0;
+    CHECK(comes([&] { return calls > 100; }));
+    // And again, this time without waiting for it.
+    server.reset();
+    CHECK(comes([&] { return device.state() == DeviceState::lost; }));
+    device.stop();
+    CHECK(device.state() == DeviceState::gone);
+}
+
+TEST_CASE("Sound begins as it is, and rises where its device was lost and is back") {
+    constexpr float kLevel = 0.5F;
+    auto server = std::make_unique<JackServer>(kBlock);
+    if (!server->running()) {
+        WARN("skipped: no JACK server can run here");
+        return;
+    }
+    auto ear = std::make_unique<JackEar>("ear");
+    AudioDevice device("ear", kRate_hz, 1, kBlock,
+                       [kLevel](std::span<float* const> outputs, int samples) {
+                           std::fill_n(outputs[0], samples, kLevel);
+                       });
+    device.start();
+    REQUIRE(comes([&] { return ear->full(); }));
+    CHECK(ear->samples().front() == kLevel);
+
+    // A server that is late leaves out blocks.
+    const std::vector<float> rise = raised_cosine(960);  // 20 ms
+    constexpr int kTries = 3;
+    for (int attempt = 0; attempt < kTries; ++attempt) {
+        server.reset();
+        REQUIRE(comes([&] { return device.state() == DeviceState::lost; }));
+        ear.reset();
+        server = std::make_unique<JackServer>(kBlock);
+        REQUIRE(server->running());
+        // The device is there again only now.
+        ear = std::make_unique<JackEar>("ear");
+        REQUIRE(comes([&] { return ear->full(); }));
+        if (!ear->in_time()) continue;
+        const auto first = std::find_if(rise.begin(), rise.end(), [](float w) { return w > 0; });
+        const auto rising = static_cast<std::size_t>(rise.end() - first);
+        for (std::size_t n = 0; n < rising; ++n)
+            REQUIRE(ear->samples()[n] == kLevel * first[static_cast<std::ptrdiff_t>(n)]);
+        CHECK(std::all_of(ear->samples().begin() + static_cast<std::ptrdiff_t>(rising),
+                          ear->samples().end(), [](float x) { return x == kLevel; }));
+        return;
+    }
+    WARN("skipped: the server was late in every try");
+}
+
+TEST_CASE("Where no server runs there is one line that says so") {
+    setenv("JACK_DEFAULT_SERVER", "aula-test-no-such-server", 1);
+    if (!list_output_devices().empty()) {
+        WARN("skipped: this machine has a sound device");
+        return;
+    }
+    CHECK_THROWS_AS(AudioDevice("", kRate_hz, 2, kBlock, Tone()), NoAudioDevice);
+    const std::string message = message_of("", kRate_hz, 2);
+    CHECK(message.find("no audio output device") != std::string::npos);
+    CHECK(message.find('\n') == std::string::npos);
+}

@@ -1,0 +1,65 @@
+#include "audio/device/output_meter.h"
+
+#include <catch2/catch.hpp>
+
+using namespace aula;
+
+TEST_CASE("A late call is ours if it computed long, the machine's if it was not run") {
+    constexpr double kSound_s = 256.0 / 48000;
+    struct Case {
+        double wall;  // of the sound's length
+        double cpu;
+        std::optional<UnderrunCause> cause;
+    };
+    const Case c =
+        GENERATE(Case{0.9, 0.9, std::nullopt}, Case{0.99, 0.1, std::nullopt},
+                 Case{1.1, 1.05, UnderrunCause::ours},
+                 // The rest was taken from it, but it was slow.
+                 Case{1.3, 0.6, UnderrunCause::ours}, Case{1.1, 0.1, UnderrunCause::machine},
+                 Case{20, 0.4, UnderrunCause::machine});
+    CAPTURE(c.wall, c.cpu);
+    CHECK(lateness_cause(c.wall * kSound_s, c.cpu * kSound_s, kSound_s) == c.cause);
+}
+
+TEST_CASE("An underrun after calls that were in time is the host's") {
+    // An hour a sample: every call is in time.
+    OutputMeter meter(1.0 / 3600);
+    meter.begin(false);
+    meter.end(256);
+    meter.begin(true);
+    meter.end(256);
+    CHECK(meter.underruns() == 1);
+    CHECK(meter.own_underruns() == 0);
+    REQUIRE(meter.first_underruns().size() == 1);
+    CHECK(meter.first_underruns()[0].cause == UnderrunCause::host);
+    CHECK(meter.first_underruns()[0].time_s == Approx(256 * 3600.0));
+}
+
+TEST_CASE("An underrun after a call that computed for longer than its sound lasts is ours") {
+    // A sample lasts less than any call takes.
+    OutputMeter meter(1e15);
+    meter.begin(false);
+    meter.end(1);
+    meter.begin(true);
+    meter.end(1);
+    REQUIRE(meter.first_underruns().size() == 1);
+    CHECK(meter.first_underruns()[0].cause == UnderrunCause::ours);
+    CHECK(meter.own_underruns() == 1);
+}
+
+TEST_CASE("An underrun after a call whose thread was not run is the machine's, not for ever") {
+    constexpr double kRate_hz = 48000;
+    constexpr int kBlock = 256;
+    constexpr double kSound_s = kBlock / kRate_hz;
+    OutputMeter meter(kRate_hz);
+    meter.count_call(1.5 * kSound_s, 0.1 * kSound_s, kBlock);
+    meter.begin(true);
+    // What the server tells 0.2 s later is not that call's fault any more.
+    for (int call = 0; call < 40; ++call) meter.count_call(0.1 * kSound_s, 0.1 * kSound_s, kBlock);
+    meter.begin(true);
+    REQUIRE(meter.first_underruns().size() == 2);
+    CHECK(meter.first_underruns()[0].cause == UnderrunCause::machine);
+    CHECK(meter.first_underruns()[1].cause == UnderrunCause::host);
+    CHECK(meter.own_underruns() == 0);
+    CHECK(meter.worst_load() == Approx(1.5));
+}

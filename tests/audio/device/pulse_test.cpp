@@ -1,0 +1,177 @@
+#include <alsa/asoundlib.h>
+#include <dlfcn.h>
+#include <sched.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <numbers>
+#include <optional>
+#include <string>
+
+#include "audio/device/device.h"
+#include "audio/base/error.h"
+#include "audio/device/microphone.h"
+#include "audio/file/sound_file.h"
+#include "tests/support/pulse_server.h"
+#include "tests/support/wait.h"
+
+using namespace aula;
+using namespace aula::test;
+
+// These tests play in real time against a server of their own, through ALSA's plugin, as on a
+// desktop. They judge flags and recordings.
+
+namespace {
+
+constexpr double kRate_hz = 48000;
+constexpr int kBlock = 256;
+
+/// How many streams are prepared until one fails, as where a server dies in that moment: each is
+/// once when it is opened and once when it is started.
+std::atomic<int> until_failure = 0;
+
+int realtime_threads() {
+    int count = 0;
+    for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task"))
+        count += sched_getscheduler(std::stoi(thread.path().filename())) == SCHED_FIFO;
+    return count;
+}
+
+/// PulseAudio's device, if a server can run here; else says why not.
+std::optional<DeviceInfo> pulse_device(const PulseServer& server) {
+    if (!server.running()) {
+        WARN("skipped: no PulseAudio server can run here");
+        return {};
+    }
+    for (const DeviceInfo& device : list_output_devices()) {
+        if (device.name == "pulse") return device;
+    }
+    WARN("skipped: ALSA knows no PulseAudio here (libasound2-plugins)");
+    return {};
+}
+
+}  // namespace
+
+/// Takes the place of ALSA's, which PortAudio calls as a stream begins.
+extern "C" int snd_pcm_prepare(snd_pcm_t* pcm) {
+    static const auto real =
+        reinterpret_cast<decltype(&snd_pcm_prepare)>(dlsym(RTLD_NEXT, "snd_pcm_prepare"));
+    return until_failure > 0 && --until_failure == 0 ? -ENODEV : real(pcm);
+}
+
+TEST_CASE("A device that hangs as it begins is given up, and another one plays") {
+    PulseServer server;
+    if (!pulse_device(server)) return;
+    std::atomic<int> calls = 0;
+    const auto count = [&](std::span<float* const>, int) { ++calls; };
+    {
+        AudioDevice device("pulse", kRate_hz, 2, kBlock, count);
+        until_failure = 1;
+        CHECK_THROWS_WITH(device.start(), Catch::Matchers::Contains("does not answer"));
+    }
+    CHECK(calls == 0);
+    AudioDevice device("pulse", kRate_hz, 2, kBlock, count);
+    device.start();
+    CHECK(comes([&] { return calls > 100; }));
+
+    server.kill();
+    CHECK(comes([&] { return device.state() == DeviceState::lost; }));
+    until_failure = 2;
+    server.restart();
+    REQUIRE(server.running());
+    CHECK(comes([] { return until_failure == 0; }));
+    CHECK(comes([&] { return device.state() == DeviceState::playing; }));
+    calls = 0;
+    CHECK(comes([&] { return calls > 100; }));
+    device.stop();
+}
+
+TEST_CASE("A tone reaches a PulseAudio sink, and plays on when a server that died is back") {
+    PulseServer server;
+    if (!pulse_device(server)) return;
+    const TemporaryFolder folder;
+    const std::filesystem::path file = folder.path() / "heard.wav";
+    const int others = realtime_threads();
+    std::atomic<int> calls = 0;
+    AudioDevice device("pulse", kRate_hz, 2, kBlock,
+                       [&, time = 0](std::span<float* const> outputs, int samples) mutable {
+                           for (int n = 0; n < samples; ++n, ++time) {
+                               const double phase = 2 * std::numbers::pi * (time % 48) / 48;
+                               for (float* const output : outputs) {
+                                   output[n] = static_cast<float>(0.5 * std::sin(phase));
+                               }
+                           }
+                           ++calls;
+                       });
+    {
+        const auto recording = server.record(file);
+        device.start();
+        REQUIRE(comes([&] { return calls > 750; }));  // four seconds
+        // PortAudio's and PulseAudio's.
+        if (device.meter().realtime()) CHECK(realtime_threads() == others + 2);
+    }
+    CHECK(device.meter().own_underruns() == 0);
+    const std::vector<float> heard = read_sound(file, kRate_hz).samples;
+    const auto loud =
+        std::count_if(heard.begin(), heard.end(), [](float x) { return std::abs(x) > 0.4F; });
+    // Of a sine 41 % of the samples are above 0.8 of its peak; two seconds of it at least.
+    CHECK(loud > std::lround(0.4 * 2 * kRate_hz));
+    CHECK(*std::max_element(heard.begin(), heard.end()) == Approx(0.5).margin(1e-3));
+
+    server.kill();
+    CHECK(comes([&] { return device.state() == DeviceState::lost; }));
+    server.restart();
+    REQUIRE(server.running());
+    CHECK(comes([&] { return device.state() == DeviceState::playing; }));
+    calls = 0;
+    CHECK(comes([&] { return calls > 100; }));
+    device.stop();
+}
+
+TEST_CASE("A microphone hears what is said: here what the sink plays") {
+    PulseServer server;
+    const auto pulse = pulse_device(server);
+    if (!pulse) return;
+    // The default input is the sink's monitor.
+    Microphone microphone(*pulse, kRate_hz, kBlock);
+    CHECK(microphone.name() == "pulse");
+    std::atomic<int> calls = 0;
+    std::atomic<int> loud = 0;
+    std::atomic<int> different = 0;
+    AudioDevice device(
+        "pulse", kRate_hz, 1, kBlock,
+        [&, time = 0, heard = std::vector<float>(kBlock), again = std::vector<float>(kBlock)](
+            std::span<float* const> outputs, int samples) mutable {
+            const auto count = static_cast<std::size_t>(samples);
+            microphone.read(time, std::span(heard).first(count));
+            microphone.read(time, std::span(again).first(count));
+            if (heard != again) ++different;
+            for (int n = 0; n < samples; ++n, ++time) {
+                const double phase = 2 * std::numbers::pi * (time % 48) / 48;
+                outputs[0][n] = static_cast<float>(0.5 * std::sin(phase));
+                if (std::abs(heard[static_cast<std::size_t>(n)]) > 0.4F) ++loud;
+            }
+            ++calls;
+        });
+    device.start();
+    REQUIRE(comes([&] { return calls > 1000; }));  // five seconds
+    device.stop();
+    CHECK(different == 0);
+    // Of a sine 41 % of the samples are above 0.8 of its peak; two seconds of it at least.
+    CHECK(loud > std::lround(0.4 * 2 * kRate_hz));
+    CHECK(microphone.alive());
+}
+
+TEST_CASE("Where there is no input a microphone says so") {
+    setenv("JACK_DEFAULT_SERVER", "aula-test-no-such-server", 1);
+    DeviceInfo jack;
+    jack.host_api = "JACK";
+    CHECK_THROWS_WITH(Microphone(jack, kRate_hz, kBlock),
+                      Catch::Matchers::StartsWith("no microphone: "));
+    unsetenv("JACK_DEFAULT_SERVER");
+}

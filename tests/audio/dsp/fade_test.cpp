@@ -1,0 +1,50 @@
+#include "audio/dsp/fade.h"
+
+#include <catch2/catch.hpp>
+#include <vector>
+
+using namespace aula;
+
+TEST_CASE("What fades in and what fades out add up to one, wherever it is cut into blocks") {
+    constexpr std::size_t kFade = 100;
+    Fade fade(kFade);
+    CHECK(fade.done());
+    fade.start();
+    std::vector<float> in(150, 1.0F);
+    std::vector<float> out(150, 1.0F);
+    for (std::size_t done = 0; done < in.size(); done += 30) {
+        fade.rise(std::span(in).subspan(done, 30));
+        fade.fall(std::span(out).subspan(done, 30));
+        fade.advance(30);
+    }
+    CHECK(fade.done());
+    CHECK(in.front() > 0);
+    CHECK(in.front() < 1e-3F);
+    for (std::size_t i = 0; i < in.size(); ++i) {
+        // Rounding: one subtraction.
+        CHECK(double{in[i] + out[i]} == Approx(1).margin(1e-7));
+        if (i > 0) CHECK(in[i] >= in[i - 1]);
+        if (i >= kFade) CHECK(in[i] == 1);
+    }
+}
+
+TEST_CASE("A fade that turns back goes on from where it is") {
+    Fade fade(100);
+    fade.start();
+    fade.advance(30);
+    const float before = fade.weight(0);
+    fade.turn_back();
+    // A step of the curve at most: pi / 200 where it is steepest.
+    CHECK(double{1 - fade.weight(0)} == Approx(double{before}).margin(0.016));
+    fade.advance(30);
+    CHECK(fade.done());
+}
+
+TEST_CASE("A crossfade between equals changes nothing") {
+    Fade fade(64);
+    fade.start();
+    const std::vector<float> old(64, 0.7F);
+    std::vector<float> samples = old;
+    fade.cross(old, samples);
+    CHECK(samples == old);
+}

@@ -1,0 +1,173 @@
+#include "audio/dsp/limiter.h"
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include "audio/dsp/resample.h"
+
+using namespace aula;
+
+namespace {
+
+constexpr double kRate_hz = 48000;
+constexpr float kCeiling = 0.8912509F;  // -1 dBFS
+
+using Stereo = std::array<std::vector<float>, 2>;
+
+/// Runs a limiter over the signal in calls of 1 to 256 samples.
+Stereo limited(Stereo signal, int& latency) {
+    Limiter limiter(kRate_hz, 2, 256);
+    latency = limiter.latency_samples();
+    std::mt19937 random(3);
+    std::uniform_int_distribution<std::size_t> call(1, 256);
+    for (std::size_t done = 0; done < signal[0].size();) {
+        const std::size_t n = std::min(call(random), signal[0].size() - done);
+        const std::array<float*, 2> channels{signal[0].data() + done, signal[1].data() + done};
+        limiter.process(channels, static_cast<int>(n));
+        done += n;
+    }
+    return signal;
+}
+
+Stereo noise(std::size_t samples, float scale) {
+    std::mt19937 random(4);
+    std::uniform_real_distribution<float> uniform(-scale, scale);
+    Stereo signal;
+    for (auto& channel : signal) {
+        channel.resize(samples);
+        for (float& x : channel) x = uniform(random);
+    }
+    return signal;
+}
+
+/// The largest value at 16 times the rate, away from the ends, where a resampler rings.
+float true_peak(const std::vector<float>& signal) {
+    const std::vector<float> fine = resample(signal, 1, kRate_hz, 16 * kRate_hz);
+    float peak = 0;
+    for (std::size_t n = 16 * 1000; n + 16 * 1000 < fine.size(); ++n) {
+        peak = std::max(peak, std::abs(fine[n]));
+    }
+    return peak;
+}
+
+}  // namespace
+
+TEST_CASE("Below the ceiling the limiter is a delay, bit by bit") {
+    // White noise has peaks between samples up to twice as high.
+    const Stereo in = noise(20000, 0.4F * kCeiling);
+    int latency = 0;
+    const Stereo out = limited(in, latency);
+    CHECK(latency == 192 + 15);  // 4 ms, and what the interpolator needs
+    for (std::size_t c = 0; c < 2; ++c) {
+        CHECK(std::equal(in[c].begin(), in[c].end() - latency, out[c].begin() + latency));
+        CHECK(
+            std::all_of(out[c].begin(), out[c].begin() + latency, [](float x) { return x == 0; }));
+    }
+}
+
+TEST_CASE("No output sample is above the ceiling, whatever comes") {
+    Stereo in = noise(48000, 4);
+    // Lone peaks in silence, far apart and next to each other.
+    for (std::size_t i = 10000; i < 20000; ++i) in[0][i] = in[1][i] = 0;
+    in[0][12000] = 3;
+    in[1][12001] = -30;
+    in[0][15000] = 1e6F;
+    int latency = 0;
+    const Stereo out = limited(in, latency);
+    float peak = 0;
+    for (const auto& channel : out) {
+        for (const float x : channel) peak = std::max(peak, std::abs(x));
+    }
+    CHECK(peak <= kCeiling);
+    // The lone peak comes out at the ceiling, not lower: one part in 10^6 is the gain's rounding.
+    CHECK(std::abs(out[1][static_cast<std::size_t>(12001 + latency)]) ==
+          Approx(kCeiling).epsilon(1e-6));
+}
+
+TEST_CASE("Samples that are not finite, or absurdly large, are muted and counted") {
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    for (const float bad : {kInfinity, -kInfinity, std::numeric_limits<float>::quiet_NaN(),
+                            std::numeric_limits<float>::max()}) {
+        CAPTURE(bad);
+        Limiter limiter(kRate_hz, 2, 256);
+        const auto latency = static_cast<std::size_t>(limiter.latency_samples());
+        // White noise has peaks between samples up to twice as high.
+        Stereo signal = noise(2048, 0.4F * kCeiling);
+        Stereo expected = signal;
+        std::size_t muted = 0;
+        for (const std::size_t at : {std::size_t{0}, std::size_t{700}, std::size_t{701}}) {
+            signal[1][at] = bad;
+            expected[1][at] = 0;
+        }
+        for (std::size_t done = 0; done < signal[0].size(); done += 256) {
+            const std::array<float*, 2> channels{signal[0].data() + done, signal[1].data() + done};
+            limiter.process(channels, 256);
+            muted += limiter.muted_samples();
+        }
+        CHECK(muted == 3);
+        // Below the ceiling the rest passes bit by bit.
+        for (std::size_t c = 0; c < 2; ++c)
+            CHECK(std::equal(signal[c].begin() + static_cast<std::ptrdiff_t>(latency),
+                             signal[c].end(), expected[c].begin()));
+    }
+}
+
+TEST_CASE("Both channels get the same gain") {
+    Stereo in = noise(9600, 3);
+    for (std::size_t i = 0; i < in[0].size(); ++i) in[1][i] = 0.125F * in[0][i];
+    int latency = 0;
+    const Stereo out = limited(in, latency);
+    for (std::size_t i = 0; i < out[0].size(); ++i) CHECK(out[1][i] == 0.125F * out[0][i]);
+}
+
+TEST_CASE("Peaks between samples stay below -1 dBTP, which those at samples do not tell") {
+    // A tone at a quarter of the sample rate that is sampled at 45, 135, ... degrees: its peaks are
+    // 3 dB above its samples. Then white noise, band-limited as what is played is.
+    Stereo tone;
+    for (auto& channel : tone) {
+        for (std::size_t n = 0; n < 9600; ++n) {
+            channel.push_back(n % 4 < 2 ? 0.8F : -0.8F);  // below the ceiling
+        }
+    }
+    Stereo band = noise(48000, 2);
+    for (auto& channel : band) {
+        channel = resample(resample(channel, 1, kRate_hz, 36000), 1, 36000, kRate_hz);
+    }
+    for (const Stereo& in : {tone, band}) {
+        int latency = 0;
+        const Stereo out = limited(in, latency);
+        const float before = true_peak(in[0]);
+        const float after = true_peak(out[0]);
+        CHECK(20 * std::log10(double{before}) > 0.9);
+        // Between the eight places it may be 0.1 dB more.
+        CHECK(20 * std::log10(double{after}) < -0.9);
+        CHECK(20 * std::log10(double{after}) > -1.5);
+    }
+    // The companion: at its samples the tone is below the ceiling as it comes.
+    CHECK(*std::max_element(tone[0].begin(), tone[0].end()) < kCeiling);
+}
+
+TEST_CASE("The gain moves smoothly and is exactly one again after a peak") {
+    Stereo in;
+    in[0].assign(96000, 0.5F);
+    in[1].assign(96000, 0.5F);
+    in[0][1000] = 4;
+    int latency = 0;
+    const Stereo out = limited(in, latency);
+    float step = 0;
+    for (std::size_t i = static_cast<std::size_t>(latency) + 1; i < out[1].size(); ++i) {
+        step = std::max(step, std::abs(out[1][i] - out[1][i - 1]));
+    }
+    // The gain falls by 1 - 0.89 / 4 = 0.78 in 192 samples, in a straight line.
+    CHECK(step < 0.5F * 0.78F / 192 * 1.01F);
+    CHECK(step > 0.5F * 0.78F / 192 * 0.9F);
+    // One tenth of a second after the peak e^-1 of the reduction is left, then nothing.
+    CHECK(out[1][1000 + 4800] == Approx(0.5F * (1 - 0.78F / 2.718F)).epsilon(0.05));
+    CHECK(out[1].back() == 0.5F);
+}

@@ -1,0 +1,55 @@
+#include "audio/dsp/loudness.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+using aula::Loudness;
+using aula::LoudnessMeter;
+
+namespace {
+
+/// Frames of a sine in every channel, interleaved.
+std::vector<float> sine(double amplitude, double frequency_hz, std::size_t channels, double s) {
+    std::vector<float> samples;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(s * 48000); ++i) {
+        const double phase = 2 * std::numbers::pi * frequency_hz * static_cast<double>(i) / 48000;
+        // An eighth of a turn: no sample of a quarter of the rate falls on the crest.
+        const double value = amplitude * std::sin(phase + std::numbers::pi / 4);
+        for (std::size_t c = 0; c < channels; ++c) samples.push_back(static_cast<float>(value));
+    }
+    return samples;
+}
+
+}  // namespace
+
+TEST_CASE("A tone of 997 Hz at full scale in one channel has -3.01 LUFS, in both 0.0") {
+    // ITU-R BS.1770-4: the reference of the scale; 0.1 LU is what EBU Tech 3341 allows a meter.
+    for (const auto& [channels, lufs] : {std::pair{1U, -3.01}, {2U, 0.0}, {4U, -3.01}}) {
+        LoudnessMeter meter(48000, channels);
+        meter.add(sine(1, 997, channels, 4));
+        const Loudness loudness = meter.read();
+        CHECK(loudness.momentary_lufs == Approx(lufs).margin(0.1));
+        CHECK(loudness.short_term_lufs == Approx(lufs).margin(0.1));
+        CHECK(loudness.integrated_lufs == Approx(lufs).margin(0.1));
+    }
+}
+
+TEST_CASE("The true peak sees between samples, and is that since it was read") {
+    LoudnessMeter meter(48000, 2);
+    meter.add(sine(0.5, 12000, 2, 1));
+    // The samples are at 0.354; EBU Tech 3341 allows a true peak of +0.2 and -0.4 dB.
+    CHECK(20 * std::log10(meter.read().true_peak / 0.5) == Approx(0).margin(0.4));
+    meter.add(std::vector<float>(9600));
+    meter.read();  // the end of the tone is in the interpolator yet
+    meter.add(std::vector<float>(9600));
+    CHECK(meter.read().true_peak == 0);  // exact: silence
+}
+
+TEST_CASE("Silence has no loudness") {
+    LoudnessMeter meter(48000, 2);
+    meter.add(std::vector<float>(96000));
+    CHECK(meter.read().momentary_lufs == Loudness::kSilence_lufs);
+    CHECK(meter.read().integrated_lufs == Loudness::kSilence_lufs);
+}

@@ -1,0 +1,297 @@
+#include "audio/file/sound_file.h"
+
+#include <sndfile.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <numbers>
+#include <string>
+
+#include "audio/base/error.h"
+
+using namespace aula;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A folder of its own for each test, removed afterwards.
+class TemporaryFolder {
+ public:
+    TemporaryFolder() {
+        std::string name = (fs::temp_directory_path() / "aula-test-XXXXXX").string();
+        REQUIRE(mkdtemp(name.data()) != nullptr);
+        path_ = name;
+    }
+    ~TemporaryFolder() { fs::remove_all(path_); }
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+    fs::path operator/(const std::string& name) const { return path_ / name; }
+    bool empty() const { return fs::is_empty(path_); }
+    const fs::path& path() const { return path_; }
+
+ private:
+    fs::path path_;
+};
+
+std::string bytes(const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void write_wav(const fs::path& file, double rate_hz, std::size_t channels,
+               const std::vector<float>& interleaved, SampleFormat format = SampleFormat::float32) {
+    WavWriter writer(file, rate_hz, channels, format);
+    writer.write(interleaved);
+    writer.commit();
+}
+
+std::string error_of(const fs::path& file) {
+    try {
+        read_sound(file, 48000);
+    } catch (const AudioInputError& error) {
+        return error.what();
+    }
+    return {};
+}
+
+}  // namespace
+
+TEST_CASE("A float WAV is read back bit by bit") {
+    const TemporaryFolder folder;
+    const std::vector<float> samples{0.1F, -2.5F, 1e-20F, 0.75F};
+    write_wav(folder / "a.wav", 48000, 1, samples);
+    const SoundClip clip = read_sound(folder / "a.wav", 48000);
+    CHECK(clip.samples == samples);
+    CHECK(clip.warnings.empty());
+    CHECK(sound_info(folder / "a.wav").frames == 4);
+    CHECK(sound_info(folder / "a.wav").sample_rate_hz == 48000);
+}
+
+TEST_CASE("The same sound gives the same bytes in every format") {
+    const TemporaryFolder folder;
+    const SampleFormat format =
+        GENERATE(SampleFormat::float32, SampleFormat::pcm24, SampleFormat::pcm16);
+    const std::vector<float> samples{0.5F, -0.5F, 0.25F, 0.125F};
+    write_wav(folder / "a.wav", 48000, 2, samples, format);
+    write_wav(folder / "b.wav", 48000, 2, samples, format);
+    const std::string a = bytes(folder / "a.wav");
+    CHECK(a == bytes(folder / "b.wav"));
+    // The peak chunk holds the time of writing.
+    CHECK(a.find("PEAK") == std::string::npos);
+    CHECK(sound_info(folder / "a.wav").channels == 2);
+}
+
+TEST_CASE("Integer formats clip instead of wrapping round") {
+    const TemporaryFolder folder;
+    write_wav(folder / "a.wav", 48000, 1, {1.5F, -1.5F}, SampleFormat::pcm16);
+    const SoundClip clip = read_sound(folder / "a.wav", 48000);
+    CHECK(clip.samples[0] > 0.99F);
+    CHECK(clip.samples[1] < -0.99F);
+}
+
+TEST_CASE("Several channels are mixed down with a warning") {
+    const TemporaryFolder folder;
+    write_wav(folder / "a.wav", 48000, 4, {1, 0, 0, 0, 0.5F, 0.5F, 0.5F, 0.5F});
+    const SoundClip clip = read_sound(folder / "a.wav", 48000);
+    CHECK(clip.samples == std::vector<float>{0.25F, 0.5F});
+    REQUIRE(clip.warnings.size() == 1);
+    CHECK(clip.warnings[0] == (folder / "a.wav").string() + ": 4 channels mixed down to one");
+}
+
+TEST_CASE("Another sample rate is converted without delay or loss of level") {
+    const TemporaryFolder folder;
+    constexpr double kTone_hz = 1000;
+    std::vector<float> tone(44100);
+    for (std::size_t n = 0; n < tone.size(); ++n) {
+        tone[n] = static_cast<float>(
+            std::sin(2 * std::numbers::pi * kTone_hz * static_cast<double>(n) / 44100));
+    }
+    write_wav(folder / "a.wav", 44100, 1, tone);
+    const SoundClip clip = read_sound(folder / "a.wav", 48000);
+    REQUIRE(clip.samples.size() == 48000);
+    // Away from the ends, where the tone is switched on and off. soxr's HQ is good for 20 bits.
+    double worst = 0;
+    for (std::size_t n = 2000; n < 46000; ++n) {
+        const double wanted =
+            std::sin(2 * std::numbers::pi * kTone_hz * static_cast<double>(n) / 48000);
+        worst = std::max(worst, std::abs(double{clip.samples[n]} - wanted));
+    }
+    CHECK(worst < 1e-5);
+}
+
+TEST_CASE("A sound that cannot be read says so in one line with its name") {
+    const TemporaryFolder folder;
+    std::ofstream(folder / "text.wav") << "this is no sound";
+    fs::create_directory(folder / "folder.wav");
+    write_wav(folder / "empty.wav", 48000, 1, {});
+    for (const std::string name : {"missing.wav", "text.wav", "folder.wav", "empty.wav"}) {
+        const std::string error = error_of(folder / name);
+        CAPTURE(error);
+        CHECK(error.starts_with((folder / name).string() + ": "));
+        CHECK(error.find('\n') == std::string::npos);
+        CHECK(error.find("expected") != std::string::npos);
+    }
+    CHECK_THROWS_AS(sound_info(folder / "text.wav"), AudioInputError);
+}
+
+TEST_CASE("Samples that are not numbers become silence with a warning") {
+    const TemporaryFolder folder;
+    // Our own writer would mute them.
+    SF_INFO info{};
+    info.samplerate = 48000;
+    info.channels = 1;
+    info.format = SF_FORMAT_WAV | SF_FORMAT_FLOAT;
+    SNDFILE* const sound = sf_open((folder / "a.wav").c_str(), SFM_WRITE, &info);
+    REQUIRE(sound != nullptr);
+    const std::array samples{0.5F, NAN, INFINITY, 0.25F};
+    sf_writef_float(sound, samples.data(), 4);
+    sf_close(sound);
+    const SoundClip clip = read_sound(folder / "a.wav", 48000);
+    CHECK(clip.samples == std::vector<float>{0.5F, 0, 0, 0.25F});
+    CHECK(clip.warnings.size() == 1);
+}
+
+TEST_CASE("Samples that are not finite are written as silence and counted") {
+    const TemporaryFolder folder;
+    const fs::path file = folder / "out.wav";
+    WavWriter writer(file, 48000, 2, SampleFormat::float32);
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    writer.write(std::array{0.5F, kInfinity, 0.25F, 0.25F});
+    CHECK(writer.muted_samples() == 1);
+    writer.write(std::array{-kInfinity, std::numeric_limits<float>::quiet_NaN()});
+    CHECK(writer.muted_samples() == 3);
+    writer.commit();
+    const SoundClip read = read_sound(file, 48000);
+    CHECK(read.samples == std::vector<float>{0.25F, 0.25F, 0});
+    // The mixing down; a sample that was not finite would be a second warning.
+    CHECK(read.warnings.size() == 1);
+}
+
+TEST_CASE("A sound shorter than half a sample of the output has one sample") {
+    const TemporaryFolder folder;
+    write_wav(folder / "a.wav", 192000, 1, {0.5F});
+    const SoundClip clip = read_sound(folder / "a.wav", 8000);
+    REQUIRE(clip.samples.size() == 1);
+    CHECK(std::isfinite(clip.samples[0]));
+}
+
+TEST_CASE("Rates and channels that no sound has are refused") {
+    const TemporaryFolder folder;
+    write_wav(folder / "a.wav", 48000, 1, std::vector<float>(48000, 0.5F));
+    // The header's fields, as in a file that was damaged.
+    const auto with_field = [&](const std::string& name, std::size_t offset, std::uint32_t value,
+                                std::size_t size) {
+        std::string content = bytes(folder / "a.wav");
+        for (std::size_t i = 0; i < size; ++i)
+            content[offset + i] = static_cast<char>(value >> (8 * i));
+        std::ofstream(folder / name, std::ios::binary) << content;
+        return error_of(folder / name);
+    };
+    constexpr std::size_t kChannels = 22;
+    constexpr std::size_t kRate = 24;
+    CHECK(with_field("rate.wav", kRate, 1, 4) ==
+          (folder / "rate.wav").string() +
+              ": has a sample rate of 1 Hz; expected 1000 to 768000 Hz");
+    CHECK(with_field("fast.wav", kRate, 768'001, 4).find("sample rate") != std::string::npos);
+    CHECK(with_field("channels.wav", kChannels, 65, 2) ==
+          (folder / "channels.wav").string() + ": has 65 channels; expected 1 to 64");
+    CHECK_FALSE(with_field("none.wav", kChannels, 0, 2).empty());
+}
+
+TEST_CASE("A pipe or a device is not read as sound") {
+    const TemporaryFolder folder;
+    REQUIRE(mkfifo((folder / "pipe.wav").c_str(), 0600) == 0);
+    for (const fs::path& file : {folder / "pipe.wav", fs::path("/dev/zero")})
+        CHECK(error_of(file) == file.string() + ": is no regular file; expected a sound file");
+}
+
+TEST_CASE("A sound that is cut off is heard as far as it goes, with a warning") {
+    const TemporaryFolder folder;
+    std::vector<float> tone(20000);
+    for (std::size_t n = 0; n < tone.size(); ++n)
+        tone[n] = 0.5F * static_cast<float>(std::sin(0.1 * static_cast<double>(n)));
+    SF_INFO info{};
+    info.samplerate = 48000;
+    info.channels = 1;
+    info.format = SF_FORMAT_FLAC | SF_FORMAT_PCM_16;
+    const fs::path file = folder / "a.flac";
+    SNDFILE* const sound = sf_open(file.c_str(), SFM_WRITE, &info);
+    REQUIRE(sound != nullptr);
+    sf_writef_float(sound, tone.data(), static_cast<sf_count_t>(tone.size()));
+    sf_close(sound);
+    fs::resize_file(file, fs::file_size(file) / 2);
+    const SoundClip clip = read_sound(file, 48000);
+    CHECK(clip.samples.size() < tone.size());
+    REQUIRE(clip.warnings.size() == 1);
+    CHECK(clip.warnings[0].find(" of 20000 samples") != std::string::npos);
+}
+
+TEST_CASE("Samples too large to be filtered become silence with a warning") {
+    const TemporaryFolder folder;
+    std::vector<float> samples(1000, 0.25F);
+    samples[500] = 3e38F;
+    write_wav(folder / "a.wav", 44100, 1, samples);
+    const SoundClip clip = read_sound(folder / "a.wav", 48000);
+    CHECK(clip.warnings.size() == 1);
+    for (const float x : clip.samples) CHECK(std::abs(x) < 1);
+}
+
+TEST_CASE("Without commit nothing is left behind and an older file stays") {
+    const TemporaryFolder folder;
+    {
+        WavWriter writer(folder / "a.wav", 48000, 1, SampleFormat::float32);
+        writer.write(std::vector<float>(1000, 0.5F));
+    }
+    CHECK(folder.empty());
+    write_wav(folder / "a.wav", 48000, 1, {0.5F});
+    const std::string before = bytes(folder / "a.wav");
+    {
+        WavWriter writer(folder / "a.wav", 48000, 1, SampleFormat::float32);
+        writer.write(std::vector<float>(1000, 0.5F));
+    }
+    CHECK(bytes(folder / "a.wav") == before);
+    CHECK(std::distance(fs::directory_iterator(folder.path()), {}) == 1);
+}
+
+TEST_CASE("A place that cannot be written to is an input error") {
+    const TemporaryFolder folder;
+    fs::create_directory(folder / "folder.wav");
+    for (const fs::path& file :
+         {folder / "folder.wav", folder / "no/such/folder/a.wav", fs::path("/dev/null")}) {
+        CAPTURE(file);
+        CHECK_THROWS_AS(WavWriter(file, 48000, 1, SampleFormat::float32), AudioInputError);
+    }
+    CHECK(fs::is_character_file("/dev/null"));
+}
+
+TEST_CASE("A full disk fails, says so and leaves nothing behind") {
+    const TemporaryFolder folder;
+    // A limit on the size of files makes write() fall short as a full disk does.
+    rlimit before{};
+    REQUIRE(getrlimit(RLIMIT_FSIZE, &before) == 0);
+    const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit small{65536, before.rlim_max};
+    REQUIRE(setrlimit(RLIMIT_FSIZE, &small) == 0);
+    std::string error;
+    try {
+        WavWriter writer(folder / "a.wav", 48000, 1, SampleFormat::float32);
+        for (int i = 0; i < 100; ++i) writer.write(std::vector<float>(1000, 0.5F));
+        writer.commit();
+    } catch (const AudioFailure& failure) {
+        error = failure.what();
+    }
+    REQUIRE(setrlimit(RLIMIT_FSIZE, &before) == 0);
+    std::signal(SIGXFSZ, old_handler);
+    CHECK(error.starts_with((folder / "a.wav").string() + ": writing failed"));
+    CHECK(folder.empty());
+}

@@ -1,0 +1,457 @@
+#include "audio/render/renderer.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <vector>
+
+#include "audio/convolution/convolver.h"
+#include "audio/dsp/fractional_delay.h"
+#include "audio/render/render_frame.h"
+#include "tests/audio/player.h"
+#include "tests/audio/convolution/signals.h"
+
+using namespace aula;
+using namespace aula::test;
+
+namespace {
+
+Signal impulse(std::size_t samples, std::size_t at = 0) {
+    Signal signal(samples);
+    signal[at] = 1;
+    return signal;
+}
+
+/// Reverberation for tests: noise that decays, of unit energy in W and a third in the others.
+Signals reverberation(std::size_t samples, unsigned seed) {
+    Signals channels = random_signals(4, samples, seed);
+    for (std::size_t c = 0; c < 4; ++c) {
+        double energy = 0;
+        for (std::size_t n = 0; n < samples; ++n) {
+            channels[c][n] *= std::exp(-4 * static_cast<float>(n) / static_cast<float>(samples));
+            energy += double{channels[c][n]} * double{channels[c][n]};
+        }
+        const double scale = std::sqrt((c == 0 ? 1.0 : 1.0 / 3) / energy);
+        for (float& x : channels[c]) x *= static_cast<float>(scale);
+    }
+    return channels;
+}
+
+/// A walk of 3 s at 1.5 m/s away from a source 2 m away: everything changes 30 times a second.
+/// `unrelated` reverberation is another one in each frame.
+Signals walk(const RendererConfig& config, const std::shared_ptr<const Hrtf>& hrtf, Signal dry,
+             bool unrelated) {
+    const std::size_t samples = dry.size();
+    Player player(config, hrtf, {std::move(dry)});
+    for (unsigned frame = 0; player.done() < samples; ++frame) {
+        const double distance_m = 2 + 1.5 * frame / 30.0;
+        const Signals late = reverberation(config.response_samples, unrelated ? frame : 0);
+        SourceSound sound = sound_of(late);
+        const double angle = 0.02 * frame;
+        const std::array<float, 3> direction{static_cast<float>(std::cos(angle)),
+                                             static_cast<float>(std::sin(angle)), 0};
+        const auto gain = static_cast<float>(1 / distance_m);
+        sound.direct = path_of(distance_m / kSpeed_m_s * kRate_hz, gain, direction);
+        sound.early = {path_of((distance_m + 3) / kSpeed_m_s * kRate_hz, 0.5F * gain, direction)};
+        player.publish({sound});
+        player.play_until(std::min<std::size_t>(samples, (frame + 1) * 1600));
+    }
+    return player.outputs();
+}
+
+}  // namespace
+
+TEST_CASE("A source at d metres is heard after d / c with 1 / d of its amplitude") {
+    Player player(config_for(OutputFormat::mono), nullptr, {impulse(2048, 10)});
+    SourceSound sound;
+    sound.direct = path_of(420, 1 / 3.0F);
+    player.publish({sound});
+    player.play_until(2048);
+    Signal expected(2048);
+    expected[430] = 1 / 3.0F;
+    CHECK(player.output(0) == expected);
+}
+
+TEST_CASE("Delays between samples have the phase of that delay and leave the level alone") {
+    const double delay = GENERATE(100.25, 333.5, 16.875);
+    const double frequency_hz = GENERATE(100.0, 1000.0, 8000.0, 16000.0);
+    Player player(config_for(OutputFormat::mono), nullptr, {sine(frequency_hz, 4096, kRate_hz)});
+    SourceSound sound;
+    sound.direct = path_of(delay, 1);
+    player.publish({sound});
+    player.play_until(4096);
+    double worst = 0;
+    for (std::size_t n = 1000; n < 4096; ++n) {
+        const double expected = std::sin(2 * std::numbers::pi * frequency_hz *
+                                         (static_cast<double>(n) - delay) / kRate_hz);
+        worst = std::max(worst, std::abs(double{player.output(0)[n]} - expected));
+    }
+    // The interpolator's error: -80 dB asked for up to 8 kHz.
+    CHECK(worst < (frequency_hz > 10000 ? 1e-3 : 1e-4));
+}
+
+TEST_CASE("Before the first frame all is silent, and the first is taken without a fade") {
+    const OutputFormat format = GENERATE(OutputFormat::mono, OutputFormat::foa);
+    Player player(config_for(format), nullptr, random_signals(1, 2048, 1));
+    player.play_until(512);
+    SourceSound sound;
+    sound.direct = path_of(100, 1);
+    player.publish({sound});
+    player.play_until(2048);
+    const Signal in = random_signals(1, 2048, 1)[0];
+    for (std::size_t n = 0; n < 2048; ++n) {
+        // Whatever was played before is in the delay line already.
+        CHECK(player.output(0)[n] == (n < 512 ? 0.0F : in[n - 100]));
+    }
+}
+
+TEST_CASE("The whole chain agrees with the sums that define it") {
+    const std::vector<std::size_t> calls =
+        GENERATE(std::vector<std::size_t>{256}, std::vector<std::size_t>{100, 256, 1, 31});
+    const std::size_t samples = 8192;
+    const Signals inputs = random_signals(2, samples, 5);
+    const Signals late = reverberation(4000, 6);
+    std::vector<SourceSound> sounds{sound_of(late), SourceSound{}};
+    sounds[0].gain = 0.5F;
+    sounds[0].direct = path_of(200, 0.7F, {0, 1, 0});
+    // The second source has image sources only, one of them between samples.
+    sounds[1].early = {path_of(300, 0.4F, {0, 0, 1}), path_of(1000.5, 0.3F, {0.6F, 0, 0.8F})};
+
+    Player player(config_for(OutputFormat::foa, 2), nullptr, inputs);
+    player.publish(sounds);
+    player.play_until(samples, calls);
+
+    const std::array<std::array<double, 4>, 3> encoding{
+        {{1, 1, 0, 0}, {1, 0, 1, 0}, {1, 0, 0.8, 0.6}}};
+    const std::array<float, kInterpolationTaps> half = FractionalDelay().impulse(0.5);
+    double worst = 0;
+    for (std::size_t c = 0; c < 4; ++c) {
+        for (std::size_t n = 2000; n < samples; n += 37) {
+            double sum = 0.5 * 0.7 * encoding[0][c] * double{inputs[0][n - 200]};
+            for (std::size_t k = 0; k < std::min<std::size_t>(n + 1, 4000); ++k) {
+                sum += 0.5 * double{late[c][k]} * double{inputs[0][n - k]};
+            }
+            sum += double{0.4F} * encoding[1][c] * double{inputs[1][n - 300]};
+            for (std::size_t k = 0; k < half.size(); ++k) {
+                sum += double{0.3F} * encoding[2][c] * double{half[k]} *
+                       double{inputs[1][n - 1000 + FractionalDelay::kBefore - k]};
+            }
+            worst = std::max(worst, std::abs(double{player.output(c)[n]} - sum));
+        }
+    }
+    // Rounding, as for the convolver: outputs of the order of 1 to 4.
+    CHECK(worst < 1e-5);
+}
+
+TEST_CASE("Calls of varying size give what whole blocks give") {
+    const auto play = [](const std::vector<std::size_t>& calls) {
+        Player player(config_for(OutputFormat::foa), nullptr, random_signals(1, 12000, 7));
+        for (unsigned frame = 0; frame < 5; ++frame) {
+            const Signals late = reverberation(4800, frame);
+            SourceSound sound = sound_of(late);
+            sound.direct = path_of(500 + 7.3 * frame, 0.5F, {0, 1, 0});
+            player.publish({sound});
+            // Frames are taken at the start of a call: the same one for both.
+            player.play_until((frame + 1) * 2304, calls);
+        }
+        return player.outputs();
+    };
+    const Signals whole = play({256});
+    const Signals varying = play({1, 200, 56, 255, 17});
+    double worst = 0;
+    for (std::size_t c = 0; c < 4; ++c) {
+        for (std::size_t n = 0; n < 5 * 2304; ++n) {
+            worst = std::max(worst, double{std::abs(whole[c][n] - varying[c][n])});
+        }
+    }
+    CHECK(worst < 1e-5);  // rounding
+    CHECK(worst > 0);     // different sums were made
+}
+
+TEST_CASE("An exchange of frames is a raised-cosine crossfade of their outputs") {
+    const std::size_t samples = 6000;
+    const Signals input = random_signals(1, samples, 8);
+    // So short that it is all in the first level of the convolution.
+    const std::array<Signals, 2> late{reverberation(1000, 9), reverberation(1000, 10)};
+    std::array<Signal, 2> alone;
+    for (std::size_t i = 0; i < 2; ++i) {
+        Player player(config_for(OutputFormat::mono), nullptr, input);
+        player.publish({sound_of(late[i])});
+        player.play_until(samples);
+        alone[i] = player.output(0);
+    }
+    Player player(config_for(OutputFormat::mono), nullptr, input);
+    player.publish({sound_of(late[0])});
+    player.play_until(2048);
+    player.publish({sound_of(late[1])});
+    player.play_until(samples);
+    const std::vector<float> weights = raised_cosine(1024);
+    double worst = 0;
+    for (std::size_t n = 0; n < samples; ++n) {
+        const float w = n < 2048 ? 0 : n - 2048 < weights.size() ? weights[n - 2048] : 1;
+        const float expected = (1 - w) * alone[0][n] + w * alone[1][n];
+        worst = std::max(worst, double{std::abs(player.output(0)[n] - expected)});
+    }
+    CHECK(worst < 1e-5);  // rounding
+}
+
+TEST_CASE("A tone stays a tone through a walk") {
+    const bool unrelated = GENERATE(false, true);
+    const double frequency_hz = GENERATE(1000.0, 8000.0);
+    const Signals outputs = walk(config_for(OutputFormat::foa), nullptr,
+                                 sine(frequency_hz, 144000, kRate_hz), unrelated);
+    for (std::size_t c = 0; c < 4; ++c) {
+        // After the onset. Z has no direct sound.
+        const Signal steady(outputs[c].begin() + 9600, outputs[c].end());
+        const double outside_db = energy_outside_db(steady, frequency_hz, 200, kRate_hz);
+        CAPTURE(c, unrelated, frequency_hz);
+        CHECK(outside_db < -60);
+    }
+}
+
+TEST_CASE("A hard exchange of the same walk would be heard") {
+    // The companion of the test above: frames spliced without a fade.
+    const Signal tone = sine(1000, 48000, kRate_hz);
+    Signal spliced(48000);
+    for (std::size_t n = 0; n < spliced.size(); ++n) {
+        const auto frame = static_cast<double>(n / 1600);
+        const double distance_m = 2 + 1.5 * frame / 30;
+        const double at = static_cast<double>(n) - distance_m / kSpeed_m_s * kRate_hz;
+        spliced[n] =
+            static_cast<float>(std::sin(2 * std::numbers::pi * 1000 * at / kRate_hz) / distance_m);
+    }
+    CHECK(energy_outside_db(spliced, 1000, 200, kRate_hz) > -60);
+    CHECK(energy_outside_db(tone, 1000, 200, kRate_hz) < -80);
+}
+
+TEST_CASE("A source that goes away is heard lower by the Doppler shift") {
+    RendererConfig config = config_for(OutputFormat::mono);
+    Player player(config, nullptr, {sine(4000, 96000, kRate_hz)});
+    for (unsigned frame = 0; player.done() < 96000; ++frame) {
+        SourceSound sound;
+        // 10 m/s.
+        sound.direct = path_of((20 + 10 * frame / 30.0) / kSpeed_m_s * kRate_hz, 1);
+        player.publish({sound});
+        player.play_until(std::min<std::size_t>(96000, (frame + 1) * 1600));
+    }
+    const double expected_hz = 4000 * (1 - 10 / kSpeed_m_s);
+    const Signal steady(player.output(0).begin() + 9600, player.output(0).end());
+    // The delay line is retargeted at block boundaries, not quite every 1600 samples: the shift
+    // wavers about its mean by some hertz.
+    CHECK(energy_outside_db(steady, expected_hz, 60, kRate_hz) < -40);
+    CHECK(energy_outside_db(steady, 4000, 60, kRate_hz) > -3);
+}
+
+TEST_CASE("A source that jumps is crossfaded, not swept") {
+    SourceSound before;
+    before.direct = path_of(480, 1);
+    SourceSound after;
+    after.direct = path_of(2424, 0.5F);
+    CHECK(worst_off_crossfade(before, 480, after, 2424) < 1e-5);  // rounding: whole samples
+}
+
+TEST_CASE("Direct sound that is hidden fades away and comes back without a click") {
+    const std::size_t samples = 48000;
+    Player player(config_for(OutputFormat::foa), nullptr, {sine(1000, samples, kRate_hz)});
+    SourceSound visible;
+    visible.direct = path_of(480, 1);
+    for (std::size_t turn = 0; turn < 12; ++turn) {
+        player.publish({turn % 2 == 0 ? visible : SourceSound{}});
+        player.play_until((turn + 1) * 4000);
+    }
+    const Signal steady(player.output(0).begin() + 2000, player.output(0).end());
+    CHECK(energy_outside_db(steady, 1000, 200, kRate_hz) < -60);
+    // Hidden in the last turn, exactly silent once the fade is over.
+    CHECK(std::all_of(player.output(0).end() - 2000, player.output(0).end(),
+                      [](float x) { return x == 0; }));
+}
+
+TEST_CASE("Turning the head turns the field the other way") {
+    // Looking along world y, the head's x axis is y, its y axis is -x.
+    const HeadRotation left{{{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}}};
+    Signals late(4, Signal(1));
+    late[0][0] = 1;  // from world x, the right of that head
+    late[3][0] = 1;
+    SourceSound sound = sound_of(late);
+    sound.early = {path_of(100, 1, {0, 1, 0})};  // in front of it
+    sound.direct = path_of(200, 1, {0, -1, 0});  // behind it
+    Player player(config_for(OutputFormat::foa), nullptr, {impulse(1024)});
+    player.publish({sound});
+    player.play_until(1024, {256}, left);
+    const auto at = [&](std::size_t n) {
+        return std::array<float, 4>{player.output(0)[n], player.output(1)[n], player.output(2)[n],
+                                    player.output(3)[n]};
+    };
+    // Rounding of the convolution; the direct path is exact.
+    const auto agrees = [](const std::array<float, 4>& a, const std::array<float, 4>& b) {
+        return std::equal(a.begin(), a.end(), b.begin(),
+                          [](float x, float y) { return std::abs(x - y) < 1e-6F; });
+    };
+    CHECK(agrees(at(0), {1, -1, 0, 0}));
+    CHECK(agrees(at(100), {1, 0, 0, 1}));
+    CHECK(agrees(at(200), {1, 0, 0, -1}));
+}
+
+TEST_CASE("A head that turns at once does not click") {
+    Signals late(4, Signal(1));
+    late[0][0] = late[1][0] = 1;
+    const HeadRotation turned{{{-1, 0, 0}, {0, -1, 0}, {0, 0, 1}}};
+    Player player(config_for(OutputFormat::foa), nullptr, {sine(1000, 24000, kRate_hz)});
+    player.publish({sound_of(late)});
+    for (std::size_t turn = 0; turn < 12; ++turn) {
+        player.play_until((turn + 1) * 2000, {256, 100}, turn % 2 == 0 ? kNoRotation : turned);
+    }
+    // Y goes from 1 to -1 and back in straight lines of 256 samples, 24 times a second: these have
+    // -50 dB of their energy more than 1 kHz away, a hard turn -20 dB.
+    CHECK(energy_outside_db(player.output(1), 1000, 1000, kRate_hz) < -45);
+}
+
+TEST_CASE("Mono is the W of ambisonics") {
+    const Signals late = reverberation(3000, 11);
+    SourceSound sound = sound_of(late);
+    sound.early = {path_of(77.7, 0.5F, {0, 1, 0})};
+    sound.direct = path_of(55.5, 0.8F, {0, 0, 1});
+    Signals outputs;
+    for (const OutputFormat format : {OutputFormat::mono, OutputFormat::foa}) {
+        Player player(config_for(format), nullptr, random_signals(1, 6000, 12));
+        player.publish({sound});
+        player.play_until(6000);
+        outputs.push_back(player.output(0));
+    }
+    double worst = 0;
+    for (std::size_t n = 0; n < 6000; ++n) {
+        worst = std::max(worst, double{std::abs(outputs[0][n] - outputs[1][n])});
+    }
+    CHECK(worst < 1e-6);
+}
+
+TEST_CASE("The same calls give the same bytes") {
+    const auto play = [] {
+        return walk(config_for(OutputFormat::foa), nullptr, random_signals(1, 24000, 13)[0], true);
+    };
+    CHECK(play() == play());
+}
+
+TEST_CASE("Reflections before the response's first samples and after its last do no harm") {
+    // Baked into the filter, of one tap each; what would come before the emission is cut off.
+    const double delay = 2.25;
+    SourceSound sound;
+    sound.early = {path_of(delay, 1), path_of(4795, 0.5F), path_of(4800, 0.5F), path_of(1e7, 0.5F)};
+    Player player(config_for(OutputFormat::mono), nullptr, {impulse(16384)});
+    player.publish({sound});
+    player.play_until(16384);
+    Signal expected(16384);
+    const std::array<float, kInterpolationTaps> part = FractionalDelay().impulse(0.25);
+    for (std::size_t k = 0; k < part.size(); ++k) {
+        if (k + 2 >= FractionalDelay::kBefore)
+            expected[k + 2 - FractionalDelay::kBefore] += part[k];
+    }
+    expected[4795] += 0.5F;
+    double worst = 0;
+    for (std::size_t n = 0; n < expected.size(); ++n) {
+        worst = std::max(worst, double{std::abs(player.output(0)[n] - expected[n])});
+    }
+    // Rounding of the convolution, and of the filter's design.
+    CHECK(worst < 1e-5);
+}
+
+TEST_CASE("Direct sound may come after the response's end, up to the longest delay") {
+    RendererConfig config = config_for(OutputFormat::mono, 1, 1000);
+    config.longest_delay_s = 0.2;  // 9600 samples
+    for (const double delay : {5000.0, 9600.0, 20000.0}) {
+        Player player(config, nullptr, {impulse(24000, 3)});
+        SourceSound sound;
+        sound.direct = path_of(delay, 0.5F);
+        player.publish({sound});
+        player.play_until(24000);
+        // From farther away it is heard as from there.
+        Signal expected(24000);
+        expected[3 + static_cast<std::size_t>(std::min(delay, 9600.0))] = 0.5F;
+        CHECK(player.output(0) == expected);
+    }
+}
+
+TEST_CASE("A renderer's tail lasts until its longest path, and its stamp is the newest frame's") {
+    RendererConfig config = config_for(OutputFormat::mono, 2, 1000);
+    config.longest_delay_s = 1;
+    Renderer renderer(config, nullptr);
+    RenderFrameBuilder builder(config, nullptr);
+    CHECK(renderer.tail_samples() == 1000);
+    const Signal silence(256);
+    Signal heard(256);
+    const std::array<const float*, 2> in{silence.data(), silence.data()};
+    const std::array<float*, 1> out{heard.data()};
+    std::int64_t stamp = 0;
+    for (const double delay : {300.0, 4000.0, 2000.0}) {
+        std::vector<SourceSound> sounds(2);
+        sounds[0].direct = path_of(200, 1);
+        sounds[1].early = {path_of(delay, 1)};
+        sounds[1].early[0].id = 9;
+        std::unique_ptr<RenderFrame> frame = builder.make_frame();
+        builder.prepare(sounds, *frame);
+        frame->stamp = ++stamp;
+        renderer.mailbox().publish(std::move(frame));
+        for (int block = 0; block < 8; ++block) renderer.render(in, kNoRotation, out, 256);
+        CHECK(renderer.newest_stamp() == stamp);
+        CHECK(renderer.tail_samples() == static_cast<std::int64_t>(std::max(1000.0, delay)));
+    }
+}
+
+TEST_CASE("A crossfade is over before the next frame comes, but for frames too short for one") {
+    for (const double frame_rate_hz : {10.0, 30.0, 50.0, 60.0, 100.0}) {
+        for (const int block : {64, 256, 1024}) {
+            RendererConfig config = config_for(OutputFormat::mono);
+            config.frame_s = 1 / frame_rate_hz;
+            config.block = block;
+            const RenderShape shape(config, nullptr);
+            const double left = kRate_hz / frame_rate_hz - block;
+            CAPTURE(frame_rate_hz, block);
+            // A block late at most; as long as at 48 kHz 1024 samples are where there is time.
+            CHECK(static_cast<double>(shape.fade_samples) ==
+                  Approx(std::clamp(left, 512.0, 1024.0)));
+        }
+    }
+}
+
+TEST_CASE("Twelve reflections move in all, of one source at least one and at most six") {
+    for (const auto& [sources, moving] : {std::pair(1, 6), std::pair(2, 6), std::pair(3, 4),
+                                          std::pair(4, 3), std::pair(12, 1), std::pair(50, 1)}) {
+        const RendererConfig config =
+            config_for(OutputFormat::mono, static_cast<std::size_t>(sources));
+        // And the direct sound.
+        CHECK(RenderShape(config, nullptr).moving_paths == static_cast<std::size_t>(moving + 1));
+    }
+}
+
+TEST_CASE("A reflection that moves gives way to another only where that is twice as strong") {
+    // Seven reflections for six places: the one baked into the filter is heard at whole samples
+    // like the others, so frames are looked into.
+    RendererConfig config = config_for(OutputFormat::mono);
+    RenderFrameBuilder builder(config, nullptr);
+    std::unique_ptr<RenderFrame> frame = builder.make_frame();
+    SourceSound sound;
+    for (unsigned k = 0; k < 7; ++k) {
+        sound.early.push_back(path_of(400 + 10 * k, k == 6 ? 0.9F : 1));
+        sound.early.back().id = 100 + k;
+    }
+    const auto moves = [&](std::uint64_t id) {
+        builder.prepare({&sound, 1}, *frame);
+        const auto& paths = frame->parts->paths[0];
+        return std::any_of(paths.begin(), paths.end(),
+                           [&](const PathSound& path) { return path.present && path.id == id; });
+    };
+    CHECK_FALSE(moves(106));
+    sound.early[6].band_gain.fill(1.3F);  // 1.7 times the energy
+    CHECK_FALSE(moves(106));
+    sound.early[6].band_gain.fill(1.5F);
+    CHECK(moves(106));
+    // Back at its old level it stays, as no other is twice as strong.
+    sound.early[6].band_gain.fill(0.9F);
+    CHECK(moves(106));
+    // One that is gone leaves its place.
+    sound.early.pop_back();
+    CHECK_FALSE(moves(106));
+    for (std::uint64_t id = 100; id < 106; ++id) CHECK(moves(id));
+}

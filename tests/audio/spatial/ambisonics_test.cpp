@@ -1,0 +1,147 @@
+#include "audio/spatial/ambisonics.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include "tests/audio/convolution/signals.h"
+
+using namespace aula;
+using namespace aula::test;
+
+namespace {
+
+using Direction = std::array<float, 3>;
+
+Direction random_direction(std::mt19937& random) {
+    std::normal_distribution<double> normal;
+    const double x = normal(random);
+    const double y = normal(random);
+    const double z = normal(random);
+    const double length = std::hypot(x, y, z);
+    return {static_cast<float>(x / length), static_cast<float>(y / length),
+            static_cast<float>(z / length)};
+}
+
+/// Rotations about x, y and z, one after another.
+HeadRotation random_rotation(std::mt19937& random) {
+    std::uniform_real_distribution<double> angle(-std::numbers::pi, std::numbers::pi);
+    HeadRotation rotation = kNoRotation;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double a = angle(random);
+        const std::size_t i = (axis + 1) % 3;
+        const std::size_t j = (axis + 2) % 3;
+        for (std::size_t c = 0; c < 3; ++c) {
+            const double before_i{rotation[i][c]};
+            const double before_j{rotation[j][c]};
+            rotation[i][c] = static_cast<float>(std::cos(a) * before_i - std::sin(a) * before_j);
+            rotation[j][c] = static_cast<float>(std::sin(a) * before_i + std::cos(a) * before_j);
+        }
+    }
+    return rotation;
+}
+
+/// The channels of a plane wave from a direction.
+Signals plane_wave(const Direction& direction, const Signal& signal, int order) {
+    Signals channels(ambisonic_channels(order), signal);
+    const auto gains = encode_direction(direction);
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+        for (float& x : channels[c]) x *= gains[c];
+    }
+    return channels;
+}
+
+void turn(FieldRotation& rotation, Signals& field, std::size_t from, std::size_t to) {
+    std::vector<float*> pointers;
+    for (Signal& channel : field) pointers.push_back(channel.data() + from);
+    rotation.process(pointers, to - from);
+}
+
+}  // namespace
+
+TEST_CASE("Harmonics are orthogonal over the sphere with SN3D's energies 1 / (2 l + 1)") {
+    // Gauss-Legendre would be exact; a fine lattice is near enough: its error falls as 1 / points.
+    constexpr int kPoints = 20000;
+    std::array<std::array<double, 16>, 16> products{};
+    for (int p = 0; p < kPoints; ++p) {
+        const double z = 1 - (2.0 * p + 1) / kPoints;
+        const double azimuth = std::numbers::pi * (3 - std::sqrt(5.0)) * p;
+        const double r = std::sqrt(1 - z * z);
+        const auto y =
+            encode_direction({static_cast<float>(r * std::cos(azimuth)),
+                              static_cast<float>(r * std::sin(azimuth)), static_cast<float>(z)});
+        for (std::size_t i = 0; i < 16; ++i) {
+            for (std::size_t j = 0; j < 16; ++j) {
+                products[i][j] += double{y[i]} * double{y[j]} / kPoints;
+            }
+        }
+    }
+    for (std::size_t i = 0; i < 16; ++i) {
+        for (std::size_t j = 0; j < 16; ++j) {
+            const double expected = i == j ? 1.0 / (2 * order_of_channel(i) + 1) : 0;
+            CHECK(products[i][j] == Approx(expected).margin(1e-3));
+        }
+    }
+    // AmbiX: the first channels point left, up and to the front.
+    CHECK(encode_direction({0, 1, 0})[1] == 1);
+    CHECK(encode_direction({0, 0, 1})[2] == 1);
+    CHECK(encode_direction({1, 0, 0})[3] == 1);
+}
+
+TEST_CASE("A turned field is the field of the turned directions, in every order") {
+    std::mt19937 random(1);
+    for (int order = 0; order <= kHighestAmbisonicOrder; ++order) {
+        double worst = 0;
+        for (int trial = 0; trial < 200; ++trial) {
+            const HeadRotation head = random_rotation(random);
+            const Direction world = random_direction(random);
+            FieldRotation rotation(order, 64);
+            rotation.turn_to(head);
+            Signals field = plane_wave(world, {1}, order);
+            turn(rotation, field, 0, 1);
+            const auto expected = encode_direction(in_head_axes(head, world));
+            for (std::size_t c = 0; c < field.size(); ++c) {
+                worst = std::max(worst, double{std::abs(field[c][0] - expected[c])});
+            }
+        }
+        CAPTURE(order);
+        // Rounding: a few dozen operations on numbers of the order of 1.
+        CHECK(worst < 5e-6);
+    }
+}
+
+TEST_CASE("A turn is a straight crossfade of the turned fields, whatever the calls' sizes") {
+    std::mt19937 random(2);
+    const HeadRotation before = random_rotation(random);
+    const HeadRotation after = random_rotation(random);
+    const Direction world = random_direction(random);
+    constexpr std::size_t kGlide = 256;
+    const Signal noise = random_signals(1, 1000, 3)[0];
+    for (const std::size_t call : {1000U, 256U, 37U}) {
+        FieldRotation rotation(3, kGlide);
+        rotation.turn_to(before);
+        Signals field = plane_wave(world, noise, 3);
+        for (std::size_t n = 0; n < 1000; n += call) {
+            if (n >= 300) rotation.turn_to(after);
+            turn(rotation, field, n, std::min<std::size_t>(n + call, 1000));
+        }
+        const std::size_t begin = (300 + call - 1) / call * call;
+        const auto from = encode_direction(in_head_axes(before, world));
+        const auto to = encode_direction(in_head_axes(after, world));
+        double worst = 0;
+        for (std::size_t n = 0; n < 1000; ++n) {
+            const double share =
+                n < begin ? 0 : std::min(1.0, static_cast<double>(n - begin + 1) / kGlide);
+            for (std::size_t c = 0; c < 16; ++c) {
+                const double expected =
+                    double{noise[n]} * ((1 - share) * double{from[c]} + share * double{to[c]});
+                worst = std::max(worst, std::abs(double{field[c][n]} - expected));
+            }
+        }
+        CAPTURE(call);
+        // Rounding, noise of up to 4; steps are added up to 64 samples at a time.
+        CHECK(worst < 5e-5);
+    }
+}

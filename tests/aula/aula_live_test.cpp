@@ -1,0 +1,244 @@
+#include <signal.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "apps/session/live/player.h"
+#include "apps/session/session.h"
+#include "audio/device/device.h"
+#include "audio/file/sound_file.h"
+#include "engine/scene/scene_file.h"
+#include "tests/support/jack_server.h"
+#include "tests/support/octave.h"
+#include "tests/support/program.h"
+#include "tests/support/pulse_server.h"
+#include "tests/support/small_scenes.h"
+#include "tests/support/wait.h"
+
+// As audio/device/port_audio_output.cpp has it.
+extern "C" [[gnu::weak]] void PaUtil_SetDebugPrintFunction(void (*print)(const char* message));
+
+namespace {
+
+using namespace aula::test;
+
+constexpr double kRate_hz = 48000;
+
+/// The lag in samples at which `late` is most like `early`: first by their loudness in
+/// milliseconds, then by the samples themselves.
+std::size_t lag(const std::vector<float>& early, const std::vector<float>& late) {
+    constexpr std::size_t kMillisecond = 48;
+    const auto best = [](const std::vector<float>& a, const std::vector<float>& b, std::size_t from,
+                         std::size_t to) {
+        std::size_t best_lag = from;
+        double best_product = -1;
+        for (std::size_t l = from; l <= to; ++l) {
+            double product = 0;
+            for (std::size_t i = 0; i < a.size() && i + l < b.size(); ++i)
+                product += static_cast<double>(a[i]) * static_cast<double>(b[i + l]);
+            if (product > best_product) {
+                best_product = product;
+                best_lag = l;
+            }
+        }
+        return best_lag;
+    };
+    const auto loudness = [](const std::vector<float>& samples) {
+        std::vector<float> out(samples.size() / kMillisecond);
+        for (std::size_t i = 0; i < out.size() * kMillisecond; ++i)
+            out[i / kMillisecond] += std::abs(samples[i]);
+        return out;
+    };
+    const auto a = loudness(early);
+    const auto b = loudness(late);
+    const std::size_t coarse = kMillisecond * best(a, b, 0, b.size() / 2);
+    const std::size_t from = coarse - std::min(coarse, 3 * kMillisecond);
+    return best(early, late, from, coarse + 3 * kMillisecond);
+}
+
+/// More wants to run than there are processors.
+bool machine_is_busy() {
+    double load = 0;
+    return getloadavg(&load, 1) == 1 && load > std::thread::hardware_concurrency();
+}
+
+/// Whether anything but silence is played on a server.
+bool sound_comes(const PulseServer& server, const TemporaryFolder& folder) {
+    constexpr std::streamoff kHeader = 4096;  // no WAV's is as long
+    const std::filesystem::path heard = folder.path() / "heard.wav";
+    std::filesystem::remove(heard);
+    const auto recorder = server.record(heard);
+    return comes([&] {
+        std::ifstream file(heard, std::ios::binary);
+        file.seekg(kHeader);
+        return std::any_of(std::istreambuf_iterator<char>(file), {}, [](char c) { return c != 0; });
+    });
+}
+
+}  // namespace
+
+TEST_CASE("Without a device the program plays to nobody, as long as it was asked to") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const ProgramResult played =
+        run_program({AULA_PROGRAM, scene, "--no-window", "--device", "none", "--duration", "1"});
+    INFO(played.err);
+    CHECK(played.status == 0);
+    CHECK(played.out.empty());
+    CHECK(played.err.find("played 1.0 s, ") != std::string::npos);
+    CHECK(played.err.find("is gone") == std::string::npos);
+}
+
+TEST_CASE("Where there is no device the program says how to play without") {
+    if (!aula::list_output_devices().empty()) {
+        WARN("skipped: this machine has a sound device");
+        return;
+    }
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const ProgramResult played = run_program({AULA_PROGRAM, scene, "--no-window"});
+    INFO(played.err);
+    CHECK(played.status == 1);
+    CHECK(played.err.find("--device none") != std::string::npos);
+    CHECK(std::count(played.err.begin(), played.err.end(), '\n') == 1);
+}
+
+TEST_CASE("A PulseAudio server that dies and comes back is told of in a line each, and no more") {
+    if (PaUtil_SetDebugPrintFunction == nullptr) {
+        WARN("skipped: PortAudio's archive is not there, its messages cannot be silenced");
+        return;
+    }
+    PulseServer server;
+    if (!server.running()) {
+        WARN("skipped: no PulseAudio server can run here");
+        return;
+    }
+    if (run_program({AULA_PROGRAM, "--list-devices"}).out.find("pulse") == std::string::npos) {
+        WARN("skipped: ALSA knows no PulseAudio here (libasound2-plugins)");
+        return;
+    }
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    Program program(
+        {AULA_PROGRAM, scene, "--no-window", "--device", "pulse", "--duration", "1000"});
+    // Not before its sound is heard: a stream that is being started when a server dies is given up
+    // only seconds later.
+    REQUIRE(sound_comes(server, folder));
+    server.kill();
+    const auto says = [&](const std::string& text) {
+        return comes([&] { return program.err().find(text) != std::string::npos; });
+    };
+    CHECK(says("is gone"));
+    server.restart();
+    REQUIRE(server.running());
+    CHECK(says("is back"));
+    CHECK(sound_comes(server, folder));
+    program.signal(SIGINT);
+    REQUIRE(comes([&] { return !program.running(); }));
+    const ProgramResult played = program.wait();
+    INFO(played.err);
+    CHECK(played.status == 130);
+    std::istringstream lines(played.err);
+    std::string line;
+    std::size_t told = 0;
+    while (std::getline(lines, line) && !line.starts_with("played ")) {
+        CHECK(line.starts_with("aula: warning: "));
+        if (line.find("the output device \"pulse\"") != std::string::npos) ++told;
+    }
+    CHECK(told == 2);
+    CHECK(line.starts_with("played "));
+}
+
+TEST_CASE("What is heard live is what is rendered, and the program says how late it was") {
+    const JackServer server(256);
+    if (!server.running()) {
+        WARN("skipped: no JACK server can run here");
+        return;
+    }
+    const TemporaryFolder folder;
+    const std::string scene_file = AULA_SOURCE_DIR "/scenes/two_rooms.json";
+    const ProgramResult live =
+        run_program({AULA_PROGRAM, scene_file, "--no-window", "--duration", "1"});
+    INFO(live.err);
+    REQUIRE(live.status == 0);
+    unsigned underruns = 0;
+    unsigned frames = 0;
+    const std::size_t summary = live.err.find("underruns ");
+    REQUIRE(summary != std::string::npos);
+    REQUIRE(std::sscanf(live.err.c_str() + summary, "underruns %u, frames %u", &underruns,
+                        &frames) == 2);
+    CHECK(frames > 0);
+
+    // The player itself records the walk, so that gaps of the server's are not in it. A machine
+    // that is busy with other things slips now and then whatever it plays; a program that is at
+    // fault does so each time.
+    const auto heard_file = folder.path() / "heard.wav";
+    const auto rendered_file = folder.path() / "rendered.wav";
+    const aula::Scene scene = aula::load_scene(scene_file).scene;
+    constexpr int kAttempts = 3;
+    aula::PlayStatus status;
+    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+        aula::Player player(scene, {});
+        player.record(heard_file);
+        do {
+            std::this_thread::sleep_for(std::chrono::milliseconds(50));
+            status = player.status();
+        } while (!status.finished);
+        player.stop_recording();
+        if (status.own_underruns == 0) break;
+    }
+    // Where propagation cannot keep up the walk is heard late, and no comparison is fair.
+    if (50 * status.late_frames > status.frames ||
+        (status.own_underruns > 0 && machine_is_busy())) {
+        WARN("skipped: this machine is too busy to play");
+        return;
+    }
+    CHECK(status.own_underruns == 0);
+    REQUIRE(aula::Session(scene, {}).render(rendered_file));
+
+    // It began to record a little after the beginning, or before the first sound by the limiter's
+    // delay.
+    const auto rendered = aula::read_sound(rendered_file, kRate_hz).samples;
+    auto heard = aula::read_sound(heard_file, kRate_hz).samples;
+    heard.insert(heard.begin(), static_cast<std::size_t>(kRate_hz), 0);
+    const std::size_t shift = lag(rendered, heard);
+    REQUIRE(shift + rendered.size() / 2 < heard.size());
+
+    // The listener is heard one frame later live, 1/30 s: the walk is 5 cm behind. 1 dB is the
+    // just noticeable difference of level. What is 40 dB below the loudest half second is pauses.
+    constexpr std::size_t kHalfSecond = 24000;
+    constexpr double kPauses = 1e-4;
+    std::size_t compared = 0;
+    for (const double centre_hz : {250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0}) {
+        const auto a = octave(rendered, centre_hz, kRate_hz);
+        const auto b = octave(heard, centre_hz, kRate_hz);
+        std::vector<std::pair<double, double>> energies;
+        for (std::size_t at = 0; at + kHalfSecond <= a.size(); at += kHalfSecond) {
+            if (at + shift + kHalfSecond > b.size()) break;
+            auto& [rendered_energy, heard_energy] = energies.emplace_back(0, 0);
+            for (std::size_t i = at; i < at + kHalfSecond; ++i) {
+                rendered_energy += a[i] * a[i];
+                heard_energy += b[i + shift] * b[i + shift];
+            }
+        }
+        const double loudest = std::max_element(energies.begin(), energies.end())->first;
+        for (std::size_t window = 0; window < energies.size(); ++window) {
+            const auto [rendered_energy, heard_energy] = energies[window];
+            if (rendered_energy < kPauses * loudest) continue;
+            INFO(centre_hz << " Hz, from " << 0.5 * static_cast<double>(window) << " s");
+            CHECK(10 * std::log10(heard_energy / rendered_energy) == Approx(0).margin(1));
+            ++compared;
+        }
+    }
+    REQUIRE(compared > 60);
+}

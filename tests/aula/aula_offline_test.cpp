@@ -1,0 +1,216 @@
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "audio/file/sound_file.h"
+#include "tests/support/program.h"
+#include "tests/support/small_scenes.h"
+#include "tests/support/wait.h"
+
+namespace {
+
+using namespace aula::test;
+
+void require_ok(const ProgramResult& result) {
+    INFO(result.err);
+    REQUIRE(result.status == 0);
+}
+
+/// Whether a file is being written in a folder.
+bool file_comes(const std::filesystem::path& folder, Program& program) {
+    return comes([&] { return !names_in(folder).empty() || !program.running(); }) &&
+           !names_in(folder).empty();
+}
+
+}  // namespace
+
+TEST_CASE("The same seed renders the same bytes, with one thread and with two") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const auto render = [&](const std::string& name, std::vector<std::string> options) {
+        const std::string out = folder.path() / name;
+        options.insert(options.begin(), {AULA_PROGRAM, scene, "--offline", out});
+        require_ok(run_program(options));
+        return read_file(out);
+    };
+    const std::string one = render("one.wav", {"--threads", "1", "--duration", "0.6"});
+    const std::string two = render("two.wav", {"--threads", "2", "--duration", "0.6"});
+    const std::string again = render("again.wav", {"--threads", "2", "--duration", "0.6"});
+    const std::string other = render("other.wav", {"--seed", "2", "--duration", "0.6"});
+    // 0.6 s of two channels of 32-bit floats at 48 kHz.
+    REQUIRE(one.size() > 230'400);
+    REQUIRE((one == two));
+    REQUIRE((two == again));
+    REQUIRE_FALSE((one == other));
+}
+
+TEST_CASE("A rendered walk lasts as long as the walk and the tail, or exactly as long as asked") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const std::string out = folder.path() / "out.wav";
+    require_ok(run_program({AULA_PROGRAM, scene, "--offline", out, "--output", "mono"}));
+    // The walk, the fade of the noise, and the response's length.
+    REQUIRE(aula::sound_info(out).frames == Approx(48000 * (1 + 0.02 + 0.5)).margin(1));
+    REQUIRE(aula::sound_info(out).channels == 1);
+    require_ok(run_program({AULA_PROGRAM, scene, "--offline", out, "--output", "foa", "--duration",
+                            "0.25", "--sample-rate", "44100"}));
+    REQUIRE(aula::sound_info(out).frames == 11025);
+    REQUIRE(aula::sound_info(out).channels == 4);
+    REQUIRE(aula::sound_info(out).sample_rate_hz == 44100);
+}
+
+TEST_CASE("Rendered PCM starts with the sound, not with the limiter's delay") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("free.json", kFreeField);
+    const auto first_sound = [&](const std::string& format) {
+        const std::string out = folder.path() / "out.wav";
+        require_ok(run_program(
+            {AULA_PROGRAM, scene, "--offline", out, "--output", "mono", "--format", format}));
+        const auto samples = aula::read_sound(out, 48000).samples;
+        std::size_t loudest = 0;
+        for (std::size_t i = 0; i < samples.size(); ++i)
+            if (std::abs(samples[i]) > std::abs(samples[loudest])) loudest = i;
+        return loudest;
+    };
+    // 3.432 m at 343.2 m/s are 480 samples.
+    REQUIRE(first_sound("float") == 480);
+    REQUIRE(first_sound("pcm24") == 480);
+}
+
+TEST_CASE("A program that is interrupted leaves no file and says so in its status") {
+    const TemporaryFolder scenes;
+    const std::string scene = scenes.write("room.json", kSmallRoom);
+    const auto interrupt = [&](const std::vector<std::string>& options, int signal) {
+        const TemporaryFolder outputs;
+        std::vector<std::string> command{AULA_PROGRAM, scene};
+        for (const std::string& option : options)
+            command.push_back(option == "OUT" ? (outputs.path() / "out").string() : option);
+        Program program(command);
+        REQUIRE(file_comes(outputs.path(), program));
+        program.signal(signal);
+        const ProgramResult result = program.wait();
+        INFO(result.err);
+        CHECK(names_in(outputs.path()).empty());
+        return result.status;
+    };
+    const std::vector<std::string> render{"--offline", "OUT", "--duration", "100000"};
+    CHECK(interrupt(render, SIGINT) == 130);
+    CHECK(interrupt(render, SIGTERM) == 143);
+    CHECK(interrupt({"--echogram", "OUT", "--frames", "1000000"}, SIGINT) == 130);
+}
+
+TEST_CASE("One signal ends the program in the middle of a frame, and no file is left either") {
+    const TemporaryFolder folder;
+    const TemporaryFolder outputs;
+    // Walls that reflect all: a frame of 200,000 rays takes minutes.
+    std::string lossless = kSmallRoom;
+    const std::string absorption = R"("absorption": 0.3)";
+    lossless.replace(lossless.find(absorption), absorption.size(), R"("absorption": 0)");
+    const std::string scene = folder.write("room.json", lossless);
+    for (const std::vector<std::string>& options :
+         {std::vector<std::string>{"--offline", "out.wav"}, {"--echogram", "out.csv"}}) {
+        for (const int signal : {SIGINT, SIGTERM}) {
+            Program program({AULA_PROGRAM, scene, options[0], outputs.path() / options[1],
+                             "--rays", "200000", "--estimator", "pt", "--threads", "1",
+                             "--ir-length", "10"});
+            REQUIRE(file_comes(outputs.path(), program));
+            program.signal(signal);
+            REQUIRE(comes([&] { return !program.running(); }));
+            const ProgramResult result = program.wait();
+            INFO(result.err);
+            CHECK(result.status == 128 + signal);
+            CHECK_FALSE(result.by_signal);
+            CHECK(names_in(outputs.path()).empty());
+        }
+    }
+}
+
+TEST_CASE("One signal ends a program that still reads its scene") {
+    const TemporaryFolder folder;
+    const TemporaryFolder outputs;
+    const std::string out = outputs.path() / "out.wav";
+    const std::string scene = folder.path() / "room.json";
+    for (const std::vector<std::string>& arguments :
+         {std::vector<std::string>{"check", scene}, {"info", scene}, {scene, "--offline", out},
+          {scene, "--ir", out}, {scene, "--no-window", "--device", "none"}}) {
+        // A scene that comes through a pipe, and not to its end.
+        REQUIRE(mkfifo(scene.c_str(), 0600) == 0);
+        std::vector<std::string> command{AULA_PROGRAM};
+        command.insert(command.end(), arguments.begin(), arguments.end());
+        Program program(command);
+        int pipe = -1;
+        REQUIRE(comes([&] { return (pipe = open(scene.c_str(), O_WRONLY | O_NONBLOCK)) >= 0; }));
+        REQUIRE(write(pipe, "{", 1) == 1);
+        program.signal(SIGTERM);
+        CHECK(comes([&] { return !program.running(); }));
+        close(pipe);
+        const ProgramResult result = program.wait();
+        INFO(arguments[0] << " " << arguments[1] << ": " << result.err);
+        CHECK(result.status == 128 + SIGTERM);
+        CHECK(names_in(outputs.path()).empty());
+        REQUIRE(unlink(scene.c_str()) == 0);
+    }
+}
+
+TEST_CASE("A reader that goes away, and a limit of file sizes, end the program in order") {
+    const TemporaryFolder folder;
+    const TemporaryFolder outputs;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const std::string out = outputs.path() / "out.wav";
+    const auto in_shell = [&](const std::string& script) {
+        const ProgramResult result =
+            run_program({"bash", "-c", script, AULA_PROGRAM, scene, out});
+        INFO(result.err);
+        CHECK(result.status == 1);
+        CHECK(result.err.rfind("aula: ", 0) == 0);
+        CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
+        CHECK(names_in(outputs.path()).empty());
+    };
+    // More rows than a pipe holds.
+    in_shell(R"(set -o pipefail
+                "$0" "$1" --frames 1 --ir "$2" --echogram /dev/stdout --bin-ms 0.1 | head -1 >/dev/null)");
+    in_shell(R"(ulimit -f 8; exec "$0" "$1" --offline "$2")");
+}
+
+TEST_CASE("A file does not take the place of a standard descriptor that is closed") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const auto response = [&](const std::string& name, const std::string& closed) {
+        const std::string out = folder.path() / name;
+        require_ok(run_program({"bash", "-c",
+                                "exec \"$0\" \"$1\" --frames 1 --ir \"$2\" --report " + closed,
+                                AULA_PROGRAM, scene, out}));
+        return read_file(out);
+    };
+    const std::string expected = response("open.wav", "");
+    CHECK(expected.size() > 1000);
+    CHECK((response("out.wav", "1>&-") == expected));
+    CHECK((response("all.wav", "0<&- 1>&- 2>&-") == expected));
+}
+
+// The sanitizer needs more addresses than the limit allows.
+#ifndef __SANITIZE_ADDRESS__
+TEST_CASE("Threads that the system does not allow are said so in one line, and no file is left") {
+    const TemporaryFolder folder;
+    const TemporaryFolder outputs;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    for (const std::string mode : {"--offline", "--ir"}) {
+        // Stacks of 8 MB: 1024 threads need 8 GB.
+        const ProgramResult result =
+            run_program({"bash", "-c",
+                         "ulimit -s 8192; ulimit -v 4000000; exec \"$0\" \"$1\" \"$2\" \"$3\" "
+                         "--threads 1024 --frames 1",
+                         AULA_PROGRAM, scene, mode, outputs.path() / "out.wav"});
+        INFO(result.err);
+        CHECK(result.status == 1);
+        CHECK(result.err ==
+              "aula: the system allows no more threads; --threads N starts fewer\n");
+        CHECK(names_in(outputs.path()).empty());
+    }
+}
+#endif

@@ -1,0 +1,485 @@
+#include "tests/aula/matrix_case.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <initializer_list>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <sstream>
+#include <utility>
+
+#include "audio/file/sound_file.h"
+
+namespace aula::test {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Random values that are the same everywhere for the same seed.
+class Dice {
+ public:
+    explicit Dice(std::uint64_t seed) : bits_(seed) {}
+
+    double uniform(double least, double most) {
+        constexpr double kUnit = 1.0 / 9007199254740992.0;  // 2^-53
+        return least + (most - least) * static_cast<double>(bits_() >> 11U) * kUnit;
+    }
+    double log_uniform(double least, double most) {
+        return least * std::pow(most / least, uniform(0, 1));
+    }
+    int integer(int least, int most) {
+        return std::min(most, least + static_cast<int>(uniform(0, most - least + 1)));
+    }
+    bool chance(double probability) { return uniform(0, 1) < probability; }
+
+    template <typename T>
+    T pick(std::initializer_list<T> values) {
+        return values.begin()[integer(0, static_cast<int>(values.size()) - 1)];
+    }
+
+ private:
+    std::mt19937_64 bits_;
+};
+
+using Point = std::array<double, 3>;
+
+double distance(const Point& a, const Point& b) {
+    return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
+
+/// Where something is, moving or still.
+struct Course {
+    std::vector<Point> points;
+    Json path;  ///< null: still at points[0]
+};
+
+class CaseMaker {
+ public:
+    CaseMaker(std::uint64_t seed, std::filesystem::path folder)
+        : dice_(seed), folder_(std::move(folder)) {}
+
+    MatrixCase make() {
+        scene_["aula"] = 1;
+        make_room();
+        make_screens();
+        make_medium();
+        make_sources();
+        make_listener();
+        choose_sound();
+        choose_simulation();
+        choose_mode();
+        for (auto& [key, value] : simulation_.items()) place(key, value);
+        std::ofstream(folder_ / "scene.json") << scene_.dump(2) << '\n';
+        case_.command.insert(case_.command.begin(), {"aula", (folder_ / "scene.json").string()});
+        case_.command.emplace_back("--quiet");
+        return case_;
+    }
+
+ private:
+    /// A setting, in the scene file or on the command line.
+    void place(const std::string& key, const Json& value) {
+        static const std::vector<std::pair<std::string, std::string>> kOptions = {
+            {"estimator", "--estimator"}, {"rays", "--rays"}, {"order", "--order"},
+            {"specular_order", "--specular-order"}, {"response_time_s", "--response-time"},
+            {"patch_size_m", "--patch-size"}, {"listener_radius_m", "--listener-radius"},
+            {"frame_rate_hz", "--frame-rate"}, {"ir_length_s", "--ir-length"}, {"seed", "--seed"},
+            {"threads", "--threads"}, {"memory_mb", "--memory-mb"}};
+        const auto option = std::find_if(kOptions.begin(), kOptions.end(),
+                                         [&](const auto& entry) { return entry.first == key; });
+        if (option != kOptions.end() && dice_.chance(0.5)) {
+            case_.command.push_back(option->second);
+            case_.command.push_back(value.is_string() ? value.get<std::string>() : value.dump());
+            return;
+        }
+        scene_["simulation"][key] = value;
+    }
+
+    Json random_bands() {
+        if (dice_.chance(0.5)) return dice_.uniform(0, 1);
+        Json bands = Json::array();
+        for (int b = 0; b < 8; ++b)
+            bands.push_back(dice_.chance(0.1) ? dice_.pick({0.0, 1.0}) : dice_.uniform(0, 1));
+        return bands;
+    }
+
+    std::string material() {
+        if (dice_.chance(0.4))
+            return dice_.pick<const char*>({"plaster", "concrete", "carpet", "glass", "curtain",
+                                            "wood", "audience", "marble"});
+        const std::string name = "m" + std::to_string(++materials_);
+        Json& made = scene_["materials"][name];
+        // Lossless walls cost most.
+        made["absorption"] = dice_.chance(0.07) ? Json(0) : random_bands();
+        if (dice_.chance(0.8)) made["scattering"] = dice_.chance(0.15) ? Json(0) : random_bands();
+        return name;
+    }
+
+    void add(Json geometry) {
+        geometry["material"] = material();
+        scene_["geometry"].push_back(std::move(geometry));
+    }
+
+    void make_room() {
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            size_[axis] = dice_.log_uniform(2, axis == 2 ? 12 : 30);
+        for (double& corner : least_) corner = dice_.chance(0.5) ? 0 : dice_.uniform(-50, 50);
+        switch (dice_.integer(0, 9)) {
+            case 0:  // free field
+                return;
+            case 1:
+                make_cave();
+                return;
+            case 2:
+                make_angle();
+                return;
+            case 3:
+                make_open();
+                return;
+            default:
+                add({{"box", size_}, {"min", least_}});
+        }
+    }
+
+    /// A box of uneven walls of many planes, about the room.
+    void make_cave() {
+        const int cells = dice_.integer(2, 9);
+        Json vertices = Json::array();
+        Json faces = Json::array();
+        for (std::size_t side = 0; side < 6; ++side) {
+            const std::size_t normal = side / 2;
+            const int first = static_cast<int>(vertices.size());
+            for (int i = 0; i <= cells; ++i) {
+                for (int k = 0; k <= cells; ++k) {
+                    const bool edge = i == 0 || k == 0 || i == cells || k == cells;
+                    Point p;
+                    p[normal] = side % 2 == 0 ? 0 : size_[normal];
+                    // Outwards: what was inside stays inside.
+                    const double out = edge ? 0 : dice_.uniform(0, 0.1 * size_[normal]);
+                    p[normal] += side % 2 == 0 ? -out : out;
+                    p[(normal + 1) % 3] = size_[(normal + 1) % 3] * i / cells;
+                    p[(normal + 2) % 3] = size_[(normal + 2) % 3] * k / cells;
+                    for (std::size_t axis = 0; axis < 3; ++axis) p[axis] += least_[axis];
+                    vertices.push_back(p);
+                }
+            }
+            const auto at = [&](int i, int k) { return first + i * (cells + 1) + k; };
+            for (int i = 0; i < cells; ++i) {
+                for (int k = 0; k < cells; ++k) {
+                    faces.push_back({at(i, k), at(i + 1, k), at(i + 1, k + 1)});
+                    faces.push_back({at(i, k), at(i + 1, k + 1), at(i, k + 1)});
+                }
+            }
+        }
+        add({{"vertices", vertices}, {"faces", faces}});
+    }
+
+    /// An L-shaped room; all are in one of its arms, which is convex.
+    void make_angle() {
+        const double x = size_[0];
+        const double y = size_[1];
+        const std::vector<std::array<double, 2>> corners{
+            {0, 0}, {x, 0}, {x, 2 * y}, {x / 2, 2 * y}, {x / 2, y}, {0, y}};
+        Json vertices = Json::array();
+        for (const double z : {0.0, size_[2]})
+            for (const auto& corner : corners)
+                vertices.push_back(
+                    {least_[0] + corner[0], least_[1] + corner[1], least_[2] + z});
+        Json faces = {{0, 1, 2, 3, 4, 5}, {6, 7, 8, 9, 10, 11}};
+        for (int i = 0; i < 6; ++i) {
+            const int next = (i + 1) % 6;
+            faces.push_back({i, next, next + 6, i + 6});
+        }
+        add({{"vertices", vertices}, {"faces", faces}});
+    }
+
+    /// A few walls of a box.
+    void make_open() {
+        Json vertices = Json::array();
+        for (unsigned corner = 0; corner < 8; ++corner) {
+            Point p = least_;
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                if ((corner >> axis & 1U) != 0) p[axis] += size_[axis];
+            vertices.push_back(p);
+        }
+        const Json all = {{0, 1, 3, 2}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                          {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 3, 7, 5}};
+        Json faces = Json::array();
+        faces.push_back(all[0]);
+        for (std::size_t f = 1; f < all.size(); ++f)
+            if (dice_.chance(0.6)) faces.push_back(all[f]);
+        add({{"vertices", vertices}, {"faces", faces}});
+    }
+
+    Point inside() {
+        Point p;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            p[axis] = least_[axis] + size_[axis] * dice_.uniform(0.05, 0.95);
+        return p;
+    }
+
+    /// Screens that hide what is behind them, some of them moving.
+    void make_screens() {
+        if (dice_.chance(0.6)) return;
+        screens_ = dice_.integer(1, 3);
+        for (int s = 0; s < screens_; ++s) {
+            const double width = dice_.uniform(0.2, 0.6) * size_[0];
+            const double height = dice_.uniform(0.2, 0.9) * size_[2];
+            Json screen;
+            screen["name"] = "screen " + std::to_string(s);
+            screen["vertices"] = {{0, 0, 0}, {width, 0, 0}, {width, 0, height}, {0, 0, height}};
+            screen["faces"] = Json::array();
+            screen["faces"].push_back({0, 1, 2, 3});
+            const Course course = random_course(0.5);
+            if (course.path.is_null())
+                screen["translate"] = course.points[0];
+            else
+                screen["path"] = course.path;
+            add(std::move(screen));
+        }
+    }
+
+    void make_medium() {
+        if (dice_.chance(0.7)) return;
+        scene_["medium"] = {{"temperature_c", dice_.uniform(-10, 40)},
+                            {"humidity_percent", dice_.uniform(5, 100)},
+                            {"pressure_kpa", dice_.uniform(80, 108)},
+                            {"air_absorption", dice_.chance(0.7)}};
+    }
+
+    Course random_course(double moving) {
+        Course course;
+        course.points.push_back(inside());
+        if (!dice_.chance(moving)) return course;
+        Json points = Json::array();
+        double time_s = dice_.chance(0.7) ? 0 : dice_.uniform(0, 0.5);
+        const int count = dice_.integer(1, 5);
+        for (int i = 0; i < count; ++i) {
+            if (i > 0) course.points.push_back(inside());
+            Json point{{"t", time_s}, {"position", course.points.back()}};
+            if (dice_.chance(0.5)) point["yaw_deg"] = dice_.uniform(-400, 400);
+            if (dice_.chance(0.2)) point["pitch_deg"] = dice_.uniform(-90, 90);
+            if (dice_.chance(0.2)) point["roll_deg"] = dice_.uniform(-180, 180);
+            points.push_back(point);
+            // Some at more than the speed of sound.
+            time_s += dice_.log_uniform(0.01, 3);
+        }
+        moves_ = true;
+        course.path = {{"points", points}, {"loop", count > 1 && dice_.chance(0.4)}};
+        return course;
+    }
+
+    void make_sources() {
+        const int count = dice_.chance(0.5) ? dice_.integer(1, 2) : dice_.integer(1, 7);
+        for (int s = 0; s < count; ++s) {
+            Json source;
+            source["name"] = s == 3 ? "naïve /source\\ 3" : "s" + std::to_string(s);
+            const Course course = random_course(0.4);
+            source["position"] = course.points[0];
+            if (!course.path.is_null()) source["path"] = course.path;
+            source_points_.push_back(course.points);
+            switch (dice_.integer(0, 3)) {
+                case 0:
+                    source["signal"] = "impulse";
+                    source["loop"] = dice_.chance(0.5);
+                    break;
+                case 1:
+                    source["signal"] = sound_file();
+                    source["loop"] = dice_.chance(0.5);
+                    if (source["loop"] == false)
+                        longest_unlooped_s_ = std::max(longest_unlooped_s_, sound_s_);
+                    break;
+                default:
+                    source["signal"] = "noise";
+            }
+            if (dice_.chance(0.5)) source["gain_db"] = dice_.uniform(-20, 10);
+            scene_["sources"].push_back(source);
+        }
+    }
+
+    /// Writes a file of noise, at any rate and of any number of channels.
+    std::string sound_file() {
+        const double rate_hz = dice_.pick({8000.0, 22050.0, 44100.0, 48000.0, 96000.0});
+        const auto channels = static_cast<std::size_t>(dice_.integer(1, 3));
+        const auto frames =
+            static_cast<std::size_t>(std::max(16.0, dice_.log_uniform(0.005, 2) * rate_hz));
+        const std::string name = "sound" + std::to_string(++sounds_) + ".wav";
+        WavWriter writer(folder_ / name, rate_hz, channels,
+                         dice_.pick({SampleFormat::float32, SampleFormat::pcm16}));
+        std::vector<float> samples(frames * channels);
+        for (float& sample : samples) sample = static_cast<float>(dice_.uniform(-0.3, 0.3));
+        writer.write(samples);
+        writer.commit();
+        sound_s_ = static_cast<double>(frames) / rate_hz;
+        return name;
+    }
+
+    void make_listener() {
+        Course course = random_course(0.5);
+        // Now and then where a source is.
+        if (dice_.chance(0.05)) {
+            course.points = {source_points_[0][0]};
+            course.path = nullptr;
+        }
+        Json listener;
+        listener["position"] = course.points[0];
+        if (dice_.chance(0.5)) listener["yaw_deg"] = dice_.uniform(-180, 180);
+        if (!course.path.is_null()) listener["path"] = course.path;
+        scene_["listener"] = listener;
+        for (const auto& points : source_points_)
+            for (const Point& a : points)
+                for (const Point& b : course.points)
+                    farthest_m_ = std::max(farthest_m_, distance(a, b));
+    }
+
+    void option(const std::string& name, const std::string& value) {
+        case_.command.push_back(name);
+        case_.command.push_back(value);
+    }
+
+    void choose_sound() {
+        case_.sample_rate_hz = dice_.chance(0.5)
+                                   ? 48000
+                                   : dice_.pick({8000, 11025, 16000, 22050, 44100, 45678, 96000,
+                                                 192000});
+        if (case_.sample_rate_hz != 48000 || dice_.chance(0.2))
+            option("--sample-rate", std::to_string(std::lround(case_.sample_rate_hz)));
+        if (dice_.chance(0.6)) option("--block", std::to_string(1 << dice_.integer(4, 13)));
+        const std::string output = dice_.pick<const char*>({"binaural", "mono", "foa"});
+        if (output != "binaural" || dice_.chance(0.3)) option("--output", output);
+        case_.channels = output == "binaural" ? 2 : output == "mono" ? 1 : 4;
+        field_channels_ = output == "mono" ? 1 : 4;
+        if (output == "binaural" && dice_.chance(0.4)) {
+            const int order = dice_.integer(1, 3);
+            option("--ambisonic-order", std::to_string(order));
+            field_channels_ = (order + 1) * (order + 1);
+        }
+        if (dice_.chance(0.2)) case_.command.emplace_back("--half-precision-tail");
+    }
+
+    /// All that costs time within what one core can do in a few seconds for a second of sound.
+    void choose_simulation() {
+        const auto sources = static_cast<double>(source_points_.size());
+        if (dice_.chance(0.6))
+            simulation_["estimator"] =
+                dice_.pick<const char*>({"pt", "dpc-published", "dpc", "patch", "patch"});
+        if (dice_.chance(0.8)) {
+            ir_s_ = dice_.log_uniform(0.05, 6);
+            simulation_["ir_length_s"] = ir_s_;
+        }
+        // Transforms of all filters, in samples per second of sound.
+        const double filter_samples = sources * field_channels_ * ir_s_ * case_.sample_rate_hz;
+        constexpr double kMostSamples = 1.5e8;
+        frame_rate_hz_ = std::max(5.0, std::min(dice_.log_uniform(5, 100),
+                                                kMostSamples / filter_samples));
+        if (dice_.chance(0.9))
+            simulation_["frame_rate_hz"] = frame_rate_hz_;
+        else
+            frame_rate_hz_ = 30;
+        // Segments per second of sound, of walls that reflect all.
+        const double mean_free_path_m =
+            2 / (1 / size_[0] + 1 / size_[1] + 1 / size_[2]);
+        const double segments = 1 + ir_s_ * 343 / mean_free_path_m;
+        constexpr double kMostSegments = 1.2e7;
+        const double most_rays = kMostSegments / (sources * frame_rate_hz_ * segments);
+        simulation_["rays"] =
+            std::max(1L, std::lround(std::min(dice_.log_uniform(1, 2000), most_rays)));
+        if (dice_.chance(0.3)) simulation_["order"] = dice_.integer(0, 60);
+        if (dice_.chance(0.5)) simulation_["specular_order"] = dice_.integer(0, 6);
+        if (dice_.chance(0.5))
+            simulation_["response_time_s"] = dice_.chance(0.1) ? 0 : dice_.log_uniform(0.01, 5);
+        if (dice_.chance(0.5)) simulation_["patch_size_m"] = dice_.log_uniform(0.15, 4);
+        if (dice_.chance(0.3)) simulation_["listener_radius_m"] = dice_.log_uniform(0.05, 2);
+        if (dice_.chance(0.5)) simulation_["seed"] = dice_.integer(0, 1 << 30);
+        simulation_["threads"] = dice_.integer(1, 3);
+        if (dice_.chance(0.5)) simulation_["memory_mb"] = dice_.integer(1, 256);
+        direct_ = !dice_.chance(0.1);
+        if (!direct_) scene_["simulation"]["direct"] = false;
+        if (dice_.chance(0.1)) scene_["simulation"]["specular"] = false;
+    }
+
+    void choose_mode() {
+        constexpr double kSlowest_m_s = 325;  // at -10 °C
+        const double arrival_s = farthest_m_ / kSlowest_m_s;
+        const int mode = dice_.integer(0, 9);
+        const bool rendered = mode < 5;
+        const bool measured = !rendered && mode < 8;
+        // For HRTF, patches and the first frame.
+        case_.cpu_limit_s = 20;
+        if (measured) {
+            measure();
+        } else {
+            case_.duration_s = dice_.log_uniform(0.1, 1.2);
+            case_.cpu_limit_s += 30 * case_.duration_s;
+            if (rendered) {
+                option("--offline", (folder_ / "out.wav").string());
+                if (dice_.chance(0.5))
+                    option("--format", dice_.pick<const char*>({"float", "pcm24", "pcm16"}));
+            } else {
+                option("--device", "none");
+                case_.command.emplace_back("--no-window");
+            }
+            const bool short_signals = longest_unlooped_s_ > 0 && longest_unlooped_s_ < 0.6;
+            if (rendered && !moves_ && short_signals && ir_s_ < 1 && dice_.chance(0.6)) {
+                case_.duration_given = false;
+                case_.duration_s = longest_unlooped_s_;
+                // What the filters add is far less.
+                case_.longest_s = longest_unlooped_s_ + std::max(ir_s_, arrival_s) + 0.2;
+                case_.cpu_limit_s = 20 + 30 * case_.longest_s;
+            } else {
+                std::ostringstream text;
+                text << case_.duration_s;
+                case_.duration_s = std::stod(text.str());
+                option("--duration", text.str());
+            }
+        }
+        // In convex rooms without screens the direct sound arrives.
+        bool plays = measured;
+        for (const Json& source : scene_["sources"]) plays |= source["signal"] == "noise";
+        case_.must_be_heard = direct_ && plays && screens_ == 0 &&
+                              (measured || arrival_s < case_.duration_s / 2);
+    }
+
+    void measure() {
+        const int what = dice_.integer(1, 7);
+        option("--frames", std::to_string(dice_.integer(1, 8)));
+        if ((what & 1) != 0) option("--ir", (folder_ / "ir.wav").string());
+        if ((what & 2) != 0) {
+            option("--echogram", (folder_ / "echogram.csv").string());
+            if (dice_.chance(0.5)) option("--bin-ms", std::to_string(dice_.log_uniform(0.2, 100)));
+        }
+        if ((what & 4) != 0)
+            case_.command.push_back("--report=" + (folder_ / "report.json").string());
+        case_.cpu_limit_s += 30;
+    }
+
+    Dice dice_;
+    std::filesystem::path folder_;
+    MatrixCase case_;
+    Json scene_;
+    Json simulation_;
+    Point size_{};
+    Point least_{};
+    std::vector<std::vector<Point>> source_points_;
+    int materials_ = 0;
+    int screens_ = 0;
+    int sounds_ = 0;
+    int field_channels_ = 4;
+    double sound_s_ = 0;
+    double longest_unlooped_s_ = 0;
+    bool moves_ = false;
+    double ir_s_ = 4;
+    double farthest_m_ = 0;
+    double frame_rate_hz_ = 30;
+    bool direct_ = true;
+};
+
+}  // namespace
+
+MatrixCase make_case(std::uint64_t seed, const std::filesystem::path& folder) {
+    return CaseMaker(seed, folder).make();
+}
+
+}  // namespace aula::test

@@ -1,0 +1,286 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "apps/bench/convolution/block_times.h"
+#include "apps/bench/propagation/reference.h"
+#include "apps/bench/statistics.h"
+#include "apps/bench/table.h"
+#include "apps/bench/convolution/uniform_convolver.h"
+#include "engine/base/sampling.h"
+#include "engine/scene/scene_file.h"
+
+using namespace aula;
+using namespace aula::bench;
+
+namespace {
+
+/// The box of 5 x 4 x 3 m, walls that reflect all and wholly by Lambert's law.
+Scene lossless_box() {
+    Scene scene = load_scene(AULA_SOURCE_DIR "/scenes/reference/box_5x4x3.json").scene;
+    for (Material& material : scene.materials) material.absorption = Bands{};
+    return scene;
+}
+
+Reference::Estimate energy_up_to(int order, const Scene& scene, const Vec3& source,
+                                 const Vec3& listener, std::uint64_t rays) {
+    Simulation simulation = scene.simulation;
+    simulation.order = order;
+    // Long enough for the sixth order of the box: its mean length is 17 m, and 0.5 s are 171 m.
+    Reference reference(scene, simulation, 0, source, {listener}, 50);
+    WorkerPool workers(2);
+    reference.trace(rays, workers);
+    return reference.energy(0, {0, 50});
+}
+
+/// A response of one arrival in one direction at a time.
+EnergyResponse arrival_at(double time_s, float energy, const Vec3& direction) {
+    EnergyResponse response;
+    response.bins = TimeBins(0.6);
+    response.energy.resize(response.bins.count());
+    response.direction.resize(response.bins.count(), Vec3(0));
+    const std::size_t bin = response.bins.index(time_s);
+    response.energy[bin] = Bands::filled(energy / kBandCount);
+    response.direction[bin] = energy * direction;
+    return response;
+}
+
+}  // namespace
+
+TEST_CASE("the reference gives the exact energies of a Lambert box, order by order") {
+    // Sums over the orders up to n of the exact answer for rho = 1 at (1.2, 1.1, 1.5) and
+    // (3.7, 2.9, 1.2); printed to 5 digits.
+    const double exact[] = {0.025561, 0.034597, 0.038235, 0.040175, 0.041179, 0.041769};
+    const Scene scene = lossless_box();
+    const Vec3 source = scene.sources[0].position;
+    const Vec3 listener = scene.listener.pose.position;
+    double wanted = 0;
+    for (int order = 1; order <= 6; ++order) {
+        wanted += exact[order - 1] * kBandCount;
+        const Reference::Estimate found = energy_up_to(order, scene, source, listener, 1 << 17);
+        CAPTURE(order, found.mean, wanted, found.standard_error);
+        // Sharp enough to see 1 %; fixed seed; 3.5 standard errors are passed by chance in 0.3 % of
+        // such families of six; rounding of the answer 2e-5.
+        CHECK(found.standard_error < 0.003 * wanted);
+        CHECK(std::abs(found.mean - wanted) < 3.5 * found.standard_error + 2e-5 * wanted);
+        // The companion: an answer that is off by 2 % in its last order is told apart.
+        const double wrong = wanted + 0.02 * wanted;
+        CHECK(std::abs(found.mean - wrong) > 3.5 * found.standard_error);
+    }
+}
+
+TEST_CASE("the reference's standard error is that of independent repetitions") {
+    const Scene scene = lossless_box();
+    const Vec3 source = scene.sources[0].position;
+    const Vec3 listener = scene.listener.pose.position;
+    std::vector<double> means;
+    double claimed = 0;
+    constexpr int kRepetitions = 24;
+    WorkerPool workers(2);
+    for (int i = 0; i < kRepetitions; ++i) {
+        Simulation simulation = scene.simulation;
+        simulation.order = 2;
+        simulation.seed = static_cast<std::uint64_t>(i) + 1;
+        Reference reference(scene, simulation, 0, source, {listener}, 50);
+        reference.trace(1, workers);
+        const Reference::Estimate found = reference.energy(0, {0, 50});
+        means.push_back(found.mean);
+        claimed += found.standard_error / kRepetitions;
+    }
+    double mean = 0;
+    for (const double m : means) mean += m / kRepetitions;
+    double squares = 0;
+    for (const double m : means) squares += (m - mean) * (m - mean);
+    const double spread = std::sqrt(squares / (kRepetitions - 1));
+    // The spread of 24 has a relative deviation of 1 / sqrt(46) = 15 %: three of them.
+    CHECK(claimed / spread > 0.55);
+    CHECK(claimed / spread < 1.45);
+}
+
+TEST_CASE("paths that end in mirrors reach the reference's receivers, each at its own") {
+    // One lossless wall, wholly specular in a half space: source and two receivers above it. Image
+    // sources left to the rays (order 0), each receiver hears its image at 1 / (4 pi d^2).
+    Scene scene = lossless_box();
+    for (Material& material : scene.materials) material.scattering = Bands{};
+    Simulation simulation = scene.simulation;
+    simulation.order = 1;
+    simulation.specular_order = 0;
+    const Vec3 source(2.5, 2, 1.5);
+    const std::vector<Vec3> receivers{{1, 1, 1}, {4, 1.5, 2}};
+    Reference reference(scene, simulation, 0, source, receivers, 50);
+    WorkerPool workers(2);
+    reference.trace(1 << 19, workers);
+    const Vec3 size(5, 4, 3);
+    for (std::size_t r = 0; r < receivers.size(); ++r) {
+        double wanted = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            for (const float wall : {0.0F, size[axis]}) {
+                Vec3 image = source;
+                image[axis] = 2 * wall - source[axis];
+                // The mean over a sphere of radius R differs from the point by R^2 / (5 d^2) and
+                // by next to nothing beyond.
+                const double d2 = std::pow(double{glm::distance(image, receivers[r])}, 2);
+                constexpr double kRadius2 =
+                    double{Reference::kDetectorRadius_m} * double{Reference::kDetectorRadius_m};
+                wanted += kBandCount * (1 + kRadius2 / (5 * d2)) / (4 * std::numbers::pi * d2);
+            }
+        }
+        const Reference::Estimate found = reference.energy(r, {0, 50});
+        CAPTURE(r, found.mean, wanted, found.standard_error);
+        // Statistical, fixed seed: 3.5 standard errors. The companion: without one of the six
+        // images, a tenth or more is missing.
+        CHECK(std::abs(found.mean - wanted) < 3.5 * found.standard_error);
+        CHECK(found.standard_error < 0.02 * wanted);
+    }
+}
+
+TEST_CASE("the reference does not depend on the number of threads") {
+    const Scene scene = lossless_box();
+    std::vector<std::vector<double>> responses;
+    for (const int threads : {1, 3}) {
+        Reference reference(scene, scene.simulation, 0, scene.sources[0].position,
+                            {scene.listener.pose.position}, 20);
+        WorkerPool workers(threads);
+        reference.trace(1, workers);
+        reference.trace(1, workers);
+        responses.push_back(reference.response(0));
+    }
+    CHECK(responses[0] == responses[1]);
+}
+
+TEST_CASE("relative deviation is the standard deviation over the mean, averaged over bins") {
+    // Bin 0: 1, 2, 3: deviation 1, mean 2. Bin 1: no spread. Bin 2: always empty, left out.
+    const std::vector<std::vector<double>> restarts{{1, 4, 0}, {2, 4, 0}, {3, 4, 0}};
+    CHECK(relative_deviation(restarts, {0, 3}) == Approx(0.25).epsilon(1e-12));
+    CHECK(relative_deviation(restarts, {0, 1}) == Approx(0.5).epsilon(1e-12));
+}
+
+TEST_CASE("direction deviation is the rms angle round the mean direction") {
+    // Two directions 30 degrees to either side of the x axis: each 30 degrees off, n - 1 = 1:
+    // 30 sqrt(2). Lengths do not matter where both are alike. Single precision inside.
+    const float c = std::cos(std::numbers::pi_v<float> / 6);
+    const std::vector<std::vector<Vec3>> restarts{{2.0F * Vec3(c, 0.5F, 0)},
+                                                  {2.0F * Vec3(c, -0.5F, 0)}};
+    CHECK(direction_deviation_deg(restarts, {0, kGroupBins}) ==
+          Approx(30 * std::sqrt(2.0)).epsilon(1e-5));
+    CHECK(direction_deviation_deg({{Vec3(1, 0, 0)}, {Vec3(1, 0, 0)}}, {0, kGroupBins}) == 0);
+}
+
+TEST_CASE("the energy ratio is the mean over groups of the restarts' mean over the reference") {
+    // Two groups: twice the reference, and as much as it; the second is far weaker and counts
+    // alike.
+    std::vector<double> reference(10, 1.0);
+    std::vector<double> low(10, 1.0);
+    std::vector<double> high(10, 3.0);
+    for (std::size_t b = 5; b < 10; ++b) {
+        reference[b] = 1e-6;
+        low[b] = 0.5e-6;
+        high[b] = 1.5e-6;
+    }
+    CHECK(energy_ratio({low, high}, reference, {0, 10}) == Approx(1.5).epsilon(1e-12));
+}
+
+TEST_CASE("tracking compares from the reference's peak to the end") {
+    const std::vector<double> reference{1, 5, 4, 2};
+    const BinRange bins = bins_from_peak(reference);
+    CHECK(bins.first == 1);
+    CHECK(bins.end == 4);
+    // Errors 20 %, 0, 50 %; the first bin's is not counted.
+    CHECK(squared_relative_error(std::vector<double>{9, 6, 4, 1}, reference, bins) ==
+          Approx(0.04 + 0.25).epsilon(1e-12));
+}
+
+TEST_CASE("only what estimators find is measured, in bins of 10 ms") {
+    EnergyResponse response = arrival_at(0.123, 2, Vec3(0, 1, 0));
+    response.paths.push_back({0, 34.32F, Vec3(1, 0, 0), Bands::filled(1), 0});
+    const std::vector<double> energy = estimated_energy(response);
+    REQUIRE(energy.size() == 50);
+    double sum = 0;
+    for (const double e : energy) sum += e;
+    // Sums of eight floats.
+    CHECK(energy[12] == Approx(2).epsilon(1e-6));
+    CHECK(sum == Approx(2).epsilon(1e-6));
+    const std::vector<Vec3> direction = estimated_direction(response);
+    REQUIRE(direction.size() == 10);
+    CHECK(glm::length(direction[2] - Vec3(0, 2, 0)) < 1e-5F);
+}
+
+TEST_CASE("late bins go from 50 to 500 ms, or to the response's end") {
+    CHECK(late_bins(80).first == 5);
+    CHECK(late_bins(80).end == 50);
+    CHECK(late_bins(30).end == 30);
+    CHECK(late_bins(3).count() == 0);
+}
+
+TEST_CASE("a table is aligned and its rows are the same in JSON") {
+    const std::vector<Row> rows{
+        {{{"estimator", "pt"},
+          {"rays", std::int64_t{1000}},
+          {"noise", 0.12345},
+          {"none", Value{}}}},
+        {{{"estimator", "patch"}, {"rays", std::int64_t{50}}, {"noise", 2.0}, {"none", Value{}}}}};
+    CHECK(format_table({{"estimator", "estimator", 0},
+                        {"rays", "rays", 0},
+                        {"noise", "noise", 2},
+                        {"none", "none", 2}},
+                       rows) ==
+          "estimator  rays  noise  none\n"
+          "pt         1000   0.12     -\n"
+          "patch        50   2.00     -\n");
+    const nlohmann::json document = nlohmann::json::parse(to_json(rows));
+    CHECK(document.at("machine").is_string());
+    REQUIRE(document.at("rows").size() == 2);
+    CHECK(document["rows"][0]["noise"] == 0.12345);
+    CHECK(document["rows"][1]["rays"] == 50);
+    CHECK(document["rows"][1]["none"].is_null());
+}
+
+TEST_CASE("the textbook's convolver gives the sum over all inputs, from the first sample on") {
+    constexpr std::size_t kBlock = 16;
+    constexpr std::size_t kBlocks = 6;
+    constexpr std::size_t kTaps = 37;  // more than two partitions, the last one not full
+    RandomStream random(1);
+    const auto noise = [&](std::size_t count) {
+        std::vector<float> samples(count);
+        for (float& x : samples) x = 2 * random.uniform() - 1;
+        return samples;
+    };
+    const std::vector<std::vector<float>> inputs{noise(kBlock * kBlocks), noise(kBlock * kBlocks)};
+    const std::vector<std::vector<float>> filters{noise(kTaps), noise(kTaps)};
+    const std::vector<FftLibrary> libraries = fft_libraries();
+    if (libraries.empty()) {
+        WARN("skipped: no FFT library but Aula's own");
+        return;
+    }
+    const FftLibrary& library = libraries[GENERATE(0U, 1U) % libraries.size()];
+    CAPTURE(library.name);
+    UniformConvolver convolver(library, 2, 1, kBlock, kTaps);
+    for (std::size_t i = 0; i < 2; ++i) convolver.set_filter(i, 0, filters[i]);
+    std::vector<float> output(kBlock * kBlocks);
+    for (std::size_t b = 0; b < kBlocks; ++b) {
+        const float* in[] = {&inputs[0][b * kBlock], &inputs[1][b * kBlock]};
+        float* out[] = {&output[b * kBlock]};
+        convolver.process(in, out);
+    }
+    for (std::size_t n = 0; n < output.size(); ++n) {
+        double wanted = 0;
+        for (std::size_t i = 0; i < 2; ++i) {
+            for (std::size_t k = 0; k < std::min(kTaps, n + 1); ++k) {
+                wanted += double{filters[i][k]} * double{inputs[i][n - k]};
+            }
+        }
+        // Rounding: 74 products of at most 1, through transforms of 32: some 1e-6.
+        CHECK(std::abs(double{output[n]} - wanted) < 2e-5);
+    }
+}
+
+TEST_CASE("The worst block is one that is slow in most rounds, whatever else was slow once") {
+    BlockTimes times(4);
+    times.add({1, 2, 1, 1});
+    times.add({1, 2, 20, 1});  // something else came between
+    times.add({3, 6, 3, 3});   // the whole machine was slower
+    CHECK(times.mean_us() == 1.25);
+    CHECK(times.worst_over_mean() == Approx(2 / 1.25));
+}

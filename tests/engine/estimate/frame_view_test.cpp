@@ -1,0 +1,91 @@
+#include "engine/estimate/frame_view.h"
+
+#include <catch2/catch.hpp>
+#include <glm/geometric.hpp>
+
+#include "engine/propagation.h"
+#include "tests/support/test_scenes.h"
+
+using namespace aula;
+
+namespace {
+
+FrameInput input_of(const Scene& scene) {
+    return {0, {scene.sources[0].position}, {scene.listener.pose.position}};
+}
+
+}  // namespace
+
+TEST_CASE("Lines start at the source, end on walls, and lose what the walls absorb") {
+    const Scene scene = test::small_room();
+    Propagation propagation(scene, scene.simulation);
+    const FrameInput input = input_of(scene);
+    CHECK(propagation.path_lines(input, 0, 10, 4).empty());  // there was no frame yet
+    propagation.step(input);
+    const auto lines = propagation.path_lines(input, 0, 50, 4);
+    REQUIRE(lines.size() == 50);
+    for (const PathLine& line : lines) {
+        REQUIRE(line.points.size() == 5);
+        REQUIRE(line.points.size() == line.energy.size());
+        CHECK(line.points[0] == scene.sources[0].position);
+        for (std::size_t i = 1; i < line.points.size(); ++i) {
+            const Vec3 p = line.points[i];
+            const float to_wall_m = std::min({p.x, 5 - p.x, p.y, 4 - p.y, p.z, 3 - p.z});
+            CHECK(std::abs(to_wall_m) < 2e-4F);  // RayScene::kOffset_m and rounding
+        }
+        // Absorption and scattering are alike in all bands, so a reflection leaves 0.7 exactly.
+        CHECK(static_cast<double>(line.energy[4]) == Approx(std::pow(0.7, 4)).epsilon(1e-4));
+    }
+    CHECK(propagation.path_lines(input, 0, 5000, 2).size() ==
+          static_cast<std::size_t>(scene.simulation.rays));
+}
+
+TEST_CASE(
+    "What patches radiate adds up to what the walls scatter, and parts of time to the whole") {
+    Scene scene = test::small_room();
+    scene.simulation.order = 1;
+    Propagation propagation(scene, scene.simulation);
+    propagation.step(input_of(scene));
+    const double cell_m2 = std::pow(static_cast<double>(propagation.patch_size_m()), 2);
+    const auto total = [&](double begin_s, double end_s) {
+        double sum = 0;
+        for (const PatchEnergy& patch : propagation.patch_energies(0, begin_s, end_s)) {
+            CHECK(glm::length(patch.cell.direction) == 1.0F);
+            sum += static_cast<double>(patch.energy[4]) * cell_m2;
+        }
+        return sum;
+    };
+    // Each ray leaves 0.7 of its energy at its first wall, half of it scattered. 5 x 4 x 3 m are
+    // whole patches of 0.5 m.
+    CHECK(total(0, 1) == Approx(0.35).epsilon(0.02));  // areas are sampled, 16 points a patch
+    const double all = total(0, 1);
+    CHECK(total(0, 0.0045) + total(0.0055, 1) == Approx(all).epsilon(1e-4));
+    CHECK(total(0, 0.0045) > 0.05 * all);
+
+    scene.simulation.estimator = Estimator::dpc;
+    Propagation other(scene, scene.simulation);
+    other.step(input_of(scene));
+    CHECK(other.patch_energies(0, 0, 1).empty());
+    CHECK(other.patch_size_m() == 0);
+}
+
+TEST_CASE("The number of rays can be changed from frame to frame without bias") {
+    const Scene scene = test::small_room();
+    Propagation propagation(scene, scene.simulation);
+    Propagation steady(scene, scene.simulation);
+    for (int frame = 0; frame < 40; ++frame) {
+        propagation.set_rays(frame % 2 == 0 ? 300 : 2500);
+        propagation.step(input_of(scene));
+        steady.step(input_of(scene));
+    }
+    // Some 50000 rays each with a standard deviation below 3: 5 standard errors of both are 0.1.
+    const double changing = propagation.response(0).total(4);
+    const double constant = steady.response(0).total(4);
+    CHECK(changing == Approx(constant).epsilon(0.1));
+    // Companion: a room that absorbs a third more is told from it.
+    Scene drier = scene;
+    drier.materials[0].absorption = Bands::filled(0.4F);
+    Propagation dry(drier, drier.simulation);
+    for (int frame = 0; frame < 40; ++frame) dry.step(input_of(drier));
+    CHECK(dry.response(0).total(4) != Approx(constant).epsilon(0.1));
+}

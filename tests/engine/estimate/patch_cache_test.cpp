@@ -1,0 +1,295 @@
+#include "engine/estimate/patch_cache.h"
+
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "tests/support/statistics.h"
+
+using namespace aula;
+
+namespace {
+
+constexpr std::size_t kBins = 10;
+constexpr std::size_t kPatches = 20;
+constexpr std::size_t kPlenty = 1'000'000'000;
+
+Deposit deposit_on(std::uint32_t patch, float energy) {
+    Deposit deposit;
+    deposit.patch = patch;
+    deposit.bin = 3;
+    deposit.set_energy(load_bands(Bands::filled(energy)), 0);
+    return deposit;
+}
+
+TraceBatch one_deposit(std::uint32_t patch, float energy) {
+    TraceBatch batch;
+    batch.segments = 1;
+    batch.deposits.add(deposit_on(patch, energy));
+    return batch;
+}
+
+/// Radiated energy of a patch in bin 3, band 0.
+double radiated(const PatchCache& cache, std::uint32_t patch) {
+    const PatchCache::Row& row = cache.row(patch);
+    if (!row.sum) return 0;
+    return static_cast<double>(row.sum[3 * kBandCount]) * PatchCache::kUnit /
+           static_cast<double>(cache.emitted());
+}
+
+class Walk {
+ public:
+    explicit Walk(int window, std::size_t log_bytes = kPlenty)
+        : cache(kBins, window, 0.5F, log_bytes), workers(1) {}
+
+    void frame(const Vec3& source, std::uint32_t patch, double travel_m = 0) {
+        TraceBatch batch = one_deposit(patch, 1);
+        rest(source, travel_m);
+        cache.add_frame(1, kPatches, {&batch, 1}, workers);
+    }
+
+    /// A frame in which no rays are sent.
+    void rest(const Vec3& source, double travel_m = 0) {
+        cache.advance({number++, source, travel_m}, workers);
+    }
+
+    std::uint64_t number = 0;
+
+    PatchCache cache;
+    WorkerPool workers;
+};
+
+}  // namespace
+
+TEST_CASE("while nothing changes a patch cache gathers for ever") {
+    Walk walk(5);
+    for (int f = 0; f < 100; ++f) walk.frame(Vec3(0), f % 2 ? 1 : 2);
+    CHECK(walk.cache.emitted() == 100);
+    CHECK(radiated(walk.cache, 1) == Approx(0.5));
+    CHECK(radiated(walk.cache, 2) == Approx(0.5));
+}
+
+TEST_CASE("once the source has moved nothing older than the window is left") {
+    Walk walk(5);
+    for (int f = 0; f < 100; ++f) walk.frame(Vec3(0), 1);
+    for (int f = 1; f <= 4; ++f) walk.frame(Vec3(0.01F, 0, 0), 2);
+    CHECK(walk.cache.emitted() == 5);
+    CHECK(radiated(walk.cache, 1) > 0);
+    walk.frame(Vec3(0.01F, 0, 0), 2);
+    CHECK(radiated(walk.cache, 1) == 0);
+    CHECK(radiated(walk.cache, 2) == Approx(1));
+    // It stands again: it gathers again.
+    for (int f = 0; f < 50; ++f) walk.frame(Vec3(0.01F, 0, 0), 2);
+    CHECK(walk.cache.emitted() == 55);
+}
+
+TEST_CASE("a walking source keeps the frames within reach of the patch size") {
+    Walk walk(30);
+    for (int f = 0; f < 100; ++f) walk.frame(Vec3(0.05F * static_cast<float>(f), 0, 0), 1);
+    // Reach is 0.4 of 0.5 m: the present frame and those up to 0.2 m behind, to rounding.
+    CHECK(walk.cache.emitted() >= 4);
+    CHECK(walk.cache.emitted() <= 5);
+}
+
+TEST_CASE("after a jump only the present is heard") {
+    Walk walk(30);
+    for (int f = 0; f < 20; ++f) walk.frame(Vec3(0), 1);
+    walk.frame(Vec3(5, 0, 0), 2);
+    CHECK(walk.cache.emitted() == 1);
+    CHECK(radiated(walk.cache, 1) == 0);
+}
+
+TEST_CASE("a moving scene counts like a moving source") {
+    Walk walk(30);
+    for (int f = 0; f < 20; ++f) walk.frame(Vec3(0), 1, 0.05 * f);
+    CHECK(walk.cache.emitted() <= 5);
+    for (int f = 0; f < 100; ++f) walk.frame(Vec3(0), 2, 0.05 * 20);
+    CHECK(radiated(walk.cache, 1) == 0);
+}
+
+TEST_CASE("however short the log, sums and rays are those of the same frames") {
+    // Steps, rests and jumps with frames of uneven size, each deposit of one ray.
+    std::mt19937_64 random(test::test_seed());
+    std::uniform_int_distribution<int> size(1, 40);
+    std::uniform_int_distribution<int> length(1, 12);
+    WorkerPool workers(1);
+    int short_logs = 0;
+    for (int trial = 0; trial < 300; ++trial) {
+        // The table takes 14 kB of it; a frame of 20 deposits a kilobyte or two.
+        const std::size_t memory = 14'000 + static_cast<std::size_t>(trial % 30) * 500;
+        PatchCache cache(kBins, 8, 0.5F, memory);
+        Vec3 source(0);
+        std::uint64_t number = 0;
+        for (int turn = 0; turn < 8; ++turn) {
+            const float step_m = turn % 4 == 3 ? 5.0F : turn % 2 == 1 ? 0.02F : 0.0F;
+            for (int f = length(random); f > 0; --f) {
+                source.x += step_m;
+                TraceBatch batch;
+                const int rays = size(random);
+                for (int i = 0; i < rays; ++i) {
+                    batch.deposits.add(deposit_on(static_cast<std::uint32_t>(i) % kPatches, 1));
+                }
+                cache.advance({number++, source, 0}, workers);
+                const std::uint64_t before = cache.emitted();
+                cache.add_frame(rays, kPatches, {&batch, 1}, workers);
+                REQUIRE(cache.emitted() >= static_cast<std::uint64_t>(rays));
+                if (cache.emitted() < before + static_cast<std::uint64_t>(rays)) ++short_logs;
+                double sum = 0;
+                for (std::uint32_t p = 0; p < kPatches; ++p) sum += radiated(cache, p);
+                REQUIRE(sum == Approx(1).epsilon(1e-9));
+            }
+        }
+    }
+    CHECK(short_logs > 100);  // that frames were let go while others came is what is tested
+}
+
+TEST_CASE("removing is exact: sums are those of the frames that are left") {
+    std::mt19937_64 random(9);
+    std::uniform_real_distribution<float> energy(0, 1);
+    std::uniform_int_distribution<std::uint32_t> patch(0, kPatches - 1);
+    WorkerPool workers(2);
+    PatchCache moved(kBins, 4, 0.5F, kPlenty);
+    PatchCache fresh(kBins, 4, 0.5F, kPlenty);
+    for (int f = 0; f < 50; ++f) {
+        std::vector<TraceBatch> batches;
+        for (int i = 0; i < 100; ++i) batches.push_back(one_deposit(patch(random), energy(random)));
+        const Vec3 source(0.05F * static_cast<float>(f), 0, 0);
+        std::vector<TraceBatch> again = batches;
+        const auto number = static_cast<std::uint64_t>(f);
+        fresh.advance({number, source, 0}, workers);
+        if (f >= 46) fresh.add_frame(100, kPatches, again, workers);
+        moved.advance({number, source, 0}, workers);
+        moved.add_frame(100, kPatches, batches, workers);
+    }
+    REQUIRE(moved.emitted() == fresh.emitted());
+    for (std::uint32_t p = 0; p < kPatches; ++p) {
+        const auto& a = moved.row(p).sum;
+        const auto& b = fresh.row(p).sum;
+        for (std::size_t i = 0; i < kBins * kBandCount; ++i) {
+            CHECK((a ? a[i] : 0) == (b ? b[i] : 0));
+        }
+    }
+}
+
+TEST_CASE("a source that creeps keeps the frames of the window, neither more nor fewer") {
+    for (const int window : {1, 2, 5, 12}) {
+        Walk walk(window);
+        // Within reach of the patch size all the way, so that age alone decides.
+        for (int f = 0; f < 40; ++f) {
+            walk.frame(Vec3(1e-4F * static_cast<float>(f), 0, 0), 1);
+            CHECK(walk.cache.emitted() == static_cast<std::uint64_t>(std::min(f + 1, window)));
+        }
+        // A frame in which no rays are sent ages them as well.
+        walk.rest(Vec3(0.005F, 0, 0));
+        CHECK(walk.cache.emitted() == static_cast<std::uint64_t>(window - 1));
+    }
+}
+
+TEST_CASE("what has stood and creeps on keeps a window of frames from the first step on") {
+    constexpr int kWindow = 5;
+    Walk walk(kWindow);
+    for (int f = 0; f < 20; ++f) walk.frame(Vec3(0), 1);
+    for (int f = 1; f <= 8; ++f) {
+        walk.frame(Vec3(1e-4F * static_cast<float>(f), 0, 0), 2);
+        CHECK(walk.cache.emitted() == kWindow);
+        CHECK(radiated(walk.cache, 2) == Approx(std::min(1.0, f / double{kWindow})));
+    }
+}
+
+TEST_CASE("after a step within reach each new frame takes the place of one from before") {
+    Walk walk(30);
+    constexpr int kBefore = 10;
+    for (int f = 0; f < kBefore; ++f) walk.frame(Vec3(0), 1);
+    for (int f = 1; f <= 20; ++f) {
+        walk.frame(Vec3(0.1F, 0, 0), 2);
+        // As many as right after the step, until all are from after it; then more.
+        const int held = std::max(kBefore + 1, f);
+        CHECK(walk.cache.emitted() == static_cast<std::uint64_t>(held));
+        CHECK(radiated(walk.cache, 2) == Approx(f / static_cast<double>(held)));
+    }
+}
+
+TEST_CASE("a listener's directions are those of the frames that are left, to the bit") {
+    // Frames that leave one by one, and most of them together.
+    const bool stands_first = GENERATE(false, true);
+    CAPTURE(stands_first);
+    std::mt19937_64 random(10);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    constexpr int kFrames = 30;
+    constexpr int kWindow = 4;
+    constexpr int kRaysOfFrame = 20;
+    WorkerPool workers(2);
+    PatchCache moved(kBins, kWindow, 0.5F, kPlenty, true);
+    PatchCache fresh(kBins, kWindow, 0.5F, kPlenty, true);
+    for (int f = 0; f < kFrames; ++f) {
+        TraceBatch batch;
+        for (int ray = 0; ray < kRaysOfFrame; ++ray) {
+            batch.departures.push_back({uniform(random) - 0.5F, uniform(random) - 0.5F, 0.3F});
+            Deposit deposit =
+                deposit_on(static_cast<std::uint32_t>(random()) % kPatches, uniform(random));
+            deposit.ray = static_cast<std::uint8_t>(ray);
+            batch.deposits.add(deposit);
+        }
+        TraceBatch again = batch;
+        // Steps within reach, so that the window alone decides; at last or all the time.
+        const int steps = stands_first ? std::max(0, f - (kFrames - 2)) : f;
+        const PatchCache::State state{static_cast<std::uint64_t>(f),
+                                      Vec3(1e-4F * static_cast<float>(steps), 0, 0), 0};
+        fresh.advance(state, workers);
+        if (f >= kFrames - kWindow) fresh.add_frame(kRaysOfFrame, kPatches, {&again, 1}, workers);
+        moved.advance(state, workers);
+        moved.add_frame(kRaysOfFrame, kPatches, {&batch, 1}, workers);
+    }
+    REQUIRE(moved.emitted() == kWindow * kRaysOfFrame);
+    REQUIRE(fresh.emitted() == moved.emitted());
+    int held = 0;
+    for (std::uint32_t p = 0; p < kPatches; ++p) {
+        const PatchCache::Row& a = moved.row(p);
+        const PatchCache::Row& b = fresh.row(p);
+        const auto same = [](const std::int64_t* x, const std::int64_t* y, std::size_t count) {
+            for (std::size_t i = 0; i < count; ++i) {
+                if ((x ? x[i] : 0) != (y ? y[i] : 0)) return false;
+            }
+            return true;
+        };
+        CHECK(same(a.sum, b.sum, kBins * kBandCount));
+        CHECK(same(a.moment, b.moment, kBins * 3));
+        if (b.moment && b.moment[3 * 3] != 0) ++held;
+    }
+    CHECK(held > 10);
+}
+
+TEST_CASE("a short log keeps memory flat") {
+    Walk walk(1000, 20 * sizeof(Deposit));
+    for (int f = 0; f < 100; ++f) walk.frame(Vec3(1e-4F * static_cast<float>(f), 0, 0), 1);
+    CHECK(walk.cache.emitted() <= 21);
+    CHECK(radiated(walk.cache, 1) == Approx(1));
+}
+
+TEST_CASE("deposits keep energies in the mean, however faint beside the strongest band") {
+    Bands energy;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        energy[b] = std::pow(10.0F, -static_cast<float>(b));
+    }
+    constexpr int kCount = 1 << 20;
+    std::array<double, kBandCount> sum{};
+    for (int i = 0; i < kCount; ++i) {
+        Deposit deposit;
+        deposit.set_energy(load_bands(energy), (static_cast<float>(i) + 0.5F) / kCount);
+        const BandSums units = deposit.units();
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            sum[b] += static_cast<double>(units[b]) * Deposit::kUnit / kCount;
+        }
+    }
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        // Even shares of roundings up: right to one of 2^20 steps of a unit of 2^-14.
+        CHECK(std::abs(sum[b] - double{energy[b]}) < 0x1p-34 + 1e-6 * double{energy[b]});
+    }
+    // Companion: cut off, the faintest is lost.
+    Deposit deposit;
+    deposit.set_energy(load_bands(energy), 0);
+    CHECK(deposit.units()[kBandCount - 1] == 0);
+    CHECK_FALSE(deposit.empty());
+}

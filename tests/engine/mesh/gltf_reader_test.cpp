@@ -1,0 +1,278 @@
+#include <array>
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <glm/geometric.hpp>
+#include <nlohmann/json.hpp>
+
+#include "engine/base/error.h"
+#include "engine/mesh/mesh_readers.h"
+
+using aula::ImportedMesh;
+using aula::Vec3;
+using Catch::Matchers::Contains;
+using Json = nlohmann::json;
+
+namespace {
+
+/// Four corners of a unit square as floats, then the indices 0 1 2 0 2 3 as 16 bits.
+std::string square_bytes() {
+    const float corners[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
+    const std::uint16_t indices[] = {0, 1, 2, 0, 2, 3};
+    return std::string(reinterpret_cast<const char*>(corners), sizeof corners) +
+           std::string(reinterpret_cast<const char*>(indices), sizeof indices);
+}
+
+/// A scene of one node with the square, its bytes in "square.bin".
+Json square() {
+    return Json::parse(R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}], "materials": [{"name": "stone"}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+                      {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 48},
+                        {"buffer": 0, "byteOffset": 48, "byteLength": 12}],
+        "buffers": [{"byteLength": 60, "uri": "square.bin"}]})");
+}
+
+ImportedMesh read(const std::string& file) {
+    return aula::read_gltf(file, [](const std::filesystem::path& name) {
+        if (name != "square.bin") throw aula::Error("not there; expected square.bin");
+        return square_bytes();
+    });
+}
+
+/// What the error says; empty if there is none.
+std::string error_of(const std::string& file) {
+    try {
+        read(file);
+    } catch (const aula::Error& error) {
+        const std::string message = error.what();
+        CHECK(message.find('\n') == std::string::npos);
+        CHECK_THAT(message, Contains("; expected"));
+        return message;
+    }
+    return {};
+}
+
+/// The error of the square with the value at a JSON pointer replaced.
+std::string error_with(const char* pointer, const char* value) {
+    Json json = square();
+    json[Json::json_pointer(pointer)] = Json::parse(value);
+    return error_of(json.dump());
+}
+
+float area(const ImportedMesh& mesh) {
+    float sum = 0;
+    const auto& v = mesh.vertices;
+    for (const auto& [a, b, c] : mesh.triangles) {
+        sum += glm::length(glm::cross(v[b] - v[a], v[c] - v[a])) / 2;
+    }
+    return sum;
+}
+
+std::string word(std::uint32_t value) {
+    return {static_cast<char>(value), static_cast<char>(value >> 8U),
+            static_cast<char>(value >> 16U), static_cast<char>(value >> 24U)};
+}
+
+std::string glb(std::string json, const std::string& binary, std::uint32_t binary_size) {
+    json.resize((json.size() + 3) / 4 * 4, ' ');
+    const std::string chunks = word(static_cast<std::uint32_t>(json.size())) + "JSON" + json +
+                               word(binary_size) + std::string("BIN\0", 4) + binary;
+    return "glTF" + word(2) + word(static_cast<std::uint32_t>(12 + chunks.size())) + chunks;
+}
+
+}  // namespace
+
+TEST_CASE("a glTF's triangles are read from a file, a data URI and a GLB") {
+    const ImportedMesh mesh = read(square().dump());
+    CHECK(mesh.triangles.size() == 2);
+    CHECK(mesh.vertices.size() == 4);
+    CHECK(area(mesh) == Approx(1));
+    CHECK(mesh.material_names == std::vector<std::string>{"stone"});
+    Json escaped = square();
+    escaped["buffers"][0]["uri"] = "s%71uare%2Ebin";
+    CHECK(area(read(escaped.dump())) == Approx(1));
+    Json inside = square();
+    inside["buffers"][0].erase("uri");
+    CHECK(area(read(glb(inside.dump(), square_bytes(), 60))) == Approx(1));
+}
+
+TEST_CASE("triangles of a glTF without a material or a name for it have one name") {
+    Json json = square();
+    auto& primitives = json["meshes"][0]["primitives"];
+    json["materials"].push_back(Json::object());
+    primitives.push_back(primitives[0]);
+    primitives[0].erase("material");
+    primitives[1]["material"] = 1;
+    const ImportedMesh mesh = read(json.dump());
+    CHECK(mesh.material_names == std::vector<std::string>{aula::kNamelessMaterial});
+    CHECK(mesh.triangles.size() == 4);
+}
+
+TEST_CASE("strips and fans are read, points and lines are left out") {
+    const auto with_mode = [](int mode, const char* count) {
+        Json json = square();
+        auto& primitive = json["meshes"][0]["primitives"][0];
+        primitive["mode"] = mode;
+        if (count != nullptr) json["accessors"][1]["count"] = Json::parse(count);
+        return json;
+    };
+    // The corners in order are a fan; a strip of them crosses itself but covers half the square.
+    Json fan = with_mode(6, nullptr);
+    fan["meshes"][0]["primitives"][0].erase("indices");
+    const ImportedMesh mesh = read(fan.dump());
+    CHECK(mesh.triangles == std::vector<std::array<std::uint32_t, 3>>{{0, 1, 2}, {0, 2, 3}});
+    Json strip = with_mode(5, nullptr);
+    strip["meshes"][0]["primitives"][0].erase("indices");
+    CHECK(read(strip.dump()).triangles ==
+          std::vector<std::array<std::uint32_t, 3>>{{0, 1, 2}, {1, 3, 2}});
+    for (const int mode : {0, 1, 2, 3}) {
+        CHECK_THAT(error_of(with_mode(mode, "1").dump()), Contains("no triangle"));
+    }
+    CHECK_THAT(error_of(with_mode(4, "5").dump()), Contains("5 corners; expected a multiple"));
+    CHECK_THAT(error_of(with_mode(5, "2").dump()), Contains("2 corners; expected at least 3"));
+    CHECK_THAT(error_of(with_mode(6, "1").dump()), Contains("1 corners; expected at least 3"));
+    CHECK_THAT(error_of(with_mode(7, nullptr).dump()), Contains("/mode: 7 is out of range"));
+}
+
+TEST_CASE("node transforms act scale, rotation, translation, or are a matrix, parent first") {
+    Json json = square();
+    // A quarter turn about z, twice as large, moved; in a parent that mirrors x.
+    json["nodes"] = Json::parse(R"([
+        {"children": [1], "matrix": [-1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,5,1]},
+        {"mesh": 0, "scale": [2,2,2], "rotation": [0,0,0.7071067811865476,0.7071067811865476],
+         "translation": [10,0,0]}])");
+    const ImportedMesh mesh = read(json.dump());
+    // (1,0,0): scaled (2,0,0), turned (0,2,0), moved (10,2,0), mirrored (-10,2,5).
+    // Rounding of single precision at 10.
+    CHECK(glm::distance(mesh.vertices[1], Vec3(-10, 2, 5)) < 1e-5F);
+}
+
+TEST_CASE("sparse, interleaved and quantized positions are read") {
+    Json sparse = square();
+    // The third corner, (1, 1, 0), becomes the second's place, (1, 0, 0).
+    sparse["accessors"][0]["sparse"] = Json::parse(R"({"count": 1,
+        "indices": {"bufferView": 1, "byteOffset": 4, "componentType": 5123},
+        "values": {"bufferView": 0, "byteOffset": 12}})");
+    CHECK(read(sparse.dump()).triangles.size() == 1);
+    CHECK(area(read(sparse.dump())) == Approx(0.5));
+    Json interleaved = square();
+    // Every second corner of the square.
+    interleaved["bufferViews"][0]["byteStride"] = 24;
+    interleaved["accessors"][0]["count"] = 2;
+    CHECK_THAT(error_of(interleaved.dump()), Contains("vertex 2 of 2"));
+    // The floats' bytes as 16 bits: 1.0F is 0, 0x3f80, so that (0, 0x3f80, 0) is the third of
+    // these.
+    Json quantized = square();
+    quantized["accessors"][0]["componentType"] = 5123;
+    quantized["accessors"][0]["count"] = 8;
+    quantized["accessors"][0]["normalized"] = true;
+    quantized["meshes"][0]["primitives"][0].erase("indices");
+    quantized["accessors"][0]["count"] = 6;
+    const ImportedMesh mesh = read(quantized.dump());
+    CHECK(mesh.vertices[2].y == 0x3f80 / 65535.0F);
+}
+
+TEST_CASE("references of a glTF beyond what is there are refused at their place") {
+    CHECK_THAT(error_with("/scene", "3"), Contains("/scene: 3 of 1 scenes"));
+    CHECK_THAT(error_with("/scenes/0/nodes/0", "7"), Contains("/scenes/0/nodes/0: 7 of 1 nodes"));
+    CHECK_THAT(error_with("/scenes/0/nodes/0", "-1"), Contains("out of range"));
+    CHECK_THAT(error_with("/nodes/0/mesh", "1"), Contains("/nodes/0/mesh: 1 of 1 meshes"));
+    CHECK_THAT(error_with("/meshes/0/primitives/0/indices", "2"), Contains("2 of 2 accessors"));
+    CHECK_THAT(error_with("/meshes/0/primitives/0/material", "1"), Contains("1 of 1 materials"));
+    CHECK_THAT(error_with("/meshes/0/primitives/0/attributes", "{}"),
+               Contains("/attributes/POSITION: missing"));
+    CHECK_THAT(error_with("/accessors/0/bufferView", "9"), Contains("9 of 2 buffer views"));
+    CHECK_THAT(error_with("/accessors/0/count", "5"), Contains("/accessors/0: 5 elements beyond"));
+    CHECK_THAT(error_with("/accessors/0/count", "18446744073709551615"), Contains("beyond"));
+    CHECK_THAT(error_with("/accessors/0/byteOffset", "18446744073709551615"), Contains("beyond"));
+    CHECK_THAT(error_with("/accessors/0/count", "0"), Contains("no elements"));
+    CHECK_THAT(error_with("/accessors/0/type", "\"VEC2\""), Contains("expected VEC3"));
+    CHECK_THAT(error_with("/accessors/1/componentType", "5126"), Contains("the type 5126"));
+    CHECK_THAT(error_with("/bufferViews/0/buffer", "1"), Contains("1 of 1 buffers"));
+    CHECK_THAT(error_with("/bufferViews/0/byteLength", "61"), Contains("bytes beyond"));
+    CHECK_THAT(error_with("/bufferViews/0/byteOffset", "18446744073709551600"),
+               Contains("bytes beyond"));
+    CHECK_THAT(error_with("/bufferViews/0/byteStride", "4"), Contains("a stride of 4"));
+    CHECK_THAT(error_with("/buffers/0/byteLength", "61"), Contains("a buffer of 60 bytes"));
+    CHECK_THAT(error_with("/nodes/0/matrix", "[1, 2, 3]"), Contains("expected 16 numbers"));
+    CHECK_THAT(error_with("/nodes/0/scale", "[1e300, 1e300, 1]"), Contains("not finite"));
+    CHECK_THAT(error_with("/asset/version", "\"1.0\""), Contains("expected 2.0"));
+    CHECK_THAT(error_with("/scenes", "[]"), Contains("no scene"));
+}
+
+TEST_CASE("buffers are base64 or files beside the glTF") {
+    const auto error_of_uri = [](const std::string& uri) {
+        return error_with("/buffers/0/uri", Json(uri).dump().c_str());
+    };
+    CHECK_THAT(error_of_uri("../square.bin"), Contains("is elsewhere"));
+    CHECK_THAT(error_of_uri("%2e%2E/square.bin"), Contains("is elsewhere"));
+    CHECK_THAT(error_of_uri("/dev/zero"), Contains("is elsewhere"));
+    CHECK_THAT(error_of_uri("other.bin"), Contains("\"other.bin\": not there"));
+    CHECK_THAT(error_of_uri("data:application/octet-stream,abc"), Contains("base64"));
+    CHECK_THAT(error_of_uri("data:;base64,AAA*"), Contains("base64"));
+    CHECK_THAT(error_of_uri("data:;base64,AAAA"), Contains("a buffer of 3 bytes; expected 60"));
+    Json json = square();
+    json["buffers"][0].erase("uri");
+    CHECK_THAT(error_of(json.dump()), Contains("a buffer without data"));
+}
+
+TEST_CASE("compressed and instanced triangles are refused by name") {
+    CHECK_THAT(
+        error_with("/meshes/0/primitives/0/extensions", R"({"KHR_draco_mesh_compression":{}})"),
+        Contains("KHR_draco_mesh_compression is not read"));
+    CHECK_THAT(error_with("/bufferViews/0/extensions", R"({"EXT_meshopt_compression":{}})"),
+               Contains("EXT_meshopt_compression is not read"));
+    CHECK_THAT(error_with("/nodes/0/extensions", R"({"EXT_mesh_gpu_instancing":{}})"),
+               Contains("EXT_mesh_gpu_instancing is not read"));
+}
+
+TEST_CASE("nodes of a glTF are a tree of any depth; text may be nested 100 deep") {
+    const auto chain = [](std::size_t count) {
+        Json json = square();
+        json["nodes"] = Json::array();
+        for (std::size_t i = 1; i < count; ++i) json["nodes"].push_back({{"children", {i}}});
+        json["nodes"].push_back({{"mesh", 0}});
+        return json;
+    };
+    CHECK(area(read(chain(100'000).dump())) == Approx(1));
+    Json cycle = chain(3);
+    cycle["nodes"][2]["children"] = {0};
+    CHECK_THAT(error_of(cycle.dump()), Contains("/nodes/2/children/0: a node a second time"));
+    // Each node twice in the next: 2^30 ways to the last.
+    Json ladder = chain(30);
+    for (std::size_t i = 0; i + 1 < 30; ++i) ladder["nodes"][i]["children"] = {i + 1, i + 1};
+    CHECK_THAT(error_of(ladder.dump()), Contains("a second time"));
+    CHECK_THAT(error_of(std::string(200'000, '[')), Contains("nested too deeply"));
+    CHECK_THAT(error_of(R"({"extras": )" + std::string(200'000, '[')), Contains("nested"));
+}
+
+TEST_CASE("a glTF that multiplies its triangles without end is refused") {
+    Json json = square();
+    // 3000 nodes, each with 3000 times the same primitive.
+    const Json primitive = json["meshes"][0]["primitives"][0];
+    json["meshes"][0]["primitives"] = Json(3000, primitive);
+    json["nodes"] = Json(3000, Json{{"mesh", 0}});
+    json["scenes"][0]["nodes"] = Json::array();
+    for (int i = 0; i < 3000; ++i) json["scenes"][0]["nodes"].push_back(i);
+    CHECK_THAT(error_of(json.dump()), Contains("more than 1000000 primitives"));
+    CHECK_THAT(error_with("/accessors/0", R"({"componentType": 5126, "count": 1000000000,
+                   "type": "VEC3", "sparse": {"count": 1, "indices": {"bufferView": 1,
+                   "componentType": 5123}, "values": {"bufferView": 0}}})"),
+               Contains("1000000000 vertices; expected at most"));
+}
+
+TEST_CASE("GLB files that are cut off or of another version are refused") {
+    Json json = square();
+    json["buffers"][0].erase("uri");
+    const std::string file = glb(json.dump(), square_bytes(), 60);
+    // A chunk that ends 8 bytes beyond the file.
+    CHECK_THAT(error_of(glb(json.dump(), square_bytes().substr(8), 60)), Contains("cut off"));
+    for (std::size_t size = 4; size < file.size(); ++size) {
+        CHECK_FALSE(error_of(file.substr(0, size)).empty());
+    }
+    CHECK_THAT(error_of("glTF" + word(1) + file.substr(8)), Contains("version 2"));
+    CHECK_THAT(error_of("this is no mesh"), Contains("line 1"));
+    CHECK_FALSE(error_of("").empty());
+}

@@ -1,0 +1,385 @@
+#include "engine/patches/patch_grid.h"
+
+#include <catch2/catch.hpp>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <set>
+
+#include "engine/rays/room_survey.h"
+#include "engine/base/sampling.h"
+#include "tests/support/rooms.h"
+
+using namespace aula;
+
+namespace {
+
+struct Surveyed {
+    RayScene rays;
+    WorkerPool workers{1};
+    PatchGrid grid;
+
+    Surveyed(const Scene& scene, float patch_size_m, const Vec3& inside,
+             double most_patches = std::numeric_limits<double>::infinity())
+        : rays(scene), grid(rays, patch_size_m, {&inside, 1}, 1, workers, most_patches) {}
+
+    /// Sum of the areas of all patches that rays from a point see.
+    double seen_area_m2(const Vec3& from, int count) {
+        std::set<std::uint32_t> seen;
+        RandomStream random(1);
+        std::vector<Ray> queries(static_cast<std::size_t>(count));
+        for (Ray& ray : queries) ray = {from, uniform_direction(random.uniform_2d())};
+        std::vector<Hit> hits(queries.size());
+        rays.intersect(queries, hits);
+        double area = 0;
+        for (std::size_t i = 0; i < hits.size(); ++i) {
+            if (!hits[i].any()) continue;
+            const std::uint32_t patch =
+                grid.find(rays.point(hits[i], queries[i].direction),
+                          rays.facing_normal(hits[i], queries[i].direction));
+            REQUIRE(patch != PatchGrid::kNone);
+            if (seen.insert(patch).second) area += double{grid.area_m2(patch)};
+        }
+        return area;
+    }
+};
+
+Scene room(const Object& object, const Vec3& inside) {
+    return test::grey_room(object, 0.1F, 1, inside, inside);
+}
+
+}  // namespace
+
+TEST_CASE("the patches of a box have its surface, also where walls lie on cell borders") {
+    // A corner at the origin and sides that are multiples of the patch size; and one off the grid.
+    for (const Vec3& corner : {Vec3(0), Vec3(0.123F, -0.077F, 0.31F)}) {
+        const Object object = test::box(Vec3(5, 4, 3), 0, corner);
+        const Vec3 inside = corner + Vec3(2, 2, 1.4F);
+        Surveyed s(room(object, inside), 0.5F, inside);
+        // Areas are exact by clipping; single precision over a few hundred sums. All 0.25 m2 cells
+        // are seen by 10^5 rays; slivers at the border of an unaligned box may be missed.
+        CHECK(s.seen_area_m2(inside, 100000) ==
+              Approx(test::surface_m2(object)).epsilon(corner == Vec3(0) ? 1e-4 : 5e-3));
+    }
+}
+
+TEST_CASE("the same wall twice counts once") {
+    const Vec3 inside(2, 2, 1.4F);
+    Scene scene = room(test::box(Vec3(5, 4, 3)), inside);
+    scene.objects.push_back(test::box(Vec3(5, 4, 3)));
+    Surveyed s(scene, 0.5F, inside);
+    CHECK(s.seen_area_m2(inside, 100000) == Approx(94).epsilon(1e-3));
+}
+
+TEST_CASE("a floor under a solid does not count") {
+    const Vec3 inside(1, 1, 2);
+    Scene scene = room(test::box(Vec3(5, 4, 3)), inside);
+    scene.objects.push_back(test::box(Vec3(2, 2, 1), 0, Vec3(2.13F, 1.13F, 0)));
+    Surveyed s(scene, 0.5F, inside);
+    // The floor loses the 4 m2 under the block; its top and two of its sides are seen, and two
+    // more are not from here: count patches from several places.
+    std::set<std::uint32_t> seen;
+    double area = 0;
+    for (const Vec3& from : {Vec3(1, 1, 2), Vec3(4.8F, 3.8F, 2), Vec3(1, 3.6F, 0.5F),
+                             Vec3(4.6F, 0.5F, 0.5F), Vec3(2.5F, 2, 2.5F)}) {
+        RandomStream random(1);
+        std::vector<Ray> queries(100000);
+        for (Ray& ray : queries) ray = {from, uniform_direction(random.uniform_2d())};
+        std::vector<Hit> hits(queries.size());
+        s.rays.intersect(queries, hits);
+        for (std::size_t i = 0; i < hits.size(); ++i) {
+            const std::uint32_t patch =
+                s.grid.find(s.rays.point(hits[i], queries[i].direction),
+                            s.rays.facing_normal(hits[i], queries[i].direction));
+            if (seen.insert(patch).second) area += double{s.grid.area_m2(patch)};
+        }
+    }
+    // 94 m2 of room, less 4 under the block, and 4 + 8 of the block's. Cells that the block cuts
+    // are sampled with 16 points: 28 such cells of 0.25 m2 with a spread of 0.12 m2 / 4 each.
+    CHECK(area == Approx(94 - 4 + 12).margin(1));
+    CHECK(area < 94 + 12 - 2);  // companion: the hidden floor is not in it
+}
+
+TEST_CASE("the number of patches follows area, not triangles") {
+    const Vec3 inside(0.1F, 0.2F, 0);
+    Surveyed coarse(room(test::icosphere(3, 3), inside), 0.5F, inside);
+    Surveyed fine(room(test::icosphere(3, 5), inside), 0.5F, inside);
+    CHECK(static_cast<double>(fine.grid.reached()) ==
+          Approx(static_cast<double>(coarse.grid.reached())).epsilon(0.1));
+}
+
+namespace {
+
+/// Every triangle in four, `times` over.
+Object tessellated(Object object, int times) {
+    const auto middle = [](const Vec3& a, const Vec3& b) { return (a + b) * 0.5F; };
+    for (int i = 0; i < times; ++i) object = test::quartered(std::move(object), middle);
+    return object;
+}
+
+}  // namespace
+
+TEST_CASE("a box of 12 triangles and one of 200 000 have the same patches") {
+    const Vec3 inside(2, 2, 1.4F);
+    const Object box = test::box(Vec3(5, 4, 3), 0, Vec3(0.123F, -0.077F, 0.31F));
+    const Object fine = tessellated(box, 7);
+    REQUIRE(fine.triangles.size() == 12 * 16384);
+    Surveyed few(room(box, inside), 0.5F, inside);
+    Surveyed many(room(fine, inside), 0.5F, inside);
+    // What the flood of random rays finds; the rims' slivers come down to chance.
+    CHECK(static_cast<double>(many.grid.reached()) ==
+          Approx(static_cast<double>(few.grid.reached())).epsilon(0.03));
+    // Companion: patches half as wide are four times as many.
+    Surveyed narrow(room(box, inside), 0.25F, inside);
+    CHECK(static_cast<double>(narrow.grid.reached()) > 3 * static_cast<double>(few.grid.reached()));
+}
+
+TEST_CASE("patches are as large as their most allows, and have the same surface") {
+    const Vec3 inside(2, 2, 1.4F);
+    const Scene scene = room(test::box(Vec3(5, 4, 3)), inside);
+    Surveyed few(scene, 0.25F, inside, 400);
+    CHECK(few.grid.reached() <= 400);
+    // Exact: sizes go up by a quarter, which makes patches 1.6 times fewer, and the walls of this
+    // room have a row more at their ends at most.
+    CHECK(static_cast<double>(few.grid.reached()) > 400 / 1.6 / 1.2);
+    CHECK(few.seen_area_m2(inside, 100000) == Approx(94).epsilon(1e-3));
+    // Companion: as small as wanted they are 94 / 0.0625.
+    Surveyed all(scene, 0.25F, inside);
+    CHECK(all.grid.patch_size_m() == 0.25F);
+    CHECK(all.grid.reached() == 1504);
+}
+
+namespace {
+
+const Vec3 kBesideBlock(1, 1, 2);
+
+/// A room of 10 x 4 x 3 m through which a block slides along x, from `begin` to `end` in so many s.
+Scene room_with_sliding_block(const Vec3& size, const Vec3& begin, const Vec3& end,
+                              double duration_s) {
+    Scene scene = room(test::box(Vec3(10, 4, 3)), kBesideBlock);
+    Object block = test::box(size);
+    block.path = Path{{{0, {begin}}, {duration_s, {end}}}, false};
+    scene.objects.push_back(block);
+    return scene;
+}
+
+}  // namespace
+
+TEST_CASE("what moves has its part of the most patches") {
+    constexpr double kMost = 400;
+    constexpr double kBlock_m2 = 48;
+    Scene scene = room_with_sliding_block(Vec3(3, 3, 2.5F), Vec3(3, 0.5F, 0), Vec3(4, 0.5F, 0), 1);
+    const auto with_block = [&](const PatchGrid& grid) {
+        const auto size_m = double{grid.patch_size_m()};
+        return static_cast<double>(grid.reached()) + 4 * kBlock_m2 / (size_m * size_m);
+    };
+    CHECK(with_block(Surveyed(scene, 0.25F, kBesideBlock, kMost).grid) <= kMost);
+    // Companion: a block that stands, of which as few patches count as sound reaches.
+    scene.objects.back().path.reset();
+    for (Vec3& v : scene.objects.back().vertices) v += Vec3(3, 0.5F, 0);
+    CHECK(with_block(Surveyed(scene, 0.25F, kBesideBlock, kMost).grid) > kMost);
+}
+
+TEST_CASE("patches that an object has left are given up") {
+    const Scene scene = room_with_sliding_block(Vec3(1), Vec3(0, 1, 1), Vec3(1000, 1, 1), 1000);
+    Surveyed s(scene, 0.5F, kBesideBlock);
+    std::size_t early = 0;
+    for (int k = 1; k <= 400; ++k) {
+        s.rays.move(0.25 * k);
+        s.grid.scene_moved(5);
+        if (k == 40) early = s.grid.size();
+    }
+    // It has gone 100 m; within six moves it meets some cells more or less.
+    CHECK(s.grid.size() <= early + 30);
+    const std::uint32_t here = s.grid.find(Vec3(100.3F, 1.3F, 2 + 1e-4F), Vec3(0, 0, 1));
+    REQUIRE(here != PatchGrid::kNone);
+    CHECK(s.grid.area_m2(here) > 0.1F);
+    CHECK(s.grid.find(Vec3(50.3F, 1.3F, 2 + 1e-4F), Vec3(0, 0, 1)) == PatchGrid::kNone);
+    // Companion: kept, they pile up.
+    for (int k = 1; k <= 400; ++k) {
+        s.rays.move(0.25 * k);
+        s.grid.scene_moved(1000);
+    }
+    CHECK(s.grid.size() > early + 1000);
+}
+
+TEST_CASE("sound that has passed through a moving object is direct until a wall reflects it") {
+    const RayScene rays(
+        room_with_sliding_block(Vec3(1, 2, 2), Vec3(1.5F, 0.5F, 0.5F), Vec3(5, 0.5F, 0.5F), 1));
+    constexpr int kPaths = 500;
+    int direct = 0;
+    int later = 0;
+    flood(rays, {&kBesideBlock, 1}, {.paths = kPaths, .bounces = 8, .seed = 1},
+          [&](int reflections, const Ray&, const Hit& hit) {
+              CHECK(hit.any());
+              ++(reflections == 0 ? direct : later);
+          });
+    // Exact: each path's first wall, for many behind the block.
+    CHECK(direct == kPaths);
+    // Companion: it has others.
+    CHECK(later > kPaths);
+}
+
+TEST_CASE("a survey measures segments from wall to wall, through what moves") {
+    const RayScene rays(
+        room_with_sliding_block(Vec3(3, 3, 2), Vec3(3, 0.5F, 0.5F), Vec3(5, 0.5F, 0.5F), 1));
+    const double empty_m =
+        survey_room(RayScene(room(test::box(Vec3(10, 4, 3)), kBesideBlock)), {&kBesideBlock, 1}, 1)
+            .mean_free_path_m;
+    // 4 V / S of the room without the block: 65536 segments with a spread of some 0.6 of their
+    // mean are 0.25 %, and of 32 the first is not diffuse, by a third at most.
+    CHECK(empty_m == Approx(4 * 120 / 164.0).epsilon(0.02));
+    // With the block the paths are the same, up to rounding.
+    const double mean_m = survey_room(rays, {&kBesideBlock, 1}, 1).mean_free_path_m;
+    CHECK(mean_m == Approx(empty_m).epsilon(0.005));
+    // Companion: pieces from the block on are shorter.
+    double pieces_m = 0;
+    int hits = 0;
+    flood(rays, {&kBesideBlock, 1}, {.paths = 500, .bounces = 32, .seed = 1},
+          [&](int, const Ray& ray, const Hit& hit) {
+              const Ray back{ray.origin + hit.distance_m * ray.direction, -ray.direction};
+              Hit first;
+              rays.intersect({&back, 1}, {&first, 1});
+              pieces_m +=
+                  double{first.any() ? std::min(first.distance_m, hit.distance_m) : hit.distance_m};
+              ++hits;
+          });
+    CHECK(pieces_m / hits < 0.9 * mean_m);
+}
+
+TEST_CASE("a ray is not lost through the floor that a moving object stands on") {
+    const auto lost = [](const Scene& scene) {
+        int count = 0;
+        flood(RayScene(scene), {&kBesideBlock, 1}, {.paths = 2000, .bounces = 32, .seed = 1},
+              [&](int, const Ray&, const Hit& hit) { count += hit.any() ? 0 : 1; });
+        return count;
+    };
+    Scene scene = room_with_sliding_block(Vec3(3, 3, 2), Vec3(3, 0.5F, 0), Vec3(5, 0.5F, 0), 1);
+    CHECK(lost(scene) == 0);
+    // Companion: through a hole in the floor beside it.
+    scene.objects.front().triangles.erase(scene.objects.front().triangles.begin());
+    CHECK(lost(scene) > 0);
+    // Nor are rays caught in an object: without walls all of them get away.
+    scene.objects.front().triangles.clear();
+    scene.objects.front().triangle_materials.clear();
+    CHECK(lost(scene) == 2000);
+}
+
+TEST_CASE("a moving object's patches follow it") {
+    const Vec3 begin(4.02F, 1.02F, 1.02F);
+    const Scene scene = room_with_sliding_block(Vec3(1), begin, Vec3(7.02F, 1.02F, 1.02F), 1);
+    Surveyed s(scene, 0.5F, kBesideBlock);
+    const auto top_area = [&](float x) {
+        const std::uint32_t patch = s.grid.find(Vec3(x, 1.3F, 2.02F + 1e-4F), Vec3(0, 0, 1));
+        return patch == PatchGrid::kNone ? 0.0F : s.grid.area_m2(patch);
+    };
+    CHECK(top_area(4.3F) > 0.1F);
+    CHECK(top_area(7.3F) == 0);
+    s.rays.move(1);
+    s.grid.scene_moved(15);
+    CHECK(top_area(4.3F) == 0);
+    CHECK(top_area(7.3F) > 0.1F);
+}
+
+TEST_CASE("a moving object's patches have its surface, each cell another number, move after move") {
+    const Vec3 step(0.37F, 0.21F, 0.013F);
+    constexpr int kMoves = 12;
+    Scene scene = room_with_sliding_block(Vec3(1), Vec3(1.9F, 0.3F, 0.8F),
+                                          Vec3(1.9F, 0.3F, 0.8F) + step * float{kMoves}, kMoves);
+    Surveyed s(scene, 0.5F, kBesideBlock);
+    const std::uint32_t floor = s.grid.find(Vec3(9.8F, 3.8F, 1e-4F), Vec3(0, 0, 1));
+    REQUIRE(floor != PatchGrid::kNone);
+    const float floor_m2 = s.grid.area_m2(floor);
+    CHECK(floor_m2 == Approx(0.25F).epsilon(1e-4));
+    for (int k = 1; k <= kMoves; ++k) {
+        s.rays.move(k);
+        s.grid.scene_moved(2);
+        const Vec3 corner = Vec3(1.9F, 0.3F, 0.8F) + step * static_cast<float>(k);
+        std::set<std::uint32_t> met;
+        double area_m2 = 0;
+        RandomStream random(static_cast<std::uint64_t>(k));
+        for (int i = 0; i < 3000; ++i) {
+            // A point on one of its faces, a little outside.
+            const auto [u, v] = random.uniform_2d();
+            const int axis = i % 3;
+            const bool far = i % 6 >= 3;
+            Vec3 at(0);
+            at[axis] = far ? 1 + 1e-4F : -1e-4F;
+            at[(axis + 1) % 3] = u;
+            at[(axis + 2) % 3] = v;
+            Vec3 normal(0);
+            normal[axis] = far ? 1.0F : -1.0F;
+            const std::uint32_t patch = s.grid.find(corner + at, normal);
+            REQUIRE(patch != PatchGrid::kNone);
+            if (met.insert(patch).second) area_m2 += double{s.grid.area_m2(patch)};
+            // It is where it is said to be.
+            const PatchGrid::Cell cell = s.grid.cell(patch);
+            for (int a = 0; a < 3; ++a) {
+                CHECK(corner[a] + at[a] > cell.low[a] - 1e-3F);
+                CHECK(corner[a] + at[a] < cell.high[a] + 1e-3F);
+            }
+            CHECK(cell.direction == normal);
+        }
+        CAPTURE(k, met.size());
+        // Exact by clipping, as nothing covers it; slivers at its rims may be missed.
+        CHECK(area_m2 == Approx(6).epsilon(0.01));
+        CHECK(met.size() >= 24);
+        // The room's own patches stay.
+        CHECK(s.grid.find(Vec3(9.8F, 3.8F, 1e-4F), Vec3(0, 0, 1)) == floor);
+        CHECK(s.grid.area_m2(floor) == floor_m2);
+        CHECK_FALSE(met.contains(floor));
+    }
+}
+
+TEST_CASE("an object that trembles in its cells keeps its patches") {
+    Scene scene = room_with_sliding_block(Vec3(1), Vec3(2.02F, 1.02F, 1.02F), Vec3(7, 2, 0), 21);
+    auto& points = scene.objects.back().path->points;
+    points.insert(points.begin() + 1,
+                  {{1, {Vec3(4.02F, 1.02F, 1.02F)}}, {20, {Vec3(4.12F, 1.02F, 1.02F)}}});
+    Surveyed s(scene, 0.5F, kBesideBlock);
+    const auto top = [&] { return s.grid.find(Vec3(4.6F, 1.3F, 2.0201F), Vec3(0, 0, 1)); };
+    CHECK(top() == PatchGrid::kNone);
+    s.rays.move(1);
+    s.grid.scene_moved(5);
+    const std::uint32_t before = top();
+    REQUIRE(before != PatchGrid::kNone);
+    for (int k = 2; k <= 20; ++k) {
+        s.rays.move(k);
+        s.grid.scene_moved(5);
+        CHECK(top() == before);
+    }
+    // The companion: once it has been gone for as long, they are given up.
+    for (int k = 1; k <= 6; ++k) {
+        CHECK(top() == before);
+        s.rays.move(20 + k);
+        s.grid.scene_moved(5);
+    }
+    CHECK(top() == PatchGrid::kNone);
+    // Back again it gets others, and keeps these, too.
+    std::uint32_t after = PatchGrid::kNone;
+    for (int k = 1; k <= 12; ++k) {
+        s.rays.move(5 + k);
+        s.grid.scene_moved(5);
+        if (k == 1) after = top();
+        CHECK(top() == after);
+    }
+    CHECK(after != PatchGrid::kNone);
+}
+
+TEST_CASE("what moves is not counted as reached, and does not hide what it covers at the start") {
+    const Vec3 inside = kBesideBlock;
+    Surveyed empty(room(test::box(Vec3(10, 4, 3)), inside), 0.5F, inside);
+    Scene scene = room_with_sliding_block(Vec3(2), Vec3(4, 1, 0.3F), Vec3(7, 1, 0.3F), 1);
+    Surveyed with_block(scene, 0.5F, inside);
+    // Exact: the patches of the room, whatever moves in it.
+    CHECK(with_block.grid.reached() == empty.grid.reached());
+    // A block that stands within the one that moves, where no patch of the room is seen.
+    scene.objects.push_back(test::box(Vec3(1), 0, Vec3(4.5F, 1.5F, 0.9F)));
+    Surveyed s(scene, 0.5F, inside);
+    const auto top_m2 = [&] {
+        return double{s.grid.area_m2(s.grid.find(Vec3(4.75F, 1.75F, 1.9001F), Vec3(0, 0, 1)))};
+    };
+    CHECK(top_m2() == Approx(0.25).epsilon(0.01));
+    s.rays.move(1);
+    s.grid.scene_moved(5);
+    CHECK(top_m2() == Approx(0.25).epsilon(0.01));
+}

@@ -1,0 +1,136 @@
+#include "engine/rays/scene_planes.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <set>
+
+#include "engine/base/sampling.h"
+
+using aula::Object;
+using aula::RayScene;
+using aula::Scene;
+using aula::ScenePlanes;
+using aula::Vec3;
+
+namespace {
+
+void add_triangle(Object& object, const Vec3& a, const Vec3& b, const Vec3& c) {
+    const auto first = static_cast<std::uint32_t>(object.vertices.size());
+    object.vertices.insert(object.vertices.end(), {a, b, c});
+    object.triangles.push_back({first, first + 1, first + 2});
+    object.triangle_materials.push_back(0);
+}
+
+Scene scene_of(std::vector<Object> objects) {
+    Scene scene;
+    scene.objects = std::move(objects);
+    scene.materials.resize(1);
+    return scene;
+}
+
+std::size_t distinct_planes(const RayScene& rays, const ScenePlanes& planes) {
+    std::set<std::uint32_t> used;
+    for (std::uint32_t t = 0; t < rays.triangle_count(); ++t) used.insert(planes.of_triangle(t));
+    return used.size();
+}
+
+/// Any two unit vectors that span the plane of a normal.
+std::pair<Vec3, Vec3> axes_of(const Vec3& normal) {
+    const Vec3 other = std::abs(normal.x) < 0.5F ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
+    const Vec3 u = glm::normalize(glm::cross(normal, other));
+    return {u, glm::cross(normal, u)};
+}
+
+}  // namespace
+
+TEST_CASE("coplanar triangles share a plane whichever way they face, in any direction") {
+    aula::RandomStream random(1);
+    for (int trial = 0; trial < 500; ++trial) {
+        // Every eighth normal lies on the borders of the index's cells and signs.
+        const Vec3 normal =
+            trial % 8 == 0
+                ? glm::normalize(Vec3(trial % 3 - 1, trial % 5 - 2, trial % 7 == 0 ? 1 : 1e-8F))
+                : aula::uniform_direction(random.uniform_2d());
+        const auto [u, v] = axes_of(normal);
+        const Vec3 middle = 20.0F * aula::uniform_direction(random.uniform_2d());
+        Object object;
+        for (int i = 0; i < 20; ++i) {
+            std::array<Vec3, 3> p;
+            for (Vec3& x : p) {
+                const auto at = random.uniform_2d();
+                // Up to 0.2 mm beside the plane; triangles of metres, so 0.1 degrees hold.
+                x = middle + 20 * at[0] * u + 20 * at[1] * v +
+                    2e-4F * (2 * random.uniform() - 1) * normal;
+            }
+            if (glm::length(glm::cross(p[1] - p[0], p[2] - p[0])) < 8) continue;
+            if (i % 2 == 0) std::swap(p[0], p[1]);
+            add_triangle(object, p[0], p[1], p[2]);
+        }
+        const RayScene rays(scene_of({object}));
+        CHECK(distinct_planes(rays, ScenePlanes(rays)) == 1);
+    }
+}
+
+TEST_CASE("planes that differ by more than the tolerance stay apart") {
+    const auto planes_with = [](const Vec3& lift_a, const Vec3& lift_b) {
+        Object object;
+        add_triangle(object, {0, 0, 0}, {2, 0, 0}, {0, 2, 0});
+        add_triangle(object, Vec3{3, 0, 0} + lift_a, Vec3{5, 0, 0} + lift_b,
+                     Vec3{3, 2, 0} + lift_a);
+        const RayScene rays(scene_of({object}));
+        return distinct_planes(rays, ScenePlanes(rays));
+    };
+    CHECK(planes_with({0, 0, 0}, {0, 0, 0}) == 1);
+    CHECK(planes_with({0, 0, 0.0008F}, {0, 0, 0.0008F}) == 1);
+    CHECK(planes_with({0, 0, 0.0015F}, {0, 0, 0.0015F}) == 2);
+    CHECK(planes_with({0, 0, -0.01F}, {0, 0, 0.01F}) == 2);  // 0.6 degrees
+}
+
+TEST_CASE("degenerate triangles have no plane") {
+    Object object;
+    add_triangle(object, {0, 0, 0}, {1, 0, 0}, {2, 0, 0});
+    add_triangle(object, {0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+    const RayScene rays(scene_of({object}));
+    const ScenePlanes planes(rays);
+    CHECK(planes.of_triangle(0) == ScenePlanes::kNoPlane);
+    CHECK(planes.of_triangle(1) == 0);
+    CHECK(planes.count() == 1);
+}
+
+TEST_CASE("a moving object's planes move with it and leave those they shared") {
+    Object wall;
+    add_triangle(wall, {0, 0, 0}, {0, 4, 0}, {0, 0, 4});
+    Object door;
+    add_triangle(door, {0, 0, 0}, {0, 1, 0}, {0, 0, 2});
+    add_triangle(door, {0, 1, 0}, {0, 1, 2}, {0, 0, 2});
+    door.path = aula::Path{};
+    door.path->points = {{0, {.position = {0, 5, 0}}},
+                         {1, {.position = {0, 5, 0}, .yaw_rad = 0.5F}},
+                         {2, {.position = {1, 5, 0}, .yaw_rad = 0.5F}}};
+    RayScene rays(scene_of({wall, door}));
+    ScenePlanes planes(rays);
+    CHECK(planes.count() == 1);
+
+    rays.move(1);
+    planes.scene_moved();
+    CHECK(planes.count() == 2);
+    const std::uint32_t own = planes.of_triangle(1);
+    CHECK(own != planes.of_triangle(0));
+    CHECK(planes.of_triangle(2) == own);
+
+    rays.move(2);
+    planes.scene_moved();
+    CHECK(planes.count() == 2);
+    CHECK(planes.of_triangle(1) == own);
+    for (std::uint32_t t = 0; t < 3; ++t) {
+        for (const Vec3& v : rays.triangle(t).vertices) {
+            const auto& plane = planes[planes.of_triangle(t)];
+            // Rounding of floats of some metres.
+            CHECK(std::abs(plane.distance_m(ScenePlanes::Point(v))) < 1e-5);
+            for (int axis = 0; axis < 3; ++axis) {
+                CHECK(v[axis] >= plane.low[axis]);
+                CHECK(v[axis] <= plane.high[axis]);
+            }
+        }
+    }
+}

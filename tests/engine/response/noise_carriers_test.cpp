@@ -1,0 +1,96 @@
+#include "engine/response/noise_carriers.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <string>
+
+using aula::kBandCount;
+using aula::NoiseCarriers;
+
+namespace {
+
+const NoiseCarriers& carriers() {
+    static const NoiseCarriers carriers(48000, 1);
+    return carriers;
+}
+
+constexpr std::size_t kPeriod_samples = 8 * 48000;
+
+int second_difference(const std::int16_t* x) { return std::abs(x[0] - 2 * x[1] + x[2]); }
+
+}  // namespace
+
+TEST_CASE("the carriers repeat without a gap") {
+    constexpr std::size_t kBefore = 100;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        const std::int16_t* const over_end = carriers().read(b, kPeriod_samples - kBefore, 0);
+        const std::int16_t* const start = carriers().read(b, 0, kPeriod_samples);
+        CHECK(std::equal(start, start + NoiseCarriers::kMostRead_samples - kBefore,
+                         over_end + kBefore));
+        // A period that did not close would be a step, and its second difference far above those
+        // of a low band's noise.
+        if (b > 2) continue;
+        int at_end = 0;
+        for (std::size_t n = 0; n < 2 * kBefore; ++n) {
+            at_end = std::max(at_end, second_difference(over_end + n));
+        }
+        int elsewhere = 0;
+        for (std::size_t n = 0; n + kBefore < kPeriod_samples; n += 500) {
+            const std::int16_t* const x = carriers().read(b, 0, n);
+            for (std::size_t k = 0; k < 500; ++k) {
+                elsewhere = std::max(elsewhere, second_difference(x + k));
+            }
+        }
+        CHECK(at_end <= elsewhere);
+        // The companion: ends that do not belong together are found.
+        int splices = 0;
+        for (std::size_t n = 0; n < kPeriod_samples; n += 5000) {
+            const std::int16_t* const x = carriers().read(b, 0, n);
+            const std::int16_t* const y = carriers().read(b, 0, n + kPeriod_samples / 2);
+            splices = std::max(splices, std::abs(x[0] - 2 * x[1] + y[2]));
+        }
+        CHECK(splices > 10 * elsewhere);
+    }
+}
+
+TEST_CASE("the carriers have the power of their bands") {
+    double sum = 0;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        const double power{carriers().power()[b]};
+        sum += power;
+        const double unit{carriers().step()[b]};
+        double energy = 0;
+        for (std::size_t n = 0; n < kPeriod_samples; ++n) {
+            const double x = unit * *carriers().read(b, 0, n);
+            energy += x * x;
+        }
+        // Levelling divides by a mean in which the sample itself weighs most: some per cent low in
+        // the lowest octaves. Levels do not depend on it, as responses are scaled to be exact.
+        CHECK(energy / kPeriod_samples == Approx(power).epsilon(0.05));
+    }
+    CHECK(sum == Approx(1).epsilon(1e-6));  // rounding
+}
+
+TEST_CASE("a source's place is a function of its name and the seed") {
+    const NoiseCarriers again(48000, 1);
+    const NoiseCarriers other(48000, 2);
+    CHECK(carriers().place("violin", 0) == again.place("violin", 0));
+    CHECK(carriers().place("violin", 0) != carriers().place("viola", 0));
+    CHECK(carriers().place("violin", 0) != other.place("violin", 0));
+    CHECK(carriers().place("", 0) < kPeriod_samples);
+}
+
+TEST_CASE("the channels of a source are at least half a second apart") {
+    std::vector<std::size_t> places;
+    for (std::size_t c = 0; c < NoiseCarriers::kMostChannels; ++c) {
+        places.push_back(carriers().place("violin", c));
+        for (std::size_t d = 0; d < c; ++d) {
+            const std::size_t apart = (places[c] + kPeriod_samples - places[d]) % kPeriod_samples;
+            CHECK(std::min(apart, kPeriod_samples - apart) >= 24000);
+            // Those of the first order lie farther apart.
+            if (c < 4) CHECK(std::min(apart, kPeriod_samples - apart) >= 48000);
+        }
+    }
+}

@@ -1,0 +1,428 @@
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "engine/base/error.h"
+#include "engine/scene/scene_file.h"
+#include "tests/support/temporary_folder.h"
+
+using aula::test::TemporaryFolder;
+using Catch::Matchers::Contains;
+
+namespace {
+
+constexpr const char* kValid = R"({
+  "aula": 1,
+  "geometry": [
+    {"name": "room", "box": [10, 8, 3.5], "min": [0, 0, 0], "material": "plaster"},
+    {"name": "door", "vertices": [[0,0,0],[1,0,0],[1,0,2],[0,0,2]], "faces": [[0,1,2,3]],
+     "material": "wood", "scale": 1, "up": "z"}
+  ],
+  "materials": {"plaster": {"absorption": [0.1,0.1,0.1,0.1,0.1,0.1,0.1,0.1], "scattering": 0.3}},
+  "medium": {"temperature_c": 20},
+  "sources": [{"name": "a", "position": [1, 1, 1], "signal": "noise"},
+              {"name": "b", "position": [2, 1, 1],
+               "path": {"points": [{"t": 0, "position": [1,1,1]}, {"t": 2, "position": [2,1,1]}]}}],
+  "listener": {"position": [8, 5, 1.7], "yaw_deg": 180},
+  "simulation": {"estimator": "patch", "rays": 1000, "ir_length_s": 1}
+})";
+
+// The message of loading kValid with one part of its text replaced, without the file's name.
+std::string error_after(const std::string& part, const std::string& replacement) {
+    std::string text = kValid;
+    const std::size_t at = text.find(part);
+    REQUIRE(at != std::string::npos);
+    text.replace(at, part.size(), replacement);
+    const TemporaryFolder folder;
+    const auto file = folder.write("scene.json", text);
+    try {
+        aula::load_scene(file);
+    } catch (const aula::Error& error) {
+        const std::string message = error.what();
+        CHECK(message.find('\n') == std::string::npos);
+        const std::string prefix = file.string() + ": ";
+        REQUIRE(message.substr(0, prefix.size()) == prefix);
+        return message.substr(prefix.size());
+    }
+    return "no error";
+}
+
+struct Mistake {
+    const char* part;
+    const char* replacement;
+    const char* place;    // how the message begins
+    const char* problem;  // and what it says
+};
+
+void check(const std::vector<Mistake>& mistakes) {
+    for (const Mistake& m : mistakes) {
+        INFO(m.part << " replaced by " << m.replacement);
+        const std::string message = error_after(m.part, m.replacement);
+        CHECK_THAT(message, Catch::Matchers::StartsWith(std::string(m.place) + ": "));
+        CHECK_THAT(message, Contains(m.problem) && Contains("; expected "));
+    }
+}
+
+}  // namespace
+
+TEST_CASE("surfaces that are wrong are named where they are") {
+    const char* const box = R"("min": [0, 0, 0])";
+    check({
+        {box, R"("surfaces": {})", "/geometry/0/surfaces", "wrong type, an object"},
+        {box, R"("surfaces": [{"triangles": [[0, 1]]}])", "/geometry/0/surfaces/0/material",
+         "missing"},
+        {box, R"("surfaces": [{"material": "wood"}])", "/geometry/0/surfaces/0/triangles",
+         "missing"},
+        {box, R"("surfaces": [{"material": "woot", "triangles": []}])",
+         "/geometry/0/surfaces/0/material", "did you mean \"wood\"?"},
+        {box, R"("surfaces": [{"material": "wood", "triangles": [[0]]}])",
+         "/geometry/0/surfaces/0/triangles/0", "expected [first, last]"},
+        {box, R"("surfaces": [{"material": "wood", "triangles": [[0, 12]]}])",
+         "/geometry/0/surfaces/0/triangles/0/1", "expected a whole number from 0 to 11"},
+        {box, R"("surfaces": [{"material": "wood", "triangles": [[5, 4]]}])",
+         "/geometry/0/surfaces/0/triangles/0/1", "expected a whole number from 5 to 11"},
+        {box, R"("surfaces": [{"material": "wood", "triangles": [[0, 1]], "area": 1}])",
+         "/geometry/0/surfaces/0/area", "unknown key"},
+    });
+}
+
+TEST_CASE("the scene that the mistakes are made in is itself without one") {
+    const TemporaryFolder folder;
+    CHECK(aula::load_scene(folder.write("scene.json", kValid)).warnings.empty());
+}
+
+TEST_CASE("unknown keys are named with the key that was meant") {
+    check({
+        {"\"medium\"", "\"mdium\"", "/mdium", "did you mean \"medium\"?"},
+        {"\"temperature_c\"", "\"temperature\"", "/medium/temperature", "\"temperature_c\""},
+        {"\"yaw_deg\"", "\"yaw\"", "/listener/yaw", "unknown key \"yaw\""},
+        {"\"signal\"", "\"sgnal\"", "/sources/0/sgnal", "did you mean \"signal\"?"},
+        {"{\"t\": 2", "{\"speed\": 1, \"t\": 2", "/sources/1/path/points/1/speed", "unknown key"},
+        {"{\"points\"", "{\"lop\": true, \"points\"", "/sources/1/path/lop", "\"loop\""},
+        {"\"rays\"", "\"ray/s\"", "/simulation/ray~1s", "did you mean \"rays\"?"},
+        {"\"scattering\"", "\"scatering\"", "/materials/plaster/scatering", "\"scattering\""},
+        {"\"box\"", "\"bx\"", "/geometry/0/bx", "\"box\""},
+        {"\"scale\"", "\"min\"", "/geometry/1/min", "unknown key \"min\""},
+        {"\"min\": [0, 0, 0]", "\"a\\nb\": 0", "/geometry/0/a?b", "unknown key \"a?b\""},
+    });
+}
+
+TEST_CASE("what is required and missing is named") {
+    check({
+        {"\"aula\": 1,", "", "/aula", "missing"},
+        {"\"aula\": 1", "\"aula\": 2", "/aula", "2 is out of range"},
+        {"\"aula\": 1", "\"aula\": \"1\"", "/aula", "wrong type, a string"},
+        {"\"listener\": {\"position\": [8, 5, 1.7], \"yaw_deg\": 180},", "", "/listener",
+         "missing"},
+        {"\"position\": [8, 5, 1.7], ", "", "/listener/position", "missing"},
+        {"\"position\": [1, 1, 1], ", "", "/sources/0/position", "missing"},
+        {", \"material\": \"plaster\"", "", "/geometry/0/material", "missing"},
+        {"\"absorption\": [0.1,0.1,0.1,0.1,0.1,0.1,0.1,0.1], ", "", "/materials/plaster/absorption",
+         "missing"},
+        {"\"t\": 2, ", "", "/sources/1/path/points/1/t", "missing"},
+        {", \"position\": [2,1,1]}", "}", "/sources/1/path/points/1/position", "missing"},
+        {", \"faces\": [[0,1,2,3]]", "", "/geometry/1/faces", "missing"},
+        {"\"box\": [10, 8, 3.5], \"min\": [0, 0, 0], ", "", "/geometry/0", "not one piece"},
+        {"\"box\"", "\"vertices\": [], \"box\"", "/geometry/0", "not one piece"},
+    });
+}
+
+TEST_CASE("a value of the wrong type says which type it has and which was expected") {
+    check({
+        {"[1, 1, 1]", "\"here\"", "/sources/0/position", "wrong type, a string"},
+        {"[1, 1, 1]", "[1, 1]", "/sources/0/position", "a list of 2"},
+        {"[1, 1, 1]", "[1, null, 1]", "/sources/0/position/1", "wrong type, null"},
+        {"\"noise\"", "3", "/sources/0/signal", "wrong type, a number"},
+        {"{\"temperature_c\": 20}", "[]", "/medium", "wrong type, a list"},
+        {"{\"temperature_c\": 20}", "{\"air_absorption\": 1}", "/medium/air_absorption",
+         "wrong type, a number; expected true or false"},
+        {"\"rays\": 1000", "\"rays\": true", "/simulation/rays", "wrong type, true or false"},
+        {"\"rays\": 1000", "\"rays\": 10.5", "/simulation/rays", "10.5 is not whole"},
+        {"\"scattering\": 0.3", "\"scattering\": {}", "/materials/plaster/scattering",
+         "wrong type, an object"},
+        {"\"scattering\": 0.3", "\"scattering\": [0.1]", "/materials/plaster/scattering",
+         "a list of 1"},
+        {"\"name\": \"a\"", "\"name\": \"\"", "/sources/0/name", "empty"},
+        {"\"noise\"", "\"a\\u0000.wav\"", "/sources/0/signal", "NUL"},
+    });
+    const TemporaryFolder folder;
+    CHECK_THROWS_WITH(aula::load_scene(folder.write("s.json", "[]")),
+                      Contains("s.json: wrong type, a list; expected an object"));
+}
+
+TEST_CASE("numbers that JSON cannot hold are refused where they stand") {
+    check({
+        {"[1, 1, 1]", "[1, NaN, 1]", "/sources/0/position/1", "NaN is not a JSON number"},
+        {"[1, 1, 1]", "[1, 1, nan]", "/sources/0/position/2", "nan is not"},
+        {"\"yaw_deg\": 180", "\"yaw_deg\": -Infinity", "/listener/yaw_deg", "-Infinity is not"},
+        {"0.1,0.1,", "0.1,1e999,", "/materials/plaster/absorption/1", "1e999 is too large"},
+        {"[1, 1, 1]", "[1e39, 1, 1]", "/sources/0/position/0", "1e+39 is out of range"},
+    });
+}
+
+TEST_CASE("numbers that make no sense are refused where they stand") {
+    check({
+        {"0.1,0.1,", "0.1,1.5,", "/materials/plaster/absorption/1", "1.5 is out of range"},
+        {"0.1,0.1,", "-0.1,0.1,", "/materials/plaster/absorption/0", "-0.1 is out of range"},
+        {"\"scattering\": 0.3", "\"scattering\": 2", "/materials/plaster/scattering",
+         "from 0 to 1"},
+        {"[10, 8, 3.5]", "[10, 0, 3.5]", "/geometry/0/box", "sizes above 0"},
+        {"[10, 8, 3.5]", "[10, 8, -3.5]", "/geometry/0/box", "sizes above 0"},
+        {"\"scale\": 1", "\"scale\": 0", "/geometry/1/scale", "0 is out of range"},
+        {"\"up\": \"z\"", "\"up\": \"x\"", "/geometry/1/up", "unknown axis \"x\""},
+        {"\"temperature_c\": 20", "\"temperature_c\": -300", "/medium/temperature_c", "-300"},
+        {"\"temperature_c\": 20", "\"humidity_percent\": 101", "/medium/humidity_percent", "101"},
+        {"\"temperature_c\": 20", "\"pressure_kpa\": 0", "/medium/pressure_kpa", "0 is out"},
+        {"\"name\": \"a\"", "\"gain_db\": 1000", "/sources/0/gain_db", "1000 is out of range"},
+        {"\"t\": 0", "\"t\": -1", "/sources/1/path/points/0/t", "-1 is out of range"},
+        {"\"t\": 0", "\"t\": 3", "/sources/1/path/points/1/t", "the time goes back"},
+        {"[{\"t\": 0, \"position\": [1,1,1]}, {\"t\": 2, \"position\": [2,1,1]}]", "[]",
+         "/sources/1/path/points", "empty path"},
+        {"\"patch\"", "\"path\"", "/simulation/estimator",
+         "\"pt\", \"dpc-published\", \"dpc\", \"patch\""},
+        {"\"rays\": 1000", "\"rays\": 0", "/simulation/rays", "0 is out of range"},
+        {"\"rays\": 1000", "\"order\": -1", "/simulation/order", "-1"},
+        {"\"rays\": 1000", "\"specular_order\": -1", "/simulation/specular_order", "-1"},
+        {"\"rays\": 1000", "\"response_time_s\": -0.1", "/simulation/response_time_s", "-0.1"},
+        {"\"rays\": 1000", "\"patch_size_m\": 0", "/simulation/patch_size_m", "0 is out"},
+        {"\"rays\": 1000", "\"patch_size_m\": 1e-60", "/simulation/patch_size_m", "1e-60 is out"},
+        {"\"rays\": 1000", "\"listener_radius_m\": 0", "/simulation/listener_radius_m", "0 is"},
+        {"\"rays\": 1000", "\"frame_rate_hz\": 0", "/simulation/frame_rate_hz", "0 is out"},
+        {"\"rays\": 1000", "\"seed\": -1", "/simulation/seed", "-1 is out of range"},
+        {"\"rays\": 1000", "\"threads\": 0", "/simulation/threads", "0 is out of range"},
+        {"\"ir_length_s\": 1", "\"ir_length_s\": 0", "/simulation/ir_length_s", "0 is out"},
+        {"\"ir_length_s\": 1", "\"ir_length_s\": 10.5", "/simulation/ir_length_s", "10.5"},
+    });
+}
+
+TEST_CASE("meshes that are none are refused with the place of the fault") {
+    check({
+        {"[0,1,2,3]", "[0,1,2,4]", "/geometry/1/faces/0/3", "index 4 is out of range"},
+        {"[0,1,2,3]", "[0,1,2,-1]", "/geometry/1/faces/0/3", "-1 is out of range"},
+        {"[0,1,2,3]", "[0,1]", "/geometry/1/faces/0", "a face of 2"},
+        {"[0,1,2,3]", "[0,1,1]", "/geometry/1/faces/0", "no area"},
+        {"[[0,1,2,3]]", "[]", "/geometry/1/faces", "an empty mesh"},
+        {"[[0,0,0],[1,0,0],[1,0,2],[0,0,2]]", "[]", "/geometry/1/vertices", "an empty mesh"},
+    });
+}
+
+TEST_CASE("names must be known, unique and lead to files that exist") {
+    check({
+        {"\"name\": \"b\"", "\"name\": \"a\"", "/sources/1/name", "duplicate name \"a\""},
+        {"\"name\": \"door\"", "\"name\": \"room\"", "/geometry/1/name", "duplicate name \"room\""},
+        {"\"aula\": 1", "\"aula\": 1, \"aula\": 1", "/aula", "duplicate key"},
+        {"\"materials\": {", "\"materials\": {\"plaster\": {\"absorption\": 1}, ",
+         "/materials/plaster", "duplicate key"},
+        {"\"material\": \"wood\"", "\"material\": \"woot\"", "/geometry/1/material",
+         "did you mean \"wood\"?"},
+        {"\"material\": \"wood\"", "\"material\": \"cheese\"", "/geometry/1/material",
+         "one of \"plaster\", \"acoustic_"},
+        {"\"noise\"", "\"voice.wav\"", "/sources/0/signal", "no such file"},
+        {"\"noise\"", "\"\"", "/sources/0/signal", "no such file"},
+    });
+    std::string text = kValid;
+    const std::size_t begin = text.find("[{\"name\": \"a\"");
+    text.replace(begin, text.find("\"listener\"") - begin, "[],");
+    const TemporaryFolder folder;
+    CHECK_THROWS_WITH(aula::load_scene(folder.write("s.json", text)),
+                      Contains("/sources: no source; expected"));
+}
+
+TEST_CASE("syntax errors say line and column") {
+    check({
+        {"\"aula\": 1,", "\"aula\": 1", "line 3, column 3", "unexpected string literal"},
+        {"\"aula\": 1,", "\"aula\": ,", "line 2, column 11", "unexpected ','"},
+        {"\"aula\": 1,", "\"aula\": truth,", "line 2, column 14", "invalid literal"},
+        {"\"aula\"", "\"\xff\"", "line 2, column 4", "ill-formed UTF-8"},
+        {"\"aula\": 1,", "aula: 1,", "line 2, column 3", "invalid literal"},
+    });
+    const TemporaryFolder folder;
+    CHECK_THROWS_WITH(aula::load_scene(folder.write("empty.json", "")),
+                      Contains("empty.json: line 1, column 1: syntax error"));
+}
+
+TEST_CASE("absurd nesting is refused before it costs the stack") {
+    const TemporaryFolder folder;
+    CHECK_THROWS_WITH(aula::load_scene(folder.write("deep.json", std::string(100000, '['))),
+                      Contains("nested too deeply"));
+}
+
+TEST_CASE("a scene file that cannot be read is named") {
+    const TemporaryFolder folder;
+    CHECK_THROWS_WITH(aula::load_scene(folder.path() / "none.json"),
+                      Contains("none.json: cannot be opened, No such file"));
+    CHECK_THROWS_WITH(aula::load_scene(folder.path()), Contains("is a folder"));
+}
+
+TEST_CASE(
+    "all errors of a scene are known, in the order of reading, and none follows from another") {
+    const TemporaryFolder folder;
+    const auto messages = [&](const std::string& text) {
+        const auto file = folder.write("scene.json", text);
+        std::vector<std::string> places;
+        try {
+            aula::load_scene(file);
+        } catch (const aula::SceneErrors& errors) {
+            CHECK(errors.what() == errors.messages().front());
+            for (const std::string& message : errors.messages()) {
+                const std::string part = message.substr(file.string().size() + 2);
+                places.push_back(part.substr(0, part.find(": ")));
+            }
+        }
+        return places;
+    };
+    CHECK(messages(R"({"aula": 2, "colour": 1, "size": 2,
+        "materials": {"felt": {"absorption": [2, 0, 0, 0, 0, 0, 0, -1], "scattering": 3},
+                      "cork": {}},
+        "geometry": [{"box": [5, 0, 3], "material": "felt", "scale": -1},
+                     {"box": [5, 4, 3], "material": "cork"},
+                     {"box": [5, 4, 3], "material": "flt"},
+                     {"bx": [5, 4, 3]},
+                     {"file": "none.obj", "material": "felt", "translate": [1]},
+                     {"vertices": [[0,0,0], [1,0,"x"], [1,1,0]], "faces": [[0,1,2], [0,1,9]],
+                      "material": "felt"}],
+        "medium": {"temperature_c": 900, "humidity_percent": -1},
+        "sources": [{"name": "a", "position": [0, 1], "gain_db": "loud"},
+                    {"name": "a", "path": {"points": [{"t": "x"}, {"t": 1, "position": [1, 1, 1]}]}},
+                    7],
+        "listener": {"yaw_deg": true},
+        "simulation": {"rays": 0, "estimator": "best", "speed": 1}})") ==
+          std::vector<std::string>{"/colour",
+                                   "/size",
+                                   "/aula",
+                                   "/materials/felt/absorption/0",
+                                   "/materials/felt/absorption/7",
+                                   "/materials/felt/scattering",
+                                   "/materials/cork/absorption",
+                                   "/geometry/0/box",
+                                   "/geometry/0/scale",
+                                   "/geometry/2/material",
+                                   "/geometry/3/bx",
+                                   "/geometry/4/file",
+                                   "/geometry/4/translate",
+                                   "/geometry/5/vertices/1/2",
+                                   "/geometry/5/faces/1/2",
+                                   "/medium/temperature_c",
+                                   "/medium/humidity_percent",
+                                   "/sources/0/position",
+                                   "/sources/0/gain_db",
+                                   "/sources/1/name",
+                                   "/sources/1/path/points/0/t",
+                                   "/sources/1/path/points/0/position",
+                                   "/sources/2",
+                                   "/listener/position",
+                                   "/listener/yaw_deg",
+                                   "/simulation/speed",
+                                   "/simulation/estimator",
+                                   "/simulation/rays"});
+    // Of very many the first hundred, and how many more.
+    std::string faces;
+    for (int i = 0; i < 250; ++i) faces += i ? ", [0, 1, 7]" : "[0, 1, 7]";
+    const auto many = messages(R"({"aula": 1, "geometry": [{"vertices": [[0,0,0], [1,0,0], [1,1,0]],
+        "material": "wood", "faces": [)" +
+                               faces + R"(]}],
+        "sources": [{"position": [0, 0, 0]}], "listener": {"position": [1, 1, 1]}})");
+    REQUIRE(many.size() == 101);
+    CHECK(many.back() == "150 more errors; expected none");
+}
+
+TEST_CASE("whatever bytes change in a scene file, loading succeeds or throws Error") {
+    const TemporaryFolder folder;
+    const std::string valid = kValid;
+    std::mt19937 random(20240601);
+    const auto below = [&](std::size_t n) { return random() % n; };
+    const std::string likely = "{}[]\",:0123456789.eE+-/*ntfu\\ \n";
+    int loaded = 0;
+    int refused = 0;
+    for (int round = 0; round < 2000; ++round) {
+        std::string text = valid;
+        for (std::size_t change = 0; change <= below(4); ++change) {
+            const std::size_t at = below(text.size());
+            const char byte =
+                below(2) == 0 ? likely[below(likely.size())] : static_cast<char>(below(256));
+            switch (below(4)) {
+                case 0:
+                    text[at] = byte;
+                    break;
+                case 1:
+                    text.insert(at, 1, byte);
+                    break;
+                case 2:
+                    text.erase(at, 1 + below(8));
+                    break;
+                default:
+                    text.insert(at, text.substr(below(text.size()), below(40)));
+                    break;
+            }
+        }
+        try {
+            aula::load_scene(folder.write("scene.json", text));
+            ++loaded;
+        } catch (const aula::Error& error) {
+            ++refused;
+            CHECK(std::string(error.what()).find('\n') == std::string::npos);
+        }
+    }
+    // Both happen, or the test would prove nothing.
+    CHECK(loaded > 20);
+    CHECK(refused > 1000);
+}
+
+TEST_CASE(
+    "a scene of a hundred thousand keys, names, materials or vertices is read in linear time") {
+    // Quadratic time would be minutes.
+    const auto numbered = [](const char* prefix, const std::string& value) {
+        std::string members;
+        for (int i = 0; i < 100'000; ++i) {
+            members +=
+                (i > 0 ? ", \"" : "\"") + std::string(prefix) + std::to_string(i) + "\": " + value;
+        }
+        return members;
+    };
+    const auto error = error_after(R"("yaw_deg": 180)", numbered("key", "1"));
+    CHECK_THAT(error, Contains("/listener/key0: unknown key"));
+    std::string materials = R"("materials": {)" + numbered("m", R"({"absorption": 0.1})") + ", ";
+    CHECK(error_after(R"("materials": {)", materials) == "no error");
+    // An error about an unknown one shows a hundred of them.
+    std::string text = kValid;
+    text.replace(text.find(R"("materials": {)"), 14, materials);
+    text.replace(text.find("\"wood\""), 6, "\"nougat\"");
+    const TemporaryFolder folder;
+    try {
+        aula::load_scene(folder.write("scene.json", text));
+        FAIL("no error");
+    } catch (const aula::Error& unknown) {
+        CHECK(std::string(unknown.what()).size() < 3000);
+        CHECK_THAT(unknown.what(), Contains("unknown material \"nougat\"") && Contains(" more"));
+    }
+    CHECK(error_after(R"("faces": [[0,1,2,3]])", R"("faces": [[0,1,2,3]], )" + numbered("key", "1"))
+              .find("unknown key") != std::string::npos);
+    std::string objects;
+    for (int i = 0; i < 10'000; ++i) {
+        objects +=
+            R"({"name": "n)" + std::to_string(i) + R"(", "box": [1, 1, 1], "material": "wood"}, )";
+    }
+    CHECK(error_after(R"("geometry": [)", R"("geometry": [)" + objects) == "no error");
+}
+
+TEST_CASE("more values than a scene may hold are refused, and faces of too many corners") {
+    std::string values = "0";
+    for (int i = 0; i < 10'000'000; ++i) values += ",0";
+    CHECK_THAT(error_after(R"("aula": 1)", R"("aula": 1, "expect": [)" + values + "]"),
+               Contains("/expect/") && Contains("too many values; expected at most 10000000"));
+    std::string face = "0";
+    for (int i = 0; i < 4096; ++i) face += ",1";
+    CHECK_THAT(error_after("[[0,1,2,3]]", "[[" + face + "]]"),
+               Contains("/geometry/1/faces/0: a face of 4097 corners; expected at most 4096"));
+}
+
+TEST_CASE("a scene file without end is refused") {
+    CHECK_THROWS_WITH(aula::load_scene("/dev/zero"),
+                      Contains("/dev/zero: holds more than 268435456"));
+}
+
+TEST_CASE("an order of image sources that would take minutes a frame is refused") {
+    CHECK_THAT(error_after(R"("rays": 1000)", R"("specular_order": 101)"),
+               Contains("/simulation/specular_order: 101 is out of range; expected a whole number "
+                        "from 0 to 100"));
+    CHECK(error_after(R"("rays": 1000)", R"("specular_order": 100)") == "no error");
+}

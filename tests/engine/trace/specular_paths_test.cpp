@@ -1,0 +1,594 @@
+#include "engine/trace/specular_paths.h"
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numbers>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "engine/rays/plane_sequence.h"
+#include "engine/base/sampling.h"
+#include "engine/trace/specular_sum.h"
+#include "tests/support/rooms.h"
+
+using aula::Bands;
+using aula::Material;
+using aula::Object;
+using aula::RayScene;
+using aula::Scene;
+using aula::SpecularPath;
+using aula::SpecularPaths;
+using aula::Vec3;
+
+namespace {
+
+void add_quad(Object& object, const std::array<Vec3, 4>& corners, std::uint32_t material = 0) {
+    const auto first = static_cast<std::uint32_t>(object.vertices.size());
+    object.vertices.insert(object.vertices.end(), corners.begin(), corners.end());
+    object.triangles.push_back({first, first + 1, first + 2});
+    object.triangles.push_back({first, first + 2, first + 3});
+    object.triangle_materials.insert(object.triangle_materials.end(), 2, material);
+}
+
+/// The walls of a box from 0 to `size`; wall 2 axis + side has material 2 axis + side.
+Object box(const Vec3& size) {
+    Object object;
+    for (int axis = 0; axis < 3; ++axis) {
+        Vec3 u(0);
+        Vec3 v(0);
+        u[(axis + 1) % 3] = size[(axis + 1) % 3];
+        v[(axis + 2) % 3] = size[(axis + 2) % 3];
+        for (int side = 0; side < 2; ++side) {
+            Vec3 corner(0);
+            if (side == 1) corner[axis] = size[axis];
+            add_quad(object, {corner, corner + u, corner + u + v, corner + v},
+                     static_cast<std::uint32_t>(2 * axis + side));
+        }
+    }
+    return object;
+}
+
+Material material(float absorption, float scattering) {
+    return {"", Bands::filled(absorption), Bands::filled(scattering)};
+}
+
+Scene scene_of(std::vector<Object> objects) {
+    Scene scene;
+    scene.objects = std::move(objects);
+    for (int i = 0; i < 6; ++i) {
+        scene.materials.push_back(
+            material(0.1F + 0.05F * static_cast<float>(i), 0.02F * static_cast<float>(i)));
+    }
+    return scene;
+}
+
+/// A rectangle across the room in the plane x = `at`.
+void add_screen(Object& object, float at, float y0, float y1, float z0, float z1) {
+    add_quad(object, {Vec3(at, y0, z0), Vec3(at, y1, z0), Vec3(at, y1, z1), Vec3(at, y0, z1)});
+}
+
+struct Image {
+    int order;
+    double length_m;
+    glm::dvec3 way;  ///< from the listener
+    double share;    ///< product of (1 - s)(1 - alpha)
+};
+
+/// Allen and Berkley's images of a source in a box.
+std::vector<Image> box_images(const Scene& scene, const Vec3& size, const Vec3& source,
+                              const Vec3& listener, int most) {
+    std::vector<Image> images;
+    const auto share = [&](int wall) {
+        const Material& m = scene.materials[static_cast<std::size_t>(wall)];
+        return (1 - double{m.absorption[0]}) * (1 - double{m.scattering[0]});
+    };
+    struct AxisImage {
+        int order;
+        double at, share;
+    };
+    std::array<std::vector<AxisImage>, 3> along;
+    for (int axis = 0; axis < 3; ++axis) {
+        for (int n = -most; n <= most; ++n) {
+            for (int q = 0; q < 2; ++q) {
+                const int order = std::abs(2 * n - q);
+                if (order > most) continue;
+                along[static_cast<std::size_t>(axis)].push_back(
+                    {order, (1 - 2 * q) * double{source[axis]} + 2 * n * double{size[axis]},
+                     std::pow(share(2 * axis), std::abs(n - q)) *
+                         std::pow(share(2 * axis + 1), std::abs(n))});
+            }
+        }
+    }
+    for (const AxisImage& x : along[0]) {
+        for (const AxisImage& y : along[1]) {
+            for (const AxisImage& z : along[2]) {
+                const int order = x.order + y.order + z.order;
+                if (order > most) continue;
+                const glm::dvec3 way = glm::dvec3(x.at, y.at, z.at) - glm::dvec3(listener);
+                images.push_back({order, glm::length(way), way, x.share * y.share * z.share});
+            }
+        }
+    }
+    return images;
+}
+
+/// One path for each image and one image for each path.
+void check_against_images(const std::vector<SpecularPath>& paths, std::vector<Image> images,
+                          double attenuation_per_m) {
+    REQUIRE(paths.size() == images.size());
+    for (const SpecularPath& path : paths) {
+        const glm::dvec3 way = glm::dvec3(path.direction) * double{path.length_m};
+        const auto image =
+            std::min_element(images.begin(), images.end(), [&](const Image& a, const Image& b) {
+                return glm::distance(a.way, way) < glm::distance(b.way, way);
+            });
+        const double energy = image->share * std::exp(-attenuation_per_m * image->length_m) /
+                              (4 * std::numbers::pi * image->length_m * image->length_m);
+        CHECK(path.order == image->order);
+        // Rounding of floats, of some products of them, of a unit vector times up to 20 m.
+        CHECK(double{path.length_m} == Approx(image->length_m).epsilon(2e-7));
+        CHECK(double{path.energy[0]} == Approx(energy).epsilon(2e-6));
+        CHECK(glm::distance(image->way, way) < 5e-6);
+        images.erase(image);
+    }
+}
+
+std::array<int, 4> per_order(const std::vector<SpecularPath>& paths) {
+    std::array<int, 4> count{};
+    for (const SpecularPath& p : paths) ++count[static_cast<std::size_t>(p.order)];
+    return count;
+}
+
+std::set<std::uint64_t> ids(const std::vector<SpecularPath>& paths) {
+    std::set<std::uint64_t> all;
+    for (const SpecularPath& p : paths) all.insert(p.id);
+    return all;
+}
+
+constexpr float kRadius_m = 0.5F;
+const Vec3 kSize(5, 4, 3);
+const Vec3 kSource(1.2F, 1.1F, 1.5F);
+const Vec3 kListener(3.7F, 2.9F, 1.2F);
+
+}  // namespace
+
+TEST_CASE("a shoebox has the image sources of the closed form, orders 0 to 3") {
+    const Scene scene = scene_of({box(kSize)});
+    const RayScene rays(scene);
+    const SpecularPaths specular(rays, 3, kRadius_m, 1);
+    const auto paths = specular.find(kSource, kListener, true, Bands::filled(0.01F));
+    CHECK(per_order(paths) == std::array<int, 4>{1, 6, 18, 38});
+    CHECK(ids(paths).size() == paths.size());
+    const double attenuation{0.01F};
+    check_against_images(paths, box_images(scene, kSize, kSource, kListener, 3), attenuation);
+    // The companion: a source 1 mm away has other lengths.
+    const auto other = specular.find(kSource + Vec3(1e-3F, 0, 0), kListener, true, Bands{});
+    CHECK(double{paths[1].length_m} != Approx(double{other[1].length_m}).epsilon(2e-7));
+}
+
+TEST_CASE("source and listener may be anywhere in a shoebox") {
+    const Scene scene = scene_of({box(kSize)});
+    const RayScene rays(scene);
+    const SpecularPaths specular(rays, 3, kRadius_m, 1);
+    aula::RandomStream random(1);
+    const auto place = [&] {
+        const auto xy = random.uniform_2d();
+        return Vec3(xy[0], xy[1], random.uniform()) * (kSize - 0.02F) + 0.01F;
+    };
+    for (int i = 0; i < 100; ++i) {
+        const Vec3 source = place();
+        const Vec3 listener = place();
+        check_against_images(specular.find(source, listener, true, Bands{}),
+                             box_images(scene, kSize, source, listener, 3), 0);
+    }
+}
+
+TEST_CASE("paths that meet an edge or a corner exactly count once") {
+    const RayScene rays(scene_of({box(Vec3(4))}));
+    const SpecularPaths specular(rays, 3, kRadius_m, 1);
+    const Vec3 centre(2);
+    const auto paths = specular.find(centre, Vec3(2, 2, 1), true, Bands{});
+    CHECK(per_order(paths) == std::array<int, 4>{1, 6, 18, 38});
+    // Both at the centre: no distance, but a finite level.
+    const auto at_once = specular.find(centre, centre, true, Bands{});
+    CHECK(per_order(at_once) == std::array<int, 4>{1, 6, 18, 38});
+    CHECK(at_once[0].length_m == 0);
+    CHECK(double{at_once[0].energy[0]} == Approx(1 / (4 * std::numbers::pi * 0.01)));
+    CHECK(glm::length(at_once[0].direction) == 1);
+}
+
+TEST_CASE("in the open there is the direct sound alone") {
+    const RayScene rays(scene_of({}));
+    SpecularPaths specular(rays, 3, kRadius_m, 1);
+    specular.discover({0, 0, 0}, 0);
+    const auto paths = specular.find({3, 4, 0}, {0, 0, 0}, true, Bands{});
+    REQUIRE(paths.size() == 1);
+    CHECK(paths[0].order == 0);
+    CHECK(paths[0].length_m == 5);
+    CHECK(double{paths[0].energy[7]} == Approx(1 / (100 * std::numbers::pi)));
+    CHECK(paths[0].direction == Vec3(0.6F, 0.8F, 0));
+    CHECK(specular.find({3, 4, 0}, {0, 0, 0}, false, Bands{}).empty());
+}
+
+TEST_CASE("order 0 has no reflections") {
+    const RayScene rays(scene_of({box(kSize)}));
+    const SpecularPaths specular(rays, 0, kRadius_m, 1);
+    CHECK(specular.find(kSource, kListener, true, Bands{}).size() == 1);
+    CHECK(specular.find(kSource, kListener, false, Bands{}).empty());
+}
+
+TEST_CASE("walls that scatter or absorb everything send no images") {
+    for (const Material& m : {material(0.2F, 1), material(1, 0)}) {
+        Scene scene = scene_of({box(kSize)});
+        for (Material& wall : scene.materials) wall = m;
+        const RayScene rays(scene);
+        CHECK(SpecularPaths(rays, 3, kRadius_m, 1).find(kSource, kListener, true, Bands{}).size() ==
+              1);
+    }
+}
+
+TEST_CASE("a screen blocks the direct sound and reflects on both sides") {
+    Object screen;
+    add_screen(screen, 2.5F, 1, 3, 0.5F, 2.5F);
+    const RayScene rays(scene_of({screen}));
+    const SpecularPaths specular(rays, 2, kRadius_m, 1);
+    CHECK(specular.find({1, 2, 1.5F}, {4, 2, 1.5F}, true, Bands{}).empty());
+    for (const float x : {1.0F, 4.0F}) {
+        const auto paths = specular.find({x, 1.9F, 1.5F}, {x, 2.1F, 1.5F}, true, Bands{});
+        REQUIRE(paths.size() == 2);
+        CHECK(paths[1].order == 1);
+        CHECK(double{paths[1].length_m} == Approx(std::sqrt(9 + 0.04)));
+    }
+    // Past its edge nothing is blocked and nothing is reflected.
+    CHECK(specular.find({1, 3.2F, 1.5F}, {4, 3.2F, 1.5F}, true, Bands{}).size() == 1);
+}
+
+TEST_CASE("a partition lets paths through its opening only") {
+    Object room = box(kSize);
+    add_screen(room, 2.5F, 0, 1.5F, 0, 3);  // opening from y = 1.5 to 2.5, full height
+    add_screen(room, 2.5F, 2.5F, 4, 0, 3);
+    const RayScene rays(scene_of({room}));
+    const SpecularPaths specular(rays, 1, kRadius_m, 1);
+    // Through the opening: the direct sound, floor, ceiling and both end walls. The ways by the
+    // side walls would cross the partition.
+    const auto through = specular.find({1, 2, 1.5F}, {4.2F, 2.1F, 1.5F}, true, Bands{});
+    CHECK(per_order(through) == std::array<int, 4>{1, 4, 0, 0});
+    // Both on one side, beside the opening: the partition hides the far wall and takes its place.
+    const auto beside = specular.find({1, 0.6F, 1.5F}, {1.4F, 0.8F, 1}, true, Bands{});
+    CHECK(per_order(beside) == std::array<int, 4>{1, 6, 0, 0});
+}
+
+TEST_CASE("an L-shaped room hides images round its corner") {
+    // The L: x 0..6, y 0..2 and x 0..2, y 0..6; floor and ceiling left out.
+    Object room;
+    const auto wall = [&](float x0, float y0, float x1, float y1) {
+        add_quad(room, {Vec3(x0, y0, 0), Vec3(x1, y1, 0), Vec3(x1, y1, 3), Vec3(x0, y0, 3)});
+    };
+    wall(0, 0, 6, 0);
+    wall(6, 0, 6, 2);
+    wall(6, 2, 2, 2);
+    wall(2, 2, 2, 6);
+    wall(2, 6, 0, 6);
+    wall(0, 6, 0, 0);
+    const RayScene rays(scene_of({room}));
+    const SpecularPaths specular(rays, 2, kRadius_m, 1);
+    const auto paths = specular.find({5, 1.4F, 1.5F}, {1.2F, 5, 1.5F}, true, Bands{});
+    // The inner corner hides the source itself and its images in either outer wall; the image in
+    // both is seen, by way of x = 0 (y = 3.8) and y = 0 (x = 3.6).
+    REQUIRE(paths.size() == 1);
+    CHECK(paths[0].order == 2);
+    CHECK(double{paths[0].length_m} == Approx(std::hypot(5 + 1.2, 1.4 + 5)));
+    // The companion: without the inner walls there is more.
+    Object open;
+    std::swap(open, room);
+    wall(0, 0, 6, 0);
+    wall(0, 6, 0, 0);
+    const RayScene open_rays(scene_of({room}));
+    CHECK(SpecularPaths(open_rays, 2, kRadius_m, 1)
+              .find({5, 1.4F, 1.5F}, {1.2F, 5, 1.5F}, true, Bands{})
+              .size() == 4);
+}
+
+TEST_CASE("coincident duplicate faces reflect once") {
+    Object walls = box(kSize);
+    for (Vec3& v : walls.vertices) {
+        for (int axis = 0; axis < 3; ++axis) v[axis] = std::min(v[axis], kSize[axis]);
+    }
+    const RayScene rays(scene_of({box(kSize), walls}));
+    const auto paths = SpecularPaths(rays, 3, kRadius_m, 1).find(kSource, kListener, true, Bands{});
+    CHECK(per_order(paths) == std::array<int, 4>{1, 6, 18, 38});
+}
+
+TEST_CASE("near a wall levels stay finite, on it there is no reflection in it") {
+    const RayScene rays(scene_of({box(kSize)}));
+    const SpecularPaths specular(rays, 3, kRadius_m, 1);
+    for (const float gap_m : {0.0F, 1e-6F, 1e-4F, 1e-3F, 1e-2F}) {
+        const Vec3 source(1, 2, gap_m);
+        const Vec3 listener(1, 2.01F, gap_m);
+        const auto paths = specular.find(source, listener, true, Bands{});
+        CHECK(per_order(paths)[0] == 1);
+        CHECK(per_order(paths)[1] == (gap_m < 5e-4F ? 5 : 6));
+        for (const SpecularPath& p : paths) {
+            CHECK(p.energy[0] <= 1 / (4 * std::numbers::pi_v<float> * 0.01F));
+            CHECK(std::isfinite(p.energy[0]));
+            CHECK(glm::length(p.direction) == Approx(1).epsilon(1e-6));
+        }
+    }
+}
+
+TEST_CASE("neither a source nor a listener on a wall has a reflection in it") {
+    const RayScene rays(scene_of({box(kSize)}));
+    const SpecularPaths specular(rays, 1, kRadius_m, 1);
+    const Vec3 on_floor(1, 2, 1e-4F);
+    const Vec3 above(2, 1, 1.5F);
+    for (const auto& [source, listener] :
+         {std::pair(on_floor, above), std::pair(above, on_floor)}) {
+        const auto paths = specular.find(source, listener, true, Bands{});
+        CHECK(per_order(paths) == std::array<int, 4>{1, 5, 0, 0});
+    }
+    // The companion: away from it there are six.
+    CHECK(per_order(specular.find(above, above + 0.5F, true, Bands{}))[1] == 6);
+}
+
+TEST_CASE("a plate that lies on the floor takes the floor's place where it is") {
+    // So thin that a look at the floor meets its top, of material 5.
+    Object plate = box({3, 2, 1.2e-3F});
+    for (Vec3& v : plate.vertices) v += Vec3(1, 1, 0);
+    const RayScene rays(scene_of({box(kSize), plate}));
+    const SpecularPaths specular(rays, 1, kRadius_m, 1);
+    for (const float x : {2.5F, 0.4F}) {
+        const Vec3 source(x, 1.9F, 1.5F);
+        const Vec3 listener(x, 2.1F, 1.5F);
+        const auto paths = specular.find(source, listener, true, Bands{});
+        CHECK(per_order(paths)[1] == 6);
+        // By way of the floor or the plate: from below.
+        int below = 0;
+        for (const SpecularPath& path : paths) {
+            if (path.order != 1 || path.direction.z > -0.9F) continue;
+            ++below;
+            const double share = x > 1 ? 0.65 * 0.9 : 0.7 * 0.92;  // material 4 is the floor
+            const double spread = 4 * std::numbers::pi * std::pow(double{path.length_m}, 2);
+            CHECK(double{path.energy[0]} * spread == Approx(share).epsilon(1e-5));
+        }
+        CHECK(below == 1);
+    }
+}
+
+TEST_CASE("a mirror that leaves the plane of another goes on reflecting") {
+    Object still;
+    add_screen(still, 0, -50, 0, -50, 50);
+    Object moving;
+    add_screen(moving, 0, 0, 50, -50, 50);
+    moving.path = aula::Path{};
+    moving.path->points = {{0, {.position = {0, 0, 0}}}, {1, {.position = {-1, 0, 0}}}};
+    RayScene rays(scene_of({still, moving}));
+    SpecularPaths specular(rays, 2, kRadius_m, 1);
+    const auto reflection_m = [&](float y) {
+        const auto paths = specular.find({2, y, 0}, {1, y, 0}, false, Bands{});
+        REQUIRE(paths.size() == 1);
+        return double{paths[0].length_m};
+    };
+    CHECK(reflection_m(-3) == Approx(3));
+    CHECK(reflection_m(3) == Approx(3));
+    rays.move(1);
+    specular.scene_moved();
+    CHECK(reflection_m(-3) == Approx(3));
+    CHECK(reflection_m(3) == Approx(5));
+}
+
+TEST_CASE("discovery finds the same paths as the full list") {
+    const Scene plain = scene_of({box(kSize)});
+    const RayScene plain_rays(plain);
+    const auto listed =
+        SpecularPaths(plain_rays, 3, kRadius_m, 1).find(kSource, kListener, true, Bands{});
+
+    // Far away stand 100 mirrors, no two coplanar: too many sequences to list beyond order 1.
+    Scene cluttered = plain;
+    Object clutter;
+    aula::RandomStream random(5);
+    for (int i = 0; i < 100; ++i) {
+        const Vec3 at = Vec3(0, 0, 100) + 20.0F * aula::uniform_direction(random.uniform_2d());
+        const Vec3 u = aula::uniform_direction(random.uniform_2d());
+        const Vec3 v = aula::uniform_direction(random.uniform_2d());
+        add_quad(clutter, {at, at + u, at + u + v, at + v});
+    }
+    cluttered.objects.push_back(clutter);
+    const RayScene rays(cluttered);
+    SpecularPaths specular(rays, 3, kRadius_m, 1);
+    CHECK(specular.find(kSource, kListener, true, Bands{}).size() < listed.size());
+    // Each of the 62 paths covers some permille of the sphere at least; 60 frames of 512 rays.
+    for (std::uint64_t frame = 0; frame < 60; ++frame) specular.discover(kListener, frame);
+    const auto found = specular.find(kSource, kListener, true, Bands{});
+    REQUIRE(found.size() == listed.size());
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        CHECK(found[i].length_m == listed[i].length_m);
+        CHECK(found[i].energy == listed[i].energy);
+    }
+}
+
+TEST_CASE("the same calls find the same paths") {
+    Scene scene = scene_of({box(kSize)});
+    Object clutter;
+    aula::RandomStream random(7);
+    for (int i = 0; i < 150; ++i) {
+        const auto xy = random.uniform_2d();
+        const Vec3 at = Vec3(xy[0], xy[1], random.uniform()) * (kSize - 0.3F);
+        add_quad(clutter, {at, at + 0.2F * aula::uniform_direction(random.uniform_2d()),
+                           at + 0.2F * aula::uniform_direction(random.uniform_2d()), at});
+    }
+    scene.objects.push_back(clutter);
+    const RayScene rays(scene);
+    SpecularPaths a(rays, 3, kRadius_m, 1);
+    SpecularPaths b(rays, 3, kRadius_m, 1);
+    for (std::uint64_t frame = 0; frame < 10; ++frame) {
+        const Vec3 listener = kListener - Vec3(0.1F * static_cast<float>(frame), 0, 0);
+        a.discover(listener, frame);
+        b.discover(listener, frame);
+        const auto from_a = a.find(kSource, listener, true, Bands{});
+        CHECK(ids(from_a) == ids(b.find(kSource, listener, true, Bands{})));
+        CHECK(ids(from_a).size() == from_a.size());
+        CHECK(std::is_sorted(from_a.begin(), from_a.end(),
+                             [](const auto& x, const auto& y) { return x.length_m < y.length_m; }));
+    }
+}
+
+TEST_CASE("valid paths are kept while rays keep finding others") {
+    // Many small mirrors in a room: more sequences than are kept.
+    Scene scene = scene_of({box(kSize)});
+    Object clutter;
+    aula::RandomStream random(9);
+    for (int i = 0; i < 300; ++i) {
+        const auto xy = random.uniform_2d();
+        const Vec3 at = Vec3(xy[0], xy[1], random.uniform()) * (kSize - 0.4F);
+        const Vec3 u = 0.3F * aula::uniform_direction(random.uniform_2d());
+        const Vec3 v = 0.3F * aula::uniform_direction(random.uniform_2d());
+        add_quad(clutter, {at, at + u, at + u + v, at + v});
+    }
+    scene.objects.push_back(clutter);
+    const RayScene rays(scene);
+    SpecularPaths specular(rays, 3, kRadius_m, 1);
+    std::set<std::uint64_t> before;
+    for (std::uint64_t frame = 0; frame < 40; ++frame) {
+        specular.discover(kListener, frame);
+        const auto now = ids(specular.find(kSource, kListener, true, Bands{}));
+        CHECK(std::includes(now.begin(), now.end(), before.begin(), before.end()));
+        before = now;
+    }
+    CHECK(before.size() > 10);
+}
+
+TEST_CASE("images follow an object that moves and keep their identity") {
+    Object wall;
+    add_screen(wall, 5, -50, 50, -50, 50);
+    Object mirror;
+    add_screen(mirror, 0, -50, 50, -50, 50);
+    mirror.path = aula::Path{};
+    mirror.path->points = {{0, {.position = {0, 0, 0}}}, {1, {.position = {-1, 0, 0}}}};
+    RayScene rays(scene_of({wall, mirror}));
+    SpecularPaths specular(rays, 2, kRadius_m, 1);
+    const auto before = specular.find({2, 0, 0}, {1, 0, 0}, true, Bands{});
+    REQUIRE(before.size() == 5);
+    CHECK(double{before[1].length_m} == Approx(3));
+
+    rays.move(1);
+    specular.scene_moved();
+    const auto after = specular.find({2, 0, 0}, {1, 0, 0}, true, Bands{});
+    REQUIRE(after.size() == 5);
+    CHECK(double{after[1].length_m} == Approx(5));
+    CHECK(ids(after) == ids(before));
+
+    // A wall that comes between them.
+    mirror.path->points[1].pose.position = {1.5F, 0, 0};
+    RayScene between(scene_of({wall, mirror}));
+    SpecularPaths cut(between, 2, kRadius_m, 1);
+    between.move(1);
+    cut.scene_moved();
+    CHECK(cut.find({2, 0, 0}, {1, 0, 0}, true, Bands{}).empty());
+}
+
+TEST_CASE("a sequence of planes has one key from both ends and no other sequence has it") {
+    std::set<std::uint64_t> keys;
+    std::size_t sequences = 0;
+    for (std::uint32_t code = 0; code < 7 * 7 * 7 * 7 * 7 - 1; ++code) {
+        std::vector<std::uint32_t> planes;
+        for (std::uint32_t rest = code + 1; rest > 0; rest /= 7) {
+            if (rest % 7 > 0) planes.push_back(rest % 7);
+        }
+        aula::PlaneSequence from_listener;
+        aula::PlaneSequence from_source;
+        for (const std::uint32_t plane : planes) {
+            from_listener = from_listener.then_from_listener(plane);
+        }
+        std::reverse(planes.begin(), planes.end());
+        for (const std::uint32_t plane : planes) from_source = from_source.then_from_source(plane);
+        CHECK(from_listener.key == from_source.key);
+        if (keys.insert(from_listener.key).second) ++sequences;
+    }
+    CHECK(keys.count(0) == 0);
+    // All sequences of up to 5 of 6 planes.
+    CHECK(sequences == 6 + 36 + 216 + 1296 + 7776);
+}
+
+TEST_CASE("what a ray brings counts while its sequence is no candidate") {
+    // 100 mirrors far away: sequences above order 1 are not listed.
+    Scene scene = scene_of({box(kSize)});
+    Object clutter;
+    aula::RandomStream random(5);
+    for (int i = 0; i < 100; ++i) {
+        const Vec3 at = Vec3(0, 0, 100) + 20.0F * aula::uniform_direction(random.uniform_2d());
+        const Vec3 u = aula::uniform_direction(random.uniform_2d());
+        const Vec3 v = aula::uniform_direction(random.uniform_2d());
+        add_quad(clutter, {at, at + u, at + u + v, at + v});
+    }
+    scene.objects.push_back(clutter);
+    const RayScene rays(scene);
+    SpecularPaths specular(rays, 3, kRadius_m, 1);
+    CHECK(specular.listed_order() == 1);
+    specular.discover(kListener, 0);
+    const auto paths = specular.find(kSource, kListener, false, Bands{});
+    const auto found =
+        std::find_if(paths.begin(), paths.end(), [](const SpecularPath& p) { return p.order > 1; });
+    REQUIRE(found != paths.end());
+    CHECK(specular.is_candidate(found->id));
+    CHECK_FALSE(specular.is_candidate(0));
+
+    aula::EnergyResponse empty;
+    empty.bins = aula::TimeBins(0.1);
+    empty.energy.resize(empty.bins.count());
+    empty.direction.resize(empty.bins.count());
+    aula::SpecularSum sum(empty);
+    sum.add_rays(4);
+    sum.add({Bands{}, Vec3(1, 0, 0), 0}, Bands::filled(1), 10);
+    sum.add({Bands{}, Vec3(0, 1, 0), found->id}, Bands::filled(2), 10);
+    sum.add({Bands{}, Vec3(0, 1, 0), found->id}, Bands::filled(2), 10.2F);
+    const auto read = [&] {
+        aula::EnergyResponse response = empty;
+        sum.add_to(specular, response);
+        return response;
+    };
+    CHECK(read().total(0) == Approx(0.25));
+    specular.restart(1);  // forgets all that rays have met
+    CHECK_FALSE(specular.is_candidate(found->id));
+    const aula::EnergyResponse response = read();
+    CHECK(response.total(0) == Approx(1.25));
+    // Both hits of the sequence count where their mean length is.
+    const std::size_t bin = response.bins.index(10.1 / double{response.speed_of_sound_m_s});
+    CHECK(response.energy[bin][0] == Approx(bin == response.bins.index(10 / 343.2) ? 1.25 : 1));
+    CHECK(response.direction[bin].y == Approx(8.0));
+    sum.clear();
+    sum.add_rays(4);
+    CHECK(read().total(0) == 0);
+}
+
+TEST_CASE("candidates that rays along them may still reach are kept, whether valid or not") {
+    // If only valid ones were kept, a sphere would have its rays beside the paths of its middle.
+    const RayScene rays(scene_of({aula::test::bumpy_box(Vec3(12, 9, 5), 0.5F, 0.005F)}));
+    SpecularPaths specular(rays, 3, kRadius_m, 1);
+    std::set<std::uint64_t> before;
+    for (std::uint64_t frame = 0; frame < 12; ++frame) {
+        specular.discover(kListener, frame);
+        const auto now = ids(specular.find(kSource, kListener, true, Bands{}));
+        CHECK(std::includes(now.begin(), now.end(), before.begin(), before.end()));
+        before = now;
+    }
+    // Listeners 0.3 m away find paths that were not valid here, without a chain of their own.
+    SpecularPaths other(rays, 3, kRadius_m, 1);
+    for (std::uint64_t frame = 0; frame < 12; ++frame) {
+        other.discover(kListener, frame);
+        other.find(kSource, kListener, true, Bands{});
+    }
+    std::size_t more = 0;
+    for (const Vec3& offset : {Vec3(0.3F, 0, 0.1F), Vec3(-0.3F, 0.1F, 0), Vec3(0, 0.3F, 0.1F),
+                               Vec3(0.1F, -0.3F, 0), Vec3(0.1F, 0, 0.3F), Vec3(0, 0.1F, -0.3F)}) {
+        const auto beside = ids(other.find(kSource, kListener + offset, true, Bands{}));
+        more += static_cast<std::size_t>(std::count_if(
+            beside.begin(), beside.end(), [&](std::uint64_t id) { return before.count(id) == 0; }));
+    }
+    CAPTURE(more, before.size());
+    // 38; if only valid candidates were kept, those that were met in the last frame give 24.
+    CHECK(more >= 31);
+}

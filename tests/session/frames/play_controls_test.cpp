@@ -1,0 +1,99 @@
+#include "apps/session/frames/play_controls.h"
+
+#include <catch2/catch.hpp>
+
+#include "tests/support/live_take.h"
+#include "tests/support/test_scenes.h"
+#include "tests/support/tone.h"
+
+using namespace aula;
+using namespace aula::test;
+
+namespace {
+
+/// Energy of what is heard of a noise in a room for a second.
+double energy(const PlayControls& controls) {
+    Scene scene = small_room();
+    scene.simulation.rays = 200;
+    scene.sources[0].signal = Source::Signal::noise;
+    SessionOptions options;
+    options.output = OutputFormat::mono;
+    Performance performance(scene, options, kRate_hz, false);
+    LiveMixer mixer(kRate_hz, kTakeBlock, 1);
+    double sum = 0;
+    for (const float x : take(mixer, 100, [&](int block) {
+             if (block == 0) begin(performance, mixer, controls);
+         }))
+        sum += static_cast<double>(x) * static_cast<double>(x);
+    return sum;
+}
+
+}  // namespace
+
+TEST_CASE("Parts of the sound can be left out, and the source turned down or moved by hand") {
+    const double all = energy({});
+    PlayControls controls;
+    controls.direct = controls.early = controls.late = false;
+    CHECK(energy(controls) == 0);  // exact: gains of zero
+    controls.direct = true;
+    const double direct = energy(controls);
+    CHECK(direct > 0);
+    controls.wet = 0;
+    CHECK(energy(controls) == Approx(direct));
+    controls.wet = 1;
+    CHECK(energy(controls) == 0);
+    controls = {};
+    controls.late = false;
+    const double discrete = energy(controls);
+    CHECK(discrete > direct);
+    CHECK(discrete < all);
+
+    controls = {};
+    controls.sources.resize(1);
+    controls.sources[0].gain_db = -20;
+    CHECK(energy(controls) == Approx(all / 100).epsilon(1e-4));  // rounding
+    controls.sources[0] = {};
+    controls.sources[0].position = Vec3(3.6F, 2.8F, 1.2F);  // at the listener's ear
+    CHECK(energy(controls) > 4 * all);
+}
+
+TEST_CASE("A muted source is not heard, and one with solo alone") {
+    PlayControls controls;
+    CHECK(controls.heard(0));
+    CHECK(controls.heard(5));
+    controls.sources.resize(2);
+    controls.sources[0].muted = true;
+    CHECK_FALSE(controls.heard(0));
+    CHECK(controls.heard(1));
+    controls.sources[0] = {};
+    controls.sources[1].solo = true;
+    CHECK_FALSE(controls.heard(0));
+    CHECK(controls.heard(1));
+    controls.sources[1].muted = true;
+    CHECK_FALSE(controls.heard(1));
+}
+
+TEST_CASE("Of two who change controls neither undoes what the other did") {
+    PlayControls known;
+    known.sources.resize(1);
+    known.listener = Pose{};
+    PlayControls now = known;  // one has moved the listener and a source since
+    now.listener->position = Vec3(1, 2, 3);
+    now.sources[0].position = Vec3(4, 5, 6);
+    PlayControls wanted = known;  // the other mutes that source, and changes the rays
+    wanted.sources[0].muted = true;
+    wanted.rays = 500;
+    wanted.direct = false;
+
+    const PlayControls both = with_changes(now, known, wanted);
+    CHECK(both.listener->position == Vec3(1, 2, 3));
+    CHECK(both.sources[0].position == Vec3(4, 5, 6));
+    CHECK(both.sources[0].muted);
+    CHECK(both.rays == 500);
+    CHECK_FALSE(both.direct);
+    CHECK(both.early);
+
+    wanted.listener.reset();
+    CHECK_FALSE(with_changes(now, known, wanted).listener);
+    CHECK(with_changes({}, known, wanted).sources.size() == 1);
+}

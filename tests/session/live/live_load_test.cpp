@@ -1,0 +1,142 @@
+#include "apps/session/live/live_load.h"
+
+#include <catch2/catch.hpp>
+#include <random>
+
+using namespace aula;
+
+namespace {
+
+constexpr double kPeriod_s = 1.0 / 30;
+constexpr LiveLoad::Full kFull{
+    .rays = 1000, .length_s = 3, .rays_fall = true, .length_falls = true};
+
+/// A machine on which a frame takes so much for each second of response: for all, and for a ray.
+struct Machine {
+    double second_s;
+    double ray_second_s;
+
+    double frame_s(const LiveLoad& load) const {
+        return load.length_s() * (second_s + ray_second_s * load.rays());
+    }
+};
+
+/// Plays for a while; how often rays or length changed.
+int play(LiveLoad& load, const Machine& machine, double seconds, double jitter = 0) {
+    std::mt19937 random(1);
+    std::lognormal_distribution<double> factor(0, jitter);
+    int changes = 0;
+    for (double s = 0; s < seconds;) {
+        const int rays = load.rays();
+        const double length_s = load.length_s();
+        const double took_s = machine.frame_s(load) * (jitter > 0 ? factor(random) : 1);
+        load.add(took_s, kPeriod_s);
+        changes += load.rays() != rays || load.length_s() != length_s ? 1 : 0;
+        s += std::max(took_s, kPeriod_s);
+    }
+    return changes;
+}
+
+}  // namespace
+
+TEST_CASE("A machine that keeps up plays all rays and the whole response") {
+    LiveLoad load(kFull);
+    CHECK(play(load, {0.001, 4e-6}, 60) == 0);
+    CHECK(load.rays() == 1000);
+    CHECK(load.length_s() == 3);
+}
+
+TEST_CASE("A machine that is too slow for all rays plays fewer, and the whole response") {
+    LiveLoad load(kFull);
+    const Machine machine{0.002, 1.6e-5};  // 54 ms with all
+    play(load, machine, 10);
+    CHECK(machine.frame_s(load) < 0.9 * kPeriod_s);
+    CHECK(load.rays() > 300);
+    CHECK(load.length_s() == 3);
+}
+
+TEST_CASE(
+    "A slow machine keeps up within some seconds, with a shorter response, then stays there") {
+    for (const double slower : {3.0, 10.0, 20.0}) {
+        INFO(slower);
+        LiveLoad load(kFull);
+        const Machine machine{0.002 * slower, 1.6e-5 * slower};
+        play(load, machine, 30);
+        CHECK(machine.frame_s(load) < 0.9 * kPeriod_s);
+        CHECK(load.length_s() < 3);
+        CHECK(load.length_s() >= 0.3);
+        CHECK(load.rays() >= 100);
+        // Where rays come back to is known after a few trials, ever less often.
+        play(load, machine, 300);
+        CHECK(play(load, machine, 300) <= 6);
+        CHECK(machine.frame_s(load) < 0.9 * kPeriod_s);
+    }
+}
+
+TEST_CASE("Frames of seconds are lowered by what the first ones take") {
+    LiveLoad load(kFull);
+    load.add(5, kPeriod_s);
+    CHECK(load.rays() == 300);
+    load.add(2, kPeriod_s);
+    CHECK(load.length_s() == 1);
+    load.add(1, kPeriod_s);
+    CHECK(load.rays() == 100);
+    load.add(0.5, kPeriod_s);
+    CHECK(load.length_s() == 1);
+    load.add(0.5, kPeriod_s);
+    CHECK(load.length_s() == 0.3);
+}
+
+TEST_CASE("What was given does not fall, however slow the machine") {
+    const Machine machine{0.05, 1e-4};
+    LiveLoad::Full full = kFull;
+    full.rays_fall = false;
+    LiveLoad length(full);
+    play(length, machine, 60);
+    CHECK(length.rays() == 1000);
+    CHECK(length.length_s() == 0.3);
+    full = kFull;
+    full.length_falls = false;
+    LiveLoad rays(full);
+    play(rays, machine, 60);
+    CHECK(rays.rays() == 100);
+    CHECK(rays.length_s() == 3);
+    // Chosen by hand while it plays.
+    LiveLoad by_hand(kFull);
+    for (int frame = 0; frame < 1000; ++frame) by_hand.add(0.1, kPeriod_s, false);
+    CHECK(by_hand.rays() == 1000);
+    CHECK(by_hand.length_s() == 0.3);
+    full.rays_fall = false;
+    LiveLoad none(full);
+    CHECK(play(none, machine, 60) == 0);
+}
+
+TEST_CASE("Frames that other programs delay now and then change nothing") {
+    LiveLoad load(kFull);
+    std::mt19937 random(1);
+    for (int frame = 0; frame < 10'000; ++frame)
+        load.add(random() % 20 == 0 ? 0.2 : 0.02, kPeriod_s);
+    CHECK(load.rays() == 1000);
+    CHECK(load.length_s() == 3);
+}
+
+TEST_CASE(
+    "Rays come back when a machine has time again, and do not go to and fro where it has not") {
+    LiveLoad load(kFull);
+    play(load, {0.002, 1.6e-5}, 10);
+    const int fewer = load.rays();
+    REQUIRE(fewer < 1000);
+    play(load, {0.001, 4e-6}, 60);
+    CHECK(load.rays() == 1000);
+    // A cost that jumps over the band in which nothing changes: each trial doubles the wait.
+    LiveLoad other(kFull);
+    int changes = 0;
+    for (double s = 0; s < 600;) {
+        const int rays = other.rays();
+        const double took_s = other.rays() > 500 ? 0.05 : 0.01;
+        other.add(took_s, kPeriod_s);
+        changes += other.rays() != rays ? 1 : 0;
+        s += std::max(took_s, kPeriod_s);
+    }
+    CHECK(changes < 40);  // without the longer waits about 150
+}

@@ -1,0 +1,46 @@
+#include "apps/session/live/load_news.h"
+
+#include <catch2/catch.hpp>
+
+using namespace aula;
+
+namespace {
+
+PlayStatus status_of(int rays, double length_s) {
+    PlayStatus status;
+    status.rays = rays;
+    status.full_rays = 1000;
+    status.response_length_s = length_s;
+    status.full_response_length_s = 3;
+    return status;
+}
+
+}  // namespace
+
+TEST_CASE("What a machine keeps up with is named by what was lowered") {
+    CHECK(reduction_text(status_of(1000, 3)).empty());
+    CHECK(reduction_text(status_of(300, 3)) == "keeps up with 300 of 1000 rays");
+    CHECK(reduction_text(status_of(1000, 1.2)) == "keeps up with 1.2 of 3.0 s of response");
+    CHECK(reduction_text(status_of(300, 1.2)) ==
+          "keeps up with 300 of 1000 rays and 1.2 of 3.0 s of response");
+}
+
+TEST_CASE("News of the load come once when it has settled, and again for a shorter response") {
+    LoadNews news;
+    CHECK_FALSE(news.take(status_of(1000, 3), 1));
+    CHECK_FALSE(news.take(status_of(700, 3), 2));
+    CHECK_FALSE(news.take(status_of(400, 3), 3));
+    const auto text = news.take(status_of(300, 3), 4.5);
+    REQUIRE(text);
+    CHECK(text->find("300 of 1000 rays") != std::string::npos);
+    CHECK(text->find("--rays") != std::string::npos);
+    for (double now_s = 5; now_s < 100; ++now_s)
+        CHECK_FALSE(news.take(status_of(now_s < 50 ? 360 : 300, 3), now_s));
+    PlayStatus shorter = status_of(300, 1.5);
+    CHECK_FALSE(news.take(shorter, 101));
+    shorter.preparing = true;
+    CHECK_FALSE(news.take(shorter, 104));
+    shorter.preparing = false;
+    CHECK(news.take(shorter, 105));
+    CHECK_FALSE(news.take(shorter, 110));
+}

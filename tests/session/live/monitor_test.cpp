@@ -1,0 +1,59 @@
+#include "apps/session/live/monitor.h"
+
+#include <catch2/catch.hpp>
+
+#include "audio/base/error.h"
+#include "tests/support/live_take.h"
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/test_scenes.h"
+#include "tests/support/tone.h"
+
+using namespace aula;
+using namespace aula::test;
+
+TEST_CASE("A recording holds every sample that is heard while it is made") {
+    const TemporaryFolder folder;
+    const auto file = folder.path() / "heard.wav";
+    Scene scene = free_field({1, 0, 0});
+    scene.sources[0].signal = Source::Signal::noise;
+    SessionOptions options;
+    options.output = OutputFormat::mono;
+    Performance performance(scene, options, kRate_hz, false);
+    LiveMixer mixer(kRate_hz, kTakeBlock, 1);
+    Monitor monitor(mixer, kRate_hz);
+    CHECK_THROWS_AS(monitor.record(folder.path() / "no folder" / "heard.wav"), AudioInputError);
+    std::size_t begun = 0;
+    const auto heard = take(mixer, 100, [&](int block) {
+        if (block == 0) begin(performance, mixer);
+        if (block == 10) {
+            monitor.record(file);
+            begun = static_cast<std::size_t>(block) * kTakeBlock;
+        }
+        if (block == 90) monitor.stop_recording();
+    });
+    const auto recorded = read_sound(file, kRate_hz).samples;
+    REQUIRE(recorded.size() == 80 * kTakeBlock);
+    // Exact: the samples themselves, as float.
+    CHECK(std::equal(recorded.begin(), recorded.end(),
+                     heard.begin() + static_cast<std::ptrdiff_t>(begun)));
+    const MonitorStatus status = monitor.status();
+    CHECK_FALSE(status.recording);
+    CHECK(status.error.empty());
+    CHECK(status.loudness.true_peak > 0.05);
+    CHECK(names_in(folder.path()).size() == 1);
+}
+
+TEST_CASE("What a recording lacks is said: with what it has it is all that was heard") {
+    const TemporaryFolder folder;
+    LiveMixer mixer(kRate_hz, kTakeBlock, 1);
+    Monitor monitor(mixer, kRate_hz);
+    // Faster than it is read, where the machine is not very slow.
+    constexpr int kBlocks = 4000;
+    take(mixer, kBlocks, [&](int block) {
+        if (block == 0) monitor.record(folder.path() / "heard.wav");
+    });
+    monitor.stop_recording();
+    const MonitorStatus status = monitor.status();
+    CHECK(status.recorded_s + status.lost_s == Approx(kBlocks * kTakeBlock / kRate_hz));
+}

@@ -1,0 +1,215 @@
+#include "apps/session/live/player.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "apps/session/live/load_news.h"
+#include "audio/device/device.h"
+#include "audio/base/error.h"
+#include "audio/file/sound_file.h"
+#include "tests/support/jack_server.h"
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/test_scenes.h"
+#include "tests/support/tone.h"
+#include "tests/support/wait.h"
+
+namespace {
+
+using namespace aula;
+using namespace aula::test;
+
+/// The share of a recording's energy that is off the tone, its ends faded so that they count for
+/// nothing.
+double share_off_tone_within(std::vector<float> samples) {
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        const double swell = std::sin(std::numbers::pi * static_cast<double>(i) /
+                                      static_cast<double>(samples.size()));
+        samples[i] *= static_cast<float>(swell * swell);
+    }
+    return share_off_tone(samples);
+}
+
+}  // namespace
+
+TEST_CASE(
+    "A scene that is too heavy plays with fewer rays and a shorter response until it keeps up") {
+    Scene scene = small_room();
+    scene.simulation.ir_length_s.reset();
+    scene.materials[0].absorption = Bands::filled(0.1F);
+    // More than any machine traces in 5 ms.
+    scene.simulation.rays = 5000;
+    scene.simulation.frame_rate_hz = 200;
+    SessionOptions options;
+    options.output = OutputFormat::mono;
+    options.device = AudioDevice::kNone;
+    options.duration_s = 1000;
+    options.rays_fall = true;
+    Player player(scene, options);
+    REQUIRE(comes([&] { return player.status().rays < 5000; }));
+    CHECK(player.status().full_rays == 5000);
+    CHECK(reduction_text(player.status()).find("of 5000 rays") != std::string::npos);
+    // What is chosen by hand stays.
+    PlayControls controls;
+    controls.rays = 440;
+    player.control(controls);
+    REQUIRE(comes([&] { return player.status().rays == 440; }));
+    CHECK(player.status().full_rays == 440);
+    REQUIRE(comes([&] {
+        const PlayStatus status = player.status();
+        return status.response_length_s < 0.7 * status.full_response_length_s;
+    }));
+    CHECK(player.status().rays == 440);
+    // Another scene begins with all that it has.
+    scene.simulation.ir_length_s = 0.5F;
+    const auto change = player.change(scene, options, true);
+    REQUIRE(comes([&] {
+        const PlayStatus status = player.status();
+        return status.heard_change >= change && status.response_length_s > 0.45 &&
+               status.response_length_s == status.full_response_length_s;
+    }));
+}
+
+TEST_CASE("A player takes no fewer rays and no shorter response than was asked for") {
+    Scene scene = small_room();
+    scene.simulation.rays = 3000;
+    scene.simulation.frame_rate_hz = 1000;
+    SessionOptions options;
+    options.output = OutputFormat::mono;
+    options.device = AudioDevice::kNone;
+    options.duration_s = 1000;
+    Player player(scene, options);
+    REQUIRE(comes([&] { return player.status().frames > 30; }));
+    CHECK(player.status().late_frames > 0);
+    CHECK(player.status().rays == 3000);
+    CHECK(player.status().response_length_s == player.status().full_response_length_s);
+    CHECK(reduction_text(player.status()).empty());
+    CHECK(player.status().heard_change == 0);
+}
+
+TEST_CASE("What plays live is changed without a click; a change that fails leaves it playing") {
+    const JackServer server(256);
+    if (!server.running()) {
+        WARN("skipped: no JACK server can run here");
+        return;
+    }
+    const TemporaryFolder folder;
+    Scene scene = small_room();
+    scene.simulation.rays = 100;
+    SessionOptions options;
+    options.output = OutputFormat::mono;
+    options.duration_s = 1000;
+    Player player(scene, options);
+    std::vector<float> tone(48);
+    for (std::size_t i = 0; i < tone.size(); ++i)
+        tone[i] =
+            static_cast<float>(0.1 * std::sin(2 * std::numbers::pi * static_cast<double>(i) / 48));
+    player.play_signal(0, std::make_shared<const Signal>(tone, true));
+    player.measure_loudness();
+    CHECK(player.view() == nullptr);
+    player.watch(ViewRequest{.lines = 10, .patches = true});
+    REQUIRE(comes([&] { return player.view() && player.view()->frame > 10; }));
+    CHECK(player.view()->lines.size() == 10);
+    CHECK_FALSE(player.view()->patches.empty());
+
+    const auto file = folder.path() / "heard.wav";
+    player.record(file);
+    scene.simulation.estimator = Estimator::dpc;
+    const auto first = player.change(scene, options);
+    REQUIRE(comes([&] { return player.status().heard_change == first; }));
+    CHECK(comes([&] { return player.view()->simulation.estimator == Estimator::dpc; }));
+    scene.materials[0].absorption = Bands::filled(0.8F);
+    const auto second = player.change(scene, options);
+    PlayControls controls;
+    controls.sources.resize(1);
+    controls.sources[0].gain_db = -6;
+    controls.early = false;
+    player.control(controls);
+    REQUIRE(comes([&] { return player.status().heard_change == second; }));
+
+    Scene wrong = scene;
+    wrong.simulation.rays = 0;
+    player.change(wrong, options);
+    REQUIRE(comes([&] { return !player.status().change_error.empty(); }));
+    CHECK(player.status().heard_change == second);
+    const auto frames = player.status().frames;
+    CHECK(comes([&] { return player.status().frames > frames + 5; }));
+    player.stop_recording();
+
+    // All fades, and gains, from frame to frame: -60 dB is the requirement; a hard cut of the sound
+    // is at -40 dB or above.
+    CHECK(share_off_tone_within(read_sound(file, kRate_hz).samples) < 1e-6);
+
+    const auto third = player.change(free_field({2, 0, 0}), options, true);
+    REQUIRE(comes([&] { return player.status().heard_change == third; }));
+    CHECK_FALSE(player.controls().sources.size() == 1);  // as the new scene has it
+    CHECK(player.status().change_error.empty());
+    CHECK(comes([&] { return player.status().sources[0] == Vec3(2, 0, 0); }));
+}
+
+TEST_CASE("On the silent device frames keep to the sound, and a walk to its path") {
+    constexpr double kSpeed_m_s = 1;
+    Scene scene = small_room();
+    scene.simulation.rays = 50;
+    scene.simulation.frame_rate_hz = 50;
+    const Pose begin{{1, 1, 1.2F}};
+    Pose end = begin;
+    end.position.x = 3;
+    scene.listener.path = Path{{{0, begin}, {2 / kSpeed_m_s, end}}, false};
+    scene.sources[0].signal = Source::Signal::noise;
+    scene.sources[0].loop = true;
+    SessionOptions options;
+    options.output = OutputFormat::mono;
+    options.device = AudioDevice::kNone;
+    options.duration_s = 1000;
+    Player player(scene, options);
+    CHECK(player.device().name == AudioDevice::kNone);
+    // Whatever the machine does meanwhile, each frame time is computed or counted as late: of all
+    // that was played, but for what is played while the status is made, and the frame ahead.
+    const auto off_frames = [&] {
+        const double before_s = player.status().time_s;
+        const PlayStatus status = player.status();
+        const double after_s = player.status().time_s;
+        const auto frames = static_cast<double>(status.frames + status.late_frames);
+        return std::max({frames - 50 * after_s, 50 * before_s - frames, 0.0});
+    };
+    for (const double time_s : {0.3, 1.0, 1.5}) {
+        REQUIRE(comes([&] { return player.status().time_s >= time_s; }));
+        // The first frame is made before the sound begins, the newest up to a frame ahead; the
+        // frames follow the sound, played in blocks of 256, within three frames.
+        CHECK(comes([&] { return off_frames() < 4; }));
+        // The listener is where the path is at the frame's time, a frame or two behind.
+        CHECK(comes([&] {
+            const PlayStatus status = player.status();
+            const double walked_s = (double{status.listener.position.x} - 1) / kSpeed_m_s;
+            return std::abs(status.scene_time_s - walked_s) < 4.0 / 50;
+        }));
+    }
+    // The companion: frames that are counted by another rate are far off.
+    CHECK(player.status().frames + player.status().late_frames > 45);
+    // It is taken to its end, and the frames go on while the sound does.
+    REQUIRE(comes([&] { return player.status().listener.position.x == 3.0F; }));
+    const auto frames = player.status().frames;
+    CHECK(comes([&] { return player.status().frames > frames + 5; }));
+    // Changes are heard there as well.
+    const auto change = player.change(free_field({2, 0, 0}), options, true);
+    REQUIRE(comes([&] { return player.status().heard_change == change; }));
+    CHECK(comes([&] { return player.status().sources[0] == Vec3(2, 0, 0); }));
+    CHECK(player.status().scene_time_s < player.status().time_s - 1);
+    CHECK(player.status().underruns == 0);
+    CHECK(player.status().device == DeviceState::playing);
+}
+
+TEST_CASE("On the silent device a session plays to its end") {
+    Scene scene = free_field({1, 0, 0});
+    SessionOptions options;
+    options.output = OutputFormat::mono;
+    options.device = AudioDevice::kNone;
+    options.duration_s = 0.3;
+    Player player(scene, options);
+    CHECK(comes([&] { return player.status().finished; }));
+    CHECK(player.status().time_s == Approx(0.3));
+    // The frames of the last times may be counted a little later.
+    CHECK(comes([&] { return player.status().frames + player.status().late_frames >= 9; }));
+}

@@ -1,0 +1,104 @@
+#include "apps/window/model/layout.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+using namespace aula;
+
+namespace {
+
+struct Size {
+    float width;
+    float height;
+};
+
+constexpr std::array<Size, 7> kSizes{
+    {{640, 420}, {900, 600}, {1024, 768}, {1280, 800}, {1920, 1080}, {3840, 2160}, {1000, 2000}}};
+
+constexpr float kText = 14;  // the height of text at scale 1
+
+float em_of(const Size& size, float zoom = 1) {
+    return kText * text_scale(size.width, size.height, 1, zoom);
+}
+
+bool overlap(const Box& a, const Box& b) {
+    // Sums of floats: edges meet within a thousandth of a pixel.
+    constexpr float kMeet = 1e-3F;
+    return a.x + kMeet < b.x + b.width && b.x + kMeet < a.x + a.width &&
+           a.y + kMeet < b.y + b.height && b.y + kMeet < a.y + a.height;
+}
+
+float area(const Box& box) { return box.width * box.height; }
+
+}  // namespace
+
+TEST_CASE("The parts of a window of any size cover it and do not overlap") {
+    for (const Size& size : kSizes) {
+        for (const float zoom : {0.7F, 1.0F, 2.0F}) {
+            INFO(size.width << " x " << size.height << ", zoom " << zoom);
+            const float em = em_of(size, zoom);
+            const Layout l = window_layout(size.width, size.height, em, 14 * em);
+            const std::array<Box, 5> parts{l.bar, l.picture, l.plots, l.controls, l.meters};
+            float covered = 0;
+            for (std::size_t i = 0; i < parts.size(); ++i) {
+                CHECK(parts[i].width > 0);
+                CHECK(parts[i].height > 0);
+                CHECK(parts[i].x >= 0);
+                CHECK(parts[i].x + parts[i].width <= size.width + 1e-3F);
+                CHECK(parts[i].y + parts[i].height <= size.height + 1e-3F);
+                covered += area(parts[i]);
+                for (std::size_t k = 0; k < i; ++k) CHECK_FALSE(overlap(parts[i], parts[k]));
+            }
+            CHECK(covered == Approx(size.width * size.height).epsilon(1e-5));  // rounding
+        }
+    }
+}
+
+TEST_CASE("From 900 x 600 meters have the height they need and the picture half of the width") {
+    for (const Size& size : kSizes) {
+        if (size.width < 900) continue;
+        INFO(size.width << " x " << size.height);
+        const float em = em_of(size);
+        const Layout l = window_layout(size.width, size.height, em, 14 * em);
+        CHECK(l.meters.height == 14 * em);
+        CHECK(l.picture.width >= 0.5F * size.width);
+        CHECK(l.picture.height >= 0.4F * size.height);
+    }
+}
+
+TEST_CASE("Plots are wide enough to be read in any window, and fill the strip") {
+    constexpr float kGap = 10;
+    for (const Size& size : kSizes) {
+        const float em = em_of(size);
+        const float width = window_layout(size.width, size.height, em, 14 * em).plots.width - em;
+        for (const Pane first : kPanes) {
+            INFO(size.width << " x " << size.height << ", first " << static_cast<int>(first));
+            const auto panes = panes_in(width, em, kGap, first);
+            REQUIRE(!panes.empty());
+            float used = -kGap;
+            for (const PaneBox& box : panes) {
+                CHECK(box.width >= 14 * em);
+                if (box.pane == Pane::parameters) CHECK(box.width >= 21 * em);
+                used += box.width + kGap;
+            }
+            CHECK(used == Approx(width).epsilon(1e-4));
+            if (panes.size() < kPanes.size()) CHECK(panes[0].pane == first);
+        }
+    }
+    // All four where a window has its usual size or more; in a small one what was chosen.
+    CHECK(panes_in(930, kText, kGap, Pane::decay).size() == 4);
+    CHECK(panes_in(550, kText, kGap, Pane::response).size() == 2);
+    CHECK(panes_in(550, kText, kGap, Pane::parameters)[0].pane == Pane::parameters);
+    CHECK(panes_in(100, kText, kGap, Pane::energy).size() == 1);
+}
+
+TEST_CASE("Text grows with the window, the display's scale and the user's zoom") {
+    CHECK(text_scale(1280, 800, 1, 1) == 1);
+    CHECK(text_scale(900, 600, 1, 1) == 1);
+    CHECK(text_scale(1920, 1080, 1, 1) == 1.35F);
+    CHECK(text_scale(3840, 2160, 1, 1) == 2.7F);
+    // A display of twice the density makes the window twice as large as well: once is enough.
+    CHECK(text_scale(2560, 1600, 2, 1) == 2);
+    CHECK(text_scale(1280, 800, 1, 1.5F) == 1.5F);
+    CHECK(text_scale(1280, 800, 1, 0.01F) == 0.5F);
+}

@@ -1,0 +1,301 @@
+#include "apps/window/model/model.h"
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <string_view>
+
+#include "apps/session/edit/scene_edits.h"
+#include "engine/base/error.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/test_scenes.h"
+#include "tests/support/wait.h"
+
+// What the window shows and changes, played in silence.
+
+using namespace aula;
+using namespace aula::test;
+using namespace std::string_view_literals;
+
+namespace {
+
+/// Scenes by their file's name: "room", "two" with a second source, "wrong" that cannot be played,
+/// "broken" that cannot be read.
+Scene scene_of(const std::filesystem::path& file) {
+    if (file.filename() == "broken") throw Error(file, "/aula", "it is broken");
+    Scene scene = small_room();
+    scene.simulation.rays = file.filename() == "wrong" ? 0 : 100;
+    if (file.filename() == "two") {
+        scene.sources.push_back(scene.sources[0]);
+        scene.sources[1].name = "other";
+    }
+    return scene;
+}
+
+LoadedScene load(const std::filesystem::path& file) {
+    if (file.extension() == ".json") return load_scene(file);
+    LoadedScene loaded;
+    loaded.scene = scene_of(file);
+    return loaded;
+}
+
+class Room {
+ public:
+    explicit Room(std::optional<std::string> osc = {}) {
+        for (const char* name : {"room", "two", "wrong", "broken"})
+            std::ofstream(folder_.path() / name) << name;
+        WindowOptions options;
+        options.scene_file = folder_.path() / "room";
+        options.session.device = AudioDevice::kNone;
+        options.session.output = OutputFormat::mono;
+        options.load = load;
+        options.osc = osc;
+        model_ = std::make_unique<Model>(options);
+    }
+
+    Model& model() { return *model_; }
+    std::filesystem::path file(const char* name) const { return folder_.path() / name; }
+
+    /// Whether something becomes true while pictures are made.
+    bool shows(const std::function<bool()>& holds) {
+        return comes([&] {
+            model_->update(0.01 * ++pictures_);
+            return holds();
+        });
+    }
+
+    /// Until nothing is on its way.
+    bool rests() {
+        return shows([&] { return model_->busy().empty() && !model_->status().preparing; });
+    }
+
+    bool says(const std::string& text) const {
+        const auto& messages = model_->messages();
+        return std::any_of(messages.begin(), messages.end(), [&](const auto& message) {
+            return message.text.find(text) != std::string::npos;
+        });
+    }
+
+ private:
+    TemporaryFolder folder_;
+    std::unique_ptr<Model> model_;
+    int pictures_ = 0;
+};
+
+float absorption(const Model& model) { return material_of(model.scene(), 0).absorption[4]; }
+
+/// The port that a model said it listens on.
+int osc_port(const Model& model) {
+    const std::string text = "OSC on port ";
+    for (const auto& message : model.messages())
+        if (const auto at = message.text.find(text); at != std::string::npos)
+            return std::stoi(message.text.substr(at + text.size()));
+    FAIL("it does not say where it listens");
+    return 0;
+}
+
+/// Sends a packet to a UDP port of this machine.
+void send(int port, std::string_view packet) {
+    const int socket = ::socket(AF_INET, SOCK_DGRAM, 0);
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_port = htons(static_cast<std::uint16_t>(port));
+    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    sendto(socket, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to),
+           sizeof(to));
+    close(socket);
+}
+
+}  // namespace
+
+TEST_CASE("A surface's material is changed, the change is heard, undone and made again") {
+    Room room;
+    Model& model = room.model();
+    const float before = absorption(model);
+    model.pick(0);
+    Material curtain = model.surface_material();
+    curtain.absorption = Bands::filled(0.7F);
+    model.give_material(curtain, false);
+    CHECK(absorption(model) == 0.7F);
+    REQUIRE(room.shows([&] { return model.status().heard_change == 1; }));
+    REQUIRE(model.can_undo());
+    model.undo();
+    CHECK(absorption(model) == before);
+    REQUIRE(room.shows([&] { return model.status().heard_change == 2; }));
+    CHECK_FALSE(model.can_undo());
+    model.redo();
+    CHECK(absorption(model) == 0.7F);
+    REQUIRE(room.shows([&] { return model.status().heard_change == 3; }));
+}
+
+TEST_CASE("A scene that cannot be read or played is said so, and the old one is shown and plays") {
+    Room room;
+    Model& model = room.model();
+    model.open(room.file("broken"));
+    REQUIRE(room.rests());
+    CHECK(room.says("it is broken"));
+    CHECK(model.scene_file() == room.file("room"));
+
+    // With a change before it that is heard while the scene is being opened.
+    model.pick(0);
+    model.give_material(model.library()[0].material, true);
+    model.open(room.file("wrong"));
+    REQUIRE(room.rests());
+    REQUIRE(room.shows([&] { return model.status().failed_changes == 1; }));
+    CHECK(room.says("rays"));
+    CHECK(model.scene_file() == room.file("room"));
+    const auto frames = model.status().frames;
+    CHECK(room.shows([&] { return model.status().frames > frames + 3; }));
+}
+
+TEST_CASE("A saved scene keeps the listener's path after a walk, and the source's new place") {
+    const TemporaryFolder folder;
+    const auto file = folder.path() / "walk.json";
+    std::ofstream(file) << R"({"aula": 1, "geometry": [{"box": [5, 4, 3], "material": "wood"}],
+        "sources": [{"name": "voice", "position": [1, 1, 1.5], "signal": "noise"}],
+        "listener": {"path": {"points": [{"t": 0, "position": [4, 3, 1.6]},
+                                         {"t": 100, "position": [1, 3, 1.6]}]}},
+        "simulation": {"rays": 100, "ir_length_s": 0.4}, "expect": 7})";
+    Room room;
+    Model& model = room.model();
+    model.open(file);
+    REQUIRE(room.shows([&] { return model.scene_file() == file; }));
+    model.walk({.ahead = 1}, 0.5);
+    CHECK_FALSE(model.follows_path());
+    model.move_source(0, {2, 1, 1.5F});
+    const auto before = std::filesystem::current_path();
+    std::filesystem::current_path(folder.path());
+    model.save_scene();
+    std::filesystem::current_path(before);
+    CHECK(room.says("walk-edited.json, without comments"));
+    const LoadedScene saved = load_scene(folder.path() / "walk-edited.json");
+    REQUIRE(saved.scene.listener.path);
+    CHECK(saved.scene.listener.path->duration_s() == 100);
+    CHECK(saved.scene.sources[0].position == Vec3(2, 1, 1.5F));
+    // The window plays all sources endlessly; the file does not say so.
+    CHECK_FALSE(saved.scene.sources[0].loop);
+    CHECK(saved.scene.simulation == model.setting().simulation);
+}
+
+TEST_CASE("Another scene is opened with its own sources, and nothing of the old one's controls") {
+    Room room;
+    Model& model = room.model();
+    model.controls.sources[0].muted = true;
+    model.hand_over();
+    model.open(room.file("two"));
+    REQUIRE(room.shows([&] { return model.scene_file() == room.file("two"); }));
+    REQUIRE(room.shows([&] { return model.status().sources.size() == 2; }));
+    CHECK(model.controls.sources.size() == 2);
+    CHECK_FALSE(model.controls.sources[0].muted);
+    model.controls.sources[1].muted = true;
+    model.hand_over();
+    model.open(room.file("room"));
+    REQUIRE(room.shows([&] { return model.scene_file() == room.file("room"); }));
+    CHECK(model.controls.sources.size() == 1);
+    CHECK_FALSE(model.controls.sources[0].muted);
+}
+
+TEST_CASE("Two settings are compared: each keeps its estimator and what was seen of it") {
+    Room room;
+    Model& model = room.model();
+    model.watch();
+    REQUIRE(room.shows([&] { return model.view() != nullptr; }));
+    CHECK_FALSE(model.compares());
+    model.switch_setting();
+    CHECK(model.active() == 1);
+    CHECK(model.compares());
+    Simulation other = model.setting().simulation;
+    other.estimator = Estimator::pt;
+    model.set_simulation(other, 1);
+    REQUIRE(room.shows(
+        [&] { return model.view() && model.view()->simulation.estimator == Estimator::pt; }));
+    model.switch_setting();
+    CHECK(model.setting().simulation.estimator == Estimator::patch);
+    CHECK(model.other_setting().simulation.estimator == Estimator::pt);
+    REQUIRE(room.shows(
+        [&] { return model.view() && model.view()->simulation.estimator == Estimator::patch; }));
+}
+
+TEST_CASE("A switch between two equal settings prepares nothing, nor does what is set already") {
+    Room room;
+    Model& model = room.model();
+    model.watch();
+    REQUIRE(room.shows([&] { return model.view() != nullptr; }));
+    model.switch_setting();
+    CHECK_FALSE(model.player().status().preparing);
+    model.set_simulation(model.setting().simulation, model.setting().ambisonic_order);
+    CHECK_FALSE(model.player().status().preparing);
+    // The view goes on under the other setting.
+    const auto frame = model.view()->frame;
+    REQUIRE(room.shows([&] { return model.view()->frame > frame; }));
+    CHECK(model.status().heard_change == 0);
+    Simulation other = model.setting().simulation;
+    other.patch_size_m = 0.8F;
+    model.set_simulation(other, 1);
+    REQUIRE(room.shows([&] { return model.status().heard_change == 1; }));
+}
+
+TEST_CASE("A setting that failed is tried again when it is asked for again") {
+    Room room;
+    Model& model = room.model();
+    Simulation wrong = model.setting().simulation;
+    wrong.rays = 0;
+    for (std::uint64_t failures : {1, 2}) {
+        model.set_simulation(wrong, 1);
+        REQUIRE(room.shows([&] { return model.status().failed_changes == failures; }));
+        CHECK(model.setting().simulation.rays == 100);
+    }
+}
+
+TEST_CASE("A room of other materials takes back what was seen of the other setting") {
+    Room room;
+    Model& model = room.model();
+    model.watch();
+    REQUIRE(room.shows([&] { return model.view() != nullptr; }));
+    model.switch_setting();
+    REQUIRE(model.compares());
+    model.pick(0);
+    model.give_material(model.library()[0].material, true);
+    CHECK_FALSE(model.compares());
+}
+
+TEST_CASE(
+    "However many materials OSC asks for at once, the newest is heard and one step undoes it") {
+    Room room("0");
+    Model& model = room.model();
+    const float before = absorption(model);
+    const int port = osc_port(model);
+    for (int i = 0; i < 1000; ++i) {
+        send(port, "/aula/material\0\0,ss\0wall\0\0\0\0glass\0\0\0"sv);
+        send(port, "/aula/material\0\0,ss\0wall\0\0\0\0curtain\0"sv);
+    }
+    REQUIRE(room.shows([&] { return absorption(model) != before; }));
+    REQUIRE(room.rests());
+    CHECK(room.shows([&] { return model.status().heard_change > 0; }));
+    model.undo();
+    CHECK(absorption(model) == before);
+    CHECK_FALSE(model.can_undo());
+}
+
+TEST_CASE("OSC turns the head and mutes a source while the window moves the listener") {
+    Room room("0");
+    Model& model = room.model();
+    const int port = osc_port(model);
+    room.shows([] { return true; });
+    // Yaw 90, pitch 0 and roll 0 degrees; then what the window does with a copy made before.
+    send(port, "/aula/source/mute\0\0\0,si\0source\0\0\0\0\0\1"sv);
+    REQUIRE(comes([&] { return model.player().controls().source(0).muted; }));
+    model.take_listener({.position = {1, 1, 1}});
+    CHECK(model.player().controls().source(0).muted);
+    CHECK(model.player().controls().listener->position == Vec3(1, 1, 1));
+    send(port, "/aula/listener/orientation\0\0,fff\0\0\0\0\x42\xb4\0\0\0\0\0\0\0\0\0\0"sv);
+    REQUIRE(comes([&] { return model.player().controls().listener->yaw_rad > 1.5F; }));
+    CHECK(model.player().controls().listener->position == Vec3(1, 1, 1));
+    REQUIRE(room.shows([&] { return model.status().listener.yaw_rad > 1.5F; }));
+    CHECK(model.status().latency.head_p50_ms > 0);
+}
