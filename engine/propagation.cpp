@@ -6,17 +6,17 @@
 #include <optional>
 #include <thread>
 
-#include "engine/trace/detection_spheres.h"
-#include "engine/estimate/diffuse_path_cache.h"
 #include "engine/base/error.h"
-#include "engine/rays/nudge_off_surface.h"
-#include "engine/estimate/patch_propagation.h"
-#include "engine/trace/path_tracer.h"
-#include "engine/rays/room_survey.h"
 #include "engine/base/sampling.h"
-#include "engine/trace/specular_paths.h"
 #include "engine/base/stopwatch.h"
 #include "engine/base/worker_pool.h"
+#include "engine/estimate/diffuse_path_cache.h"
+#include "engine/estimate/patch_propagation.h"
+#include "engine/rays/nudge_off_surface.h"
+#include "engine/rays/room_survey.h"
+#include "engine/trace/detection_spheres.h"
+#include "engine/trace/path_tracer.h"
+#include "engine/trace/specular_paths.h"
 
 namespace aula {
 
@@ -33,10 +33,11 @@ int default_threads() {
 /// Points where sound is: all places of sources and listener.
 std::vector<Vec3> places(const Scene& scene) {
     std::vector<Vec3> points;
-    const auto add = [&](const Vec3& position, const std::optional<Path>& path) {
+    const auto add = [&](const Vec3& position, const std::optional<Trajectory>& path) {
         if (!path) points.push_back(position);
         if (path) {
-            for (const Path::Point& point : path->points) points.push_back(point.pose.position);
+            for (const Trajectory::Keyframe& point : path->points)
+                points.push_back(point.pose.position);
         }
     };
     for (const Source& source : scene.sources) add(source.position, source.path);
@@ -222,14 +223,14 @@ struct Propagation::State {
         });
         for (std::vector<TraceBatch>& of_source : batches) size_spheres(of_source);
         workers.run(batches.size() * batch_count, [&](std::size_t job) {
-            collect_leg_arrivals(rays, receivers, attenuation_per_m, simulation.rays,
-                                 batches[job / batch_count][job % batch_count]);
+            collect_segment_arrivals(rays, receivers, attenuation_per_m, simulation.rays,
+                                     batches[job / batch_count][job % batch_count]);
         });
         statistics.trace_s += watch.lap_s();
         for (std::size_t s = 0; s < batches.size(); ++s) {
             std::vector<std::vector<Arrival>> at(listener_count);
             for (const TraceBatch& batch : batches[s]) {
-                statistics.segments += batch.segments;
+                statistics.segments += batch.segment_count;
                 for (const Arrival& arrival : batch.arrivals) {
                     at[arrival.receiver].push_back(arrival);
                 }

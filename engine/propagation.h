@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "engine/estimate/frame_view.h"
-#include "engine/response/energy_response.h"
-#include "engine/trace/path_tracer.h"
 #include "engine/rays/ray_scene.h"
+#include "engine/response/energy_response.h"
 #include "engine/scene/scene.h"
+#include "engine/trace/path_tracer.h"
 
 namespace aula {
 

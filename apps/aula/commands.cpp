@@ -11,15 +11,15 @@
 #include "apps/aula/terminal.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/frames/signals.h"
-#include "audio/device/device.h"
 #include "audio/base/error.h"
+#include "audio/device/device.h"
 #include "engine/base/error.h"
-#include "engine/scene/material_library.h"
+#include "engine/base/worker_pool.h"
 #include "engine/patches/patch_grid.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/rays/room_survey.h"
+#include "engine/scene/material_library.h"
 #include "engine/scene/scene_file.h"
-#include "engine/base/worker_pool.h"
 
 namespace aula {
 
@@ -46,7 +46,7 @@ std::vector<Place> first_places(const Scene& scene) {
 }
 
 /// Adds places along a path, half a metre apart, or farther apart on long ones.
-void add_along(const std::string& who, const Path& path, std::vector<Place>& places) {
+void add_along(const std::string& who, const Trajectory& path, std::vector<Place>& places) {
     constexpr double kMostPlaces = 256;
     double length_m = 0;
     const auto step_m = [&](std::size_t i) {
@@ -142,7 +142,7 @@ std::string counted(std::size_t count, const char* what) {
     return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
 }
 
-std::string describe(const Path& path) {
+std::string describe(const Trajectory& path) {
     std::array<char, 64> text{};
     std::snprintf(text.data(), text.size(), "path of %.1f s%s", path.duration_s(),
                   path.loop ? ", repeated" : "");

@@ -12,10 +12,10 @@
 #include "apps/aula/terminal.h"
 #include "apps/aula/walker.h"
 #include "apps/session/base/formatted.h"
-#include "apps/session/live/load_news.h"
-#include "apps/session/remote/osc_remote.h"
-#include "apps/session/live/player.h"
 #include "apps/session/edit/scene_edits.h"
+#include "apps/session/live/load_news.h"
+#include "apps/session/live/player.h"
+#include "apps/session/remote/osc_remote.h"
 #include "audio/device/device.h"
 #include "engine/base/error.h"
 #ifdef AULA_HAS_WINDOW

@@ -11,11 +11,11 @@
 #include "apps/bench/convolution/convolve.h"
 #include "apps/bench/propagation/many_sources.h"
 #include "apps/bench/propagation/noise.h"
-#include "apps/bench/settings.h"
-#include "apps/bench/table.h"
 #include "apps/bench/propagation/tessellation.h"
 #include "apps/bench/propagation/trace.h"
 #include "apps/bench/propagation/tracking.h"
+#include "apps/bench/settings.h"
+#include "apps/bench/table.h"
 #include "apps/session/base/output_file.h"
 #include "engine/base/error.h"
 #include "engine/scene/scene_file.h"
@@ -83,8 +83,8 @@ class Bench {
 
     void sources(const std::string& file) {
         const Subject subject = load(file, settings_);
-        take("many sources in " + subject.description(), aula::bench::crowd_columns(),
-             aula::bench::measure_crowd(subject, settings_));
+        take("many sources in " + subject.description(), aula::bench::many_sources_columns(),
+             aula::bench::measure_many_sources(subject, settings_));
     }
 
     void trace(const std::string& file) {

@@ -3,8 +3,8 @@
 #include <chrono>
 #include <thread>
 
-#include "apps/session/offline/offline.h"
 #include "apps/session/live/player.h"
+#include "apps/session/offline/offline.h"
 
 namespace aula {
 

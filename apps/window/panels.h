@@ -16,7 +16,7 @@ enum class Heat { none, whole, pulse };
 
 /// What is shown, and how; kept from one session to the next.
 struct Choices {
-    RoomLook look;
+    RoomStyle look;
     bool rays = true;
     Heat heat = Heat::none;
     PlotChoice plots;

@@ -196,7 +196,7 @@ void Picture::follow_patches(Model& model, const Choices& choices, double dt_s) 
 
 void Picture::add_lines(const Model& model, const Choices& choices) {
     const auto view = model.view();
-    const auto add_path = [&](const Path& path, const Colour& colour) {
+    const auto add_path = [&](const Trajectory& path, const Colour& colour) {
         constexpr int kSteps = 100;
         Vec3 from = path.at(0).position;
         for (int i = 1; i <= kSteps; ++i) {
@@ -228,7 +228,7 @@ void Picture::draw(Model& model, const Area& area, const Choices& choices, float
     follow_patches(model, choices, dt_s);
     add_lines(model, choices);
     const Screen seen = screen(model, area);
-    RoomLook look = choices.look;
+    RoomStyle look = choices.look;
     look.heat = heat_;
     look.cut_away = look.cut_away && !camera.first_person;
     const auto pixels = [&](float x) { return static_cast<int>(std::lround(x * scale)); };

@@ -9,8 +9,8 @@
 
 #include "apps/window/model/camera.h"
 #include "apps/window/model/model.h"
-#include "apps/window/panels.h"
 #include "apps/window/model/patch_field.h"
+#include "apps/window/panels.h"
 #include "apps/window/view3d.h"
 
 namespace aula {

@@ -280,7 +280,7 @@ void View3d::add_rays(const std::vector<PathLine>& lines) {
     }
 }
 
-void View3d::draw(const glm::mat4& matrix, const Vec3& eye, const RoomLook& look, int x, int y,
+void View3d::draw(const glm::mat4& matrix, const Vec3& eye, const RoomStyle& look, int x, int y,
                   int width, int height) {
     glViewport(x, y, width, height);
     glScissor(x, y, width, height);

@@ -8,14 +8,14 @@
 #include "apps/window/colours.h"
 #include "apps/window/gl_objects.h"
 #include "apps/window/model/patch_field.h"
-#include "engine/trace/path_tracer.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/scene/scene.h"
+#include "engine/trace/path_tracer.h"
 
 namespace aula {
 
 /// How the room is drawn.
-struct RoomLook {
+struct RoomStyle {
     bool solid = true;
     bool edges = true;
     bool cut_away = true;  ///< leaves out what faces away from the sound: one sees in
@@ -47,7 +47,7 @@ class View3d {
     void add_rays(const std::vector<PathLine>& lines);
 
     /// Draws everything into a rectangle of the framebuffer, in pixels from its lower left corner.
-    void draw(const glm::mat4& matrix, const Vec3& eye, const RoomLook& look, int x, int y,
+    void draw(const glm::mat4& matrix, const Vec3& eye, const RoomStyle& look, int x, int y,
               int width, int height);
 
  private:

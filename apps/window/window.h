@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "apps/session/live/player.h"
 #include "apps/session/base/session_options.h"
+#include "apps/session/live/player.h"
 #include "engine/scene/scene_file.h"
 
 namespace aula {

@@ -35,9 +35,9 @@ void Convolver::process(std::span<const float* const> inputs, std::span<float* c
     for (std::size_t done = 0; done < samples;) {
         // Frames of all levels end where partitions of the first end.
         const std::size_t part = std::min(samples - done, head_.room());
-        const ConvolutionFilter* const settled = head_.heard();
+        const ConvolutionFilter* const heard = head_.heard();
         head_.process(inputs, outputs, done, part);
-        for (TailLevel& tail : tails_) tail.process(inputs, outputs, done, part, settled);
+        for (TailLevel& tail : tails_) tail.process(inputs, outputs, done, part, heard);
         done += part;
     }
 }

@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
+#include "audio/base/realtime.h"
 #include "audio/convolution/convolution_filter.h"
 #include "audio/convolution/convolver_levels.h"
-#include "audio/base/realtime.h"
 
 namespace aula {
 

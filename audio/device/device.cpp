@@ -12,8 +12,8 @@
 #include <utility>
 
 #include "audio/base/error.h"
-#include "audio/dsp/fade.h"
 #include "audio/device/output.h"
+#include "audio/dsp/fade.h"
 
 namespace aula {
 

@@ -5,8 +5,8 @@
 #include <span>
 #include <string>
 
-#include "audio/device/device.h"
 #include "audio/base/realtime.h"
+#include "audio/device/device.h"
 
 namespace aula {
 

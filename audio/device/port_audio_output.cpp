@@ -17,8 +17,8 @@
 #include <utility>
 
 #include "audio/base/error.h"
-#include "audio/device/output.h"
 #include "audio/base/realtime.h"
+#include "audio/device/output.h"
 
 // Not in PortAudio's headers; its archive has it, its shared library hides it.
 extern "C" [[gnu::weak]] void PaUtil_SetDebugPrintFunction(void (*print)(const char* message));

@@ -4,8 +4,8 @@
 #include <cstddef>
 
 #include "audio/base/aligned.h"
-#include "audio/dsp/kernels.h"
 #include "audio/base/realtime.h"
+#include "audio/dsp/kernels.h"
 
 namespace aula {
 

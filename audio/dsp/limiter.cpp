@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "audio/dsp/fractional_delay.h"
 #include "audio/base/mute.h"
+#include "audio/dsp/fractional_delay.h"
 
 namespace aula {
 

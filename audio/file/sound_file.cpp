@@ -13,8 +13,8 @@
 
 #include "audio/base/error.h"
 #include "audio/base/mute.h"
-#include "audio/file/part_file.h"
 #include "audio/dsp/resample.h"
+#include "audio/file/part_file.h"
 
 namespace aula {
 
@@ -180,8 +180,8 @@ void WavWriter::write(std::span<const float> interleaved) {
     assert(interleaved.size() % state_->channels == 0);
     const auto frames = static_cast<sf_count_t>(interleaved.size() / state_->channels);
     state_->finite.assign(interleaved.begin(), interleaved.end());
-    state_->muted += static_cast<std::int64_t>(
-        mute_beyond(std::numeric_limits<float>::max(), state_->finite));
+    state_->muted +=
+        static_cast<std::int64_t>(mute_beyond(std::numeric_limits<float>::max(), state_->finite));
     errno = 0;
     if (sf_writef_float(state_->sound.get(), state_->finite.data(), frames) != frames) {
         state_->fail(errno != 0 ? std::strerror(errno) : "not all samples could be written");

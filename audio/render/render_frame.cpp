@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
-#include "audio/spatial/ambisonic_decoder.h"
 #include "audio/dsp/fft.h"
+#include "audio/spatial/ambisonic_decoder.h"
 
 namespace aula {
 

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "audio/convolution/convolver.h"
-#include "audio/spatial/moving_path.h"
 #include "audio/render/renderer.h"
+#include "audio/spatial/moving_path.h"
 
 namespace aula {
 

@@ -5,12 +5,12 @@
 #include <functional>
 #include <utility>
 
-#include "audio/spatial/ambisonics.h"
 #include "audio/dsp/band_filter.h"
 #include "audio/dsp/fractional_delay.h"
 #include "audio/dsp/kernels.h"
 #include "audio/render/render_frame.h"
 #include "audio/render/renderer.h"
+#include "audio/spatial/ambisonics.h"
 
 namespace aula {
 

@@ -4,9 +4,9 @@
 #include <cassert>
 #include <utility>
 
-#include "audio/spatial/ambisonic_decoder.h"
 #include "audio/dsp/fade.h"
 #include "audio/render/render_frame.h"
+#include "audio/spatial/ambisonic_decoder.h"
 
 namespace aula {
 

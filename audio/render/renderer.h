@@ -8,10 +8,10 @@
 #include <span>
 #include <vector>
 
-#include "audio/spatial/ambisonics.h"
-#include "audio/spatial/hrtf.h"
 #include "audio/base/mailbox.h"
 #include "audio/base/realtime.h"
+#include "audio/spatial/ambisonics.h"
+#include "audio/spatial/hrtf.h"
 
 namespace aula {
 

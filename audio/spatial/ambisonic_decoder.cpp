@@ -8,8 +8,8 @@
 #include <numbers>
 
 #include "audio/base/aligned.h"
-#include "audio/spatial/ambisonics.h"
 #include "audio/dsp/fft.h"
+#include "audio/spatial/ambisonics.h"
 
 namespace aula {
 

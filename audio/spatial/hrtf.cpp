@@ -12,9 +12,9 @@
 #include "audio/base/aligned.h"
 #include "audio/base/error.h"
 #include "audio/dsp/fft.h"
-#include "audio/spatial/head_responses.h"
 #include "audio/dsp/minimum_phase.h"
 #include "audio/dsp/resample.h"
+#include "audio/spatial/head_responses.h"
 #include "audio/spatial/sofa_file.h"
 
 namespace aula {

@@ -18,8 +18,8 @@
 #include <string>
 #include <utility>
 
-#include "audio/spatial/embedded_sofa_reader.h"
 #include "audio/base/error.h"
+#include "audio/spatial/embedded_sofa_reader.h"
 #include "audio/spatial/sofa_stream.h"
 
 namespace aula {

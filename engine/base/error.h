@@ -9,7 +9,7 @@ namespace aula {
 /// user reads, "FILE: PLACE: what is wrong; what was expected". PLACE is a JSON pointer, or line
 /// and column for a syntax error, and is left out where there is none. Programs exit with 2.
 class Error : public std::runtime_error {
-   public:
+ public:
     using std::runtime_error::runtime_error;
 
     Error(const std::string& file, const std::string& place, const std::string& problem)

@@ -17,7 +17,7 @@ constexpr std::size_t kFirst = kMost / 8;                    // a small cache ne
 
 }  // namespace
 
-std::int64_t* RowMemory::take(std::size_t count) {
+std::int64_t* HugePageArena::take(std::size_t count) {
     assert(count <= kMost);
     count = (count + kAligned - 1) / kAligned * kAligned;
     const std::lock_guard lock(mutex_);

@@ -11,7 +11,7 @@ namespace aula {
 
 /// Memory for rows of sums. Sums are met in no order, so that each would wait for its page to be
 /// looked up; large pages are so few that the processor knows them all. Freed together.
-class RowMemory {
+class HugePageArena {
  public:
     /// Zeros, aligned to 64 bytes; `count` <= 2^18. May be called by several threads at once.
     std::int64_t* take(std::size_t count);

@@ -16,7 +16,7 @@ std::size_t count_changed(std::span<const EmitterStatus> emitters) {
 /// An emitter that stands and is to send rays.
 struct Standing {
     int* batches;
-    std::uint64_t gathered;  // with what it is to send now
+    std::uint64_t emitted_rays;  // with what it is to send now
 };
 
 /// Gives one batch to all that have nothing yet, then one after the other to who has least.
@@ -24,16 +24,16 @@ void share(std::vector<Standing>& standing, int most, int batch_rays) {
     int left = kShared * most;
     const auto give = [&](Standing& to) {
         ++*to.batches;
-        to.gathered += static_cast<std::uint64_t>(batch_rays);
+        to.emitted_rays += static_cast<std::uint64_t>(batch_rays);
         --left;
     };
     for (Standing& s : standing) {
-        if (s.gathered == 0) give(s);
+        if (s.emitted_rays == 0) give(s);
     }
     while (left > 0) {
         Standing* least = nullptr;
         for (Standing& s : standing) {
-            if (*s.batches < most && (!least || s.gathered < least->gathered)) least = &s;
+            if (*s.batches < most && (!least || s.emitted_rays < least->emitted_rays)) least = &s;
         }
         if (!least) return;
         give(*least);
@@ -52,7 +52,7 @@ EmissionPlan plan_emission(std::span<const EmitterStatus> sources,
         if (emitter.changed) {
             batches = most;
         } else if (!emitter.complete) {
-            standing.push_back({&batches, emitter.gathered});
+            standing.push_back({&batches, emitter.emitted_rays});
         }
     };
     // Listeners serve the sources that have moved.

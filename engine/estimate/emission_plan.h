@@ -8,9 +8,9 @@ namespace aula {
 
 /// What the plan knows of an emitter in this frame.
 struct EmitterStatus {
-    bool changed = false;        ///< it or the scene has moved since the last frame
-    bool complete = false;       ///< more rays would bring nothing
-    std::uint64_t gathered = 0;  ///< rays that its cache holds
+    bool changed = false;            ///< it or the scene has moved since the last frame
+    bool complete = false;           ///< more rays would bring nothing
+    std::uint64_t emitted_rays = 0;  ///< rays that its cache holds
 };
 
 /// From which ends rays are sent in a frame, and how many batches of them.

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "engine/base/air_attenuation.h"
 #include "engine/base/band_vector.h"
 #include "engine/base/multiversion.h"
 #include "engine/base/sampling.h"
-#include "engine/base/air_attenuation.h"
 
 namespace aula {
 
@@ -29,7 +29,7 @@ constexpr float kLateShare = 0.25F;
 /// radiates is known no better.
 constexpr float kJoined = 0.5F;
 
-constexpr std::size_t kAhead = 32;  // bins of a row that are asked for before their turn
+constexpr std::size_t kPrefetchDistance = 32;  // bins of a row that are asked for before their turn
 
 struct MirrorRay {
     Ray ray;
@@ -85,8 +85,9 @@ void trace_batch(const RayScene& scene, const PatchGrid& grid, const Vec3& recei
                 // A patch of area A that radiates B by Lambert's law has the radiance B / (pi A);
                 // fluence is radiance times solid angle, 4 pi / M for each of M rays:
                 // 4 pi / M * B / (pi A) = 4 / (M A) * B.
-                const float factor = 4 / (static_cast<float>(settings.rays) * area_m2) *
-                                     grid.exposure(patch, hits[i].triangle, point, normal);
+                const float factor =
+                    4 / (static_cast<float>(settings.rays) * area_m2) *
+                    grid.relative_irradiance(patch, hits[i].triangle, point, normal);
                 out.push_back({patch, r.length_m, r.first_direction, r.weight * factor, r.late});
             }
             if (!settings.mirrors) continue;
@@ -147,7 +148,7 @@ void convert_row(const std::int64_t* sums, std::size_t first_bin, std::size_t en
     BandVector all = load_bands(total);
     for (std::size_t k = first_bin; k < end_bin; ++k) {
         // Ask for what comes soon: rows lie all over memory.
-        __builtin_prefetch(sums + std::min(k + kAhead, end_bin) * kBandCount);
+        __builtin_prefetch(sums + std::min(k + kPrefetchDistance, end_bin) * kBandCount);
         const BandVector e = to_bands(sums + k * kBandCount, scale);
         store_bands(e, energy + k * kBandCount);
         sum[k] = sum_of_bands(e)[0];

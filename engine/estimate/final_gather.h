@@ -3,11 +3,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/response/energy_response.h"
+#include "engine/base/worker_pool.h"
 #include "engine/estimate/patch_cache.h"
 #include "engine/patches/patch_grid.h"
 #include "engine/rays/ray_scene.h"
-#include "engine/base/worker_pool.h"
+#include "engine/response/energy_response.h"
 
 namespace aula {
 
@@ -17,7 +17,7 @@ struct GatherHit {
     std::uint32_t patch = 0;
     float length_m = 0;
     Vec3 direction{0};  ///< from the receiver, the mean of units
-    Bands weight;       ///< 4 / (M A) * mirror legs * air, 1/m2, the sum of them
+    Bands weight;       ///< 4 / (M A) * mirror segments * air, 1/m2, the sum of them
     bool late = false;  ///< of the rays that stand for all in the late part of the response
 };
 

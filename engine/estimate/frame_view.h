@@ -3,10 +3,10 @@
 #include <vector>
 
 #include "engine/base/bands.h"
+#include "engine/base/time_bins.h"
 #include "engine/estimate/patch_cache.h"
 #include "engine/patches/patch_grid.h"
 #include "engine/scene/scene.h"
-#include "engine/base/time_bins.h"
 
 namespace aula {
 

@@ -26,7 +26,7 @@ constexpr double kJump_m = 1;
 constexpr std::size_t kClearing = 2;
 
 constexpr std::size_t kAxes = 3;
-constexpr std::size_t kAhead = 28;  // deposits that are asked for before their turn
+constexpr std::size_t kPrefetchDistance = 28;  // deposits that are asked for before their turn
 
 /// Adds energies, or takes them out.
 inline void add_energy(const BandSums& units, std::int64_t sign, std::int64_t* sums) {
@@ -73,7 +73,7 @@ std::size_t PatchCache::bytes_of(const std::vector<Batch>& batches) {
     return sum;
 }
 
-bool PatchCache::complete() const { return emitted_ >= kEnoughRays && settled(); }
+bool PatchCache::complete() const { return emitted_ >= kEnoughRays && is_current(); }
 
 void PatchCache::advance(const State& now, WorkerPool& workers) {
     const bool changed = now.changed_since(now_);
@@ -99,7 +99,7 @@ void PatchCache::keep_newest(std::size_t frames, WorkerPool& workers) {
     assert(frames <= log_.size());
     if (frames == 0) {
         rows_.clear();
-        row_memory_ = std::make_unique<RowMemory>();
+        arena_ = std::make_unique<HugePageArena>();
         allocated_rows_ = 0;
         emitted_ = 0;
     } else if (summed_frames_ <= log_.size() && summed_frames_ - frames <= frames + kClearing) {
@@ -162,7 +162,7 @@ void PatchCache::trim_log(WorkerPool& workers) {
         bytes += bytes_of(log_[log_.size() - 1 - kept].batches);
         if (bytes > memory_bytes_) break;
     }
-    if (!settled() && kept < summed_frames_) keep_newest(std::max(fresh_frames_, kept), workers);
+    if (!is_current() && kept < summed_frames_) keep_newest(std::max(fresh_frames_, kept), workers);
     if (kept < log_.size()) {
         log_.erase(log_.begin(), log_.end() - static_cast<std::ptrdiff_t>(kept));
     }
@@ -188,16 +188,16 @@ std::size_t PatchCache::apply_batch(const Batch& batch, std::size_t part, std::i
     const std::vector<Deposit>& deposits = batch.deposits.part[part];
     for (std::size_t i = 0; i < deposits.size(); ++i) {
         // Sums lie scattered in memory: ask for those that come soon.
-        if (i + kAhead < deposits.size()) {
-            const Deposit& soon = deposits[i + kAhead];
+        if (i + kPrefetchDistance < deposits.size()) {
+            const Deposit& soon = deposits[i + kPrefetchDistance];
             const std::int64_t* sum = rows_[soon.patch].sum;
             if (sum) __builtin_prefetch(&sum[soon.bin * kBandCount], 1);
         }
         const Deposit& deposit = deposits[i];
         Row& row = rows_[deposit.patch];
         if (!row.sum) {
-            row.sum = row_memory_->take(bin_count_ * kBandCount);
-            if (directed_) row.moment = row_memory_->take(bin_count_ * kAxes);
+            row.sum = arena_->take(bin_count_ * kBandCount);
+            if (directed_) row.moment = arena_->take(bin_count_ * kAxes);
             ++allocated;
         }
         row.deposits += static_cast<std::uint64_t>(sign);

@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "engine/trace/path_tracer.h"
 #include "engine/base/huge_page_arena.h"
 #include "engine/base/worker_pool.h"
+#include "engine/trace/path_tracer.h"
 
 namespace aula {
 
@@ -63,7 +63,7 @@ class PatchCache {
     bool complete() const;
 
     /// True if every frame held is as the present one: none is from before a change.
-    bool settled() const { return fresh_frames_ == summed_frames_; }
+    bool is_current() const { return fresh_frames_ == summed_frames_; }
 
     /// Forgets what no longer holds. Call once for each frame, in ascending order.
     void advance(const State& now, WorkerPool& workers);
@@ -109,7 +109,7 @@ class PatchCache {
     std::size_t memory_bytes_;
     bool directed_;
     State now_;
-    std::unique_ptr<RowMemory> row_memory_ = std::make_unique<RowMemory>();
+    std::unique_ptr<HugePageArena> arena_ = std::make_unique<HugePageArena>();
     std::vector<Row> rows_;
     std::uint64_t emitted_ = 0;
     std::size_t allocated_rows_ = 0;

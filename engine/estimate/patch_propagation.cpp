@@ -4,9 +4,9 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "engine/trace/detection_spheres.h"
 #include "engine/base/sampling.h"
 #include "engine/base/stopwatch.h"
+#include "engine/trace/detection_spheres.h"
 
 namespace aula {
 
@@ -18,13 +18,13 @@ constexpr int kGatherRays = 1024;
 /// what a door has left open, which few rays find, and no mean of frames may help.
 constexpr int kGatherRaysAfterMove = 4096;
 
-/// Shares of the memory for caches: the patches' sums at most; legs that end in mirrors. What the
-/// sums leave holds the frames that may be taken out again.
+/// Shares of the memory for caches: the patches' sums at most; segments that end in mirrors. What
+/// the sums leave holds the frames that may be taken out again.
 constexpr double kTableShare = 0.8;
-constexpr double kLegShare = 0.05;
+constexpr double kSegmentShare = 0.05;
 
-/// Legs of all sources, or listeners, together: some 0.2 ms a frame to look through.
-constexpr std::size_t kMostLegs = 1 << 16;
+/// Segments of all sources, or listeners, together: some 0.2 ms a frame to look through.
+constexpr std::size_t kMaxSegments = 1 << 16;
 
 /// An end with less than this share of the rays is not heard: it would cost a gather.
 constexpr double kLeastShare = 0.1;
@@ -89,16 +89,18 @@ void PatchPropagation::restart() {
     const double all_rows_bytes = static_cast<double>(source_count_) * row_bytes(false) +
                                   static_cast<double>(listener_count_) * row_bytes(true);
     caches_.clear();
-    legs_.clear();
+    segment_caches_.clear();
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         const bool directed = id >= source_count_;
-        const double bytes = (1 - kLegShare) * memory_bytes_ * row_bytes(directed) / all_rows_bytes;
+        const double bytes =
+            (1 - kSegmentShare) * memory_bytes_ * row_bytes(directed) / all_rows_bytes;
         caches_.emplace_back(bins_.count(), window_frames_, grid_.patch_size_m(),
                              static_cast<std::size_t>(bytes), directed);
-        legs_.emplace_back(window_frames_, listener_radius_m_, gather_settings_.attenuation_per_m,
-                           kMostLegs / (directed ? listener_count_ : source_count_),
-                           static_cast<std::size_t>(kLegShare * memory_bytes_ /
-                                                    static_cast<double>(emitter_count())));
+        segment_caches_.emplace_back(
+            window_frames_, listener_radius_m_, gather_settings_.attenuation_per_m,
+            kMaxSegments / (directed ? listener_count_ : source_count_),
+            static_cast<std::size_t>(kSegmentShare * memory_bytes_ /
+                                     static_cast<double>(emitter_count())));
     }
     status_.assign(emitter_count(), {});
     last_move_.reset();
@@ -129,11 +131,11 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
         positions.push_back(position);
         const PatchCache::State now{frame.number, position, frame.travel_m};
         caches_[id].advance(now, workers_);
-        legs_[id].advance(now);
+        segment_caches_[id].advance(now);
         status_[id].changed = !positions_.empty() && (scene_moved || positions_[id] != position);
         // Rays are wanted as well for what no gather finds.
-        status_[id].complete = caches_[id].complete() && (!mirrors_ || legs_[id].full());
-        status_[id].gathered = caches_[id].emitted();
+        status_[id].complete = caches_[id].complete() && (!mirrors_ || segment_caches_[id].full());
+        status_[id].emitted_rays = caches_[id].emitted();
     }
     receivers_.resize(emitter_count());
     for (std::size_t id = 0; id < emitter_count(); ++id) {
@@ -174,11 +176,11 @@ void PatchPropagation::trace(const PropagationFrame& frame, const std::vector<in
                       batches_[id][static_cast<std::size_t>(b)]);
     });
     for (const auto& [id, b] : jobs) {
-        statistics.segments += batches_[id][static_cast<std::size_t>(b)].segments;
+        statistics.segments += batches_[id][static_cast<std::size_t>(b)].segment_count;
     }
 }
 
-/// Takes what has been traced into caches and windows of legs.
+/// Takes what has been traced into caches and windows of segments.
 void PatchPropagation::update(const std::vector<int>& batches) {
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         if (batches[id] == 0) continue;
@@ -186,7 +188,7 @@ void PatchPropagation::update(const std::vector<int>& batches) {
             std::span(batches_[id]).first(static_cast<std::size_t>(batches[id]));
         const int rays = tracer_.rays_of(batches[id]);
         size_spheres(traced);
-        legs_[id].add(traced, rays);
+        segment_caches_[id].add(traced, rays);
         if (!caches_[id].complete()) caches_[id].add_frame(rays, grid_.size(), traced, workers_);
     }
 }
@@ -206,7 +208,7 @@ std::vector<char> PatchPropagation::pairs_to_gather(std::uint64_t frame) const {
     std::vector<char> wanted(count, 0);
     for (std::size_t i = 0; i < count; ++i) {
         const bool known =
-            !pairs_[i].changed && pairs_[i].settled && pairs_[i].frames >= window_frames_;
+            !pairs_[i].changed && pairs_[i].is_current && pairs_[i].frames >= window_frames_;
         wanted[i] = !known || (i + count - turn) % count < kSettledPairs;
     }
     return wanted;
@@ -265,23 +267,24 @@ void PatchPropagation::gather(const PropagationFrame& frame, const std::vector<c
                          gather_seed(frame, id), workers_, statistics.segments);
         for (const std::size_t i : plan.pairs_at[id]) {
             const std::size_t from =
-                receiver.listens ? i / listener_count_ : source_count_ + i % listener_count_;
-            const double share = receiver.listens ? plan.shares[i].source : plan.shares[i].listener;
+                receiver.is_listener ? i / listener_count_ : source_count_ + i % listener_count_;
+            const double share =
+                receiver.is_listener ? plan.shares[i].source : plan.shares[i].listener;
             add_gathered(hits, caches_[from], share, workers_, pairs_[i].newest);
         }
     }
 }
 
-/// True if the windows of legs hold nothing from before a change.
-bool PatchPropagation::legs_settled(std::size_t i) const {
-    return legs_[i / listener_count_].settled() &&
-           legs_[source_count_ + i % listener_count_].settled();
+/// True if the windows of segments hold nothing from before a change.
+bool PatchPropagation::segments_current(std::size_t i) const {
+    return segment_caches_[i / listener_count_].is_current() &&
+           segment_caches_[source_count_ + i % listener_count_].is_current();
 }
 
 /// True if caches and windows hold nothing from before a change.
-bool PatchPropagation::settled(std::size_t i) const {
-    return caches_[i / listener_count_].settled() &&
-           caches_[source_count_ + i % listener_count_].settled() && legs_settled(i);
+bool PatchPropagation::is_current(std::size_t i) const {
+    return caches_[i / listener_count_].is_current() &&
+           caches_[source_count_ + i % listener_count_].is_current() && segments_current(i);
 }
 
 /// Takes what has been gathered into the mean of all frames since the last change, each with the
@@ -291,8 +294,8 @@ void PatchPropagation::take_in(std::size_t i) {
     Pair& pair = pairs_[i];
     const auto rays = static_cast<double>(caches_[i / listener_count_].emitted() +
                                           caches_[source_count_ + i % listener_count_].emitted());
-    const bool continues = !pair.changed && pair.settled && settled(i) && pair.weight > 0;
-    pair.settled = settled(i);
+    const bool continues = !pair.changed && pair.is_current && is_current(i) && pair.weight > 0;
+    pair.is_current = is_current(i);
     if (!continues) {
         pair.frames = 0;
         pair.weight = rays;
@@ -311,22 +314,22 @@ void PatchPropagation::take_in(std::size_t i) {
     ++pair.frames;
 }
 
-/// Brings up to date what a pair detects of legs, of the rays of both ends.
-void PatchPropagation::detect_legs(std::size_t i) {
+/// Brings up to date what a pair detects of segments, of the rays of both ends.
+void PatchPropagation::detect_segments(std::size_t i) {
     Pair& pair = pairs_[i];
     const std::size_t source = i / listener_count_;
     const std::size_t listener = source_count_ + i % listener_count_;
-    // The legs of the present frame are added to those before, or all begin anew.
-    const bool continues = !pair.changed && pair.legs_settled && !pair.specular.full();
-    pair.legs_settled = legs_settled(i);
+    // The segments of the present frame are added to those before, or all begin anew.
+    const bool continues = !pair.changed && pair.segments_current && !pair.specular.full();
+    pair.segments_current = segments_current(i);
     if (!continues) pair.specular.clear();
-    const std::uint64_t rays =
-        std::max(pair.specular.rays(), legs_[source].rays() + legs_[listener].rays());
-    legs_[source].add_to(scene_, receivers_[listener], continues, rays, pair.specular);
-    legs_[listener].add_to(scene_, receivers_[source], continues, rays, pair.specular);
+    const std::uint64_t rays = std::max(
+        pair.specular.rays(), segment_caches_[source].rays() + segment_caches_[listener].rays());
+    segment_caches_[source].add_to(scene_, receivers_[listener], continues, rays, pair.specular);
+    segment_caches_[listener].add_to(scene_, receivers_[source], continues, rays, pair.specular);
 }
 
-/// The response of what is gathered and of the legs whose paths no image source counts now.
+/// The response of what is gathered and of the segments whose paths no image source counts now.
 void PatchPropagation::sum_up(std::size_t i, EnergyResponse& response) const {
     const Pair& pair = pairs_[i];
     response.energy = pair.mean.energy;
@@ -349,7 +352,7 @@ void PatchPropagation::step(const PropagationFrame& frame, std::vector<EnergyRes
     gather(frame, wanted, statistics);
     workers_.run(pairs_.size(), [&](std::size_t i) {
         if (wanted[i]) take_in(i);
-        if (mirrors_) detect_legs(i);
+        if (mirrors_) detect_segments(i);
         if (wanted[i] || mirrors_) sum_up(i, responses[i]);
     });
     statistics.gather_s += watch.lap_s();
@@ -358,7 +361,8 @@ void PatchPropagation::step(const PropagationFrame& frame, std::vector<EnergyRes
         statistics.cache_entries += cache.occupied();
         statistics.memory_bytes += cache.memory_bytes();
     }
-    for (const LegWindow& legs : legs_) statistics.memory_bytes += legs.memory_bytes();
+    for (const SegmentCache& segments : segment_caches_)
+        statistics.memory_bytes += segments.memory_bytes();
 }
 
 std::vector<PathLine> PatchPropagation::path_lines(const PropagationFrame& frame,

@@ -5,14 +5,14 @@
 #include <span>
 #include <vector>
 
-#include "engine/estimate/frame_view.h"
 #include "engine/estimate/emission_plan.h"
-#include "engine/estimate/segment_cache.h"
 #include "engine/estimate/final_gather.h"
+#include "engine/estimate/frame_view.h"
 #include "engine/estimate/patch_cache.h"
+#include "engine/estimate/segment_cache.h"
 #include "engine/patches/patch_grid.h"
-#include "engine/trace/path_tracer.h"
 #include "engine/propagation.h"
+#include "engine/trace/path_tracer.h"
 #include "engine/trace/specular_paths.h"
 #include "engine/trace/specular_sum.h"
 
@@ -31,7 +31,8 @@ struct PropagationFrame {
 /// other end. Where the caches of both ends hold rays, each answers with a share in proportion to
 /// its rays, so that a change of end is never heard. While source, listener and scene stand, what
 /// is gathered is the mean of all frames since, each with the weight of its rays. Purely specular
-/// paths that are no candidates of the image sources come from the rays' legs. [propagation thread]
+/// paths that are no candidates of the image sources come from the rays' segments. [propagation
+/// thread]
 class PatchPropagation {
  public:
     /// `inside`: points in the space that sound can reach. Patches are as large as `simulation`
@@ -74,13 +75,14 @@ class PatchPropagation {
     /// A source and a listener.
     struct Pair {
         bool changed = false;  ///< since the last frame
-        bool settled =
+        bool is_current =
             false;            ///< what its response has been made of is all of this place and scene
         int frames = 0;       ///< of the mean
         double weight = 0;    ///< of the mean, in rays
         EnergyResponse mean;  ///< of what is gathered
-        EnergyResponse newest;      ///< what is gathered in the present frame
-        bool legs_settled = false;  ///< all legs of the last frame were of this place and scene
+        EnergyResponse newest;  ///< what is gathered in the present frame
+        bool segments_current =
+            false;  ///< all segments of the last frame were of this place and scene
         SpecularSum specular;
     };
     /// What a pair hears from the cache of each end.
@@ -108,10 +110,10 @@ class PatchPropagation {
                 FrameStatistics& statistics);
     GatherSettings gather_settings(std::uint64_t frame) const;
     std::uint64_t gather_seed(const PropagationFrame& frame, std::size_t receiver) const;
-    bool legs_settled(std::size_t pair) const;
-    bool settled(std::size_t pair) const;
+    bool segments_current(std::size_t pair) const;
+    bool is_current(std::size_t pair) const;
     void take_in(std::size_t pair);
-    void detect_legs(std::size_t pair);
+    void detect_segments(std::size_t pair);
     void sum_up(std::size_t pair, EnergyResponse& response) const;
 
     const RayScene& scene_;
@@ -131,7 +133,7 @@ class PatchPropagation {
 
     // [emitter], sources before listeners
     std::vector<PatchCache> caches_;
-    std::vector<LegWindow> legs_;
+    std::vector<SegmentCache> segment_caches_;
     std::vector<EmitterStatus> status_;
     std::vector<std::vector<TraceBatch>> batches_;  // [emitter][batch]
     std::vector<Vec3> positions_;                   // in the last frame

@@ -1,27 +1,28 @@
 #include "engine/estimate/segment_cache.h"
 
-#include "engine/trace/detection_spheres.h"
-#include "engine/base/multiversion.h"
 #include "engine/base/air_attenuation.h"
+#include "engine/base/multiversion.h"
+#include "engine/trace/detection_spheres.h"
 
 namespace aula {
 
 namespace {
 
-/// Numbers of the legs on straight lines that cross a receiver's sphere, most of which it hears.
+/// Numbers of the segments on straight lines that cross a receiver's sphere, most of which it
+/// hears.
 AULA_MULTIVERSION
-void find_near(const std::vector<LegLanes>& legs, const Receiver& receiver, float wave_front_1_m2,
-               std::vector<std::uint32_t>& near) {
+void find_near(const std::vector<SegmentLanes>& segments, const Receiver& receiver,
+               float wave_front_1_m2, std::vector<std::uint32_t>& near) {
     const Vec3 centre = receiver.position;
     const float radius_2 = receiver.radius_m * receiver.radius_m;
-    for (std::size_t block = 0; block < legs.size(); ++block) {
-        const auto& [ox, oy, oz] = legs[block].origin;
-        const auto& [dx, dy, dz] = legs[block].direction;
-        const LegLanes::Lanes& before_m = legs[block].before_m;
-        const LegLanes::Lanes& growth = legs[block].growth;
-        std::array<std::int32_t, LegLanes::kCount> crosses;
+    for (std::size_t block = 0; block < segments.size(); ++block) {
+        const auto& [ox, oy, oz] = segments[block].origin;
+        const auto& [dx, dy, dz] = segments[block].direction;
+        const SegmentLanes::Lanes& before_m = segments[block].before_m;
+        const SegmentLanes::Lanes& growth = segments[block].growth;
+        std::array<std::int32_t, SegmentLanes::kCount> crosses;
         std::int32_t any = 0;
-        for (std::size_t i = 0; i < LegLanes::kCount; ++i) {
+        for (std::size_t i = 0; i < SegmentLanes::kCount; ++i) {
             const float x = centre.x - ox[i];
             const float y = centre.y - oy[i];
             const float z = centre.z - oz[i];
@@ -32,9 +33,9 @@ void find_near(const std::vector<LegLanes>& legs, const Receiver& receiver, floa
             any |= crosses[i];
         }
         if (any == 0) continue;
-        for (std::size_t i = 0; i < LegLanes::kCount; ++i) {
+        for (std::size_t i = 0; i < SegmentLanes::kCount; ++i) {
             if (crosses[i] != 0) {
-                near.push_back(static_cast<std::uint32_t>(block * LegLanes::kCount + i));
+                near.push_back(static_cast<std::uint32_t>(block * SegmentLanes::kCount + i));
             }
         }
     }
@@ -42,72 +43,73 @@ void find_near(const std::vector<LegLanes>& legs, const Receiver& receiver, floa
 
 }  // namespace
 
-void LegLanes::set(std::size_t lane, const Leg& leg) {
+void SegmentLanes::set(std::size_t lane, const PathSegment& segment) {
     for (int axis = 0; axis < 3; ++axis) {
-        origin[static_cast<std::size_t>(axis)][lane] = leg.origin[axis];
-        direction[static_cast<std::size_t>(axis)][lane] = leg.direction[axis];
+        origin[static_cast<std::size_t>(axis)][lane] = segment.origin[axis];
+        direction[static_cast<std::size_t>(axis)][lane] = segment.direction[axis];
     }
-    length_m[lane] = leg.length_m;
-    before_m[lane] = leg.before_m;
-    growth[lane] = leg.growth;
+    length_m[lane] = segment.length_m;
+    before_m[lane] = segment.before_m;
+    growth[lane] = segment.growth;
 }
 
-Leg LegLanes::at(std::size_t lane) const {
+PathSegment SegmentLanes::at(std::size_t lane) const {
     return {Vec3(origin[0][lane], origin[1][lane], origin[2][lane]),
             Vec3(direction[0][lane], direction[1][lane], direction[2][lane]), length_m[lane],
             before_m[lane], growth[lane]};
 }
 
-void LegWindow::advance(const State& now) {
-    if (now.changed_since(now_)) crowded_ = false;
+void SegmentCache::advance(const State& now) {
+    if (now.changed_since(now_)) evicted_ = false;
     now_ = now;
     while (!frames_.empty() && !holds(frames_.front())) forget_oldest();
 }
 
-bool LegWindow::holds(const Frame& frame) const {
+bool SegmentCache::holds(const Frame& frame) const {
     const double moved_m = now_.moved_m(frame.state);
     return moved_m == 0 ||
            (moved_m <= double{reach_m_} && now_.frame - frame.state.frame < window_frames_);
 }
 
-void LegWindow::forget_oldest() {
-    legs_ -= frames_.front().sounds.size();
+void SegmentCache::forget_oldest() {
+    segment_caches_ -= frames_.front().sounds.size();
     bytes_ -= frames_.front().memory_bytes();
     rays_ -= frames_.front().rays;
     frames_.pop_front();
 }
 
-void LegWindow::add(std::span<const TraceBatch> batches, int rays) {
+void SegmentCache::add(std::span<const TraceBatch> batches, int rays) {
     Frame frame{now_, static_cast<std::uint64_t>(rays), {}, {}};
     std::size_t count = 0;
-    for (const TraceBatch& batch : batches) count += batch.legs.size();
-    frame.legs.reserve((count + LegLanes::kCount - 1) / LegLanes::kCount);
+    for (const TraceBatch& batch : batches) count += batch.segments.size();
+    frame.segments.reserve((count + SegmentLanes::kCount - 1) / SegmentLanes::kCount);
     frame.sounds.reserve(count);
     for (const TraceBatch& batch : batches) {
-        for (std::size_t i = 0; i < batch.legs.size(); ++i) {
-            const std::size_t lane = frame.sounds.size() % LegLanes::kCount;
-            if (lane == 0) frame.legs.emplace_back();
-            frame.legs.back().set(lane, batch.legs[i]);
-            frame.sounds.push_back(batch.leg_sounds[i]);
+        for (std::size_t i = 0; i < batch.segments.size(); ++i) {
+            const std::size_t lane = frame.sounds.size() % SegmentLanes::kCount;
+            if (lane == 0) frame.segments.emplace_back();
+            frame.segments.back().set(lane, batch.segments[i]);
+            frame.sounds.push_back(batch.segment_energies[i]);
         }
     }
-    legs_ += frame.sounds.size();
+    segment_caches_ += frame.sounds.size();
     bytes_ += frame.memory_bytes();
     rays_ += frame.rays;
     frames_.push_back(std::move(frame));
-    while (frames_.size() > 1 && ((legs_ > most_legs_ && frames_.size() > window_frames_) ||
-                                  memory_bytes() > memory_bytes_)) {
+    while (frames_.size() > 1 &&
+           ((segment_caches_ > max_segments_ && frames_.size() > window_frames_) ||
+            memory_bytes() > memory_bytes_)) {
         forget_oldest();
-        crowded_ = true;
+        evicted_ = true;
     }
 }
 
-bool LegWindow::settled() const {
+bool SegmentCache::is_current() const {
     return frames_.empty() || now_.moved_m(frames_.front().state) == 0;
 }
 
-void LegWindow::add_to(const RayScene& scene, const Receiver& receiver, bool only_present,
-                       std::uint64_t rays, SpecularSum& sum) const {
+void SegmentCache::add_to(const RayScene& scene, const Receiver& receiver, bool only_present,
+                          std::uint64_t rays, SpecularSum& sum) const {
     const float wave_front_1_m2 =
         wave_front_growth_1_m2(static_cast<double>(rays), receiver.radius_m);
     std::vector<std::uint32_t> near;
@@ -115,17 +117,18 @@ void LegWindow::add_to(const RayScene& scene, const Receiver& receiver, bool onl
         if (only_present && frame.state.frame != now_.frame) continue;
         sum.add_rays(frame.rays);
         near.clear();
-        find_near(frame.legs, receiver, wave_front_1_m2, near);
+        find_near(frame.segments, receiver, wave_front_1_m2, near);
         for (const std::uint32_t i : near) {
-            const Leg leg = frame.legs[i / LegLanes::kCount].at(i % LegLanes::kCount);
-            const float growth = sphere_growth(leg.growth, leg.before_m, wave_front_1_m2);
-            const auto chord = receiver.chord(scene, leg.origin, leg.direction, leg.length_m,
-                                              Receiver::sphere_of(growth));
+            const PathSegment segment =
+                frame.segments[i / SegmentLanes::kCount].at(i % SegmentLanes::kCount);
+            const float growth = sphere_growth(segment.growth, segment.before_m, wave_front_1_m2);
+            const auto chord = receiver.chord(scene, segment.origin, segment.direction,
+                                              segment.length_m, Receiver::sphere_of(growth));
             if (!chord) continue;
-            const LegSound& sound = frame.sounds[i];
+            const SegmentEnergy& sound = frame.sounds[i];
             const Bands energy =
                 sound.energy * transmission(attenuation_per_m_, chord->at_m) * chord->share_1_m2;
-            sum.add(sound, energy, leg.before_m + chord->at_m);
+            sum.add(sound, energy, segment.before_m + chord->at_m);
         }
     }
 }

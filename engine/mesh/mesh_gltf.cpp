@@ -11,10 +11,10 @@
 
 #include "engine/base/error.h"
 #include "engine/input/json_reader.h"
-#include "engine/mesh/mesh_builder.h"
-#include "engine/mesh/mesh_readers.h"
 #include "engine/input/names.h"
 #include "engine/input/scalar_bytes.h"
+#include "engine/mesh/mesh_builder.h"
+#include "engine/mesh/mesh_readers.h"
 
 namespace aula {
 namespace {

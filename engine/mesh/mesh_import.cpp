@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "engine/base/error.h"
-#include "engine/mesh/mesh_readers.h"
 #include "engine/input/names.h"
 #include "engine/input/regular_file.h"
+#include "engine/mesh/mesh_readers.h"
 
 namespace aula {
 

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "engine/input/text_cursor.h"
 #include "engine/mesh/mesh_builder.h"
 #include "engine/mesh/mesh_readers.h"
-#include "engine/input/text_cursor.h"
 
 namespace aula {
 namespace {

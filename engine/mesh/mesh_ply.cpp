@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "engine/mesh/mesh_builder.h"
-#include "engine/mesh/mesh_readers.h"
 #include "engine/input/scalar_bytes.h"
 #include "engine/input/text_cursor.h"
+#include "engine/mesh/mesh_builder.h"
+#include "engine/mesh/mesh_readers.h"
 
 namespace aula {
 namespace {

@@ -4,10 +4,10 @@
 #include <cstdint>
 
 #include "engine/base/error.h"
-#include "engine/mesh/mesh_builder.h"
-#include "engine/mesh/mesh_readers.h"
 #include "engine/input/scalar_bytes.h"
 #include "engine/input/text_cursor.h"
+#include "engine/mesh/mesh_builder.h"
+#include "engine/mesh/mesh_readers.h"
 
 namespace aula {
 namespace {

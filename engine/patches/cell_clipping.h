@@ -11,7 +11,7 @@ namespace aula {
 
 /// A cell of a grid: its number along each axis.
 using CellIndex = std::array<std::int32_t, 3>;
-using Cuts = std::array<AxisCuts, 3>;
+using Cuts = std::array<GridAxis, 3>;
 
 /// The cell of a point that is given from the grid's origin.
 inline CellIndex cell_at(const Cuts& cuts, const Vec3& point) {

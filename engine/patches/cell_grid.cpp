@@ -44,7 +44,7 @@ void cell_keys(const LanePoints& points, const LanePoints& normals, const Vec3& 
 }
 
 /// The standing walls that lie straight across an axis, those within a millimetre as one.
-std::vector<AxisCuts::Wall> walls_across(const RayScene& scene, int axis, float from_m,
+std::vector<GridAxis::Wall> walls_across(const RayScene& scene, int axis, float from_m,
                                          float cell_m) {
     std::map<std::int64_t, double> areas;
     for (const RayScene::Triangle& triangle : scene.triangles()) {
@@ -52,7 +52,7 @@ std::vector<AxisCuts::Wall> walls_across(const RayScene& scene, int axis, float 
         areas[std::llround(1000 * (triangle.vertices[0][axis] - from_m))] +=
             double{triangle.area_m2()};
     }
-    std::vector<AxisCuts::Wall> walls;
+    std::vector<GridAxis::Wall> walls;
     for (const auto& [at_mm, area] : areas) {
         if (area < double{kWallCells * cell_m * cell_m}) continue;
         walls.push_back({static_cast<float>(at_mm) / 1000, area});
@@ -78,7 +78,7 @@ CellGrid::CellGrid(const RayScene& scene, float wanted_m) : size_m_(wanted_m) {
         std::max(wanted_m, std::max({extent.x, extent.y, extent.z}) / static_cast<float>(1 << 17));
     for (int axis = 0; axis < 3; ++axis) {
         cuts_[static_cast<std::size_t>(axis)] =
-            AxisCuts(extent[axis], size_m_, walls_across(scene, axis, origin_[axis], size_m_));
+            GridAxis(extent[axis], size_m_, walls_across(scene, axis, origin_[axis], size_m_));
     }
 }
 

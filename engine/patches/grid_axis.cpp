@@ -11,7 +11,7 @@ constexpr float kLeastGap = 0.1F;  // between walls, of a cell's width
 
 }  // namespace
 
-AxisCuts::AxisCuts(float length_m, float cell_m, std::vector<Wall> walls)
+GridAxis::GridAxis(float length_m, float cell_m, std::vector<Wall> walls)
     : cell_m_(cell_m), length_m_(std::max(0.0F, length_m)) {
     if (!(length_m > 0)) return;
     std::sort(walls.begin(), walls.end(), [](const Wall& a, const Wall& b) {

@@ -9,7 +9,7 @@ namespace aula {
 
 /// Cells along one axis: no wider than wanted and cut where walls stand, so that a cell does not
 /// reach through a wall. Beyond the ends all cells have the wanted width. [propagation thread]
-class AxisCuts {
+class GridAxis {
  public:
     /// A wall: its place on the axis and its area.
     struct Wall {
@@ -17,11 +17,11 @@ class AxisCuts {
         double area_m2 = 0;
     };
 
-    AxisCuts() = default;
+    GridAxis() = default;
 
     /// Cells from 0 to `length_m`. Of walls closer to each other than a tenth of a cell only the
     /// largest cuts; the largest of all go first, until cells are twice as many as without walls.
-    AxisCuts(float length_m, float cell_m, std::vector<Wall> walls);
+    GridAxis(float length_m, float cell_m, std::vector<Wall> walls);
 
     /// The cell of a place, negative before 0; what is no place (not a number, or more than 2^24
     /// cells away) counts as 0. Without branches, so that a compiler does many at once.

@@ -9,9 +9,9 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "engine/patches/cell_clipping.h"
 #include "engine/base/mix64.h"
 #include "engine/base/sampling.h"
+#include "engine/patches/cell_clipping.h"
 
 namespace aula {
 
@@ -48,7 +48,7 @@ struct Piece {
 
 }  // namespace
 
-struct Exposure::State {
+struct IrradianceMap::State {
     const RayScene& scene;
     float piece_m;
     std::vector<std::uint32_t> first_alike;   // [triangle] the first with the same corners
@@ -203,13 +203,13 @@ struct Exposure::State {
     }
 };
 
-Exposure::Exposure(const RayScene& scene, float patch_size_m)
+IrradianceMap::IrradianceMap(const RayScene& scene, float patch_size_m)
     : state_(std::make_unique<State>(scene, patch_size_m)) {}
-Exposure::~Exposure() = default;
-Exposure::Exposure(Exposure&&) noexcept = default;
+IrradianceMap::~IrradianceMap() = default;
+IrradianceMap::IrradianceMap(IrradianceMap&&) noexcept = default;
 
-void Exposure::add_hit(std::uint32_t patch, std::uint32_t triangle, const Vec3& point,
-                       const Vec3& facing_normal) {
+void IrradianceMap::add_hit(std::uint32_t patch, std::uint32_t triangle, const Vec3& point,
+                            const Vec3& facing_normal) {
     State& s = *state_;
     if (patch >= s.hits.size()) s.hits.resize(patch + 1, 0);
     s.hits[patch] += 1;
@@ -227,7 +227,7 @@ void Exposure::add_hit(std::uint32_t patch, std::uint32_t triangle, const Vec3& 
     s.parts[part].hits += 1;
 }
 
-void Exposure::settle(
+void IrradianceMap::finish(
     std::span<const float> area_m2,
     const std::function<std::uint32_t(const Vec3& point, const Vec3& facing_normal)>& patch_of) {
     State& s = *state_;
@@ -238,8 +238,8 @@ void Exposure::settle(
     s.find_uneven(area_m2);
 }
 
-float Exposure::relative(std::uint32_t patch, std::uint32_t triangle, const Vec3& point,
-                         const Vec3& facing_normal) const {
+float IrradianceMap::relative(std::uint32_t patch, std::uint32_t triangle, const Vec3& point,
+                              const Vec3& facing_normal) const {
     const State& s = *state_;
     if (patch >= s.uneven.size() || !s.uneven[patch]) return 1;
     const Piece piece = s.piece_at(triangle, point, facing_normal);

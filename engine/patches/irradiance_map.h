@@ -15,18 +15,18 @@ namespace aula {
 /// cluttered cell those that much sound meets are those that are seen as well. So sound is counted
 /// where it falls, in small parts: pieces of large triangles, groups of small ones that follow each
 /// other. [propagation thread]
-class Exposure {
+class IrradianceMap {
  public:
-    Exposure(const RayScene& scene, float patch_size_m);
-    ~Exposure();
-    Exposure(Exposure&&) noexcept;
+    IrradianceMap(const RayScene& scene, float patch_size_m);
+    ~IrradianceMap();
+    IrradianceMap(IrradianceMap&&) noexcept;
 
     /// Counts a hit of sound in a patch, at a point with its facing normal.
     void add_hit(std::uint32_t patch, std::uint32_t triangle, const Vec3& point,
                  const Vec3& facing_normal);
 
     /// Ends counting. `patch_of` gives the patch of a point, off the surface, with its normal.
-    void settle(
+    void finish(
         std::span<const float> area_m2,
         const std::function<std::uint32_t(const Vec3& point, const Vec3& facing_normal)>& patch_of);
 

@@ -7,12 +7,12 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "engine/base/mix64.h"
+#include "engine/base/sampling.h"
 #include "engine/patches/cell_clipping.h"
 #include "engine/patches/cell_grid.h"
 #include "engine/patches/irradiance_map.h"
-#include "engine/base/mix64.h"
 #include "engine/rays/room_survey.h"
-#include "engine/base/sampling.h"
 
 namespace aula {
 
@@ -43,7 +43,7 @@ struct PatchGrid::State {
     tsl::robin_map<std::uint64_t, std::uint32_t, MixHash> patch_of_cell;
     std::vector<float> static_area_m2;  // of objects that stand
     std::vector<float> area_m2;         // of all
-    std::vector<char> reached;          // by the flood
+    std::vector<char> reached;          // by the random walks
     std::vector<Cell> cells;
     std::vector<std::uint64_t> keys;     // kNoKey: given up
     std::vector<std::uint64_t> touched;  // the move at which a triangle was last in the patch
@@ -53,14 +53,14 @@ struct PatchGrid::State {
     std::size_t lasting = 0;  // patches of the start; those after come and go with what moves
     std::uint64_t moves = 0;
     std::size_t reached_count = 0;
-    Exposure exposure;
+    IrradianceMap irradiance_map;
 
     State(const RayScene& rays, WorkerPool& pool, std::uint64_t sample_seed, float patch_size_m)
         : scene(rays),
           workers(pool),
           seed(sample_seed),
           grid(rays, patch_size_m),
-          exposure(rays, grid.size_m()) {}
+          irradiance_map(rays, grid.size_m()) {}
 
     struct Sample {
         Vec3 point;  // on the surface
@@ -107,7 +107,7 @@ struct PatchGrid::State {
 
     /// Parts of a patch that are too small for a sample of their own: one of them, drawn by area,
     /// has one for all, so that samples follow area and not the number of triangles.
-    struct Crumbs {
+    struct Reservoir {
         float area_m2 = 0;
         Sample drawn;
     };
@@ -137,7 +137,7 @@ struct PatchGrid::State {
     std::vector<Sample> sample(const std::vector<std::uint32_t>& triangles, int per_cell,
                                const Wanted& wanted) {
         std::vector<Sample> samples;
-        std::vector<Crumbs> crumbs;
+        std::vector<Reservoir> reservoirs;
         const float samples_per_m2 = static_cast<float>(per_cell) / (grid.size_m() * grid.size_m());
         for (const std::uint32_t t : triangles) {
             const ScrambledSobol sobol(derive_seed(seed, t));
@@ -158,8 +158,8 @@ struct PatchGrid::State {
                     }
                     return;
                 }
-                if (crumbs.size() <= patch) crumbs.resize(area_m2.size());
-                Crumbs& rest = crumbs[patch];
+                if (reservoirs.size() <= patch) reservoirs.resize(area_m2.size());
+                Reservoir& rest = reservoirs[patch];
                 rest.area_m2 += area;
                 const float u = RandomStream(derive_seed(seed, t, patch)).uniform();
                 if (u * rest.area_m2 < area) rest.drawn = {somewhere(), t, patch, 0, back};
@@ -170,7 +170,7 @@ struct PatchGrid::State {
                 }
             });
         }
-        for (Crumbs& rest : crumbs) {
+        for (Reservoir& rest : reservoirs) {
             if (!(rest.area_m2 > 0)) continue;
             rest.drawn.area_m2 = rest.area_m2;
             samples.push_back(rest.drawn);
@@ -189,34 +189,35 @@ struct PatchGrid::State {
             if (scene.moves(triangle)) moving_m2 += double{triangle.area_m2()};
         }
         lasting = keys.size();
-        return flood_from(inside,
-                          most - kCellsOfMoving * moving_m2 / std::pow(double{grid.size_m()}, 2));
+        return mark_reachable_from(
+            inside, most - kCellsOfMoving * moving_m2 / std::pow(double{grid.size_m()}, 2));
     }
 
     /// Marks the patches that sound from `inside` gets to, until a round finds hardly more. False
     /// if they are more than `most`.
-    bool flood_from(std::span<const Vec3> inside, double most) {
+    bool mark_reachable_from(std::span<const Vec3> inside, double most) {
         std::size_t hits = 0;
         for (int round = 0; round < kFloodRounds; ++round) {
             const std::size_t before = reached_count;
             const RandomWalks walks{.paths = kFloodPaths,
                                     .bounces = kFloodBounces,
                                     .seed = derive_seed(seed, 1 << 30, round)};
-            flood(scene, inside, walks, [&](int reflections, const Ray& ray, const Hit& hit) {
-                if (!hit.any() || scene.moves(scene.triangle(hit.triangle))) return;
-                const Vec3 point = scene.point(hit, ray.direction);
-                const Vec3 normal = scene.facing_normal(hit, ray.direction);
-                const auto found = patch_of_cell.find(grid.key_at(point, normal));
-                if (found == patch_of_cell.end()) return;
-                // Direct sound falls otherwise from every place.
-                if (reflections > 0) {
-                    exposure.add_hit(found->second, hit.triangle, point, normal);
-                    ++hits;
-                }
-                if (reached[found->second]) return;
-                reached[found->second] = 1;
-                ++reached_count;
-            });
+            trace_random_walks(
+                scene, inside, walks, [&](int reflections, const Ray& ray, const Hit& hit) {
+                    if (!hit.any() || scene.moves(scene.triangle(hit.triangle))) return;
+                    const Vec3 point = scene.point(hit, ray.direction);
+                    const Vec3 normal = scene.facing_normal(hit, ray.direction);
+                    const auto found = patch_of_cell.find(grid.key_at(point, normal));
+                    if (found == patch_of_cell.end()) return;
+                    // Direct sound falls otherwise from every place.
+                    if (reflections > 0) {
+                        irradiance_map.add_hit(found->second, hit.triangle, point, normal);
+                        ++hits;
+                    }
+                    if (reached[found->second]) return;
+                    reached[found->second] = 1;
+                    ++reached_count;
+                });
             if (static_cast<double>(reached_count) > most) return false;
             if (reached_count - before <= reached_count / 100 &&
                 hits >= kHitsPerPatch * reached_count) {
@@ -229,7 +230,7 @@ struct PatchGrid::State {
     /// Areas, and how evenly sound falls on them.
     void find_areas() {
         add_reachable(standing, static_area_m2);
-        exposure.settle(static_area_m2, [&](const Vec3& point, const Vec3& normal) {
+        irradiance_map.finish(static_area_m2, [&](const Vec3& point, const Vec3& normal) {
             const auto found = patch_of_cell.find(grid.key_at(point, normal));
             return found == patch_of_cell.end() ? kNone : found->second;
         });
@@ -372,11 +373,11 @@ void PatchGrid::find(const LanePoints& points, const LanePoints& facing_normals,
 
 float PatchGrid::area_m2(std::uint32_t patch) const { return state_->area_m2[patch]; }
 
-float PatchGrid::exposure(std::uint32_t patch, std::uint32_t triangle, const Vec3& point,
-                          const Vec3& facing_normal) const {
+float PatchGrid::relative_irradiance(std::uint32_t patch, std::uint32_t triangle, const Vec3& point,
+                                     const Vec3& facing_normal) const {
     // Not known where objects come and go.
     if (state_->area_m2[patch] != state_->static_area_m2[patch]) return 1;
-    return state_->exposure.relative(patch, triangle, point, facing_normal);
+    return state_->irradiance_map.relative(patch, triangle, point, facing_normal);
 }
 
 PatchGrid::Cell PatchGrid::cell(std::uint32_t patch) const { return state_->cells[patch]; }

@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/worker_pool.h"
 #include "engine/patches/cell_grid.h"
 #include "engine/rays/ray_scene.h"
-#include "engine/base/worker_pool.h"
 
 namespace aula {
 
@@ -41,8 +41,8 @@ class PatchGrid {
     float area_m2(std::uint32_t patch) const;
 
     /// Sound on an area round a point of a patch over the mean of the patch, 1 where it is even.
-    float exposure(std::uint32_t patch, std::uint32_t triangle, const Vec3& point,
-                   const Vec3& facing_normal) const;
+    float relative_irradiance(std::uint32_t patch, std::uint32_t triangle, const Vec3& point,
+                              const Vec3& facing_normal) const;
 
     /// Where a patch is.
     using Cell = CellGrid::Cell;

@@ -18,7 +18,7 @@ bool before(const Vec3& a, const Vec3& b) {
 }
 
 /// From either end the same but for the sign, so that neighbours agree.
-FewTriangles::Lines::Edge edge_between(const Vec3& from, const Vec3& to) {
+BruteForceIntersector::Lines::Edge edge_between(const Vec3& from, const Vec3& to) {
     if (before(to, from)) {
         const auto [direction, moment] = edge_between(to, from);
         return {-direction, -moment};
@@ -39,7 +39,7 @@ struct Search {
 /// with the edge from p to q and the ray o + t d (Pluecker coordinates); where it passes all edges
 /// of a triangle on the same side it goes through, and the three numbers are the weights of the
 /// vertices opposite.
-inline void test(const FewTriangles::Lines& t, std::int32_t index, const LanePoints& d,
+inline void test(const BruteForceIntersector::Lines& t, std::int32_t index, const LanePoints& d,
                  std::size_t lanes, Search& search, HitLanes& hits) {
     const auto& [e0, e1, e2] = t.edges;
     const LanePoints& o = search.origin;
@@ -71,7 +71,7 @@ inline void test(const FewTriangles::Lines& t, std::int32_t index, const LanePoi
 }
 
 AULA_MULTIVERSION
-void nearest_hits(std::span<const FewTriangles::Lines> triangles, const Vec3& middle,
+void nearest_hits(std::span<const BruteForceIntersector::Lines> triangles, const Vec3& middle,
                   const RayLanes& rays, std::size_t count, HitLanes& hits) {
     const std::size_t lanes = padded_lanes(count);
     Search search;
@@ -93,7 +93,7 @@ void nearest_hits(std::span<const FewTriangles::Lines> triangles, const Vec3& mi
         hits.triangle[i] = kNoTriangle;
     }
     std::int32_t index = 0;
-    for (const FewTriangles::Lines& t : triangles) {
+    for (const BruteForceIntersector::Lines& t : triangles) {
         test(t, index++, rays.direction, lanes, search, hits);
     }
     for (std::size_t i = 0; i < lanes; ++i) {
@@ -109,7 +109,7 @@ void nearest_hits(std::span<const FewTriangles::Lines> triangles, const Vec3& mi
 
 }  // namespace
 
-FewTriangles::FewTriangles(std::span<const Vertices> triangles) {
+BruteForceIntersector::BruteForceIntersector(std::span<const Vertices> triangles) {
     assert(triangles.size() <= kMost);
     if (triangles.empty()) return;
     Vec3 low = triangles[0][0];
@@ -135,7 +135,8 @@ FewTriangles::FewTriangles(std::span<const Vertices> triangles) {
     }
 }
 
-void FewTriangles::intersect(const RayLanes& rays, std::size_t count, HitLanes& hits) const {
+void BruteForceIntersector::intersect(const RayLanes& rays, std::size_t count,
+                                      HitLanes& hits) const {
     nearest_hits(triangles_, middle_, rays, count, hits);
 }
 

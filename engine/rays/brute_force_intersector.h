@@ -11,16 +11,16 @@ namespace aula {
 /// Nearest hits among so few triangles that testing each ray with every one of them is faster than
 /// a hierarchy: plain rooms. Both sides, and without cracks: two triangles see a shared edge on the
 /// same side of a ray to the bit. [propagation thread]
-class FewTriangles {
+class BruteForceIntersector {
  public:
     /// More than these are better left to a hierarchy.
     static constexpr std::size_t kMost = 48;
 
     using Vertices = std::array<Vec3, 3>;
 
-    FewTriangles() = default;
+    BruteForceIntersector() = default;
     /// At most kMost; degenerate ones are never hit.
-    explicit FewTriangles(std::span<const Vertices> triangles);
+    explicit BruteForceIntersector(std::span<const Vertices> triangles);
 
     /// Nearest hit of the first `count` lanes beyond distance 0.
     void intersect(const RayLanes& rays, std::size_t count, HitLanes& hits) const;

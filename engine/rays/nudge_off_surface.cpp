@@ -21,14 +21,14 @@ constexpr float kStep_m = 2 * kOnSurface_m;
 std::uint32_t surface_at(const RayScene& scene, const Vec3& place) {
     // A surface through the place stops a ray along the axis that it stands across; of two rays
     // that meet from both sides one is enough, but at an edge rounding may lose either.
-    std::array<Ray, 6> looks;
-    for (std::size_t i = 0; i < looks.size(); ++i) {
-        Vec3 way(0);
-        way[static_cast<int>(i / 2)] = i % 2 == 0 ? 1.0F : -1.0F;
-        looks[i] = {place - kStep_m * way, way, 2 * kStep_m};
+    std::array<Ray, 6> probes;
+    for (std::size_t i = 0; i < probes.size(); ++i) {
+        Vec3 direction(0);
+        direction[static_cast<int>(i / 2)] = i % 2 == 0 ? 1.0F : -1.0F;
+        probes[i] = {place - kStep_m * direction, direction, 2 * kStep_m};
     }
     std::array<Hit, 6> hits;
-    scene.intersect(looks, hits);
+    scene.intersect(probes, hits);
     std::uint32_t nearest = kNoTriangle;
     float nearest_m = kOnSurface_m;
     for (const Hit& hit : hits) {
@@ -45,12 +45,12 @@ std::uint32_t surface_at(const RayScene& scene, const Vec3& place) {
 /// In how many of 64 directions a place sees a surface.
 std::ptrdiff_t closed_in(const RayScene& scene, const Vec3& place) {
     const ScrambledSobol sobol(1);
-    std::array<Ray, 64> looks;
-    for (std::uint32_t i = 0; i < looks.size(); ++i) {
-        looks[i] = {place, uniform_direction(sobol.point(i))};
+    std::array<Ray, 64> probes;
+    for (std::uint32_t i = 0; i < probes.size(); ++i) {
+        probes[i] = {place, uniform_direction(sobol.point(i))};
     }
     std::array<Hit, 64> hits;
-    scene.intersect(looks, hits);
+    scene.intersect(probes, hits);
     return std::count_if(hits.begin(), hits.end(), [](const Hit& hit) { return hit.any(); });
 }
 

@@ -163,8 +163,8 @@ void RayScene::update_triangles(std::uint32_t o) {
 }
 
 void RayScene::update_few() {
-    if (triangles_.size() > FewTriangles::kMost) return;
-    std::vector<FewTriangles::Vertices> vertices;
+    if (triangles_.size() > BruteForceIntersector::kMost) return;
+    std::vector<BruteForceIntersector::Vertices> vertices;
     for (const Triangle& triangle : triangles_) vertices.push_back(triangle.vertices);
     few_.emplace(vertices);
 }
@@ -285,11 +285,11 @@ void RayScene::intersect_each(std::span<const Ray> rays, std::span<Hit> hits) co
 }
 
 bool RayScene::visible(const Vec3& from, const Vec3& to) const {
-    const Vec3 way = to - from;
-    const float distance_m = glm::length(way);
+    const Vec3 offset = to - from;
+    const float distance_m = glm::length(offset);
     if (distance_m <= 2 * kOffset_m) return true;
     RTCIntersectContext context = incoherent_context();
-    const Vec3 direction = way / distance_m;
+    const Vec3 direction = offset / distance_m;
     RTCRay ray{};
     ray.org_x = from.x;
     ray.org_y = from.y;

@@ -113,8 +113,8 @@ class RayScene {
     std::unique_ptr<Embree> embree_;
     std::vector<Object> objects_;  ///< vertices kept of the moving ones only
     std::vector<Triangle> triangles_;
-    std::vector<Surface> surfaces_;    ///< [triangle]
-    std::optional<FewTriangles> few_;  ///< in place of Embree where that is faster
+    std::vector<Surface> surfaces_;             ///< [triangle]
+    std::optional<BruteForceIntersector> few_;  ///< in place of Embree where that is faster
     std::vector<Material> materials_;
 };
 

@@ -39,8 +39,9 @@ std::size_t side_of(const RayScene& scene, const Ray& ray, const Hit& hit) {
 
 }  // namespace
 
-void flood(const RayScene& scene, std::span<const Vec3> inside, const RandomWalks& walks,
-           const std::function<void(int, const Ray&, const Hit&)>& visit) {
+void trace_random_walks(const RayScene& scene, std::span<const Vec3> inside,
+                        const RandomWalks& walks,
+                        const std::function<void(int, const Ray&, const Hit&)>& visit) {
     if (inside.empty()) return;
     const auto count = static_cast<std::size_t>(walks.paths);
     std::vector<Ray> rays(count);
@@ -100,7 +101,7 @@ RoomSurvey survey_room(const RayScene& scene, std::span<const Vec3> inside, std:
     std::size_t escaped = 0;
     std::array<double, kBandCount> absorption{};
     const RandomWalks walks{.paths = kSurveyPaths, .bounces = kSurveyBounces, .seed = seed};
-    flood(scene, inside, walks, [&](int, const Ray&, const Hit& hit) {
+    trace_random_walks(scene, inside, walks, [&](int, const Ray&, const Hit& hit) {
         if (!hit.any()) {
             ++escaped;
             return;
@@ -129,7 +130,7 @@ std::vector<char> connected(const RayScene& scene, const Vec3& listener,
     std::vector<char> reached;  // [side], empty until it is needed
     const auto mark_reached = [&] {
         reached.assign(2 * scene.triangle_count(), 0);
-        flood(scene, {&listener, 1}, walks, [&](int, const Ray& ray, const Hit& hit) {
+        trace_random_walks(scene, {&listener, 1}, walks, [&](int, const Ray& ray, const Hit& hit) {
             if (hit.any()) reached[side_of(scene, ray, hit)] = 1;
         });
     };
@@ -138,7 +139,7 @@ std::vector<char> connected(const RayScene& scene, const Vec3& listener,
         back.paths = paths;
         back.seed = derive_seed(walks.seed, 1);
         bool met = false;
-        flood(scene, {&source, 1}, back, [&](int, const Ray& ray, const Hit& hit) {
+        trace_random_walks(scene, {&source, 1}, back, [&](int, const Ray& ray, const Hit& hit) {
             met = met || (hit.any() && reached[side_of(scene, ray, hit)]);
         });
         return met;
@@ -229,7 +230,7 @@ RoomGeometry measure_room(const RayScene& scene, std::span<const Vec3> inside, s
                             .through_moving = false};
     std::vector<char> reached(2 * scene.triangle_count(), 0);
     bool tight = true;
-    flood(scene, inside, walks, [&](int, const Ray& ray, const Hit& hit) {
+    trace_random_walks(scene, inside, walks, [&](int, const Ray& ray, const Hit& hit) {
         tight = tight && hit.any();
         if (hit.any()) reached[side_of(scene, ray, hit)] = 1;
     });
@@ -304,7 +305,7 @@ double escape_per_reflection(const RayScene& scene, std::span<const Vec3> inside
     walks.seed = seed;
     double segments = 0;
     double escaped = 0;
-    flood(scene, inside, walks, [&](int, const Ray&, const Hit& hit) {
+    trace_random_walks(scene, inside, walks, [&](int, const Ray&, const Hit& hit) {
         ++segments;
         escaped += hit.any() ? 0 : 1;
     });
@@ -318,8 +319,9 @@ std::vector<char> outside_room(const RayScene& scene, std::span<const Vec3> plac
     std::vector<int> reflections;
     for (const Vec3& place : places) {
         int count = 0;
-        flood(scene, {&place, 1}, {.paths = kPaths, .bounces = kSurveyBounces, .seed = seed},
-              [&](int, const Ray&, const Hit& hit) { count += hit.any() ? 1 : 0; });
+        trace_random_walks(scene, {&place, 1},
+                           {.paths = kPaths, .bounces = kSurveyBounces, .seed = seed},
+                           [&](int, const Ray&, const Hit& hit) { count += hit.any() ? 1 : 0; });
         reflections.push_back(count);
     }
     std::vector<char> outside;

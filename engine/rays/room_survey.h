@@ -26,8 +26,9 @@ struct RandomWalks {
 /// Objects with a path may not stay where they are: segments go on behind them. Where nothing is
 /// behind, they are the wall: of a room that moves, or of a door that stands on the floor and takes
 /// the ray through it.
-void flood(const RayScene& scene, std::span<const Vec3> inside, const RandomWalks& walks,
-           const std::function<void(int, const Ray&, const Hit&)>& visit);
+void trace_random_walks(const RayScene& scene, std::span<const Vec3> inside,
+                        const RandomWalks& walks,
+                        const std::function<void(int, const Ray&, const Hit&)>& visit);
 
 /// For each source, whether sound finds a way to the listener with everything where it is now: they
 /// see each other, or random walks of both meet on one side of a triangle. An opening of less than

@@ -101,7 +101,7 @@ std::vector<double> moments_from_first(double length, int order) {
 //     C_ij = integral of p Y_i Y_j = sum over k of (2 l_k + 1) A_l_k Y_k(v / |v|) g_ijk,
 // for p = sum over k of (2 l_k + 1) A_l_k Y_k(v / |v|) Y_k(u) / (4 pi), where g_ijk is the mean of
 // Y_i Y_j Y_k over the sphere (Gaunt).
-ArrivalField::ArrivalField(int order)
+DirectionalCovariance::DirectionalCovariance(int order)
     : order_(order), channels_(static_cast<std::size_t>((order + 1) * (order + 1))) {
     assert(order >= 0 && order <= kHighestOrder);
     const int twice = 2 * order;
@@ -132,7 +132,7 @@ ArrivalField::ArrivalField(int order)
 
 // Cholesky: C = L L^T. W comes first and has the energy 1, so that it is the first noise itself,
 // whatever the directions.
-void ArrivalField::mixing(const Vec3& mean, float* triangle) const {
+void DirectionalCovariance::mixing(const Vec3& mean, float* triangle) const {
     const double length = std::min(double{glm::length(mean)}, 1.0);
     const Vec3 direction = length > 0 ? mean / static_cast<float>(length) : Vec3{0, 0, 1};
     std::array<double, kMostHarmonics> harmonics;

@@ -11,9 +11,9 @@ namespace aula {
 
 /// Mixes independent noises into the channels of an ambisonic field (ACN, SN3D) that arrives from
 /// all around with a given mean direction. Immutable. [propagation thread]
-class ArrivalField {
+class DirectionalCovariance {
  public:
-    explicit ArrivalField(int order);
+    explicit DirectionalCovariance(int order);
 
     std::size_t channels() const { return channels_; }
     /// Elements of a lower triangle with its diagonal, row by row.

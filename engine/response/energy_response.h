@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "engine/base/bands.h"
-#include "engine/scene/scene.h"
 #include "engine/base/time_bins.h"
+#include "engine/scene/scene.h"
 
 namespace aula {
 

@@ -64,7 +64,7 @@ class ImpulseResponseBuilder {
 
     std::shared_ptr<const NoiseCarriers> carriers_;
     std::size_t length_samples_;
-    ArrivalField field_;
+    DirectionalCovariance field_;
     std::vector<Channel> channels_;  ///< independent
     TimeBins bins_;                  ///< that the moments are of
 };

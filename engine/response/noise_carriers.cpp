@@ -4,8 +4,8 @@
 #include <cassert>
 #include <cmath>
 
-#include "engine/response/octave_bank.h"
 #include "engine/base/sampling.h"
+#include "engine/response/octave_bank.h"
 
 namespace aula {
 namespace {

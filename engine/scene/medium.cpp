@@ -28,8 +28,8 @@ Bands Medium::attenuation_per_m() const {
         const double nitrogen = 0.1068 * std::exp(-3352.0 / t) / (fr_n + f * f / fr_n);
         const double classical = 1.84e-11 / p_ratio * std::sqrt(t_ratio);
         // (5): pressure attenuation in dB/m.
-        const double a_db = 8.686 * f * f *
-                            (classical + std::pow(t_ratio, -2.5) * (oxygen + nitrogen));
+        const double a_db =
+            8.686 * f * f * (classical + std::pow(t_ratio, -2.5) * (oxygen + nitrogen));
         // Energy falls by a_db decibels a metre: exp(-m) = 10^(-a_db / 10).
         m[b] = static_cast<float>(a_db * std::log(10.0) / 10);
     }

@@ -43,7 +43,7 @@ glm::mat3 Pose::rotation() const {
     return yaw * pitch * roll;
 }
 
-Pose Path::at(double time_s) const {
+Pose Trajectory::at(double time_s) const {
     assert(!points.empty());
     if (loop && duration_s() > 0) {
         time_s = std::fmod(time_s, duration_s());
@@ -51,10 +51,10 @@ Pose Path::at(double time_s) const {
     }
     const auto next =
         std::upper_bound(points.begin(), points.end(), time_s,
-                         [](double time, const Point& point) { return time < point.time_s; });
+                         [](double time, const Keyframe& point) { return time < point.time_s; });
     if (next == points.begin()) return points.front().pose;
     if (next == points.end()) return points.back().pose;
-    const Point& previous = *std::prev(next);
+    const Keyframe& previous = *std::prev(next);
     const double weight = (time_s - previous.time_s) / (next->time_s - previous.time_s);
     return interpolate(previous.pose, next->pose, static_cast<float>(weight));
 }
@@ -95,7 +95,7 @@ Bounds geometry_bounds(const std::vector<Object>& objects) {
                 for (const float z : {local.min.z, local.max.z}) box.vertices.emplace_back(x, y, z);
             }
         }
-        for (const Path::Point& point : object.path->points) {
+        for (const Trajectory::Keyframe& point : object.path->points) {
             for (const Vec3& corner : box.world_vertices(point.time_s)) bounds.add(corner);
         }
     }

@@ -31,12 +31,12 @@ struct Pose {
 
 /// A walk: poses linear in time between points, the first before the first point, the last after
 /// the last; repeated when `loop`. Never empty.
-struct Path {
-    struct Point {
+struct Trajectory {
+    struct Keyframe {
         double time_s = 0;
         Pose pose;
     };
-    std::vector<Point> points;
+    std::vector<Keyframe> points;
     bool loop = false;
 
     Pose at(double time_s) const;
@@ -60,7 +60,7 @@ struct Object {
     std::vector<std::uint32_t> triangle_materials;
     std::vector<std::filesystem::path> files;  ///< that a mesh was read from
     Vec3 translation{0};
-    std::optional<Path> path;
+    std::optional<Trajectory> path;
 
     /// Vertices in the world at a time: path rotation about the local origin, then path position
     /// and translation.
@@ -92,14 +92,14 @@ struct Source {
     std::filesystem::path signal_file;  ///< absolute or relative to the working directory
     float gain_db = 0;
     bool loop = false;
-    std::optional<Path> path;
+    std::optional<Trajectory> path;
 
     Vec3 position_at(double time_s) const { return path ? path->at(time_s).position : position; }
 };
 
 struct Listener {
     Pose pose;
-    std::optional<Path> path;
+    std::optional<Trajectory> path;
 
     Pose pose_at(double time_s) const { return path ? path->at(time_s) : pose; }
 };

@@ -87,7 +87,7 @@ Medium read_medium(const JsonReader& json) {
 }
 
 // "position", or where the path begins; without either the origin, after an error.
-Vec3 read_position(const JsonReader& json, const std::optional<Path>& path) {
+Vec3 read_position(const JsonReader& json, const std::optional<Trajectory>& path) {
     if (path && !json.find("position")) return path->points.front().pose.position;
     Vec3 position(0);
     const bool unread_path = !path && json.find("path");
@@ -133,7 +133,7 @@ std::vector<Source> read_sources(const JsonReader& json, const std::filesystem::
                 if (source.name.empty()) name->fail("an empty name; expected a name");
                 names.add(source.name, name.value_or(item));
             });
-            item.attempt([&] { source.path = find_path(item); });
+            item.attempt([&] { source.path = find_trajectory(item); });
             source.position = read_position(item, source.path);
             item.read("signal", [&](const JsonReader& x) { read_signal(x, folder, source); });
             item.read("gain_db", [&](const JsonReader& x) { source.gain_db = x.real(kGain_db); });
@@ -147,7 +147,7 @@ std::vector<Source> read_sources(const JsonReader& json, const std::filesystem::
 Listener read_listener(const JsonReader& json) {
     json.allow_keys({"position", "yaw_deg", "pitch_deg", "roll_deg", "path"});
     Listener listener;
-    json.attempt([&] { listener.path = find_path(json); });
+    json.attempt([&] { listener.path = find_trajectory(json); });
     listener.pose = read_orientation(json, read_position(json, listener.path));
     return listener;
 }
@@ -198,11 +198,12 @@ std::string point_text(const Vec3& p) {
 }
 
 void warn_if_outside(const std::string& who, const JsonReader& json, const Vec3& position,
-                     const std::optional<Path>& path, const Bounds& bounds,
+                     const std::optional<Trajectory>& path, const Bounds& bounds,
                      std::vector<std::string>& warnings) {
     std::vector<Vec3> positions;
     if (path) {
-        for (const Path::Point& point : path->points) positions.push_back(point.pose.position);
+        for (const Trajectory::Keyframe& point : path->points)
+            positions.push_back(point.pose.position);
     } else {
         positions.push_back(position);
     }

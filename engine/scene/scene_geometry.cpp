@@ -5,8 +5,8 @@
 #include <unordered_map>
 
 #include "engine/base/error.h"
-#include "engine/mesh/mesh_import.h"
 #include "engine/input/names.h"
+#include "engine/mesh/mesh_import.h"
 #include "engine/mesh/polygon.h"
 #include "engine/scene/scene_values.h"
 
@@ -364,7 +364,7 @@ Object read_object(const JsonReader& json, const std::filesystem::path& folder,
     json.attempt([&] { to_local_frame(json, object); });
     json.read("name", [&](const JsonReader& x) { object.name = x.string("a name"); });
     json.read("translate", [&](const JsonReader& x) { object.translation = read_point(x); });
-    json.attempt([&] { object.path = find_path(json); });
+    json.attempt([&] { object.path = find_trajectory(json); });
     return object;
 }
 

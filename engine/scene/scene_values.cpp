@@ -64,16 +64,16 @@ Pose read_orientation(const JsonReader& json, const Vec3& position) {
             read_angle_rad(json, "roll_deg")};
 }
 
-Path read_path(const JsonReader& json) {
+Trajectory read_trajectory(const JsonReader& json) {
     json.allow_keys({"loop", "points"});
-    Path path;
+    Trajectory path;
     json.read("loop", [&](const JsonReader& x) { path.loop = x.boolean(); });
     constexpr const char* kExpected = "a list of points";
     const JsonReader points = json.require("points", kExpected);
     for (const JsonReader& item : points.items(kExpected)) {
         const double before_s = path.points.empty() ? 0 : path.points.back().time_s;
         path.points.push_back({before_s, {}});
-        Path::Point& point = path.points.back();
+        Trajectory::Keyframe& point = path.points.back();
         item.attempt([&] {
             item.allow_keys({"t", "position", "yaw_deg", "pitch_deg", "roll_deg"});
             item.attempt([&] {
@@ -94,9 +94,9 @@ Path read_path(const JsonReader& json) {
     return path;
 }
 
-std::optional<Path> find_path(const JsonReader& json) {
+std::optional<Trajectory> find_trajectory(const JsonReader& json) {
     const auto path = json.find("path");
-    return path ? std::optional(read_path(*path)) : std::nullopt;
+    return path ? std::optional(read_trajectory(*path)) : std::nullopt;
 }
 
 }  // namespace aula

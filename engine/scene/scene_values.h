@@ -25,9 +25,9 @@ Material read_material(const std::string& name, const JsonReader& json);
 Pose read_orientation(const JsonReader& json, const Vec3& position);
 
 /// {"loop", "points": [{"t", "position", "yaw_deg", "pitch_deg", "roll_deg"}]}.
-Path read_path(const JsonReader& json);
+Trajectory read_trajectory(const JsonReader& json);
 
 /// The member "path" of an object, if there.
-std::optional<Path> find_path(const JsonReader& json);
+std::optional<Trajectory> find_trajectory(const JsonReader& json);
 
 }  // namespace aula

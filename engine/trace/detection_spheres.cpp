@@ -2,21 +2,21 @@
 
 #include <vector>
 
+#include "engine/base/air_attenuation.h"
 #include "engine/base/band_vector.h"
 #include "engine/base/multiversion.h"
-#include "engine/base/air_attenuation.h"
 
 namespace aula {
 
 namespace {
 
-/// Legs with up to so many times the mean energy keep sphere 0.
+/// Segments with up to so many times the mean energy keep sphere 0.
 constexpr float kEven = 4;
 
 /// Bands with a lower mean (-100 dB) have no say.
 constexpr float kLeastMean = 1e-10F;
 
-/// What the legs that begin after about the same length have together.
+/// What the segments that begin after about the same length have together.
 struct LengthBin {
     Bands energy;
     float count = 0;
@@ -24,10 +24,10 @@ struct LengthBin {
 
 AULA_MULTIVERSION
 void add_energies(const TraceBatch& batch, float bins_per_m, std::vector<LengthBin>& bins) {
-    for (std::size_t i = 0; i < batch.legs.size(); ++i) {
-        const auto k = static_cast<std::size_t>(batch.legs[i].before_m * bins_per_m);
+    for (std::size_t i = 0; i < batch.segments.size(); ++i) {
+        const auto k = static_cast<std::size_t>(batch.segments[i].before_m * bins_per_m);
         if (k >= bins.size()) bins.resize(k + 1);
-        store_bands(load_bands(bins[k].energy) + load_bands(batch.leg_sounds[i].energy),
+        store_bands(load_bands(bins[k].energy) + load_bands(batch.segment_energies[i].energy),
                     bins[k].energy.value.data());
         bins[k].count += 1;
     }
@@ -36,22 +36,24 @@ void add_energies(const TraceBatch& batch, float bins_per_m, std::vector<LengthB
 /// The largest ratio of all bands decides, as each may be heard by itself.
 AULA_MULTIVERSION
 void set_growth(const std::vector<Bands>& inverse, float bins_per_m, TraceBatch& batch) {
-    for (std::size_t i = 0; i < batch.legs.size(); ++i) {
-        const auto k = static_cast<std::size_t>(batch.legs[i].before_m * bins_per_m);
-        const BandVector ratio = load_bands(batch.leg_sounds[i].energy) * load_bands(inverse[k]);
-        batch.legs[i].growth = batch.leg_sounds[i].sequence == 0 ? max_of_bands(ratio)[0] : 0;
+    for (std::size_t i = 0; i < batch.segments.size(); ++i) {
+        const auto k = static_cast<std::size_t>(batch.segments[i].before_m * bins_per_m);
+        const BandVector ratio =
+            load_bands(batch.segment_energies[i].energy) * load_bands(inverse[k]);
+        batch.segments[i].growth =
+            batch.segment_energies[i].sequence == 0 ? max_of_bands(ratio)[0] : 0;
     }
 }
 
 }  // namespace
 
 void size_spheres(std::span<TraceBatch> batches) {
-    // Bins of the legs' mean length hold about one leg of each ray.
+    // Bins of the segments' mean length hold about one segment of each ray.
     double length_m = 0;
     double count = 0;
     for (const TraceBatch& batch : batches) {
-        for (const Leg& leg : batch.legs) length_m += double{leg.length_m};
-        count += static_cast<double>(batch.legs.size());
+        for (const PathSegment& segment : batch.segments) length_m += double{segment.length_m};
+        count += static_cast<double>(batch.segments.size());
     }
     if (!(length_m > 0)) return;
     const auto bins_per_m = static_cast<float>(count / length_m);
@@ -69,24 +71,24 @@ void size_spheres(std::span<TraceBatch> batches) {
     for (TraceBatch& batch : batches) set_growth(inverse, bins_per_m, batch);
 }
 
-void collect_leg_arrivals(const RayScene& scene, std::span<const Receiver> receivers,
-                          const Bands& attenuation_per_m, int rays, TraceBatch& batch) {
+void collect_segment_arrivals(const RayScene& scene, std::span<const Receiver> receivers,
+                              const Bands& attenuation_per_m, int rays, TraceBatch& batch) {
     for (std::uint32_t r = 0; r < receivers.size(); ++r) {
         const float wave_front_1_m2 = wave_front_growth_1_m2(rays, receivers[r].radius_m);
-        for (std::size_t i = 0; i < batch.legs.size(); ++i) {
-            const Leg& leg = batch.legs[i];
-            const float growth = sphere_growth(leg.growth, leg.before_m, wave_front_1_m2);
-            const auto chord = receivers[r].chord(scene, leg.origin, leg.direction, leg.length_m,
-                                                  Receiver::sphere_of(growth));
+        for (std::size_t i = 0; i < batch.segments.size(); ++i) {
+            const PathSegment& segment = batch.segments[i];
+            const float growth = sphere_growth(segment.growth, segment.before_m, wave_front_1_m2);
+            const auto chord = receivers[r].chord(scene, segment.origin, segment.direction,
+                                                  segment.length_m, Receiver::sphere_of(growth));
             if (!chord) continue;
-            const LegSound& sound = batch.leg_sounds[i];
+            const SegmentEnergy& sound = batch.segment_energies[i];
             const Bands energy =
                 sound.energy * transmission(attenuation_per_m, chord->at_m) * chord->share_1_m2;
             // Paths that an image source may count have entries of their own.
-            PathIdentifier path = batch.leg_paths[i].ended(r);
+            PathIdentifier path = batch.segment_identifiers[i].ended(r);
             path.low ^= sound.sequence;
             batch.arrivals.push_back(
-                {path, r, leg.before_m + chord->at_m, sound.from, energy, sound.sequence});
+                {path, r, segment.before_m + chord->at_m, sound.from, energy, sound.sequence});
         }
     }
 }

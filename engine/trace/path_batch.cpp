@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "engine/base/air_attenuation.h"
 #include "engine/base/multiversion.h"
 #include "engine/base/sampling.h"
-#include "engine/base/air_attenuation.h"
 
 namespace aula {
 
@@ -12,101 +12,101 @@ namespace {
 
 /// Goes to the hits; `normal` holds those of the triangles before and the facing ones after.
 AULA_MULTIVERSION
-void find_points(std::size_t count, PathWave& wave) {
-    const LanePoints& origin = wave.rays.origin;
-    const LanePoints& direction = wave.rays.direction;
-    LanePoints& normal = wave.normal;
+void find_points(std::size_t count, PathBatch& paths) {
+    const LanePoints& origin = paths.rays.origin;
+    const LanePoints& direction = paths.rays.direction;
+    LanePoints& normal = paths.normal;
     for (std::size_t i = 0; i < padded_lanes(count); ++i) {
         const float along = normal.x[i] * direction.x[i] + normal.y[i] * direction.y[i] +
                             normal.z[i] * direction.z[i];
         const float side = along <= 0 ? 1.0F : -1.0F;
-        const float way_m = wave.hits.distance_m[i];
+        const float way_m = paths.hits.distance_m[i];
         const float off_m = RayScene::offset_after(way_m);
         normal.x[i] *= side;
         normal.y[i] *= side;
         normal.z[i] *= side;
-        wave.point.x[i] = origin.x[i] + way_m * direction.x[i] + off_m * normal.x[i];
-        wave.point.y[i] = origin.y[i] + way_m * direction.y[i] + off_m * normal.y[i];
-        wave.point.z[i] = origin.z[i] + way_m * direction.z[i] + off_m * normal.z[i];
-        wave.back[i] = along <= 0 ? 0 : 1;
-        wave.length_m[i] += way_m;
+        paths.point.x[i] = origin.x[i] + way_m * direction.x[i] + off_m * normal.x[i];
+        paths.point.y[i] = origin.y[i] + way_m * direction.y[i] + off_m * normal.y[i];
+        paths.point.z[i] = origin.z[i] + way_m * direction.z[i] + off_m * normal.z[i];
+        paths.back[i] = along <= 0 ? 0 : 1;
+        paths.length_m[i] += way_m;
     }
 }
 
 /// Draws what decides on lobe and roulette.
 AULA_MULTIVERSION
-void draw_choices(std::size_t count, PathWave& wave) {
+void draw_choices(std::size_t count, PathBatch& paths) {
     for (std::size_t i = 0; i < padded_lanes(count); ++i) {
-        RandomStream random(wave.random[i]);
+        RandomStream random(paths.random[i]);
         const auto u = random.uniform_2d();
         // Above 0: below any share there is, a lobe would be chosen that has next to nothing.
-        wave.choice[i] = std::max(u[0], 0x1p-25F);
-        wave.roulette[i] = u[1];
-        wave.random[i] = random.state();
+        paths.choice[i] = std::max(u[0], 0x1p-25F);
+        paths.roulette[i] = u[1];
+        paths.random[i] = random.state();
     }
 }
 
 /// Eight paths at a time, so that what is one number for a path fills vectors, too.
 AULA_MULTIVERSION
-void scatter_energies(const RayScene& scene, const Bands& attenuation_per_m, PathWave& wave) {
+void scatter_energies(const RayScene& scene, const Bands& attenuation_per_m, PathBatch& paths) {
     constexpr std::size_t kPaths = 8;
     const BandVector attenuation = load_bands(attenuation_per_m);
-    for (std::size_t first = 0; first < wave.count; first += kPaths) {
+    for (std::size_t first = 0; first < paths.count; first += kPaths) {
         std::array<BandVector, kPaths> energy;
         std::array<BandVector, kPaths> scattered;
         for (std::size_t k = 0; k < kPaths; ++k) {
             const std::size_t i = first + k;
-            const Material& material = scene.material(wave.material[i]);
-            energy[k] = load_bands(wave.energy[i]) *
-                        transmission(attenuation, wave.hits.distance_m[i]) *
+            const Material& material = scene.material(paths.material[i]);
+            energy[k] = load_bands(paths.energy[i]) *
+                        transmission(attenuation, paths.hits.distance_m[i]) *
                         (1 - load_bands(material.absorption));
             scattered[k] = energy[k] * load_bands(material.scattering);
-            store_bands(scattered[k], wave.scattered[i].value.data());
+            store_bands(scattered[k], paths.scattered[i].value.data());
         }
         // One ray carries all bands: choose the lobe with p, the energy-weighted mean of s, and
         // weigh each band by s_b / p or (1 - s_b) / (1 - p).
         const BandVector total = sums_over_bands(energy);
         const BandVector to_diffuse = sums_over_bands(scattered);
-        const BandIntegers diffuse = load_bands(&wave.choice[first]) * total < to_diffuse;
+        const BandIntegers diffuse = load_bands(&paths.choice[first]) * total < to_diffuse;
         BandVector weight = total / (diffuse ? to_diffuse : total - to_diffuse);
         for (std::size_t k = 0; k < kPaths; ++k) {
             const BandIntegers goes_on_diffusely = BandIntegers{} + diffuse[k];
             energy[k] = goes_on_diffusely ? scattered[k] : energy[k] - scattered[k];
         }
         const BandVector survival =
-            maxima_over_bands(energy) * weight * (1 / PathWave::kRouletteEnergy);
+            maxima_over_bands(energy) * weight * (1 / PathBatch::kRouletteEnergy);
         const BandIntegers plays = survival < 1;
-        const BandIntegers lost = plays & ~(load_bands(&wave.roulette[first]) < survival);
+        const BandIntegers lost = plays & ~(load_bands(&paths.roulette[first]) < survival);
         weight = plays ? weight / survival : weight;
-        store_integers(diffuse & 1, &wave.to_diffuse[first]);
-        store_integers((lost | ~(total > 0)) & 1, &wave.ended[first]);
+        store_integers(diffuse & 1, &paths.to_diffuse[first]);
+        store_integers((lost | ~(total > 0)) & 1, &paths.ended[first]);
         for (std::size_t k = 0; k < kPaths; ++k) {
-            store_bands(energy[k] * weight[k], wave.energy[first + k].value.data());
+            store_bands(energy[k] * weight[k], paths.energy[first + k].value.data());
         }
     }
 }
 
 /// Lambert's or the mirror's direction.
 AULA_MULTIVERSION
-void turn_away(std::size_t count, float max_length_m, PathWave& wave) {
-    LanePoints& direction = wave.rays.direction;
-    const LanePoints& n = wave.normal;
+void turn_away(std::size_t count, float max_length_m, PathBatch& paths) {
+    LanePoints& direction = paths.rays.direction;
+    const LanePoints& n = paths.normal;
     for (std::size_t i = 0; i < padded_lanes(count); ++i) {
-        RandomStream random(wave.random[i]);
+        RandomStream random(paths.random[i]);
         const Vec3 normal(n.x[i], n.y[i], n.z[i]);
         const Vec3 before(direction.x[i], direction.y[i], direction.z[i]);
         const Vec3 lambert = lambert_direction(normal, random.uniform_2d());
         const Vec3 mirrored = mirror(before, normal);
-        wave.random[i] = random.state();
-        const bool diffuse = wave.to_diffuse[i] != 0;
+        paths.random[i] = random.state();
+        const bool diffuse = paths.to_diffuse[i] != 0;
         direction.x[i] = diffuse ? lambert.x : mirrored.x;
         direction.y[i] = diffuse ? lambert.y : mirrored.y;
         direction.z[i] = diffuse ? lambert.z : mirrored.z;
-        wave.rays.origin.x[i] = wave.point.x[i];
-        wave.rays.origin.y[i] = wave.point.y[i];
-        wave.rays.origin.z[i] = wave.point.z[i];
-        wave.rays.max_m[i] = max_length_m - wave.length_m[i];
-        wave.diffuse[i] |= wave.to_diffuse[i];
+        paths.rays.origin.x[i] = paths.point.x[i];
+        paths.rays.origin.y[i] = paths.point.y[i];
+        paths.rays.origin.z[i] = paths.point.z[i];
+        paths.rays.max_m[i] = max_length_m - paths.length_m[i];
+        paths.diffuse[i] |= paths.to_diffuse[i];
     }
 }
 
@@ -118,7 +118,7 @@ void move_lane(LanePoints& points, std::size_t from, std::size_t to) {
 
 }  // namespace
 
-void PathWave::remove(std::size_t lane) {
+void PathBatch::remove(std::size_t lane) {
     const std::size_t last = --count;
     move_lane(rays.origin, last, lane);
     move_lane(rays.direction, last, lane);
@@ -138,7 +138,7 @@ void PathWave::remove(std::size_t lane) {
     ended[lane] = ended[last];
 }
 
-void PathWave::arrive(const RayScene& scene) {
+void PathBatch::arrive(const RayScene& scene) {
     for (std::size_t i = 0; i < count; ++i) {
         const RayScene::Surface& surface = scene.surface(hits.triangle[i]);
         normal.set(i, surface.normal);
@@ -148,11 +148,11 @@ void PathWave::arrive(const RayScene& scene) {
     find_points(count, *this);
 }
 
-void PathWave::scatter(const RayScene& scene, const Bands& attenuation_per_m) {
+void PathBatch::scatter(const RayScene& scene, const Bands& attenuation_per_m) {
     draw_choices(count, *this);
     scatter_energies(scene, attenuation_per_m, *this);
 }
 
-void PathWave::leave(float max_length_m) { turn_away(count, max_length_m, *this); }
+void PathBatch::leave(float max_length_m) { turn_away(count, max_length_m, *this); }
 
 }  // namespace aula

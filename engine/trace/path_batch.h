@@ -5,16 +5,16 @@
 #include <cstdint>
 
 #include "engine/base/bands.h"
-#include "engine/trace/path_identifier.h"
 #include "engine/rays/plane_sequence.h"
 #include "engine/rays/ray_scene.h"
+#include "engine/trace/path_identifier.h"
 
 namespace aula {
 
 /// Paths of one reflection order, side by side, so that vector units take many of them at once: a
-/// wave goes from hit to hit. Lane by lane what happens to a path depends on that path alone.
+/// batch goes from hit to hit. Lane by lane what happens to a path depends on that path alone.
 /// [propagation thread]
-struct PathWave {
+struct PathBatch {
     /// A ray below this share of its first energy in every band (-80 dB) plays roulette.
     static constexpr float kRouletteEnergy = 1e-8F;
 

@@ -6,15 +6,15 @@
 #include <span>
 #include <vector>
 
-#include "engine/trace/deposit.h"
+#include "engine/base/time_bins.h"
 #include "engine/patches/patch_grid.h"
 #include "engine/patches/patch_subdivision.h"
-#include "engine/trace/path_identifier.h"
-#include "engine/trace/path_batch.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/rays/receiver.h"
+#include "engine/trace/deposit.h"
+#include "engine/trace/path_batch.h"
+#include "engine/trace/path_identifier.h"
 #include "engine/trace/specular_paths.h"
-#include "engine/base/time_bins.h"
 
 namespace aula {
 
@@ -23,7 +23,7 @@ namespace aula {
 struct Emitter {
     std::size_t id = 0;  ///< every emitter has its own random numbers and path identifiers
     Vec3 position{0};
-    bool listens = false;  ///< it is a listener, and receivers are sources
+    bool is_listener = false;  ///< it is a listener, and receivers are sources
 };
 
 /// A ray that crossed a receiver's sphere after its last reflection.
@@ -33,20 +33,20 @@ struct Arrival {
     float length_m = 0;  ///< of the path, to the middle of the chord
     Vec3 direction{0};   ///< unit, from the listener to where sound comes from, at whichever end
     Bands energy;        ///< energy * chord / sphere volume, 1/m2, for a ray of energy 1
-    std::uint64_t sequence = 0;  ///< see LegSound
+    std::uint64_t sequence = 0;  ///< see SegmentEnergy
 };
 
-/// A leg of a path that no gather finds, on its way to whoever is there to hear it.
-struct Leg {
+/// A segment of a path that no gather finds, on its way to whoever is there to hear it.
+struct PathSegment {
     Vec3 origin{0};
     Vec3 direction{0};  ///< unit
     float length_m = 0;
-    float before_m = 0;  ///< length of the path up to the leg
+    float before_m = 0;  ///< length of the path up to the segment
     float growth = 0;    ///< of its detection sphere, see size_spheres()
 };
 
-/// What a leg sounds like.
-struct LegSound {
+/// What a segment sounds like.
+struct SegmentEnergy {
     Bands energy;  ///< where it begins, of a ray of energy 1
     Vec3 from{0};  ///< unit, from the listener to where sound comes from, at whichever end
     /// PlaneSequence::key of a purely specular path that an image source may count, else 0. It is
@@ -64,20 +64,20 @@ struct PathLine {
 struct TraceBatch {
     std::vector<Arrival> arrivals;
     DepositParts deposits;
-    std::vector<Leg> legs;
-    std::vector<LegSound> leg_sounds;       ///< [leg]
-    std::vector<PathIdentifier> leg_paths;  ///< [leg] of a tracer with a subdivision
-    std::vector<Vec3> departures;           ///< [ray] the direction in which it left
-    std::uint64_t segments = 0;
+    std::vector<PathSegment> segments;
+    std::vector<SegmentEnergy> segment_energies;      ///< [segment]
+    std::vector<PathIdentifier> segment_identifiers;  ///< [segment] of a tracer with a subdivision
+    std::vector<Vec3> departures;                     ///< [ray] the direction in which it left
+    std::uint64_t segment_count = 0;
 
     void clear() {
         arrivals.clear();
         deposits.clear();
-        legs.clear();
-        leg_sounds.clear();
-        leg_paths.clear();
+        segments.clear();
+        segment_energies.clear();
+        segment_identifiers.clear();
         departures.clear();
-        segments = 0;
+        segment_count = 0;
     }
 };
 
@@ -101,15 +101,15 @@ class PathTracer {
     /// Rays of a batch; batches do not depend on threads, so neither do results.
     static constexpr int kBatchRays = static_cast<int>(kLanes);
 
-    /// Collects arrivals at receivers of paths that were reflected diffusely, and the legs of all
-    /// others, each with its path identifier.
+    /// Collects arrivals at receivers of paths that were reflected diffusely, and the segments of
+    /// all others, each with its path identifier.
     PathTracer(const RayScene& scene, const PatchSubdivision& subdivision,
                const SpecularPaths& images, const TraceSettings& settings);
 
-    /// Collects deposits on the cells of a grid, and the legs of paths that no gather finds: the
-    /// purely specular ones and, where the order has a limit, all that end in a mirror. (A patch
-    /// does not know the order of what it radiates, so that a gather ray cannot tell whether it may
-    /// go on.) Receivers are not asked for.
+    /// Collects deposits on the cells of a grid, and the segments of paths that no gather finds:
+    /// the purely specular ones and, where the order has a limit, all that end in a mirror. (A
+    /// patch does not know the order of what it radiates, so that a gather ray cannot tell whether
+    /// it may go on.) Receivers are not asked for.
     PathTracer(const RayScene& scene, const PatchGrid& grid, const TimeBins& bins,
                const SpecularPaths& images, const TraceSettings& settings);
 
@@ -134,17 +134,17 @@ class PathTracer {
 
  private:
     template <typename Sent>
-    void trace_waves(const Emitter& emitter, std::span<const Receiver> receivers,
+    void trace_paths(const Emitter& emitter, std::span<const Receiver> receivers,
                      std::uint64_t frame_seed, int batch, TraceBatch& out, const Sent& sent) const;
-    void start(const Emitter& emitter, std::uint64_t frame_seed, int batch, PathWave& wave,
+    void start(const Emitter& emitter, std::uint64_t frame_seed, int batch, PathBatch& paths,
                TraceBatch& out) const;
-    void extend_sequences(PathWave& wave, int order, const Emitter& emitter) const;
-    void collect_arrivals(const PathWave& wave, int order, const Emitter& emitter,
+    void extend_sequences(PathBatch& paths, int order, const Emitter& emitter) const;
+    void collect_arrivals(const PathBatch& paths, int order, const Emitter& emitter,
                           std::span<const Receiver> receivers, TraceBatch& out) const;
-    void collect_legs(const PathWave& wave, int order, const Emitter& emitter,
-                      TraceBatch& out) const;
-    void reflect(PathWave& wave, TraceBatch& out) const;
-    void deposit(const PathWave& wave, TraceBatch& out) const;
+    void collect_segments(const PathBatch& paths, int order, const Emitter& emitter,
+                          TraceBatch& out) const;
+    void reflect(PathBatch& paths, TraceBatch& out) const;
+    void deposit(const PathBatch& paths, TraceBatch& out) const;
 
     const RayScene& scene_;
     const SpecularPaths& images_;

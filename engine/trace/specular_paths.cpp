@@ -8,8 +8,8 @@
 #include <tuple>
 #include <utility>
 
-#include "engine/rays/plane_sequence.h"
 #include "engine/base/sampling.h"
+#include "engine/rays/plane_sequence.h"
 
 namespace aula {
 namespace {
@@ -29,7 +29,7 @@ constexpr double kOnPlane_m = 5e-4;
 
 // A ray from this far above a reflection point looks for the face below. Merged triangles lie up
 // to 1 mm beside their plane.
-constexpr double kLook_m = 2e-3;
+constexpr double kProbe_m = 2e-3;
 
 // exp(-attenuation d) / (4 pi d^2), the length of a path as it is, its spreading without the
 // singularity.
@@ -63,7 +63,7 @@ struct SpecularPaths::Workspace {
     /// the sphere covers there.
     bool near = false;
     std::vector<Point> images;
-    std::vector<Ray> looks;
+    std::vector<Ray> probes;
     std::vector<Hit> hits;
 };
 
@@ -185,11 +185,11 @@ std::vector<SpecularPath> SpecularPaths::find(const Vec3& source, const Vec3& li
     std::vector<SpecularPath> paths;
     Workspace work;
     if (direct && scene_.visible(listener, source)) {
-        const Point way = Point(source) - Point(listener);
-        const double length_m = glm::length(way);
+        const Point offset = Point(source) - Point(listener);
+        const double length_m = glm::length(offset);
         paths.push_back({.order = 0,
                          .length_m = static_cast<float>(length_m),
-                         .direction = unit_or_front(way),
+                         .direction = unit_or_front(offset),
                          .energy = spread_over(length_m, attenuation_per_m),
                          .id = 0});
     }
@@ -212,7 +212,7 @@ std::vector<SpecularPath> SpecularPaths::find(const Vec3& source, const Vec3& li
 }
 
 // The images of the source, mirrored from the last plane to the first, give the reflection points
-// from the listener on: the leg to each points at the image through the planes that remain.
+// from the listener on: the segment to each points at the image through the planes that remain.
 std::optional<SpecularPath> SpecularPaths::path_along(const Sequence& sequence, const Vec3& source,
                                                       const Vec3& listener,
                                                       const Bands& attenuation_per_m,
@@ -229,8 +229,8 @@ std::optional<SpecularPath> SpecularPaths::path_along(const Sequence& sequence, 
         work.images[k] = nudged = planes_[sequence[k]].mirror(nudged);
     }
 
-    // Where the legs cross the planes, without casting a ray.
-    work.looks.resize(sequence.size());
+    // Where the segments cross the planes, without casting a ray.
+    work.probes.resize(sequence.size());
     Point from(listener);
     bool inside = true;
     for (std::size_t k = 0; k < sequence.size(); ++k) {
@@ -241,24 +241,24 @@ std::optional<SpecularPath> SpecularPaths::path_along(const Sequence& sequence, 
         const Point at = from + (work.images[k] - from) * (here_m / (here_m - image_m));
         const double outside_m =
             std::max(largest(Point(plane.low) - at), largest(at - Point(plane.high)));
-        if (outside_m > kLook_m) {
+        if (outside_m > kProbe_m) {
             inside = false;
             // A sphere that moves a reflection point by R across the path moves it by R / cos.
             const double cosine = std::abs(here_m - image_m) / glm::distance(from, work.images[k]);
             if (outside_m * cosine > radius_m_) return std::nullopt;
         }
         const Point outward = here_m > 0 ? plane.normal : -plane.normal;
-        work.looks[k] = {.origin = Vec3(at + kLook_m * outward),
-                         .direction = Vec3(-outward),
-                         .max_m = static_cast<float>(2 * kLook_m)};
+        work.probes[k] = {.origin = Vec3(at + kProbe_m * outward),
+                          .direction = Vec3(-outward),
+                          .max_m = static_cast<float>(2 * kProbe_m)};
         from = at;
     }
     work.near = true;
     if (!inside) return std::nullopt;
 
-    // A face of the plane must be there, on the side of the leg.
+    // A face of the plane must be there, on the side of the segment.
     work.hits.resize(sequence.size());
-    scene_.intersect(work.looks, work.hits);
+    scene_.intersect(work.probes, work.hits);
     Bands energy = Bands::filled(1);
     for (std::size_t k = 0; k < sequence.size(); ++k) {
         if (!work.hits[k].any() || planes_.of_triangle(work.hits[k].triangle) != sequence[k]) {
@@ -268,22 +268,22 @@ std::optional<SpecularPath> SpecularPaths::path_along(const Sequence& sequence, 
     }
     if (energy.max() <= 0) return std::nullopt;
 
-    // No leg may be obstructed.
+    // No segment may be obstructed.
     Vec3 start = listener;
     for (std::size_t k = 0; k < sequence.size(); ++k) {
-        const Vec3 end = scene_.point(work.hits[k], work.looks[k].direction);
+        const Vec3 end = scene_.point(work.hits[k], work.probes[k].direction);
         if (!scene_.visible(start, end)) return std::nullopt;
         start = end;
     }
     if (!scene_.visible(start, source)) return std::nullopt;
 
-    const Point way = image - Point(listener);
-    const double length_m = glm::length(way);
+    const Point offset = image - Point(listener);
+    const double length_m = glm::length(offset);
     PlaneSequence planes;
     for (const std::uint32_t plane : sequence) planes = planes.then_from_listener(plane);
     return SpecularPath{.order = static_cast<int>(sequence.size()),
                         .length_m = static_cast<float>(length_m),
-                        .direction = unit_or_front(way),
+                        .direction = unit_or_front(offset),
                         .energy = energy * spread_over(length_m, attenuation_per_m),
                         .id = planes.key};
 }

@@ -7,19 +7,19 @@
 #include <utility>
 #include <vector>
 
-#include "engine/response/energy_response.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/rays/scene_planes.h"
+#include "engine/response/energy_response.h"
 
 namespace aula {
 
 /// Direct sound and image sources up to a specular order. Candidates are sequences of the scene's
 /// planes: all of them up to the order at which they become many, beyond that those that specular
 /// chains of rays from the listeners meet, kept while they stay valid. Every candidate is validated
-/// exactly: each reflection point on a face of its plane, each leg unobstructed. The estimators'
-/// rays count the sequences that are not candidates (is_candidate), so that every path is counted
-/// once. Candidates depend on no random number of an estimator: what is left to the rays stays
-/// unbiased. The same calls give the same paths. [propagation thread]
+/// exactly: each reflection point on a face of its plane, each segment unobstructed. The
+/// estimators' rays count the sequences that are not candidates (is_candidate), so that every path
+/// is counted once. Candidates depend on no random number of an estimator: what is left to the rays
+/// stays unbiased. The same calls give the same paths. [propagation thread]
 class SpecularPaths {
  public:
     /// `order` 0: direct sound only. `radius_m` is that of the spheres in which rays are detected.

@@ -11,7 +11,7 @@ void SpecularSum::clear() {
     rays_ = 0;
 }
 
-void SpecularSum::add(const LegSound& sound, const Bands& energy, float length_m) {
+void SpecularSum::add(const SegmentEnergy& sound, const Bands& energy, float length_m) {
     const Vec3 direction = energy.sum() * sound.from;
     if (sound.sequence != 0) {
         Detected& detected = by_sequence_[sound.sequence];

@@ -9,9 +9,9 @@
 
 namespace aula {
 
-/// What one listener has detected of the legs of one source's rays, since the place of either or
-/// the scene last changed. Paths that an image source may count are kept apart by their sequence of
-/// planes: each counts while that is no candidate. [propagation thread]
+/// What one listener has detected of the segments of one source's rays, since the place of either
+/// or the scene last changed. Paths that an image source may count are kept apart by their sequence
+/// of planes: each counts while that is no candidate. [propagation thread]
 class SpecularSum {
  public:
     explicit SpecularSum(const EnergyResponse& empty) : sum_(empty) {}
@@ -21,7 +21,7 @@ class SpecularSum {
 
     /// Adds rays that were emitted, then what was detected of them.
     void add_rays(std::uint64_t rays) { rays_ += rays; }
-    void add(const LegSound& sound, const Bands& energy, float length_m);
+    void add(const SegmentEnergy& sound, const Bands& energy, float length_m);
 
     /// Adds the mean over all rays to a response.
     void add_to(const SpecularPaths& images, EnergyResponse& response) const;

@@ -405,8 +405,8 @@ TEST_CASE("What is read is not written to, by no name and no link, nor is a file
         refused({option, "-"});
     refused({"--report=-"});
     // Files of other places and names are written.
-    const ProgramResult written = aula_with({scene, "--frames", "1", "--ir", in + "ir.wav",
-                                             "--echogram", in + "sub/new.csv"});
+    const ProgramResult written = aula_with(
+        {scene, "--frames", "1", "--ir", in + "ir.wav", "--echogram", in + "sub/new.csv"});
     INFO(written.err);
     CHECK(written.status == 0);
     CHECK(names_in(path / "sub") == std::vector<std::string>{"new.csv"});
@@ -419,7 +419,8 @@ TEST_CASE("Names in files are printed without what would change the terminal") {
         "room.json", R"({"aula": 1, "sources": [{"name": "a\u001b[31m", "position": [1, 1, 1]}],
                          "listener": {"position": [5, 5, 2]}})");
     for (const std::vector<std::string>& arguments :
-         {std::vector<std::string>{"info", scene}, {scene, "--report", "--frames", "1"},
+         {std::vector<std::string>{"info", scene},
+          {scene, "--report", "--frames", "1"},
           {scene, "--report", "--source-position", "b=1,1,1"}}) {
         const ProgramResult result = aula_with(arguments);
         CHECK((result.out + result.err).find("\x1b") == std::string::npos);

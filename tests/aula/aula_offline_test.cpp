@@ -115,9 +115,8 @@ TEST_CASE("One signal ends the program in the middle of a frame, and no file is 
     for (const std::vector<std::string>& options :
          {std::vector<std::string>{"--offline", "out.wav"}, {"--echogram", "out.csv"}}) {
         for (const int signal : {SIGINT, SIGTERM}) {
-            Program program({AULA_PROGRAM, scene, options[0], outputs.path() / options[1],
-                             "--rays", "200000", "--estimator", "pt", "--threads", "1",
-                             "--ir-length", "10"});
+            Program program({AULA_PROGRAM, scene, options[0], outputs.path() / options[1], "--rays",
+                             "200000", "--estimator", "pt", "--threads", "1", "--ir-length", "10"});
             REQUIRE(file_comes(outputs.path(), program));
             program.signal(signal);
             REQUIRE(comes([&] { return !program.running(); }));
@@ -135,9 +134,11 @@ TEST_CASE("One signal ends a program that still reads its scene") {
     const TemporaryFolder outputs;
     const std::string out = outputs.path() / "out.wav";
     const std::string scene = folder.path() / "room.json";
-    for (const std::vector<std::string>& arguments :
-         {std::vector<std::string>{"check", scene}, {"info", scene}, {scene, "--offline", out},
-          {scene, "--ir", out}, {scene, "--no-window", "--device", "none"}}) {
+    for (const std::vector<std::string>& arguments : {std::vector<std::string>{"check", scene},
+                                                      {"info", scene},
+                                                      {scene, "--offline", out},
+                                                      {scene, "--ir", out},
+                                                      {scene, "--no-window", "--device", "none"}}) {
         // A scene that comes through a pipe, and not to its end.
         REQUIRE(mkfifo(scene.c_str(), 0600) == 0);
         std::vector<std::string> command{AULA_PROGRAM};
@@ -163,8 +164,7 @@ TEST_CASE("A reader that goes away, and a limit of file sizes, end the program i
     const std::string scene = folder.write("room.json", kSmallRoom);
     const std::string out = outputs.path() / "out.wav";
     const auto in_shell = [&](const std::string& script) {
-        const ProgramResult result =
-            run_program({"bash", "-c", script, AULA_PROGRAM, scene, out});
+        const ProgramResult result = run_program({"bash", "-c", script, AULA_PROGRAM, scene, out});
         INFO(result.err);
         CHECK(result.status == 1);
         CHECK(result.err.rfind("aula: ", 0) == 0);
@@ -208,8 +208,7 @@ TEST_CASE("Threads that the system does not allow are said so in one line, and n
                          AULA_PROGRAM, scene, mode, outputs.path() / "out.wav"});
         INFO(result.err);
         CHECK(result.status == 1);
-        CHECK(result.err ==
-              "aula: the system allows no more threads; --threads N starts fewer\n");
+        CHECK(result.err == "aula: the system allows no more threads; --threads N starts fewer\n");
         CHECK(names_in(outputs.path()).empty());
     }
 }

@@ -82,11 +82,18 @@ class CaseMaker {
     /// A setting, in the scene file or on the command line.
     void place(const std::string& key, const Json& value) {
         static const std::vector<std::pair<std::string, std::string>> kOptions = {
-            {"estimator", "--estimator"}, {"rays", "--rays"}, {"order", "--order"},
-            {"specular_order", "--specular-order"}, {"response_time_s", "--response-time"},
-            {"patch_size_m", "--patch-size"}, {"listener_radius_m", "--listener-radius"},
-            {"frame_rate_hz", "--frame-rate"}, {"ir_length_s", "--ir-length"}, {"seed", "--seed"},
-            {"threads", "--threads"}, {"memory_mb", "--memory-mb"}};
+            {"estimator", "--estimator"},
+            {"rays", "--rays"},
+            {"order", "--order"},
+            {"specular_order", "--specular-order"},
+            {"response_time_s", "--response-time"},
+            {"patch_size_m", "--patch-size"},
+            {"listener_radius_m", "--listener-radius"},
+            {"frame_rate_hz", "--frame-rate"},
+            {"ir_length_s", "--ir-length"},
+            {"seed", "--seed"},
+            {"threads", "--threads"},
+            {"memory_mb", "--memory-mb"}};
         const auto option = std::find_if(kOptions.begin(), kOptions.end(),
                                          [&](const auto& entry) { return entry.first == key; });
         if (option != kOptions.end() && dice_.chance(0.5)) {
@@ -180,13 +187,12 @@ class CaseMaker {
     void make_angle() {
         const double x = size_[0];
         const double y = size_[1];
-        const std::vector<std::array<double, 2>> corners{
-            {0, 0}, {x, 0}, {x, 2 * y}, {x / 2, 2 * y}, {x / 2, y}, {0, y}};
+        const std::vector<std::array<double, 2>> corners{{0, 0},         {x, 0},     {x, 2 * y},
+                                                         {x / 2, 2 * y}, {x / 2, y}, {0, y}};
         Json vertices = Json::array();
         for (const double z : {0.0, size_[2]})
             for (const auto& corner : corners)
-                vertices.push_back(
-                    {least_[0] + corner[0], least_[1] + corner[1], least_[2] + z});
+                vertices.push_back({least_[0] + corner[0], least_[1] + corner[1], least_[2] + z});
         Json faces = {{0, 1, 2, 3, 4, 5}, {6, 7, 8, 9, 10, 11}};
         for (int i = 0; i < 6; ++i) {
             const int next = (i + 1) % 6;
@@ -340,10 +346,10 @@ class CaseMaker {
     }
 
     void choose_sound() {
-        case_.sample_rate_hz = dice_.chance(0.5)
-                                   ? 48000
-                                   : dice_.pick({8000, 11025, 16000, 22050, 44100, 45678, 96000,
-                                                 192000});
+        case_.sample_rate_hz =
+            dice_.chance(0.5)
+                ? 48000
+                : dice_.pick({8000, 11025, 16000, 22050, 44100, 45678, 96000, 192000});
         if (case_.sample_rate_hz != 48000 || dice_.chance(0.2))
             option("--sample-rate", std::to_string(std::lround(case_.sample_rate_hz)));
         if (dice_.chance(0.6)) option("--block", std::to_string(1 << dice_.integer(4, 13)));
@@ -372,15 +378,14 @@ class CaseMaker {
         // Transforms of all filters, in samples per second of sound.
         const double filter_samples = sources * field_channels_ * ir_s_ * case_.sample_rate_hz;
         constexpr double kMostSamples = 1.5e8;
-        frame_rate_hz_ = std::max(5.0, std::min(dice_.log_uniform(5, 100),
-                                                kMostSamples / filter_samples));
+        frame_rate_hz_ =
+            std::max(5.0, std::min(dice_.log_uniform(5, 100), kMostSamples / filter_samples));
         if (dice_.chance(0.9))
             simulation_["frame_rate_hz"] = frame_rate_hz_;
         else
             frame_rate_hz_ = 30;
         // Segments per second of sound, of walls that reflect all.
-        const double mean_free_path_m =
-            2 / (1 / size_[0] + 1 / size_[1] + 1 / size_[2]);
+        const double mean_free_path_m = 2 / (1 / size_[0] + 1 / size_[1] + 1 / size_[2]);
         const double segments = 1 + ir_s_ * 343 / mean_free_path_m;
         constexpr double kMostSegments = 1.2e7;
         const double most_rays = kMostSegments / (sources * frame_rate_hz_ * segments);
@@ -438,8 +443,8 @@ class CaseMaker {
         // In convex rooms without screens the direct sound arrives.
         bool plays = measured;
         for (const Json& source : scene_["sources"]) plays |= source["signal"] == "noise";
-        case_.must_be_heard = direct_ && plays && screens_ == 0 &&
-                              (measured || arrival_s < case_.duration_s / 2);
+        case_.must_be_heard =
+            direct_ && plays && screens_ == 0 && (measured || arrival_s < case_.duration_s / 2);
     }
 
     void measure() {

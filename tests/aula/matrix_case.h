@@ -12,11 +12,11 @@ struct MatrixCase {
     std::vector<std::string> command;  ///< "aula", then arguments; files are in the case's folder
     double sample_rate_hz = 48000;
     int channels = 2;
-    double duration_s = 0;      ///< of rendering and playing: exactly, if given; else at least
+    double duration_s = 0;  ///< of rendering and playing: exactly, if given; else at least
     bool duration_given = true;
-    double longest_s = 0;       ///< at most, where the duration is not given
-    bool must_be_heard = false; ///< direct sound arrives before half of the duration is over
-    double cpu_limit_s = 0;     ///< of one core
+    double longest_s = 0;        ///< at most, where the duration is not given
+    bool must_be_heard = false;  ///< direct sound arrives before half of the duration is over
+    double cpu_limit_s = 0;      ///< of one core
 };
 
 /// The same case for the same seed. Writes the scene and its sounds to the folder.

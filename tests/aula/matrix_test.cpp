@@ -19,9 +19,9 @@
 #include <vector>
 
 #include "apps/aula/arguments.h"
+#include "apps/session/live/player.h"
 #include "apps/session/offline/measurement.h"
 #include "apps/session/offline/measurement_text.h"
-#include "apps/session/live/player.h"
 #include "apps/session/session.h"
 #include "engine/scene/scene_file.h"
 #include "tests/aula/matrix_case.h"

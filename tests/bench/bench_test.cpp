@@ -5,10 +5,10 @@
 #include <numbers>
 
 #include "apps/bench/convolution/block_times.h"
+#include "apps/bench/convolution/uniform_convolver.h"
 #include "apps/bench/propagation/reference.h"
 #include "apps/bench/statistics.h"
 #include "apps/bench/table.h"
-#include "apps/bench/convolution/uniform_convolver.h"
 #include "engine/base/sampling.h"
 #include "engine/scene/scene_file.h"
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "engine/propagation.h"
 #include "engine/base/sampling.h"
+#include "engine/propagation.h"
 #include "engine/scene/scene_file.h"
 #include "tests/support/measure.h"
 #include "tests/support/rooms.h"
@@ -165,7 +165,7 @@ TEST_CASE("late fluence in a lossless room is c P / V wherever an object has gon
     Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0, 0.5F, Vec3(0.6F, 3.5F, 2.6F),
                                   Vec3(4.4F, 0.4F, 0.4F));
     Object block = test::box(Vec3(1.5F, 1.5F, 1.5F));
-    block.path = Path{{{0, {Vec3(0.4F, 0.4F, 0.7F)}}, {1, {Vec3(2.9F, 2.1F, 0.9F)}}}, false};
+    block.path = Trajectory{{{0, {Vec3(0.4F, 0.4F, 0.7F)}}, {1, {Vec3(2.9F, 2.1F, 0.9F)}}}, false};
     scene.objects.push_back(block);
     const double volume_m3 = 60 - 1.5 * 1.5 * 1.5;
     const double exact = double{scene.medium.speed_of_sound_m_s()} / volume_m3 * (0.35 - 0.15);
@@ -195,11 +195,11 @@ TEST_CASE("late fluence in a lossless room is c P / V wherever an object has gon
 TEST_CASE("while everything moves, memory stays flat and below its cap") {
     Scene scene = room(0.6F);
     Object block = test::box(Vec3(0.5F, 0.5F, 0.5F));
-    block.path = Path{{{0, {Vec3(1, 1, 0.5F)}},
-                       {3, {Vec3(4, 1, 0.5F)}},
-                       {6, {Vec3(4, 3, 1.5F)}},
-                       {9, {Vec3(1, 1, 0.5F)}}},
-                      true};
+    block.path = Trajectory{{{0, {Vec3(1, 1, 0.5F)}},
+                             {3, {Vec3(4, 1, 0.5F)}},
+                             {6, {Vec3(4, 3, 1.5F)}},
+                             {9, {Vec3(1, 1, 0.5F)}}},
+                            true};
     scene.objects.push_back(block);
     scene.sources.push_back(scene.sources[0]);
     scene.simulation.memory_mb = 1;

@@ -5,9 +5,9 @@
 #include <map>
 #include <vector>
 
+#include "engine/base/sampling.h"
 #include "engine/estimate/diffuse_path_cache.h"
 #include "engine/trace/path_tracer.h"
-#include "engine/base/sampling.h"
 #include "tests/support/measure.h"
 #include "tests/support/rooms.h"
 #include "tests/support/statistics.h"
@@ -306,7 +306,8 @@ TEST_CASE("nothing older than tau is heard of a source that has moved away") {
     // Two rooms that no sound joins; the source jumps from the listener's to the other.
     Scene scene = box_room();
     scene.objects.push_back(test::box(Vec3(5, 4, 3), 0, Vec3(10, 0, 0)));
-    scene.sources[0].path = Path{{{0, {scene.sources[0].position}}, {1, {Vec3(12, 2, 1)}}}, false};
+    scene.sources[0].path =
+        Trajectory{{{0, {scene.sources[0].position}}, {1, {Vec3(12, 2, 1)}}}, false};
     constexpr int kWindow = 6;
     for (const Estimator estimator :
          {Estimator::pt, Estimator::dpc_published, Estimator::dpc, Estimator::patch}) {
@@ -327,7 +328,7 @@ TEST_CASE("a door that closes silences the room behind it within tau") {
     // One long room, and a wall that slides into its middle.
     scene.objects.push_back(test::box(Vec3(10, 4, 3)));
     Object wall = test::box(Vec3(0.2F, 4.2F, 3.2F), 0, Vec3(0, -0.1F, -0.1F));
-    wall.path = Path{{{0, {Vec3(5, 5, 0)}}, {0.2, {Vec3(5, 0, 0)}}}, false};
+    wall.path = Trajectory{{{0, {Vec3(5, 5, 0)}}, {0.2, {Vec3(5, 0, 0)}}}, false};
     scene.objects.push_back(wall);
     scene.listener.pose.position = Vec3(8, 2, 1.2F);
     constexpr int kWindow = 5;
@@ -395,7 +396,7 @@ TEST_CASE("the response is as long as the room rings, at most 4 s") {
 TEST_CASE("the response of a room whose walls all move is as long as of one that stands") {
     const auto length = [](bool moves) {
         Scene scene = box_room(0.2F);
-        if (moves) scene.objects[0].path = Path{{{0, {}}, {1, {Vec3(1, 0, 0)}}}, false};
+        if (moves) scene.objects[0].path = Trajectory{{{0, {}}, {1, {Vec3(1, 0, 0)}}}, false};
         return Propagation(scene, scene.simulation).response_length_s();
     };
     // The same paths, up to rounding, so the same number of bins.

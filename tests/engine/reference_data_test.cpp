@@ -16,8 +16,8 @@
 #include "apps/bench/propagation/tracking.h"
 #include "engine/mesh/mesh_import.h"
 #include "engine/propagation.h"
-#include "engine/response/room_acoustics.h"
 #include "engine/rays/room_survey.h"
+#include "engine/response/room_acoustics.h"
 #include "tests/support/measure.h"
 #include "tests/support/rooms.h"
 #include "tests/support/shared_data.h"
@@ -340,7 +340,7 @@ TEST_CASE("a walk through a level of a game is followed without lag") {
     const Vec3 from(-17.5F, 24, 1.35F);  // one of its spawn points; the source is at another
     Scene scene = test::grey_room(level, 0.1F, 1, Vec3(-20.5F, 30.5F, 1.35F), from);
     scene.simulation.rays = 1000;
-    scene.listener.path = Path{{{0, {from}}, {4, {from + Vec3(0, 6, 0)}}}, false};
+    scene.listener.path = Trajectory{{{0, {from}}, {4, {from + Vec3(0, 6, 0)}}}, false};
 
     bench::Settings settings;
     settings.positions = 4;

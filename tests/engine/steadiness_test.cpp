@@ -5,9 +5,9 @@
 #include <cmath>
 #include <vector>
 
-#include "engine/trace/path_tracer.h"
-#include "engine/propagation.h"
 #include "engine/base/sampling.h"
+#include "engine/propagation.h"
+#include "engine/trace/path_tracer.h"
 #include "tests/support/measure.h"
 #include "tests/support/rooms.h"
 #include "tests/support/statistics.h"

@@ -10,8 +10,8 @@
 
 #include "apps/session/offline/measurement.h"
 #include "audio/file/sound_file.h"
-#include "engine/response/impulse_response.h"
 #include "engine/propagation.h"
+#include "engine/response/impulse_response.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/test_scenes.h"
@@ -99,7 +99,7 @@ TEST_CASE("A pose takes effect in the block that contains its frame's time") {
     const Pose here;
     Pose there;
     there.position = {-1, 0, 0};
-    scene.listener.path = Path{{{0, here}, {0.48, here}, {0.49, there}}, false};
+    scene.listener.path = Trajectory{{{0, here}, {0.48, here}, {0.49, there}}, false};
     const auto stepping = rendered(scene);
     REQUIRE(standing.size() == 48000);
     REQUIRE(stepping.size() == 48000);

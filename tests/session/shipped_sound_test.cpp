@@ -7,9 +7,9 @@
 #include <iterator>
 #include <vector>
 
+#include "apps/session/frames/timeline.h"
 #include "apps/session/offline/measurement.h"
 #include "apps/session/session.h"
-#include "apps/session/frames/timeline.h"
 #include "audio/dsp/loudness.h"
 #include "audio/file/sound_file.h"
 #include "engine/response/room_acoustics.h"

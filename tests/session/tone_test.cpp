@@ -31,7 +31,7 @@ TEST_CASE("A tone stays a tone while the listener walks and turns: nothing click
     Pose there = scene.listener.pose;
     there.position.x -= 1.5F;
     there.yaw_rad = 1.5F;
-    scene.listener.path = Path{{{0, scene.listener.pose}, {1, there}}, false};
+    scene.listener.path = Trajectory{{{0, scene.listener.pose}, {1, there}}, false};
     for (const OutputFormat output : {OutputFormat::mono, OutputFormat::binaural}) {
         const auto out = folder.path() / "out.wav";
         SessionOptions options;

@@ -4,14 +4,14 @@
 #include <vector>
 
 #include "apps/session/live/live_mixer.h"
-#include "apps/session/live/performance.h"
+#include "apps/session/live/prepared_scene.h"
 
 namespace aula::test {
 
 inline constexpr int kTakeBlock = 256;
 
 /// Plays performances through a live mixer as a device would, on one thread: `before(block)` runs
-/// ahead of every block and may hand over frames and stages. The first channel.
+/// ahead of every block and may hand over frames and playbacks. The first channel.
 inline std::vector<float> take(LiveMixer& mixer, int blocks,
                                const std::function<void(int)>& before) {
     std::vector<std::vector<float>> channels(mixer.channels(), std::vector<float>(kTakeBlock));
@@ -26,12 +26,12 @@ inline std::vector<float> take(LiveMixer& mixer, int blocks,
     return heard;
 }
 
-/// Computes a performance's first frame and hands its stage to the mixer.
-inline void begin(Performance& performance, LiveMixer& mixer, const PlayControls& controls = {}) {
-    auto frame = performance.maker.make_frame();
-    performance.maker.fill(mixer.time_s(), controls, *frame);
-    performance.frames.publish(std::move(frame));
-    mixer.stages().publish(std::move(performance.stage));
+/// Computes a prepared scene's first frame and hands its playback to the mixer.
+inline void begin(PreparedScene& prepared, LiveMixer& mixer, const PlayControls& controls = {}) {
+    auto frame = prepared.maker.make_frame();
+    prepared.maker.fill(mixer.time_s(), controls, *frame);
+    prepared.frames.publish(std::move(frame));
+    mixer.playbacks().publish(std::move(prepared.playback));
 }
 
 }  // namespace aula::test

@@ -27,8 +27,7 @@ std::vector<double> restarts(Propagation& propagation, const Scene& scene, int c
     return samples;
 }
 
-Simulation with(const Scene& scene, Estimator estimator, float ir_length_s,
-                float response_time_s) {
+Simulation with(const Scene& scene, Estimator estimator, float ir_length_s, float response_time_s) {
     Simulation simulation = scene.simulation;
     simulation.estimator = estimator;
     simulation.ir_length_s = ir_length_s;

@@ -14,7 +14,7 @@ inline std::vector<double> octave(const std::vector<float>& samples, double cent
     const double w = 2 * std::numbers::pi * centre_hz / sample_rate_hz;
     const double alpha = std::sin(w) / (2 * std::numbers::sqrt2);
     std::vector<double> out(samples.begin(), samples.end());
-    for (int stage = 0; stage < 2; ++stage) {
+    for (int playback = 0; playback < 2; ++playback) {
         double x1 = 0;
         double x2 = 0;
         double y1 = 0;

@@ -11,9 +11,9 @@
 #include "apps/bench/convolution/block_times.h"
 #include "apps/bench/convolution/convolution_case.h"
 #include "apps/bench/convolution/convolution_peers.h"
+#include "audio/base/realtime.h"
 #include "audio/convolution/block_transform.h"
 #include "audio/convolution/convolver.h"
-#include "audio/base/realtime.h"
 
 namespace aula::bench {
 

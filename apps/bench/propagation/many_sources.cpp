@@ -8,8 +8,8 @@
 #include "apps/bench/propagation/reference.h"
 #include "apps/bench/statistics.h"
 #include "engine/base/error.h"
-#include "engine/propagation.h"
 #include "engine/base/sampling.h"
+#include "engine/propagation.h"
 
 namespace aula::bench {
 
@@ -90,7 +90,7 @@ double error_of(const Subject& subject, const std::vector<Vec3>& sources, const 
 
 }  // namespace
 
-std::vector<Row> measure_crowd(const Subject& subject, const Settings& settings) {
+std::vector<Row> measure_many_sources(const Subject& subject, const Settings& settings) {
     if (!subject.scene.listener.path) {
         throw Error(subject.name, "/listener", "has no path; expected a listener who walks");
     }
@@ -118,7 +118,7 @@ std::vector<Row> measure_crowd(const Subject& subject, const Settings& settings)
     return rows;
 }
 
-const std::vector<Column>& crowd_columns() {
+const std::vector<Column>& many_sources_columns() {
     static const std::vector<Column> columns = columns_of(
         {"listener", "sources", "rays", "frame_cpu_ms", "cost_to_one", "tracking_error"});
     return columns;

@@ -11,8 +11,8 @@ namespace aula::bench {
 /// walks: CPU time of a frame over the walk's first seconds. Where he walks, the tracking error at
 /// its end beside it, over all sources. The sources stand where random rays from the first one get
 /// to. Throws Error if the listener has no path.
-std::vector<Row> measure_crowd(const Subject& subject, const Settings& settings);
+std::vector<Row> measure_many_sources(const Subject& subject, const Settings& settings);
 
-const std::vector<Column>& crowd_columns();
+const std::vector<Column>& many_sources_columns();
 
 }  // namespace aula::bench

@@ -10,8 +10,8 @@
 #include "apps/bench/plot.h"
 #include "apps/bench/propagation/reference.h"
 #include "apps/bench/statistics.h"
-#include "engine/propagation.h"
 #include "engine/base/sampling.h"
+#include "engine/propagation.h"
 
 namespace aula::bench {
 

@@ -121,9 +121,9 @@ void Reference::next_event(const Path& path, const Vec3& normal, const Bands& ra
     const auto count = static_cast<float>(receivers_.size());
     const std::size_t receiver =
         std::min(static_cast<std::size_t>(pick * count), receivers_.size() - 1);
-    const Vec3 way = receivers_[receiver] - path.origin;
-    const float distance_m = glm::length(way);
-    const float cosine = glm::dot(way, normal) / distance_m;
+    const Vec3 offset = receivers_[receiver] - path.origin;
+    const float distance_m = glm::length(offset);
+    const float cosine = glm::dot(offset, normal) / distance_m;
     if (!(cosine > 0) || path.length_m + distance_m >= max_length_m_) return;
     if (!scene_.visible(path.origin, receivers_[receiver])) return;
     const float factor = count * cosine / (std::numbers::pi_v<float> * distance_m * distance_m);

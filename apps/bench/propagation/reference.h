@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "apps/bench/statistics.h"
-#include "engine/rays/ray_scene.h"
 #include "engine/base/worker_pool.h"
+#include "engine/rays/ray_scene.h"
 
 namespace aula::bench {
 

@@ -7,10 +7,10 @@
 #include <optional>
 
 #include "apps/bench/convolution/core_share.h"
-#include "engine/response/impulse_response.h"
+#include "engine/base/worker_pool.h"
 #include "engine/propagation.h"
 #include "engine/rays/ray_scene.h"
-#include "engine/base/worker_pool.h"
+#include "engine/response/impulse_response.h"
 
 namespace aula::bench {
 

@@ -45,8 +45,8 @@ std::vector<Walk> walks_of(const Subject& subject, const Settings& settings) {
         throw Error(subject.name, "/listener",
                     "has no path; expected a listener or source that walks");
     }
-    const Path& listener_path = listener.path ? *listener.path : *source.path;
-    const Path& source_path = source.path ? *source.path : *listener.path;
+    const Trajectory& listener_path = listener.path ? *listener.path : *source.path;
+    const Trajectory& source_path = source.path ? *source.path : *listener.path;
     const bool one_path = !source.path || !listener.path;
     const double duration_s =
         std::min(kLongestWalk_s, std::max(listener_path.duration_s(), source_path.duration_s()));
@@ -92,8 +92,8 @@ struct Published {
 /// The scene with the paths of a walk, so that the engine knows the places that are visited.
 Scene scene_of(const Subject& subject, const Walk& walk) {
     Scene scene = subject.scene;
-    Path listener_path;
-    Path source_path;
+    Trajectory listener_path;
+    Trajectory source_path;
     for (const FrameInput& frame : walk.frames) {
         listener_path.points.push_back({frame.time_s, {frame.listeners[0]}});
         source_path.points.push_back({frame.time_s, {frame.sources[0]}});

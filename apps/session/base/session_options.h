@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 
-#include "audio/render/renderer.h"
 #include "audio/file/sound_file.h"
+#include "audio/render/renderer.h"
 
 namespace aula {
 

@@ -28,7 +28,7 @@ bool same(const Material& a, const Material& b) {
     return a.name == b.name && a.absorption == b.absorption && a.scattering == b.scattering;
 }
 
-bool same(const std::optional<Path>& a, const std::optional<Path>& b) {
+bool same(const std::optional<Trajectory>& a, const std::optional<Trajectory>& b) {
     if (!a || !b) return !a && !b;
     return a->loop == b->loop && std::equal(a->points.begin(), a->points.end(), b->points.begin(),
                                             b->points.end(), [](const auto& p, const auto& q) {

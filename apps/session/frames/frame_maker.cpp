@@ -48,7 +48,7 @@ void FrameMaker::propagate(double time_s, const PlayControls& controls) {
     propagation_.step(input_);
 }
 
-void FrameMaker::settle(double time_s, const PlayControls& controls, double longest_s) {
+void FrameMaker::warm_up(double time_s, const PlayControls& controls, double longest_s) {
     const auto end = std::chrono::steady_clock::now() +
                      std::chrono::duration_cast<std::chrono::steady_clock::duration>(
                          std::chrono::duration<double>(longest_s));

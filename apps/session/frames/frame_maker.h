@@ -3,12 +3,12 @@
 #include <memory>
 #include <vector>
 
+#include "apps/session/base/session_options.h"
 #include "apps/session/frames/frame_view.h"
 #include "apps/session/frames/play_controls.h"
-#include "apps/session/base/session_options.h"
 #include "audio/render/renderer.h"
-#include "engine/response/impulse_response.h"
 #include "engine/propagation.h"
+#include "engine/response/impulse_response.h"
 #include "engine/scene/scene.h"
 
 namespace aula {
@@ -33,7 +33,7 @@ class FrameMaker {
 
     /// Fills the caches with what a frame at that time finds: propagates up to a window of frames,
     /// for not much longer than a time, and plays none.
-    void settle(double time_s, const PlayControls& controls, double longest_s);
+    void warm_up(double time_s, const PlayControls& controls, double longest_s);
 
     /// Copies what is to be looked at of the newest frame. Counts are left to the caller.
     FrameView view(const ViewRequest& request) const;

@@ -5,8 +5,8 @@
 
 #include "engine/estimate/frame_view.h"
 #include "engine/response/energy_response.h"
-#include "engine/trace/path_tracer.h"
 #include "engine/scene/scene.h"
+#include "engine/trace/path_tracer.h"
 
 namespace aula {
 

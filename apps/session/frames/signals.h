@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "audio/device/microphone.h"
 #include "audio/base/realtime.h"
+#include "audio/device/microphone.h"
 #include "engine/scene/scene.h"
 
 namespace aula {

@@ -47,10 +47,10 @@ SourceSound source_sound(const ImpulseResponse& response, double speed_of_sound_
 
 double longest_delay_s(const Scene& scene) {
     Bounds bounds;
-    const auto add = [&](const Vec3& position, const std::optional<Path>& path) {
+    const auto add = [&](const Vec3& position, const std::optional<Trajectory>& path) {
         bounds.add(position);
         if (!path) return;
-        for (const Path::Point& point : path->points) bounds.add(point.pose.position);
+        for (const Trajectory::Keyframe& point : path->points) bounds.add(point.pose.position);
     };
     add(scene.listener.pose.position, scene.listener.path);
     for (const Source& source : scene.sources) add(source.position, source.path);

@@ -22,7 +22,7 @@ struct Lengths {
 
 Lengths lengths(const TimelineInput& input) {
     Lengths l;
-    const auto add_path = [&](const std::optional<Path>& path) {
+    const auto add_path = [&](const std::optional<Trajectory>& path) {
         if (!path) return;
         double& longest = path->loop ? l.cycle_s : l.paths_s;
         longest = std::max(longest, path->duration_s());

@@ -10,7 +10,7 @@ namespace aula {
 namespace {
 
 /// A change begins with what so much time brings into its caches, so that it does not begin noisy.
-constexpr double kSettle_s = 0.25;
+constexpr double kWarmUp_s = 0.25;
 
 }  // namespace
 
@@ -27,7 +27,7 @@ ChangePreparer::~ChangePreparer() {
     }
     wanted_.notify_all();
     thread_.join();
-    spent_stages_.clear();
+    spent_playbacks_.clear();
 }
 
 std::uint64_t ChangePreparer::ask(const Scene& scene, const SessionOptions& options,
@@ -36,7 +36,7 @@ std::uint64_t ChangePreparer::ask(const Scene& scene, const SessionOptions& opti
     {
         const std::lock_guard lock(mutex_);
         const bool anew = starts_anew || (asked_ && asked_->starts_anew) || in_work_ == true ||
-                          (prepared_.performance && prepared_.performance->starts_anew);
+                          (prepared_.scene && prepared_.scene->starts_anew);
         number = ++last_number_;
         asked_ = Change{scene, options, anew, number};
     }
@@ -61,18 +61,18 @@ ChangePreparer::Prepared ChangePreparer::take() {
     return std::exchange(prepared_, {});
 }
 
-void ChangePreparer::retire(std::unique_ptr<Performance> performance) {
+void ChangePreparer::retire(std::unique_ptr<PreparedScene> prepared) {
     {
         const std::lock_guard lock(mutex_);
-        spent_.push_back(std::move(performance));
+        spent_.push_back(std::move(prepared));
     }
     wanted_.notify_all();
 }
 
-void ChangePreparer::retire(std::unique_ptr<Stage> stage) {
+void ChangePreparer::retire(std::unique_ptr<ScenePlayback> playback) {
     {
         const std::lock_guard lock(mutex_);
-        spent_stages_.push_back(std::move(stage));
+        spent_playbacks_.push_back(std::move(playback));
     }
     wanted_.notify_all();
 }
@@ -82,35 +82,36 @@ ChangePreparer::Status ChangePreparer::status() const {
     return {!idle(), failed_, error_};
 }
 
-std::unique_ptr<Performance> ChangePreparer::prepare(const Change& change) const {
+std::unique_ptr<PreparedScene> ChangePreparer::prepare(const Change& change) const {
     Playing playing = playing_();
     // What begins anew plays what its scene says.
     if (change.starts_anew)
         playing = {{{}, {}, playing.reusable.options, playing.reusable.hrtf}, {}, 0};
-    auto performance = std::make_unique<Performance>(change.scene, change.options, rate_hz_,
-                                                     change.starts_anew, playing.reusable);
-    performance->maker.settle(playing.scene_time_s, playing.controls, kSettle_s);
-    return performance;
+    auto prepared = std::make_unique<PreparedScene>(change.scene, change.options, rate_hz_,
+                                                    change.starts_anew, playing.reusable);
+    prepared->maker.warm_up(playing.scene_time_s, playing.controls, kWarmUp_s);
+    return prepared;
 }
 
 /// [preparing thread]
 void ChangePreparer::run() {
     std::unique_lock lock(mutex_);
     for (;;) {
-        wanted_.wait(
-            lock, [this] { return stop_ || asked_ || !spent_.empty() || !spent_stages_.empty(); });
+        wanted_.wait(lock, [this] {
+            return stop_ || asked_ || !spent_.empty() || !spent_playbacks_.empty();
+        });
         if (stop_) return;
-        auto unused_stages = std::exchange(spent_stages_, {});
+        auto unused_playbacks = std::exchange(spent_playbacks_, {});
         auto unused = std::exchange(spent_, {});
         const std::optional<Change> change = std::exchange(asked_, {});
         if (change) in_work_ = change->starts_anew;
         lock.unlock();
-        unused_stages.clear();
+        unused_playbacks.clear();
         unused.clear();
-        std::unique_ptr<Performance> performance;
+        std::unique_ptr<PreparedScene> prepared;
         std::string error;
         try {
-            if (change) performance = prepare(*change);
+            if (change) prepared = prepare(*change);
         } catch (const std::exception& thrown) {
             error = thrown.what();
         }
@@ -119,11 +120,11 @@ void ChangePreparer::run() {
         in_work_.reset();
         error_ = error;
         if (!error.empty()) ++failed_;
-        if (!performance) continue;
+        if (!prepared) continue;
         // One that was prepared before and has not begun gives way.
-        std::swap(prepared_.performance, performance);
+        std::swap(prepared_.scene, prepared);
         prepared_.number = change->number;
-        if (performance) spent_.push_back(std::move(performance));
+        if (prepared) spent_.push_back(std::move(prepared));
     }
 }
 

@@ -10,8 +10,8 @@
 #include <thread>
 #include <vector>
 
-#include "apps/session/live/performance.h"
 #include "apps/session/frames/play_controls.h"
+#include "apps/session/live/prepared_scene.h"
 
 namespace aula {
 
@@ -27,7 +27,7 @@ class ChangePreparer {
     };
 
     struct Prepared {
-        std::unique_ptr<Performance> performance;  ///< null if there is none
+        std::unique_ptr<PreparedScene> scene;  ///< null if there is none
         std::uint64_t number = 0;
     };
 
@@ -54,8 +54,8 @@ class ChangePreparer {
     Prepared take();
 
     /// To be taken down. [any thread]
-    void retire(std::unique_ptr<Performance> performance);
-    void retire(std::unique_ptr<Stage> stage);
+    void retire(std::unique_ptr<PreparedScene> prepared);
+    void retire(std::unique_ptr<ScenePlayback> playback);
 
     Status status() const;
 
@@ -67,9 +67,9 @@ class ChangePreparer {
         std::uint64_t number = 0;
     };
 
-    bool idle() const { return !asked_ && !in_work_ && !prepared_.performance; }
+    bool idle() const { return !asked_ && !in_work_ && !prepared_.scene; }
     void run();
-    std::unique_ptr<Performance> prepare(const Change& change) const;
+    std::unique_ptr<PreparedScene> prepare(const Change& change) const;
 
     double rate_hz_;
     std::function<Playing()> playing_;
@@ -83,8 +83,8 @@ class ChangePreparer {
     std::uint64_t failed_ = 0;
     std::string error_;
     /// Stages end before what makes their frames.
-    std::vector<std::unique_ptr<Performance>> spent_;
-    std::vector<std::unique_ptr<Stage>> spent_stages_;
+    std::vector<std::unique_ptr<PreparedScene>> spent_;
+    std::vector<std::unique_ptr<ScenePlayback>> spent_playbacks_;
     std::thread thread_;  ///< started last
 };
 

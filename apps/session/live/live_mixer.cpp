@@ -32,8 +32,9 @@ float largest(std::span<float* const> channels, int samples) noexcept AULA_NONBL
 
 }  // namespace
 
-Stage::Stage(const RendererConfig& config, SignalSet signals, const Timeline& timeline,
-             std::shared_ptr<const Hrtf> hrtf, bool starts_anew)
+ScenePlayback::ScenePlayback(const RendererConfig& config, SignalSet signals,
+                             const Timeline& timeline, std::shared_ptr<const Hrtf> hrtf,
+                             bool starts_anew)
     : rate_hz_(config.sample_rate_hz),
       timeline_(timeline),
       starts_anew_(starts_anew),
@@ -53,33 +54,33 @@ Stage::Stage(const RendererConfig& config, SignalSet signals, const Timeline& ti
     for (auto& output : outputs_) output_pointers_.push_back(output.data());
 }
 
-Stage::~Stage() {
+ScenePlayback::~ScenePlayback() {
     for (SignalSet* signals : {signals_, fading_signals_})
         if (signals != nullptr && signals != first_signals_.get()) next_signals_.give_back(signals);
 }
 
 /// `before`: what plays until then, if anything does.
-void Stage::begin(std::int64_t position, const Stage* before) noexcept {
+void ScenePlayback::begin(std::int64_t position, const ScenePlayback* before) noexcept {
     zero_ = starts_anew_ ? position : before != nullptr ? before->zero_ : 0;
     (position == zero_ ? rise_ : input_fade_).start();
 }
 
 /// Something else follows. What was sent out is heard to its end, the input's fading and what
 /// filters add included.
-void Stage::retire() noexcept {
+void ScenePlayback::retire() noexcept {
     state_ = State::ringing;
     input_fade_.start();
     ring_samples_ = renderer_.tail_samples() + std::llround(2 * kChangeFade_s * rate_hz_);
 }
 
-void Stage::end() noexcept {
+void ScenePlayback::end() noexcept {
     if (state_ == State::ending) return;
     state_ = State::ending;
     output_fade_.start();
 }
 
-/// The signals, changed, ended by the timeline and faded as far as the stage is.
-void Stage::read_inputs(std::int64_t position, int samples) noexcept {
+/// The signals, changed, ended by the timeline and faded as far as the playback is.
+void ScenePlayback::read_inputs(std::int64_t position, int samples) noexcept {
     const auto count = static_cast<std::size_t>(samples);
     const std::int64_t first = position - zero_;
     if (fading_signals_ == nullptr) {
@@ -110,8 +111,9 @@ void Stage::read_inputs(std::int64_t position, int samples) noexcept {
     }
 }
 
-/// Adds the stage's sound to the sum.
-void Stage::render(std::int64_t position, std::span<float* const> sum, int samples) noexcept {
+/// Adds the playback's sound to the sum.
+void ScenePlayback::render(std::int64_t position, std::span<float* const> sum,
+                           int samples) noexcept {
     read_inputs(position, samples);
     renderer_.render(input_pointers_, head_.advance(samples), output_pointers_, samples);
     if (state_ == State::ringing) {
@@ -139,10 +141,10 @@ LiveMixer::LiveMixer(double sample_rate_hz, int block, std::size_t channels)
       pause_fade_(to_samples(kPauseFade_s, rate_hz_)) {}
 
 LiveMixer::~LiveMixer() {
-    if (playing_ != nullptr) stages_.give_back(playing_);
-    if (waiting_ != nullptr) stages_.give_back(waiting_);
-    for (Stage* stage : ringing_)
-        if (stage != nullptr) stages_.give_back(stage);
+    if (playing_ != nullptr) playbacks_.give_back(playing_);
+    if (waiting_ != nullptr) playbacks_.give_back(waiting_);
+    for (ScenePlayback* playback : ringing_)
+        if (playback != nullptr) playbacks_.give_back(playback);
 }
 
 void LiveMixer::render(std::span<float* const> outputs, int samples) noexcept {
@@ -162,14 +164,14 @@ void LiveMixer::follow_head(std::int64_t now_ns) noexcept {
     head_known_ = true;
     head_poses_.give_back(pose);
     if (playing_ != nullptr) playing_->head_.turn_to(head_);
-    for (Stage* stage : ringing_)
-        if (stage != nullptr) stage->head_.turn_to(head_);
+    for (ScenePlayback* playback : ringing_)
+        if (playback != nullptr) playback->head_.turn_to(head_);
 }
 
-/// Lets the next stage begin where there is one: when the one that plays is fully there, and fewer
-/// than the most ring out. Otherwise it waits, and the oldest of those that ring is ended.
-void LiveMixer::change_stage() noexcept {
-    if (waiting_ == nullptr) waiting_ = stages_.take();
+/// Lets the next playback begin where there is one: when the one that plays is fully there, and
+/// fewer than the most ring out. Otherwise it waits, and the oldest of those that ring is ended.
+void LiveMixer::change_playback() noexcept {
+    if (waiting_ == nullptr) waiting_ = playbacks_.take();
     if (waiting_ == nullptr) return;
     if (playing_ != nullptr) {
         if (!playing_->faded_in()) return;
@@ -186,9 +188,9 @@ void LiveMixer::change_stage() noexcept {
 }
 
 void LiveMixer::give_back_ended() noexcept {
-    for (Stage*& stage : ringing_) {
-        if (stage == nullptr || !stage->ended()) continue;
-        stages_.give_back(std::exchange(stage, nullptr));
+    for (ScenePlayback*& playback : ringing_) {
+        if (playback == nullptr || !playback->ended()) continue;
+        playbacks_.give_back(std::exchange(playback, nullptr));
     }
     // The oldest first, no gaps.
     if (ringing_.front() == nullptr) std::swap(ringing_.front(), ringing_.back());
@@ -219,11 +221,11 @@ void LiveMixer::render_block(std::span<float* const> outputs, int samples) noexc
     }
     const std::int64_t now_ns = clock_ns();
     follow_head(now_ns);
-    change_stage();
+    change_playback();
     const std::int64_t position = position_.load(std::memory_order_relaxed);
     for (float* channel : outputs) std::fill_n(channel, samples, 0.0F);
-    for (Stage* stage : ringing_)
-        if (stage != nullptr) stage->render(position, outputs, samples);
+    for (ScenePlayback* playback : ringing_)
+        if (playback != nullptr) playback->render(position, outputs, samples);
     if (playing_ != nullptr) playing_->render(position, outputs, samples);
     if (playing_ != nullptr) {
         // A frame stamped 0 is not to be counted.

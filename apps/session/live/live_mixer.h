@@ -11,11 +11,11 @@
 #include "apps/session/frames/signals.h"
 #include "apps/session/frames/sound_at_listener.h"
 #include "apps/session/frames/timeline.h"
+#include "audio/base/mailbox.h"
+#include "audio/base/sample_ring.h"
 #include "audio/dsp/fade.h"
 #include "audio/dsp/limiter.h"
-#include "audio/base/mailbox.h"
 #include "audio/render/renderer.h"
-#include "audio/base/sample_ring.h"
 
 namespace aula {
 
@@ -28,16 +28,16 @@ struct HeadPose {
 /// A scene as the audio thread plays it: signals through a renderer of its own. Where it takes up
 /// signals that play its input is faded in; when something else follows its input is faded out and
 /// the room rings out. So the sum of what ends and what begins hears every sample of the signals
-/// once, whatever the two are, and nothing clicks. Signals that begin with the stage are heard from
-/// their first sample on, but for those that begin in mid-wave.
-class Stage {
+/// once, whatever the two are, and nothing clicks. Signals that begin with the playback are heard
+/// from their first sample on, but for those that begin in mid-wave.
+class ScenePlayback {
  public:
-    /// `starts_anew`: the signals begin with the stage; else they go on where they are.
-    Stage(const RendererConfig& config, SignalSet signals, const Timeline& timeline,
-          std::shared_ptr<const Hrtf> hrtf, bool starts_anew);
-    ~Stage();
-    Stage(const Stage&) = delete;
-    Stage& operator=(const Stage&) = delete;
+    /// `starts_anew`: the signals begin with the playback; else they go on where they are.
+    ScenePlayback(const RendererConfig& config, SignalSet signals, const Timeline& timeline,
+                  std::shared_ptr<const Hrtf> hrtf, bool starts_anew);
+    ~ScenePlayback();
+    ScenePlayback(const ScenePlayback&) = delete;
+    ScenePlayback& operator=(const ScenePlayback&) = delete;
 
     /// Where the frames to be heard go. [propagation thread]
     Mailbox<RenderFrame>& frames() { return renderer_.mailbox(); }
@@ -50,7 +50,7 @@ class Stage {
 
     enum class State { playing, ringing, ending };
 
-    void begin(std::int64_t position, const Stage* before) noexcept AULA_NONBLOCKING;
+    void begin(std::int64_t position, const ScenePlayback* before) noexcept AULA_NONBLOCKING;
     void retire() noexcept AULA_NONBLOCKING;
     void end() noexcept AULA_NONBLOCKING;
     bool faded_in() const noexcept AULA_NONBLOCKING { return input_fade_.done(); }
@@ -69,7 +69,7 @@ class Stage {
     std::unique_ptr<SignalSet> first_signals_;
     SignalSet* signals_;
     SignalSet* fading_signals_ = nullptr;  ///< being replaced
-    Mailbox<SignalSet> next_signals_{2};  ///< those that play, those that fade out
+    Mailbox<SignalSet> next_signals_{2};   ///< those that play, those that fade out
     Renderer renderer_;
     HeadMotion head_;
 
@@ -87,8 +87,8 @@ class Stage {
     std::vector<float> scratch_;
 };
 
-/// The audio thread's part of live playing: the stage that plays, those that ring out, the limiter.
-/// What other threads read of it is atomic or goes through a ring.
+/// The audio thread's part of live playing: the playback that plays, those that ring out, the
+/// limiter. What other threads read of it is atomic or goes through a ring.
 class LiveMixer {
  public:
     LiveMixer(double sample_rate_hz, int block, std::size_t channels);
@@ -99,8 +99,8 @@ class LiveMixer {
     void render(std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
 
     /// What is to be played from now on, each with a first frame in it; what was played rings out.
-    /// Spent stages come back. [propagation thread]
-    Mailbox<Stage>& stages() { return stages_; }
+    /// Spent playbacks come back. [propagation thread]
+    Mailbox<ScenePlayback>& playbacks() { return playbacks_; }
     Mailbox<HeadPose>& head_poses() { return head_poses_; }
 
     /// What is heard, interleaved, for one reader that asked for it with listen(). What finds no
@@ -135,18 +135,18 @@ class LiveMixer {
     void render_block(std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
     void follow_head(std::int64_t now_ns) noexcept AULA_NONBLOCKING;
     void fade_pause(std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
-    void change_stage() noexcept AULA_NONBLOCKING;
+    void change_playback() noexcept AULA_NONBLOCKING;
     void give_back_ended() noexcept AULA_NONBLOCKING;
 
     double rate_hz_;
     int block_;
     std::size_t channels_;
     Limiter limiter_;
-    Mailbox<Stage> stages_{kMostRinging + 2};  ///< one that plays, one that waits
+    Mailbox<ScenePlayback> playbacks_{kMostRinging + 2};  ///< one that plays, one that waits
     Mailbox<HeadPose> head_poses_{1};
-    Stage* playing_ = nullptr;
-    Stage* waiting_ = nullptr;  ///< for a place among the ringing ones
-    std::array<Stage*, kMostRinging> ringing_{};
+    ScenePlayback* playing_ = nullptr;
+    ScenePlayback* waiting_ = nullptr;  ///< for a place among the ringing ones
+    std::array<ScenePlayback*, kMostRinging> ringing_{};
     Pose head_;
     bool head_known_ = false;
     std::vector<float*> output_pointers_;

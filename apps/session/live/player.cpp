@@ -13,7 +13,7 @@
 #include "apps/session/live/frame_clock.h"
 #include "apps/session/live/live_load.h"
 #include "apps/session/live/live_mixer.h"
-#include "apps/session/live/performance.h"
+#include "apps/session/live/prepared_scene.h"
 #include "audio/base/error.h"
 #include "audio/base/realtime.h"
 
@@ -37,7 +37,7 @@ struct Player::State {
     void take_controls(PlayControls next, std::int64_t given_ns);
     void compute();
     bool rays_fall(const PlayControls& with) const;
-    LiveLoad load_of(const Performance& performance) const;
+    LiveLoad load_of(const PreparedScene& prepared) const;
     void keep_up(double took_s);
     void publish();
     void begin_prepared();
@@ -63,7 +63,7 @@ struct Player::State {
     std::mutex mutex;  ///< of what follows
     std::condition_variable stopping;
     bool stop = false;
-    std::unique_ptr<Performance> playing;  ///< exchanged and used by the propagation thread
+    std::unique_ptr<PreparedScene> playing;  ///< exchanged and used by the propagation thread
     PlayControls controls;
     PlayStatus status;
     std::optional<ViewRequest> request;
@@ -96,7 +96,7 @@ Player::State::State(const Scene& scene, const SessionOptions& options) {
     compute();
     pose_ns = 0;  // it waits for the device to be started
     publish();
-    mixer->stages().publish(std::move(playing->stage));
+    mixer->playbacks().publish(std::move(playing->playback));
     device->start();
     changes = std::make_unique<ChangePreparer>(rate_hz, [this] { return what_plays(); });
     thread = std::thread([this] {
@@ -138,7 +138,7 @@ void Player::State::build(const Scene& scene, const SessionOptions& options) {
     // The threads that trace its paths have the priority of the thread that begins them.
     playing = std::async(std::launch::async, [&] {
                   give_way(kNiceOfFrames);
-                  return std::make_unique<Performance>(scene, options, rate_hz, false);
+                  return std::make_unique<PreparedScene>(scene, options, rate_hz, false);
               }).get();
     warnings = warnings_of(playing->signals);
     monitor.reset();
@@ -231,16 +231,16 @@ bool Player::State::rays_fall(const PlayControls& with) const {
     return playing->options.rays_fall && !with.rays && !with.frame_share;
 }
 
-/// As much of what a performance would have as the one before kept up with.
-LiveLoad Player::State::load_of(const Performance& performance) const {
-    LiveLoad::Full full{.rays = performance.scene.simulation.rays,
-                        .length_s = performance.maker.response_length_s(),
-                        .rays_fall = performance.options.rays_fall,
-                        .length_falls = !performance.length_given};
-    const bool shortened = full.length_falls && performance.options.longest_response_s;
+/// As much of what a prepared scene would have as the one before kept up with.
+LiveLoad Player::State::load_of(const PreparedScene& prepared) const {
+    LiveLoad::Full full{.rays = prepared.scene.simulation.rays,
+                        .length_s = prepared.maker.response_length_s(),
+                        .rays_fall = prepared.options.rays_fall,
+                        .length_falls = !prepared.length_given};
+    const bool shortened = full.length_falls && prepared.options.longest_response_s;
     const double length_s = full.length_s;
     if (shortened && load) full.length_s = load->full().length_s;
-    const bool goes_on = load && !performance.starts_anew && full.rays_fall;
+    const bool goes_on = load && !prepared.starts_anew && full.rays_fall;
     return {full, goes_on ? std::min(load->rays(), full.rays) : full.rays, length_s};
 }
 
@@ -322,10 +322,10 @@ void Player::State::show(double spare_s) {
 }
 
 /// Goes over to what has been prepared, if there is something: its first frame is computed at once
-/// and goes to the mixer with its stage.
+/// and goes to the mixer with its playback.
 void Player::State::begin_prepared() {
-    while (auto stage = mixer->stages().reclaim()) changes->retire(std::move(stage));
-    std::unique_ptr<Performance> before;
+    while (auto playback = mixer->playbacks().reclaim()) changes->retire(std::move(playback));
+    std::unique_ptr<PreparedScene> before;
     {
         const std::lock_guard lock(mutex);
         auto [prepared, number] = changes->take();
@@ -341,7 +341,7 @@ void Player::State::begin_prepared() {
     changes->retire(std::move(before));
     compute();
     publish();
-    mixer->stages().publish(std::move(playing->stage));
+    mixer->playbacks().publish(std::move(playing->playback));
 }
 
 ChangePreparer::Playing Player::State::what_plays() {
@@ -399,7 +399,7 @@ std::uint64_t Player::change(const Scene& scene, const SessionOptions& options, 
 void Player::play_signal(std::size_t source, std::shared_ptr<const Signal> signal) {
     SignalSet unused;  // ends after the lock: a microphone takes a while to be closed
     const std::lock_guard lock(state_->mutex);
-    Performance& playing = *state_->playing;
+    PreparedScene& playing = *state_->playing;
     if (source >= playing.signals.size()) return;
     std::swap(playing.signals[source], signal);
     auto signals = playing.other_signals.reclaim();

@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "apps/session/frames/frame_view.h"
 #include "apps/session/base/latency.h"
-#include "apps/session/live/monitor.h"
-#include "apps/session/frames/play_controls.h"
 #include "apps/session/base/session_options.h"
+#include "apps/session/frames/frame_view.h"
+#include "apps/session/frames/play_controls.h"
 #include "apps/session/frames/signals.h"
+#include "apps/session/live/monitor.h"
 #include "audio/device/device.h"
 #include "engine/propagation.h"
 #include "engine/scene/scene.h"

@@ -8,14 +8,14 @@
 #include <string>
 
 #include "apps/session/base/formatted.h"
+#include "apps/session/frames/sound_at_listener.h"
 #include "apps/session/offline/measurement_error.h"
 #include "apps/session/offline/response_mean.h"
-#include "apps/session/frames/sound_at_listener.h"
 #include "audio/base/realtime.h"
-#include "engine/response/impulse_response.h"
-#include "engine/propagation.h"
-#include "engine/response/room_acoustics.h"
 #include "engine/base/sampling.h"
+#include "engine/propagation.h"
+#include "engine/response/impulse_response.h"
+#include "engine/response/room_acoustics.h"
 
 namespace aula {
 

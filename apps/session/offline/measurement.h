@@ -32,8 +32,9 @@ struct Measurement {
 /// Frames from empty caches give the mean of the published responses (`pt`, `dpc-published`), the
 /// last (`patch`), or, `dpc`, the last up to 1.5 windows of its cache and beyond them the mean.
 ///
-/// A source is audible if sound finds a way to the listener (connected() in engine/rays/room_survey.h)
-/// and is_audible() holds for its response. Empty if `progress` asked to stop. Throws Error.
+/// A source is audible if sound finds a way to the listener (connected() in
+/// engine/rays/room_survey.h) and is_audible() holds for its response. Empty if `progress` asked to
+/// stop. Throws Error.
 std::optional<Measurement> measure(const Scene& scene, std::optional<int> frames,
                                    const Progress& progress = {});
 

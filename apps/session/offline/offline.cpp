@@ -14,8 +14,8 @@
 #include "apps/session/frames/signals.h"
 #include "apps/session/frames/sound_at_listener.h"
 #include "apps/session/frames/timeline.h"
-#include "audio/dsp/limiter.h"
 #include "audio/base/realtime.h"
+#include "audio/dsp/limiter.h"
 
 namespace aula {
 

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "apps/session/remote/osc.h"
 #include "apps/session/live/player.h"
+#include "apps/session/remote/osc.h"
 
 namespace aula {
 

@@ -11,17 +11,17 @@
 #include <string_view>
 #include <vector>
 
-#include "apps/session/live/load_news.h"
-#include "apps/session/remote/osc_remote.h"
 #include "apps/session/frames/play_controls.h"
+#include "apps/session/live/load_news.h"
 #include "apps/session/live/player.h"
+#include "apps/session/remote/osc_remote.h"
 #include "apps/window/model/curves.h"
 #include "apps/window/model/first_person.h"
 #include "apps/window/model/test_signals.h"
 #include "apps/window/model/undo.h"
 #include "apps/window/window.h"
-#include "engine/scene/material_library.h"
 #include "engine/rays/ray_scene.h"
+#include "engine/scene/material_library.h"
 
 namespace aula {
 

@@ -2,10 +2,10 @@
 #include <utility>
 
 #include "apps/session/base/formatted.h"
-#include "apps/session/offline/measurement_text.h"
 #include "apps/session/base/output_file.h"
 #include "apps/session/edit/scene_edits.h"
 #include "apps/session/edit/scene_writer.h"
+#include "apps/session/offline/measurement_text.h"
 #include "apps/window/model/model.h"
 
 // The model's part that has to do with files.

@@ -18,9 +18,9 @@
 #include <thread>
 #include <vector>
 
-#include "audio/spatial/hrtf.h"
 #include "audio/dsp/limiter.h"
 #include "audio/render/renderer.h"
+#include "audio/spatial/hrtf.h"
 #include "tests/audio/convolution/signals.h"
 #include "tests/support/realtime_trap.h"
 

@@ -13,8 +13,8 @@
 #include <optional>
 #include <string>
 
-#include "audio/device/device.h"
 #include "audio/base/error.h"
+#include "audio/device/device.h"
 #include "audio/device/microphone.h"
 #include "audio/file/sound_file.h"
 #include "tests/support/pulse_server.h"

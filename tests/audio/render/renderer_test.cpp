@@ -10,8 +10,8 @@
 #include "audio/convolution/convolver.h"
 #include "audio/dsp/fractional_delay.h"
 #include "audio/render/render_frame.h"
-#include "tests/audio/player.h"
 #include "tests/audio/convolution/signals.h"
+#include "tests/audio/player.h"
 
 using namespace aula;
 using namespace aula::test;

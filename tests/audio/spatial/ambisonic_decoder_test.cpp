@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "audio/base/aligned.h"
-#include "audio/spatial/ambisonics.h"
 #include "audio/dsp/fft.h"
+#include "audio/spatial/ambisonics.h"
 #include "audio/spatial/hrtf.h"
 
 using namespace aula;

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "audio/base/error.h"
+#include "audio/render/renderer.h"
 #include "audio/spatial/head_responses.h"
 #include "audio/spatial/hrtf.h"
-#include "audio/render/renderer.h"
 #include "tests/audio/convolution/signals.h"
 #include "tests/support/temporary_folder.h"
 

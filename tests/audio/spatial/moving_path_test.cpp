@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "audio/spatial/hrtf.h"
-#include "tests/audio/player.h"
 #include "tests/audio/convolution/signals.h"
+#include "tests/audio/player.h"
 
 using namespace aula;
 using namespace aula::test;

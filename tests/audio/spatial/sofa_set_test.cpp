@@ -7,10 +7,10 @@
 #include <memory>
 #include <vector>
 
-#include "audio/spatial/hrtf.h"
 #include "audio/dsp/resample.h"
-#include "tests/audio/player.h"
+#include "audio/spatial/hrtf.h"
 #include "tests/audio/convolution/signals.h"
+#include "tests/audio/player.h"
 
 using namespace aula;
 using namespace aula::test;

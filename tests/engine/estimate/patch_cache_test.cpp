@@ -26,7 +26,7 @@ Deposit deposit_on(std::uint32_t patch, float energy) {
 
 TraceBatch one_deposit(std::uint32_t patch, float energy) {
     TraceBatch batch;
-    batch.segments = 1;
+    batch.segment_count = 1;
     batch.deposits.add(deposit_on(patch, energy));
     return batch;
 }

@@ -15,36 +15,36 @@ constexpr int kRays = 10;
 constexpr std::size_t kMost = 20;
 constexpr std::size_t kMemory_bytes = 1 << 20;
 
-/// A leg from the origin along x, as of a path that was 3 m long.
-TraceBatch one_leg(float length_m = 100) {
+/// A segment from the origin along x, as of a path that was 3 m long.
+TraceBatch one_segment(float length_m = 100) {
     TraceBatch batch;
-    batch.legs.push_back({Vec3(0), Vec3(1, 0, 0), length_m, 3, 0});
-    batch.leg_sounds.push_back({Bands::filled(0.5F), Vec3(-1, 0, 0), 0});
+    batch.segments.push_back({Vec3(0), Vec3(1, 0, 0), length_m, 3, 0});
+    batch.segment_energies.push_back({Bands::filled(0.5F), Vec3(-1, 0, 0), 0});
     return batch;
 }
 
-LegWindow window(std::size_t memory_bytes = kMemory_bytes) {
+SegmentCache window(std::size_t memory_bytes = kMemory_bytes) {
     return {4, 0.5F, Bands{}, kMost, memory_bytes};
 }
 
-/// Frames of one leg each, the emitter moving on by `step_m` from frame to frame.
-void run(LegWindow& legs, std::uint64_t first, std::uint64_t frames, float step_m = 0) {
+/// Frames of one segment each, the emitter moving on by `step_m` from frame to frame.
+void run(SegmentCache& segments, std::uint64_t first, std::uint64_t frames, float step_m = 0) {
     for (std::uint64_t f = first; f < first + frames; ++f) {
-        legs.advance({f, Vec3(0, step_m * static_cast<float>(f), 0), 0});
-        const TraceBatch batch = one_leg();
-        legs.add({&batch, 1}, kRays);
+        segments.advance({f, Vec3(0, step_m * static_cast<float>(f), 0), 0});
+        const TraceBatch batch = one_segment();
+        segments.add({&batch, 1}, kRays);
     }
 }
 
-/// What is heard of the legs of one ray, `scale` times.
-EnergyResponse heard(const LegWindow& legs, const Vec3& at, double scale) {
+/// What is heard of the segments of one ray, `scale` times.
+EnergyResponse heard(const SegmentCache& segments, const Vec3& at, double scale) {
     static const RayScene open{Scene{}};
     EnergyResponse response;
     response.bins = TimeBins(0.2);
     response.energy.resize(response.bins.count());
     response.direction.resize(response.bins.count());
     SpecularSum sum(response);
-    legs.add_to(open, {at, kRadius_m}, false, legs.rays(), sum);
+    segments.add_to(open, {at, kRadius_m}, false, segments.rays(), sum);
     sum.add_to(SpecularPaths(open, 0, 0.5F, 1), response);
     for (Bands& energy : response.energy) {
         energy *= static_cast<float>(scale * static_cast<double>(sum.rays()));
@@ -57,13 +57,13 @@ EnergyResponse heard(const LegWindow& legs, const Vec3& at, double scale) {
 
 }  // namespace
 
-TEST_CASE("a receiver hears a leg by its chord, at its delay, wherever it is") {
-    LegWindow legs = window();
-    run(legs, 0, 1);
+TEST_CASE("a receiver hears a segment by its chord, at its delay, wherever it is") {
+    SegmentCache segments = window();
+    run(segments, 0, 1);
     constexpr float kVolume_m3 =
         4.0F / 3 * std::numbers::pi_v<float> * kRadius_m * kRadius_m * kRadius_m;
     for (const float x : {2.0F, 20.0F}) {
-        const EnergyResponse response = heard(legs, Vec3(x, 0.3F, 0), 1.0 / kRays);
+        const EnergyResponse response = heard(segments, Vec3(x, 0.3F, 0), 1.0 / kRays);
         const std::size_t bin = response.bins.index(double{x + 3} / 343.2);
         // The chord 0.3 m off the middle is 0.8 m long. Rounding of squares of 20 m: 1e-5 of it.
         const float energy = 0.5F * 0.8F / kVolume_m3 / kRays;
@@ -71,13 +71,13 @@ TEST_CASE("a receiver hears a leg by its chord, at its delay, wherever it is") {
         CHECK(response.direction[bin].x == Approx(-8 * energy).epsilon(1e-4));
         CHECK(response.total(0) == Approx(double{energy}).epsilon(1e-4));
     }
-    // The legs of a frame are looked through many at once.
-    LegWindow many(4, 0.5F, Bands{}, 100, kMemory_bytes);
+    // The segments of a frame are looked through many at once.
+    SegmentCache many(4, 0.5F, Bands{}, 100, kMemory_bytes);
     std::vector<TraceBatch> batches(40);
     for (std::size_t i = 0; i < batches.size(); ++i) {
-        batches[i] = one_leg();
-        batches[i].legs[0].origin.y = static_cast<float>(i) + 5;
-        batches[i].leg_sounds[0].energy *= static_cast<float>(i);
+        batches[i] = one_segment();
+        batches[i].segments[0].origin.y = static_cast<float>(i) + 5;
+        batches[i].segment_energies[0].energy *= static_cast<float>(i);
     }
     many.add(batches, kRays);
     for (const std::size_t i : {0, 15, 16, 37}) {
@@ -86,22 +86,22 @@ TEST_CASE("a receiver hears a leg by its chord, at its delay, wherever it is") {
         const float energy = 0.5F * 0.8F * k / kVolume_m3;
         CHECK(response.total(0) == Approx(double{energy}).epsilon(1e-4));
     }
-    // Not at the origin, where no leg begins.
+    // Not at the origin, where no segment begins.
     CHECK(heard(many, Vec3(0), 1).total(0) == 0);
-    // Companion: beside it, and beyond the leg's end.
-    CHECK(heard(legs, Vec3(2, 0.6F, 0), 1).total(0) == 0);
-    CHECK(heard(legs, Vec3(101, 0, 0), 1).total(0) == 0);
+    // Companion: beside it, and beyond the segment's end.
+    CHECK(heard(segments, Vec3(2, 0.6F, 0), 1).total(0) == 0);
+    CHECK(heard(segments, Vec3(101, 0, 0), 1).total(0) == 0);
 }
 
-TEST_CASE("air takes its share of a leg up to the receiver") {
+TEST_CASE("air takes its share of a segment up to the receiver") {
     Bands attenuation_per_m;
     attenuation_per_m[6] = 0.008F;
     attenuation_per_m[7] = 0.024F;
-    LegWindow legs(4, 0.5F, attenuation_per_m, kMost, kMemory_bytes);
-    run(legs, 0, 1);
+    SegmentCache segments(4, 0.5F, attenuation_per_m, kMost, kMemory_bytes);
+    run(segments, 0, 1);
     for (const float x : {2.0F, 50.0F}) {
-        const EnergyResponse response = heard(legs, Vec3(x, 0.3F, 0), 1.0 / kRays);
-        // What a leg has lost before is in its energy. Rounding of exponentials.
+        const EnergyResponse response = heard(segments, Vec3(x, 0.3F, 0), 1.0 / kRays);
+        // What a segment has lost before is in its energy. Rounding of exponentials.
         for (const std::size_t b : {6U, 7U}) {
             CHECK(response.total(b) / response.total(0) ==
                   Approx(std::exp(-double{attenuation_per_m[b]} * double{x})).epsilon(1e-5));
@@ -109,35 +109,35 @@ TEST_CASE("air takes its share of a leg up to the receiver") {
     }
 }
 
-TEST_CASE("legs of an emitter that stands are kept until newer ones need their room") {
-    LegWindow legs = window();
-    run(legs, 0, 15);
-    CHECK(legs.rays() == 15 * kRays);
-    CHECK(legs.settled());
-    CHECK_FALSE(legs.full());
-    run(legs, 15, 15);
-    CHECK(legs.rays() == kMost * kRays);
-    CHECK(legs.full());
-    // The window's four frames stay where legs are many, but for want of memory.
-    LegWindow crowded = {4, 0.5F, Bands{}, 1, kMemory_bytes};
+TEST_CASE("segments of an emitter that stands are kept until newer ones need their room") {
+    SegmentCache segments = window();
+    run(segments, 0, 15);
+    CHECK(segments.rays() == 15 * kRays);
+    CHECK(segments.is_current());
+    CHECK_FALSE(segments.full());
+    run(segments, 15, 15);
+    CHECK(segments.rays() == kMost * kRays);
+    CHECK(segments.full());
+    // The window's four frames stay where segments are many, but for want of memory.
+    SegmentCache crowded = {4, 0.5F, Bands{}, 1, kMemory_bytes};
     run(crowded, 0, 15);
     CHECK(crowded.rays() == 4 * kRays);
-    LegWindow two = window();
+    SegmentCache two = window();
     run(two, 0, 2);
-    LegWindow small = window(two.memory_bytes());
+    SegmentCache small = window(two.memory_bytes());
     run(small, 0, 15);
     CHECK(small.rays() == 2 * kRays);
 }
 
-TEST_CASE("once an emitter has moved, its old legs are not heard") {
-    LegWindow slow = window();
+TEST_CASE("once an emitter has moved, its old segments are not heard") {
+    SegmentCache slow = window();
     run(slow, 0, 15, 0.01F);
     CHECK(slow.rays() == 4 * kRays);  // of the window
-    CHECK_FALSE(slow.settled());
-    LegWindow fast = window();
+    CHECK_FALSE(slow.is_current());
+    SegmentCache fast = window();
     run(fast, 0, 15, 0.3F);
     CHECK(fast.rays() == 2 * kRays);  // 0.6 m are beyond reach
-    LegWindow stopped = window();
+    SegmentCache stopped = window();
     run(stopped, 0, 15);
     stopped.advance({15, Vec3(0, 0.1F, 0), 0});
     // Of the fifteen three are left of a window of four.

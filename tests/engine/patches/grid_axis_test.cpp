@@ -5,11 +5,11 @@
 #include <limits>
 #include <vector>
 
-using aula::AxisCuts;
+using aula::GridAxis;
 
 namespace {
 
-int cells_between(const AxisCuts& cuts, float from_m, float to_m) {
+int cells_between(const GridAxis& cuts, float from_m, float to_m) {
     return cuts.cell(to_m) - cuts.cell(from_m);
 }
 
@@ -17,7 +17,7 @@ int cells_between(const AxisCuts& cuts, float from_m, float to_m) {
 
 TEST_CASE("a place lies in the cell that begins before it and ends behind it") {
     for (const float cell_m : {0.1F, 0.5F, 3.0F}) {
-        const AxisCuts cuts(10.13F, cell_m, {{2.31F, 10}, {2.44F, 9}, {7.77F, 1}});
+        const GridAxis cuts(10.13F, cell_m, {{2.31F, 10}, {2.44F, 9}, {7.77F, 1}});
         for (float x = -3; x < 14; x += 0.00371F) {
             const std::int32_t k = cuts.cell(x);
             CAPTURE(cell_m, x, k);
@@ -32,27 +32,27 @@ TEST_CASE("a place lies in the cell that begins before it and ends behind it") {
 }
 
 TEST_CASE("walls cut cells, small ones only where they are apart from larger ones") {
-    const AxisCuts cuts(10, 0.5F, {{2.3F, 10}, {2.31F, 20}, {5.05F, 5}});
+    const GridAxis cuts(10, 0.5F, {{2.3F, 10}, {2.31F, 20}, {5.05F, 5}});
     CHECK(cells_between(cuts, 2.3099F, 2.3101F) == 1);
     CHECK(cells_between(cuts, 2.2999F, 2.3001F) == 0);
     CHECK(cells_between(cuts, 5.0499F, 5.0501F) == 1);
-    const AxisCuts none(10, 0.5F, {});
+    const GridAxis none(10, 0.5F, {});
     CHECK(cells_between(none, 2.3099F, 2.3101F) == 0);  // companion
     CHECK(cells_between(none, 0, 10) == 20);
 }
 
 TEST_CASE("many walls at most double the cells, and a flat scene parts its sides") {
-    std::vector<AxisCuts::Wall> walls;
+    std::vector<GridAxis::Wall> walls;
     for (int i = 1; i < 1000; ++i) walls.push_back({0.01F * static_cast<float>(i), 1.0});
-    const AxisCuts cuts(10, 0.5F, walls);
+    const GridAxis cuts(10, 0.5F, walls);
     CHECK(cuts.cell(9.999F) <= 2 * 20);
-    const AxisCuts flat(0, 0.5F, {});
+    const GridAxis flat(0, 0.5F, {});
     CHECK(flat.cell(1e-4F) == flat.cell(0));
     CHECK(flat.cell(-1e-4F) != flat.cell(0));
 }
 
 TEST_CASE("what is no place has a cell that is there, not one beyond all memory") {
-    const AxisCuts cuts(10, 0.5F, {});
+    const GridAxis cuts(10, 0.5F, {});
     for (const float none : {std::numeric_limits<float>::quiet_NaN(), 1e30F, -1e30F,
                              std::numeric_limits<float>::infinity()}) {
         CHECK(cuts.cell(none) == 0);

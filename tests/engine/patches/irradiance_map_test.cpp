@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "engine/patches/patch_grid.h"
 #include "engine/base/sampling.h"
+#include "engine/patches/patch_grid.h"
 #include "tests/support/rooms.h"
 #include "tests/support/statistics.h"
 
@@ -37,8 +37,8 @@ struct Surveyed {
 
     struct Place {
         std::uint32_t patch = PatchGrid::kNone;
-        float area_m2 = 0;   // of the patch
-        float exposure = 0;  // in it
+        float area_m2 = 0;     // of the patch
+        float irradiance = 0;  // in it
     };
     Place met(const Vec3& from, const Vec3& way) const {
         const Ray ray{from, way};
@@ -49,7 +49,8 @@ struct Surveyed {
         const Vec3 normal = rays.facing_normal(hit, way);
         const std::uint32_t patch = grid.find(point, normal);
         REQUIRE(patch != PatchGrid::kNone);
-        return {patch, grid.area_m2(patch), grid.exposure(patch, hit.triangle, point, normal)};
+        return {patch, grid.area_m2(patch),
+                grid.relative_irradiance(patch, hit.triangle, point, normal)};
     }
 
     /// What of the sound of the lid's patch is radiated by what looks up from its cell, seen from
@@ -63,7 +64,7 @@ struct Surveyed {
             const auto [x, y] = random.uniform_2d();
             const Place place = met(kCell + Vec3(kPatch_m * x, kPatch_m * y, 1), kDown);
             if (place.patch != patch) continue;
-            share += kPatch_m2 / kPoints * double{place.exposure / place.area_m2};
+            share += kPatch_m2 / kPoints * double{place.irradiance / place.area_m2};
         }
         return share;
     }
@@ -88,10 +89,10 @@ TEST_CASE("where sound falls evenly no part of a patch is told from another") {
     RandomStream random(1);
     int uneven = 0;
     for (int i = 0; i < 2000; ++i) {
-        if (s.met(kInside, uniform_direction(random.uniform_2d())).exposure != 1) ++uneven;
+        if (s.met(kInside, uniform_direction(random.uniform_2d())).irradiance != 1) ++uneven;
     }
-    // At six standard deviations none of 376 patches but where the flood is not yet even; each is
-    // met by 5 rays.
+    // At six standard deviations none of 376 patches but where the random walks is not yet even;
+    // each is met by 5 rays.
     CHECK(uneven < 20);
 }
 
@@ -101,14 +102,15 @@ TEST_CASE("a lid over a hollow radiates all that its patch takes") {
         Scene scene = room();
         add_boxes(scene, across);
         const Surveyed s(scene);
-        // Some 400 hits of the flood for the whole, where the parts' own noise is gone: 5 %. A
-        // quarter of a hit beside 16 is taken as known, and brings the share 1 % nearer to a half.
+        // Some 400 hits of the random walks for the whole, where the parts' own noise is gone: 5 %.
+        // A quarter of a hit beside 16 is taken as known, and brings the share 1 % nearer to a
+        // half.
         CHECK(s.share_seen() == Approx(1).margin(0.15));
         // Companions: by area alone the lid had half, and the inside the other.
         const Surveyed::Place lid = s.met(kCorner + Vec3(0.2F, 0.21F, 1), kDown);
         CHECK(kLid_m2 / double{lid.area_m2} < 0.6);
         const Surveyed::Place inside = s.met(kCorner + Vec3(0.005F, 0.004F, 0.03F), kDown);
-        CHECK(inside.exposure < 0.2F);
+        CHECK(inside.irradiance < 0.2F);
     }
 }
 
@@ -132,7 +134,7 @@ TEST_CASE("a lid under a beam radiates most of what its patch takes") {
     const Surveyed s(scene);
     // 1 were exact. The open half of the lid, 0.08 m2, and the beam's top, 0.1 m2, take the sound:
     // were all of the lid's pieces covered by half, half of its share of 4 in 9 would be lost. The
-    // 400 hits of the flood are known to 5 %.
+    // 400 hits of the random walks are known to 5 %.
     const double share = s.share_seen();
     CAPTURE(share);
     CHECK(share > (1 - 0.5 * 0.08 / 0.18) / 1.05);
@@ -146,7 +148,7 @@ TEST_CASE("a patch that a moving object is in is taken as even, and as before on
     add_boxes(scene, 1);
     // Its top comes into the lid's cell, beside the lid.
     Object block = test::box(Vec3(0.04F, 0.04F, 0.05F));
-    block.path = Path{
+    block.path = Trajectory{
         {{0, {Vec3(4, 3, 2)}}, {1, {Vec3(2.005F, 2.005F, 1.2F)}}, {2, {Vec3(4, 3, 2)}}}, false};
     scene.objects.push_back(block);
     Surveyed s(scene);
@@ -154,16 +156,16 @@ TEST_CASE("a patch that a moving object is in is taken as even, and as before on
     const auto inside = [&] { return s.met(kCorner + Vec3(0.005F, 0.004F, 0.03F), kDown); };
     const Surveyed::Place lid_before = lid();
     const Surveyed::Place inside_before = inside();
-    REQUIRE(lid_before.exposure > 1.2F);
-    REQUIRE(inside_before.exposure < 0.2F);
+    REQUIRE(lid_before.irradiance > 1.2F);
+    REQUIRE(inside_before.irradiance < 0.2F);
     s.rays.move(1);
     s.grid.scene_moved(5);
     CHECK(lid().area_m2 > lid_before.area_m2);
-    CHECK(lid().exposure == 1);
-    CHECK(inside().exposure == 1);
+    CHECK(lid().irradiance == 1);
+    CHECK(inside().irradiance == 1);
     s.rays.move(2);
     s.grid.scene_moved(5);
     CHECK(lid().area_m2 == lid_before.area_m2);
-    CHECK(lid().exposure == lid_before.exposure);
-    CHECK(inside().exposure == inside_before.exposure);
+    CHECK(lid().irradiance == lid_before.irradiance);
+    CHECK(inside().irradiance == inside_before.irradiance);
 }

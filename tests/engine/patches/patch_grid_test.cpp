@@ -5,8 +5,8 @@
 #include <limits>
 #include <set>
 
-#include "engine/rays/room_survey.h"
 #include "engine/base/sampling.h"
+#include "engine/rays/room_survey.h"
 #include "tests/support/rooms.h"
 
 using namespace aula;
@@ -125,7 +125,7 @@ TEST_CASE("a box of 12 triangles and one of 200 000 have the same patches") {
     REQUIRE(fine.triangles.size() == 12 * 16384);
     Surveyed few(room(box, inside), 0.5F, inside);
     Surveyed many(room(fine, inside), 0.5F, inside);
-    // What the flood of random rays finds; the rims' slivers come down to chance.
+    // What the random walks finds; the rims' slivers come down to chance.
     CHECK(static_cast<double>(many.grid.reached()) ==
           Approx(static_cast<double>(few.grid.reached())).epsilon(0.03));
     // Companion: patches half as wide are four times as many.
@@ -157,7 +157,7 @@ Scene room_with_sliding_block(const Vec3& size, const Vec3& begin, const Vec3& e
                               double duration_s) {
     Scene scene = room(test::box(Vec3(10, 4, 3)), kBesideBlock);
     Object block = test::box(size);
-    block.path = Path{{{0, {begin}}, {duration_s, {end}}}, false};
+    block.path = Trajectory{{{0, {begin}}, {duration_s, {end}}}, false};
     scene.objects.push_back(block);
     return scene;
 }
@@ -208,11 +208,11 @@ TEST_CASE("sound that has passed through a moving object is direct until a wall 
     constexpr int kPaths = 500;
     int direct = 0;
     int later = 0;
-    flood(rays, {&kBesideBlock, 1}, {.paths = kPaths, .bounces = 8, .seed = 1},
-          [&](int reflections, const Ray&, const Hit& hit) {
-              CHECK(hit.any());
-              ++(reflections == 0 ? direct : later);
-          });
+    trace_random_walks(rays, {&kBesideBlock, 1}, {.paths = kPaths, .bounces = 8, .seed = 1},
+                       [&](int reflections, const Ray&, const Hit& hit) {
+                           CHECK(hit.any());
+                           ++(reflections == 0 ? direct : later);
+                       });
     // Exact: each path's first wall, for many behind the block.
     CHECK(direct == kPaths);
     // Companion: it has others.
@@ -234,23 +234,25 @@ TEST_CASE("a survey measures segments from wall to wall, through what moves") {
     // Companion: pieces from the block on are shorter.
     double pieces_m = 0;
     int hits = 0;
-    flood(rays, {&kBesideBlock, 1}, {.paths = 500, .bounces = 32, .seed = 1},
-          [&](int, const Ray& ray, const Hit& hit) {
-              const Ray back{ray.origin + hit.distance_m * ray.direction, -ray.direction};
-              Hit first;
-              rays.intersect({&back, 1}, {&first, 1});
-              pieces_m +=
-                  double{first.any() ? std::min(first.distance_m, hit.distance_m) : hit.distance_m};
-              ++hits;
-          });
+    trace_random_walks(
+        rays, {&kBesideBlock, 1}, {.paths = 500, .bounces = 32, .seed = 1},
+        [&](int, const Ray& ray, const Hit& hit) {
+            const Ray back{ray.origin + hit.distance_m * ray.direction, -ray.direction};
+            Hit first;
+            rays.intersect({&back, 1}, {&first, 1});
+            pieces_m +=
+                double{first.any() ? std::min(first.distance_m, hit.distance_m) : hit.distance_m};
+            ++hits;
+        });
     CHECK(pieces_m / hits < 0.9 * mean_m);
 }
 
 TEST_CASE("a ray is not lost through the floor that a moving object stands on") {
     const auto lost = [](const Scene& scene) {
         int count = 0;
-        flood(RayScene(scene), {&kBesideBlock, 1}, {.paths = 2000, .bounces = 32, .seed = 1},
-              [&](int, const Ray&, const Hit& hit) { count += hit.any() ? 0 : 1; });
+        trace_random_walks(RayScene(scene), {&kBesideBlock, 1},
+                           {.paths = 2000, .bounces = 32, .seed = 1},
+                           [&](int, const Ray&, const Hit& hit) { count += hit.any() ? 0 : 1; });
         return count;
     };
     Scene scene = room_with_sliding_block(Vec3(3, 3, 2), Vec3(3, 0.5F, 0), Vec3(5, 0.5F, 0), 1);

@@ -6,8 +6,8 @@
 #include <set>
 #include <tuple>
 
-#include "engine/trace/path_identifier.h"
 #include "engine/base/sampling.h"
+#include "engine/trace/path_identifier.h"
 #include "tests/support/rooms.h"
 
 using namespace aula;

@@ -91,7 +91,7 @@ TEST_CASE("among few triangles, tried one by one, rays hit what they hit in a hi
         return Vec3(5 * random.uniform(), 4 * random.uniform(), 3 * random.uniform());
     };
     Object soup;
-    while (soup.triangles.size() + 12 < FewTriangles::kMost) {
+    while (soup.triangles.size() + 12 < BruteForceIntersector::kMost) {
         const auto first = static_cast<std::uint32_t>(soup.vertices.size());
         const bool degenerate = soup.triangles.size() % 5 == 0;
         soup.vertices.insert(soup.vertices.end(), {somewhere(), somewhere(), somewhere()});
@@ -132,7 +132,7 @@ TEST_CASE("among few triangles, tried one by one, rays hit what they hit in a hi
 TEST_CASE("no ray leaks through the edges of a room of few triangles") {
     const Scene icosahedron = test::grey_room(test::icosphere(2, 0), 0.1F, 1, Vec3(0), Vec3(0));
     const RayScene scene(icosahedron);
-    REQUIRE(scene.triangle_count() <= FewTriangles::kMost);
+    REQUIRE(scene.triangle_count() <= BruteForceIntersector::kMost);
     RandomStream random(6);
     std::vector<Ray> rays;
     for (int i = 0; i < 20000; ++i) {
@@ -170,7 +170,7 @@ TEST_CASE("no ray leaks through the edges of a finely divided sphere") {
 TEST_CASE("a moving object is met where it is") {
     Scene scene = test::grey_room(test::box(Vec3(10, 4, 3)), 0.1F, 1, Vec3(1), Vec3(2));
     Object door = test::box(Vec3(0.1F, 4, 3));
-    door.path = Path{{{0, {Vec3(2, 0, 0)}}, {1, {Vec3(5, 0, 0)}}}, false};
+    door.path = Trajectory{{{0, {Vec3(2, 0, 0)}}, {1, {Vec3(5, 0, 0)}}}, false};
     scene.objects.push_back(door);
     RayScene rays(scene);
     const auto distance = [&] {
@@ -219,8 +219,9 @@ TEST_CASE("of triangles with the same corners the first is met, though many lie 
 
 TEST_CASE("a moving triangle in the place of another leaves it when it moves") {
     Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 1, Vec3(1), Vec3(2));
-    for (int i = 0; i < 5; ++i) scene.objects.push_back(scene.objects[0]);  // beyond FewTriangles
-    scene.objects[3].path = Path{{{0, {Vec3(0)}}, {1, {Vec3(1, 0, 0)}}}, false};
+    for (int i = 0; i < 5; ++i)
+        scene.objects.push_back(scene.objects[0]);  // beyond BruteForceIntersector
+    scene.objects[3].path = Trajectory{{{0, {Vec3(0)}}, {1, {Vec3(1, 0, 0)}}}, false};
     RayScene moving(scene);
     moving.move(1);
     const Ray ray{Vec3(0.5F, 2, 1.5F), Vec3(1, 0, 0)};

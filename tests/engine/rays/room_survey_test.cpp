@@ -30,8 +30,8 @@ Object quad(const std::array<Vec3, 4>& corners) {
 
 std::size_t escaped(const Scene& scene, const Vec3& from, int paths) {
     std::size_t count = 0;
-    flood(RayScene(scene), {&from, 1}, {.paths = paths, .bounces = 32, .seed = 3},
-          [&](int, const Ray&, const Hit& hit) { count += hit.any() ? 0 : 1; });
+    trace_random_walks(RayScene(scene), {&from, 1}, {.paths = paths, .bounces = 32, .seed = 3},
+                       [&](int, const Ray&, const Hit& hit) { count += hit.any() ? 0 : 1; });
     return count;
 }
 
@@ -113,7 +113,8 @@ TEST_CASE("sound finds a way through an opening, and none through a wall") {
     CHECK(joined(scene_of(rooms), here, there));
     // A shut door is solid where it is, though it may move.
     rooms.push_back(quad({Vec3(5, 0, 0), Vec3(5, 4, 0), Vec3(5, 4, 3), Vec3(5, 0, 3)}));
-    rooms.back().path = Path{{{0, {Vec3(0), 0, 0, 0}}, {1, {Vec3(0, 0, 10), 0, 0, 0}}}, false};
+    rooms.back().path =
+        Trajectory{{{0, {Vec3(0), 0, 0, 0}}, {1, {Vec3(0, 0, 10), 0, 0, 0}}}, false};
     CHECK_FALSE(joined(scene_of(rooms), here, there));
     const Scene scene = scene_of(rooms);
     RayScene rays(scene);

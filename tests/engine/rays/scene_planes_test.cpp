@@ -103,7 +103,7 @@ TEST_CASE("a moving object's planes move with it and leave those they shared") {
     Object door;
     add_triangle(door, {0, 0, 0}, {0, 1, 0}, {0, 0, 2});
     add_triangle(door, {0, 1, 0}, {0, 1, 2}, {0, 0, 2});
-    door.path = aula::Path{};
+    door.path = aula::Trajectory{};
     door.path->points = {{0, {.position = {0, 5, 0}}},
                          {1, {.position = {0, 5, 0}, .yaw_rad = 0.5F}},
                          {2, {.position = {1, 5, 0}, .yaw_rad = 0.5F}}};

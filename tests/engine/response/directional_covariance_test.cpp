@@ -6,8 +6,8 @@
 #include <numbers>
 #include <vector>
 
-#include "engine/response/impulse_response.h"
 #include "engine/base/spherical_harmonics.h"
+#include "engine/response/impulse_response.h"
 
 using namespace aula;
 
@@ -28,7 +28,7 @@ std::vector<Vec3> lattice(int count) {
 }
 
 /// The covariance that the field gives its channels.
-Matrix covariance(const ArrivalField& field, const Vec3& mean) {
+Matrix covariance(const DirectionalCovariance& field, const Vec3& mean) {
     std::vector<float> triangle(field.triangle());
     field.mixing(mean, triangle.data());
     const std::size_t n = field.channels();
@@ -88,7 +88,7 @@ TEST_CASE("harmonics are those of AmbiX and orthogonal with energies 1 / (2 l + 
 
 TEST_CASE("a diffuse field's channels are uncorrelated with energies 1 / (2 l + 1)") {
     for (int order = 0; order <= 3; ++order) {
-        const ArrivalField field(order);
+        const DirectionalCovariance field(order);
         Matrix expected(field.channels(), std::vector<double>(field.channels()));
         for (std::size_t i = 0; i < expected.size(); ++i)
             expected[i][i] = 1.0 / (2 * order_of(i) + 1);
@@ -97,7 +97,7 @@ TEST_CASE("a diffuse field's channels are uncorrelated with energies 1 / (2 l + 
 }
 
 TEST_CASE("sound from one direction is that plane wave in every channel") {
-    const ArrivalField field(3);
+    const DirectionalCovariance field(3);
     for (const Vec3& u : lattice(50)) {
         std::array<double, 16> y;
         spherical_harmonics(u, 3, y.data());
@@ -110,7 +110,7 @@ TEST_CASE("sound from one direction is that plane wave in every channel") {
 }
 
 TEST_CASE("in between, the covariance is that of sound from directions around the mean") {
-    const ArrivalField field(3);
+    const DirectionalCovariance field(3);
     const auto directions = lattice(20000);
     for (const double concentration : {0.3, 2.0, 9.0, 40.0}) {
         const Vec3 axis = glm::normalize(Vec3(0.3F, -0.8F, 0.5F));
@@ -138,7 +138,7 @@ TEST_CASE("in between, the covariance is that of sound from directions around th
 }
 
 TEST_CASE("the mean of the channels' products with W is the mean direction") {
-    const ArrivalField field(2);
+    const DirectionalCovariance field(2);
     const Vec3 mean(0.2F, 0.5F, -0.3F);
     const Matrix c = covariance(field, mean);
     CHECK(c[0][0] == Approx(1).margin(1e-6));

@@ -56,8 +56,8 @@ TEST_CASE("roll is applied before pitch and pitch before yaw") {
 }
 
 TEST_CASE("a path is linear between its points and rests before and after them") {
-    const aula::Path path{{{1, pose_at_x(0, 0)}, {3, pose_at_x(4, 2)}, {4, pose_at_x(4, 6)}},
-                          false};
+    const aula::Trajectory path{{{1, pose_at_x(0, 0)}, {3, pose_at_x(4, 2)}, {4, pose_at_x(4, 6)}},
+                                false};
     CHECK(path.at(0).position.x == 0);
     CHECK(path.at(1).position.x == 0);
     CHECK(path.at(1.5).position.x == 1);
@@ -68,7 +68,7 @@ TEST_CASE("a path is linear between its points and rests before and after them")
 }
 
 TEST_CASE("a looped path repeats after its last time") {
-    const aula::Path path{{{0, pose_at_x(0)}, {4, pose_at_x(8)}}, true};
+    const aula::Trajectory path{{{0, pose_at_x(0)}, {4, pose_at_x(8)}}, true};
     CHECK(path.at(3).position.x == 6);
     CHECK(path.at(4).position.x == 0);
     CHECK(path.at(4 * 1000 + 1).position.x == 2);
@@ -76,14 +76,14 @@ TEST_CASE("a looped path repeats after its last time") {
 }
 
 TEST_CASE("two points at one time are a jump to the second") {
-    const aula::Path path{{{0, pose_at_x(0)}, {1, pose_at_x(1)}, {1, pose_at_x(5)}}, false};
+    const aula::Trajectory path{{{0, pose_at_x(0)}, {1, pose_at_x(1)}, {1, pose_at_x(5)}}, false};
     CHECK(path.at(0.5).position.x == 0.5F);
     CHECK(path.at(1).position.x == 5);
 }
 
 TEST_CASE("a path of one point stands still, looped or not") {
     for (const bool loop : {false, true}) {
-        const aula::Path path{{{0, pose_at_x(7)}}, loop};
+        const aula::Trajectory path{{{0, pose_at_x(7)}}, loop};
         CHECK(path.at(0).position.x == 7);
         CHECK(path.at(12).position.x == 7);
     }
@@ -100,7 +100,7 @@ TEST_CASE("world vertices are rotated about the local origin, then moved by path
     Pose turned;
     turned.position = {0, 10, 0};
     turned.yaw_rad = kQuarter_rad;
-    object.path = aula::Path{{{0, Pose{}}, {1, turned}}, false};
+    object.path = aula::Trajectory{{{0, Pose{}}, {1, turned}}, false};
     check_near(object.world_vertices(0)[0], {101, 0, 0});
     check_near(object.world_vertices(1)[0], {100, 11, 0});
     check_near(object.world_vertices(1)[1], {100, 10, 2});

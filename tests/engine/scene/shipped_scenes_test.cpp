@@ -11,9 +11,9 @@
 #include "engine/scene/scene_file.h"
 
 using aula::LoadedScene;
-using aula::Path;
 using aula::RayScene;
 using aula::Scene;
+using aula::Trajectory;
 using aula::Vec3;
 namespace fs = std::filesystem;
 
@@ -84,7 +84,7 @@ TEST_CASE("the shipped rooms are closed around their sources and walks") {
         const RayScene rays(scene);
         for (const auto& source : scene.sources) CHECK(escaping_share(rays, source.position) == 0);
         REQUIRE(scene.listener.path);
-        for (const Path::Point& point : scene.listener.path->points) {
+        for (const Trajectory::Keyframe& point : scene.listener.path->points) {
             CHECK(escaping_share(rays, point.pose.position) == 0);
         }
     }

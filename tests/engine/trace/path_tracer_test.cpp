@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "engine/base/band_vector.h"
-#include "engine/trace/detection_spheres.h"
 #include "engine/base/sampling.h"
+#include "engine/trace/detection_spheres.h"
 #include "tests/support/rooms.h"
 #include "tests/support/statistics.h"
 
@@ -40,8 +40,8 @@ struct Traced {
             TraceBatch batch;
             const Receiver receiver{scene.listener.pose.position, radius_m};
             tracer.trace({0, scene.sources[0].position}, {&receiver, 1}, frame_seed, b, batch);
-            collect_leg_arrivals(rays, {&receiver, 1}, settings.attenuation_per_m, settings.rays,
-                                 batch);
+            collect_segment_arrivals(rays, {&receiver, 1}, settings.attenuation_per_m,
+                                     settings.rays, batch);
             all.insert(all.end(), batch.arrivals.begin(), batch.arrivals.end());
         }
         return all;
@@ -294,27 +294,27 @@ TEST_CASE("paths come to rest off what they hit, on their side, however far and 
         const Scene scene = test::grey_room(walls, 0.1F, 1, Vec3(0), Vec3(1));
         const RayScene rays(scene);
         RandomStream random(1);
-        const auto wave = std::make_unique<PathWave>();
+        const auto paths = std::make_unique<PathBatch>();
         for (int round = 0; round < 50; ++round) {
-            wave->count = kLanes;
+            paths->count = kLanes;
             for (std::size_t i = 0; i < kLanes; ++i) {
-                wave->rays.origin.set(i, from_m * uniform_direction(random.uniform_2d()));
-                wave->rays.direction.set(i, uniform_direction(random.uniform_2d()));
-                wave->rays.max_m[i] = 1000;
+                paths->rays.origin.set(i, from_m * uniform_direction(random.uniform_2d()));
+                paths->rays.direction.set(i, uniform_direction(random.uniform_2d()));
+                paths->rays.max_m[i] = 1000;
             }
-            rays.intersect(wave->rays, wave->count, wave->hits);
-            wave->arrive(rays);
+            rays.intersect(paths->rays, paths->count, paths->hits);
+            paths->arrive(rays);
             for (std::size_t i = 0; i < kLanes; ++i) {
-                REQUIRE(wave->hits.triangle[i] != kNoTriangle);
-                const RayScene::Triangle& t = rays.triangle(wave->hits.triangle[i]);
-                const glm::dvec3 normal(wave->normal.at(i));
+                REQUIRE(paths->hits.triangle[i] != kNoTriangle);
+                const RayScene::Triangle& t = rays.triangle(paths->hits.triangle[i]);
+                const glm::dvec3 normal(paths->normal.at(i));
                 const double off_m =
-                    glm::dot(normal, glm::dvec3(wave->point.at(i)) - glm::dvec3(t.vertices[0]));
+                    glm::dot(normal, glm::dvec3(paths->point.at(i)) - glm::dvec3(t.vertices[0]));
                 // Single precision rounds places of a kilometre to 3e-5.
-                const float way_m = wave->hits.distance_m[i];
+                const float way_m = paths->hits.distance_m[i];
                 CHECK(off_m > 5e-5);
                 CHECK(off_m < 2 * double{RayScene::offset_after(way_m)});
-                CHECK(glm::dot(normal, glm::dvec3(wave->rays.direction.at(i))) < 0);
+                CHECK(glm::dot(normal, glm::dvec3(paths->rays.direction.at(i))) < 0);
             }
         }
     }
@@ -324,13 +324,13 @@ TEST_CASE("a lobe that has next to nothing is not drawn, whatever the number") {
     std::uint64_t state = 0;
     while (RandomStream(state).uniform_2d()[0] != 0) ++state;
     const Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 1e-40F, Vec3(1), Vec3(2));
-    const auto wave = std::make_unique<PathWave>();
-    wave->count = 1;
-    wave->energy[0] = Bands::filled(1);
-    wave->random[0] = state;
-    wave->scatter(RayScene(scene), Bands{});
-    CHECK(wave->to_diffuse[0] == 0);
-    CHECK(wave->energy[0].sum() == Approx(0.9 * kBandCount));
+    const auto paths = std::make_unique<PathBatch>();
+    paths->count = 1;
+    paths->energy[0] = Bands::filled(1);
+    paths->random[0] = state;
+    paths->scatter(RayScene(scene), Bands{});
+    CHECK(paths->to_diffuse[0] == 0);
+    CHECK(paths->energy[0].sum() == Approx(0.9 * kBandCount));
 }
 
 TEST_CASE("vectors of bands have their sums in one order, to the bit, and their maxima") {
@@ -356,7 +356,7 @@ TEST_CASE("vectors of bands have their sums in one order, to the bit, and their 
     }
 }
 
-TEST_CASE("spheres that grow with a leg's energy keep late specular levels and calm them") {
+TEST_CASE("spheres that grow with a segment's energy keep late specular levels and calm them") {
     // A box with one pair of hard walls: few rays between them carry its late sound. Exact by
     // images of all orders.
     const Vec3 size(12, 9, 5);
@@ -421,8 +421,8 @@ TEST_CASE("spheres that grow with a leg's energy keep late specular levels and c
             for (auto& bin : run.levels) bin.push_back(0);
             for (TraceBatch& batch : batches) {
                 batch.arrivals.clear();
-                collect_leg_arrivals(traced.rays, {&receiver, 1}, Bands{}, traced.settings.rays,
-                                     batch);
+                collect_segment_arrivals(traced.rays, {&receiver, 1}, Bands{}, traced.settings.rays,
+                                         batch);
                 run.arrivals += static_cast<double>(batch.arrivals.size());
                 for (const Arrival& a : batch.arrivals) {
                     const int bin = bin_of(double{a.length_m});
@@ -451,7 +451,7 @@ TEST_CASE("spheres that grow with a leg's energy keep late specular levels and c
         fixed_deviation += of_fixed.standard_error * std::sqrt(double{kFrames}) / kBins;
         grown_deviation += of_grown.standard_error * std::sqrt(double{kFrames}) / kBins;
     }
-    // The relative standard deviation of a bin and frame. The legs' number and the share of a
+    // The relative standard deviation of a bin and frame. The segments' number and the share of a
     // sphere in the room give 2000 x pi 0.25 x 17 / 540 = 49 equal hits in a bin, of up to four
     // times the mean energy in a fixed sphere or a grown one: 2 / sqrt(49) = 0.29 at most for even
     // chords, times sqrt(9/8).
@@ -481,11 +481,11 @@ TEST_CASE("large spheres stand for what their middle sees of a room") {
         for (int b = 0; b < tracer.batch_count(); ++b) {
             TraceBatch batch;
             tracer.trace({0, Vec3(1, 5, 1)}, {}, derive_seed(test::test_seed(), f), b, batch);
-            for (const Leg& leg : batch.legs) {
+            for (const PathSegment& segment : batch.segments) {
                 for (std::size_t k = 0; k < fluence.size(); k += 4) {
-                    const auto chord =
-                        receiver.chord(rays, leg.origin, leg.direction, leg.length_m, k);
-                    if (!chord || leg.before_m + chord->at_m < 100) continue;
+                    const auto chord = receiver.chord(rays, segment.origin, segment.direction,
+                                                      segment.length_m, k);
+                    if (!chord || segment.before_m + chord->at_m < 100) continue;
                     fluence[k].back() += double{chord->share_1_m2} / 4000;
                 }
             }

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "engine/rays/plane_sequence.h"
 #include "engine/base/sampling.h"
+#include "engine/rays/plane_sequence.h"
 #include "engine/trace/specular_sum.h"
 #include "tests/support/rooms.h"
 
@@ -363,7 +363,7 @@ TEST_CASE("a mirror that leaves the plane of another goes on reflecting") {
     add_screen(still, 0, -50, 0, -50, 50);
     Object moving;
     add_screen(moving, 0, 0, 50, -50, 50);
-    moving.path = aula::Path{};
+    moving.path = aula::Trajectory{};
     moving.path->points = {{0, {.position = {0, 0, 0}}}, {1, {.position = {-1, 0, 0}}}};
     RayScene rays(scene_of({still, moving}));
     SpecularPaths specular(rays, 2, kRadius_m, 1);
@@ -466,7 +466,7 @@ TEST_CASE("images follow an object that moves and keep their identity") {
     add_screen(wall, 5, -50, 50, -50, 50);
     Object mirror;
     add_screen(mirror, 0, -50, 50, -50, 50);
-    mirror.path = aula::Path{};
+    mirror.path = aula::Trajectory{};
     mirror.path->points = {{0, {.position = {0, 0, 0}}}, {1, {.position = {-1, 0, 0}}}};
     RayScene rays(scene_of({wall, mirror}));
     SpecularPaths specular(rays, 2, kRadius_m, 1);

@@ -23,7 +23,7 @@ TEST_CASE("Scenes of other materials and sources have the same geometry; a moved
     moved.objects[0].translation.x += 1;
     CHECK_FALSE(same_geometry(scene, moved));
     Scene moving = scene;
-    moving.objects[0].path = Path{{{0, {}}, {1, {}}}, false};
+    moving.objects[0].path = Trajectory{{{0, {}}, {1, {}}}, false};
     CHECK_FALSE(same_geometry(scene, moving));
     CHECK(same_geometry(moving, Scene(moving)));
     Scene faster = moving;

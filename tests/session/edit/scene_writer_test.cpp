@@ -6,8 +6,8 @@
 #include <sstream>
 
 #include "apps/session/base/json_text.h"
-#include "apps/session/frames/play_controls.h"
 #include "apps/session/edit/scene_edits.h"
+#include "apps/session/frames/play_controls.h"
 #include "engine/base/error.h"
 #include "engine/scene/material_library.h"
 #include "tests/support/program.h"
@@ -51,7 +51,7 @@ std::string materials_of(const Scene& scene) {
     return text.str();
 }
 
-void check_same_paths(const std::optional<Path>& a, const std::optional<Path>& b) {
+void check_same_paths(const std::optional<Trajectory>& a, const std::optional<Trajectory>& b) {
     REQUIRE(a.has_value() == b.has_value());
     if (!a) return;
     CHECK(a->loop == b->loop);

@@ -18,11 +18,11 @@ double energy(const PlayControls& controls) {
     scene.sources[0].signal = Source::Signal::noise;
     SessionOptions options;
     options.output = OutputFormat::mono;
-    Performance performance(scene, options, kRate_hz, false);
+    PreparedScene prepared(scene, options, kRate_hz, false);
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
     double sum = 0;
     for (const float x : take(mixer, 100, [&](int block) {
-             if (block == 0) begin(performance, mixer, controls);
+             if (block == 0) begin(prepared, mixer, controls);
          }))
         sum += static_cast<double>(x) * static_cast<double>(x);
     return sum;

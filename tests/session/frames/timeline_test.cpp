@@ -16,8 +16,8 @@ constexpr double kResponse_s = 1.5;
 /// The response and the fade of what would go on.
 constexpr double kTail_s = kResponse_s + Timeline::kFade_s;
 
-Path walk(double duration_s, bool loop) {
-    Path path;
+Trajectory walk(double duration_s, bool loop) {
+    Trajectory path;
     path.loop = loop;
     path.points = {{0, Pose{}}, {duration_s, Pose{}}};
     return path;
@@ -174,7 +174,7 @@ TEST_CASE("The tail waits for the sound from where all are at the end of the wal
     for (const bool listener_walks : {false, true}) {
         for (const bool away : {false, true}) {
             Scene scene = scene_with(Source::Signal::noise, false);
-            Path path;
+            Trajectory path;
             path.points = {{0, away ? Pose{} : far}, {8, away ? far : Pose{}}};
             // Near each other all the time.
             scene.sources.resize(3, scene.sources[0]);

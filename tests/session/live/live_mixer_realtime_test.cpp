@@ -21,13 +21,13 @@ TEST_CASE("The audio thread neither allocates, frees, locks nor writes while wha
     mixer.listen(true);
     std::vector<float> channel(kTakeBlock);
     const std::vector<float*> outputs{channel.data()};
-    std::vector<std::unique_ptr<Performance>> all;
+    std::vector<std::unique_ptr<PreparedScene>> all;
     RealtimeViolations violations;
     int back = 0;
     for (int block = 0; block < 400; ++block) {
-        while (mixer.stages().reclaim()) ++back;
+        while (mixer.playbacks().reclaim()) ++back;
         if (block % 40 == 0 || (block > 200 && block < 230)) {
-            all.push_back(std::make_unique<Performance>(scene, options, 48000, false));
+            all.push_back(std::make_unique<PreparedScene>(scene, options, 48000, false));
             begin(*all.back(), mixer);
         }
         if (block == 20) {

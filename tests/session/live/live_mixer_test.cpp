@@ -28,11 +28,11 @@ SessionOptions mono() {
 }
 
 /// The room, playing a second of a swelling tone.
-std::unique_ptr<Performance> tone_in(const Scene& scene, bool starts_anew = false) {
+std::unique_ptr<PreparedScene> tone_in(const Scene& scene, bool starts_anew = false) {
     Reusable before;
     before.sources = scene.sources;
     before.signals = {std::make_shared<const Signal>(test::tone(), false)};
-    return std::make_unique<Performance>(scene, mono(), kRate_hz, starts_anew, before);
+    return std::make_unique<PreparedScene>(scene, mono(), kRate_hz, starts_anew, before);
 }
 
 Scene quick_room() {
@@ -45,7 +45,7 @@ Scene quick_room() {
 
 TEST_CASE("A tone stays a tone while estimator, order, materials and source change: no click") {
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
-    std::vector<std::unique_ptr<Performance>> all;
+    std::vector<std::unique_ptr<PreparedScene>> all;
     Scene scene = quick_room();
     const auto change = [&] {
         all.push_back(tone_in(scene));
@@ -91,7 +91,7 @@ TEST_CASE("Going over to the same scene is not heard: what ends and what begins 
     const Scene scene = test::free_field({3, 0, 0});
     const auto heard = [&](bool changes) {
         LiveMixer mixer(kRate_hz, kTakeBlock, 1);
-        std::vector<std::unique_ptr<Performance>> all;
+        std::vector<std::unique_ptr<PreparedScene>> all;
         return take(mixer, kSecond_blocks, [&](int block) {
             // One that begins anew: what follows goes on in its time.
             const bool anew = block == 40;
@@ -132,7 +132,7 @@ TEST_CASE("What begins in mid-wave, or is taken up in its middle, rises; an onse
         wave[0] = 0.1F;
     }
     before.signals = {std::make_shared<const Signal>(wave, true)};
-    Performance room(scene, mono(), kRate_hz, c.anew, before);
+    PreparedScene room(scene, mono(), kRate_hz, c.anew, before);
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
     const auto heard = take(mixer, c.start_block + 70, [&](int block) {
         if (block == c.start_block) begin(room, mixer);
@@ -168,13 +168,13 @@ TEST_CASE("What begins in mid-wave, or is taken up in its middle, rises; an onse
     CHECK(near);
 }
 
-TEST_CASE("What a stage has sent out is heard to its end, however far it has to go") {
+TEST_CASE("What a playback has sent out is heard to its end, however far it has to go") {
     // 100 m away sound is under way for 0.29 s, much longer than the room would ring.
     Scene scene = test::free_field({100, 0, 0});
     scene.simulation.ir_length_s = 0.1F;
     const auto heard = [&](bool changes) {
         LiveMixer mixer(kRate_hz, kTakeBlock, 1);
-        std::vector<std::unique_ptr<Performance>> all;
+        std::vector<std::unique_ptr<PreparedScene>> all;
         return take(mixer, 2 * kSecond_blocks, [&](int block) {
             if (block == 0 || (changes && block == 80)) {
                 all.push_back(tone_in(scene));
@@ -201,7 +201,7 @@ TEST_CASE("What was asked to last half a second lasts as long, and ends without 
         Reusable before;
         before.sources = scene.sources;
         before.signals = {std::make_shared<const Signal>(test::tone(), false)};
-        Performance room(scene, options, kRate_hz, true, before);
+        PreparedScene room(scene, options, kRate_hz, true, before);
         LiveMixer mixer(kRate_hz, kTakeBlock, 1);
         return take(mixer, kSecond_blocks, [&](int block) {
             if (block == 0) begin(room, mixer);
@@ -231,11 +231,10 @@ TEST_CASE("Sound that is not finite is muted and counted, and what follows is he
     Reusable before;
     before.sources = scene.sources;
     before.signals = {std::make_shared<const Signal>(tone, false)};
-    Performance performance(scene, mono(), kRate_hz, false, before);
-    const auto heard =
-        take(mixer, kSecond_blocks, [&](int block) {
-            if (block == 0) begin(performance, mixer);
-        });
+    PreparedScene prepared(scene, mono(), kRate_hz, false, before);
+    const auto heard = take(mixer, kSecond_blocks, [&](int block) {
+        if (block == 0) begin(prepared, mixer);
+    });
     CHECK(mixer.muted_samples() >= 480);
     CHECK(std::all_of(heard.begin(), heard.end(), [](float x) { return std::isfinite(x); }));
     CHECK(std::any_of(heard.begin() + 24000, heard.end(), [](float x) { return x != 0; }));
@@ -249,21 +248,21 @@ TEST_CASE("What nobody reads in time is counted as lost") {
     CHECK(mixer.lost_samples() == 8 * kTakeBlock);
 }
 
-TEST_CASE("Of many changes in a row the last is played, and all stages come back") {
+TEST_CASE("Of many changes in a row the last is played, and all playbacks come back") {
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
     Scene scene = test::free_field({1, 0, 0});
     scene.simulation.ir_length_s = 0.3F;
-    std::vector<std::unique_ptr<Performance>> all;
+    std::vector<std::unique_ptr<PreparedScene>> all;
     int back = 0;
     constexpr int kChanges = 30;
     const auto heard = take(mixer, 3 * kSecond_blocks, [&](int block) {
-        while (mixer.stages().reclaim()) ++back;
+        while (mixer.playbacks().reclaim()) ++back;
         if (block < kChanges) {
             scene.sources[0].position.x = block + 1 < kChanges ? 1.0F : 2.0F;
             Reusable before;
             before.sources = scene.sources;
             before.signals = {std::make_shared<const Signal>(std::vector<float>(48, 0.1F), true)};
-            all.push_back(std::make_unique<Performance>(scene, mono(), kRate_hz, false, before));
+            all.push_back(std::make_unique<PreparedScene>(scene, mono(), kRate_hz, false, before));
             begin(*all.back(), mixer);
         }
     });
@@ -275,7 +274,7 @@ TEST_CASE("Of many changes in a row the last is played, and all stages come back
     Reusable before;
     before.sources = one.sources;
     before.signals = {std::make_shared<const Signal>(std::vector<float>(48, 0.1F), true)};
-    Performance alone(one, mono(), kRate_hz, false, before);
+    PreparedScene alone(one, mono(), kRate_hz, false, before);
     const auto reference = take(near, kSecond_blocks, [&](int block) {
         if (block == 0) begin(alone, near);
     });
@@ -287,14 +286,14 @@ TEST_CASE("Of many changes in a row the last is played, and all stages come back
 TEST_CASE("Another signal fades in on a source that plays") {
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
     const Scene scene = test::free_field({1, 0, 0});
-    auto performance = tone_in(scene);
+    auto prepared = tone_in(scene);
     // A quarter of a turn behind: not in step with the first, still the same tone.
     std::vector<float> other = test::tone();
     std::rotate(other.begin(), other.begin() + 12, other.end());
     const auto heard = take(mixer, 2 * kSecond_blocks, [&](int block) {
-        if (block == 0) begin(*performance, mixer);
+        if (block == 0) begin(*prepared, mixer);
         if (block != 80) return;
-        performance->other_signals.publish(
+        prepared->other_signals.publish(
             std::make_unique<SignalSet>(SignalSet{std::make_shared<const Signal>(other, false)}));
     });
     CHECK(share_off_tone(heard) < 1e-6);
@@ -312,10 +311,10 @@ TEST_CASE("Another signal fades in on a source that plays") {
 
 TEST_CASE("A pause fades to silence where time stands still, and back without a click") {
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
-    auto performance = tone_in(test::free_field({1, 0, 0}));
+    auto prepared = tone_in(test::free_field({1, 0, 0}));
     double paused_at_s = 0;
     const auto heard = take(mixer, 2 * kSecond_blocks, [&](int block) {
-        if (block == 0) begin(*performance, mixer);
+        if (block == 0) begin(*prepared, mixer);
         if (block == 90) mixer.pause(true);
         if (block == 110) {
             CHECK(mixer.silent());

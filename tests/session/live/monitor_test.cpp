@@ -19,13 +19,13 @@ TEST_CASE("A recording holds every sample that is heard while it is made") {
     scene.sources[0].signal = Source::Signal::noise;
     SessionOptions options;
     options.output = OutputFormat::mono;
-    Performance performance(scene, options, kRate_hz, false);
+    PreparedScene prepared(scene, options, kRate_hz, false);
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
     Monitor monitor(mixer, kRate_hz);
     CHECK_THROWS_AS(monitor.record(folder.path() / "no folder" / "heard.wav"), AudioInputError);
     std::size_t begun = 0;
     const auto heard = take(mixer, 100, [&](int block) {
-        if (block == 0) begin(performance, mixer);
+        if (block == 0) begin(prepared, mixer);
         if (block == 10) {
             monitor.record(file);
             begun = static_cast<std::size_t>(block) * kTakeBlock;

@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "apps/session/live/load_news.h"
-#include "audio/device/device.h"
 #include "audio/base/error.h"
+#include "audio/device/device.h"
 #include "audio/file/sound_file.h"
 #include "tests/support/jack_server.h"
 #include "tests/support/program.h"
@@ -156,7 +156,7 @@ TEST_CASE("On the silent device frames keep to the sound, and a walk to its path
     const Pose begin{{1, 1, 1.2F}};
     Pose end = begin;
     end.position.x = 3;
-    scene.listener.path = Path{{{0, begin}, {2 / kSpeed_m_s, end}}, false};
+    scene.listener.path = Trajectory{{{0, begin}, {2 / kSpeed_m_s, end}}, false};
     scene.sources[0].signal = Source::Signal::noise;
     scene.sources[0].loop = true;
     SessionOptions options;

@@ -1,4 +1,4 @@
-#include "apps/session/live/performance.h"
+#include "apps/session/live/prepared_scene.h"
 
 #include <algorithm>
 
@@ -37,8 +37,8 @@ Scene with_length(Scene scene, const SessionOptions& options) {
 
 }  // namespace
 
-Performance::Performance(const Scene& scene_in, const SessionOptions& options_in,
-                         double sample_rate_hz, bool starts_anew_in, const Reusable& before)
+PreparedScene::PreparedScene(const Scene& scene_in, const SessionOptions& options_in,
+                             double sample_rate_hz, bool starts_anew_in, const Reusable& before)
     : length_given(scene_in.simulation.ir_length_s.has_value()),
       scene(with_length(scene_in, options_in)),
       options(options_in),
@@ -51,11 +51,12 @@ Performance::Performance(const Scene& scene_in, const SessionOptions& options_in
                               .sample_rate_hz = sample_rate_hz,
                               .response_length_s = maker.response_length_s(),
                               .duration_s = options.duration_s})),
-      stage(std::make_unique<Stage>(maker.config(), signals, timeline, hrtf, starts_anew)),
-      frames(stage->frames()),
-      other_signals(stage->signals()) {}
+      playback(
+          std::make_unique<ScenePlayback>(maker.config(), signals, timeline, hrtf, starts_anew)),
+      frames(playback->frames()),
+      other_signals(playback->signals()) {}
 
-void Performance::take_signals(const Performance& before) {
+void PreparedScene::take_signals(const PreparedScene& before) {
     bool differs = false;
     for (std::size_t s = 0; s < std::min(signals.size(), before.signals.size()); ++s) {
         if (signals[s] == before.signals[s] ||

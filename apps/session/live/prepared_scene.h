@@ -3,9 +3,9 @@
 #include <memory>
 #include <vector>
 
+#include "apps/session/base/session_options.h"
 #include "apps/session/frames/frame_maker.h"
 #include "apps/session/live/live_mixer.h"
-#include "apps/session/base/session_options.h"
 #include "engine/scene/scene.h"
 
 namespace aula {
@@ -18,16 +18,16 @@ struct Reusable {
     std::shared_ptr<const Hrtf> hrtf;
 };
 
-/// A scene ready to be played: what makes its frames, and the stage that plays them. Prepared on
-/// any thread, then used by the propagation thread; the stage goes to the mixer.
-struct Performance {
+/// A scene ready to be played: what makes its frames, and the playback that plays them. Prepared on
+/// any thread, then used by the propagation thread; the playback goes to the mixer.
+struct PreparedScene {
     /// Reads sound files and HRTF unless `before` has them; builds the engine and the renderer.
     /// Throws Error, AudioInputError.
-    Performance(const Scene& scene, const SessionOptions& options, double sample_rate_hz,
-                bool starts_anew, const Reusable& before = {});
+    PreparedScene(const Scene& scene, const SessionOptions& options, double sample_rate_hz,
+                  bool starts_anew, const Reusable& before = {});
 
-    /// Plays on what another performance plays by now on sources that are the same.
-    void take_signals(const Performance& before);
+    /// Plays on what another prepared scene plays by now on sources that are the same.
+    void take_signals(const PreparedScene& before);
 
     Reusable reusable() const { return {scene.sources, signals, options, hrtf}; }
 
@@ -40,9 +40,9 @@ struct Performance {
     std::shared_ptr<const Hrtf> hrtf;
     FrameMaker maker;
     Timeline timeline;
-    std::unique_ptr<Stage> stage;       ///< until the mixer has it
-    Mailbox<RenderFrame>& frames;       ///< of the stage
-    Mailbox<SignalSet>& other_signals;  ///< of the stage
+    std::unique_ptr<ScenePlayback> playback;  ///< until the mixer has it
+    Mailbox<RenderFrame>& frames;             ///< of the playback
+    Mailbox<SignalSet>& other_signals;        ///< of the playback
 };
 
 }  // namespace aula
