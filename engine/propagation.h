@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "engine/estimate/frame.h"
 #include "engine/estimate/frame_view.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/response/energy_response.h"
@@ -10,24 +11,6 @@
 #include "engine/trace/path_tracer.h"
 
 namespace aula {
-
-/// Where everything is in one frame. Moving geometry follows its own path to `time_s`.
-struct FrameInput {
-    double time_s = 0;
-    std::vector<Vec3> sources;    ///< one for each source of the scene
-    std::vector<Vec3> listeners;  ///< as many as in every other frame, at least one
-};
-
-/// What a frame cost and what the caches hold.
-struct FrameStatistics {
-    double trace_s = 0;  ///< wall-clock parts of the step
-    double cache_s = 0;
-    double gather_s = 0;
-    double specular_s = 0;
-    std::uint64_t segments = 0;     ///< ray segments traced, source and gather rays
-    std::size_t cache_entries = 0;  ///< diffuse path cache entries, or occupied patches
-    std::size_t memory_bytes = 0;   ///< of the caches
-};
 
 /// The propagation engine: one step() a frame traces rays from every source, updates the caches
 /// and gives the energy response of every source at every listener. Deterministic: the same scene,

@@ -8,14 +8,14 @@
 #include <iostream>
 #include <optional>
 
+#include "apps/bench/base/settings.h"
+#include "apps/bench/base/table.h"
 #include "apps/bench/convolution/convolve.h"
 #include "apps/bench/propagation/many_sources.h"
 #include "apps/bench/propagation/noise.h"
 #include "apps/bench/propagation/tessellation.h"
 #include "apps/bench/propagation/trace.h"
 #include "apps/bench/propagation/tracking.h"
-#include "apps/bench/settings.h"
-#include "apps/bench/table.h"
 #include "apps/session/base/output_file.h"
 #include "engine/base/error.h"
 #include "engine/scene/scene_file.h"

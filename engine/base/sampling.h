@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "engine/base/mix64.h"
-#include "engine/scene/scene.h"
+#include "engine/base/vec3.h"
 
 namespace aula {
 

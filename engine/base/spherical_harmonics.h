@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "engine/scene/scene.h"
+#include "engine/base/vec3.h"
 
 namespace aula {
 

@@ -7,11 +7,11 @@
 
 #include "engine/estimate/emission_plan.h"
 #include "engine/estimate/final_gather.h"
+#include "engine/estimate/frame.h"
 #include "engine/estimate/frame_view.h"
 #include "engine/estimate/patch_cache.h"
 #include "engine/estimate/segment_cache.h"
 #include "engine/patches/patch_grid.h"
-#include "engine/propagation.h"
 #include "engine/trace/path_tracer.h"
 #include "engine/trace/specular_paths.h"
 #include "engine/trace/specular_sum.h"

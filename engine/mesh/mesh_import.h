@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/scene/scene.h"
+#include "engine/base/vec3.h"
 
 namespace aula {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/scene/scene.h"
+#include "engine/base/vec3.h"
 
 namespace aula {
 

@@ -4,18 +4,16 @@
 #include <cstdint>
 #include <filesystem>
 #include <glm/mat3x3.hpp>
-#include <glm/vec3.hpp>
 #include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/base/bands.h"
+#include "engine/base/vec3.h"
 #include "engine/scene/medium.h"
 
 namespace aula {
-
-using Vec3 = glm::vec3;
 
 /// Position in metres (right-handed, z up) and orientation in radians: yaw 0 looks along +x and
 /// turns left, pitch turns up, roll turns the right ear down.

@@ -4,11 +4,11 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "apps/bench/base/statistics.h"
+#include "apps/bench/base/table.h"
 #include "apps/bench/convolution/block_times.h"
 #include "apps/bench/convolution/uniform_convolver.h"
 #include "apps/bench/propagation/reference.h"
-#include "apps/bench/statistics.h"
-#include "apps/bench/table.h"
 #include "engine/base/sampling.h"
 #include "engine/scene/scene_file.h"
 

@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "apps/bench/settings.h"
-#include "apps/bench/table.h"
+#include "apps/bench/base/settings.h"
+#include "apps/bench/base/table.h"
 
 namespace aula::bench {
 

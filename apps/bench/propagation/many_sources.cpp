@@ -5,8 +5,8 @@
 #include <string>
 #include <thread>
 
+#include "apps/bench/base/statistics.h"
 #include "apps/bench/propagation/reference.h"
-#include "apps/bench/statistics.h"
 #include "engine/base/error.h"
 #include "engine/base/sampling.h"
 #include "engine/propagation.h"

@@ -7,9 +7,9 @@
 #include <optional>
 #include <thread>
 
-#include "apps/bench/plot.h"
+#include "apps/bench/base/plot.h"
+#include "apps/bench/base/statistics.h"
 #include "apps/bench/propagation/reference.h"
-#include "apps/bench/statistics.h"
 #include "engine/base/sampling.h"
 #include "engine/propagation.h"
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "apps/bench/statistics.h"
+#include "apps/bench/base/statistics.h"
 #include "engine/base/worker_pool.h"
 #include "engine/rays/ray_scene.h"
 

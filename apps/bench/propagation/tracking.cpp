@@ -6,8 +6,8 @@
 #include <memory>
 #include <thread>
 
+#include "apps/bench/base/statistics.h"
 #include "apps/bench/propagation/reference.h"
-#include "apps/bench/statistics.h"
 #include "engine/base/error.h"
 #include "engine/propagation.h"
 

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "apps/bench/settings.h"
-#include "apps/bench/table.h"
+#include "apps/bench/base/settings.h"
+#include "apps/bench/base/table.h"
 
 namespace aula::bench {
 

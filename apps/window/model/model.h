@@ -19,7 +19,7 @@
 #include "apps/window/model/first_person.h"
 #include "apps/window/model/test_signals.h"
 #include "apps/window/model/undo.h"
-#include "apps/window/window.h"
+#include "apps/window/model/window_options.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/scene/material_library.h"
 

@@ -1,4 +1,4 @@
-#include "apps/bench/settings.h"
+#include "apps/bench/base/settings.h"
 
 #include <algorithm>
 #include <array>

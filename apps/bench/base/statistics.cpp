@@ -1,4 +1,4 @@
-#include "apps/bench/statistics.h"
+#include "apps/bench/base/statistics.h"
 
 #include <algorithm>
 #include <cassert>

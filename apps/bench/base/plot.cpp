@@ -1,4 +1,4 @@
-#include "apps/bench/plot.h"
+#include "apps/bench/base/plot.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "apps/bench/table.h"
+#include "apps/bench/base/table.h"
 
 #include <algorithm>
 #include <cassert>

@@ -1,0 +1,111 @@
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A part of the project and its folders: each may include those before it. "" is the part's root.
+struct Part {
+    std::string_view root;
+    std::vector<std::string_view> folders;
+    std::vector<std::string_view> may_include;  ///< other parts
+};
+
+const std::array kParts = {
+    Part{"engine",
+         {"base", "input", "mesh", "scene", "response", "rays", "patches", "trace", "estimate", ""},
+         {}},
+    Part{"audio", {"base", "dsp", "convolution", "spatial", "render", "file", "device"}, {}},
+    Part{"apps/session",
+         {"base", "frames", "offline", "edit", "live", "remote", ""},
+         {"engine", "audio"}},
+    Part{"apps/window", {"model", ""}, {"apps/session", "engine", "audio"}},
+    Part{"apps/bench",
+         {"base", "convolution", "propagation", ""},
+         {"apps/session", "engine", "audio"}},
+    Part{"apps/aula", {""}, {"apps/session", "apps/window", "engine", "audio"}},
+};
+
+bool is_source(const fs::path& file) {
+    return file.extension() == ".h" || file.extension() == ".cpp";
+}
+
+/// "folder/file" of a path below a root; the folder is "" in the root itself.
+std::string folder_of(const std::string& path, std::string_view root) {
+    const std::string rest = path.substr(root.size() + 1);
+    const std::size_t slash = rest.rfind('/');
+    return slash == std::string::npos ? "" : rest.substr(0, slash);
+}
+
+bool lies_in(const std::string& path, std::string_view root) {
+    return path.size() > root.size() && path.starts_with(root) && path[root.size()] == '/';
+}
+
+/// Files in quotes that a source includes.
+std::vector<std::string> includes(const fs::path& file) {
+    constexpr std::string_view kBegin = "#include \"";
+    std::vector<std::string> found;
+    std::ifstream in(file);
+    for (std::string line; std::getline(in, line);) {
+        if (!line.starts_with(kBegin)) continue;
+        const std::size_t end = line.find('"', kBegin.size());
+        found.push_back(line.substr(kBegin.size(), end - kBegin.size()));
+    }
+    return found;
+}
+
+std::size_t rank(const Part& part, const std::string& folder) {
+    const auto at = std::find(part.folders.begin(), part.folders.end(), folder);
+    INFO("folder \"" << folder << "\" of " << part.root);
+    REQUIRE(at != part.folders.end());
+    return static_cast<std::size_t>(at - part.folders.begin());
+}
+
+}  // namespace
+
+TEST_CASE("a folder includes only those before it in its part, and only the parts it is built on") {
+    const fs::path project = AULA_SOURCE_DIR;
+    std::size_t checked = 0;
+    for (const Part& part : kParts) {
+        for (const auto& entry : fs::recursive_directory_iterator(project / part.root)) {
+            if (!is_source(entry.path())) continue;
+            const std::string file = fs::relative(entry.path(), project).generic_string();
+            const std::size_t own = rank(part, folder_of(file, part.root));
+            for (const std::string& included : includes(entry.path())) {
+                INFO(file << " includes " << included);
+                ++checked;
+                if (lies_in(included, part.root)) {
+                    CHECK(rank(part, folder_of(included, part.root)) <= own);
+                    continue;
+                }
+                const bool allowed =
+                    std::any_of(part.may_include.begin(), part.may_include.end(),
+                                [&](std::string_view other) { return lies_in(included, other); });
+                // Headers of other projects in quotes would need a reason of their own.
+                CHECK(allowed);
+            }
+        }
+    }
+    CHECK(checked > 500);
+}
+
+TEST_CASE("no folder holds more than 24 sources") {
+    const fs::path project = AULA_SOURCE_DIR;
+    for (const std::string_view top : {"engine", "audio", "apps", "tests"}) {
+        for (const auto& folder : fs::recursive_directory_iterator(project / top)) {
+            if (!folder.is_directory()) continue;
+            const auto sources =
+                std::count_if(fs::directory_iterator(folder.path()), fs::directory_iterator(),
+                              [](const auto& entry) { return is_source(entry.path()); });
+            INFO(folder.path());
+            CHECK(sources <= 24);
+        }
+    }
+}
