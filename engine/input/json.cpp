@@ -5,6 +5,8 @@
 #include <cctype>
 #include <cstddef>
 #include <nlohmann/json.hpp>
+#include <span>
+#include <string_view>
 #include <unordered_set>
 
 #include "engine/base/error.h"
@@ -16,24 +18,86 @@ namespace {
 constexpr std::size_t kDeepest = 100;
 constexpr std::size_t kMostValues = 10'000'000;  // bounds memory: half a gigabyte
 
-// The number that the text holds around an offset, if it is one of the names that other languages
-// write for what JSON cannot: "NaN", "-Infinity", "inf".
-std::string non_finite_literal(const std::string& text, std::size_t offset) {
+// The letters and signs around an offset: a literal that JSON does not know, such as "NaN".
+std::string_view word_at(std::string_view text, std::size_t offset) {
     const auto in_word = [&](std::size_t i) {
         const auto c = static_cast<unsigned char>(text[i]);
-        return std::isalpha(c) != 0 || c == '-' || c == '+';
+        return std::isalpha(c) != 0 || c == '-' || c == '+' || c == '_';
     };
     std::size_t begin = std::min(offset, text.size());
     while (begin > 0 && in_word(begin - 1)) --begin;
     std::size_t end = begin;
     while (end < text.size() && in_word(end)) ++end;
-    const std::string word = text.substr(begin, end - begin);
-    std::string bare = word;
-    if (!bare.empty() && (bare[0] == '-' || bare[0] == '+')) bare.erase(0, 1);
-    std::transform(bare.begin(), bare.end(), bare.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return bare == "nan" || bare == "inf" || bare == "infinity" ? word : std::string{};
+    return text.substr(begin, end - begin);
 }
+
+// Whether a word is one of the names that other languages write for what JSON cannot: "NaN",
+// "-Infinity", "inf".
+bool is_non_finite(std::string word) {
+    if (!word.empty() && (word[0] == '-' || word[0] == '+')) word.erase(0, 1);
+    std::transform(word.begin(), word.end(), word.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return word == "nan" || word == "inf" || word == "infinity";
+}
+
+// What the text holds at an offset where nothing of JSON begins.
+std::string found_at(std::string_view text, std::size_t offset) {
+    constexpr std::size_t kLongest = 40;
+    std::string_view found = word_at(text, offset).substr(0, kLongest);
+    if (found.empty()) {
+        if (offset >= text.size()) return "the end of the text";
+        constexpr std::size_t kLongestCharacter = 4;  // in UTF-8
+        std::size_t end = offset + 1;
+        while (end < std::min(text.size(), offset + kLongestCharacter) &&
+               (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) {
+            ++end;
+        }
+        found = text.substr(offset, end - offset);
+    }
+    return quoted(std::string(found));
+}
+
+// A part of the parser's message, and what it means.
+struct Meaning {
+    const char* part;
+    const char* meaning;
+};
+
+// The meaning of the first part that the message holds; null if it holds none.
+const char* meaning_of(const std::string& message, std::span<const Meaning> meanings) {
+    for (const Meaning& m : meanings) {
+        if (message.find(m.part) != std::string::npos) return m.meaning;
+    }
+    return nullptr;
+}
+
+constexpr Meaning kFound[] = {
+    {"missing closing quote", "a string without its closing quote"},
+    {"must be escaped", "a control character in a string"},
+    {"after backslash", "an unknown escape in a string"},
+    {"hex digits", "an unfinished \\u escape in a string"},
+    {"surrogate", "half of a surrogate pair in a string"},
+    {"UTF-8", "a byte that is not UTF-8"},
+    {"invalid BOM", "an unknown byte order mark"},
+    {"missing closing '*/'", "a comment without its end"},
+    {"invalid comment", "a comment that begins with neither // nor /*"},
+    {"invalid number", "an unfinished number"},
+    {"unexpected string literal", "a string"},
+    {"unexpected number literal", "a number"},
+    {"unexpected true literal", "true"},
+    {"unexpected false literal", "false"},
+    {"unexpected null literal", "null"},
+    {"unexpected end of input", "the end of the text"},
+};
+
+constexpr Meaning kExpected[] = {
+    {"parsing object key", "a key in double quotes"},
+    {"parsing object separator", "':'"},
+    {"parsing object", "',' or '}'"},
+    {"parsing array", "',' or ']'"},
+    {"; expected end of input", "the end of the text"},
+    {"parsing value", "a value"},
+};
 
 // "line L, column C" of a byte offset, both counted from 1.
 std::string line_and_column(const std::string& text, std::size_t offset) {
@@ -81,13 +145,28 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
         }
         // `position` counts the characters read, the offending one being the last.
         const std::size_t offset = position > 0 ? position - 1 : 0;
-        const std::string literal = non_finite_literal(text_, offset);
-        if (!literal.empty()) {
+        const std::string_view word = word_at(text_, offset);
+        if (is_non_finite(std::string(word))) {
             throw Error(file_, pointer(),
-                        literal + " is not a JSON number; expected a finite number");
+                        std::string(word) + " is not a JSON number; expected a finite number");
         }
-        const std::string problem = reason(error.what());
-        throw Error(file_, line_and_column(text_, start_of(token, offset, problem)), problem);
+        // Without what was read last, which is of the file.
+        const std::string whole = error.what();
+        const std::string message = whole.substr(0, whole.find("; last read"));
+        const char* const found = meaning_of(message, kFound);
+        const char* const expected = meaning_of(message, kExpected);
+        // An unexpected string or number is exactly `token`; a word that JSON does not know begins
+        // before the character that the parser stops at.
+        std::size_t start = offset;
+        if (found == nullptr && !word.empty()) {
+            start = static_cast<std::size_t>(word.data() - text_.data());
+        } else if (message.find("unexpected string literal") != std::string::npos ||
+                   message.find("unexpected number literal") != std::string::npos) {
+            start = offset + 1 - std::min(token.size(), offset);
+        }
+        throw Error(file_, line_and_column(text_, start),
+                    std::string("found ") + (found != nullptr ? found : found_at(text_, offset)) +
+                        "; expected " + (expected != nullptr ? expected : "JSON"));
     }
 
  private:
@@ -97,23 +176,6 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
         std::string key;                       // of the member being read, in an object
         std::unordered_set<std::string> keys;  // of the object so far
     };
-
-    // What the parser's message says after its own account of the position, without what it read
-    // last, which may be long and no text.
-    static std::string reason(const std::string& message) {
-        const std::size_t start = std::min(message.find("syntax error"), message.size());
-        const std::string said = message.substr(start, message.find("; last read") - start);
-        return said + (said.find("; expected") == std::string::npos ? "; expected valid JSON" : "");
-    }
-
-    // Offset of what is wrong: where an unexpected string or number begins (only of these two is
-    // `token` the exact text), else the last character read.
-    static std::size_t start_of(const std::string& token, std::size_t last,
-                                const std::string& problem) {
-        const bool exact = problem.find("unexpected string literal") != std::string::npos ||
-                           problem.find("unexpected number literal") != std::string::npos;
-        return exact && !token.empty() && token.size() <= last ? last + 1 - token.size() : last;
-    }
 
     std::string pointer() const {
         std::string place;
@@ -191,6 +253,10 @@ std::string json_pointer(const std::string& parent, const std::string& key) {
 JsonValue parse_json(const std::string& text, const std::string& file) {
     constexpr bool kWholeText = true;
     constexpr bool kComments = true;
+    // The parser takes it for the text's end.
+    if (const std::size_t nul = text.find('\0'); nul != std::string::npos) {
+        throw Error(file, line_and_column(text, nul), "a NUL byte; expected text");
+    }
     Builder builder(text, file);
     nlohmann::json::sax_parse(text, &builder, nlohmann::json::input_format_t::json, kWholeText,
                               kComments);

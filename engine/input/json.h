@@ -23,9 +23,9 @@ struct JsonMember {
     JsonValue value;
 };
 
-/// Parses JSON with comments. `file` is the name in messages. Throws Error: a syntax error with
-/// line and column; NaN, infinity, a number too large for a double, a duplicate key, nesting
-/// deeper than 100 and more than ten million values with the JSON pointer.
+/// Parses JSON with comments. `file` is the name in messages. Throws Error: a syntax error or a NUL
+/// byte with line and column; NaN, infinity, a number too large for a double, a duplicate key,
+/// nesting deeper than 100 and more than ten million values with the JSON pointer.
 JsonValue parse_json(const std::string& text, const std::string& file);
 
 /// A JSON pointer extended by a key, escaped as RFC 6901 says.

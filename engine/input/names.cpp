@@ -51,7 +51,18 @@ std::string quoted_list(const std::vector<std::string>& names) {
 
 std::string did_you_mean(const std::string& name, const std::vector<std::string>& candidates) {
     const std::string meant = nearest_name(name, candidates);
-    return meant.empty() ? "" : ", did you mean " + quoted(meant) + "?";
+    if (!meant.empty()) return ", did you mean " + quoted(meant) + "?";
+    constexpr std::size_t kMost = 3;
+    std::vector<std::string> holding;
+    for (const std::string& candidate : candidates) {
+        if (holding.size() < kMost && !name.empty() && candidate.find(name) != std::string::npos)
+            holding.push_back(quoted(candidate));
+    }
+    if (holding.empty()) return "";
+    std::string list = holding[0];
+    for (std::size_t i = 1; i < holding.size(); ++i)
+        list += (i + 1 < holding.size() ? ", " : " or ") + holding[i];
+    return ", did you mean " + list + "?";
 }
 
 std::string nearest_name(const std::string& name, const std::vector<std::string>& candidates) {

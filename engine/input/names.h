@@ -16,7 +16,8 @@ std::string quoted_list(const std::vector<std::string>& names);
 /// lower case, or empty if none is near.
 std::string nearest_name(const std::string& name, const std::vector<std::string>& candidates);
 
-/// `, did you mean "stone"?`, or empty if none of the candidates is near.
+/// `, did you mean "stone"?`; if none of the candidates is near, up to three that hold the name; or
+/// empty.
 std::string did_you_mean(const std::string& name, const std::vector<std::string>& candidates);
 
 }  // namespace aula

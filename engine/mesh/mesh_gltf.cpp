@@ -532,7 +532,9 @@ class GltfReader {
 }  // namespace
 
 ImportedMesh read_gltf(std::string_view bytes, const OpenBuffer& open) {
-    const Chunks chunks = find_chunks(bytes);
+    Chunks chunks = find_chunks(bytes);
+    // Some writers pad a GLB's text with NUL in place of spaces.
+    while (chunks.binary && chunks.json.ends_with('\0')) chunks.json.remove_suffix(1);
     const JsonValue json = parse_json(std::string(chunks.json), kPlace);
     const JsonReader root(json, kPlace);
     return GltfReader(root, chunks.binary, open).read();

@@ -109,10 +109,12 @@ void read_signal(const JsonReader& json, const std::filesystem::path& folder, So
         source.signal = Source::Signal::file;
         source.signal_file = folder / signal;
         std::error_code error;
-        if (!std::filesystem::is_regular_file(source.signal_file, error)) {
-            json.fail("no such file, " + quoted(source.signal_file.string()) + "; expected " +
-                      kExpected);
-        }
+        const auto status = std::filesystem::status(source.signal_file, error);
+        if (std::filesystem::is_regular_file(status)) return;
+        json.fail((std::filesystem::is_directory(status) ? "a folder, "
+                   : std::filesystem::exists(status)     ? "not a regular file, "
+                                                         : "no such file, ") +
+                  quoted(source.signal_file.string()) + "; expected " + kExpected);
     }
 }
 

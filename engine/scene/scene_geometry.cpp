@@ -335,9 +335,8 @@ std::vector<std::string> MaterialTable::names() const {
 std::uint32_t MaterialTable::require(const JsonReader& json) {
     const std::string name = json.string(kMaterialName);
     if (const auto index = find(name)) return *index;
-    const std::vector<std::string> known = names();
-    json.fail("unknown material " + quoted(name) + did_you_mean(name, known) +
-              "; expected one of " + quoted_list(known));
+    json.fail("unknown material " + quoted(name) + did_you_mean(name, names()) +
+              "; expected a material of the scene, or one that \"aula materials\" lists");
 }
 
 Object read_object(const JsonReader& json, const std::filesystem::path& folder,

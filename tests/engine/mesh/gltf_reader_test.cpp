@@ -6,33 +6,16 @@
 
 #include "engine/base/error.h"
 #include "engine/mesh/mesh_readers.h"
+#include "tests/engine/mesh/square_gltf.h"
 
 using aula::ImportedMesh;
 using aula::Vec3;
+using aula::test::square_bytes;
+using aula::test::square_gltf;
 using Catch::Matchers::Contains;
 using Json = nlohmann::json;
 
 namespace {
-
-/// Four corners of a unit square as floats, then the indices 0 1 2 0 2 3 as 16 bits.
-std::string square_bytes() {
-    const float corners[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
-    const std::uint16_t indices[] = {0, 1, 2, 0, 2, 3};
-    return std::string(reinterpret_cast<const char*>(corners), sizeof corners) +
-           std::string(reinterpret_cast<const char*>(indices), sizeof indices);
-}
-
-/// A scene of one node with the square, its bytes in "square.bin".
-Json square() {
-    return Json::parse(R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0}], "materials": [{"name": "stone"}],
-        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
-        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
-                      {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}],
-        "bufferViews": [{"buffer": 0, "byteLength": 48},
-                        {"buffer": 0, "byteOffset": 48, "byteLength": 12}],
-        "buffers": [{"byteLength": 60, "uri": "square.bin"}]})");
-}
 
 ImportedMesh read(const std::string& file) {
     return aula::read_gltf(file, [](const std::filesystem::path& name) {
@@ -56,7 +39,7 @@ std::string error_of(const std::string& file) {
 
 /// The error of the square with the value at a JSON pointer replaced.
 std::string error_with(const char* pointer, const char* value) {
-    Json json = square();
+    Json json = square_gltf();
     json[Json::json_pointer(pointer)] = Json::parse(value);
     return error_of(json.dump());
 }
@@ -85,21 +68,24 @@ std::string glb(std::string json, const std::string& binary, std::uint32_t binar
 }  // namespace
 
 TEST_CASE("a glTF's triangles are read from a file, a data URI and a GLB") {
-    const ImportedMesh mesh = read(square().dump());
+    const ImportedMesh mesh = read(square_gltf().dump());
     CHECK(mesh.triangles.size() == 2);
     CHECK(mesh.vertices.size() == 4);
     CHECK(area(mesh) == Approx(1));
     CHECK(mesh.material_names == std::vector<std::string>{"stone"});
-    Json escaped = square();
+    Json escaped = square_gltf();
     escaped["buffers"][0]["uri"] = "s%71uare%2Ebin";
     CHECK(area(read(escaped.dump())) == Approx(1));
-    Json inside = square();
+    Json inside = square_gltf();
     inside["buffers"][0].erase("uri");
     CHECK(area(read(glb(inside.dump(), square_bytes(), 60))) == Approx(1));
+    std::string padded = inside.dump();
+    padded.resize((padded.size() + 7) / 4 * 4, '\0');
+    CHECK(area(read(glb(padded, square_bytes(), 60))) == Approx(1));
 }
 
 TEST_CASE("triangles of a glTF without a material or a name for it have one name") {
-    Json json = square();
+    Json json = square_gltf();
     auto& primitives = json["meshes"][0]["primitives"];
     json["materials"].push_back(Json::object());
     primitives.push_back(primitives[0]);
@@ -112,7 +98,7 @@ TEST_CASE("triangles of a glTF without a material or a name for it have one name
 
 TEST_CASE("strips and fans are read, points and lines are left out") {
     const auto with_mode = [](int mode, const char* count) {
-        Json json = square();
+        Json json = square_gltf();
         auto& primitive = json["meshes"][0]["primitives"][0];
         primitive["mode"] = mode;
         if (count != nullptr) json["accessors"][1]["count"] = Json::parse(count);
@@ -137,7 +123,7 @@ TEST_CASE("strips and fans are read, points and lines are left out") {
 }
 
 TEST_CASE("node transforms act scale, rotation, translation, or are a matrix, parent first") {
-    Json json = square();
+    Json json = square_gltf();
     // A quarter turn about z, twice as large, moved; in a parent that mirrors x.
     json["nodes"] = Json::parse(R"([
         {"children": [1], "matrix": [-1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,5,1]},
@@ -150,21 +136,21 @@ TEST_CASE("node transforms act scale, rotation, translation, or are a matrix, pa
 }
 
 TEST_CASE("sparse, interleaved and quantized positions are read") {
-    Json sparse = square();
+    Json sparse = square_gltf();
     // The third corner, (1, 1, 0), becomes the second's place, (1, 0, 0).
     sparse["accessors"][0]["sparse"] = Json::parse(R"({"count": 1,
         "indices": {"bufferView": 1, "byteOffset": 4, "componentType": 5123},
         "values": {"bufferView": 0, "byteOffset": 12}})");
     CHECK(read(sparse.dump()).triangles.size() == 1);
     CHECK(area(read(sparse.dump())) == Approx(0.5));
-    Json interleaved = square();
+    Json interleaved = square_gltf();
     // Every second corner of the square.
     interleaved["bufferViews"][0]["byteStride"] = 24;
     interleaved["accessors"][0]["count"] = 2;
     CHECK_THAT(error_of(interleaved.dump()), Contains("vertex 2 of 2"));
     // The floats' bytes as 16 bits: 1.0F is 0, 0x3f80, so that (0, 0x3f80, 0) is the third of
     // these.
-    Json quantized = square();
+    Json quantized = square_gltf();
     quantized["accessors"][0]["componentType"] = 5123;
     quantized["accessors"][0]["count"] = 8;
     quantized["accessors"][0]["normalized"] = true;
@@ -213,7 +199,7 @@ TEST_CASE("buffers are base64 or files beside the glTF") {
     CHECK_THAT(error_of_uri("data:application/octet-stream,abc"), Contains("base64"));
     CHECK_THAT(error_of_uri("data:;base64,AAA*"), Contains("base64"));
     CHECK_THAT(error_of_uri("data:;base64,AAAA"), Contains("a buffer of 3 bytes; expected 60"));
-    Json json = square();
+    Json json = square_gltf();
     json["buffers"][0].erase("uri");
     CHECK_THAT(error_of(json.dump()), Contains("a buffer without data"));
 }
@@ -230,7 +216,7 @@ TEST_CASE("compressed and instanced triangles are refused by name") {
 
 TEST_CASE("nodes of a glTF are a tree of any depth; text may be nested 100 deep") {
     const auto chain = [](std::size_t count) {
-        Json json = square();
+        Json json = square_gltf();
         json["nodes"] = Json::array();
         for (std::size_t i = 1; i < count; ++i) json["nodes"].push_back({{"children", {i}}});
         json["nodes"].push_back({{"mesh", 0}});
@@ -249,7 +235,7 @@ TEST_CASE("nodes of a glTF are a tree of any depth; text may be nested 100 deep"
 }
 
 TEST_CASE("a glTF that multiplies its triangles without end is refused") {
-    Json json = square();
+    Json json = square_gltf();
     // 3000 nodes, each with 3000 times the same primitive.
     const Json primitive = json["meshes"][0]["primitives"][0];
     json["meshes"][0]["primitives"] = Json(3000, primitive);
@@ -264,7 +250,7 @@ TEST_CASE("a glTF that multiplies its triangles without end is refused") {
 }
 
 TEST_CASE("GLB files that are cut off or of another version are refused") {
-    Json json = square();
+    Json json = square_gltf();
     json["buffers"][0].erase("uri");
     const std::string file = glb(json.dump(), square_bytes(), 60);
     // A chunk that ends 8 bytes beyond the file.

@@ -13,6 +13,7 @@
 
 #include "engine/base/error.h"
 #include "engine/scene/scene_file.h"
+#include "tests/engine/mesh/square_gltf.h"
 #include "tests/support/temporary_folder.h"
 
 using aula::Vec3;
@@ -35,14 +36,15 @@ constexpr const char* kTriangleStl =
     "solid wall\nfacet normal 0 -1 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 0 1\n"
     "endloop\nendfacet\nendsolid wall\n";
 
-std::string base64(const std::vector<unsigned char>& bytes) {
+std::string base64(const std::string& bytes) {
     constexpr const char* kDigits =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     std::string text;
     for (std::size_t i = 0; i < bytes.size(); i += 3) {
         std::uint32_t group = 0;
         for (std::size_t k = 0; k < 3; ++k) {
-            group = group << 8U | (i + k < bytes.size() ? bytes[i + k] : 0U);
+            const bool there = i + k < bytes.size();
+            group = group << 8U | (there ? static_cast<unsigned char>(bytes[i + k]) : 0U);
         }
         for (std::size_t k = 0; k < 4; ++k) {
             text += i + k > bytes.size() ? '=' : kDigits[group >> (18 - 6 * k) & 63U];
@@ -51,26 +53,18 @@ std::string base64(const std::vector<unsigned char>& bytes) {
     return text;
 }
 
-// A triangle (0,0,0) (1,0,0) (0,1,0) of material "stone" under a node moved by (0, 5, 0) in a
-// parent scaled by 2.
-std::string triangle_gltf() {
-    const float positions[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-    const std::uint16_t indices[] = {0, 1, 2};
-    std::vector<unsigned char> bytes(sizeof positions + sizeof indices);
-    std::memcpy(bytes.data(), positions, sizeof positions);
-    std::memcpy(bytes.data() + sizeof positions, indices, sizeof indices);
-    return R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
-        "nodes": [{"scale": [2, 2, 2], "children": [1]}, {"mesh": 0, "translation": [0, 5, 0]}],
-        "materials": [{"name": "stone"}],
-        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
-        "accessors": [
-            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
-             "min": [0, 0, 0], "max": [1, 1, 0]},
-            {"bufferView": 1, "componentType": 5123, "count": 3, "type": "SCALAR"}],
-        "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": 36},
-                        {"buffer": 0, "byteOffset": 36, "byteLength": 6}],
-        "buffers": [{"byteLength": 42, "uri": "data:application/octet-stream;base64,)" +
-           base64(bytes) + R"("}]})";
+// The square under a node moved by (0, 5, 0) in a parent scaled by 2; its bytes are at `uri`.
+std::string moved_square(const std::string& uri) {
+    nlohmann::json json = aula::test::square_gltf();
+    json["nodes"] = nlohmann::json::parse(
+        R"([{"scale": [2, 2, 2], "children": [1]}, {"mesh": 0, "translation": [0, 5, 0]}])");
+    json["buffers"][0]["uri"] = uri;
+    return json.dump();
+}
+
+std::string moved_square() {
+    return moved_square("data:application/octet-stream;base64," +
+                        base64(aula::test::square_bytes()));
 }
 
 aula::ImportedMesh import(const std::string& name, const std::string& content) {
@@ -122,14 +116,14 @@ TEST_CASE("an OBJ's polygons are triangulated and its material names kept withou
     CHECK(has_vertex(mesh.vertices, {2, 0, 1}));
 }
 
-TEST_CASE("PLY, STL and glTF give their triangle") {
+TEST_CASE("PLY, STL and glTF give their triangles") {
     CHECK(import("a.ply", kTrianglePly).triangles.size() == 1);
     CHECK(import("a.stl", kTriangleStl).triangles.size() == 1);
-    CHECK(import("a.gltf", triangle_gltf()).triangles.size() == 1);
+    CHECK(import("a.gltf", moved_square()).triangles.size() == 2);
 }
 
 TEST_CASE("the transforms of glTF nodes are applied from the root down") {
-    const aula::ImportedMesh mesh = import("a.gltf", triangle_gltf());
+    const aula::ImportedMesh mesh = import("a.gltf", moved_square());
     CHECK(has_vertex(mesh.vertices, {0, 10, 0}));
     CHECK(has_vertex(mesh.vertices, {2, 10, 0}));
     CHECK(mesh.material_names.at(mesh.triangle_materials.at(0)) == "stone");
@@ -163,10 +157,7 @@ TEST_CASE("pipes, sockets, folders and devices are refused as meshes and buffers
             CHECK_THROWS_WITH(aula::import_mesh(mesh), Contains("not a regular file; expected"));
             std::filesystem::remove(mesh);
         }
-        std::string gltf = triangle_gltf();
-        const std::size_t uri = gltf.find("data:");
-        gltf.replace(uri, gltf.find('"', uri) - uri, name);
-        CHECK_THROWS_WITH(aula::import_mesh(folder.write("b.gltf", gltf)),
+        CHECK_THROWS_WITH(aula::import_mesh(folder.write("b.gltf", moved_square(name))),
                           Contains("/buffers/0/uri") && Contains("not a regular file"));
     };
     REQUIRE(mkfifo((folder.path() / "pipe").c_str(), 0600) == 0);
@@ -196,15 +187,10 @@ TEST_CASE("a mesh file above the limit is refused before it is read") {
 
 TEST_CASE("a buffer beside the glTF is read, in a folder below, too") {
     const TemporaryFolder folder;
-    const float corners[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-    const std::uint16_t indices[] = {0, 1, 2};
     std::filesystem::create_directory(folder.path() / "data");
-    folder.write("data/a b.bin", std::string(reinterpret_cast<const char*>(corners), 36) +
-                                     std::string(reinterpret_cast<const char*>(indices), 6));
-    std::string gltf = triangle_gltf();
-    const std::size_t uri = gltf.find("data:");
-    gltf.replace(uri, gltf.find('"', uri) - uri, "data/a%20b.bin");
-    CHECK(aula::import_mesh(folder.write("a.gltf", gltf)).triangles.size() == 1);
+    folder.write("data/a b.bin", aula::test::square_bytes());
+    const auto file = folder.write("a.gltf", moved_square("data/a%20b.bin"));
+    CHECK(aula::import_mesh(file).triangles.size() == 2);
 }
 
 TEST_CASE("a concave polygon of a mesh file is covered once") {
@@ -226,7 +212,7 @@ TEST_CASE("a face with too few or repeated corners does not harm the others") {
 
 TEST_CASE("glTF is y up and the others z up unless the scene says otherwise") {
     const TemporaryFolder folder;
-    folder.write("a.gltf", triangle_gltf());
+    folder.write("a.gltf", moved_square());
     folder.write("a.obj", kQuadObj);
     const auto vertices = [&](const std::string& geometry) {
         return load(folder, geometry + R"(, "default_material": "soft")").scene.objects[0].vertices;
@@ -299,8 +285,7 @@ TEST_CASE("errors of mesh files name the scene file, the place and the reason") 
         error_of(folder, R"("file": "a.obj", "material": "soft", "default_material": "soft")"),
         Contains("/geometry/0/default_material: stands beside"));
     CHECK_THAT(error_of(folder, R"("file": "a.obj", "materials": {"stone": "nougat"})"),
-               Contains("/geometry/0/materials/stone: unknown material \"nougat\"") &&
-                   Contains("\"soft\"") && Contains("\"limestone\""));
+               Contains("/geometry/0/materials/stone: unknown material \"nougat\"; expected"));
     CHECK_THAT(error_of(folder, R"("file": "a.obj", "scale": 1e6)"),
                Contains("/geometry/0: a vertex is more than 1e6 m"));
 }
