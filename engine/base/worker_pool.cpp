@@ -3,8 +3,10 @@
 #include <atomic>
 #include <cassert>
 #include <condition_variable>
+#include <exception>
 #include <mutex>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace aula {
@@ -16,8 +18,9 @@ struct WorkerPool::State {
     const std::function<void(std::size_t)>* job = nullptr;
     std::size_t count = 0;
     std::atomic<std::size_t> next{0};
-    std::size_t round = 0;  // of run(), so that a worker takes part in each once
-    int working = 0;        // threads inside the present round
+    std::size_t round = 0;      // of run(), so that a worker takes part in each once
+    int working = 0;            // threads inside the present round
+    std::exception_ptr failed;  // the first exception of the present round
     bool stop = false;
     std::vector<std::thread> threads;
 
@@ -31,7 +34,13 @@ struct WorkerPool::State {
     }
 
     void work_through() {
-        for (std::size_t i = next++; i < count; i = next++) (*job)(i);
+        try {
+            for (std::size_t i = next++; i < count; i = next++) (*job)(i);
+        } catch (...) {
+            next = count;  // the other threads finish their jobs and begin no more
+            const std::lock_guard lock(mutex);
+            if (!failed) failed = std::current_exception();
+        }
     }
 
     void thread_main() {
@@ -78,6 +87,7 @@ void WorkerPool::run(std::size_t count, const std::function<void(std::size_t)>& 
     s.work_through();
     std::unique_lock lock(s.mutex);
     s.done.wait(lock, [&] { return s.working == 0; });
+    if (s.failed) std::rethrow_exception(std::exchange(s.failed, nullptr));
 }
 
 }  // namespace aula

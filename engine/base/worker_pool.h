@@ -16,7 +16,8 @@ class WorkerPool {
     int threads() const;
 
     /// Calls job(0) ... job(count - 1), each once, in any order and on any thread; returns when
-    /// all are done. Jobs must not throw.
+    /// all are done. The first exception of a job is thrown when all threads have stopped; jobs
+    /// that have not begun by then are left out.
     void run(std::size_t count, const std::function<void(std::size_t)>& job);
 
  private:
