@@ -3,12 +3,15 @@
 #include <sndfile.h>
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <limits>
 #include <optional>
+#include <string_view>
 #include <system_error>
 
 #include "audio/base/error.h"
@@ -37,14 +40,43 @@ constexpr float kLargestSample = 0x1p31F;  // full scale of 32-bit integers; no 
     throw AudioInputError(file.string() + ": " + problem);
 }
 
+/// Whether the file begins as one of the formats that are read. libsndfile knows others by their
+/// first bytes, too; its reader of SDS prints on standard output.
+bool has_known_format(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    std::array<char, 12> head{};
+    const auto holds = [&](std::string_view text, std::size_t at) {
+        return std::string_view(head.data(), head.size()).substr(at).starts_with(text);
+    };
+    const auto read_head = [&] {
+        head = {};
+        stream.read(head.data(), head.size());
+    };
+    read_head();
+    while (holds("ID3", 0)) {  // a tag before the sound: 10 bytes, then as many as 4 x 7 bits say
+        std::streamoff size = 0;
+        for (std::size_t i = 6; i < 10; ++i) size = size << 7 | (head[i] & 0x7F);
+        stream.seekg(10 + size - stream.gcount(), std::ios::cur);
+        read_head();
+    }
+    if (holds("RIFF", 0) || holds("RIFX", 0) || holds("RF64", 0)) return holds("WAVE", 8);
+    if (holds("FORM", 0)) return holds("AIF", 8);
+    constexpr std::string_view kOthers[] = {
+        "riff\x2E\x91\xCF\x11", ".snd", "dns.", "caff", "fLaC", "OggS", "NIST_1A"};
+    const bool mpeg_frame = head[0] == '\xFF' && (head[1] & 0xE0) == 0xE0;
+    return mpeg_frame || std::any_of(std::begin(kOthers), std::end(kOthers),
+                                     [&](std::string_view begin) { return holds(begin, 0); });
+}
+
 SoundHandle open_sound(const fs::path& file, SF_INFO& info) {
     constexpr const char* kExpected =
-        "; expected a file that libsndfile reads (WAV, FLAC, Ogg, ...)";
+        "; expected WAV, RF64, W64, AIFF, AU, CAF, FLAC, Ogg, MP3 or NIST SPHERE";
     std::error_code error;
     const fs::file_status status = fs::status(file, error);
     if (!fs::exists(status)) fail(file, "no such file; expected a sound file");
     // A pipe would be waited for, a device read without end.
     if (!fs::is_regular_file(status)) fail(file, "is no regular file; expected a sound file");
+    if (!has_known_format(file)) fail(file, std::string("is of no known format") + kExpected);
     info = {};
     // An absolute name, since libsndfile takes "-" for standard input.
     SoundHandle sound(sf_open(fs::absolute(file).c_str(), SFM_READ, &info));

@@ -16,10 +16,10 @@ struct SoundClip {
     std::vector<std::string> warnings;  ///< such as "voice.wav: 2 channels mixed down to one"
 };
 
-/// Reads any file that libsndfile reads, mixes it down and resamples it (soxr). Samples that are
-/// not finite, or beyond 2^31, become 0 with a warning. Throws AudioInputError, also for a sample
-/// rate outside 1 to 768 kHz, more than 64 channels and more than 2^28 samples (before or after
-/// resampling).
+/// Reads a WAV (also RF64, W64), AIFF, AU, CAF, FLAC, Ogg, MP3 or NIST SPHERE file, mixes it down
+/// and resamples it (soxr). Samples that are not finite, or beyond 2^31, become 0 with a warning.
+/// Throws AudioInputError, also for another format, a sample rate outside 1 to 768 kHz, more than
+/// 64 channels and more than 2^28 samples (before or after resampling).
 SoundClip read_sound(const std::filesystem::path& file, double sample_rate_hz);
 
 /// The number of frames and the sample rate without reading the samples. Throws AudioInputError.

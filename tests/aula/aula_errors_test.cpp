@@ -153,6 +153,39 @@ TEST_CASE("Check says all errors of a scene, one a line, other commands the firs
     CHECK(std::count(sounds.err.begin(), sounds.err.end(), '\n') == 2);
 }
 
+TEST_CASE("Each unknown material is one short line") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", R"({"aula": 1, "geometry": [
+        {"box": [5, 4, 3], "material": "plastr"}, {"box": [1, 1, 1], "material": "tapestry"}],
+        "sources": [{"position": [1, 1, 1]}], "listener": {"position": [2, 2, 2]}})");
+    const ProgramResult check = aula_with({"check", scene});
+    CHECK(check.status == 2);
+    const std::string line = "aula: " + scene + ": /geometry/";
+    const std::string expected =
+        "; expected a material of the scene, or one that \"aula materials\" lists\n";
+    CHECK(check.err == line + "0/material: unknown material \"plastr\", did you mean \"plaster\"?" +
+                           expected + line + "1/material: unknown material \"tapestry\"" +
+                           expected);
+}
+
+TEST_CASE("A damaged file of a format that is not read prints one line, nothing on stdout") {
+    const TemporaryFolder folder;
+    // libsndfile's reader of SDS prints each block whose first byte is wrong.
+    std::string sds = read_file(AULA_SOURCE_DIR "/tests/fuzz/corpus/sound/sds");
+    sds.at(21) = '!';
+    const std::string tag = std::string("ID3\4\0\0\0\0\0\4", 10) + "none";
+    for (const std::string& bytes : {sds, tag + sds, tag + tag + sds}) {
+        folder.write("voice.wav", bytes);
+        const ProgramResult check = aula_with(
+            {"check", folder.write("a.json", with(kSmallRoom, "\"noise\"", "\"voice.wav\""))});
+        CHECK(check.status == 2);
+        CHECK(check.out.empty());
+        CHECK(check.err == "aula: " + (folder.path() / "voice.wav").string() +
+                               ": is of no known format; expected WAV, RF64, W64, AIFF, AU, CAF, "
+                               "FLAC, Ogg, MP3 or NIST SPHERE\n");
+    }
+}
+
 TEST_CASE("Who is in the notch of an L-shaped room is outside, on a path as well") {
     const TemporaryFolder folder;
     const auto check = [&](const std::string& listener) {

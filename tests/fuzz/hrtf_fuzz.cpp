@@ -1,12 +1,7 @@
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstring>
 
-#include "audio/base/error.h"
-#include "audio/spatial/hrtf.h"
 #include "audio/spatial/sofa_file.h"
-#include "tests/fuzz/fuzz_target.h"
+#include "tests/fuzz/hrtf_target.h"
 
 using namespace aula;
 
@@ -60,17 +55,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     for (float& x : measured.responses) x = values.number((any & 16) != 0);
     measured.delays_samples.resize(2 * measured.positions.size());
     for (float& x : measured.delays_samples) x = values.number((any & 32) != 0);
-    try {
-        const Hrtf hrtf(measured, 48000);
-        for (const auto& direction : {std::array{1.0F, 0.0F, 0.0F}, std::array{0.0F, 0.6F, -0.8F}})
-            for (const Hrtf::Ear& ear : hrtf.ears(direction)) {
-                test::expect(ear.delay_s >= 0 && ear.delay_s < 0.01, "a delay is below 10 ms");
-                test::expect(std::all_of(ear.minimum_phase.begin(), ear.minimum_phase.end(),
-                                         [](float x) { return std::isfinite(x); }),
-                             "responses are finite");
-            }
-    } catch (const AudioInputError& error) {
-        test::expect_one_line(error.what());
-    }
-    return 0;
+    return test::make_any_hrtf(measured);
 }

@@ -18,8 +18,7 @@ int main(int argc, char** argv) {
     std::sort(files.begin(), files.end());
     for (const std::filesystem::path& file : files) {
         // Which file it was, should it be the last.
-        std::printf("%s\n", file.c_str());
-        std::fflush(stdout);
+        std::fprintf(stderr, "%s\n", file.c_str());
         std::ifstream stream(file, std::ios::binary);
         const std::vector<char> bytes{std::istreambuf_iterator<char>(stream), {}};
         LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "audio/base/error.h"
 #include "audio/file/sound_file.h"
@@ -8,6 +9,9 @@
 using namespace aula;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    // Whatever prints on standard output writes to this file.
+    [[maybe_unused]] static const auto* const printed =
+        std::freopen((test::fuzz_folder().path() / "stdout").c_str(), "w", stdout);
     const auto file = test::input_file("sound", data, size);
     try {
         const SoundClip clip = read_sound(file, 48000);
@@ -18,5 +22,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     } catch (const AudioInputError& error) {
         test::expect_one_line(error.what());
     }
+    test::expect(std::ftell(stdout) == 0, "nothing is printed");
     return 0;
 }

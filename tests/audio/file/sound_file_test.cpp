@@ -208,6 +208,25 @@ TEST_CASE("Rates and channels that no sound has are refused") {
     CHECK_FALSE(with_field("none.wav", kChannels, 0, 2).empty());
 }
 
+TEST_CASE("The formats that are read are known by their first bytes, whatever the file's name") {
+    const fs::path corpus = AULA_SOURCE_DIR "/tests/fuzz/corpus/sound";
+    const TemporaryFolder folder;
+    for (const char* name : {"aiff", "alac", "au", "caf", "flac", "mp3", "nist", "opus", "rf64",
+                             "vorbis", "w64", "wav_pcm16", "wavex24"}) {
+        CAPTURE(name);
+        CHECK_FALSE(read_sound(corpus / name, 48000).samples.empty());
+        // A tag before the sound is passed over.
+        std::ofstream(folder / name, std::ios::binary)
+            << std::string("ID3\4\0\0\0\0\0\4", 10) << "none" << bytes(corpus / name);
+        CHECK(error_of(folder / name).find("no known format") == std::string::npos);
+    }
+    for (const char* name : {"avr", "htk", "ircam", "mat4", "mat5", "mpc2k", "paf", "pvf", "sds",
+                             "svx", "voc", "wve", "xi"}) {
+        CAPTURE(name);
+        CHECK(error_of(corpus / name).find("is of no known format") != std::string::npos);
+    }
+}
+
 TEST_CASE("A pipe or a device is not read as sound") {
     const TemporaryFolder folder;
     REQUIRE(mkfifo((folder / "pipe.wav").c_str(), 0600) == 0);
