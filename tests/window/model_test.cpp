@@ -12,6 +12,7 @@
 
 #include "apps/session/edit/scene_edits.h"
 #include "engine/base/error.h"
+#include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/test_scenes.h"
 #include "tests/support/wait.h"
@@ -180,6 +181,43 @@ TEST_CASE("A saved scene keeps the listener's path after a walk, and the source'
     // The window plays all sources endlessly; the file does not say so.
     CHECK_FALSE(saved.scene.sources[0].loop);
     CHECK(saved.scene.simulation == model.setting().simulation);
+}
+
+TEST_CASE("Two windows that record at the same time write two files") {
+    const TemporaryFolder folder;
+    const auto before = std::filesystem::current_path();
+    std::filesystem::current_path(folder.path());
+    {
+        Room a;
+        Room b;
+        const auto record = [](Room& room) {
+            room.model().toggle_recording();
+            REQUIRE(room.shows([&] { return room.model().heard().recorded_s > 0; }));
+        };
+        record(a);
+        record(b);
+        a.model().toggle_recording();
+        CHECK(a.says("recording to room-heard.wav"));
+        CHECK(b.says("recording to room-heard-2.wav"));
+        CHECK(std::filesystem::file_size("room-heard.wav") > 0);
+        // The other is written when its window closes.
+    }
+    CHECK(std::filesystem::file_size("room-heard-2.wav") > 0);
+    CHECK(names_in(".").size() == 2);
+    std::filesystem::current_path(before);
+}
+
+TEST_CASE("A name that was taken for a file and not used is free again") {
+    const TemporaryFolder folder;
+    const std::string stem = (folder.path() / "a").string();
+    {
+        const NewFile first(stem, ".wav");
+        const NewFile second(stem, ".wav");
+        CHECK(second.path() == stem + "-2.wav");
+        std::ofstream(second.path()) << "used";
+    }
+    CHECK(names_in(folder.path()) == std::vector<std::string>{"a-2.wav"});
+    CHECK_THROWS_AS(NewFile((folder.path() / "none/a").string(), ".wav"), Error);
 }
 
 TEST_CASE("Another scene is opened with its own sources, and nothing of the old one's controls") {

@@ -17,6 +17,7 @@
 #include "apps/session/remote/osc_remote.h"
 #include "apps/window/model/curves.h"
 #include "apps/window/model/first_person.h"
+#include "apps/window/model/new_file.h"
 #include "apps/window/model/test_signals.h"
 #include "apps/window/model/undo.h"
 #include "apps/window/model/window_options.h"
@@ -187,6 +188,7 @@ class Model {
     std::filesystem::path wanted_file_;  ///< the last that was to be opened, whether it could be
     std::filesystem::file_time_type file_time_;
     Undo<Document> document_;
+    std::optional<NewFile> recording_;  ///< ends after the player that writes it
     std::unique_ptr<Player> player_;
     std::unique_ptr<OscRemote> remote_;  ///< ends before the player that it moves
     std::vector<Work> work_;

@@ -14,15 +14,6 @@ namespace aula {
 
 namespace {
 
-/// NAME.wav, or NAME-2.wav and so on where that is taken, in the working directory.
-std::filesystem::path free_name(const std::string& stem, const std::string& extension) {
-    for (int number = 1;; ++number) {
-        const std::filesystem::path name =
-            stem + (number > 1 ? "-" + std::to_string(number) : "") + extension;
-        if (!std::filesystem::exists(name)) return name;
-    }
-}
-
 std::filesystem::file_time_type time_of(const std::filesystem::path& file) {
     std::error_code none;
     return std::filesystem::last_write_time(file, none);
@@ -142,6 +133,7 @@ void Model::toggle_recording() {
     try {
         if (heard_.recording) {
             player_->stop_recording();
+            recording_.reset();
             // What went wrong is said by update().
             const MonitorStatus done = player_->monitor_status();
             if (done.error.empty() && done.lost_s == 0) say("recording written");
@@ -150,11 +142,12 @@ void Model::toggle_recording() {
                               done.lost_s),
                     true);
         } else {
-            const auto file = free_name(scene_file_.stem().string() + "-heard", ".wav");
-            player_->record(file);
-            say("recording to " + file.string());
+            recording_.emplace(scene_file_.stem().string() + "-heard", ".wav");
+            player_->record(recording_->path());
+            say("recording to " + recording_->path().string());
         }
     } catch (const std::exception& thrown) {
+        recording_.reset();
         say(thrown.what(), true);
     }
 }
@@ -178,22 +171,22 @@ void Model::save_response() {
     const std::string stem = scene_file_.stem().string();
     // The HRTF takes a second to read.
     in_background(kSaving, [=, this]() -> Result {
-        const auto response_file = free_name(stem + "-ir", ".wav");
-        const auto report_file = free_name(stem + "-report", ".json");
+        const NewFile response_file(stem + "-ir", ".wav");
+        const NewFile report_file(stem + "-report", ".json");
         const auto channels = impulse_response(measured, 0, measurement, session,
                                                hrtf_for(session, session.sample_rate_hz));
-        WavWriter writer(response_file, session.sample_rate_hz, channels.size(),
+        WavWriter writer(response_file.path(), session.sample_rate_hz, channels.size(),
                          SampleFormat::float32);
         std::vector<float> interleaved;
         for (std::size_t i = 0; i < channels[0].size(); ++i)
             for (const auto& channel : channels) interleaved.push_back(channel[i]);
         writer.write(interleaved);
-        OutputFile report(report_file);
+        OutputFile report(report_file.path());
         report.write(report_json(measured, room_parameters(measurement)));
         writer.commit();
         report.commit();
         const std::string done =
-            response_file.string() + " and " + report_file.string() + " written";
+            response_file.path().string() + " and " + report_file.path().string() + " written";
         return [this, done] { say(done); };
     });
 }
@@ -216,9 +209,9 @@ void Model::save_scene() {
     // A path leads the listener again when the scene is opened; a walk from it is not saved.
     if (controls.listener && !saved.listener.path) saved.listener.pose = *controls.listener;
     try {
-        const auto file = free_name(scene_file_.stem().string() + "-edited", ".json");
-        write_edited_scene(read, saved, scene_file_, file);
-        say("scene written to " + file.string() + ", without " + left_out);
+        const NewFile file(scene_file_.stem().string() + "-edited", ".json");
+        write_edited_scene(read, saved, scene_file_, file.path());
+        say("scene written to " + file.path().string() + ", without " + left_out);
     } catch (const std::exception& thrown) {
         say(thrown.what(), true);
     }
