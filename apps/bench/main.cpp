@@ -8,6 +8,8 @@
 #include <iostream>
 #include <optional>
 
+#include "apps/bench/base/machine.h"
+#include "apps/bench/base/measurement_file.h"
 #include "apps/bench/base/settings.h"
 #include "apps/bench/base/table.h"
 #include "apps/bench/convolution/convolve.h"
@@ -29,7 +31,7 @@ using aula::bench::Subject;
 constexpr int kFailed = 1;
 constexpr int kBadInput = 2;
 
-/// Shows what is going on in one line of the terminal, if stderr is one.
+/// Shows the present step in one line of stderr if that is a terminal.
 class ProgressLine {
  public:
     void show(const std::string& text) {
@@ -54,41 +56,33 @@ Subject load(const std::string& file, const Settings& settings) {
     return subject;
 }
 
+/// Measures, prints each table as soon as it is complete and keeps all of them.
 class Bench {
  public:
-    Bench(const Settings& settings, ProgressLine& progress)
-        : settings_(settings), progress_(progress) {}
+    Bench(const Settings& settings, const std::string& command, ProgressLine& progress)
+        : settings_(settings), progress_(progress), document_(command) {}
 
-    void noise(const std::string& file) {
-        const Subject subject = load(file, settings_);
+    void noise(const Subject& subject) {
         take("noise of " + subject.description(), aula::bench::noise_columns(),
              aula::bench::measure_noise(subject, settings_));
     }
 
-    void sweep(const std::string& file, const std::filesystem::path& plot_folder) {
-        const Subject subject = load(file, settings_);
-        const aula::bench::Sweep sweep = aula::bench::measure_sweep(subject, settings_);
-        std::vector<Row> rows = sweep.by_tau;
-        rows.insert(rows.end(), sweep.by_patch_size.begin(), sweep.by_patch_size.end());
+    void sweep(const Subject& subject) {
         take("sweep of tau, then of lambda, in " + subject.description(),
-             aula::bench::sweep_columns(), rows);
-        if (!plot_folder.empty()) aula::bench::write_plots(sweep, plot_folder);
+             aula::bench::sweep_columns(), aula::bench::measure_sweep(subject, settings_));
     }
 
-    void tracking(const std::string& file) {
-        const Subject subject = load(file, settings_);
+    void tracking(const Subject& subject) {
         take("tracking in " + subject.description(), aula::bench::tracking_columns(),
              aula::bench::measure_tracking(subject, settings_));
     }
 
-    void sources(const std::string& file) {
-        const Subject subject = load(file, settings_);
+    void sources(const Subject& subject) {
         take("many sources in " + subject.description(), aula::bench::many_sources_columns(),
              aula::bench::measure_many_sources(subject, settings_));
     }
 
-    void trace(const std::string& file) {
-        const Subject subject = load(file, settings_);
+    void trace(const Subject& subject) {
         take("tracing in " + subject.description(), aula::bench::tracing_columns(),
              aula::bench::measure_tracing(subject, settings_));
     }
@@ -101,24 +95,33 @@ class Bench {
     }
 
     const std::vector<Row>& rows() const { return rows_; }
+    const std::string& document() const { return document_.text(); }
 
  private:
     void take(const std::string& title, const std::vector<aula::bench::Column>& columns,
               const std::vector<Row>& rows) {
         progress_.clear();
-        if (rows_.empty()) std::cout << aula::bench::machine() << "\n";
+        if (rows_.empty()) std::cout << aula::bench::machine_line() << "\n";
         std::cout << "\n" << title << "\n" << format_table(columns, rows) << std::flush;
+        document_.add(title, columns, rows);
         rows_.insert(rows_.end(), rows.begin(), rows.end());
     }
 
     const Settings& settings_;
     ProgressLine& progress_;
+    aula::bench::MeasurementFile document_;
     std::vector<Row> rows_;
 };
 
+/// The command line as it was given, but for the program's folder.
+std::string command_line(int argc, char** argv) {
+    std::string command = std::filesystem::path(argv[0]).filename();
+    for (int i = 1; i < argc; ++i) command += std::string(" ") + argv[i];
+    return command;
+}
+
 int run(int argc, char** argv) {
-    CLI::App app{
-        "Measures Aula: each command prints a table of one row an estimator or a library."};
+    CLI::App app{"Measures Aula: each command prints a table, one row per estimator or library."};
     app.require_subcommand(1);
     app.fallthrough();
 
@@ -126,8 +129,21 @@ int run(int argc, char** argv) {
     ProgressLine progress;
     settings.progress = [&](const std::string& text) { progress.show(text); };
 
+    aula::bench::ConvolutionSweep convolution_sweep;
+    // The first of all options: those that follow override the sizes that it sets.
+    app.add_flag_callback(
+        "--quick",
+        [&] {
+            settings.restarts = 16;
+            settings.positions = 3;
+            settings.longest_walk_s = 2;
+            settings.reference_rays = 1e6;
+            convolution_sweep = {{2}, {64, 128, 512}, 5};
+        },
+        "smaller sizes, unless given: all in some minutes a scene");
     std::vector<std::string> estimators;
     std::string json;
+    std::string markdown;
     app.add_option("--estimator", estimators, "only this one: pt, dpc-published, dpc or patch")
         ->allow_extra_args(false)
         ->check(CLI::IsMember({"pt", "dpc-published", "dpc", "patch"}));
@@ -140,66 +156,65 @@ int run(int argc, char** argv) {
     app.add_option("--patch-size", settings.patch_size_m, "lambda in m")
         ->check(CLI::Range(0.001, 1000.0));
     app.add_option("--frames", settings.frames,
-                   "noise: publish after so many frames (tau times the frame rate)")
+                   "noise: before a response is read (tau times the frame rate)")
         ->check(CLI::Range(1, 1 << 20));
     app.add_option("--seed", settings.seed, "of all random numbers");
     app.add_option("--threads", settings.threads, "of the propagation")->check(CLI::Range(1, 1024));
     app.add_option("--restarts", settings.restarts, "noise: independent restarts")
         ->capture_default_str()
         ->check(CLI::Range(2, 1 << 20));
-    app.add_option("--positions", settings.positions, "tracking: places of the walk")
+    app.add_option("--positions", settings.positions, "tracking: measured on the walk")
         ->capture_default_str()
         ->check(CLI::Range(1, 1 << 10));
-    app.add_option("--rest", settings.rest_s, "tracking: all stand so many s before the walk")
+    app.add_option("--rest", settings.rest_s, "tracking: s at rest before the walk")
         ->capture_default_str()
         ->check(CLI::Range(0.0, 3600.0));
-    app.add_option("--sources", settings.sources, "sources: so many beside one")
+    app.add_option("--sources", settings.sources, "sources: number that is compared with one")
         ->capture_default_str()
         ->check(CLI::Range(2, 1024));
     app.add_option("--reference-rays", settings.reference_rays,
-                   "at most, though the reference has not converged")
+                   "at most, even if the reference has not converged")
         ->capture_default_str()
         ->check(CLI::Range(1.0, 1e12));
-    app.add_option("--triangles", settings.triangles,
-                   "divide the surfaces into so many triangles or more")
+    app.add_option("--triangles", settings.triangles, "divide the surfaces into at least as many")
         ->check(CLI::Range(1, 1 << 24));
-    app.add_option("--json", json, "write the rows to this file, too");
+    app.add_option("--json", json, "also write the rows to this file");
+    app.add_option("--markdown", markdown, "also write the tables to this file");
 
     std::string scene;
     std::vector<std::string> scenes;
-    CLI::App* noise = app.add_subcommand(
-        "noise", "how much a response differs from one restart to the next, beside its bias");
+    CLI::App* noise =
+        app.add_subcommand("noise", "deviation of a response between restarts, and its bias");
     noise->add_option("SCENE", scene, "scene file")->required();
     CLI::App* tracking =
-        app.add_subcommand("tracking", "the error while the listener or the source walks");
+        app.add_subcommand("tracking", "the error while the listener or the source moves");
     tracking->add_option("SCENE", scene, "scene file")->required();
-    CLI::App* crowd = app.add_subcommand("sources", "what many sources cost beside one");
-    crowd->add_option("SCENE", scene, "scene file")->required();
-    std::string plot_folder;
+    CLI::App* sources = app.add_subcommand("sources", "the cost of many sources and of one");
+    sources->add_option("SCENE", scene, "scene file")->required();
     CLI::App* sweep =
         app.add_subcommand("sweep", "noise, bias and cost over ranges of tau and of lambda");
     sweep->add_option("SCENE", scene, "scene file")->required();
-    sweep->add_option("--plot", plot_folder, "draw them as SVG files into this folder")
-        ->check(CLI::ExistingDirectory);
     CLI::App* trace =
-        app.add_subcommand("trace", "segments a second of whole frames beside Embree alone");
+        app.add_subcommand("trace", "segments per second of whole frames, and of Embree alone");
     trace->add_option("SCENE", scene, "scene file")->required();
     trace->add_option("--ir-length", settings.response_length_s, "of responses in s (the room's)")
         ->check(CLI::Range(0.01, 10.0));
-    CLI::App* convolve = app.add_subcommand(
-        "convolve", "what a block costs the audio thread, beside other libraries");
-    aula::bench::ConvolutionSweep convolution_sweep;
-    convolve->add_option("--ir-length", convolution_sweep.responses_s, "s, one or more (1 2 4)")
-        ->check(CLI::Range(0.01, 10.0));
-    convolve->add_option("--block", convolution_sweep.blocks, "one or more (64 128 256 512)")
-        ->check(CLI::Range(64, 4096));
-    convolve
-        ->add_option("--rounds", convolution_sweep.rounds,
-                     "of which the best one's mean counts, and a block's median")
-        ->capture_default_str()
-        ->check(CLI::Range(1, 1000));
-    CLI::App* all = app.add_subcommand("all", "noise, tracking, trace and convolve");
+    CLI::App* convolve =
+        app.add_subcommand("convolve", "CPU time of a block, also in other libraries");
+    CLI::App* all = app.add_subcommand(
+        "all", "noise, trace, and with a path tracking and sources, of each scene; convolve");
     all->add_option("SCENE", scenes, "scene files")->required();
+    for (CLI::App* command : {convolve, all}) {
+        command->add_option("--ir-length", convolution_sweep.responses_s, "of filters, s (1 2 4)")
+            ->check(CLI::Range(0.01, 10.0));
+        command->add_option("--block", convolution_sweep.blocks, "samples (64 128 256 512)")
+            ->check(CLI::Range(64, 4096));
+        command
+            ->add_option("--rounds", convolution_sweep.rounds,
+                         "the best round's mean counts, and a block's median")
+            ->capture_default_str()
+            ->check(CLI::Range(1, 1000));
+    }
 
     try {
         app.parse(argc, argv);
@@ -217,27 +232,42 @@ int run(int argc, char** argv) {
     }
 
     try {
-        // Opened first: what is measured for hours shall not be lost for a wrong name.
-        std::optional<aula::OutputFile> output;
-        if (!json.empty()) output.emplace(json);
-        Bench bench(settings, progress);
-        if (*noise) bench.noise(scene);
-        if (*sweep) bench.sweep(scene, plot_folder);
-        if (*tracking) bench.tracking(scene);
-        if (*crowd) bench.sources(scene);
-        if (*trace) bench.trace(scene);
+        // Opened first, so that hours of measurements are not lost to a wrong name.
+        std::optional<aula::OutputFile> json_file;
+        std::optional<aula::OutputFile> markdown_file;
+        if (!json.empty()) json_file.emplace(json);
+        if (!json.empty() && std::filesystem::weakly_canonical(json) ==
+                                 std::filesystem::weakly_canonical(markdown)) {
+            throw aula::Error(markdown, "--markdown",
+                              "is also the file of --json; expected another");
+        }
+        if (!markdown.empty()) markdown_file.emplace(markdown);
+        Bench bench(settings, command_line(argc, argv), progress);
+        if (*noise) bench.noise(load(scene, settings));
+        if (*sweep) bench.sweep(load(scene, settings));
+        if (*tracking) bench.tracking(load(scene, settings));
+        if (*sources) bench.sources(load(scene, settings));
+        if (*trace) bench.trace(load(scene, settings));
         if (*convolve) bench.convolve(convolution_sweep);
         if (*all) {
-            for (const std::string& file : scenes) {
-                bench.noise(file);
-                bench.tracking(file);
-                bench.trace(file);
+            std::vector<Subject> subjects;
+            for (const std::string& file : scenes) subjects.push_back(load(file, settings));
+            for (const Subject& subject : subjects) {
+                const bool listener_moves = subject.scene.listener.path.has_value();
+                bench.noise(subject);
+                if (listener_moves || subject.scene.sources[0].path) bench.tracking(subject);
+                bench.trace(subject);
+                if (listener_moves) bench.sources(subject);
             }
             bench.convolve(convolution_sweep);
         }
-        if (output) {
-            output->write(aula::bench::to_json(bench.rows()));
-            output->commit();
+        if (json_file) {
+            json_file->write(aula::bench::to_json(bench.rows()));
+            json_file->commit();
+        }
+        if (markdown_file) {
+            markdown_file->write(bench.document());
+            markdown_file->commit();
         }
     } catch (const aula::Error& e) {
         progress.clear();

@@ -70,32 +70,76 @@ TEST_CASE("bench_smoke: noise prints a row an estimator and writes the figures a
     CHECK(result.err.empty());
 }
 
-TEST_CASE("bench_smoke: a sweep has rows for every tau and lambda and draws them") {
+TEST_CASE("bench_smoke: a sweep has rows for five values of tau, then for five of lambda") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kScene).string();
-    REQUIRE(run("sweep " + scene + " --restarts 2 --reference-rays 1 --plot " +
-                folder.path().string() + " --json " + json_in(folder))
+    REQUIRE(run("sweep " + scene + " --restarts 2 --reference-rays 1 --json " + json_in(folder))
                 .status == 0);
     const nlohmann::json rows = rows_in(folder).at("rows");
-    REQUIRE(rows.size() == 40);  // four estimators at five of each
+    REQUIRE(rows.size() == 40);  // four estimators
     std::set<double> taus_s;
     std::set<double> sizes_m;
-    for (const nlohmann::json& row : rows) {
-        CHECK(row["bench"] == "sweep");
-        taus_s.insert(row["tau_s"].get<double>());
-        sizes_m.insert(row["patch_size_m"].get<double>());
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        CHECK(rows[i]["bench"] == "sweep");
+        if (i < 20) taus_s.insert(rows[i]["tau_s"].get<double>());
+        if (i >= 20) sizes_m.insert(rows[i]["patch_size_m"].get<double>());
     }
-    CHECK(taus_s.size() >= 5);
+    CHECK(taus_s.size() == 5);
     CHECK(sizes_m.size() == 5);
-    for (const char* file : {"sweep_tau_room.svg", "sweep_lambda_room.svg"}) {
-        const std::string drawing = read_file(folder.path() / file);
-        CHECK(drawing.find("</svg>") != std::string::npos);
-        for (const char* text : {"dpc-published", "patch", "energy over the reference's"}) {
-            CHECK(drawing.find(text) != std::string::npos);
-        }
-        CHECK(drawing.find("nan") == std::string::npos);
-        CHECK(drawing.find("inf") == std::string::npos);
+}
+
+TEST_CASE("bench_smoke: --markdown writes the printed figures under their command and machine") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kScene).string();
+    const std::string file = folder.path() / "measured.md";
+    const std::string arguments =
+        "all --quick --restarts 2 --reference-rays 1 --estimator patch "
+        "--ir-length 0.05 --block 512 --rounds 1 --sources 2 --json " +
+        json_in(folder) + " --markdown " + file + " " + scene;
+    const ProgramResult result = run(arguments);
+    REQUIRE(result.status == 0);
+    const std::string document = read_file(file);
+    CHECK(document.rfind("# Measurements by `aula-bench " + arguments + "`\n", 0) == 0);
+    for (const char* fact : {"| processor | ", "| commit | ", "| date | 20", "| compiler | "}) {
+        CAPTURE(fact);
+        CHECK(document.find(fact) != std::string::npos);
     }
+    for (const char* section :
+         {"\n## noise of room.json: 12 triangles", "\n## tracking in ", "\n## tracing in ",
+          "\n## many sources in ", "\n## convolution", "\n## preparing"}) {
+        CAPTURE(section);
+        CHECK(document.find(section) != std::string::npos);
+    }
+    // A line per row: those of all tables, two lines above each of the six, one per fact.
+    std::istringstream lines(document);
+    std::size_t table_lines = 0;
+    for (std::string line; std::getline(lines, line);) table_lines += line.rfind('|', 0) == 0;
+    const nlohmann::json rows = rows_in(folder).at("rows");
+    CHECK(table_lines == rows.size() + 2 * 6 + 2 + 7);
+    // --quick sets the sizes that are not given.
+    for (const nlohmann::json& row : rows) {
+        if (row["bench"] == "noise") CHECK(row["restarts"] == 2);
+        if (row["bench"] == "tracking") CHECK(row["positions"] == 3);
+    }
+}
+
+TEST_CASE("bench_smoke: a scene without paths is measured but for moving ends") {
+    const TemporaryFolder folder;
+    const std::string scene =
+        folder
+            .write("still.json",
+                   R"({"aula": 1, "geometry": [{"box": [5, 4, 3], "material": "wood"}],
+          "sources": [{"position": [1, 1, 1]}], "listener": {"position": [3, 2, 1]},
+          "simulation": {"rays": 50, "response_time_s": 0.1, "ir_length_s": 0.3, "threads": 1}})")
+            .string();
+    REQUIRE(run("all --quick --restarts 2 --reference-rays 1 --estimator patch --ir-length 0.05 "
+                "--block 512 --rounds 1 --json " +
+                json_in(folder) + " " + scene)
+                .status == 0);
+    std::set<std::string> benches;
+    const nlohmann::json rows = rows_in(folder).at("rows");
+    for (const nlohmann::json& row : rows) benches.insert(row["bench"]);
+    CHECK(benches == std::set<std::string>{"noise", "trace", "convolve", "prepare"});
 }
 
 TEST_CASE("bench_smoke: tracking prints a row for each mover and estimator") {
@@ -124,7 +168,7 @@ TEST_CASE("bench_smoke: many sources are compared with one") {
                 .status == 0);
     const nlohmann::json document = rows_in(folder);
     REQUIRE(document.at("rows").size() == 4);
-    CHECK(document["rows"][0]["listener"] == "stands");
+    CHECK(document["rows"][0]["listener"] == "at rest");
     CHECK(document["rows"][1]["sources"] == 3);
     CHECK(document["rows"][2]["cost_to_one"] == 1);
     CHECK(document["rows"][3]["tracking_error"].get<double>() > 0);
@@ -180,10 +224,12 @@ TEST_CASE("bench_smoke: bad input is one line and exit code 2") {
           "sources": [{"name": "a", "position": [0, 0, 0], "signal": "impulse"}]})")
             .string();
     const std::string nowhere = folder.path() / "no" / "rows.json";
+    const std::string one = folder.path() / "one";
     for (const std::string& arguments :
          {"noise " + (folder.path() / "absent.json").string(), std::string("noise"),
           "noise --restarts 1 " + still, "noise --estimator best " + still, "tracking " + still,
-          "noise " + still + " --json " + nowhere}) {
+          "noise " + still + " --json " + nowhere, "noise " + still + " --markdown " + nowhere,
+          "noise " + still + " --json " + one + " --markdown " + one}) {
         CAPTURE(arguments);
         const ProgramResult result = run(arguments);
         CHECK(result.status == 2);

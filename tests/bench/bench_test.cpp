@@ -214,18 +214,23 @@ TEST_CASE("late bins go from 50 to 500 ms, or to the response's end") {
     CHECK(late_bins(3).count() == 0);
 }
 
-TEST_CASE("a table is aligned and its rows are the same in JSON") {
+TEST_CASE("a table is aligned and its rows are the same in Markdown and JSON") {
     const std::vector<Row> rows{
         {{{"estimator", "pt"},
           {"rays", std::int64_t{1000}},
           {"noise", 0.12345},
           {"none", Value{}}}},
         {{{"estimator", "patch"}, {"rays", std::int64_t{50}}, {"noise", 2.0}, {"none", Value{}}}}};
-    CHECK(format_table({{"estimator", "estimator", 0},
-                        {"rays", "rays", 0},
-                        {"noise", "noise", 2},
-                        {"none", "none", 2}},
-                       rows) ==
+    const std::vector<Column> columns{{"estimator", "estimator", 0},
+                                      {"rays", "rays", 0},
+                                      {"noise", "noise", 2},
+                                      {"none", "none", 2}};
+    CHECK(format_markdown(columns, rows) ==
+          "| estimator | rays | noise | none |\n"
+          "|---|---:|---:|---:|\n"
+          "| pt | 1000 | 0.12 | - |\n"
+          "| patch | 50 | 2.00 | - |\n");
+    CHECK(format_table(columns, rows) ==
           "estimator  rays  noise  none\n"
           "pt         1000   0.12     -\n"
           "patch        50   2.00     -\n");

@@ -11,7 +11,7 @@
 
 namespace aula::bench {
 
-/// The command line's say over a scene's settings, and how much to measure.
+/// Overrides of a scene's settings, and the extent of measurements.
 struct Settings {
     std::vector<Estimator> estimators{Estimator::pt, Estimator::dpc_published, Estimator::dpc,
                                       Estimator::patch};
@@ -22,21 +22,22 @@ struct Settings {
     std::optional<float> response_length_s;
     std::optional<std::uint64_t> seed;
     std::optional<int> threads;
-    std::optional<int> frames;             ///< published after; the window F where absent
-    std::optional<std::size_t> triangles;  ///< surfaces are divided into so many or more
+    std::optional<int> frames;             ///< before a response is read; absent: the window F
+    std::optional<std::size_t> triangles;  ///< surfaces are divided into at least as many
     int restarts = 64;                     ///< of each estimator, at least 2
-    int positions = 8;                     ///< of a walk, at least 1
-    double rest_s = 0;                     ///< tracking: all stand so long before the walk
-    int sources = 32;                      ///< sources: so many beside one
-    double reference_rays = 64e6;  ///< no more of them, though the reference has not converged
-    std::function<void(const std::string&)> progress;  ///< what is going on, in a few words
+    int positions = 8;                     ///< measured on a walk, at least 1
+    double longest_walk_s = 10;            ///< tracking: duration of a walk, at most
+    double rest_s = 0;                     ///< tracking: rest of both ends before the walk
+    int sources = 32;                      ///< of the command sources, compared with one
+    double reference_rays = 64e6;          ///< at most, even if the reference has not converged
+    std::function<void(const std::string&)> progress;  ///< takes the present step, a few words
 };
 
-/// A scene as it is measured: named, its settings overridden, its first source alone.
+/// A scene to be measured: with a name, overridden settings and its first source only.
 struct Subject {
     std::string name;
     Scene scene;
-    int frames = 1;   ///< until a response is published; `pt`: one
+    int frames = 1;   ///< before a response is read; `pt`: one
     int threads = 1;  ///< of the propagation
 
     /// Throws Error if the scene has no source.
@@ -45,20 +46,19 @@ struct Subject {
     /// The scene's settings with another estimator and number of rays.
     Simulation simulation(Estimator estimator, int rays) const;
 
-    /// One line: what all rows have in common.
+    /// The settings that all rows share, in one line.
     std::string description() const;
 };
 
 /// CPU time of this process so far, all threads, in s.
 double cpu_time_s();
 
-/// The number of rays with which a frame costs `budget_s` of CPU time, found by measuring:
-/// `frame_cpu_s(rays)`. Starts from `rays`.
+/// The number of rays whose frame costs `budget_s` of CPU time, searched from `rays` on by
+/// measuring `frame_cpu_s(rays)`.
 int rays_for_cpu_time(double budget_s, int rays, const std::function<double(int)>& frame_cpu_s);
 
-/// Adds to the runs of all estimators at equal rays as many at equal CPU time, `patch`'s: a run has
-/// its basis, estimator and rays. `frame_cpu_s(estimator, rays)` measures a frame, `measure(run)`
-/// takes its results anew.
+/// Appends to the runs at equal rays the same runs at the CPU time of `patch`. A run has basis,
+/// estimator and rays. `frame_cpu_s(estimator, rays)` measures a frame, `measure(run)` a whole run.
 template <typename Run, typename FrameCost, typename Measure>
 void add_runs_at_equal_cpu_time(std::vector<Run>& runs, double budget_s,
                                 const FrameCost& frame_cpu_s, const Measure& measure) {

@@ -4,9 +4,9 @@
 #include <cassert>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <thread>
+
+#include "apps/bench/base/machine.h"
 
 namespace aula::bench {
 
@@ -29,6 +29,12 @@ std::string to_text(const Value& value, int decimals) {
     return "-";
 }
 
+bool is_text(const Column& column, const std::vector<Row>& rows) {
+    return std::any_of(rows.begin(), rows.end(), [&](const Row& row) {
+        return std::holds_alternative<std::string>(row.at(column.figure));
+    });
+}
+
 nlohmann::ordered_json json_of(const Value& value) {
     return std::visit(
         [](const auto& v) -> nlohmann::ordered_json {
@@ -44,15 +50,14 @@ nlohmann::ordered_json json_of(const Value& value) {
 }  // namespace
 
 std::vector<Column> columns_of(std::initializer_list<const char*> figures) {
-    static const std::vector<Column> all{{"additions_per_cycle", "adds / cycle", 1},
-                                         {"basis", "basis", 0},
+    static const std::vector<Column> all{{"basis", "basis", 0},
                                          {"cache_entries", "entries", 0},
                                          {"cache_ns", "cache", 0},
-                                         {"cost_to_one", "/ one", 2},
+                                         {"cost_to_one", "over one", 2},
                                          {"direction_noise_deg", "direction deg", 2},
                                          {"energy_ratio", "energy ratio", 4},
                                          {"energy_ratio_error", "+-", 4},
-                                         {"error_to_pt", "/ pt", 3},
+                                         {"error_to_pt", "over pt", 3},
                                          {"estimator", "estimator", 0},
                                          {"frame_cpu_ms", "CPU ms", 2},
                                          {"frame_ms", "frame ms", 2},
@@ -62,12 +67,12 @@ std::vector<Column> columns_of(std::initializer_list<const char*> figures) {
                                          {"memory_mb", "MB", 1},
                                          {"mover", "mover", 0},
                                          {"noise", "noise", 4},
-                                         {"noise_to_pt", "/ pt", 3},
+                                         {"noise_to_pt", "over pt", 3},
                                          {"patch_size_m", "lambda m", 3},
                                          {"prepare_s", "prepare s", 2},
-                                         {"ratio", "/ raw", 3},
+                                         {"ratio", "raw over frame", 3},
                                          {"raw_ns", "raw", 0},
-                                         {"raw_times_one_thread", "raw x one", 2},
+                                         {"raw_times_one_thread", "raw speed-up", 2},
                                          {"rays", "rays", 0},
                                          {"reference_error", "reference +-", 4},
                                          {"response_ms", "IR ms", 2},
@@ -75,7 +80,7 @@ std::vector<Column> columns_of(std::initializer_list<const char*> figures) {
                                          {"sources", "sources", 0},
                                          {"specular_ns", "specular", 0},
                                          {"tau_s", "tau s", 2},
-                                         {"times_one_thread", "x one thread", 2},
+                                         {"times_one_thread", "speed-up", 2},
                                          {"trace_ns", "trace ns", 0},
                                          {"tracking_error", "tracking error", 4},
                                          {"triangles", "triangles", 0}};
@@ -100,9 +105,8 @@ std::string format_table(const std::vector<Column>& columns, const std::vector<R
     std::vector<std::string> lines(rows.size() + 1);
     for (const Column& column : columns) {
         std::vector<std::string> cells{column.heading};
-        bool text = false;
+        const bool text = is_text(column, rows);
         for (const Row& row : rows) {
-            text |= std::holds_alternative<std::string>(row.at(column.figure));
             cells.push_back(to_text(row.at(column.figure), column.decimals));
         }
         std::size_t width = 0;
@@ -121,21 +125,27 @@ std::string format_table(const std::vector<Column>& columns, const std::vector<R
     return table;
 }
 
-std::string machine() {
-    std::string processor = "unknown processor";
-    std::ifstream information("/proc/cpuinfo");
-    for (std::string line; std::getline(information, line);) {
-        if (line.rfind("model name", 0) != 0) continue;
-        processor = line.substr(std::min(line.size(), line.find(':') + 2));
-        break;
+std::string format_markdown(const std::vector<Column>& columns, const std::vector<Row>& rows) {
+    std::string heading = "|";
+    std::string rule = "|";
+    for (const Column& column : columns) {
+        heading += " " + column.heading + " |";
+        rule += is_text(column, rows) ? "---|" : "---:|";
     }
-    return processor + ", " + std::to_string(std::thread::hardware_concurrency()) +
-           " processors, " + AULA_BENCH_BUILD;
+    std::string table = heading + "\n" + rule + "\n";
+    for (const Row& row : rows) {
+        table += "|";
+        for (const Column& column : columns) {
+            table += " " + to_text(row.at(column.figure), column.decimals) + " |";
+        }
+        table += "\n";
+    }
+    return table;
 }
 
 std::string to_json(const std::vector<Row>& rows) {
     nlohmann::ordered_json document;
-    document["machine"] = machine();
+    document["machine"] = machine_line();
     document["rows"] = nlohmann::ordered_json::array();
     for (const Row& row : rows) {
         nlohmann::ordered_json entry;

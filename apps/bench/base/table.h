@@ -10,11 +10,11 @@
 
 namespace aula::bench {
 
-/// A figure of a row; without a value it is null in JSON and "-" in the table.
+/// A figure of a row. No value is null in JSON and "-" in a table.
 using Value =
     std::variant<std::monostate, double, std::int64_t, std::string, std::array<double, 3>>;
 
-/// One result: figures by the names they have in JSON, in order.
+/// One result: its figures in order, under their names in JSON.
 struct Row {
     std::vector<std::pair<std::string, Value>> figures;
 
@@ -28,15 +28,14 @@ struct Column {
     int decimals = 0;
 };
 
-/// The columns of what is measured of the engine, by the names of the figures; a name that is not
-/// known is a programmer's mistake.
+/// Columns of the engine's figures by name; each name must be known.
 std::vector<Column> columns_of(std::initializer_list<const char*> figures);
 
-/// Rows aligned under their headings, text to the left and numbers to the right.
+/// Rows aligned under their headings: text left-aligned, numbers right-aligned.
 std::string format_table(const std::vector<Column>& columns, const std::vector<Row>& rows);
 
-/// Processor, number of processors, compiler and build type, in one line.
-std::string machine();
+/// The same as a Markdown table.
+std::string format_markdown(const std::vector<Column>& columns, const std::vector<Row>& rows);
 
 /// {"machine": .., "rows": [..]}
 std::string to_json(const std::vector<Row>& rows);

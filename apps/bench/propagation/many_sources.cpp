@@ -16,11 +16,12 @@ namespace aula::bench {
 namespace {
 
 constexpr int kFrames = 120;
-constexpr float kFromWall = 0.5F;  // of the way to the wall, a source stands
+constexpr float kSourceFraction = 0.5F;  // position of a source along a ray to the wall
 constexpr std::uint64_t kReferenceRound = 1 << 16;
 
-/// Places of sources: the scene's first, then one after the other, half-way along a random ray.
-std::vector<Vec3> places(const Scene& scene, int count) {
+/// Positions of sources: that of the scene's first, then each half-way along a random ray from one
+/// before it.
+std::vector<Vec3> source_positions(const Scene& scene, int count) {
     const RayScene rays(scene);
     std::vector<Vec3> found{scene.sources[0].position_at(0)};
     RandomStream random(derive_seed(scene.simulation.seed, 0xc0d));
@@ -30,18 +31,19 @@ std::vector<Vec3> places(const Scene& scene, int count) {
         Hit hit;
         rays.intersect({&ray, 1}, {&hit, 1});
         if (!hit.any() || hit.distance_m < 1) continue;
-        found.push_back(ray.origin + kFromWall * hit.distance_m * ray.direction);
+        found.push_back(ray.origin + kSourceFraction * hit.distance_m * ray.direction);
     }
     return found;
 }
 
-struct Crowd {
+/// What the frames of a number of sources cost, and the last responses.
+struct Outcome {
     double frame_cpu_s = 0;
     std::vector<std::vector<double>> energy;  // [source][bin] after the last frame
-    Vec3 listener{0};                         // there
+    Vec3 listener{0};                         // position in that frame
 };
 
-Crowd follow(const Subject& subject, const std::vector<Vec3>& sources, bool walks) {
+Outcome follow(const Subject& subject, const std::vector<Vec3>& sources, bool moving) {
     Scene scene = subject.scene;
     scene.sources.assign(sources.size(), scene.sources[0]);
     for (std::size_t s = 0; s < sources.size(); ++s) {
@@ -54,21 +56,22 @@ Crowd follow(const Subject& subject, const std::vector<Vec3>& sources, bool walk
     const double began_s = cpu_time_s();
     for (int f = 0; f < kFrames; ++f) {
         const double time_s = f / double{simulation.frame_rate_hz};
-        if (walks) input.listeners[0] = scene.listener.pose_at(time_s).position;
+        if (moving) input.listeners[0] = scene.listener.pose_at(time_s).position;
         propagation.step(input);
     }
-    Crowd crowd{(cpu_time_s() - began_s) / kFrames, {}, input.listeners[0]};
+    Outcome outcome{(cpu_time_s() - began_s) / kFrames, {}, input.listeners[0]};
     for (std::size_t s = 0; s < sources.size(); ++s) {
-        crowd.energy.push_back(estimated_energy(propagation.response(s)));
+        outcome.energy.push_back(estimated_energy(propagation.response(s)));
     }
-    return crowd;
+    return outcome;
 }
 
-/// Rms relative error over all sources. By reciprocity rays from the listener serve all of them.
-double error_of(const Subject& subject, const std::vector<Vec3>& sources, const Crowd& crowd,
+/// Rms relative error over all sources. By reciprocity one reference, traced from the listener,
+/// serves all of them.
+double error_of(const Subject& subject, const std::vector<Vec3>& sources, const Outcome& outcome,
                 const Settings& settings) {
-    Reference reference(subject.scene, subject.scene.simulation, 0, crowd.listener, sources,
-                        crowd.energy[0].size());
+    Reference reference(subject.scene, subject.scene.simulation, 0, outcome.listener, sources,
+                        outcome.energy[0].size());
     WorkerPool workers(static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
     do {
         settings.progress("sources: reference, " + std::to_string(reference.rays()) + " rays");
@@ -80,7 +83,7 @@ double error_of(const Subject& subject, const std::vector<Vec3>& sources, const 
     for (std::size_t s = 0; s < sources.size(); ++s) {
         const std::vector<double> wanted = reference.response(s);
         const BinRange bins = bins_from_peak(wanted);
-        squares += squared_relative_error(crowd.energy[s], wanted, bins);
+        squares += squared_relative_error(outcome.energy[s], wanted, bins);
         own_squares +=
             std::pow(reference.relative_error(s, bins), 2) * static_cast<double>(bins.count());
         count += bins.count();
@@ -92,26 +95,27 @@ double error_of(const Subject& subject, const std::vector<Vec3>& sources, const 
 
 std::vector<Row> measure_many_sources(const Subject& subject, const Settings& settings) {
     if (!subject.scene.listener.path) {
-        throw Error(subject.name, "/listener", "has no path; expected a listener who walks");
+        throw Error(subject.name, "/listener", "has no path; expected a listener with a path");
     }
     std::vector<Row> rows;
-    for (const bool walks : {false, true}) {
+    for (const bool moving : {false, true}) {
         double one_s = 0;
         for (const int count : {1, settings.sources}) {
-            const std::vector<Vec3> sources = places(subject.scene, count);
+            const std::vector<Vec3> sources = source_positions(subject.scene, count);
             settings.progress("sources: " + std::to_string(count));
-            const Crowd crowd = follow(subject, sources, walks);
-            if (count == 1) one_s = crowd.frame_cpu_s;
+            const Outcome outcome = follow(subject, sources, moving);
+            if (count == 1) one_s = outcome.frame_cpu_s;
             Row row;
-            row.figures = {{"bench", "sources"},
-                           {"scene", subject.name},
-                           {"listener", walks ? "walks" : "stands"},
-                           {"sources", static_cast<std::int64_t>(sources.size())},
-                           {"rays", std::int64_t{subject.scene.simulation.rays}},
-                           {"frame_cpu_ms", crowd.frame_cpu_s * 1000},
-                           {"cost_to_one", crowd.frame_cpu_s / one_s},
-                           {"tracking_error",
-                            walks ? Value{error_of(subject, sources, crowd, settings)} : Value{}}};
+            row.figures = {
+                {"bench", "sources"},
+                {"scene", subject.name},
+                {"listener", moving ? "moving" : "at rest"},
+                {"sources", static_cast<std::int64_t>(sources.size())},
+                {"rays", std::int64_t{subject.scene.simulation.rays}},
+                {"frame_cpu_ms", outcome.frame_cpu_s * 1000},
+                {"cost_to_one", outcome.frame_cpu_s / one_s},
+                {"tracking_error",
+                 moving ? Value{error_of(subject, sources, outcome, settings)} : Value{}}};
             rows.push_back(row);
         }
     }

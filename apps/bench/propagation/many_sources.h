@@ -7,10 +7,10 @@
 
 namespace aula::bench {
 
-/// What many sources cost beside one, with `patch`, while they stand and the listener stands or
-/// walks: CPU time of a frame over the walk's first seconds. Where he walks, the tracking error at
-/// its end beside it, over all sources. The sources stand where random rays from the first one get
-/// to. Throws Error if the listener has no path.
+/// CPU time of a frame of `patch` with one source and with many, all at rest, over the first
+/// seconds; first with the listener at rest, then on its path. For a moving listener also the
+/// tracking error at the end, over all sources. Sources are placed where random rays from the first
+/// one lead. Throws Error if the listener has no path.
 std::vector<Row> measure_many_sources(const Subject& subject, const Settings& settings);
 
 const std::vector<Column>& many_sources_columns();

@@ -7,7 +7,6 @@
 #include <optional>
 #include <thread>
 
-#include "apps/bench/base/plot.h"
 #include "apps/bench/base/statistics.h"
 #include "apps/bench/propagation/reference.h"
 #include "engine/base/sampling.h"
@@ -17,14 +16,14 @@ namespace aula::bench {
 
 namespace {
 
-/// The reference goes on until the mean ratio's standard error from it is below this.
+/// The reference traces until its share of the mean ratio's standard error is below this.
 constexpr double kReferenceError = 0.002;
 constexpr std::uint64_t kReferenceRound = 1 << 17;
 
-/// Restarts that the cost of a frame is taken from when rays are matched to CPU time.
+/// Restarts that measure the cost of a frame when rays are matched to CPU time.
 constexpr int kCostRestarts = 4;
 
-/// What an estimator published after each restart.
+/// The response of an estimator after each restart.
 struct Restarts {
     std::vector<std::vector<double>> energy;   // [restart][bin]
     std::vector<std::vector<Vec3>> direction;  // [restart][group]
@@ -184,14 +183,14 @@ std::vector<Row> measure_noise(const Subject& subject, const Settings& settings)
     return rows_of(runs, settings);
 }
 
-Sweep measure_sweep(const Subject& subject, const Settings& settings) {
+std::vector<Row> measure_sweep(const Subject& subject, const Settings& settings) {
     constexpr std::array<float, 5> kTaus_s{0.1F, 0.2F, 0.5F, 1.0F, 2.0F};
     constexpr std::array<float, 5> kSizes_m{0.125F, 0.25F, 0.5F, 1.0F, 2.0F};
     const int rays = subject.scene.simulation.rays;
     const auto run_at = [&](const Settings& changed, std::vector<Run>& runs) {
         const Subject at(subject.name, subject.scene, changed);
         for (const Estimator estimator : settings.estimators) {
-            // Plain path tracing knows neither tau nor lambda.
+            // Plain path tracing depends on neither tau nor lambda.
             if (estimator == Estimator::pt && !runs.empty()) {
                 runs.push_back(runs.front());
                 runs.back().subject = at;
@@ -207,15 +206,12 @@ Sweep measure_sweep(const Subject& subject, const Settings& settings) {
         changed.response_time_s = tau_s;
         run_at(changed, runs);
     }
-    const std::size_t by_tau = runs.size();
     for (const float size_m : kSizes_m) {
         Settings changed = settings;
         changed.patch_size_m = size_m;
         run_at(changed, runs);
     }
-    const std::vector<Row> rows = rows_of(runs, settings);
-    const auto middle = rows.begin() + static_cast<std::ptrdiff_t>(by_tau);
-    return {{rows.begin(), middle}, {middle, rows.end()}};
+    return rows_of(runs, settings);
 }
 
 const std::vector<Column>& noise_columns() {
@@ -231,50 +227,6 @@ const std::vector<Column>& sweep_columns() {
         {"tau_s", "patch_size_m", "estimator", "frame_cpu_ms", "noise", "direction_noise_deg",
          "energy_ratio", "energy_ratio_error", "cache_entries", "memory_mb"});
     return columns;
-}
-
-void write_plots(const Sweep& sweep, const std::filesystem::path& folder) {
-    struct Figure {
-        const char* name;
-        const char* title;
-    };
-    constexpr std::array<Figure, 6> kFigures{{{"noise", "noise"},
-                                              {"direction_noise_deg", "direction noise, degrees"},
-                                              {"energy_ratio", "energy over the reference's"},
-                                              {"cache_entries", "cache entries, patches"},
-                                              {"memory_mb", "memory, MB"},
-                                              {"frame_cpu_ms", "CPU time of a frame, ms"}}};
-    const auto number = [](const Value& value) {
-        const auto* whole = std::get_if<std::int64_t>(&value);
-        return whole ? static_cast<double>(*whole) : std::get<double>(value);
-    };
-    const auto draw = [&](const std::vector<Row>& rows, const char* x, const std::string& x_title,
-                          const std::string& file) {
-        std::vector<PlotPanel> panels;
-        for (const Figure& figure : kFigures) {
-            PlotPanel panel{figure.title, {}};
-            for (const Row& row : rows) {
-                const std::string& name = std::get<std::string>(row.at("estimator"));
-                auto curve = std::find_if(panel.curves.begin(), panel.curves.end(),
-                                          [&](const PlotCurve& c) { return c.name == name; });
-                if (curve == panel.curves.end()) {
-                    curve = panel.curves.insert(curve, PlotCurve{name, {}});
-                }
-                curve->points.emplace_back(number(row.at(x)), number(row.at(figure.name)));
-            }
-            panels.push_back(panel);
-        }
-        const Row& first = rows.front();
-        const std::string title = std::get<std::string>(first.at("scene")) + ", " +
-                                  std::to_string(std::get<std::int64_t>(first.at("rays"))) +
-                                  " rays";
-        write_plot(folder / file, title, x_title, panels);
-    };
-    const std::string scene =
-        std::filesystem::path(std::get<std::string>(sweep.by_tau.front().at("scene"))).stem();
-    draw(sweep.by_tau, "tau_s", "response time tau, s", "sweep_tau_" + scene + ".svg");
-    draw(sweep.by_patch_size, "patch_size_m", "patch size lambda, m",
-         "sweep_lambda_" + scene + ".svg");
 }
 
 }  // namespace aula::bench

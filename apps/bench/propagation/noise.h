@@ -1,6 +1,5 @@
 #pragma once
 
-#include <filesystem>
 #include <vector>
 
 #include "apps/bench/base/settings.h"
@@ -8,26 +7,17 @@
 
 namespace aula::bench {
 
-/// How much an estimator's response differs from one restart to the next: rows for equal rays
-/// (basis "rays"), then with the rays of each so many that a frame costs the CPU time of `patch` at
-/// the scene's rays (basis "cpu").
+/// Deviation of an estimator's response between restarts, and its bias. First rows at equal rays
+/// (basis "rays"), then rows at equal CPU time (basis "cpu"): each estimator has as many rays as
+/// make its frame cost as much as that of `patch` at the scene's rays.
 std::vector<Row> measure_noise(const Subject& subject, const Settings& settings);
 
 const std::vector<Column>& noise_columns();
 
-/// Noise, bias, size and cost of the estimators over a range of tau, and of lambda, the other as
-/// the scene has it; at equal rays.
-struct Sweep {
-    std::vector<Row> by_tau;
-    std::vector<Row> by_patch_size;
-};
-
-Sweep measure_sweep(const Subject& subject, const Settings& settings);
+/// Noise, bias, memory and cost of the estimators at equal rays: first over a range of tau, then
+/// over a range of lambda. The other of the two is the scene's.
+std::vector<Row> measure_sweep(const Subject& subject, const Settings& settings);
 
 const std::vector<Column>& sweep_columns();
-
-/// Draws a sweep into sweep_tau_NAME.svg and sweep_lambda_NAME.svg of an existing folder, NAME the
-/// scene's. Throws Error if they cannot be written.
-void write_plots(const Sweep& sweep, const std::filesystem::path& folder);
 
 }  // namespace aula::bench

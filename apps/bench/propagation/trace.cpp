@@ -6,7 +6,6 @@
 #include <memory>
 #include <optional>
 
-#include "apps/bench/convolution/core_share.h"
 #include "engine/base/worker_pool.h"
 #include "engine/propagation.h"
 #include "engine/rays/ray_scene.h"
@@ -17,9 +16,9 @@ namespace aula::bench {
 namespace {
 
 constexpr int kRounds = 20;
-constexpr int kInARow = 4;  // of which the first finds caches that others have filled
+constexpr int kInARow = 4;  // the first one, not timed, fills the processor's caches
 constexpr double kSampleRate_hz = 48000;
-constexpr std::size_t kShare = 1024;  // rays that a thread takes at a time
+constexpr std::size_t kShare = 1024;  // rays of a task
 
 double wall_time_s() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
@@ -39,8 +38,7 @@ struct Speed {
     double raw_s = 0;
     double one_thread_raw_s = 0;
     double impulse_response_s = 0;  // building one of four channels
-    std::optional<double> additions_per_cycle;
-    FrameStatistics parts;  // sums over frames
+    FrameStatistics parts;          // sums over frames
 };
 
 Speed measure(const Subject& subject, Estimator estimator, const RayScene& scene,
@@ -78,7 +76,6 @@ Speed measure(const Subject& subject, Estimator estimator, const RayScene& scene
     std::vector<double> raw_s;
     std::vector<double> one_thread_raw_s;
     std::vector<double> impulse_response_s;
-    std::vector<double> additions;
     std::vector<Ray> rays;
     std::vector<Hit> hits;
     const auto step = [&](Propagation& p) { return seconds_of([&] { p.step(input); }); };
@@ -125,7 +122,6 @@ Speed measure(const Subject& subject, Estimator estimator, const RayScene& scene
         }
         impulse_response_s.push_back(
             seconds_of([&] { builder.build(propagation->response(0), impulse_response); }));
-        if (const auto measured = additions_per_cycle()) additions.push_back(*measured);
     }
     speed.frame_s = median(frame_s);
     speed.raw_s = median(raw_s) * speed.segments;
@@ -134,7 +130,6 @@ Speed measure(const Subject& subject, Estimator estimator, const RayScene& scene
         speed.one_thread_raw_s = median(one_thread_raw_s) * speed.segments;
     }
     speed.impulse_response_s = median(impulse_response_s);
-    if (!additions.empty()) speed.additions_per_cycle = median(additions);
     return speed;
 }
 
@@ -175,19 +170,17 @@ std::vector<Row> measure_tracing(const Subject& subject, const Settings& setting
                        {"ratio", speed.raw_s / speed.frame_s},
                        {"times_one_thread", times(speed.one_thread_frame_s, speed.frame_s)},
                        {"raw_times_one_thread", times(speed.one_thread_raw_s, speed.raw_s)},
-                       {"response_ms", speed.impulse_response_s * 1e3},
-                       {"additions_per_cycle",
-                        speed.additions_per_cycle ? Value(*speed.additions_per_cycle) : Value()}};
+                       {"response_ms", speed.impulse_response_s * 1e3}};
         rows.push_back(row);
     }
     return rows;
 }
 
 const std::vector<Column>& tracing_columns() {
-    static const std::vector<Column> columns = columns_of(
-        {"estimator", "rays", "triangles", "prepare_s", "segments", "frame_ms", "memory_mb",
-         "trace_ns", "cache_ns", "gather_ns", "specular_ns", "raw_ns", "ratio", "times_one_thread",
-         "raw_times_one_thread", "response_ms", "additions_per_cycle"});
+    static const std::vector<Column> columns =
+        columns_of({"estimator", "rays", "triangles", "prepare_s", "segments", "frame_ms",
+                    "memory_mb", "trace_ns", "cache_ns", "gather_ns", "specular_ns", "raw_ns",
+                    "ratio", "times_one_thread", "raw_times_one_thread", "response_ms"});
     return columns;
 }
 

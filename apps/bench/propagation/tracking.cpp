@@ -15,23 +15,21 @@ namespace aula::bench {
 
 namespace {
 
-constexpr double kLongestWalk_s = 10;
-
-/// The reference goes on until its standard error is this share of the least error measured.
+/// The reference traces until its standard error is this share of the least error measured.
 constexpr double kReferenceShare = 0.2;
 constexpr double kFirstReferenceRays = 1 << 16;
 
-/// Where source and listener are in the frames of a walk.
+/// Positions of source and listener in the frames of a walk.
 struct Walk {
     const char* mover;
     std::vector<FrameInput> frames;
     std::vector<std::size_t> measured;  ///< frames that are compared with the reference
 
-    bool source_stands() const { return stands(&FrameInput::sources); }
-    bool listener_stands() const { return stands(&FrameInput::listeners); }
+    bool source_at_rest() const { return at_rest(&FrameInput::sources); }
+    bool listener_at_rest() const { return at_rest(&FrameInput::listeners); }
 
  private:
-    bool stands(std::vector<Vec3> FrameInput::*positions) const {
+    bool at_rest(std::vector<Vec3> FrameInput::*positions) const {
         return std::all_of(frames.begin(), frames.end(), [&](const FrameInput& frame) {
             return frame.*positions == frames.front().*positions;
         });
@@ -43,20 +41,20 @@ std::vector<Walk> walks_of(const Subject& subject, const Settings& settings) {
     const Listener& listener = subject.scene.listener;
     if (!source.path && !listener.path) {
         throw Error(subject.name, "/listener",
-                    "has no path; expected a listener or source that walks");
+                    "has no path; expected a listener or source with a path");
     }
     const Trajectory& listener_path = listener.path ? *listener.path : *source.path;
     const Trajectory& source_path = source.path ? *source.path : *listener.path;
     const bool one_path = !source.path || !listener.path;
-    const double duration_s =
-        std::min(kLongestWalk_s, std::max(listener_path.duration_s(), source_path.duration_s()));
+    const double duration_s = std::min(
+        settings.longest_walk_s, std::max(listener_path.duration_s(), source_path.duration_s()));
     const double rate_hz = double{subject.scene.simulation.frame_rate_hz};
     const auto window = static_cast<std::size_t>(subject.scene.simulation.window_frames());
     const auto count = std::max(window + static_cast<std::size_t>(settings.positions),
                                 static_cast<std::size_t>(duration_s * rate_hz));
-    // The one that stands is where it is at the start, or where the other one was.
-    const Vec3 listener_stand = listener.pose_at(0).position;
-    const Vec3 source_stand = source.position_at(0);
+    // An end at rest is at its first position, or at the other one's if its path is in use.
+    const Vec3 listener_rest = listener.pose_at(0).position;
+    const Vec3 source_rest = source.position_at(0);
 
     std::vector<Walk> walks{{"listener", {}, {}}, {"source", {}, {}}, {"both", {}, {}}};
     for (std::size_t k = 0; k < count; ++k) {
@@ -65,15 +63,15 @@ std::vector<Walk> walks_of(const Subject& subject, const Settings& settings) {
         const Vec3 on_source_path = source_path.at(time_s).position;
         const Vec3 back = source_path.at(static_cast<double>(count - 1 - k) / rate_hz).position;
         walks[0].frames.push_back(
-            {time_s, {listener.path ? source_stand : listener_stand}, {on_listener_path}});
+            {time_s, {listener.path ? source_rest : listener_rest}, {on_listener_path}});
         walks[1].frames.push_back(
-            {time_s, {on_source_path}, {source.path ? listener_stand : source_stand}});
+            {time_s, {on_source_path}, {source.path ? listener_rest : source_rest}});
         walks[2].frames.push_back({time_s, {one_path ? back : on_source_path}, {on_listener_path}});
     }
     const auto positions = static_cast<std::size_t>(settings.positions);
     for (Walk& walk : walks) {
         for (std::size_t i = 0; i < positions; ++i) {
-            // Spread over what follows the first window, both ends included.
+            // Evenly spaced after the first window, both ends included.
             const std::size_t last = count - 1;
             walk.measured.push_back(
                 positions == 1 ? last : window + (last - window) * i / (positions - 1));
@@ -82,14 +80,14 @@ std::vector<Walk> walks_of(const Subject& subject, const Settings& settings) {
     return walks;
 }
 
-/// What an estimator published at the measured frames.
+/// The responses of an estimator in the measured frames.
 struct Published {
     std::vector<std::vector<double>> energy;  // [position][bin]
     double frame_s = 0;
     double frame_cpu_s = 0;
 };
 
-/// The scene with the paths of a walk, so that the engine knows the places that are visited.
+/// The scene with the paths of a walk: the engine prepares the positions on them.
 Scene scene_of(const Subject& subject, const Walk& walk) {
     Scene scene = subject.scene;
     Trajectory listener_path;
@@ -127,7 +125,7 @@ Published follow(const Subject& subject, const Walk& walk, Estimator estimator, 
     return published;
 }
 
-/// Rays from one end of a walk serve these positions of the other end.
+/// Rays from one end of a walk, and the positions of the other end that they serve.
 struct Bundle {
     double time_s = 0;
     Vec3 emitter{0};
@@ -136,8 +134,8 @@ struct Bundle {
     friend bool operator==(const Bundle&, const Bundle&) = default;
 };
 
-/// Sound travels both ways alike: if either end stands while the scene does, one bundle from there
-/// serves the whole walk, in the order of its positions. Else each position has its own.
+/// By reciprocity one bundle from an end at rest serves the whole walk, in the order of its
+/// positions, unless the scene moves. Otherwise each position has its own bundle.
 std::vector<Bundle> bundles_of(const Subject& subject, const Walk& walk) {
     const bool scene_moves =
         std::any_of(subject.scene.objects.begin(), subject.scene.objects.end(),
@@ -145,7 +143,7 @@ std::vector<Bundle> bundles_of(const Subject& subject, const Walk& walk) {
     std::vector<Bundle> bundles;
     for (const std::size_t k : walk.measured) {
         const FrameInput& frame = walk.frames[k];
-        const bool from_listener = !walk.source_stands() && walk.listener_stands();
+        const bool from_listener = !walk.source_at_rest() && walk.listener_at_rest();
         const Vec3 emitter = from_listener ? frame.listeners[0] : frame.sources[0];
         const Vec3 receiver = from_listener ? frame.sources[0] : frame.listeners[0];
         if (!bundles.empty() && !scene_moves && bundles.back().emitter == emitter) {
@@ -157,7 +155,7 @@ std::vector<Bundle> bundles_of(const Subject& subject, const Walk& walk) {
     return bundles;
 }
 
-/// The truth at every measured position of a walk.
+/// The reference response at every measured position of a walk.
 class WalkReference {
  public:
     WalkReference(const Subject& subject, std::vector<Bundle> bundles, std::size_t bin_count)
