@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Draws the rows of `aula-bench sweep SCENE --json ROWS.json` beside this script.
 
     docs/figures/plot_sweep.py ROWS.json
@@ -14,7 +14,9 @@ import matplotlib
 
 matplotlib.use("svg")
 matplotlib.rcParams["svg.hashsalt"] = "aula"  # the same input gives the same file
+matplotlib.rcParams["svg.fonttype"] = "none"  # text as text
 import matplotlib.pyplot as plt
+from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 # Distinguishable with a colour vision deficiency (Okabe and Ito).
 COLOURS = {"pt": "#777777", "dpc-published": "#d55e00", "dpc": "#009e73", "patch": "#0072b2"}
@@ -29,7 +31,7 @@ FIGURES = {
 
 
 def draw(rows, x, x_title, file):
-    chart, axes = plt.subplots(2, 3, figsize=(10, 6), layout="constrained")
+    chart, axes = plt.subplots(2, 3, figsize=(10, 6))
     for axis, (figure, title) in zip(axes.flat, FIGURES.items()):
         for estimator, colour in COLOURS.items():
             points = [(row[x], row[figure]) for row in rows if row["estimator"] == estimator]
@@ -38,10 +40,15 @@ def draw(rows, x, x_title, file):
                 axis.loglog(*zip(*points), "o-", color=colour, label=estimator, markersize=4)
         axis.set(title=title, xlabel=x_title)
         axis.grid(True, alpha=0.4)
-        axis.set_xticks([row[x] for row in rows], [f"{row[x]:g}" for row in rows], minor=False)
+        values = sorted({row[x] for row in rows})
+        axis.set_xticks(values, [f"{value:g}" for value in values])
         axis.set_xticks([], minor=True)
-    axes.flat[0].legend()
+        axis.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axis.yaxis.set_major_formatter(FormatStrFormatter("%g"))
+        axis.yaxis.set_minor_formatter(NullFormatter())
+    chart.legend(*axes.flat[0].get_legend_handles_labels(), loc="lower center", ncol=4)
     chart.suptitle(f"{rows[0]['scene']}, {rows[0]['rays']} rays")
+    chart.tight_layout(rect=(0, 0.05, 1, 1))  # the legend is below
     chart.savefig(file, metadata={"Date": None})
 
 
