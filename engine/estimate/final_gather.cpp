@@ -61,6 +61,7 @@ void trace_batch(const RayScene& scene, const PatchGrid& grid, const Vec3& recei
     }
     std::vector<Ray> queries;
     std::vector<Hit> hits;
+    std::vector<PatchGrid::Radiator> radiators;
     while (!rays.empty()) {
         queries.clear();
         for (const MirrorRay& r : rays) queries.push_back(r.ray);
@@ -73,22 +74,21 @@ void trace_batch(const RayScene& scene, const PatchGrid& grid, const Vec3& recei
             MirrorRay r = rays[i];
             const Vec3 direction = r.ray.direction;
             const Vec3 normal = scene.facing_normal(hits[i], direction);
-            const Vec3 point = r.ray.origin + hits[i].distance_m * direction +
-                               RayScene::offset_after(hits[i].distance_m) * normal;
+            const RayScene::PointOff at =
+                RayScene::point_off(hits[i].distance_m, -glm::dot(direction, normal));
+            const Vec3 point = r.ray.origin + at.along_m * direction + at.off_m * normal;
             const Material& material = scene.material(scene.surface(hits[i].triangle).material);
             r.length_m += hits[i].distance_m;
             r.weight *= transmission(settings.attenuation_per_m, hits[i].distance_m);
-            const std::uint32_t patch = grid.find(point, normal);
-            const float area_m2 = patch == PatchGrid::kNone ? 0 : grid.area_m2(patch);
             // Mirrors count as well where they share a patch with a surface that scatters.
-            if (area_m2 > 0) {
+            grid.find_radiators(hits[i].triangle, point, normal, radiators);
+            for (const PatchGrid::Radiator& radiator : radiators) {
                 // A patch of area A that radiates B by Lambert's law has the radiance B / (pi A);
                 // fluence is radiance times solid angle, 4 pi / M for each of M rays:
                 // 4 pi / M * B / (pi A) = 4 / (M A) * B.
-                const float factor =
-                    4 / (static_cast<float>(settings.rays) * area_m2) *
-                    grid.relative_irradiance(patch, hits[i].triangle, point, normal);
-                out.push_back({patch, r.length_m, r.first_direction, r.weight * factor, r.late});
+                const float factor = 4 / static_cast<float>(settings.rays) * radiator.per_m2;
+                out.push_back(
+                    {radiator.row, r.length_m, r.first_direction, r.weight * factor, r.late});
             }
             if (!settings.mirrors) continue;
             r.weight *= complement(material.scattering) * complement(material.absorption);

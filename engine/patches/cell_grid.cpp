@@ -16,6 +16,8 @@ namespace {
 constexpr float kAxisAligned = 0.99999F;  // cosine: a wall that cuts cells is as straight as this
 constexpr float kWallCells = 4;           // and has the area of so many cells
 
+constexpr int kDirectionBit = 60;  // of a key, the first one of the direction
+
 /// The key of a patch: 20 bits for each number of its cell and the dominant direction of a normal;
 /// without branches.
 inline std::uint64_t cell_key(const CellIndex& cell, const Vec3& normal) {
@@ -29,7 +31,7 @@ inline std::uint64_t cell_key(const CellIndex& cell, const Vec3& normal) {
     const auto bits = [](std::int32_t k) {
         return static_cast<std::uint64_t>(static_cast<std::uint32_t>(k + kBias) & 0xfffffU);
     };
-    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(direction)) << 60 |
+    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(direction)) << kDirectionBit |
            bits(cell[0]) << 40 | bits(cell[1]) << 20 | bits(cell[2]);
 }
 
@@ -43,19 +45,29 @@ void cell_keys(const LanePoints& points, const LanePoints& normals, const Vec3& 
     }
 }
 
-/// The standing walls that lie straight across an axis, those within a millimetre as one.
+/// The standing walls that lie straight across an axis, those within a millimetre as one at the
+/// place of its largest triangle: next to the walls, points off their surfaces would be on both
+/// sides of the cut.
 std::vector<GridAxis::Wall> walls_across(const RayScene& scene, int axis, float from_m,
                                          float cell_m) {
-    std::map<std::int64_t, double> areas;
+    struct Slice {
+        GridAxis::Wall wall;
+        float largest_m2 = 0;
+    };
+    std::map<std::int64_t, Slice> slices;
     for (const RayScene::Triangle& triangle : scene.triangles()) {
         if (std::abs(triangle.normal[axis]) < kAxisAligned || scene.moves(triangle)) continue;
-        areas[std::llround(1000 * (triangle.vertices[0][axis] - from_m))] +=
-            double{triangle.area_m2()};
+        const float at_m = triangle.vertices[0][axis] - from_m;
+        const float area_m2 = triangle.area_m2();
+        Slice& slice = slices[std::llround(1000 * at_m)];
+        slice.wall.area_m2 += double{area_m2};
+        if (area_m2 <= slice.largest_m2) continue;
+        slice.largest_m2 = area_m2;
+        slice.wall.at_m = at_m;
     }
     std::vector<GridAxis::Wall> walls;
-    for (const auto& [at_mm, area] : areas) {
-        if (area < double{kWallCells * cell_m * cell_m}) continue;
-        walls.push_back({static_cast<float>(at_mm) / 1000, area});
+    for (const auto& [at_mm, slice] : slices) {
+        if (slice.wall.area_m2 >= double{kWallCells * cell_m * cell_m}) walls.push_back(slice.wall);
     }
     return walls;
 }
@@ -86,6 +98,15 @@ std::uint64_t CellGrid::key(const CellIndex& cell, const Vec3& normal) {
     return cell_key(cell, normal);
 }
 
+std::array<std::uint64_t, 6> CellGrid::keys_of_cell(std::uint64_t key) {
+    const std::uint64_t cell = key & ((std::uint64_t{1} << kDirectionBit) - 1);
+    std::array<std::uint64_t, 6> keys;
+    for (std::uint64_t direction = 0; direction < keys.size(); ++direction) {
+        keys[direction] = direction << kDirectionBit | cell;
+    }
+    return keys;
+}
+
 std::uint64_t CellGrid::key_at(const Vec3& point, const Vec3& normal) const {
     return cell_key(cell_at(cuts_, point - origin_), normal);
 }
@@ -102,7 +123,7 @@ CellGrid::Cell CellGrid::cell(std::uint64_t key, const CellIndex& index) const {
         cell.low[axis] = origin_[axis] + cuts_[a].begin_m(index[a]);
         cell.high[axis] = origin_[axis] + cuts_[a].begin_m(index[a] + 1);
     }
-    const std::uint64_t direction = key >> 60;
+    const std::uint64_t direction = key >> kDirectionBit;
     cell.direction[static_cast<int>(direction / 2)] = direction % 2 == 0 ? 1.0F : -1.0F;
     return cell;
 }

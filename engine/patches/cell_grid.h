@@ -27,6 +27,8 @@ class CellGrid {
     const Cuts& cuts() const { return cuts_; }
 
     static std::uint64_t key(const CellIndex& cell, const Vec3& normal);
+    /// The keys of a key's cell, one for each dominant direction.
+    static std::array<std::uint64_t, 6> keys_of_cell(std::uint64_t key);
     std::uint64_t key_at(const Vec3& point, const Vec3& normal) const;
     void keys_at(const LanePoints& points, const LanePoints& normals,
                  std::array<std::uint64_t, kLanes>& keys) const;

@@ -6,21 +6,25 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <map>
 
 #include "engine/base/mix64.h"
 #include "engine/base/sampling.h"
 #include "engine/patches/cell_clipping.h"
 #include "engine/patches/cell_grid.h"
 #include "engine/patches/irradiance_map.h"
+#include "engine/patches/patch_sides.h"
 #include "engine/rays/room_survey.h"
 
 namespace aula {
 
 namespace {
 
-constexpr int kSamplesPerPatch = 16;  // on a full cell
-constexpr int kFineSamples = 64;      // where some samples count and others do not
-constexpr int kReachRays = 4;         // tries to get from a sample to where sound has been
+constexpr int kSamplesPerPatch = 16;   // on a full cell
+constexpr int kFineSamples = 64;       // where some samples count and others do not
+constexpr int kSideSamples = 256;      // where panels of moving objects divide a patch
+constexpr float kAllReached = 0.999F;  // share of a patch's area, up to rounding
+constexpr int kReachRays = 4;          // tries to get from a sample to where sound has been
 /// Cells that a moving object meets, of each cell's area on it: it has two sides, which share out
 /// their area to about twice as many.
 constexpr double kCellsOfMoving = 4;
@@ -48,19 +52,23 @@ struct PatchGrid::State {
     std::vector<std::uint64_t> keys;     // kNoKey: given up
     std::vector<std::uint64_t> touched;  // the move at which a triangle was last in the patch
     std::vector<std::uint32_t> given_up;
+    std::vector<std::uint32_t> patch_of_row;
     std::vector<std::uint32_t> standing;  // triangles
     std::vector<std::uint32_t> moving;
     std::size_t lasting = 0;  // patches of the start; those after come and go with what moves
     std::uint64_t moves = 0;
     std::size_t reached_count = 0;
     IrradianceMap irradiance_map;
+    PatchSides sides;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> standing_parts;  // patch, triangle: sorted
 
     State(const RayScene& rays, WorkerPool& pool, std::uint64_t sample_seed, float patch_size_m)
         : scene(rays),
           workers(pool),
           seed(sample_seed),
           grid(rays, patch_size_m),
-          irradiance_map(rays, grid.size_m()) {}
+          irradiance_map(rays, grid.size_m()),
+          sides(rays, grid.size_m()) {}
 
     struct Sample {
         Vec3 point;  // on the surface
@@ -79,6 +87,22 @@ struct PatchGrid::State {
     }
 
     std::uint32_t new_patch(std::uint64_t key, const CellIndex& cell) {
+        const std::uint32_t patch = new_number();
+        keys[patch] = key;
+        cells[patch] = grid.cell(key, cell);
+        patch_of_row[patch] = patch;
+        return patch;
+    }
+
+    /// The number of a row for a side of a patch.
+    std::uint32_t new_side(std::uint32_t patch) {
+        const std::uint32_t row = new_number();
+        cells[row] = cells[patch];
+        patch_of_row[row] = patch;
+        return row;
+    }
+
+    std::uint32_t new_number() {
         if (given_up.empty()) {
             given_up.push_back(static_cast<std::uint32_t>(area_m2.size()));
             static_area_m2.push_back(0);
@@ -87,20 +111,23 @@ struct PatchGrid::State {
             cells.emplace_back();
             keys.push_back(kNoKey);
             touched.push_back(moves);
+            patch_of_row.push_back(kNone);
         }
-        const std::uint32_t patch = given_up.back();
+        const std::uint32_t number = given_up.back();
         given_up.pop_back();
-        keys[patch] = key;
-        cells[patch] = grid.cell(key, cell);
-        return patch;
+        return number;
     }
 
-    /// Gives up the patches that no moving object has met in the last `keep` moves.
+    /// Gives up the patches that no moving object has met in the last `keep` moves, and the rows
+    /// of sides to which nothing was added in them.
     void give_up(std::uint64_t keep) {
+        const auto release = [&](std::uint32_t row) { given_up.push_back(row); };
+        sides.begin_move(keep, release);
         for (std::size_t patch = lasting; patch < keys.size(); ++patch) {
             if (keys[patch] == kNoKey || moves - touched[patch] <= keep) continue;
             patch_of_cell.erase(keys[patch]);
             keys[patch] = kNoKey;
+            sides.remove(static_cast<std::uint32_t>(patch), release);
             given_up.push_back(static_cast<std::uint32_t>(patch));
         }
     }
@@ -184,10 +211,15 @@ struct PatchGrid::State {
         double moving_m2 = 0;
         for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
             const RayScene::Triangle& triangle = scene.triangle(t);
-            for_each_part(t, [](std::uint32_t, const ClippedPolygon&, float, const Vec3&, bool) {});
-            (scene.moves(triangle) ? moving : standing).push_back(t);
-            if (scene.moves(triangle)) moving_m2 += double{triangle.area_m2()};
+            const bool may_move = scene.moves(triangle);
+            for_each_part(
+                t, [&](std::uint32_t patch, const ClippedPolygon&, float, const Vec3&, bool) {
+                    if (!may_move && sides.panel_count() > 0) standing_parts.emplace_back(patch, t);
+                });
+            (may_move ? moving : standing).push_back(t);
+            if (may_move) moving_m2 += double{triangle.area_m2()};
         }
+        std::sort(standing_parts.begin(), standing_parts.end());
         lasting = keys.size();
         return mark_reachable_from(
             inside, most - kCellsOfMoving * moving_m2 / std::pow(double{grid.size_m()}, 2));
@@ -234,13 +266,81 @@ struct PatchGrid::State {
             const auto found = patch_of_cell.find(grid.key_at(point, normal));
             return found == patch_of_cell.end() ? kNone : found->second;
         });
-        add_moving();
+        scene_moved(0);
     }
 
-    /// Areas of all, with those of moving objects where they are now.
-    void add_moving() {
+    /// Follows the moving objects.
+    void scene_moved(std::uint64_t keep) {
+        ++moves;
+        give_up(keep);
+        divide();
         area_m2 = static_area_m2;
         add_reachable(moving, area_m2);
+        sides.end_move([&](std::uint32_t patch) { return new_side(patch); });
+        area_m2.resize(keys.size());
+        static_area_m2.resize(keys.size());
+    }
+
+    /// Divides the patches of the cells that panels cross.
+    void divide() {
+        if (sides.panel_count() == 0) return;
+        std::vector<std::pair<std::uint32_t, std::uint64_t>> crossed;  // panel, key
+        for (const std::uint32_t t : moving) {
+            const std::uint32_t panel = sides.panel_of(t);
+            for_each_part(
+                t, [&](std::uint32_t patch, const ClippedPolygon&, float, const Vec3&, bool) {
+                    if (panel != PatchSides::kNone) crossed.emplace_back(panel, keys[patch]);
+                });
+        }
+        std::sort(crossed.begin(), crossed.end());
+        crossed.erase(std::unique(crossed.begin(), crossed.end()), crossed.end());
+        std::vector<std::uint32_t> divided;
+        for (const auto& [panel, key] : crossed) {
+            for (const std::uint64_t alike : CellGrid::keys_of_cell(key)) {
+                const auto found = patch_of_cell.find(alike);
+                if (found == patch_of_cell.end()) continue;
+                if (sides.cross(found->second, panel)) divided.push_back(found->second);
+            }
+        }
+        std::sort(divided.begin(), divided.end());
+        for (const Sample& s : standing_samples(divided)) {
+            const Vec3 normal = normal_of(s);
+            const Vec3 point = s.point + RayScene::kOffset_m * normal;
+            sides.add_standing(
+                s.patch, point,
+                s.area_m2 * irradiance_map.relative(s.patch, s.triangle, point, normal));
+        }
+    }
+
+    /// Many samples of the standing surface of patches, in ascending order, that sound can reach.
+    std::vector<Sample> standing_samples(const std::vector<std::uint32_t>& patches) {
+        std::vector<std::uint32_t> triangles;
+        for (const std::uint32_t patch : patches) {
+            auto part = std::lower_bound(standing_parts.begin(), standing_parts.end(),
+                                         std::pair{patch, std::uint32_t{0}});
+            for (; part != standing_parts.end() && part->first == patch; ++part) {
+                if (static_area_m2[patch] > 0) triangles.push_back(part->second);
+            }
+        }
+        std::sort(triangles.begin(), triangles.end());
+        triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
+        std::vector<Sample> samples = sample(triangles, kSideSamples, [&](std::uint32_t patch) {
+            return static_area_m2[patch] > 0 &&
+                   std::binary_search(patches.begin(), patches.end(), patch);
+        });
+        // Where all of a patch can be reached no ray has to ask.
+        std::map<std::uint32_t, float> all_m2;
+        for (const Sample& s : samples) all_m2[s.patch] += s.area_m2;
+        const auto in_part = std::partition(samples.begin(), samples.end(), [&](const Sample& s) {
+            return all_m2[s.patch] * kAllReached <= static_area_m2[s.patch];
+        });
+        const std::vector<Sample> asked(in_part, samples.end());
+        const std::vector<char> counts = reachable(asked);
+        samples.erase(in_part, samples.end());
+        for (std::size_t i = 0; i < asked.size(); ++i) {
+            if (counts[i]) samples.push_back(asked[i]);
+        }
+        return samples;
     }
 
     /// Adds the area of the given triangles that sound can reach. Where only a part of a patch can
@@ -255,14 +355,19 @@ struct PatchGrid::State {
         for (std::size_t i = 0; i < samples.size(); ++i) {
             (counts[i] ? some : others)[samples[i].patch] = 1;
         }
+        const auto add = [&](const Sample& s) {
+            areas[s.patch] += s.area_m2;
+            if (!scene.moves(scene.triangle(s.triangle))) return;
+            sides.add_moving(s.patch, s.point + RayScene::kOffset_m * normal_of(s), s.area_m2);
+        };
         const auto in_part = [&](std::uint32_t patch) { return some[patch] && others[patch]; };
         for (const Sample& s : samples) {
-            if (some[s.patch] && !in_part(s.patch)) areas[s.patch] += s.area_m2;
+            if (some[s.patch] && !in_part(s.patch)) add(s);
         }
         samples = sample(triangles, kFineSamples, in_part);
         counts = reachable(samples);
         for (std::size_t i = 0; i < samples.size(); ++i) {
-            if (counts[i]) areas[samples[i].patch] += samples[i].area_m2;
+            if (counts[i]) add(samples[i]);
         }
     }
 
@@ -279,12 +384,13 @@ struct PatchGrid::State {
         return counts;
     }
 
+    Vec3 normal_of(const Sample& s) const {
+        const Vec3& n = scene.triangle(s.triangle).normal;
+        return s.back ? -n : n;
+    }
+
     void test_samples(std::span<const Sample> samples, std::span<char> counts,
                       RandomStream random) const {
-        const auto normal_of = [&](const Sample& s) {
-            const Vec3& n = scene.triangle(s.triangle).normal;
-            return s.back ? -n : n;
-        };
         // Of faces that coincide only the one that a ray meets counts.
         constexpr float kAbove_m = 2 * RayScene::kOffset_m;
         std::vector<Ray> rays(samples.size());
@@ -350,28 +456,56 @@ PatchGrid::PatchGrid(const RayScene& scene, float patch_size_m, std::span<const 
 
 PatchGrid::~PatchGrid() = default;
 
-void PatchGrid::scene_moved(int keep) {
-    ++state_->moves;
-    state_->give_up(static_cast<std::uint64_t>(keep));
-    state_->add_moving();
-}
+void PatchGrid::scene_moved(int keep) { state_->scene_moved(static_cast<std::uint64_t>(keep)); }
 
 std::uint32_t PatchGrid::find(const Vec3& point, const Vec3& facing_normal) const {
     const auto found = state_->patch_of_cell.find(state_->grid.key_at(point, facing_normal));
     return found == state_->patch_of_cell.end() ? kNone : found->second;
 }
 
-void PatchGrid::find(const LanePoints& points, const LanePoints& facing_normals, std::size_t count,
-                     std::array<std::uint32_t, kLanes>& patches) const {
+void PatchGrid::find_rows(const LanePoints& points, const LanePoints& facing_normals,
+                          std::size_t count, std::array<std::uint32_t, kLanes>& rows,
+                          std::array<float, kLanes>& factors) const {
     alignas(64) std::array<std::uint64_t, kLanes> keys;
     state_->grid.keys_at(points, facing_normals, keys);
     for (std::size_t i = 0; i < count; ++i) {
         const auto found = state_->patch_of_cell.find(keys[i]);
-        patches[i] = found == state_->patch_of_cell.end() ? kNone : found->second;
+        rows[i] = found == state_->patch_of_cell.end() ? kNone : found->second;
+        factors[i] = 1;
+        if (rows[i] == kNone || !state_->sides.divided(rows[i])) continue;
+        const PatchSides::Target target = state_->sides.target(rows[i], points.at(i));
+        rows[i] = target.row;
+        factors[i] = target.factor;
     }
 }
 
+void PatchGrid::find_radiators(std::uint32_t triangle, const Vec3& point, const Vec3& facing_normal,
+                               std::vector<Radiator>& radiators) const {
+    radiators.clear();
+    const State& s = *state_;
+    const std::uint32_t patch = find(point, facing_normal);
+    if (patch == kNone || !(s.area_m2[patch] > 0)) return;
+    radiators.push_back(
+        {patch, relative_irradiance(patch, triangle, point, facing_normal) / s.area_m2[patch]});
+    if (!s.sides.divided(patch)) return;
+    const float relative = s.scene.moves(s.scene.triangle(triangle))
+                               ? 1
+                               : s.irradiance_map.relative(patch, triangle, point, facing_normal);
+    s.sides.for_each_row(patch, point, [&](std::uint32_t row) {
+        radiators.push_back({row, relative / s.sides.reference_m2()});
+    });
+}
+
 float PatchGrid::area_m2(std::uint32_t patch) const { return state_->area_m2[patch]; }
+
+float PatchGrid::per_m2(std::uint32_t row) const {
+    const State& s = *state_;
+    const std::uint32_t patch = s.patch_of_row[row];
+    const float area_m2 = s.area_m2[patch];
+    if (!(area_m2 > 0)) return 0;
+    return row == patch ? 1 / area_m2
+                        : s.sides.area_m2(patch, row) / (s.sides.reference_m2() * area_m2);
+}
 
 float PatchGrid::relative_irradiance(std::uint32_t patch, std::uint32_t triangle, const Vec3& point,
                                      const Vec3& facing_normal) const {
@@ -380,7 +514,7 @@ float PatchGrid::relative_irradiance(std::uint32_t patch, std::uint32_t triangle
     return state_->irradiance_map.relative(patch, triangle, point, facing_normal);
 }
 
-PatchGrid::Cell PatchGrid::cell(std::uint32_t patch) const { return state_->cells[patch]; }
+PatchGrid::Cell PatchGrid::cell(std::uint32_t row) const { return state_->cells[row]; }
 
 float PatchGrid::patch_size_m() const { return state_->grid.size_m(); }
 

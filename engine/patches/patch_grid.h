@@ -33,26 +33,44 @@ class PatchGrid {
     /// kNone.
     std::uint32_t find(const Vec3& point, const Vec3& facing_normal) const;
 
-    /// The same for the first `count` lanes.
-    void find(const LanePoints& points, const LanePoints& facing_normals, std::size_t count,
-              std::array<std::uint32_t, kLanes>& patches) const;
+    /// Rows of a cache to which the energies that leave the first `count` points are added, times
+    /// the factors: a patch's own row, which has its number, or, where panels of moving objects
+    /// cross its cell, that of the point's side of them (PatchSides). kNone for no row.
+    void find_rows(const LanePoints& points, const LanePoints& facing_normals, std::size_t count,
+                   std::array<std::uint32_t, kLanes>& rows,
+                   std::array<float, kLanes>& factors) const;
+
+    /// A row whose energy is radiated at a point, with this share to the square metre.
+    struct Radiator {
+        std::uint32_t row = kNone;
+        float per_m2 = 0;
+    };
+
+    /// The rows whose sum a point of a triangle radiates.
+    void find_radiators(std::uint32_t triangle, const Vec3& point, const Vec3& facing_normal,
+                        std::vector<Radiator>& radiators) const;
 
     /// Effective area; 0 if nothing of the patch can be reached.
     float area_m2(std::uint32_t patch) const;
+
+    /// The share of a row's energy that a square metre of its patch radiates, in the mean of the
+    /// patch.
+    float per_m2(std::uint32_t row) const;
 
     /// Sound on an area round a point of a patch over the mean of the patch, 1 where it is even.
     float relative_irradiance(std::uint32_t patch, std::uint32_t triangle, const Vec3& point,
                               const Vec3& facing_normal) const;
 
-    /// Where a patch is.
+    /// Where a row's patch is.
     using Cell = CellGrid::Cell;
-    Cell cell(std::uint32_t patch) const;
+    Cell cell(std::uint32_t row) const;
 
     /// Brings the areas of moving objects up to date after RayScene::move. Patches that objects
-    /// came to and have left for more than `keep` such moves are given up; new ones take their
-    /// numbers.
+    /// came to and have left for more than `keep` such moves are given up, and so are the rows of
+    /// their sides; new ones take their numbers.
     void scene_moved(int keep);
 
+    /// Number of rows: of patches and of their sides.
     std::size_t size() const;
 
     /// Number of patches that sound reached when the grid was made.

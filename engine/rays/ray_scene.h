@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <glm/geometric.hpp>
@@ -104,6 +105,22 @@ class RayScene {
 
     /// The same for a point that is found along a ray, where a long way is rounded.
     static constexpr float offset_after(float way_m) { return kOffset_m + 4e-7F * way_m; }
+
+    /// A point off the surface that a ray meets after `distance_m`: `along_m` along the ray and
+    /// then `off_m` along the facing normal, of which the ray's direction has the cosine -`cosine`.
+    /// It is on the ray itself, but where the ray is nearly parallel to the surface: beside an
+    /// acute edge a point straight above the surface may lie behind the other face.
+    struct PointOff {
+        float along_m = 0;
+        float off_m = 0;
+    };
+    static constexpr PointOff point_off(float distance_m, float cosine) {
+        constexpr float kLeastCosine = 0.1F;
+        const float offset_m = offset_after(distance_m);
+        const float back_m =
+            std::min(distance_m, offset_m / (cosine > kLeastCosine ? cosine : kLeastCosine));
+        return {distance_m - back_m, offset_m - back_m * cosine};
+    }
 
  private:
     void update_triangles(std::uint32_t object);

@@ -21,13 +21,13 @@ void find_points(std::size_t count, PathBatch& paths) {
                             normal.z[i] * direction.z[i];
         const float side = along <= 0 ? 1.0F : -1.0F;
         const float way_m = paths.hits.distance_m[i];
-        const float off_m = RayScene::offset_after(way_m);
+        const RayScene::PointOff at = RayScene::point_off(way_m, -side * along);
         normal.x[i] *= side;
         normal.y[i] *= side;
         normal.z[i] *= side;
-        paths.point.x[i] = origin.x[i] + way_m * direction.x[i] + off_m * normal.x[i];
-        paths.point.y[i] = origin.y[i] + way_m * direction.y[i] + off_m * normal.y[i];
-        paths.point.z[i] = origin.z[i] + way_m * direction.z[i] + off_m * normal.z[i];
+        paths.point.x[i] = origin.x[i] + at.along_m * direction.x[i] + at.off_m * normal.x[i];
+        paths.point.y[i] = origin.y[i] + at.along_m * direction.y[i] + at.off_m * normal.y[i];
+        paths.point.z[i] = origin.z[i] + at.along_m * direction.z[i] + at.off_m * normal.z[i];
         paths.back[i] = along <= 0 ? 0 : 1;
         paths.length_m[i] += way_m;
     }

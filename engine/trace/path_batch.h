@@ -32,7 +32,7 @@ struct PathBatch {
 
     // Their hits.
     HitLanes hits;
-    LanePoints point;   ///< off the surface by RayScene::offset_after
+    LanePoints point;   ///< off the surface, RayScene::point_off
     LanePoints normal;  ///< RayScene::facing_normal
     std::array<std::uint32_t, kLanes> material{};
     alignas(64) std::array<std::uint32_t, kLanes> back{};  ///< 1 where they met a triangle's back

@@ -18,7 +18,8 @@ enum class SeedPurpose : std::uint64_t { directions = 1, rays = 2 };
 
 AULA_MULTIVERSION
 void add_deposits(const PathBatch& paths, const std::array<std::uint32_t, kLanes>& patch,
-                  const TimeBins& bins, double s_per_m, DepositParts& out) {
+                  const std::array<float, kLanes>& factor, const TimeBins& bins, double s_per_m,
+                  DepositParts& out) {
     for (std::size_t i = 0; i < paths.count; ++i) {
         const std::size_t bin = bins.index(double{paths.length_m[i]} * s_per_m);
         if (patch[i] == PatchGrid::kNone || bin >= bins.count()) continue;
@@ -27,7 +28,7 @@ void add_deposits(const PathBatch& paths, const std::array<std::uint32_t, kLanes
         deposit.bin = static_cast<std::uint16_t>(bin);
         deposit.ray = static_cast<std::uint8_t>(paths.ray[i]);
         // What decides on roulette has nothing to do with what is left here.
-        deposit.set_energy(load_bands(paths.scattered[i]), paths.roulette[i]);
+        deposit.set_energy(factor[i] * load_bands(paths.scattered[i]), paths.roulette[i]);
         if (!deposit.empty()) out.add(deposit);
     }
 }
@@ -227,8 +228,10 @@ void PathTracer::collect_segments(const PathBatch& paths, int order, const Emitt
 
 void PathTracer::deposit(const PathBatch& paths, TraceBatch& out) const {
     std::array<std::uint32_t, kLanes> patch;
-    grid_->find(paths.point, paths.normal, paths.count, patch);
-    add_deposits(paths, patch, *bins_, 1 / double{settings_.speed_of_sound_m_s}, out.deposits);
+    std::array<float, kLanes> factor;
+    grid_->find_rows(paths.point, paths.normal, paths.count, patch, factor);
+    add_deposits(paths, patch, factor, *bins_, 1 / double{settings_.speed_of_sound_m_s},
+                 out.deposits);
 }
 
 }  // namespace aula

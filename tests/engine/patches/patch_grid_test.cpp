@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 #include <limits>
 #include <set>
 
@@ -59,6 +60,30 @@ TEST_CASE("the patches of a box have its surface, also where walls lie on cell b
         // are seen by 10^5 rays; slivers at the border of an unaligned box may be missed.
         CHECK(s.seen_area_m2(inside, 100000) ==
               Approx(test::surface_m2(object)).epsilon(corner == Vec3(0) ? 1e-4 : 5e-3));
+    }
+}
+
+TEST_CASE("points off a wall have one patch wherever it is to a fraction of a millimetre") {
+    // A box outside gives the grid its origin, so that no wall of the room is there.
+    for (int k = 0; k < 20; ++k) {
+        const float corner_m = 1 + 5e-5F * static_cast<float>(k);
+        const Vec3 inside(3, 3, 2.4F);
+        Scene scene = room(test::box(Vec3(5, 4, 3), 0, Vec3(corner_m)), inside);
+        scene.objects.push_back(test::box(Vec3(8, 8, 8)));
+        Surveyed s(scene, 0.5F, inside);
+        for (const bool high : {false, true}) {
+            const Vec3 normal(high ? -1.0F : 1.0F, 0, 0);
+            const Vec3 wall(corner_m + (high ? 5.0F : 0.0F), 2.2F, 2.2F);
+            const std::uint32_t near =
+                s.grid.find(wall + RayScene::offset_after(0) * normal, normal);
+            CAPTURE(k, high);
+            REQUIRE(near != PatchGrid::kNone);
+            CHECK(s.grid.area_m2(near) == Approx(0.25).epsilon(1e-3));
+            // Exact: points after longer ways are further off, by a few micrometres.
+            for (const float way_m : {1.0F, 3.0F, 8.0F}) {
+                CHECK(s.grid.find(wall + RayScene::offset_after(way_m) * normal, normal) == near);
+            }
+        }
     }
 }
 
@@ -365,6 +390,47 @@ TEST_CASE("an object that trembles in its cells keeps its patches") {
         CHECK(top() == after);
     }
     CHECK(after != PatchGrid::kNone);
+}
+
+TEST_CASE("a number that was given up goes to one patch") {
+    // A block leaves its patches, trembles where it came to until they have been given up for many
+    // moves, and goes on with all that it meets kept: it needs more numbers than were given up.
+    Scene scene = room_with_sliding_block(Vec3(1), Vec3(1.9F, 0.3F, 0.8F), Vec3(0), 0.5);
+    Trajectory path{{{0, {Vec3(1.9F, 0.3F, 0.8F)}}}, false};
+    for (int k = 1; k <= 6; ++k)
+        path.points.push_back({1.0 * k, {Vec3(1.9F + 1.2F * static_cast<float>(k), 20.3F, 0.8F)}});
+    for (int k = 7; k <= 20; ++k) {
+        path.points.push_back(
+            {1.0 * k, {Vec3(9.1F + 0.01F * static_cast<float>(k % 2), 20.3F, 0.8F)}});
+    }
+    for (int k = 21; k <= 40; ++k) {
+        path.points.push_back(
+            {1.0 * k, {Vec3(9.1F, 20.3F + 1.1F * static_cast<float>(k - 20), 0.8F)}});
+    }
+    scene.objects.back().path = path;
+    Surveyed s(scene, 0.5F, kBesideBlock);
+    std::vector<Vec3> points;
+    for (int k = 1; k <= 40; ++k) {
+        s.rays.move(k);
+        s.grid.scene_moved(k <= 20 ? 3 : 1000);
+        const Vec3 corner = k <= 20 ? Vec3(0) : path.at(k).position;
+        for (const float x : {0.2F, 0.8F}) {
+            for (const float y : {0.2F, 0.8F}) points.push_back(corner + Vec3(x, y, 1 + 1e-4F));
+        }
+        if (k <= 20) points.clear();
+    }
+    std::set<std::uint32_t> met;
+    for (const Vec3& point : points) {
+        const std::uint32_t patch = s.grid.find(point, Vec3(0, 0, 1));
+        REQUIRE(patch != PatchGrid::kNone);
+        // Exact: the number is still that of the point's cell.
+        const PatchGrid::Cell cell = s.grid.cell(patch);
+        CHECK(glm::all(glm::lessThanEqual(cell.low, point)));
+        CHECK(glm::all(glm::lessThanEqual(point, cell.high)));
+        met.insert(patch);
+    }
+    // Companion: they are many.
+    CHECK(met.size() >= 50);
 }
 
 TEST_CASE("what moves is not counted as reached, and does not hide what it covers at the start") {
