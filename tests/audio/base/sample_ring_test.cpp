@@ -42,3 +42,18 @@ TEST_CASE("Between two threads every sample that was written is read once, in or
     writer.join();
     CHECK(wrong == 0);
 }
+
+TEST_CASE("A ring has room for all of its capacity, and leaves out no more than it holds") {
+    SampleRing ring(8);
+    const std::array<float, 8> eight{1, 2, 3, 4, 5, 6, 7, 8};
+    CHECK(ring.write(eight));
+    ring.skip(3);
+    CHECK(ring.size() == 5);
+    ring.skip(100);
+    CHECK(ring.size() == 0);
+    CHECK(ring.write(eight));
+    std::array<float, 16> out{};
+    CHECK(ring.read(out) == 8);
+    CHECK(out[0] == 1);
+    CHECK(out[7] == 8);
+}

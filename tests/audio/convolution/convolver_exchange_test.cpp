@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -202,4 +203,39 @@ TEST_CASE("After an exchange to silence every level is silent") {
         }
     }
     CHECK(worst < (taps == 0 ? 1e-30 : kRounding));
+}
+
+TEST_CASE("A filter that is no longer used is not read, also within a partition") {
+    const ConvolutionShape shape{1, 1, 64, 128};
+    REQUIRE(partition_levels(shape).size() == 1);
+    // The exchange ends in the middle of a partition.
+    constexpr std::size_t kFadeToMiddle = 96;
+    constexpr std::size_t kExchange = 640;
+    constexpr std::size_t kSamples = 1280;
+    const Signals inputs = random_signals(1, kSamples, 7);
+    FilterTransform transform(shape);
+    std::vector<ConvolutionFilter> filters(2, ConvolutionFilter(shape));
+    fill(transform, random_responses(shape, 128, 700), filters[0]);
+    const Responses later = random_responses(shape, 128, 701);
+    fill(transform, later, filters[1]);
+
+    Convolver convolver(shape, kFadeToMiddle);
+    Signals outputs(1, Signal(kSamples));
+    convolver.exchange(&filters[0]);
+    run(convolver, inputs, outputs, 0, kExchange, {32});
+    convolver.exchange(&filters[1]);
+    std::size_t now = kExchange;
+    for (; convolver.uses(&filters[0]); now += 32)
+        run(convolver, inputs, outputs, now, now + 32, {32});
+    CHECK(now == kExchange + kFadeToMiddle);
+    // Its memory is taken again.
+    fill(transform, {{Signal(128, std::numeric_limits<float>::quiet_NaN())}}, filters[0]);
+    run(convolver, inputs, outputs, now, kSamples, {32});
+    const ExactSignals expected = direct(inputs, later);
+    double worst = 0;
+    for (std::size_t n = now; n < kSamples; ++n) {
+        REQUIRE(std::isfinite(outputs[0][n]));
+        worst = std::max(worst, std::abs(double{outputs[0][n]} - expected[0][n]));
+    }
+    CHECK(worst < kRounding);
 }

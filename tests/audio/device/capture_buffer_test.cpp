@@ -124,3 +124,37 @@ TEST_CASE("An input that is slower than the output fades now and then, and never
     const auto silent = std::count(line.heard().begin(), line.heard().end(), 0.0F);
     CHECK(silent < 48000);  // of 60 s less than one
 }
+
+TEST_CASE("However often an input stops, no more than 0.2 s of it is held back") {
+    Line line;
+    for (int stop = 0; stop < 100; ++stop) {
+        line.write(line.buffer().reserve() + kBlock);
+        line.read(line.buffer().reserve() / kBlock + 3);
+    }
+    constexpr std::size_t kMost = 9600;
+    CHECK(line.buffer().reserve() > kMost - kBlock);
+    CHECK(line.buffer().reserve() <= kMost);
+}
+
+TEST_CASE("Where surplus input is left out, the reserve stays and makes up for a late block") {
+    Line line;
+    line.write(21 * kBlock);
+    // After a second of steady input all that was never needed is left out.
+    for (int i = 0; i < 2 * 48000 / kBlock; ++i) {
+        line.read();
+        line.write(kBlock);
+    }
+    line.read(2);
+    line.write(2 * kBlock);
+    line.read(1);
+    CHECK(line.buffer().reserve() == kBlock);  // it would have grown at a gap
+    CHECK(line.largest_step() < kSmooth);
+    // What is left to be read: the reserve and the block that has come since.
+    std::vector<float> block(kBlock);
+    std::size_t left = 0;
+    do {
+        line.buffer().read(block);
+        ++left;
+    } while (block.back() != 0);
+    CHECK(left <= 3);
+}

@@ -63,3 +63,22 @@ TEST_CASE("An underrun after a call whose thread was not run is the machine's, n
     CHECK(meter.own_underruns() == 0);
     CHECK(meter.worst_load() == Approx(1.5));
 }
+
+TEST_CASE("A block that is longer than the load is smoothed over counts with its own load") {
+    OutputMeter meter(8000);
+    meter.count_call(0.9, 0.9, 8000);
+    CHECK(meter.load() == Approx(0.9));  // exact but for rounding
+    meter.count_call(0.3, 0.3, 8000);
+    CHECK(meter.load() == Approx(0.3));
+}
+
+TEST_CASE("A gap after a late call is that call's fault, however long its sound lasts") {
+    // 1.02 s: the server tells of the gap at the next call, which is later than 0.2 s.
+    constexpr int kBlock = 8192;
+    constexpr double kSound_s = kBlock / 8000.0;
+    OutputMeter meter(8000);
+    meter.count_call(1.1 * kSound_s, 1.05 * kSound_s, kBlock);
+    meter.begin(true);
+    REQUIRE(meter.first_underruns().size() == 1);
+    CHECK(meter.first_underruns()[0].cause == UnderrunCause::ours);
+}

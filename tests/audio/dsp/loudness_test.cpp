@@ -53,3 +53,15 @@ TEST_CASE("Silence has no loudness") {
     CHECK(meter.read().momentary_lufs == Loudness::kSilence_lufs);
     CHECK(meter.read().integrated_lufs == Loudness::kSilence_lufs);
 }
+
+TEST_CASE("The true peak is that of the louder ear, whichever it is") {
+    for (const std::size_t loud : {0U, 1U}) {
+        CAPTURE(loud);
+        std::vector<float> samples = sine(0.5, 997, 2, 1);
+        for (std::size_t i = 1 - loud; i < samples.size(); i += 2) samples[i] *= 0.1F;
+        LoudnessMeter meter(48000, 2);
+        meter.add(samples);
+        // EBU Tech 3341 allows a true peak of +0.2 and -0.4 dB.
+        CHECK(20 * std::log10(meter.read().true_peak / 0.5) == Approx(0).margin(0.4));
+    }
+}

@@ -314,3 +314,26 @@ TEST_CASE("A full disk fails, says so and leaves nothing behind") {
     CHECK(error.starts_with((folder / "a.wav").string() + ": writing failed"));
     CHECK(folder.empty());
 }
+
+TEST_CASE("The header tells more than two channels by its extensible form, others plainly") {
+    const TemporaryFolder folder;
+    for (const std::size_t channels : {1U, 2U, 4U}) {
+        CAPTURE(channels);
+        const fs::path file = folder / "a.wav";
+        write_wav(file, 48000, channels, std::vector<float>(channels, 0.5F));
+        SF_INFO info{};
+        SNDFILE* const sound = sf_open(file.c_str(), SFM_READ, &info);
+        REQUIRE(sound != nullptr);
+        sf_close(sound);
+        CHECK((info.format & SF_FORMAT_TYPEMASK) ==
+              (channels > 2 ? SF_FORMAT_WAVEX : SF_FORMAT_WAV));
+    }
+}
+
+TEST_CASE("A converted sound is as long as before, to the nearest sample") {
+    const TemporaryFolder folder;
+    write_wav(folder / "a.wav", 44100, 1, std::vector<float>(100, 0.5F));
+    // 100 / 44100 s are 108.84 and 36.28 samples.
+    CHECK(read_sound(folder / "a.wav", 48000).samples.size() == 109);
+    CHECK(read_sound(folder / "a.wav", 16000).samples.size() == 36);
+}

@@ -145,3 +145,21 @@ TEST_CASE("A turn is a straight crossfade of the turned fields, whatever the cal
         CHECK(worst < 5e-5);
     }
 }
+
+TEST_CASE("A head that turns about any one axis turns the field") {
+    const Direction world{0.48F, 0.6F, 0.64F};
+    const std::array<HeadRotation, 3> turns{{{{{1, 0, 0}, {0, 0, 1}, {0, -1, 0}}},    // roll
+                                             {{{0, 0, 1}, {0, 1, 0}, {-1, 0, 0}}},    // pitch
+                                             {{{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}}}}};  // yaw
+    for (const HeadRotation& head : turns) {
+        FieldRotation rotation(1, 64);
+        rotation.turn_to(kNoRotation);
+        Signals field = plane_wave(world, Signal(200, 1), 1);
+        turn(rotation, field, 0, 100);
+        rotation.turn_to(head);
+        turn(rotation, field, 100, 200);
+        const auto expected = encode_direction(in_head_axes(head, world));
+        for (std::size_t c = 0; c < 4; ++c)
+            CHECK(field[c][199] == Approx(double{expected[c]}).margin(1e-6));  // rounding
+    }
+}

@@ -164,3 +164,25 @@ TEST_CASE("what does not fit in memory is forgotten, oldest first") {
     // The energy of what is left stays right: 50 arrivals of energy 1 in each frame.
     if (readout == Readout::windowed) CHECK(read_energy(cache) == Approx(50.0 / kRays));
 }
+
+TEST_CASE("where a path came from is forgotten with its arrivals") {
+    constexpr int kWindow = 3;
+    DiffusePathCache cache(Readout::windowed, kWindow, kPlenty);
+    const std::vector<Arrival> from_y(5, arrival(1, 10, 1));
+    cache.add_frame(from_y, kRays);
+    Arrival from_x = arrival(1, 10, 1);
+    from_x.direction = Vec3(1, 0, 0);
+    const auto direction = [&] {
+        EnergyResponse response = empty_response();
+        add_to(cache, response);
+        Vec3 sum(0);
+        for (const Vec3& d : response.direction) sum += d;
+        return sum;
+    };
+    for (int frame = 1; frame <= kWindow; ++frame) {
+        CHECK(direction().y > 0);
+        cache.add_frame(std::vector<Arrival>{from_x}, kRays);
+    }
+    CHECK(direction().y == 0);  // exact: fixed point
+    CHECK(direction().x == Approx(kBandCount * 1.0 / kRays));
+}

@@ -201,3 +201,53 @@ TEST_CASE("air takes its share of the whole way of a gather, mirrors included") 
     CHECK(hits.size() > 100);
     CHECK(longest_m > (settings.mirrors ? 15.0F : 5.0F));
 }
+
+TEST_CASE("hits of a patch that are joined keep their rays' mean length and direction") {
+    const Vec3 inside(3, 2, 1.5F);
+    const Scene scene = test::grey_room(test::box(Vec3(8, 6, 4)), 0.1F, 1, inside, inside);
+    const RayScene rays(scene);
+    WorkerPool workers(1);
+    const PatchGrid grid(rays, 0.5F, {&inside, 1}, 1, workers);
+    GatherSettings settings;
+    settings.rays = 4096;
+    settings.mirrors = false;
+    std::uint64_t segments = 0;
+    const auto hits = trace_gather(rays, grid, inside, settings, 1, workers, segments);
+    const std::vector<Ray> sent = gather_rays(rays, grid, inside, settings, 1);
+    CHECK(hits.size() < sent.size() / 2);
+
+    // Sums over a patch, of all rays that meet it, by the weight 4 / (M A).
+    struct Sum {
+        double weight = 0;
+        double length = 0;
+        glm::dvec3 direction{0};
+    };
+    std::vector<Sum> joined(grid.size());
+    std::vector<Sum> alone(grid.size());
+    const auto add = [](Sum& sum, double weight, double length_m, const Vec3& direction) {
+        sum.weight += weight;
+        sum.length += weight * length_m;
+        sum.direction += weight * glm::dvec3(direction);
+    };
+    for (const GatherHit& hit : hits)
+        add(joined[hit.patch], double{hit.weight[0]}, double{hit.length_m}, hit.direction);
+    for (const Ray& ray : sent) {
+        Hit hit;
+        rays.intersect({&ray, 1}, {&hit, 1});
+        const Vec3 point = rays.point(hit, ray.direction);
+        const Vec3 normal = rays.facing_normal(hit, ray.direction);
+        const std::uint32_t patch = grid.find(point, normal);
+        REQUIRE(patch != PatchGrid::kNone);
+        const float weight = 4 / (static_cast<float>(settings.rays) * grid.area_m2(patch)) *
+                             grid.relative_irradiance(patch, hit.triangle, point, normal);
+        add(alone[patch], double{weight}, double{hit.distance_m}, ray.direction);
+    }
+    for (std::size_t p = 0; p < grid.size(); ++p) {
+        if (alone[p].weight == 0) continue;
+        CAPTURE(p);
+        // Rounding of running means in single precision.
+        REQUIRE(joined[p].weight == Approx(alone[p].weight).epsilon(1e-5));
+        REQUIRE(joined[p].length == Approx(alone[p].length).epsilon(1e-5));
+        REQUIRE(glm::length(joined[p].direction - alone[p].direction) < 1e-5 * alone[p].weight);
+    }
+}

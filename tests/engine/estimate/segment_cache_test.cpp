@@ -4,7 +4,10 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
+#include <utility>
 #include <vector>
+
+#include "engine/trace/detection_spheres.h"
 
 using namespace aula;
 
@@ -144,4 +147,58 @@ TEST_CASE("once an emitter has moved, its old segments are not heard") {
     CHECK(stopped.rays() == 3 * kRays);
     stopped.advance({20, Vec3(0, 0.1F, 0), 0});
     CHECK(stopped.rays() == 0);
+}
+
+TEST_CASE("a segment that begins within the sphere is heard from there on only") {
+    SegmentCache segments = window();
+    run(segments, 0, 1);
+    constexpr float kVolume_m3 =
+        4.0F / 3 * std::numbers::pi_v<float> * kRadius_m * kRadius_m * kRadius_m;
+    // Of the chord of 0.8 m, 0.4 m to either side of the sphere's middle.
+    for (const auto& [x, chord_m] : {std::pair{0.2F, 0.6F}, {-0.2F, 0.2F}, {0.4F, 0.8F}}) {
+        CAPTURE(x);
+        CHECK(heard(segments, Vec3(x, 0.3F, 0), 1.0 / kRays).total(0) ==
+              Approx(0.5 * double{chord_m} / double{kVolume_m3} / kRays).epsilon(1e-4));
+    }
+    CHECK(heard(segments, Vec3(-0.41F, 0.3F, 0), 1).total(0) == 0);
+}
+
+TEST_CASE("a segment of much energy is heard in a larger sphere, and as loud in the mean") {
+    SegmentCache segments = window();
+    TraceBatch batch = one_segment();
+    batch.segments[0].growth = 4;  // less than one ray of its wave front would allow: 14.4
+    segments.add({&batch, 1}, kRays);
+    // Sphere 4 of twice the radius; the line passes it 0.8 m beside its middle.
+    const float radius_m = 2 * kRadius_m;
+    const float volume_m3 = 4.0F / 3 * std::numbers::pi_v<float> * radius_m * radius_m * radius_m;
+    CHECK(heard(segments, Vec3(20, 0.8F, 0), 1.0 / kRays).total(0) ==
+          Approx(0.5 * 1.2 / double{volume_m3} / kRays).epsilon(1e-4));
+    CHECK(heard(segments, Vec3(20, 1.01F, 0), 1).total(0) == 0);
+}
+
+TEST_CASE("segments that an image source may count keep the small sphere, whatever their energy") {
+    TraceBatch batch;
+    for (int i = 0; i < 100; ++i) {
+        batch.segments.push_back({Vec3(0), Vec3(1, 0, 0), 10, 3, 0});
+        batch.segment_energies.push_back({Bands::filled(i < 2 ? 1.0F : 0.01F), Vec3(-1, 0, 0), 0});
+    }
+    batch.segment_energies[1].sequence = 77;
+    size_spheres({&batch, 1});
+    CHECK(batch.segments[0].growth > 4);
+    CHECK(batch.segments[1].growth <= 1);
+    CHECK(batch.segments[2].growth <= 1);
+}
+
+TEST_CASE("what an image source may count has a cache entry apart from what scatters on its way") {
+    TraceBatch batch;
+    for (const std::uint64_t sequence : {0U, 77U}) {
+        batch.segments.push_back({Vec3(0), Vec3(1, 0, 0), 10, 3, 0});
+        batch.segment_energies.push_back({Bands::filled(1), Vec3(-1, 0, 0), sequence});
+        batch.segment_identifiers.push_back(PathIdentifier::start(0));  // of the same patches
+    }
+    const RayScene open{Scene{}};
+    const Receiver receiver{Vec3(5, 0, 0), kRadius_m};
+    collect_segment_arrivals(open, {&receiver, 1}, Bands{}, kRays, batch);
+    REQUIRE(batch.arrivals.size() == 2);
+    CHECK(!(batch.arrivals[0].path == batch.arrivals[1].path));
 }

@@ -262,3 +262,12 @@ TEST_CASE("GLB files that are cut off or of another version are refused") {
     CHECK_THAT(error_of("this is no mesh"), Contains("line 1"));
     CHECK_FALSE(error_of("").empty());
 }
+
+TEST_CASE("a node's scale has a factor for each axis") {
+    Json json = square_gltf();
+    json["nodes"] = Json::parse(R"([{"mesh": 0, "scale": [2, 3, 5]}])");
+    const ImportedMesh plain = read(square_gltf().dump());
+    const ImportedMesh mesh = read(json.dump());
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
+        CHECK(mesh.vertices[i] == plain.vertices[i] * Vec3(2, 3, 5));  // exact: whole numbers
+}

@@ -261,3 +261,14 @@ TEST_CASE("an STL in text may be in capitals, of several solids, with any normal
     CHECK_THAT(stl_error("solid\nnonsense\n"), Contains("\"nonsense\""));
     CHECK_THAT(stl_error("solid\n"), Contains("no triangle"));
 }
+
+TEST_CASE("a face that crosses itself is a fan round its first corner") {
+    // A square's corners in the order of an hourglass, and a fifth that closes it.
+    const ImportedMesh mesh =
+        aula::read_obj("v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\nv -1 0.5 0\nf 1 2 3 4\nf 5 3 2 1 4\n");
+    REQUIRE(
+        aula::triangulate({mesh.vertices[0], mesh.vertices[1], mesh.vertices[2], mesh.vertices[3]})
+            .empty());
+    CHECK(mesh.triangles[0] == std::array<std::uint32_t, 3>{0, 1, 2});
+    CHECK(mesh.triangles[1] == std::array<std::uint32_t, 3>{0, 2, 3});
+}

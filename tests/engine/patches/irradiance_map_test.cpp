@@ -32,8 +32,8 @@ struct Surveyed {
     WorkerPool workers{1};
     PatchGrid grid;
 
-    explicit Surveyed(const Scene& scene)
-        : rays(scene), grid(rays, kPatch_m, {&kInside, 1}, test::test_seed(), workers) {}
+    explicit Surveyed(const Scene& scene, const Vec3& inside = kInside)
+        : rays(scene), grid(rays, kPatch_m, {&inside, 1}, test::test_seed(), workers) {}
 
     struct Place {
         std::uint32_t patch = PatchGrid::kNone;
@@ -168,4 +168,16 @@ TEST_CASE("a patch that a moving object is in is taken as even, and as before on
     CHECK(lid().area_m2 == lid_before.area_m2);
     CHECK(lid().irradiance == lid_before.irradiance);
     CHECK(inside().irradiance == inside_before.irradiance);
+}
+
+TEST_CASE("direct sound makes no part of a patch louder than the others") {
+    // A source 3 cm above the floor: its direct sound falls on a hand's breadth of one patch.
+    const Vec3 low(2.3F, 2.2F, 0.03F);
+    const Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 1, low, low);
+    const Surveyed s(scene, low);
+    RandomStream random(1);
+    for (int i = 0; i < 200; ++i) {
+        const auto [x, y] = random.uniform_2d();
+        CHECK(s.met(low + Vec3(0.4F * x - 0.2F, 0.4F * y - 0.2F, 1), kDown).irradiance == 1);
+    }
 }

@@ -230,3 +230,14 @@ TEST_CASE("a moving triangle in the place of another leaves it when it moves") {
     CHECK(hit.distance_m == Approx(0.5F));
     CHECK(moving.triangle(hit.triangle).object == 3);
 }
+
+TEST_CASE("the scene has moved as far as the object that moved farthest") {
+    Scene scene = test::grey_room(test::box(Vec3(10, 4, 3)), 0.1F, 1, Vec3(1), Vec3(2));
+    for (const float way_m : {0.2F, 2.0F, 0.1F}) {
+        Object object = test::box(Vec3(0.1F));
+        object.path = Trajectory{{{0, {Vec3(2)}}, {1, {Vec3(2) + Vec3(way_m, 0, 0)}}}, false};
+        scene.objects.push_back(object);
+    }
+    RayScene rays(scene);
+    CHECK(rays.move(1) == Approx(2));
+}

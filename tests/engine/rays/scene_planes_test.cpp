@@ -134,3 +134,52 @@ TEST_CASE("a moving object's planes move with it and leave those they shared") {
         }
     }
 }
+
+TEST_CASE(
+    "a wall keeps its plane when a larger object leaves it, and the object returns to its own") {
+    Object wall;
+    add_triangle(wall, {0, 0, 0}, {0, 1, 0}, {0, 0, 1});
+    Object door;
+    add_triangle(door, {0, 0, 0}, {0, 4, 0}, {0, 0, 4});
+    door.path = aula::Trajectory{};
+    door.path->points = {{0, {.position = {0, 5, 0}}}, {1, {.position = {2, 5, 0}}}};
+    door.path->points.push_back({2, {.position = {0, 5, 0}}});
+    RayScene rays(scene_of({wall, door}));
+    ScenePlanes planes(rays);
+    CHECK(planes.count() == 1);
+    for (const double time_s : {0.5, 1.0, 1.5, 2.0}) {
+        rays.move(time_s);
+        planes.scene_moved();
+        CAPTURE(time_s);
+        CHECK(planes.of_triangle(0) != planes.of_triangle(1));
+        for (std::uint32_t t = 0; t < 2; ++t) {
+            for (const Vec3& v : rays.triangle(t).vertices) {
+                const auto& plane = planes[planes.of_triangle(t)];
+                CHECK(std::abs(plane.distance_m(ScenePlanes::Point(v))) < 1e-5);  // rounding
+                for (int axis = 0; axis < 3; ++axis) {
+                    CHECK(v[axis] >= plane.low[axis]);
+                    CHECK(v[axis] <= plane.high[axis]);
+                }
+            }
+        }
+    }
+}
+
+TEST_CASE("a plane reflects if any of its triangles does, wherever that comes among them") {
+    for (const std::uint32_t mirror : {0U, 1U, 2U}) {
+        CAPTURE(mirror);
+        Object object;
+        add_triangle(object, {0, 0, 0}, {3, 0, 0}, {0, 3, 0});
+        add_triangle(object, {3, 3, 0}, {1, 3, 0}, {3, 1, 0});
+        add_triangle(object, {9, 9, 0}, {8, 9, 0}, {9, 8, 0});
+        object.triangle_materials.assign(3, 0);
+        object.triangle_materials[mirror] = 1;
+        Scene scene = scene_of({object});
+        scene.materials[0].absorption = aula::Bands::filled(1);
+        scene.materials.push_back({"mirror", aula::Bands{}, aula::Bands{}});
+        const RayScene rays(scene);
+        const ScenePlanes planes(rays);
+        REQUIRE(planes.count() == 1);
+        CHECK(planes[0].reflects);
+    }
+}

@@ -508,3 +508,20 @@ TEST_CASE("other sample rates work") {
         CHECK(energy_of(ir.channels[0]) == Approx(kFourPi * r.total(0)).epsilon(0.03));
     }
 }
+
+TEST_CASE("of a bin in which the response ends only the part before the end is heard") {
+    const BandSums share = shares();
+    ImpulseResponseBuilder builder(carriers(1), 0.0025, "source");
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        // Bins of 1 ms, of which the last is heard for half a millisecond; 100 s: no decay.
+        std::array<double, kBandCount> start{};
+        start[b] = 1;
+        const EnergyResponse r = decay(0.003, all(100), start);
+        ImpulseResponse ir;
+        builder.build(r, ir);
+        REQUIRE(ir.channels[0].size() == 120);
+        // Rounding. The whole of the bin would be 1.2 times as much.
+        CHECK(energy_of(ir.channels[0]) ==
+              Approx(kFourPi * r.total(b) * share[b] * 2.5 / 3).epsilon(1e-3));
+    }
+}

@@ -210,3 +210,16 @@ TEST_CASE("bounds follow moving geometry, and free field has none") {
               .empty());
     CHECK(warnings(scene_text(R"("expect": 0)")).empty());
 }
+
+TEST_CASE("surfaces give their triangles another material, the first and the last included") {
+    const Scene scene = load(scene_text(R"("materials": {"wall": {"absorption": 0.1},
+        "pane": {"absorption": 0.2}, "felt": {"absorption": 0.9}},
+        "geometry": [{"box": [4, 3, 2], "material": "wall", "surfaces": [
+            {"material": "pane", "triangles": [[0, 0], [4, 6]]},
+            {"material": "felt", "triangles": [[6, 7], [11, 11]]}]}])"));
+    std::vector<std::string> names;
+    for (const std::uint32_t m : scene.objects[0].triangle_materials)
+        names.push_back(scene.materials[m].name);
+    CHECK(names == std::vector<std::string>{"pane", "wall", "wall", "wall", "pane", "pane", "felt",
+                                            "felt", "wall", "wall", "wall", "felt"});
+}

@@ -175,3 +175,15 @@ TEST_CASE("the bounds of a mesh on a path of a million points are found in linea
     // Rounding, and the angles between vertices.
     CHECK(aula::geometry_bounds({object}).max.x == Approx(2).margin(1e-3));
 }
+
+TEST_CASE("between two points of a path position and all three angles are in proportion") {
+    const aula::Pose a{{1, 2, 3}, 0.1F, 0.2F, 0.3F};
+    const aula::Pose b{{3, 6, 9}, 0.5F, 1.0F, 1.5F};
+    aula::Trajectory path;
+    path.points = {{1, a}, {3, b}};
+    const aula::Pose quarter = path.at(1.5);
+    CHECK(quarter.position == aula::Vec3(1.5F, 3, 4.5F));
+    CHECK(quarter.yaw_rad == Approx(0.2));
+    CHECK(quarter.pitch_rad == Approx(0.4));
+    CHECK(quarter.roll_rad == Approx(0.6));
+}

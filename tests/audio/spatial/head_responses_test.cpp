@@ -1,0 +1,147 @@
+#include "audio/spatial/head_responses.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "audio/spatial/hrtf.h"
+#include "audio/spatial/sofa_file.h"
+#include "tests/audio/convolution/signals.h"
+
+using namespace aula;
+using namespace aula::test;
+
+namespace {
+
+constexpr std::size_t kSamples = 256;
+
+/// Even on the sphere.
+std::vector<std::array<float, 3>> lattice(std::size_t count) {
+    std::vector<std::array<float, 3>> directions;
+    for (std::size_t i = 0; i < count; ++i) {
+        const double z = 1 - (2 * static_cast<double>(i) + 1) / static_cast<double>(count);
+        const double azimuth = std::numbers::pi * (3 - std::sqrt(5.0)) * static_cast<double>(i);
+        const double radius = std::sqrt(1 - z * z);
+        directions.push_back({static_cast<float>(radius * std::cos(azimuth)),
+                              static_cast<float>(radius * std::sin(azimuth)),
+                              static_cast<float>(z)});
+    }
+    return directions;
+}
+
+/// The same response for every direction and ear.
+HeadMeasurements measured(const std::vector<float>& response) {
+    HeadMeasurements set;
+    set.file = "set.sofa";
+    set.samples = kSamples;
+    set.positions = lattice(50);
+    for (std::size_t r = 0; r < 2 * set.positions.size(); ++r) {
+        std::vector<float> padded = response;
+        padded.resize(kSamples);
+        set.responses.insert(set.responses.end(), padded.begin(), padded.end());
+    }
+    set.delays_samples.resize(2 * set.positions.size());
+    return set;
+}
+
+/// Delay of an ear at +-y on a sphere, Woodworth 1938, in radii per speed of sound.
+double woodworth(float towards_ear) {
+    const double angle = std::acos(std::clamp(double{towards_ear}, -1.0, 1.0));
+    return angle < std::numbers::pi / 2 ? -std::cos(angle) : angle - std::numbers::pi / 2;
+}
+
+HeadResponses sphere_head(const std::vector<std::array<float, 3>>& directions) {
+    HeadResponses head;
+    head.directions = directions;
+    head.weights = sphere_shares(directions);
+    for (const auto& d : directions) {
+        head.ears.push_back({Hrtf::Ear{{1}, woodworth(d[1])}, Hrtf::Ear{{1}, woodworth(-d[1])}});
+    }
+    return head;
+}
+
+}  // namespace
+
+TEST_CASE("The earliest of all delays is 0, whichever ear has it") {
+    for (const std::size_t late : {0U, 1U}) {
+        CAPTURE(late);
+        HeadMeasurements set = measured({1});
+        for (std::size_t r = late; r < set.delays_samples.size(); r += 2)
+            set.delays_samples[r] = 40;
+        const Hrtf hrtf(set, 48000);
+        for (const auto& ears : hrtf.responses().ears) {
+            // Exact but for the correlation's peak, the same for all.
+            CHECK(ears[late].delay_s == Approx(40 / 48000.0).margin(1e-7));
+            CHECK(ears[1 - late].delay_s == Approx(0).margin(1e-7));
+        }
+        const auto [first, second] = hrtf.ears({0.6F, 0, 0.8F});
+        CHECK(std::min(first.delay_s, second.delay_s) >= 0);
+    }
+}
+
+TEST_CASE("What a measurement has no energy for is raised by 24 dB at most") {
+    // A low-pass at 10 kHz, a sinc under a Blackman window: below -70 dB from 13 kHz on.
+    std::vector<float> response;
+    constexpr int kHalf = 48;
+    for (int n = -kHalf; n <= kHalf; ++n) {
+        const double x = std::numbers::pi * n / kHalf;
+        const double window = 0.42 + 0.5 * std::cos(x) + 0.08 * std::cos(2 * x);
+        const double step = 2 * std::numbers::pi * 10000 / 48000;
+        const double sinc = n == 0 ? step : std::sin(step * n) / n;
+        response.push_back(static_cast<float>(window * sinc / std::numbers::pi));
+    }
+    const Hrtf hrtf(measured(response), 48000);
+    Signal padded = hrtf.ears({1, 0, 0})[0].minimum_phase;
+    padded.resize(4096);
+    const auto level_db = [&](double from_hz, double to_hz) {
+        return 10 * std::log10(band_energy(padded, from_hz, to_hz, 48000) / (to_hz - from_hz));
+    };
+    const double raised_db = level_db(15000, 20000) - level_db(1000, 4000);
+    CAPTURE(raised_db);
+    // -70 dB + 24 dB; without the bound the spectrum would be flat.
+    CHECK(raised_db < -40);
+    // Companion: what has energy is made flat.
+    CHECK(level_db(6000, 8000) - level_db(1000, 4000) == Approx(0).margin(0.5));
+}
+
+TEST_CASE("The middle of the head does not depend on where a set has many directions") {
+    const std::vector<std::array<float, 3>> even = lattice(400);
+    std::vector<std::array<float, 3>> crowded = even;
+    for (const auto& d : lattice(20000)) {
+        if (d[1] > 0.95F) crowded.push_back(d);
+    }
+    REQUIRE(crowded.size() > 2 * even.size());
+    const double exact = sphere_head(even).centre_delay_s();
+    const HeadResponses head = sphere_head(crowded);
+    // Shares are counted with 20000 points, 50 for each of the even directions: 1 %.
+    CHECK(head.centre_delay_s() == Approx(exact).epsilon(0.02));
+    // Companion: the plain mean is another.
+    double mean = 0;
+    for (const auto& ears : head.ears)
+        mean += 0.5 * (ears[0].delay_s + ears[1].delay_s) / static_cast<double>(head.ears.size());
+    CHECK(std::abs(mean / exact - 1) > 0.1);
+}
+
+TEST_CASE("Ears between the directions of a set do not depend on the order of these") {
+    HeadMeasurements set = measured({1});
+    const std::size_t count = set.positions.size();
+    // Each direction has a delay of its own.
+    for (std::size_t r = 0; r < 2 * count; ++r)
+        set.delays_samples[r] = static_cast<float>((r / 2 * 7) % 40 + r % 2);
+    HeadMeasurements reversed = set;
+    for (std::size_t i = 0; i < count; ++i) {
+        reversed.positions[i] = set.positions[count - 1 - i];
+        for (std::size_t e = 0; e < 2; ++e)
+            reversed.delays_samples[2 * i + e] = set.delays_samples[2 * (count - 1 - i) + e];
+    }
+    const Hrtf one(set, 48000);
+    const Hrtf other(reversed, 48000);
+    for (const auto& direction : lattice(37)) {
+        const auto ears = one.ears(direction);
+        const auto same = other.ears(direction);
+        for (std::size_t e = 0; e < 2; ++e)
+            CHECK(ears[e].delay_s == Approx(same[e].delay_s).margin(1e-7));  // rounding
+    }
+}
