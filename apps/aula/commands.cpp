@@ -14,7 +14,6 @@
 #include "audio/base/error.h"
 #include "audio/device/device.h"
 #include "engine/base/error.h"
-#include "engine/base/worker_pool.h"
 #include "engine/patches/patch_grid.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/rays/room_survey.h"
@@ -29,6 +28,8 @@ namespace {
 constexpr double kMostPatches = 1e5;
 
 constexpr std::uint64_t kSeed = 1;
+
+constexpr const char* kMeasuring = "measuring the room";
 
 /// Somewhere that a listener or a source is.
 struct Place {
@@ -88,6 +89,13 @@ struct Sides {
     std::vector<Place> outside;
     std::vector<Vec3> inside;
 };
+
+/// The result of work that may take long, which is said on the terminal meanwhile.
+template <typename Work>
+auto result_of(const std::string& what, const Arguments& arguments, const Work& work) {
+    const TaskLine line(what, !arguments.quiet);
+    return work();
+}
 
 Sides part(const RayScene& rays, const std::vector<Place>& places) {
     const std::vector<char> outside = outside_room(rays, positions(places), kSeed);
@@ -176,7 +184,8 @@ void warn(const std::vector<std::string>& warnings, bool quiet) {
 int interrupted_status() { return 128 + interrupt_signal(); }
 
 LoadedScene read_scene_file(const std::filesystem::path& file, const Arguments& arguments) {
-    LoadedScene loaded = load_scene(file);
+    LoadedScene loaded = result_of("reading " + printable(file.filename().string()), arguments,
+                                   [&] { return load_scene(file); });
     warn(loaded.warnings, arguments.quiet);
     return loaded;
 }
@@ -252,8 +261,10 @@ int show_info(const Arguments& arguments) {
     const Scene scene = read_scene(arguments);
     const RayScene rays(scene);
     std::printf("%-16s%zu\n", "triangles", rays.triangle_count());
-    const Sides sides = part(rays, first_places(scene));
-    const RoomGeometry room = measure_room(rays, sides.inside, kSeed);
+    const Sides sides =
+        result_of(kMeasuring, arguments, [&] { return part(rays, first_places(scene)); });
+    const RoomGeometry room =
+        result_of(kMeasuring, arguments, [&] { return measure_room(rays, sides.inside, kSeed); });
     if (rays.triangle_count() > 0) {
         const Bounds bounds = geometry_bounds(scene.objects);
         print_point("from", bounds.min);
@@ -274,12 +285,14 @@ int show_info(const Arguments& arguments) {
     print_point("listener", scene.listener.pose_at(0).position);
     if (scene.listener.path) std::printf("%-16s%s\n", "", describe(*scene.listener.path).c_str());
     if (rays.triangle_count() == 0) return 0;
-    WorkerPool workers(1);
-    const PatchGrid grid(rays, scene.simulation.patch_size_m, sides.inside, scene.simulation.seed,
-                         workers, kMostPatches);
-    std::printf("%-16s%zu of %.2f m\n", "patches", grid.reached(),
-                static_cast<double>(grid.patch_size_m()));
-    const double escape = escape_per_reflection(rays, sides.inside, kSeed);
+    const PatchGrid::Extent patches = result_of("counting patches", arguments, [&] {
+        return PatchGrid::extent(rays, scene.simulation.patch_size_m, sides.inside,
+                                 scene.simulation.seed, kMostPatches);
+    });
+    std::printf("%-16s%zu of %.2f m\n", "patches", patches.reached,
+                static_cast<double>(patches.patch_size_m));
+    const double escape = result_of(
+        kMeasuring, arguments, [&] { return escape_per_reflection(rays, sides.inside, kSeed); });
     if (escape == 0) {
         std::printf("%-16snone: tight\n", "leaks");
     } else {
@@ -308,7 +321,9 @@ void check_signals(const Scene& scene, const Arguments& arguments) {
     std::vector<std::string> errors;
     for (std::size_t s = 0; s < scene.sources.size(); ++s) {
         try {
-            signals.push_back(read_signal(scene, s, arguments.session.sample_rate_hz));
+            signals.push_back(
+                result_of("reading the sound of " + printable(scene.sources[s].name), arguments,
+                          [&] { return read_signal(scene, s, arguments.session.sample_rate_hz); }));
         } catch (const AudioInputError& error) {
             errors.emplace_back(error.what());
         }
@@ -341,10 +356,12 @@ void check_leaks(const Scene& scene, const RayScene& rays, const Sides& sides,
     constexpr double kHarmless = 0.01;
     // Of reflections: what lets more out is open rather than leaking.
     constexpr double kOpen = 0.01;
-    const double escape = escape_per_reflection(rays, sides.inside, kSeed);
+    const double escape = result_of(
+        kMeasuring, arguments, [&] { return escape_per_reflection(rays, sides.inside, kSeed); });
     if (escape == 0 || escape > kOpen) return;
-    const double shorter =
-        shortening(measure_room(rays, sides.inside, kSeed).field, escape, scene.medium);
+    const double shorter = result_of(kMeasuring, arguments, [&] {
+        return shortening(measure_room(rays, sides.inside, kSeed).field, escape, scene.medium);
+    });
     const std::string line =
         arguments.scene.string() +
         formatted(": %.2g %% of the reflections escape, the reverberation time is %.2g %% shorter",
@@ -360,7 +377,8 @@ int check_scene(const Arguments& arguments) {
     const Scene scene = read_scene(arguments);
     check_signals(scene, arguments);
     const RayScene rays(scene);
-    const Sides sides = part(rays, all_places(scene));
+    const Sides sides =
+        result_of(kMeasuring, arguments, [&] { return part(rays, all_places(scene)); });
     check_leaks(scene, rays, sides, arguments);
     check_places(scene, sides, arguments);
     std::size_t triangles = 0;

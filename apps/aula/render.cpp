@@ -21,7 +21,7 @@ namespace {
 /// A bar on standard error, drawn ten times a second; asks to stop when a signal came.
 class ProgressBar {
  public:
-    ProgressBar(const std::string& what, bool quiet) : what_(what), line_(!quiet) {}
+    ProgressBar(const std::string& what, bool quiet) : what_(what), line_(!quiet) { (*this)(0); }
 
     bool operator()(double done) {
         const auto now = std::chrono::steady_clock::now();

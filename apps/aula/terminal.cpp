@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <string_view>
 #include <thread>
+#include <utility>
 
 namespace aula {
 
@@ -127,6 +128,32 @@ void StatusLine::show(const std::string& text) {
 void StatusLine::clear() {
     if (shown_) std::fputs("\r\x1b[K", stderr);
     shown_ = false;
+}
+
+TaskLine::TaskLine(std::string what, bool wanted, std::chrono::steady_clock::duration after)
+    : what_(std::move(what)), line_(wanted) {
+    if (line_.visible()) thread_ = std::thread([this, after] { run(after); });
+}
+
+TaskLine::~TaskLine() {
+    if (!thread_.joinable()) return;
+    {
+        const std::lock_guard lock(mutex_);
+        done_ = true;
+    }
+    ended_.notify_one();
+    thread_.join();
+}
+
+void TaskLine::run(std::chrono::steady_clock::duration after) {
+    const auto begin = std::chrono::steady_clock::now();
+    auto next = begin + after;
+    std::unique_lock lock(mutex_);
+    while (!ended_.wait_until(lock, next, [&] { return done_; })) {
+        const auto passed = std::chrono::duration_cast<std::chrono::seconds>(next - begin);
+        line_.show(what_ + ", " + std::to_string(passed.count()) + " s");
+        next += std::chrono::seconds(1);
+    }
 }
 
 }  // namespace aula

@@ -2,8 +2,12 @@
 
 #include <termios.h>
 
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
 #include <optional>
 #include <string>
+#include <thread>
 
 namespace aula {
 
@@ -51,6 +55,27 @@ class StatusLine {
  private:
     bool visible_;
     bool shown_ = false;
+};
+
+/// Shows what is being done and for how many seconds on a status line, once it takes long. Nothing
+/// else may be printed meanwhile.
+class TaskLine {
+ public:
+    TaskLine(std::string what, bool wanted,
+             std::chrono::steady_clock::duration after = std::chrono::seconds(2));
+    ~TaskLine();
+    TaskLine(const TaskLine&) = delete;
+    TaskLine& operator=(const TaskLine&) = delete;
+
+ private:
+    void run(std::chrono::steady_clock::duration after);
+
+    std::string what_;
+    StatusLine line_;
+    std::mutex mutex_;
+    std::condition_variable ended_;
+    bool done_ = false;
+    std::thread thread_;
 };
 
 }  // namespace aula

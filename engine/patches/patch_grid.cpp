@@ -435,8 +435,11 @@ struct PatchGrid::State {
     }
 };
 
-PatchGrid::PatchGrid(const RayScene& scene, float patch_size_m, std::span<const Vec3> inside,
-                     std::uint64_t seed, WorkerPool& workers, double most_patches) {
+/// The patches, enlarged until sound reaches at most so many, without their areas.
+std::unique_ptr<PatchGrid::State> PatchGrid::with_at_most(double most_patches,
+                                                          const RayScene& scene, float patch_size_m,
+                                                          std::span<const Vec3> inside,
+                                                          std::uint64_t seed, WorkerPool& workers) {
     double standing_m2 = 0;
     double moving_m2 = 0;
     for (const RayScene::Triangle& t : scene.triangles()) {
@@ -448,10 +451,23 @@ PatchGrid::PatchGrid(const RayScene& scene, float patch_size_m, std::span<const 
                                     std::sqrt(kCellsOfMoving * moving_m2 / most_patches));
     float size_m = std::max(patch_size_m, static_cast<float>(least_m));
     for (;; size_m *= 1.25F) {
-        state_ = std::make_unique<State>(scene, workers, seed, size_m);
-        if (state_->find_patches(inside, most_patches)) break;
+        auto state = std::make_unique<State>(scene, workers, seed, size_m);
+        if (state->find_patches(inside, most_patches)) return state;
     }
+}
+
+PatchGrid::PatchGrid(const RayScene& scene, float patch_size_m, std::span<const Vec3> inside,
+                     std::uint64_t seed, WorkerPool& workers, double most_patches)
+    : state_(with_at_most(most_patches, scene, patch_size_m, inside, seed, workers)) {
     state_->find_areas();
+}
+
+PatchGrid::Extent PatchGrid::extent(const RayScene& scene, float patch_size_m,
+                                    std::span<const Vec3> inside, std::uint64_t seed,
+                                    double most_patches) {
+    WorkerPool caller(1);
+    const auto state = with_at_most(most_patches, scene, patch_size_m, inside, seed, caller);
+    return {state->reached_count, state->grid.size_m()};
 }
 
 PatchGrid::~PatchGrid() = default;

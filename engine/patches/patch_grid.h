@@ -29,6 +29,15 @@ class PatchGrid {
               double most_patches = std::numeric_limits<double>::infinity());
     ~PatchGrid();
 
+    /// How many patches sound reaches in such a grid, and their size. Their areas, which take most
+    /// of the time, are left out.
+    struct Extent {
+        std::size_t reached = 0;
+        float patch_size_m = 0;
+    };
+    static Extent extent(const RayScene& scene, float patch_size_m, std::span<const Vec3> inside,
+                         std::uint64_t seed, double most_patches);
+
     /// The patch of a point (off the surface by RayScene::kOffset_m) with its facing normal, or
     /// kNone.
     std::uint32_t find(const Vec3& point, const Vec3& facing_normal) const;
@@ -81,6 +90,10 @@ class PatchGrid {
 
  private:
     struct State;
+    static std::unique_ptr<State> with_at_most(double most_patches, const RayScene& scene,
+                                               float patch_size_m, std::span<const Vec3> inside,
+                                               std::uint64_t seed, WorkerPool& workers);
+
     std::unique_ptr<State> state_;
 };
 

@@ -1,8 +1,75 @@
 #include "apps/aula/terminal.h"
 
+#include <poll.h>
+#include <pty.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
+#include <chrono>
+#include <cstdio>
 
 using aula::printable;
+using aula::TaskLine;
+
+namespace {
+
+/// A terminal as standard error while alive.
+class TerminalOnStderr {
+ public:
+    TerminalOnStderr() : saved_(dup(STDERR_FILENO)) {
+        int inside = -1;
+        REQUIRE(openpty(&outside_, &inside, nullptr, nullptr, nullptr) == 0);
+        dup2(inside, STDERR_FILENO);
+        close(inside);
+    }
+    ~TerminalOnStderr() {
+        dup2(saved_, STDERR_FILENO);
+        close(saved_);
+        close(outside_);
+    }
+    TerminalOnStderr(const TerminalOnStderr&) = delete;
+    TerminalOnStderr& operator=(const TerminalOnStderr&) = delete;
+
+    /// What appears next, within a time; empty if nothing does.
+    std::string next(int timeout_ms) const {
+        pollfd waiting{outside_, POLLIN, 0};
+        if (poll(&waiting, 1, timeout_ms) <= 0) return {};
+        std::array<char, 4096> text{};
+        const ssize_t count = read(outside_, text.data(), text.size());
+        return {text.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0))};
+    }
+
+ private:
+    int saved_;
+    int outside_ = -1;
+};
+
+}  // namespace
+
+TEST_CASE("A task that takes long is shown with its seconds, and wiped out when it is done") {
+    const TerminalOnStderr terminal;
+    std::string seen;
+    constexpr int kLong_ms = 10'000;
+    {
+        const TaskLine line("reading hall.json", true, std::chrono::seconds(0));
+        while (seen.find("reading hall.json, 1 s") == std::string::npos) {
+            const std::string more = terminal.next(kLong_ms);
+            REQUIRE_FALSE(more.empty());
+            seen += more;
+        }
+    }
+    CHECK(seen.find("\rreading hall.json, 0 s\x1b[K") != std::string::npos);
+    CHECK(terminal.next(kLong_ms) == "\r\x1b[K");
+}
+
+TEST_CASE("A short task, and one that is not wanted, show nothing") {
+    const TerminalOnStderr terminal;
+    { const TaskLine line("reading hall.json", true, std::chrono::hours(1)); }
+    { const TaskLine line("reading hall.json", false, std::chrono::seconds(0)); }
+    CHECK(terminal.next(0).empty());
+}
 
 TEST_CASE("Names cannot change the terminal that they are printed on") {
     CHECK(printable("hall \x1b[31mred\x07") == "hall \\x1b[31mred\\x07");

@@ -189,6 +189,17 @@ Scene room_with_sliding_block(const Vec3& size, const Vec3& begin, const Vec3& e
 
 }  // namespace
 
+TEST_CASE("the extent of a grid is that of the whole one") {
+    const Vec3 inside(2, 2, 1.4F);
+    const Scene scene = room(test::box(Vec3(5, 4, 3), 0, Vec3(0)), inside);
+    for (const double most : {100.0, 1e5}) {
+        const Surveyed s(scene, 0.25F, inside, most);
+        const PatchGrid::Extent extent = PatchGrid::extent(s.rays, 0.25F, {&inside, 1}, 1, most);
+        CHECK(extent.reached == s.grid.reached());
+        CHECK(extent.patch_size_m == s.grid.patch_size_m());
+    }
+}
+
 TEST_CASE("what moves has its part of the most patches") {
     constexpr double kMost = 400;
     constexpr double kBlock_m2 = 48;
