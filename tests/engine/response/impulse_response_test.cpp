@@ -270,6 +270,57 @@ TEST_CASE("a band's energy is spread over a period of its centre, not cut") {
     CHECK(above / all < 0.03);
 }
 
+TEST_CASE("the envelope starts where its first bin starts, to a hundredth of a sample") {
+    // One band, so that the ratio to a steady response is free of the carrier. From silence the
+    // envelope rises in proportion to time, and a sample has its value in the sample's middle.
+    for (const double rate_hz : {48000.0, 44100.0}) {
+        const auto noise = std::make_shared<const NoiseCarriers>(rate_hz, 1);
+        const auto built = [&](const EnergyResponse& r) {
+            ImpulseResponse ir;
+            ImpulseResponseBuilder(noise, 0.5, "source", 0).build(r, ir);
+            return ir.channels[0];
+        };
+        EnergyResponse steady;
+        steady.bins = TimeBins(0.5);
+        steady.energy.resize(steady.bins.count());
+        steady.direction.resize(steady.bins.count());
+        EnergyResponse silent = steady;
+        for (std::size_t i = 0; i < steady.bins.count(); ++i) {
+            steady.energy[i][7] = static_cast<float>(steady.bins.end_s(i) - steady.bins.begin_s(i));
+        }
+        const std::vector<float> even = built(steady);
+        for (const double time_s : {0.0203, 0.1, 0.3}) {
+            EnergyResponse r = silent;
+            const std::size_t bin = r.bins.index(time_s);
+            r.energy[bin][7] = 1;
+            const std::vector<float> heard = built(r);
+            const double begin = r.bins.begin_s(bin) * rate_hz;
+            const double centre = 0.5 * (begin + r.bins.end_s(bin) * rate_hz);
+            // The line through (middle of a sample, ratio), where the carrier is not near 0.
+            double n = 0, t1 = 0, t2 = 0, y1 = 0, ty = 0;
+            for (auto k = static_cast<std::size_t>(begin) + 2; static_cast<double>(k) + 2 < centre;
+                 ++k) {
+                if (std::abs(even[k]) < 2e-3F) continue;
+                const double t = static_cast<double>(k) + 0.5 - begin;
+                const double y = double{heard[k]} / double{even[k]};
+                n += 1;
+                t1 += t;
+                t2 += t * t;
+                y1 += y;
+                ty += t * y;
+            }
+            const double slope = (n * ty - t1 * y1) / (n * t2 - t1 * t1);
+            const double start = (t1 * slope - y1) / (n * slope);
+            CAPTURE(rate_hz, time_s, n, start);
+            REQUIRE(n >= 8);
+            CHECK(slope > 0);
+            // Rounding of floats, 1e-6 of some hundred samples. The companion is in the line: half
+            // a sample would be 0.5.
+            CHECK(start == Approx(0).margin(0.01));
+        }
+    }
+}
+
 TEST_CASE("between two bins the direction is the mean of both, by their energies") {
     // At 8 kHz, where the carrier averages well; in front of each other, three to one.
     EnergyResponse r;
