@@ -46,11 +46,11 @@ std::vector<Vec3> places(const Scene& scene) {
 }
 
 /// Adds the arrivals of a frame that no image source counts, each at its own delay, over its rays.
-void add_arrivals(std::span<const Arrival> arrivals, int rays, const SpecularPaths& images,
+void add_arrivals(std::span<const Arrival> arrivals, int rays, const SpecularSound& images,
                   EnergyResponse& response) {
     const float scale = 1 / static_cast<float>(rays);
     for (const Arrival& arrival : arrivals) {
-        if (images.is_candidate(arrival.sequence)) continue;
+        if (images.has_tried(arrival.image)) continue;
         const std::size_t bin =
             response.bins.index(double{arrival.length_m} / double{response.speed_of_sound_m_s});
         if (bin >= response.bins.count()) continue;
@@ -101,6 +101,7 @@ struct Propagation::State {
     // patch
     std::optional<PatchPropagation> patches;
 
+    std::vector<SpecularSound> images;      // [source * listener_count + listener]
     std::vector<EnergyResponse> responses;  // [source * listener_count + listener]
     std::uint64_t seed;
     std::uint64_t frame = 0;
@@ -167,6 +168,7 @@ struct Propagation::State {
         frame = 0;
         specular.restart(derive_seed(seed, SeedPurpose::specular));
         path_caches.clear();
+        images.assign(pairs, {});
         responses.assign(pairs, EnergyResponse{});
         for (EnergyResponse& response : responses) {
             response.bins = bins;
@@ -242,11 +244,11 @@ struct Propagation::State {
                 std::fill(response.direction.begin(), response.direction.end(), Vec3(0));
                 if (!path_caches.empty()) {
                     path_caches[pair].add_frame(at[l], simulation.rays);
-                    path_caches[pair].add_to(specular, response);
+                    path_caches[pair].add_to(images[pair], response);
                     statistics.cache_entries += path_caches[pair].size();
                     statistics.memory_bytes += path_caches[pair].memory_bytes();
                 } else {
-                    add_arrivals(at[l], simulation.rays, specular, response);
+                    add_arrivals(at[l], simulation.rays, images[pair], response);
                     statistics.memory_bytes += at[l].capacity() * sizeof(Arrival);
                 }
             }
@@ -256,9 +258,10 @@ struct Propagation::State {
 
     void find_specular(const FrameInput& input) {
         workers.run(responses.size(), [&](std::size_t pair) {
-            responses[pair].paths = specular.find(input.sources[pair / listener_count],
-                                                  input.listeners[pair % listener_count],
-                                                  simulation.direct, attenuation_per_m);
+            images[pair] = specular.find(input.sources[pair / listener_count],
+                                         input.listeners[pair % listener_count], simulation.direct,
+                                         attenuation_per_m);
+            responses[pair].paths = images[pair].paths;
         });
     }
 };
@@ -289,18 +292,16 @@ void Propagation::step(const FrameInput& given) {
     // Which paths are left to image sources is decided before the rays' are read.
     Stopwatch watch;
     for (const Vec3& listener : input.listeners) s.specular.discover(listener, s.frame);
+    s.find_specular(input);
     s.statistics.specular_s += watch.lap_s();
 
     // Trace rays and bring the responses up to date.
     const PropagationFrame frame = s.frame_of(input, s.frame);
     if (s.patches) {
-        s.patches->step(frame, s.responses, s.statistics);
+        s.patches->step(frame, s.images, s.responses, s.statistics);
     } else {
         s.propagate_paths(frame);
     }
-    watch.lap_s();
-    s.find_specular(input);
-    s.statistics.specular_s += watch.lap_s();
     ++s.frame;
 }
 

@@ -113,7 +113,7 @@ void DiffusePathCache::add_frame(std::span<const Arrival> arrivals, int rays) {
         const auto [entry, added] = s.entries.try_emplace(arrival.path);
         if (added) {
             entry.value().inserted_frame = s.frame;
-            entry.value().sequence = arrival.sequence;
+            entry.value().image = arrival.image;
         }
         change(entry.value(), arrival, 1);
     }
@@ -132,10 +132,10 @@ void DiffusePathCache::add_frame(std::span<const Arrival> arrivals, int rays) {
     ++s.frame;
 }
 
-void DiffusePathCache::add_to(const SpecularPaths& images, EnergyResponse& response) const {
+void DiffusePathCache::add_to(const SpecularSound& images, EnergyResponse& response) const {
     const State& s = *state_;
     for (const auto& [path, entry] : s.entries) {
-        if (images.is_candidate(entry.sequence)) continue;
+        if (images.has_tried(entry.image)) continue;
         const std::int64_t emitted =
             s.readout == Readout::windowed ? s.emitted_in_window : entry.emitted_count;
         // Eq. 3.3: the mean length gives the delay.

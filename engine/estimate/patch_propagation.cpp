@@ -43,7 +43,6 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const SpecularPaths& i
                                    std::size_t source_count, std::size_t listener_count,
                                    WorkerPool& workers)
     : scene_(scene),
-      images_(images),
       workers_(workers),
       bins_(bins),
       window_frames_(simulation.window_frames()),
@@ -330,15 +329,16 @@ void PatchPropagation::detect_segments(std::size_t i) {
 }
 
 /// The response of what is gathered and of the segments whose paths no image source counts now.
-void PatchPropagation::sum_up(std::size_t i, EnergyResponse& response) const {
+void PatchPropagation::sum_up(std::size_t i, const SpecularSound& images,
+                              EnergyResponse& response) const {
     const Pair& pair = pairs_[i];
     response.energy = pair.mean.energy;
     response.direction = pair.mean.direction;
-    if (mirrors_) pair.specular.add_to(images_, response);
+    if (mirrors_) pair.specular.add_to(images, response);
 }
 
-void PatchPropagation::step(const PropagationFrame& frame, std::vector<EnergyResponse>& responses,
-                            FrameStatistics& statistics) {
+void PatchPropagation::step(const PropagationFrame& frame, std::span<const SpecularSound> images,
+                            std::vector<EnergyResponse>& responses, FrameStatistics& statistics) {
     Stopwatch watch;
     advance(frame);
     statistics.cache_s += watch.lap_s();
@@ -353,7 +353,7 @@ void PatchPropagation::step(const PropagationFrame& frame, std::vector<EnergyRes
     workers_.run(pairs_.size(), [&](std::size_t i) {
         if (wanted[i]) take_in(i);
         if (mirrors_) detect_segments(i);
-        if (wanted[i] || mirrors_) sum_up(i, responses[i]);
+        if (wanted[i] || mirrors_) sum_up(i, images[i], responses[i]);
     });
     statistics.gather_s += watch.lap_s();
 

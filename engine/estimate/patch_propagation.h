@@ -31,8 +31,7 @@ struct PropagationFrame {
 /// other end. Where the caches of both ends hold rays, each answers with a share in proportion to
 /// its rays, so that a change of end is never heard. While source, listener and scene stand, what
 /// is gathered is the mean of all frames since, each with the weight of its rays. Purely specular
-/// paths that are no candidates of the image sources come from the rays' segments. [propagation
-/// thread]
+/// paths whose image sources are not tried come from the rays' segments. [propagation thread]
 class PatchPropagation {
  public:
     /// `inside`: points in the space that sound can reach. Patches are as large as `simulation`
@@ -51,9 +50,9 @@ class PatchPropagation {
     void scene_moved() { grid_.scene_moved(window_frames_); }
 
     /// Traces a frame and brings `responses` ([source * listener count + listener], without their
-    /// paths) up to date; adds to `statistics`.
-    void step(const PropagationFrame& frame, std::vector<EnergyResponse>& responses,
-              FrameStatistics& statistics);
+    /// paths) up to date; `images` are the frame's, in the same order. Adds to `statistics`.
+    void step(const PropagationFrame& frame, std::span<const SpecularSound> images,
+              std::vector<EnergyResponse>& responses, FrameStatistics& statistics);
 
     /// The rays of the next step if nothing moves.
     std::vector<Ray> rays(const PropagationFrame& frame) const;
@@ -114,10 +113,9 @@ class PatchPropagation {
     bool is_current(std::size_t pair) const;
     void take_in(std::size_t pair);
     void detect_segments(std::size_t pair);
-    void sum_up(std::size_t pair, EnergyResponse& response) const;
+    void sum_up(std::size_t pair, const SpecularSound& images, EnergyResponse& response) const;
 
     const RayScene& scene_;
-    const SpecularPaths& images_;
     WorkerPool& workers_;
     TimeBins bins_;
     int window_frames_;

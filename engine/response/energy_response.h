@@ -16,7 +16,7 @@ struct SpecularPath {
     float length_m = 0;  ///< from source to listener
     Vec3 direction{0};   ///< unit, world axes, from the listener towards where the sound comes from
     Bands energy;        ///< fluence in 1/m2 per unit emitted energy, air and walls included
-    std::uint64_t id = 0;  ///< the same for the same sequence of surfaces in every frame
+    std::uint64_t id = 0;  ///< of the image source, the same in every frame; 0: direct
 };
 
 /// The energy response (echogram) of one source at one listener: fluence in 1/m2 per unit emitted

@@ -41,7 +41,7 @@ void set_growth(const std::vector<Bands>& inverse, float bins_per_m, TraceBatch&
         const BandVector ratio =
             load_bands(batch.segment_energies[i].energy) * load_bands(inverse[k]);
         batch.segments[i].growth =
-            batch.segment_energies[i].sequence == 0 ? max_of_bands(ratio)[0] : 0;
+            batch.segment_energies[i].image == 0 ? max_of_bands(ratio)[0] : 0;
     }
 }
 
@@ -86,9 +86,9 @@ void collect_segment_arrivals(const RayScene& scene, std::span<const Receiver> r
                 sound.energy * transmission(attenuation_per_m, chord->at_m) * chord->share_1_m2;
             // Paths that an image source may count have entries of their own.
             PathIdentifier path = batch.segment_identifiers[i].ended(r);
-            path.low ^= sound.sequence;
+            path.low ^= sound.image;
             batch.arrivals.push_back(
-                {path, r, segment.before_m + chord->at_m, sound.from, energy, sound.sequence});
+                {path, r, segment.before_m + chord->at_m, sound.from, energy, sound.image});
         }
     }
 }

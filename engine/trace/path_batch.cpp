@@ -130,7 +130,7 @@ void PathBatch::remove(std::size_t lane) {
     diffuse[lane] = diffuse[last];
     to_diffuse[lane] = to_diffuse[last];
     identifier[lane] = identifier[last];
-    sequence[lane] = sequence[last];
+    image[lane] = image[last];
     hits.triangle[lane] = hits.triangle[last];
     hits.distance_m[lane] = hits.distance_m[last];
     hits.u[lane] = hits.u[last];

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "engine/base/bands.h"
-#include "engine/rays/plane_sequence.h"
+#include "engine/rays/image_transform.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/trace/path_identifier.h"
 
@@ -28,7 +28,7 @@ struct PathBatch {
     alignas(64) std::array<std::uint64_t, kLanes> random{};   ///< state of each path's generator
     alignas(64) std::array<std::uint32_t, kLanes> diffuse{};  ///< 1 after a diffuse reflection
     std::array<PathIdentifier, kLanes> identifier{};
-    std::array<PlaneSequence, kLanes> sequence{};  ///< up to the image sources' order
+    std::array<ImageTransform, kLanes> image{};  ///< up to the image sources' order
 
     // Their hits.
     HitLanes hits;

@@ -120,7 +120,7 @@ void PathTracer::trace_paths(const Emitter& emitter, std::span<const Receiver> r
         }
 
         // Reflect at the hits; keep the paths that go on.
-        extend_sequences(paths, order, emitter);
+        extend_images(paths, order, emitter);
         reflect(paths, out);
         for (std::size_t i = paths.count; i-- > 0;) {
             if (paths.ended[i] != 0) paths.remove(i);
@@ -167,19 +167,19 @@ void PathTracer::start(const Emitter& emitter, std::uint64_t frame_seed, int bat
         paths.diffuse[lane] = 0;
         paths.random[lane] = derive_seed(frame_seed, SeedPurpose::rays, emitter.id, i);
         paths.identifier[lane] = PathIdentifier::start(emitter.id);
-        paths.sequence[lane] = {};
+        paths.image[lane] = {};
     }
 }
 
-/// Adds the planes that are hit to the sequences that image sources may count.
-void PathTracer::extend_sequences(PathBatch& paths, int order, const Emitter& emitter) const {
+/// Composes the reflections at the hits of paths that image sources may count.
+void PathTracer::extend_images(PathBatch& paths, int order, const Emitter& emitter) const {
     if (order >= images_.order() || images_.listed_order() == images_.order()) return;
     for (std::size_t i = 0; i < paths.count; ++i) {
         if (paths.diffuse[i] != 0) continue;
-        const std::uint32_t plane = images_.plane_of_triangle(paths.hits.triangle[i]);
-        PlaneSequence& sequence = paths.sequence[i];
-        sequence = emitter.is_listener ? sequence.then_from_listener(plane)
-                                       : sequence.then_from_source(plane);
+        const MirrorPlane& mirror = images_.mirror_of_triangle(paths.hits.triangle[i]);
+        ImageTransform& image = paths.image[i];
+        image =
+            emitter.is_listener ? image.then_from_listener(mirror) : image.then_from_source(mirror);
     }
 }
 
@@ -221,7 +221,7 @@ void PathTracer::collect_segments(const PathBatch& paths, int order, const Emitt
                                 paths.length_m[i]});
         out.segment_energies.push_back(
             {paths.energy[i], emitter.is_listener ? out.departures[paths.ray[i]] : -direction,
-             may_be_image && paths.diffuse[i] == 0 ? paths.sequence[i].key : 0});
+             may_be_image && paths.diffuse[i] == 0 ? paths.image[i].key() : 0});
         if (subdivision_) out.segment_identifiers.push_back(paths.identifier[i]);
     }
 }

@@ -33,7 +33,7 @@ struct Arrival {
     float length_m = 0;  ///< of the path, to the middle of the chord
     Vec3 direction{0};   ///< unit, from the listener to where sound comes from, at whichever end
     Bands energy;        ///< energy * chord / sphere volume, 1/m2, for a ray of energy 1
-    std::uint64_t sequence = 0;  ///< see SegmentEnergy
+    std::uint64_t image = 0;  ///< see SegmentEnergy
 };
 
 /// A segment of a path that no gather finds, on its way to whoever is there to hear it.
@@ -49,9 +49,9 @@ struct PathSegment {
 struct SegmentEnergy {
     Bands energy;  ///< where it begins, of a ray of energy 1
     Vec3 from{0};  ///< unit, from the listener to where sound comes from, at whichever end
-    /// PlaneSequence::key of a purely specular path that an image source may count, else 0. It is
-    /// heard while that sequence is no candidate.
-    std::uint64_t sequence = 0;
+    /// ImageTransform::key of a purely specular path that an image source may count, else 0. It is
+    /// heard where that image is not tried (SpecularSound::tried).
+    std::uint64_t image = 0;
 };
 
 /// The way of a ray, to be looked at.
@@ -95,7 +95,7 @@ struct TraceSettings {
 /// specularly by the scattering coefficient, until the response ends or unbiased roulette ends them
 /// below -80 dB. Const, so that several threads may trace batches together. Purely specular paths
 /// of the orders of which `images` tries every sequence are left to it; those of its higher orders
-/// carry their sequence, for the reader to leave out what it counts. [propagation thread]
+/// carry their image's key, for the reader to leave out what it counts. [propagation thread]
 class PathTracer {
  public:
     /// Rays of a batch; batches do not depend on threads, so neither do results.
@@ -138,7 +138,7 @@ class PathTracer {
                      std::uint64_t frame_seed, int batch, TraceBatch& out, const Sent& sent) const;
     void start(const Emitter& emitter, std::uint64_t frame_seed, int batch, PathBatch& paths,
                TraceBatch& out) const;
-    void extend_sequences(PathBatch& paths, int order, const Emitter& emitter) const;
+    void extend_images(PathBatch& paths, int order, const Emitter& emitter) const;
     void collect_arrivals(const PathBatch& paths, int order, const Emitter& emitter,
                           std::span<const Receiver> receivers, TraceBatch& out) const;
     void collect_segments(const PathBatch& paths, int order, const Emitter& emitter,

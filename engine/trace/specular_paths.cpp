@@ -6,10 +6,10 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 #include <tuple>
+#include <unordered_set>
 #include <utility>
 
 #include "engine/base/sampling.h"
-#include "engine/rays/plane_sequence.h"
 
 namespace aula {
 namespace {
@@ -21,15 +21,14 @@ constexpr std::size_t kMostDiscovered = 4096;
 constexpr std::uint32_t kChains = 512;
 constexpr double kNearest_m = 0.1;
 
-// The reflection points are constructed for a source this far beside the real one: in symmetric
-// rooms paths meet edges exactly, where both orders of the two planes would count, or neither.
+// Images are looked for this far beside where they are: in symmetric rooms their paths meet edges
+// and corners exactly, where rays may find no surface.
 constexpr Point kNudge_m(1.1e-4, 1.9e-4, 3.7e-4);
 // A nudge does not cross a plane that is farther away; off_surface moves places farther, too.
 constexpr double kOnPlane_m = 5e-4;
 
-// A ray from this far above a reflection point looks for the face below. Merged triangles lie up
-// to 1 mm beside their plane.
-constexpr double kProbe_m = 2e-3;
+// Merged triangles lie up to 1 mm beside their plane.
+constexpr double kBesidePlane_m = 2e-3;
 
 // exp(-attenuation d) / (4 pi d^2), the length of a path as it is, its spreading without the
 // singularity.
@@ -56,15 +55,21 @@ Vec3 unit_or_front(const Point& p) {
 
 }  // namespace
 
-/// What path_along() needs for each plane of a sequence.
-struct SpecularPaths::Workspace {
-    /// Set if rays along the sequence may cross the sphere of a listener or source: if the path is
-    /// valid or its reflection points lie beside the bounds of their planes by no more than what
-    /// the sphere covers there.
-    bool near = false;
-    std::vector<Point> images;
-    std::vector<Ray> probes;
-    std::vector<Hit> hits;
+struct SpecularPaths::Probe {
+    Probe(std::uint64_t image_key, std::size_t reflections, const Point& from, const Point& towards)
+        : image(image_key),
+          order(reflections),
+          at(from),
+          target(towards),
+          origin(Vec3(from) + RayScene::kOffset_m * unit_or_front(towards - from)) {}
+
+    std::uint64_t image;
+    std::size_t order;
+    Point at;      ///< the last reflection point, the listener before it
+    Point target;  ///< the image source as seen from there
+    Vec3 origin;   ///< on the ray that came, before `at`: no surface is between it and the listener
+    Sequence planes;
+    Bands energy = Bands::filled(1);
 };
 
 SpecularPaths::SpecularPaths(const RayScene& scene, int order, float radius_m, std::uint64_t seed)
@@ -74,6 +79,12 @@ SpecularPaths::SpecularPaths(const RayScene& scene, int order, float radius_m, s
       seed_(seed),
       planes_(scene) {
     assert(order >= 0);
+    Bounds bounds;
+    for (const RayScene::Triangle& triangle : scene.triangles()) {
+        for (const Vec3& v : triangle.vertices) bounds.add(v);
+    }
+    middle_ = scene.triangles().empty() ? Point(0) : 0.5 * (Point(bounds.min) + Point(bounds.max));
+    add_mirrors();
     list_sequences();
 }
 
@@ -86,7 +97,23 @@ void SpecularPaths::restart(std::uint64_t seed) {
 void SpecularPaths::scene_moved() {
     const std::size_t before = planes_.count();
     planes_.scene_moved();
-    if (planes_.count() != before) list_sequences();
+    if (planes_.count() == before) return;
+    add_mirrors();
+    list_sequences();
+}
+
+/// Brings mirrors_ to the number of planes. Those that are there stay as they are.
+void SpecularPaths::add_mirrors() {
+    while (mirrors_.size() < planes_.count()) {
+        const ScenePlanes::Plane& plane = planes_[static_cast<std::uint32_t>(mirrors_.size())];
+        MirrorPlane mirror{plane.normal, plane.offset_m - glm::dot(plane.normal, middle_)};
+        if (scene_.moves(scene_.triangle(plane.reference))) {
+            RandomStream random(derive_seed(0x6d6f766564ULL, mirrors_.size()));
+            mirror = {Point(uniform_direction(random.uniform_2d())), double{random.uniform()}};
+            mirror.normal = glm::normalize(mirror.normal);
+        }
+        mirrors_.push_back(mirror);
+    }
 }
 
 /// All sequences, order by order, as long as they are few.
@@ -95,6 +122,11 @@ void SpecularPaths::list_sequences() {
     for (std::uint32_t p = 0; p < planes_.count(); ++p) {
         if (planes_[p].reflects) mirrors.push_back(p);
     }
+    const auto add = [&](Sequence sequence, std::uint32_t last) {
+        sequence.push_back(last);
+        const std::uint64_t image = key_of(sequence);
+        listed_.push_back({std::move(sequence), image});
+    };
     listed_.clear();
     listed_order_ = 0;
     std::size_t begin = 0;  // of the sequences of the order before
@@ -105,12 +137,9 @@ void SpecularPaths::list_sequences() {
                                                     : (end - begin) * (mirrors.size() - 1);
         if (end + more > kMostListed) return;
         for (const std::uint32_t last : mirrors) {
-            if (listed_order_ == 0) listed_.push_back({last});
+            if (listed_order_ == 0) add({}, last);
             for (std::size_t i = begin; i < end; ++i) {
-                if (listed_[i].back() == last) continue;
-                Sequence longer = listed_[i];
-                longer.push_back(last);
-                listed_.push_back(std::move(longer));
+                if (listed_[i].sequence.back() != last) add(listed_[i].sequence, last);
             }
         }
         begin = end;
@@ -124,7 +153,7 @@ void SpecularPaths::discover(const Vec3& listener, std::uint64_t frame) {
     const ScrambledSobol sobol(derive_seed(seed_, frame));
     std::vector<Ray> rays(kChains);
     std::vector<Sequence> chains(kChains);
-    std::vector<PlaneSequence> keys(kChains);
+    std::vector<ImageTransform> transforms(kChains);
     RandomStream random(derive_seed(seed_, frame, 1));
     for (std::uint32_t i = 0; i < kChains; ++i) {
         // From all of the sphere: from its middle, sequences that are valid there would be met
@@ -146,16 +175,23 @@ void SpecularPaths::discover(const Vec3& listener, std::uint64_t frame) {
             if (plane == ScenePlanes::kNoPlane || mirrored_share(material).max() <= 0) continue;
             if (!chains[i].empty() && chains[i].back() == plane) continue;
             chains[i].push_back(plane);
-            keys[i] = keys[i].then_from_listener(plane);
+            transforms[i] = transforms[i].then_from_listener(mirrors_[plane]);
             if (bounce > listed_order_) {
-                discovered_.try_emplace(keys[i].key, chains[i], frame_);
+                const auto [entry, added] =
+                    discovered_.try_emplace(transforms[i].key(), chains[i], frame_);
+                // Another part of the room sees the image by another order of planes.
+                Discovered& known = entry->second;
+                if (!added && known.last_frame.load(std::memory_order_relaxed) < frame_) {
+                    known.sequence = chains[i];
+                    known.last_frame.store(frame_, std::memory_order_relaxed);
+                }
             }
             const Vec3 direction = rays[i].direction;
             rays[alive] = {
                 .origin = scene_.point(hits[i], direction),
                 .direction = mirror(direction, scene_.facing_normal(hits[i], direction))};
             std::swap(chains[alive], chains[i]);
-            std::swap(keys[alive], keys[i]);
+            std::swap(transforms[alive], transforms[i]);
             ++alive;
         }
         rays.resize(alive);
@@ -180,112 +216,170 @@ void SpecularPaths::evict() {
     for (auto i = kept; i != ranks.end(); ++i) discovered_.erase(std::get<2>(*i));
 }
 
-std::vector<SpecularPath> SpecularPaths::find(const Vec3& source, const Vec3& listener, bool direct,
-                                              const Bands& attenuation_per_m) const {
-    std::vector<SpecularPath> paths;
-    Workspace work;
+SpecularSound SpecularPaths::find(const Vec3& source, const Vec3& listener, bool direct,
+                                  const Bands& attenuation_per_m) const {
+    SpecularSound sound;
     if (direct && scene_.visible(listener, source)) {
         const Point offset = Point(source) - Point(listener);
         const double length_m = glm::length(offset);
-        paths.push_back({.order = 0,
-                         .length_m = static_cast<float>(length_m),
-                         .direction = unit_or_front(offset),
-                         .energy = spread_over(length_m, attenuation_per_m),
-                         .id = 0});
+        sound.paths.push_back({.order = 0,
+                               .length_m = static_cast<float>(length_m),
+                               .direction = unit_or_front(offset),
+                               .energy = spread_over(length_m, attenuation_per_m),
+                               .id = 0});
     }
-    for (const Sequence& sequence : listed_) {
-        if (auto path = path_along(sequence, source, listener, attenuation_per_m, work)) {
-            paths.push_back(*path);
+
+    // Look at each image that may be heard.
+    std::unordered_set<std::uint64_t> images;
+    std::vector<Probe> probes;
+    std::vector<Point> work;
+    const auto probe = [&](const Sequence& sequence, std::uint64_t image) {
+        if (!images.insert(image).second) return;
+        probes.emplace_back(image, sequence.size(), Point(listener),
+                            image_of(Point(source) + kNudge_m, sequence));
+    };
+    for (const auto& [sequence, image] : listed_) {
+        if (is_near(sequence, Point(source), Point(listener), kBesidePlane_m, work)) {
+            probe(sequence, image);
         }
     }
-    for (const auto& [key, candidate] : discovered_) {
-        work.near = false;
-        if (auto path = path_along(candidate.sequence, source, listener, attenuation_per_m, work)) {
-            paths.push_back(*path);
-        }
-        if (work.near) candidate.last_frame.store(frame_ + 1, std::memory_order_relaxed);
+    for (const auto& [image, candidate] : discovered_) {
+        if (!is_near(candidate.sequence, Point(source), Point(listener), radius_m_, work)) continue;
+        candidate.last_frame.store(frame_ + 1, std::memory_order_relaxed);
+        sound.tried.push_back(image);
+        probe(candidate.sequence, image);
     }
-    std::sort(paths.begin(), paths.end(), [](const SpecularPath& a, const SpecularPath& b) {
-        return std::tie(a.length_m, a.order, a.id) < std::tie(b.length_m, b.order, b.id);
-    });
-    return paths;
+    std::sort(sound.tried.begin(), sound.tried.end());
+    follow(probes, source, listener);
+
+    for (const Probe& found : probes) {
+        const Point offset = image_of(Point(source), found.planes) - Point(listener);
+        const double length_m = glm::length(offset);
+        sound.paths.push_back({.order = static_cast<int>(found.order),
+                               .length_m = static_cast<float>(length_m),
+                               .direction = unit_or_front(offset),
+                               .energy = found.energy * spread_over(length_m, attenuation_per_m),
+                               .id = found.image});
+    }
+    const auto rank = [](const SpecularPath& p) { return std::tie(p.length_m, p.order, p.id); };
+    std::sort(sound.paths.begin(), sound.paths.end(),
+              [&](const SpecularPath& a, const SpecularPath& b) { return rank(a) < rank(b); });
+    return sound;
 }
 
-// The images of the source, mirrored from the last plane to the first, give the reflection points
-// from the listener on: the segment to each points at the image through the planes that remain.
-std::optional<SpecularPath> SpecularPaths::path_along(const Sequence& sequence, const Vec3& source,
-                                                      const Vec3& listener,
-                                                      const Bands& attenuation_per_m,
-                                                      Workspace& work) const {
-    if (std::abs(planes_[sequence.back()].distance_m(Point(source))) < kOnPlane_m ||
-        std::abs(planes_[sequence.front()].distance_m(Point(listener))) < kOnPlane_m) {
-        return std::nullopt;
+std::uint64_t SpecularPaths::key_of(const Sequence& sequence) const {
+    ImageTransform transform;
+    for (const std::uint32_t plane : sequence) {
+        transform = transform.then_from_listener(mirrors_[plane]);
     }
-    Point image(source);
-    work.images.resize(sequence.size());
-    Point nudged = image + kNudge_m;
-    for (std::size_t k = sequence.size(); k-- > 0;) {
-        image = planes_[sequence[k]].mirror(image);
-        work.images[k] = nudged = planes_[sequence[k]].mirror(nudged);
-    }
+    return transform.key();
+}
 
-    // Where the segments cross the planes, without casting a ray.
-    work.probes.resize(sequence.size());
-    Point from(listener);
-    bool inside = true;
+/// The source mirrored from the last plane to the first.
+Point SpecularPaths::image_of(const Point& source, const Sequence& sequence) const {
+    Point image = source;
+    for (auto plane = sequence.rbegin(); plane != sequence.rend(); ++plane) {
+        image = planes_[*plane].mirror(image);
+    }
+    return image;
+}
+
+/// Whether the path along a sequence may be valid at a place within `reach_m` of the listener:
+/// whether its reflection points lie beside the bounds of their planes by no more than what a
+/// sphere of that radius covers there. No ray is cast. The images of the source give the reflection
+/// points from the listener on: the segment to each points at the image through the planes that
+/// remain.
+bool SpecularPaths::is_near(const Sequence& sequence, const Point& source, const Point& listener,
+                            double reach_m, std::vector<Point>& images) const {
+    Point image = source;
+    images.resize(sequence.size());
+    for (std::size_t k = sequence.size(); k-- > 0;) {
+        images[k] = image = planes_[sequence[k]].mirror(image);
+    }
+    Point from = listener;
     for (std::size_t k = 0; k < sequence.size(); ++k) {
         const ScenePlanes::Plane& plane = planes_[sequence[k]];
-        const double here_m = plane.distance_m(from);
-        const double image_m = plane.distance_m(work.images[k]);
-        if (!(here_m * image_m < 0)) return std::nullopt;
-        const Point at = from + (work.images[k] - from) * (here_m / (here_m - image_m));
+        const double side = plane.distance_m(images[k]) < 0 ? 1 : -1;
+        const double here_m = side * plane.distance_m(from);
+        const double behind_m = -side * plane.distance_m(images[k]);
+        if (here_m < -reach_m || !(here_m + behind_m > 0)) return false;
+        const Point at = from + (images[k] - from) * (here_m / (here_m + behind_m));
         const double outside_m =
             std::max(largest(Point(plane.low) - at), largest(at - Point(plane.high)));
-        if (outside_m > kProbe_m) {
-            inside = false;
+        if (outside_m > kBesidePlane_m) {
             // A sphere that moves a reflection point by R across the path moves it by R / cos.
-            const double cosine = std::abs(here_m - image_m) / glm::distance(from, work.images[k]);
-            if (outside_m * cosine > radius_m_) return std::nullopt;
+            const double cosine = (here_m + behind_m) / glm::distance(from, images[k]);
+            if (outside_m * cosine > reach_m) return false;
         }
-        const Point outward = here_m > 0 ? plane.normal : -plane.normal;
-        work.probes[k] = {.origin = Vec3(at + kProbe_m * outward),
-                          .direction = Vec3(-outward),
-                          .max_m = static_cast<float>(2 * kProbe_m)};
         from = at;
     }
-    work.near = true;
-    if (!inside) return std::nullopt;
+    return true;
+}
 
-    // A face of the plane must be there, on the side of the segment.
-    work.hits.resize(sequence.size());
-    scene_.intersect(work.probes, work.hits);
-    Bands energy = Bands::filled(1);
-    for (std::size_t k = 0; k < sequence.size(); ++k) {
-        if (!work.hits[k].any() || planes_.of_triangle(work.hits[k].triangle) != sequence[k]) {
-            return std::nullopt;
+/// Sends probes until they arrive at the source, and takes out those that do not.
+void SpecularPaths::follow(std::vector<Probe>& probes, const Vec3& source,
+                           const Vec3& listener) const {
+    std::vector<Probe> arrived;
+    std::vector<Ray> rays;
+    std::vector<Hit> hits;
+    for (std::size_t reflections = 0; !probes.empty(); ++reflections) {
+        rays.clear();
+        for (const Probe& probe : probes) {
+            const bool last = probe.order == reflections;
+            const Point offset = (last ? Point(source) : probe.target) - Point(probe.origin);
+            const auto length_m = static_cast<float>(glm::length(offset));
+            rays.push_back({probe.origin, unit_or_front(last ? offset : probe.target - probe.at),
+                            last ? length_m - RayScene::kOffset_m : length_m});
         }
-        energy *= mirrored_share(scene_.material(scene_.triangle(work.hits[k].triangle)));
+        hits.resize(rays.size());
+        scene_.intersect(rays, hits);
+        std::size_t alive = 0;
+        for (std::size_t i = 0; i < probes.size(); ++i) {
+            Probe& probe = probes[i];
+            if (probe.order == reflections) {
+                if (!hits[i].any()) arrived.push_back(std::move(probe));
+            } else if (reflect(probe, rays[i], hits[i])) {
+                if (alive != i) probes[alive] = std::move(probe);
+                ++alive;
+            }
+        }
+        probes.erase(probes.begin() + static_cast<std::ptrdiff_t>(alive), probes.end());
     }
-    if (energy.max() <= 0) return std::nullopt;
+    std::erase_if(arrived, [&](const Probe& probe) {
+        const auto is_on = [&](const Vec3& place, std::uint32_t plane) {
+            return std::abs(planes_[plane].distance_m(Point(place))) < kOnPlane_m;
+        };
+        return key_of(probe.planes) != probe.image || is_on(listener, probe.planes.front()) ||
+               is_on(source, probe.planes.back());
+    });
+    probes = std::move(arrived);
+}
 
-    // No segment may be obstructed.
-    Vec3 start = listener;
-    for (std::size_t k = 0; k < sequence.size(); ++k) {
-        const Vec3 end = scene_.point(work.hits[k], work.probes[k].direction);
-        if (!scene_.visible(start, end)) return std::nullopt;
-        start = end;
-    }
-    if (!scene_.visible(start, source)) return std::nullopt;
+/// Takes a probe to its next segment. False if it has none.
+bool SpecularPaths::reflect(Probe& probe, const Ray& ray, const Hit& hit) const {
+    if (!hit.any()) return false;
+    const std::uint32_t index = planes_.of_triangle(hit.triangle);
+    if (index == ScenePlanes::kNoPlane) return false;
+    if (!probe.planes.empty() && probe.planes.back() == index) return false;
+    const RayScene::Triangle& triangle = scene_.triangle(hit.triangle);
+    probe.energy *= mirrored_share(scene_.material(triangle));
+    if (probe.energy.max() <= 0) return false;
 
-    const Point offset = image - Point(listener);
-    const double length_m = glm::length(offset);
-    PlaneSequence planes;
-    for (const std::uint32_t plane : sequence) planes = planes.then_from_listener(plane);
-    return SpecularPath{.order = static_cast<int>(sequence.size()),
-                        .length_m = static_cast<float>(length_m),
-                        .direction = unit_or_front(offset),
-                        .energy = energy * spread_over(length_m, attenuation_per_m),
-                        .id = planes.key};
+    // Where the straight line to the image crosses the plane.
+    const ScenePlanes::Plane& plane = planes_[index];
+    const double here_m = plane.distance_m(probe.at);
+    const double there_m = plane.distance_m(probe.target);
+    if (here_m == there_m) return false;
+    probe.at += (probe.target - probe.at) * std::clamp(here_m / (here_m - there_m), 0.0, 1.0);
+    probe.target = plane.mirror(probe.target);
+    probe.planes.push_back(index);
+
+    // The next segment begins on this one, before the hit, so that none passes a wall at its edge.
+    const float cosine = std::abs(glm::dot(ray.direction, triangle.normal));
+    const float back_m =
+        std::min(RayScene::offset_after(hit.distance_m) / cosine, hit.distance_m / 2);
+    probe.origin = ray.origin + (hit.distance_m - back_m) * ray.direction;
+    return true;
 }
 
 }  // namespace aula

@@ -1,25 +1,42 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
-#include <optional>
+#include <span>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "engine/rays/image_transform.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/rays/scene_planes.h"
 #include "engine/response/energy_response.h"
 
 namespace aula {
 
+/// The direct sound and image sources that a listener hears of a source.
+struct SpecularSound {
+    std::vector<SpecularPath> paths;  ///< by ascending length
+
+    /// ImageTransform::key of every image above listed_order() that was tried, ascending. Rays
+    /// along its paths do not count, whether it is heard or not.
+    std::vector<std::uint64_t> tried;
+
+    /// False for key 0.
+    bool has_tried(std::uint64_t image) const {
+        return std::binary_search(tried.begin(), tried.end(), image);
+    }
+};
+
 /// Direct sound and image sources up to a specular order. Candidates are sequences of the scene's
 /// planes: all of them up to the order at which they become many, beyond that those that specular
-/// chains of rays from the listeners meet, kept while they stay valid. Every candidate is validated
-/// exactly: each reflection point on a face of its plane, each segment unobstructed. The
-/// estimators' rays count the sequences that are not candidates (is_candidate), so that every path
-/// is counted once. Candidates depend on no random number of an estimator: what is left to the rays
-/// stays unbiased. The same calls give the same paths. [propagation thread]
+/// chains of rays from the listeners meet, one for each image, kept while they stay near to a path.
+/// An image source is heard if a ray towards it is reflected to the source by planes with the
+/// image's isometry, in whatever order it meets them. For a pair of source and listener an image
+/// counts either by its image source or by the estimators' rays (SpecularSound::tried). Candidates
+/// depend on no random number of an estimator: what is left to the rays stays unbiased. The same
+/// calls give the same paths. [propagation thread]
 class SpecularPaths {
  public:
     /// `order` 0: direct sound only. `radius_m` is that of the spheres in which rays are detected.
@@ -41,29 +58,28 @@ class SpecularPaths {
     /// Highest order of which every sequence is a candidate, at most order().
     int listed_order() const { return static_cast<int>(listed_order_); }
 
-    /// The plane that a triangle lies in, of a PlaneSequence.
-    std::uint32_t plane_of_triangle(std::uint32_t triangle) const {
-        return planes_.of_triangle(triangle);
+    /// The mirror that a triangle is part of, for an ImageTransform. That of an object that moves
+    /// is a stand-in that stays where it is, so that keys do; it has no symmetries.
+    const MirrorPlane& mirror_of_triangle(std::uint32_t triangle) const {
+        return mirrors_[planes_.of_triangle(triangle)];
     }
 
-    /// True if find() tries the sequence of planes with this key, of an order above
-    /// listed_order(). False for key 0. [several threads at once]
-    bool is_candidate(std::uint64_t sequence_key) const {
-        return sequence_key != 0 && discovered_.find(sequence_key) != discovered_.end();
-    }
-
-    /// The valid paths from a source to a listener, ascending in length: the direct sound if
-    /// `direct` and visible, then reflections: energy prod (1 - s)(1 - alpha) / (4 pi d^2) times
-    /// exp(-attenuation d) in each band, d at least 0.1 m. A source or listener within 0.5 mm of a
-    /// plane has no reflection in it. [several threads at once]
-    std::vector<SpecularPath> find(const Vec3& source, const Vec3& listener, bool direct,
-                                   const Bands& attenuation_per_m) const;
+    /// The direct sound if `direct` and visible, and reflections: energy prod (1 - s)(1 - alpha) /
+    /// (4 pi d^2) times exp(-attenuation d) in each band, d at least 0.1 m. A source or listener
+    /// within 0.5 mm of a plane has no reflection in it. [several threads at once]
+    SpecularSound find(const Vec3& source, const Vec3& listener, bool direct,
+                       const Bands& attenuation_per_m) const;
 
  private:
     using Sequence = std::vector<std::uint32_t>;  ///< planes from the listener to the source
 
-    /// A sequence that rays have met, and the frame up to which it is of use: one more than that
-    /// in which it was last near to a path.
+    struct Listed {
+        Sequence sequence;
+        std::uint64_t image;
+    };
+
+    /// A sequence of an image that rays have met, and the frame up to which it is of use: one more
+    /// than that in which it was last near to a path.
     struct Discovered {
         Discovered(Sequence planes, std::uint64_t frame)
             : sequence(std::move(planes)), last_frame(frame) {}
@@ -71,21 +87,30 @@ class SpecularPaths {
         mutable std::atomic<std::uint64_t> last_frame;
     };
 
+    /// A ray on its way to an image source.
+    struct Probe;
+
+    void add_mirrors();
     void list_sequences();
     void evict();
-    struct Workspace;
-    std::optional<SpecularPath> path_along(const Sequence& sequence, const Vec3& source,
-                                           const Vec3& listener, const Bands& attenuation_per_m,
-                                           Workspace& work) const;
+    std::uint64_t key_of(const Sequence& sequence) const;
+    ScenePlanes::Point image_of(const ScenePlanes::Point& source, const Sequence& sequence) const;
+    bool is_near(const Sequence& sequence, const ScenePlanes::Point& source,
+                 const ScenePlanes::Point& listener, double reach_m,
+                 std::vector<ScenePlanes::Point>& images) const;
+    void follow(std::vector<Probe>& probes, const Vec3& source, const Vec3& listener) const;
+    bool reflect(Probe& probe, const Ray& ray, const Hit& hit) const;
 
     const RayScene& scene_;
     std::size_t order_;
     double radius_m_;
     std::uint64_t seed_;
     ScenePlanes planes_;
+    ScenePlanes::Point middle_;         ///< of the scene, the mirrors' origin
+    std::vector<MirrorPlane> mirrors_;  ///< [plane]
     std::size_t listed_order_ = 0;
-    std::vector<Sequence> listed_;                              ///< all up to listed_order_
-    std::unordered_map<std::uint64_t, Discovered> discovered_;  ///< by PlaneSequence::key
+    std::vector<Listed> listed_;                                ///< all up to listed_order_
+    std::unordered_map<std::uint64_t, Discovered> discovered_;  ///< by ImageTransform::key
     std::uint64_t frame_ = 0;                                   ///< of the last discover()
 };
 

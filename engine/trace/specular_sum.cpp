@@ -7,14 +7,14 @@ namespace aula {
 void SpecularSum::clear() {
     std::fill(sum_.energy.begin(), sum_.energy.end(), Bands{});
     std::fill(sum_.direction.begin(), sum_.direction.end(), Vec3(0));
-    by_sequence_.clear();
+    by_image_.clear();
     rays_ = 0;
 }
 
 void SpecularSum::add(const SegmentEnergy& sound, const Bands& energy, float length_m) {
     const Vec3 direction = energy.sum() * sound.from;
-    if (sound.sequence != 0) {
-        Detected& detected = by_sequence_[sound.sequence];
+    if (sound.image != 0) {
+        Detected& detected = by_image_[sound.image];
         detected.energy += energy;
         detected.direction += direction;
         detected.length_m += double{length_m};
@@ -27,15 +27,15 @@ void SpecularSum::add(const SegmentEnergy& sound, const Bands& energy, float len
     sum_.direction[bin] += direction;
 }
 
-void SpecularSum::add_to(const SpecularPaths& images, EnergyResponse& response) const {
+void SpecularSum::add_to(const SpecularSound& images, EnergyResponse& response) const {
     if (rays_ == 0) return;
     const float scale = 1 / static_cast<float>(rays_);
     for (std::size_t k = 0; k < sum_.bins.count(); ++k) {
         response.energy[k] += sum_.energy[k] * scale;
         response.direction[k] += sum_.direction[k] * scale;
     }
-    for (const auto& [sequence, detected] : by_sequence_) {
-        if (images.is_candidate(sequence)) continue;
+    for (const auto& [image, detected] : by_image_) {
+        if (images.has_tried(image)) continue;
         const std::size_t bin = response.bins.index(detected.length_m / detected.count /
                                                     double{response.speed_of_sound_m_s});
         if (bin >= response.bins.count()) continue;

@@ -10,8 +10,8 @@
 namespace aula {
 
 /// What one listener has detected of the segments of one source's rays, since the place of either
-/// or the scene last changed. Paths that an image source may count are kept apart by their sequence
-/// of planes: each counts while that is no candidate. [propagation thread]
+/// or the scene last changed. Paths that an image source may count are kept apart by their image:
+/// each counts while that is not tried. [propagation thread]
 class SpecularSum {
  public:
     explicit SpecularSum(const EnergyResponse& empty) : sum_(empty) {}
@@ -24,15 +24,15 @@ class SpecularSum {
     void add(const SegmentEnergy& sound, const Bands& energy, float length_m);
 
     /// Adds the mean over all rays to a response.
-    void add_to(const SpecularPaths& images, EnergyResponse& response) const;
+    void add_to(const SpecularSound& images, EnergyResponse& response) const;
 
     std::uint64_t rays() const { return rays_; }
 
-    /// True if no more sequences should be kept; clear() and begin again with the newest rays.
-    bool full() const { return by_sequence_.size() >= kMostSequences; }
+    /// True if no more images should be kept; clear() and begin again with the newest rays.
+    bool full() const { return by_image_.size() >= kMostImages; }
 
  private:
-    static constexpr std::size_t kMostSequences = 1 << 14;
+    static constexpr std::size_t kMostImages = 1 << 14;
 
     struct Detected {
         Bands energy;
@@ -42,7 +42,7 @@ class SpecularSum {
     };
 
     EnergyResponse sum_;  ///< of the paths that no image source counts
-    std::map<std::uint64_t, Detected> by_sequence_;
+    std::map<std::uint64_t, Detected> by_image_;
     std::uint64_t rays_ = 0;
 };
 

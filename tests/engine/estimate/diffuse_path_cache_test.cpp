@@ -28,9 +28,7 @@ EnergyResponse empty_response() {
 }
 
 void add_to(const DiffusePathCache& cache, EnergyResponse& response) {
-    static const RayScene open{Scene{}};
-    static const SpecularPaths no_images(open, 0, 0.5F, 1);
-    cache.add_to(no_images, response);
+    cache.add_to(SpecularSound{}, response);
 }
 
 double read_energy(const DiffusePathCache& cache) {

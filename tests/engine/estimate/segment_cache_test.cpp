@@ -48,7 +48,7 @@ EnergyResponse heard(const SegmentCache& segments, const Vec3& at, double scale)
     response.direction.resize(response.bins.count());
     SpecularSum sum(response);
     segments.add_to(open, {at, kRadius_m}, false, segments.rays(), sum);
-    sum.add_to(SpecularPaths(open, 0, 0.5F, 1), response);
+    sum.add_to(SpecularSound{}, response);
     for (Bands& energy : response.energy) {
         energy *= static_cast<float>(scale * static_cast<double>(sum.rays()));
     }
