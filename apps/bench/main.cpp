@@ -1,12 +1,15 @@
 // aula-bench: measures Aula and prints tables.
+#include <pthread.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <iostream>
 #include <optional>
+#include <thread>
 
 #include "apps/bench/base/machine.h"
 #include "apps/bench/base/measurement_file.h"
@@ -19,6 +22,7 @@
 #include "apps/bench/propagation/trace.h"
 #include "apps/bench/propagation/tracking.h"
 #include "apps/session/base/output_file.h"
+#include "audio/file/part_file.h"
 #include "engine/base/error.h"
 #include "engine/scene/scene_file.h"
 
@@ -120,6 +124,22 @@ std::string command_line(int argc, char** argv) {
     return command;
 }
 
+/// Removes unfinished files at SIGINT, SIGTERM or SIGHUP and exits. To be called before other
+/// threads start: they inherit the blocked signals.
+void remove_files_at_signals() {
+    sigset_t signals;
+    sigemptyset(&signals);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&signals, signal);
+    pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+    std::thread([signals] {
+        int signal = 0;
+        while (sigwait(&signals, &signal) != 0) {
+        }
+        aula::PartFile::abandon_all();
+        _exit(128 + signal);
+    }).detach();
+}
+
 int run(int argc, char** argv) {
     CLI::App app{"Measures Aula: each command prints a table, one row per estimator or library."};
     app.require_subcommand(1);
@@ -130,7 +150,7 @@ int run(int argc, char** argv) {
     settings.progress = [&](const std::string& text) { progress.show(text); };
 
     aula::bench::ConvolutionSweep convolution_sweep;
-    // The first of all options: those that follow override the sizes that it sets.
+    // First, because options take effect in this order: sizes that are given override these.
     app.add_flag_callback(
         "--quick",
         [&] {
@@ -140,7 +160,7 @@ int run(int argc, char** argv) {
             settings.reference_rays = 1e6;
             convolution_sweep = {{2}, {64, 128, 512}, 5};
         },
-        "smaller sizes, unless given: all in some minutes a scene");
+        "smaller default sizes: a few minutes per scene");
     std::vector<std::string> estimators;
     std::string json;
     std::string markdown;
@@ -231,6 +251,7 @@ int run(int argc, char** argv) {
         }
     }
 
+    remove_files_at_signals();
     try {
         // Opened first, so that hours of measurements are not lost to a wrong name.
         std::optional<aula::OutputFile> json_file;

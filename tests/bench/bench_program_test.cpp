@@ -1,4 +1,7 @@
+#include <signal.h>
+
 #include <catch2/catch.hpp>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -6,6 +9,7 @@
 #include <vector>
 
 #include "tests/support/program.h"
+#include "tests/support/wait.h"
 
 namespace {
 
@@ -93,7 +97,7 @@ TEST_CASE("bench_smoke: --markdown writes the printed figures under their comman
     const std::string scene = folder.write("room.json", kScene).string();
     const std::string file = folder.path() / "measured.md";
     const std::string arguments =
-        "all --quick --restarts 2 --reference-rays 1 --estimator patch "
+        "all --restarts 2 --reference-rays 1 --quick --estimator patch "
         "--ir-length 0.05 --block 512 --rounds 1 --sources 2 --json " +
         json_in(folder) + " --markdown " + file + " " + scene;
     const ProgramResult result = run(arguments);
@@ -214,6 +218,19 @@ TEST_CASE("bench_smoke: convolve has a row for each library, with and without ex
     // Four numbers of sources and channels, two precisions; all, a fifth, nothing changed.
     CHECK(exchanging == 8);
     CHECK(prepared == 12);
+}
+
+TEST_CASE("bench_smoke: an interrupted measurement leaves no files") {
+    const TemporaryFolder folder;
+    const std::filesystem::path outputs = folder.path() / "outputs";
+    std::filesystem::create_directory(outputs);
+    Program program({AULA_BENCH_PROGRAM, "noise", folder.write("room.json", kScene).string(),
+                     "--restarts", "1000000", "--json", (outputs / "rows.json").string(),
+                     "--markdown", (outputs / "tables.md").string()});
+    REQUIRE(comes([&] { return names_in(outputs).size() == 2; }));
+    program.signal(SIGTERM);
+    CHECK(program.wait().status == 143);
+    CHECK(names_in(outputs).empty());
 }
 
 TEST_CASE("bench_smoke: bad input is one line and exit code 2") {

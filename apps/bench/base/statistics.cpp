@@ -83,8 +83,8 @@ double direction_deviation_deg(const std::vector<std::vector<Vec3>>& restarts, B
         for (const auto& direction : restarts) mean += direction[g];
         double squares = 0;
         for (const auto& direction : restarts) {
-            // The arc tangent keeps its precision where the cosine is close to one; a restart
-            // without any energy counts as pointing nowhere, at a right angle.
+            // The arc tangent is precise for small angles. A restart without energy counts as
+            // a right angle.
             const float along = glm::dot(direction[g], mean);
             const float across = glm::length(glm::cross(direction[g], mean));
             const double angle_rad = along == 0 && across == 0

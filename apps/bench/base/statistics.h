@@ -8,7 +8,7 @@
 
 namespace aula::bench {
 
-/// Width of the bins that figures of merit are taken over, and of the groups of them.
+/// Width of the bins of all figures, and the number of bins in a group.
 inline constexpr double kBin_s = 0.01;
 inline constexpr std::size_t kGroupBins = 5;
 
@@ -20,25 +20,25 @@ struct BinRange {
     std::size_t count() const { return end - first; }
 };
 
-/// The bins of 50 to 500 ms, as far as there are `bin_count`.
+/// The bins from 50 to 500 ms, of `bin_count` at most.
 BinRange late_bins(std::size_t bin_count);
 
-/// What the estimators find, without direct sound and image sources: energy per bin of kBin_s,
-/// summed over the octave bands, up to 500 ms. 1/m2
+/// The estimators' part of a response, without direct sound and image sources: energy per bin of
+/// kBin_s, summed over the octave bands, up to 500 ms. 1/m2
 std::vector<double> estimated_energy(const EnergyResponse& response);
 
 /// The same for the direction sums, per group of bins.
 std::vector<Vec3> estimated_direction(const EnergyResponse& response);
 
-/// Standard deviation over the restarts over their mean, the mean of it over bins:
-/// `restarts[i][bin]`, at least two. Bins that are empty in every restart are left out.
+/// Relative standard deviation over the restarts, averaged over bins: `restarts[i][bin]`, at least
+/// two. Bins that are empty in all restarts are excluded.
 double relative_deviation(const std::vector<std::vector<double>>& restarts, BinRange bins);
 
-/// Standard deviation in degrees of the direction round its mean over the restarts, the mean of it
-/// over the groups of `bins`: `restarts[i][group]`, at least two.
+/// Standard deviation of the direction about its mean over the restarts, in degrees, averaged over
+/// the groups of `bins`: `restarts[i][group]`, at least two.
 double direction_deviation_deg(const std::vector<std::vector<Vec3>>& restarts, BinRange bins);
 
-/// Energy over the reference's in groups of bins, the mean over restarts and groups.
+/// Energy over that of the reference in groups of bins, averaged over restarts and groups.
 double energy_ratio(const std::vector<std::vector<double>>& restarts,
                     std::span<const double> reference, BinRange bins);
 

@@ -18,7 +18,7 @@ double time_us(clockid_t clock) {
 void BlockTimes::round(bool all_threads, std::size_t warm_up,
                        const std::function<void()>& process) {
     const clockid_t clock = all_threads ? CLOCK_PROCESS_CPUTIME_ID : CLOCK_THREAD_CPUTIME_ID;
-    // Those that warm up are timed too: the clock has to warm up with them.
+    // The warm-up includes the clock.
     std::vector<double> times_us(warm_up + blocks_);
     double began_us = time_us(clock);
     for (double& spent_us : times_us) {

@@ -10,7 +10,7 @@ namespace aula::bench {
 
 inline constexpr double kConvolutionRate_hz = 48000;
 
-/// What is to be convolved: every source into every channel.
+/// A convolution of every source into every channel.
 struct ConvolutionCase {
     std::size_t sources = 1;
     std::size_t channels = 1;
@@ -22,7 +22,7 @@ struct ConvolutionCase {
 
 using ConvolutionFilters = std::vector<std::vector<std::vector<float>>>;  // [source][channel][tap]
 
-/// One block of noise from each source, and room for a block of each channel.
+/// One block of noise per source, and one block of output per channel.
 struct ConvolutionSignals {
     ConvolutionSignals(const ConvolutionCase& c, std::uint64_t seed);
 

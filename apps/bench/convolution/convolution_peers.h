@@ -11,17 +11,17 @@ namespace aula::bench {
 /// Another convolver.
 struct ConvolutionPeer {
     std::string name;
-    bool uses_threads = false;  ///< of its own, whose time counts, too
+    bool uses_threads = false;  ///< separate threads, whose CPU time counts
 
-    /// Takes the filters; what it returns convolves a block of the signals. Throws Error where the
-    /// library refuses.
+    /// Sets the filters and returns a function that convolves a block of the signals. Throws Error
+    /// if the library refuses.
     std::function<std::function<void()>(const ConvolutionCase& c, const ConvolutionFilters& filters,
                                         const ConvolutionSignals& signals)>
         start;
 };
 
-/// The textbook's uniform partitions over each FFT library, and zita-convolver with uniform and
-/// with its own partitions, as far as they were found when building.
+/// Uniform partitions over each FFT library, and zita-convolver with uniform and with its own
+/// partitions, as far as they were found at build time.
 std::vector<ConvolutionPeer> convolution_peers();
 
 }  // namespace aula::bench

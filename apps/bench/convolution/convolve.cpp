@@ -21,8 +21,8 @@ namespace {
 
 constexpr double kExchange_hz = 30;
 
-// Filters that are exchanged in turn: so many that a level that takes only every fifth or sixth of
-// them does not find the same one again.
+// Filters exchanged in turn. A level that takes only every fifth or sixth of them meets different
+// ones.
 constexpr unsigned kFilters = 7;
 
 struct Channels {
@@ -55,8 +55,8 @@ std::vector<ConvolutionFilter> make_filters(const ConvolutionCase& c, const Conv
     return filters;
 }
 
-/// Aula's convolver, exchanging `filters` in turn if there are several; the fade is as long as the
-/// renderer's.
+/// Aula's convolver, which exchanges `filters` in turn if there are several, with the renderer's
+/// fade.
 std::function<void()> start_aula(const ConvolutionCase& c, const ConvolutionShape& shape,
                                  const std::vector<ConvolutionFilter>& filters,
                                  const ConvolutionSignals& signals) {
@@ -82,7 +82,7 @@ std::function<void()> start_aula(const ConvolutionCase& c, const ConvolutionShap
     };
 }
 
-/// Bytes of spectra that a block is made from.
+/// Bytes of spectra that a block reads.
 double bytes_of_block(const ConvolutionShape& shape, std::size_t block) {
     double bytes = 0;
     for (const PartitionLevel& level : partition_levels(shape)) {
@@ -133,7 +133,7 @@ std::string text_of(const ConvolutionCase& c) {
            std::to_string(c.taps()) + " taps, blocks of " + std::to_string(c.block);
 }
 
-/// One convolver of a case, measured.
+/// One convolver of a case and its times.
 struct Contestant {
     std::string name;
     double exchange_hz;
@@ -147,7 +147,7 @@ struct Contestant {
 void measure_case(const ConvolutionCase& c, std::uint64_t seed, int rounds,
                   std::vector<Row>& rows) {
     const ConvolutionSignals signals(c, seed);
-    // Whole frames of the longest partitions; those that do the same in each block need few.
+    // Whole segments of the longest partitions. Uniform convolvers need few blocks.
     constexpr std::size_t kLongest = 8192;
     const std::size_t frame = kLongest / c.block;
     std::vector<Contestant> contestants;
@@ -196,7 +196,7 @@ void measure_case(const ConvolutionCase& c, std::uint64_t seed, int rounds,
             row.figures.end(),
             {{"exchange_hz", contestant.exchange_hz},
              {"mean_us", mean_us},
-             // Threads do their work whenever they are given the time.
+             // Separate threads compute at times of the scheduler's choice.
              {"worst_us", contestant.all_threads ? Value{} : Value{worst * mean_us}},
              {"ratio", own ? 1.0 : aula_us[0] / mean_us},
              {"half_ratio", own ? Value{} : Value{aula_us[1] / mean_us}},
@@ -207,7 +207,7 @@ void measure_case(const ConvolutionCase& c, std::uint64_t seed, int rounds,
     }
 }
 
-/// The transforms of whole filters alone, from the taps to places of their own for the spectra.
+/// The transforms of whole filters alone, from the taps to separate spectra.
 class Transforms {
  public:
     Transforms(const ConvolutionCase& c, const ConvolutionShape& shape)
@@ -293,7 +293,7 @@ std::vector<Row> measure_preparing(const Settings& settings, const ConvolutionSw
     const std::uint64_t seed = settings.seed.value_or(1);
     for (const ConvolutionCase& c : cases_of(sweep)) {
         settings.progress("prepare: " + text_of(c));
-        // Of each response the samples from a share on are exchanged with another one's.
+        // The last part of each response is replaced by that of another one.
         const std::array<ConvolutionFilters, 2> responses{decaying_noise(c, seed),
                                                           decaying_noise(c, seed + 1)};
         for (const double share : {1.0, 0.2, 0.0}) {
@@ -302,7 +302,7 @@ std::vector<Row> measure_preparing(const Settings& settings, const ConvolutionSw
                 std::lround((1 - share) * static_cast<double>(c.taps())));
             const ConvolutionShape shape = shape_of(c, false);
             FilterTransform transform(shape);
-            // As many as circulate between the threads.
+            // As many as circulate between threads.
             std::vector<ConvolutionFilter> filters(kFilters, ConvolutionFilter(shape));
             std::vector<Transforms> transforms(kFilters, Transforms(c, shape));
             double least_us = 1e9;
@@ -318,7 +318,7 @@ std::vector<Row> measure_preparing(const Settings& settings, const ConvolutionSw
                 fill(transform, changing, filters[round % kFilters]);
                 const double spent_us = time_us(CLOCK_THREAD_CPUTIME_ID) - began_us;
                 const double alone_us = transforms[round % kFilters].time_us_of(changing);
-                // The first ones get their memory.
+                // The first rounds allocate.
                 if (round < kFilters) continue;
                 least_us = std::min(least_us, spent_us);
                 fft_us = std::min(fft_us, alone_us);

@@ -15,13 +15,13 @@ struct FftPair {
     std::function<void(std::complex<float>* spectrum, float* signal)> inverse;
 };
 
-/// A packaged library.
+/// An FFT library.
 struct FftLibrary {
     std::string name;
     std::function<FftPair(std::size_t size)> plan;
 };
 
-/// KissFFT, and FFTW where it was found when building.
+/// KissFFT, and FFTW if it was found at build time.
 std::vector<FftLibrary> fft_libraries();
 
 }  // namespace aula::bench

@@ -10,10 +10,9 @@
 
 namespace aula::bench {
 
-/// The textbook's convolver, kept plain to compare with: partitions of one block (overlap-save),
-/// one spectrum of each input and one inverse transform of each output a block, and the sum of
-/// products over all inputs and partitions in between. Every pair of input and output has its
-/// filter.
+/// Uniformly partitioned convolution (overlap-save) in its plain form, as a baseline: per block one
+/// spectrum of each input, one inverse transform of each output, and the sum of products over all
+/// inputs and partitions. Each pair of input and output has a filter.
 class UniformConvolver {
  public:
     UniformConvolver(const FftLibrary& library, std::size_t inputs, std::size_t outputs,
@@ -33,8 +32,8 @@ class UniformConvolver {
     std::size_t block_;
     std::size_t partitions_;
     FftPair fft_;
-    std::vector<AlignedVector<float>> windows_;  ///< [input], the block before and the one in hand
-    std::vector<Spectrum> history_;              ///< [input * partitions + ring place]
+    std::vector<AlignedVector<float>> windows_;  ///< [input], the previous block and this one
+    std::vector<Spectrum> history_;              ///< [input * partitions + ring index]
     std::vector<Spectrum> filters_;              ///< [(output * inputs + input) * partitions + age]
     std::size_t newest_ = 0;
     Spectrum sum_;

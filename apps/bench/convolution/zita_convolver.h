@@ -6,11 +6,11 @@
 
 namespace aula::bench {
 
-/// zita-convolver with partitions of one block, all in the calling thread, or with partitions that
-/// grow as it likes, in threads of its own that it waits for.
+/// zita-convolver, either with partitions of one block in the calling thread, or with growing
+/// partitions in separate threads, which each call waits for.
 class ZitaConvolver {
  public:
-    /// Throws Error where zita-convolver refuses.
+    /// Throws Error if zita-convolver refuses.
     ZitaConvolver(std::size_t inputs, std::size_t outputs, std::size_t block, std::size_t taps,
                   bool uniform);
     ~ZitaConvolver();

@@ -9,15 +9,15 @@
 
 namespace aula::bench {
 
-/// The oracle that estimators are measured against: plain path tracing with next-event estimation
-/// to the receivers' points. It finds the same part as the estimators: every path with a diffuse
-/// reflection, and the purely specular ones above the image sources' order. Independent of them
-/// but for the ray queries and the sampling of directions. Deterministic for any number of threads.
+/// The reference of all comparisons: path tracing with next-event estimation to the receivers. It
+/// covers the same paths as the estimators: those with a diffuse reflection, and purely specular
+/// ones above the order of the image sources. It shares only ray queries and the sampling of
+/// directions with them. Deterministic for any number of threads.
 class Reference {
  public:
-    /// Paths that end in a mirror are averaged over a sphere of this radius R. The average differs
-    /// from the point by R^2 / 10 times the fluence's Laplacian: by R^2 / (5 d^2) for an image
-    /// source d metres away, 0.02 % at 8 m, where the late response begins.
+    /// Radius R of the sphere over which paths that end in a mirror are averaged. The mean differs
+    /// from the value at the centre by R^2 / 10 times the Laplacian of the fluence: by R^2 / (5
+    /// d^2) for an image source at d metres, 0.02 % at 8 m, where the late response begins.
     static constexpr float kDetectorRadius_m = 0.25F;
 
     struct Estimate {
@@ -26,7 +26,7 @@ class Reference {
     };
 
     /// Fluence at `receivers` from a source at `emitter`, in `bin_count` bins of kBin_s, with the
-    /// scene's objects where they are at `time_s`.
+    /// scene's objects at their positions at `time_s`.
     Reference(const Scene& scene, const Simulation& simulation, double time_s, const Vec3& emitter,
               std::vector<Vec3> receivers, std::size_t bin_count);
 
@@ -45,7 +45,7 @@ class Reference {
     double relative_error(std::size_t receiver, BinRange bins) const;
 
  private:
-    /// Strands are independent estimates of the same; their spread gives the standard error.
+    /// Independent estimates, whose spread gives the standard error.
     static constexpr std::size_t kStrands = 64;
     static constexpr std::uint64_t kBatchRays = 256;
 

@@ -8,7 +8,7 @@ namespace aula::bench {
 
 namespace {
 
-/// The corner i of n on the way between two points; the same bits from either end.
+/// The point i / n of the way from a to b, with the same bits from either end.
 Vec3 between(Vec3 a, Vec3 b, std::uint32_t i, std::uint32_t n) {
     const auto order = [](const Vec3& p) { return std::array{p.x, p.y, p.z}; };
     if (order(b) < order(a)) {
@@ -31,7 +31,7 @@ void divide(Object& object, std::uint32_t n) {
         const Vec3& a = vertices[triangles[t][0]];
         const Vec3& b = vertices[triangles[t][1]];
         const Vec3& c = vertices[triangles[t][2]];
-        // Row r of corners runs from edge ab to edge ac; r of its r + 1 corners end the row before.
+        // Row r runs from edge ab to edge ac and has r + 1 corners.
         auto row = static_cast<std::uint32_t>(object.vertices.size());
         object.vertices.push_back(a);
         for (std::uint32_t r = 1; r <= n; ++r) {

@@ -6,8 +6,9 @@
 
 namespace aula::bench {
 
-/// Divides every triangle of a scene into n^2 alike ones, n the least that gives `triangles`
-/// altogether. The surface stays where it was, and as tight: pieces share their corners to the bit.
+/// Divides every triangle of a scene into n^2 congruent ones, with the least n that gives at least
+/// `triangles` in total. The surface keeps its shape and stays closed: neighbours share corners to
+/// the bit.
 void tessellate(Scene& scene, std::size_t triangles);
 
 }  // namespace aula::bench
