@@ -33,11 +33,11 @@ void Convolver::process(std::span<const float* const> inputs, std::span<float* c
     assert(samples <= shape_.block);
     if (samples > 0) started_ = true;
     for (std::size_t done = 0; done < samples;) {
-        // Frames of all levels end where partitions of the first end.
+        // Segments of all levels end where partitions of the first level end.
         const std::size_t part = std::min(samples - done, head_.room());
-        const ConvolutionFilter* const heard = head_.heard();
+        const ConvolutionFilter* const filter = head_.current();
         head_.process(inputs, outputs, done, part);
-        for (TailLevel& tail : tails_) tail.process(inputs, outputs, done, part, heard);
+        for (TailLevel& tail : tails_) tail.process(inputs, outputs, done, part, filter);
         done += part;
     }
 }

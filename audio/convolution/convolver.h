@@ -10,33 +10,37 @@
 
 namespace aula {
 
-/// Convolution without latency: output sample n hears input sample n. Filters are cut into levels
-/// of partitions (partition_levels.h): the first, of a block, is done at once; the work of the
-/// others is spread evenly over the calls. Calls of any size up to a block; whole blocks are the
-/// cheapest. A filter is exchanged by raised-cosine crossfades of the outputs, level by level, all
-/// heard through the whole history of the inputs: the first level fades from the next sample on,
-/// the others when that is done, one after another, so that no block bears it all. [audio thread,
-/// but for the constructor]
+/// Non-uniformly partitioned overlap-save convolution without latency (Gardner 1995; Garcia 2002):
+/// output sample n includes input sample n. Filters are cut into levels of equal partitions
+/// (partition_levels.h). The first level, with partitions of a block, is computed within the call;
+/// the work of the others is spread evenly over the calls. A call takes any number of samples up to
+/// a block; whole blocks are the cheapest.
+///
+/// A filter is exchanged by raised-cosine crossfades between outputs, each computed from the whole
+/// history of the inputs. The first level fades from the next sample on, the others after it, one
+/// after another, so that the cost is spread over blocks. [audio thread, except the constructor]
 class Convolver {
  public:
-    /// `fade_samples` is for the first level, the others fade over a partition of their own.
+    /// The first level fades over `fade_samples`, every other level over one of its partitions.
     Convolver(const ConvolutionShape& shape, std::size_t fade_samples);
 
-    /// Plays on through `filter`, which must live as long as it is used; not to be called while
-    /// fading(). Before the first sample a filter is taken as it is, the first one after that fades
-    /// in from silence. A level that is still busy with a filter takes the newest when it is ready.
+    /// Exchanges the current filter for `filter`, which must live while uses(filter). Must not be
+    /// called while fading(). Before the first sample a filter takes effect immediately; the first
+    /// filter after that fades in from silence. A level that is still fading takes the newest
+    /// filter afterwards.
     void exchange(const ConvolutionFilter* filter) noexcept AULA_NONBLOCKING;
 
     /// Whether the first level is fading.
     bool fading() const noexcept AULA_NONBLOCKING { return head_.fading(); }
 
-    /// Filters in use at most: each level has one that is heard and one that fades in.
+    /// Largest number of filters in use: a current one and a next one per level.
     std::size_t most_filters() const noexcept { return 2 * (1 + tails_.size()); }
 
-    /// Whether any level needs a filter still.
+    /// Whether any level still uses a filter.
     bool uses(const ConvolutionFilter* filter) const noexcept AULA_NONBLOCKING;
 
-    /// Overwrites the outputs.
+    /// Convolves `samples` samples (at most a block) of inputs[input][sample] and overwrites
+    /// outputs[output][sample].
     void process(std::span<const float* const> inputs, std::span<float* const> outputs,
                  std::size_t samples) noexcept AULA_NONBLOCKING;
 

@@ -13,12 +13,12 @@
 
 namespace aula {
 
-/// Spectra of the newest windows of every input at one level.
-class SpectralHistory {
+/// Frequency-domain delay line: spectra of the newest windows of every input at one level.
+class FrequencyDomainDelayLine {
  public:
-    SpectralHistory(std::size_t inputs, const PartitionLevel& level);
+    FrequencyDomainDelayLine(std::size_t inputs, const PartitionLevel& level);
 
-    /// Makes room for new windows, of age 0, in place of the oldest.
+    /// Increments the age of all windows. Those of age 0 replace the oldest and are to be written.
     void advance() noexcept AULA_NONBLOCKING { newest_ = newest_ == 0 ? ages_ - 1 : newest_ - 1; }
 
     float* spectrum(std::size_t input, std::size_t age) noexcept AULA_NONBLOCKING {
@@ -32,16 +32,14 @@ class SpectralHistory {
     AlignedVector<float> spectra_;
 };
 
-/// The products of one level that are to be summed up for the filter that is heard, `current`, and
-/// for the one that fades in, `next`; a null filter is silence. Partitions that both have are
-/// multiplied once.
+/// Sums of products of spectra at one level for the filter that fades out, `current`, and the one
+/// that fades in, `next`. A null filter is silence. Partitions that both share are multiplied once.
 class LevelSums {
  public:
     LevelSums(const ConvolutionShape& shape, const PartitionLevel& level, std::size_t index);
 
-    /// Lists the products of the partitions first to last - 1; without a next filter it is null,
-    /// like current.
-    void collect(SpectralHistory& history, const ConvolutionFilter* current,
+    /// Lists the products of the partitions [first, last).
+    void collect(FrequencyDomainDelayLine& history, const ConvolutionFilter* current,
                  const ConvolutionFilter* next, std::size_t first,
                  std::size_t last) noexcept AULA_NONBLOCKING;
 
@@ -49,27 +47,27 @@ class LevelSums {
         return shared_.count + current_only_.count + next_only_.count;
     }
 
-    /// Whether current and next have different sums.
+    /// Whether the sums of current and next differ.
     bool differs() const noexcept AULA_NONBLOCKING {
         return current_only_.count > 0 || next_only_.count > 0;
     }
 
-    /// Sets, or adds to, the sums [chunk][output] of a range of chunks; those of next only where
-    /// `with_next`.
+    /// Sets, or adds to, the sums [chunk][output] of the chunks [first_chunk, last_chunk); those of
+    /// next only if `with_next`.
     void set(std::size_t first_chunk, std::size_t last_chunk, bool with_next, float* current,
              float* next) const noexcept AULA_NONBLOCKING;
     void add(std::size_t first_chunk, std::size_t last_chunk, bool with_next, float* current,
              float* next) const noexcept AULA_NONBLOCKING;
 
-    /// set() in slices of a few products, to be done in order for each range of chunks; sums of
-    /// next only where differs().
+    /// set() in slices of a few products, which run in ascending order for each range of chunks;
+    /// sums of next only if differs().
     std::size_t slices() const noexcept AULA_NONBLOCKING;
-    std::size_t products_of(std::size_t slice) const noexcept AULA_NONBLOCKING;
+    std::size_t products_in_slice(std::size_t slice) const noexcept AULA_NONBLOCKING;
     void set_slice(std::size_t slice, std::size_t first_chunk, std::size_t last_chunk,
                    float* current, float* next) const noexcept AULA_NONBLOCKING;
 
  private:
-    /// Room for all products there can be.
+    /// Terms of a sum, with capacity for all partitions of the level.
     struct Terms {
         std::vector<SpectralTerm> terms;
         std::size_t count = 0;
@@ -87,28 +85,28 @@ class LevelSums {
     Terms next_only_;
 };
 
-/// The first level: partitions of a block, heard at once. An exchange fades from any sample on.
+/// The first level: partitions of a block, without latency. An exchange can begin at any sample.
 class HeadLevel {
  public:
     HeadLevel(const ConvolutionShape& shape, const PartitionLevel& level, std::size_t fade_samples);
 
-    /// Samples left of the partition in hand.
+    /// Samples until the end of the present partition.
     std::size_t room() const noexcept AULA_NONBLOCKING { return level_.size - filled_; }
 
     void start_with(const ConvolutionFilter* filter) noexcept AULA_NONBLOCKING {
         current_ = filter;
-        tail_ready_ = false;
+        past_ready_ = false;
     }
     void exchange(const ConvolutionFilter* filter) noexcept AULA_NONBLOCKING;
     bool fading() const noexcept AULA_NONBLOCKING { return next_ != nullptr; }
 
-    /// The filter that is heard, or fading out.
-    const ConvolutionFilter* heard() const noexcept AULA_NONBLOCKING { return current_; }
+    /// The filter in use; during a fade the one that fades out.
+    const ConvolutionFilter* current() const noexcept AULA_NONBLOCKING { return current_; }
     bool uses(const ConvolutionFilter* filter) const noexcept AULA_NONBLOCKING {
         return filter == current_ || filter == next_;
     }
 
-    /// Overwrites samples of the outputs from `offset` on, at most room().
+    /// Overwrites samples [offset, offset + samples) of the outputs; `samples` is at most room().
     void process(std::span<const float* const> inputs, std::span<float* const> outputs,
                  std::size_t offset, std::size_t samples) noexcept AULA_NONBLOCKING;
 
@@ -119,26 +117,26 @@ class HeadLevel {
     std::size_t outputs_;
     PartitionLevel level_;
     BlockTransform transform_;
-    SpectralHistory history_;
-    LevelSums before_;  ///< products of the windows before
-    LevelSums now_;     ///< products of the window in hand
+    FrequencyDomainDelayLine history_;
+    LevelSums past_;     ///< products of the previous windows
+    LevelSums present_;  ///< products of the present window
     const ConvolutionFilter* current_ = nullptr;
     const ConvolutionFilter* next_ = nullptr;
     Fade fade_;  ///< to the next filter's output
 
-    std::size_t filled_ = 0;        ///< samples of the partition in hand that are there
-    bool tail_ready_ = false;       ///< the sums of the windows before are those of this partition
-    AlignedVector<float> windows_;  ///< [input][partition before, partition in hand]
-    AlignedVector<float> tail_, next_tail_;  ///< sums of the windows before
+    std::size_t filled_ = 0;        ///< samples received of the present partition
+    bool past_ready_ = false;       ///< past_sums_ are valid for the present partition
+    AlignedVector<float> windows_;  ///< [input][previous partition, present partition]
+    AlignedVector<float> past_sums_, next_past_sums_;  ///< sums of the previous windows
     AlignedVector<float> sums_, next_sums_;
-    AlignedVector<float> work_, heard_, faded_in_;
+    AlignedVector<float> work_, output_, next_output_;
 };
 
-/// A level whose frames are computed while the next frame of input comes in, and heard in the frame
-/// after that: its work is cut into small pieces, done at an even pace. A filter is exchanged at
-/// the start of a frame: the frame that is then computed goes over to it by a crossfade while it is
-/// heard; of those that came in the meantime, the newest is taken. No two levels start frames in
-/// the same block.
+/// A level whose latency is two segments of one partition's length each: a segment of input is
+/// received, then convolved while the next one is received, and its output is played in the segment
+/// after that. The work is divided into small tasks at an even pace. A filter is exchanged at the
+/// start of a segment: the output computed in that segment crossfades to the newest filter. No two
+/// levels start segments in the same block.
 class TailLevel {
  public:
     TailLevel(const ConvolutionShape& shape, const PartitionLevel& level, std::size_t index);
@@ -150,63 +148,63 @@ class TailLevel {
         return filter == current_ || filter == next_;
     }
 
-    /// Adds to samples of the outputs from `offset` on, not beyond the end of a frame. `newest` is
-    /// the filter to exchange to.
+    /// Adds to samples [offset, offset + samples) of the outputs, not beyond the end of a segment.
+    /// The next segment uses `newest`.
     void process(std::span<const float* const> inputs, std::span<float* const> outputs,
                  std::size_t offset, std::size_t samples,
                  const ConvolutionFilter* newest) noexcept AULA_NONBLOCKING;
 
  private:
-    void start_frame(const ConvolutionFilter* newest) noexcept AULA_NONBLOCKING;
-    void finish_frame() noexcept AULA_NONBLOCKING;
+    void start_segment(const ConvolutionFilter* newest) noexcept AULA_NONBLOCKING;
+    void finish_segment() noexcept AULA_NONBLOCKING;
     void work_until(double due) noexcept AULA_NONBLOCKING;
-    void transform_input(std::size_t piece) noexcept AULA_NONBLOCKING;
-    void sum_products(std::size_t piece) noexcept AULA_NONBLOCKING;
-    void transform_output(std::size_t piece) noexcept AULA_NONBLOCKING;
+    void transform_input(std::size_t task) noexcept AULA_NONBLOCKING;
+    void sum_products(std::size_t task) noexcept AULA_NONBLOCKING;
+    void transform_output(std::size_t task) noexcept AULA_NONBLOCKING;
 
-    /// A frame of an input, `age` frames ago; 0 is the one that comes in.
+    /// The input segment received `age` segments ago; age 0 is the one being received.
     float* window(std::size_t age, std::size_t input) noexcept AULA_NONBLOCKING {
-        constexpr std::size_t kFrames = 3;
+        constexpr std::size_t kSegments = 3;
         return windows_.data() +
-               ((incoming_ + kFrames - age) % kFrames * inputs_ + input) * level_.size;
+               ((incoming_ + kSegments - age) % kSegments * inputs_ + input) * level_.size;
     }
 
     std::size_t inputs_;
     std::size_t outputs_;
     PartitionLevel level_;
     BlockTransform transform_;
-    SpectralHistory history_;
+    FrequencyDomainDelayLine history_;
     LevelSums sums_;
     const ConvolutionFilter* current_ = nullptr;
     const ConvolutionFilter* next_ = nullptr;
-    std::vector<float> fade_;  ///< raised cosine over a frame
-    double product_cost_;      ///< of a chunk, with filters that have been heard
-    double exchanging_cost_;   ///< of a chunk, with filters that are being exchanged
-    double step_cost_;         ///< of a step of a transform
+    std::vector<float> fade_;  ///< raised cosine over a segment
+    double product_cost_;      ///< cost of a chunk's product with an unchanged filter
+    double exchanging_cost_;   ///< cost of a chunk's product during an exchange
+    double step_cost_;         ///< cost of a step of a transform
 
-    std::size_t position_;          ///< samples of the frame that have come in
-    std::size_t incoming_ = 0;      ///< place of the frame that comes in
-    AlignedVector<float> windows_;  ///< [place][input][sample], three frames
+    std::size_t position_;          ///< samples received of the present segment
+    std::size_t incoming_ = 0;      ///< index of the segment being received
+    AlignedVector<float> windows_;  ///< [segment][input][sample], three segments
 
-    // The work of a frame: pieces in order, and what those done and all have cost.
-    std::size_t sum_groups_;      ///< of chunks
-    std::size_t sum_pieces_ = 0;  ///< [group][slice]
-    std::size_t output_pieces_ = 0;
-    std::size_t pieces_done_;
+    // The work of a segment: a sequence of tasks (input transforms, sums, output transforms).
+    std::size_t sum_groups_;     ///< groups of chunks
+    std::size_t sum_tasks_ = 0;  ///< [group][slice]
+    std::size_t output_tasks_ = 0;
+    std::size_t tasks_done_;
     double cost_done_ = 0;
-    double cost_of_frame_ = 0;
-    double cost_of_product_ = 0;  ///< of the chunks of a group
+    double segment_cost_ = 0;
+    double group_product_cost_ = 0;  ///< cost of a product of a group's chunks
     AlignedVector<float> current_sums_, next_sums_;
     AlignedVector<float> work_;
 
-    /// A frame of the outputs, [output][sample].
-    struct Frame {
+    /// A segment of the outputs, [output][sample].
+    struct OutputSegment {
         AlignedVector<float> samples;
-        AlignedVector<float> faded_in;  ///< what is faded to, if anything is
+        AlignedVector<float> next;  ///< output of the next filter, if `fades`
         bool fades = false;
     };
-    Frame heard_;
-    Frame computed_;  ///< heard in the next frame
+    OutputSegment playing_;
+    OutputSegment computed_;  ///< played in the next segment
 };
 
 }  // namespace aula

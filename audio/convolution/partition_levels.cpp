@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kSmallest = 16;
 constexpr std::size_t kLargest = 8192;
 
-/// Levels of the given sizes, each from where it can start to where the next one starts.
+/// Levels of the given sizes. Each starts at its earliest tap and ends where the next one starts.
 std::vector<PartitionLevel> levels_of(const ConvolutionShape& shape,
                                       const std::vector<std::size_t>& sizes) {
     std::vector<PartitionLevel> levels;
@@ -35,7 +35,7 @@ std::vector<PartitionLevel> levels_of(const ConvolutionShape& shape,
     return levels;
 }
 
-/// Of a sample.
+/// Cost per sample, ns.
 double cost(const ConvolutionShape& shape, const std::vector<PartitionLevel>& levels) {
     double sum = 0;
     for (const PartitionLevel& level : levels) {
@@ -51,15 +51,15 @@ double cost(const ConvolutionShape& shape, const std::vector<PartitionLevel>& le
 
 }  // namespace
 
-// Nanoseconds as measured with AVX-512 at 3.3 GHz: 0.1 a sample and doubling of the size.
+// Measured with AVX-512 at 3.3 GHz: 0.1 ns per sample and doubling of the size.
 double transform_cost(std::size_t size) {
     return 0.1 * static_cast<double>(size) * std::log2(static_cast<double>(size));
 }
 
-// Products are bound by reading filters and inputs, at so many GB/s while a level stays in the
-// caches and beyond. Of filters that are exchanged the new one comes from another core's cache:
-// at rates that make the pieces of a frame take like times (AVX-512, 1 to 8 inputs, 2 to 16
-// outputs).
+// Products are limited by the bandwidth, in GB/s, at which filters and inputs are read from the
+// caches or from memory. During an exchange the new filter comes from another core's cache. The
+// rates are chosen such that all tasks of a segment take similar times (AVX-512, 1 to 8 inputs, 2
+// to 16 outputs).
 double product_cost(const ConvolutionShape& shape, const PartitionLevel& level, bool exchanging) {
     constexpr double kCached_bytes = 4e6;
     const double filter_bytes = kChunk_floats * (level.half_precision ? 2.0 : 4.0);
@@ -84,7 +84,7 @@ std::vector<PartitionLevel> partition_levels(const ConvolutionShape& shape) {
             best = std::move(levels);
         }
     };
-    // Depth first through all ascending sizes.
+    // Depth-first search over all ascending sequences of sizes.
     const std::function<void(std::vector<std::size_t>&)> extend =
         [&](std::vector<std::size_t>& sizes) {
             consider(sizes);

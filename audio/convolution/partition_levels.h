@@ -5,37 +5,37 @@
 
 namespace aula {
 
-/// The measure of a convolution of several inputs into several outputs; filters, transforms and
-/// convolvers that work together share it.
+/// Dimensions of a convolution of several inputs into several outputs, common to a convolver, its
+/// filters and their transform.
 struct ConvolutionShape {
     std::size_t inputs = 1;
     std::size_t outputs = 1;
-    std::size_t block = 256;           ///< largest number of samples of a call, at most 8192
-    std::size_t taps = 1;              ///< of the longest filter
+    std::size_t block = 256;           ///< largest number of samples per call, at most 8192
+    std::size_t taps = 1;              ///< length of the longest filter, samples
     bool half_precision_tail = false;  ///< all levels but the first: half the memory, -74 dB error
 };
 
-/// A run of equal partitions of the filters.
+/// A sequence of filter partitions of equal size.
 struct PartitionLevel {
-    std::size_t size = 0;       ///< taps of a partition
-    std::size_t first_tap = 0;  ///< 0, or 2 size: a frame of input, a frame of computing
-    std::size_t count = 0;      ///< partitions
+    std::size_t size = 0;       ///< taps per partition
+    std::size_t first_tap = 0;  ///< 0, or 2 size: one segment to receive, one to compute
+    std::size_t count = 0;      ///< number of partitions
     bool half_precision = false;
 
     std::size_t end_tap() const { return first_tap + count * size; }
 };
 
-/// At most as many levels.
+/// Largest number of levels.
 inline constexpr std::size_t kMostLevels = 4;
 
-/// The cheapest way to cut the filters into at most kMostLevels levels. The first has partitions of
-/// a block (rounded up to a power of two, at least 16) and no latency; sizes grow from level to
-/// level, up to 8192.
+/// The partitioning of least cost into at most kMostLevels levels (Garcia 2002). The first level
+/// has partitions of a block (rounded up to a power of two, at least 16) and no latency. Sizes
+/// increase from level to level, up to 8192. Deterministic.
 std::vector<PartitionLevel> partition_levels(const ConvolutionShape& shape);
 
-/// About what the parts of the work cost on one core, relative to each other: a transform of a
-/// window, and the products of a chunk of bins with filters to all outputs, which have been heard
-/// or are being exchanged.
+/// Estimated costs on one core, ns: transform_cost() of the transform of a window, product_cost()
+/// of the products of a chunk of bins with the filters to all outputs. `exchanging`: the filter is
+/// new.
 double transform_cost(std::size_t size);
 double product_cost(const ConvolutionShape& shape, const PartitionLevel& level, bool exchanging);
 

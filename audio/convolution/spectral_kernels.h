@@ -9,48 +9,49 @@
 namespace aula {
 
 // A spectrum is stored in chunks of kChunk_bins bins: their real parts, then their imaginary parts.
-// The chunks of several spectra may be interleaved: chunks of one spectrum are `stride` floats
+// Chunks of several spectra may be interleaved; those of one spectrum are then `stride` floats
 // apart. All arrays are aligned to kAlignment_bytes.
 inline constexpr std::size_t kChunk_bins = 16;
 inline constexpr std::size_t kChunk_floats = 2 * kChunk_bins;
 
-/// A product to be summed: an input's spectrum with filters of it to all outputs, the chunks of the
-/// outputs interleaved. Filters are floats, or half-precision numbers to be multiplied by `scale`.
+/// A term of a sum: the product of an input's spectrum with its filters to all outputs, stored as
+/// [chunk][output]. Filters are floats, or half-precision numbers times `scale`.
 struct SpectralTerm {
     const float* input = nullptr;
     const void* filters = nullptr;
     float scale = 1;
 };
 
-/// Products to be summed, and how many follow in the list from the first on: those beyond `count`
-/// are to be summed next.
+/// The terms of a sum. Terms [count, available) of the list are summed next; they are prefetched.
 struct SpectralTerms {
     const SpectralTerm* first = nullptr;
     std::size_t count = 0;
-    std::size_t known = count;
+    std::size_t available = count;
 };
 
 /// The loops of the convolver for one instruction set. [audio thread, wait-free]
 struct SpectralKernels {
     const char* name;
 
-    /// Most lanes of the transforms' vectors.
+    /// Largest number of lanes of a vector.
     std::size_t lanes;
 
-    /// sums += input * filters for all terms, over a range of chunks: sums and filters are stored
-    /// as [chunk][output]. The terms' filters are floats, or half precision for the second.
+    /// sums += input * filters for all terms, over the chunks [first_chunk, last_chunk). Sums and
+    /// filters are stored as [chunk][output]; filters are floats for multiply_add, half-precision
+    /// numbers for multiply_add_half.
     using MultiplyAdd = void (*)(const SpectralTerms& terms, std::size_t outputs,
                                  std::size_t first_chunk, std::size_t last_chunk,
                                  float* sums) noexcept AULA_NONBLOCKING;
     MultiplyAdd multiply_add;
     MultiplyAdd multiply_add_half;
 
-    /// Half-precision numbers, rounded to nearest; `count` is a multiple of kChunk_bins.
+    /// out[n] = scale in[n] in half precision, rounded to nearest; `count` is a multiple of
+    /// kChunk_bins.
     void (*to_half)(const float* in, std::size_t count, float scale,
                     std::uint16_t* out) noexcept AULA_NONBLOCKING;
 
-    /// The passes of BlockTransform for one width of vectors; see there. Butterflies first to last
-    /// - 1 of a span are done.
+    /// The passes of BlockTransform for one vector width. They compute the butterflies
+    /// [first, last) of each span.
     struct Passes {
         void (*forward_first)(const float* older, const float* newer, const float* weights,
                               const float* twiddles, std::size_t vectors, bool radix_2,
@@ -75,10 +76,10 @@ struct SpectralKernels {
     Passes passes_16;  ///< if lanes >= 16
 };
 
-/// Those that this machine can run: the portable ones first, the fastest last.
+/// The kernels that this CPU supports, from the portable ones to the fastest.
 std::vector<const SpectralKernels*> available_kernels();
 
-/// The fastest.
+/// The fastest kernels that this CPU supports.
 const SpectralKernels& best_kernels();
 
 }  // namespace aula

@@ -1,6 +1,6 @@
-// The loops behind SpectralKernels. Each source file that includes this one compiles them for an
-// instruction set of its own, so everything is local to it and nothing inline comes from elsewhere:
-// the linker must not mix instruction sets.
+// The loops of SpectralKernels. Each source file that includes this header compiles them for
+// another instruction set. All definitions have internal linkage and no inline function of another
+// header is used, so that the linker cannot mix instruction sets.
 #pragma once
 
 #include "audio/convolution/spectral_kernels.h"

@@ -19,18 +19,18 @@ struct Halves {
     static Vector<kWidest> get(const std::uint16_t* p) { return load_half(p); }
 };
 
-// Complex sums of a vector each that stay in registers over all terms: what the instruction set has
-// registers for.
+// Vectors of complex sums that stay in registers over all terms, limited by the number of
+// registers.
 constexpr std::size_t kTile = kWidest == 16 ? 8 : 4;
 
-// How many terms ahead filters and inputs are fetched, beyond a tile's last the first of the next
-// one: the time to do so many is that of an access to memory.
-constexpr std::size_t kFetchAhead = 8;
+// Terms by which filters and inputs are prefetched ahead; after a tile's last term follow the first
+// ones of the next tile. Summing this many terms takes about as long as a memory access.
+constexpr std::size_t kPrefetchDistance = 8;
 
-/// Asks for chunks of kCount numbers each, `stride` apart, to come closer: into the second cache,
-/// for so much at once would push out of the first what is being worked on.
+/// Prefetches kChunks chunks of kCount numbers each, `stride` apart, into the L2 cache: in the L1
+/// cache they would displace the operands in use.
 template <std::size_t kChunks, std::size_t kCount, typename Element>
-[[gnu::always_inline]] inline void fetch(const Element* from, std::size_t stride) {
+[[gnu::always_inline]] inline void prefetch(const Element* from, std::size_t stride) {
     constexpr std::size_t kLine = 64 / sizeof(Element);
     constexpr int kSecondCache = 2;
 #pragma GCC unroll 16
@@ -42,7 +42,7 @@ template <std::size_t kChunks, std::size_t kCount, typename Element>
     }
 }
 
-/// kChunks x kOutputs x kParts vectors of kWidest bins, a part being such a piece of a chunk.
+/// Sums a tile of kChunks x kOutputs x kParts vectors of kWidest bins; kParts vectors make a chunk.
 template <typename Number, std::size_t kChunks, std::size_t kOutputs, std::size_t kParts>
 void sum_tile(const SpectralTerms& terms, std::size_t outputs, std::size_t input_offset,
               std::size_t offset, float* sums) {
@@ -70,14 +70,14 @@ void sum_tile(const SpectralTerms& terms, std::size_t outputs, std::size_t input
         const auto* const h =
             static_cast<const typename Number::Element*>(terms.first[k].filters) + offset;
         {
-            const std::size_t ahead = k + kFetchAhead;
-            const bool in_tile = ahead < terms.known;
+            const std::size_t ahead = k + kPrefetchDistance;
+            const bool in_tile = ahead < terms.available;
             const SpectralTerm& next = terms.first[in_tile ? ahead : ahead % terms.count];
-            fetch<kChunks, kOutputs * kChunk_floats>(
+            prefetch<kChunks, kOutputs * kChunk_floats>(
                 static_cast<const typename Number::Element*>(next.filters) + offset +
                     (in_tile ? 0 : next_tile),
                 stride);
-            fetch<kChunks, kChunk_floats>(
+            prefetch<kChunks, kChunk_floats>(
                 next.input + input_offset + (in_tile ? 0 : kChunks * kChunk_floats), kChunk_floats);
         }
 #pragma GCC unroll 16
@@ -118,7 +118,7 @@ void sum_tile(const SpectralTerms& terms, std::size_t outputs, std::size_t input
     }
 }
 
-/// A tile of up to kTile vectors; what a chunk has too many of in its parts is looped over.
+/// Sums a tile of up to kTile vectors, in a loop over the parts of a chunk if all do not fit.
 template <typename Number, std::size_t kChunks, std::size_t kOutputs>
 void sum_chunks(const SpectralTerms& terms, std::size_t outputs, std::size_t chunk,
                 std::size_t output, float* sums) {
@@ -135,8 +135,8 @@ void sum_chunks(const SpectralTerms& terms, std::size_t outputs, std::size_t chu
     }
 }
 
-/// Outputs in groups that fill a tile, then what is left in halves of it; for few outputs the tile
-/// is filled by several chunks.
+/// Sums groups of kOutputs outputs, then the remaining ones in groups of half the size. If kOutputs
+/// is below kTile, several chunks fill the tile.
 template <typename Number, std::size_t kOutputs>
 void sum_outputs(const SpectralTerms& terms, std::size_t outputs, std::size_t first_chunk,
                  std::size_t last_chunk, std::size_t first_output, float* sums) {

@@ -15,7 +15,7 @@ struct Twiddle {
     float im;
 };
 
-/// a times w, or times its conjugate.
+/// (re, im) times w, or times its conjugate.
 template <typename V>
 void multiply(V& re, V& im, const Twiddle& w) {
     const V old_re = re;
@@ -42,7 +42,7 @@ void butterfly_4(V (&re)[4], V (&im)[4]) {
     re[3] = difference_0_re - difference_1_re, im[3] = difference_0_im - difference_1_im;
 }
 
-/// The same with +i: swapping real and imaginary parts conjugates and turns the sums.
+/// The same with +i: swapping real and imaginary parts conjugates the coefficients.
 template <typename V>
 void butterfly_4_inverse(V (&re)[4], V (&im)[4]) {
     butterfly_4(im, re);
@@ -57,8 +57,8 @@ constexpr Twiddle kSixteenth[10] = {
     {0, -1}, {-kSin_8, -kCos_8}, {-kHalfRoot, -kHalfRoot}, {-kCos_8, -kSin_8},
     {-1, 0}, {-kCos_8, kSin_8}};
 
-/// Transform of kSize <= 16 vectors, lane by lane, decimated in frequency: the order of the results
-/// is that in which forward_small leaves and inverse_small takes them.
+/// Transform of kSize <= 16 vectors, lane by lane, decimated in frequency. The results are in
+/// digit-reversed order, which inverse_small expects.
 template <std::size_t kSize, typename V>
 [[gnu::always_inline]] inline void forward_small(V* re, V* im) {
     if constexpr (kSize == 2) {
@@ -140,31 +140,31 @@ Vector<16> interleave_high(const Vector<16>& a, const Vector<16>& b) {
 }
 #endif
 
-/// A square of lanes. Each round turns the index (row, lane) by one bit to the left; after as many
-/// rounds as a lane's number has bits, row and lane have changed places.
+/// Transposes a square of lanes. Each round rotates the bits of the index (row, lane) left by one;
+/// after log2(kLanes) rounds row and lane are swapped.
 template <std::size_t kLanes>
 [[gnu::always_inline]] inline void transpose(Vector<kLanes>* v) {
 #pragma GCC unroll 4
     for (std::size_t round = 1; round < kLanes; round *= 2) {
-        Vector<kLanes> turned[kLanes];
+        Vector<kLanes> rotated[kLanes];
 #pragma GCC unroll 16
         for (std::size_t i = 0; i < kLanes / 2; ++i) {
-            turned[2 * i] = interleave_low(v[i], v[i + kLanes / 2]);
-            turned[2 * i + 1] = interleave_high(v[i], v[i + kLanes / 2]);
+            rotated[2 * i] = interleave_low(v[i], v[i + kLanes / 2]);
+            rotated[2 * i + 1] = interleave_high(v[i], v[i + kLanes / 2]);
         }
 #pragma GCC unroll 16
-        for (std::size_t i = 0; i < kLanes; ++i) v[i] = turned[i];
+        for (std::size_t i = 0; i < kLanes; ++i) v[i] = rotated[i];
     }
 }
 
-/// Place of a vector's real parts; its imaginary parts are kChunk_bins further on.
+/// Offset of a vector's real parts, floats; its imaginary parts follow kChunk_bins floats later.
 template <std::size_t kLanes>
-constexpr std::size_t place(std::size_t vector, std::size_t stride = kChunk_floats) {
+constexpr std::size_t vector_offset(std::size_t vector, std::size_t stride = kChunk_floats) {
     const std::size_t bin = vector * kLanes;
     return bin / kChunk_bins * stride + bin % kChunk_bins;
 }
 
-/// Twiddles of a butterfly of four: w^j, w^2j, w^3j, each real and imaginary part.
+/// Twiddle factors of a radix-4 butterfly are stored as w^j, w^2j, w^3j, each real and imaginary.
 Twiddle twiddle(const float* twiddles, std::size_t j, std::size_t m) {
     return {twiddles[6 * j + 2 * (m - 1)], twiddles[6 * j + 2 * (m - 1) + 1]};
 }
@@ -175,12 +175,12 @@ struct Transform {
 
     struct Window {
         const float* older;
-        const float* newer;  ///< or null: zeros
+        const float* newer;  ///< null: zeros
         const float* weights;
 
         // (older + i newer) w
         [[gnu::always_inline]] void get(std::size_t vector, V& re, V& im) const {
-            const float* const w = weights + place<kLanes>(vector);
+            const float* const w = weights + vector_offset<kLanes>(vector);
             const V w_re = load<kLanes>(w);
             const V w_im = load<kLanes>(w + kChunk_bins);
             const V a = load_unaligned<kLanes>(older + vector * kLanes);
@@ -221,8 +221,8 @@ struct Transform {
                 window.get(j + half, b_re, b_im);
                 V re = a_re - b_re, im = a_im - b_im;
                 multiply(re, im, Twiddle{twiddles[2 * j], twiddles[2 * j + 1]});
-                put(a_re + b_re, a_im + b_im, work + place<kLanes>(j));
-                put(re, im, work + place<kLanes>(j + half));
+                put(a_re + b_re, a_im + b_im, work + vector_offset<kLanes>(j));
+                put(re, im, work + vector_offset<kLanes>(j + half));
             }
             return;
         }
@@ -236,12 +236,12 @@ struct Transform {
 #pragma GCC unroll 4
             for (std::size_t m = 0; m < 4; ++m) {
                 if (m > 0) multiply(re[m], im[m], twiddle(twiddles, j, m));
-                put(re[m], im[m], work + place<kLanes>(j + m * quarter));
+                put(re[m], im[m], work + vector_offset<kLanes>(j + m * quarter));
             }
         }
     }
 
-    template <bool kInverse, bool kTurned>
+    template <bool kInverse, bool kTwiddled>
     [[gnu::always_inline]] static void middle(const float* twiddles, std::size_t j,
                                               std::size_t vectors, std::size_t span, float* work) {
         const std::size_t quarter = span / 4;
@@ -250,10 +250,10 @@ struct Transform {
             V im[4];
 #pragma GCC unroll 4
             for (std::size_t m = 0; m < 4; ++m) {
-                const float* const p = work + place<kLanes>(first + m * quarter);
+                const float* const p = work + vector_offset<kLanes>(first + m * quarter);
                 re[m] = load<kLanes>(p);
                 im[m] = load<kLanes>(p + kChunk_bins);
-                if (kInverse && kTurned && m > 0) {
+                if (kInverse && kTwiddled && m > 0) {
                     multiply_conjugate(re[m], im[m], twiddle(twiddles, j, m));
                 }
             }
@@ -264,8 +264,9 @@ struct Transform {
             }
 #pragma GCC unroll 4
             for (std::size_t m = 0; m < 4; ++m) {
-                if (!kInverse && kTurned && m > 0) multiply(re[m], im[m], twiddle(twiddles, j, m));
-                put(re[m], im[m], work + place<kLanes>(first + m * quarter));
+                if (!kInverse && kTwiddled && m > 0)
+                    multiply(re[m], im[m], twiddle(twiddles, j, m));
+                put(re[m], im[m], work + vector_offset<kLanes>(first + m * quarter));
             }
         }
     }
@@ -295,7 +296,7 @@ struct Transform {
             V im[kLanes];
 #pragma GCC unroll 16
             for (std::size_t i = 0; i < kLanes; ++i) {
-                const std::size_t p = place<kLanes>(first + i);
+                const std::size_t p = vector_offset<kLanes>(first + i);
                 const V a = load<kLanes>(work + p), b = load<kLanes>(work + p + kChunk_bins);
                 const V w_re = load<kLanes>(twiddles + p);
                 const V w_im = load<kLanes>(twiddles + p + kChunk_bins);
@@ -307,7 +308,7 @@ struct Transform {
             forward_small<kLanes>(re, im);
 #pragma GCC unroll 16
             for (std::size_t i = 0; i < kLanes; ++i) {
-                put(re[i], im[i], spectrum + place<kLanes>(first + i, stride));
+                put(re[i], im[i], spectrum + vector_offset<kLanes>(first + i, stride));
             }
         }
     }
@@ -319,7 +320,7 @@ struct Transform {
             V im[kLanes];
 #pragma GCC unroll 16
             for (std::size_t i = 0; i < kLanes; ++i) {
-                const float* const p = spectrum + place<kLanes>(first + i, stride);
+                const float* const p = spectrum + vector_offset<kLanes>(first + i, stride);
                 re[i] = load<kLanes>(p);
                 im[i] = load<kLanes>(p + kChunk_bins);
             }
@@ -328,7 +329,7 @@ struct Transform {
             transpose<kLanes>(im);
 #pragma GCC unroll 16
             for (std::size_t i = 0; i < kLanes; ++i) {
-                const std::size_t p = place<kLanes>(first + i);
+                const std::size_t p = vector_offset<kLanes>(first + i);
                 const V w_re = load<kLanes>(twiddles + p);
                 const V w_im = load<kLanes>(twiddles + p + kChunk_bins);
                 put(re[i] * w_re + im[i] * w_im, im[i] * w_re - re[i] * w_im, work + p);
@@ -336,10 +337,10 @@ struct Transform {
         }
     }
 
-    /// The imaginary part of z w: what the newer half of the window is.
+    /// Writes the imaginary part of z w, the newer half of the window.
     [[gnu::always_inline]] static void put_newer(const V& re, const V& im, const float* weights,
                                                  std::size_t vector, float* out) {
-        const float* const w = weights + place<kLanes>(vector);
+        const float* const w = weights + vector_offset<kLanes>(vector);
         store<kLanes>(re * load<kLanes>(w + kChunk_bins) + im * load<kLanes>(w),
                       out + vector * kLanes);
     }
@@ -350,8 +351,8 @@ struct Transform {
         if (radix_2) {
             const std::size_t half = vectors / 2;
             for (std::size_t j = first; j < last; ++j) {
-                const float* const a = work + place<kLanes>(j);
-                const float* const b = work + place<kLanes>(j + half);
+                const float* const a = work + vector_offset<kLanes>(j);
+                const float* const b = work + vector_offset<kLanes>(j + half);
                 const V a_re = load<kLanes>(a), a_im = load<kLanes>(a + kChunk_bins);
                 V re = load<kLanes>(b), im = load<kLanes>(b + kChunk_bins);
                 multiply_conjugate(re, im, Twiddle{twiddles[2 * j], twiddles[2 * j + 1]});
@@ -366,7 +367,7 @@ struct Transform {
             V im[4];
 #pragma GCC unroll 4
             for (std::size_t m = 0; m < 4; ++m) {
-                const float* const p = work + place<kLanes>(j + m * quarter);
+                const float* const p = work + vector_offset<kLanes>(j + m * quarter);
                 re[m] = load<kLanes>(p);
                 im[m] = load<kLanes>(p + kChunk_bins);
                 if (m > 0) multiply_conjugate(re[m], im[m], twiddle(twiddles, j, m));

@@ -62,8 +62,8 @@ void store_half(const Vector<8>& v, std::uint16_t* p) {
 #else
 constexpr std::size_t kWidest = 4;
 
-// The bits moved to their places in a float, whose exponent has the bias 127 instead of 15: the
-// value is then too small by 2^112.
+// Shifting the fields to their positions in a float, whose exponent has the bias 127 instead of 15,
+// gives the value times 2^-112.
 Vector<4> load_half(const std::uint16_t* p) {
     using Halves [[gnu::vector_size(8), gnu::may_alias]] = std::uint16_t;
     using Bits [[gnu::vector_size(16), gnu::may_alias]] = std::uint32_t;
@@ -76,7 +76,7 @@ void store_half(const Vector<4>& v, std::uint16_t* p) {
         const float x = v[i];
         const auto bits = __builtin_bit_cast(std::uint32_t, x);
         const float size = x < 0 ? -x : x;
-        // Rounded to even. Below 2^-14 the exponent stays and the fraction gets shorter.
+        // Rounded to even. Numbers below 2^-14 are subnormal: the exponent is fixed.
         const std::uint32_t rounded = bits + 0xfffU + ((bits >> 13) & 1U);
         const std::uint32_t magnitude = size < 0x1p-14F
                                             ? static_cast<std::uint32_t>(size * 0x1p24F + 0.5F)

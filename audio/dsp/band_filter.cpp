@@ -14,25 +14,26 @@ namespace {
 constexpr std::size_t kBands = 8;
 constexpr float kLowestGain = 1e-5F;  // -100 dB
 
-// Bands pass into each other over a fifth of an octave: narrow, so that each octave's level is
-// that of its band; not abrupt, so that the response stays short.
+// Width of the crossover between bands: narrow enough that each octave has its band's level, wide
+// enough that the response stays short.
 constexpr double kTransition_octaves = 0.2;
 
-// The cepstrum of a band's weight falls off slowly; the grid it is folded on is that much finer.
+// The cepstrum of a band's weight decays slowly. A transform larger by this factor limits its
+// aliasing.
 constexpr std::size_t kRefinement = 16;
 
-/// Share of the bands above the edge between `band` and the next one, in that edge's transition.
-double share_above(double frequency_hz, std::size_t band) {
+/// Weight of the bands above the edge between `band` and the next one.
+double weight_above(double frequency_hz, std::size_t band) {
     if (frequency_hz <= 0) return 0;
     const double edge_hz = 62.5 * std::numbers::sqrt2 * std::exp2(static_cast<double>(band));
     const double position = std::log2(frequency_hz / edge_hz) / kTransition_octaves + 0.5;
     return 0.5 - 0.5 * std::cos(std::numbers::pi * std::clamp(position, 0.0, 1.0));
 }
 
-/// Weights that sum to 1 at every frequency.
+/// The weights of all bands sum to 1 at every frequency.
 double band_weight(double frequency_hz, std::size_t band) {
-    const double low = band == 0 ? 1 : share_above(frequency_hz, band - 1);
-    const double high = band + 1 == kBands ? 0 : share_above(frequency_hz, band);
+    const double low = band == 0 ? 1 : weight_above(frequency_hz, band - 1);
+    const double high = band + 1 == kBands ? 0 : weight_above(frequency_hz, band);
     return low - high;
 }
 
@@ -57,7 +58,8 @@ BandFilterDesigner::BandFilterDesigner(double sample_rate_hz, std::size_t taps)
     }
 }
 
-// Minimum phase is linear in the logarithm: log H = sum over b of ln(gain_b) basis_b.
+// The minimum-phase log response is linear in the log magnitude: log H = sum over b of
+// ln(gain_b) basis_b.
 void BandFilterDesigner::design(const std::array<float, 8>& gains, std::span<float> response) {
     assert(response.size() == taps());
     const float greatest = *std::max_element(gains.begin(), gains.end());

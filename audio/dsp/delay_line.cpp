@@ -14,9 +14,9 @@ DelayLine::DelayLine(const FractionalDelay& interpolator, std::size_t longest_sa
 
 void DelayLine::write(const float* input, std::size_t samples) noexcept {
     for (std::size_t n = 0; n < samples; ++n) {
-        const std::size_t place = (time_ + n) & (length_ - 1);
-        ring_[place] = input[n];
-        if (place < kInterpolationTaps) ring_[length_ + place] = input[n];
+        const std::size_t index = (time_ + n) & (length_ - 1);
+        ring_[index] = input[n];
+        if (index < kInterpolationTaps) ring_[length_ + index] = input[n];
     }
 }
 

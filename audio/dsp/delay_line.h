@@ -8,30 +8,32 @@
 
 namespace aula {
 
-/// The past of a signal, to be read between its samples. [audio thread, but for the constructor]
+/// Delay line with fractional delays. [audio thread, except the constructor]
 class DelayLine {
  public:
-    /// The shortest delay that can be read: the reader needs samples from both sides.
+    /// The shortest delay: the interpolator needs this many later samples.
     static constexpr double kShortest_samples = FractionalDelay::kAfter;
 
-    /// `interpolator` outlives this. Delays up to `longest_samples` can be read back to
-    /// `history_samples` before the block in hand, of at most `block` samples.
+    /// `interpolator` must outlive this object. Delays are up to `longest_samples`, offsets down to
+    /// -`history_samples`, blocks up to `block` samples.
     DelayLine(const FractionalDelay& interpolator, std::size_t longest_samples,
               std::size_t history_samples, std::size_t block);
 
-    /// Takes in the block in hand; after all readers are done with it, advance().
+    /// Stores the present block.
     void write(const float* input, std::size_t samples) noexcept AULA_NONBLOCKING;
+
+    /// Ends the present block, after all reads from it.
     void advance(std::size_t samples) noexcept AULA_NONBLOCKING { time_ += samples; }
 
-    /// What was written `delay_samples` before sample `offset` of the block in hand; an offset may
-    /// be negative.
+    /// The signal `delay_samples` before sample `offset` of the present block; offsets can be
+    /// negative.
     float read(std::ptrdiff_t offset, double delay_samples) const noexcept AULA_NONBLOCKING;
 
  private:
     const FractionalDelay& interpolator_;
-    std::size_t length_;         ///< of the ring, a power of two
-    AlignedVector<float> ring_;  ///< its first samples once more at the end, to be read in one run
-    std::size_t time_;           ///< of the first sample of the block in hand
+    std::size_t length_;         ///< length of the ring, a power of two
+    AlignedVector<float> ring_;  ///< the first samples are repeated at the end
+    std::size_t time_;           ///< time of the first sample of the present block, samples
 };
 
 }  // namespace aula

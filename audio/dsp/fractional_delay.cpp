@@ -7,7 +7,7 @@ namespace aula {
 
 namespace {
 
-// Kaiser's shape for 90 dB.
+// Shape parameter of the Kaiser window for 90 dB.
 constexpr double kBeta = 9;
 
 double windowed_sinc(double x) {

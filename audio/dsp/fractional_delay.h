@@ -9,18 +9,18 @@
 
 namespace aula {
 
-/// Reads a sampled signal between its samples: a sinc under a Kaiser window, tabulated. Up to 0.8
-/// of the Nyquist frequency the error is below -90 dB; on a sample it is zero. Immutable.
+/// Interpolates between samples with a tabulated Kaiser-windowed sinc (Laakso et al. 1996). The
+/// error is below -90 dB up to 0.8 of the Nyquist frequency, and zero at the samples. Immutable.
 class FractionalDelay {
  public:
-    /// Samples that are needed before and from the position on; position and fraction start at the
-    /// sample with this index.
+    /// Samples needed before the one at or below the position, and after it.
     static constexpr std::size_t kBefore = kInterpolationTaps / 2 - 1;
     static constexpr std::size_t kAfter = kInterpolationTaps / 2;
 
     FractionalDelay();
 
-    /// The signal at x[kBefore + fraction], 0 <= fraction < 1. [audio thread, wait-free]
+    /// The signal at x[kBefore + fraction], 0 <= fraction < 1; reads kInterpolationTaps samples.
+    /// [audio thread, wait-free]
     float read(const float* x, double fraction) const noexcept AULA_NONBLOCKING {
         const double phase = fraction * static_cast<double>(kPhases);
         const auto row = static_cast<std::size_t>(phase);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-// Sanitizers are not yet up when the loader resolves the clones.
+// The loader resolves the clones before sanitizers are initialised.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
     !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define AULA_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
@@ -15,8 +15,8 @@ namespace aula {
 
 namespace {
 
-/// A run of outputs whose sums stay in registers over all taps.
-constexpr std::size_t kRun = 64;
+/// Number of outputs whose sums stay in registers over all taps.
+constexpr std::size_t kTile = 64;
 
 }  // namespace
 
@@ -24,11 +24,11 @@ AULA_CLONES
 void filter(const float* __restrict x, const float* __restrict h, std::size_t taps,
             float* __restrict out, std::size_t samples) noexcept {
     std::size_t n = 0;
-    for (; n + kRun <= samples; n += kRun) {
-        std::array<float, kRun> sum{};
+    for (; n + kTile <= samples; n += kTile) {
+        std::array<float, kTile> sum{};
         for (std::size_t k = 0; k < taps; ++k) {
-            const float* const from = x + n - k;
-            for (std::size_t i = 0; i < kRun; ++i) sum[i] += h[k] * from[i];
+            const float* const delayed = x + n - k;
+            for (std::size_t i = 0; i < kTile; ++i) sum[i] += h[k] * delayed[i];
         }
         std::copy(sum.begin(), sum.end(), out + n);
     }
@@ -48,7 +48,7 @@ float interpolate(const float* __restrict x, const float* __restrict a, const fl
             sum[i] += x[k + i] * (a[k + i] + fraction * (b[k + i] - a[k + i]));
         }
     }
-    // Constant trip counts, so that the folding stays in vector registers.
+    // Constant trip counts keep the reduction in vector registers.
     for (std::size_t i = 0; i < 8; ++i) sum[i] += sum[i + 8];
     for (std::size_t i = 0; i < 4; ++i) sum[i] += sum[i + 4];
     return (sum[0] + sum[2]) + (sum[1] + sum[3]);

@@ -18,38 +18,37 @@ constexpr float kLargest = 1e6F;
 constexpr double kLookAhead_s = 0.004;
 constexpr double kRelease_s = 0.1;
 
-// Places between two samples where their true peak is sought: a tone at 0.8 of the Nyquist
-// frequency is at most 0.11 dB higher than at the best of them (ITU-R BS.1770 asks for half as
-// many).
+// Oversampling factor of the true-peak measurement. It underestimates a tone at 0.8 of the Nyquist
+// frequency by at most 0.11 dB (ITU-R BS.1770 requires a factor of 4).
 constexpr std::size_t kPhases = 8;
 
-// Gains are whole numbers of 2^-30, so that a running sum of them stays exact and a gain of one
-// passes the sound through bit by bit.
+// Gains are integer multiples of 2^-30: their running sum is exact, and a gain of one leaves
+// samples unchanged to the bit.
 constexpr std::int64_t kUnity = std::int64_t{1} << 30;
 
 }  // namespace
 
-// The gain that a peak needs is held over the whole look-ahead (sliding minimum), released
-// exponentially, and averaged over the look-ahead: when the delayed peak leaves, every term of the
-// average is at most the gain it needs.
+// The gain that a peak requires is held over the look-ahead (sliding minimum), released
+// exponentially and averaged over the look-ahead. When the delayed peak is output, every term of
+// the average is at most the required gain.
 struct Limiter::State {
-    /// Samples that the interpolator needs before the newest one.
+    /// Samples that the interpolator needs before the newest sample.
     static constexpr std::size_t kPast = kInterpolationTaps - 1;
 
-    std::size_t window = 0;  ///< of the look-ahead
-    /// Peaks are known as late as the interpolator needs samples behind them.
+    std::size_t window = 0;  ///< length of the look-ahead, samples
+    /// The interpolator finds a peak only after it has received later samples.
     std::size_t latency() const { return window + FractionalDelay::kAfter - 1; }
     float ceiling = 0;
     double release = 0;
 
     FractionalDelay interpolator;
-    float gain_of_interpolator = 1;  ///< no value between samples is larger than they are by this
+    float interpolator_gain = 1;  ///< bound of interpolated values re the largest sample
 
-    std::vector<float> gains;                 ///< of the block in hand
-    std::vector<std::vector<float>> recent;   ///< [channel] kPast samples, then the block in hand
-    std::vector<std::vector<float>> delayed;  ///< [channel] ring of the latency
+    std::vector<float> gains;                 ///< of the present block
+    std::vector<std::vector<float>> recent;   ///< [channel] kPast samples, then the present block
+    std::vector<std::vector<float>> delayed;  ///< [channel] ring of latency() samples
     std::size_t delayed_position = 0;
-    std::vector<float> peaks;  ///< of the block in hand
+    std::vector<float> peaks;  ///< of the present block
     std::vector<std::int64_t> averaged;
     std::int64_t sum = 0;  ///< of `averaged`
     std::int64_t held = kUnity;
@@ -58,7 +57,7 @@ struct Limiter::State {
     float least_gain = 1;
     std::size_t muted = 0;
 
-    /// Candidates of the sliding minimum, times and gains ascending; a ring.
+    /// Ring of the candidates of the sliding minimum, in ascending order of time and gain.
     struct Candidate {
         std::uint64_t time;
         std::int64_t gain;
@@ -71,8 +70,7 @@ struct Limiter::State {
         return candidates[(first + i) % candidates.size()];
     }
 
-    /// The smallest gain of this sample and the `window` before it: all averages that the delayed
-    /// peak passes through know it.
+    /// The smallest gain of this sample and the `window` before it.
     std::int64_t sliding_minimum(std::int64_t gain) noexcept AULA_NONBLOCKING {
         while (count > 0 && candidate(count - 1).gain >= gain) --count;
         candidate(count++) = {now, gain};
@@ -83,8 +81,8 @@ struct Limiter::State {
         return candidate(0).gain;
     }
 
-    /// The largest magnitudes of all channels from the sample kAfter before each sample of the
-    /// block to the next one.
+    /// For each sample of the block, the largest magnitude over all channels between the sample
+    /// kAfter before it and the next one.
     void find_peaks(std::size_t samples) noexcept AULA_NONBLOCKING {
         std::fill_n(peaks.begin(), samples, 0.0F);
         for (const std::vector<float>& signal : recent) {
@@ -92,7 +90,7 @@ struct Limiter::State {
             for (std::size_t i = 0; i < kPast + samples; ++i) {
                 largest = std::max(largest, std::abs(signal[i]));
             }
-            const bool between = largest * gain_of_interpolator > ceiling;
+            const bool between = largest * interpolator_gain > ceiling;
             for (std::size_t i = 0; i < samples; ++i) {
                 const float* const x = signal.data() + i;
                 float peak = std::max(std::abs(x[FractionalDelay::kBefore]),
@@ -107,15 +105,15 @@ struct Limiter::State {
         }
     }
 
-    /// Takes in the newest peak, gives the gain of what came `window` before it.
+    /// Adds the newest peak. Returns the gain of the sample `window` before it.
     float next_gain(float peak) noexcept AULA_NONBLOCKING {
         std::int64_t needed = kUnity;
         if (peak > ceiling) {
-            // A shade less, for the rounding of the gain to a float.
+            // A margin for the rounding of the gain to a float.
             needed = static_cast<std::int64_t>(double{ceiling} / double{peak} * (1 - 2e-7) *
                                                static_cast<double>(kUnity));
         }
-        // Down at once, up exponentially; rounding up makes it arrive.
+        // The held gain falls immediately and rises exponentially; rounding up lets it reach one.
         const double rise = std::ceil(static_cast<double>(kUnity - held) * release);
         held = std::min(sliding_minimum(needed), held + static_cast<std::int64_t>(rise));
         sum += held - averaged[position];
@@ -142,7 +140,7 @@ Limiter::Limiter(double sample_rate_hz, std::size_t channels, int max_block)
         for (const float tap : s.interpolator.impulse(static_cast<double>(phase) / kPhases)) {
             sum += std::abs(tap);
         }
-        s.gain_of_interpolator = std::max(s.gain_of_interpolator, sum);
+        s.interpolator_gain = std::max(s.interpolator_gain, sum);
     }
     s.averaged.assign(s.window, kUnity);
     s.sum = static_cast<std::int64_t>(s.window) * kUnity;

@@ -37,15 +37,15 @@ LoudnessMeter::~LoudnessMeter() = default;
 
 void LoudnessMeter::add(std::span<const float> interleaved) {
     State& s = *state_;
-    const std::size_t frames = interleaved.size() / s.channels;
-    if (frames == 0) return;
+    const std::size_t count = interleaved.size() / s.channels;
+    if (count == 0) return;
     const float* samples = interleaved.data();
     if (s.measured != s.channels) {
-        s.first.resize(frames);
-        for (std::size_t i = 0; i < frames; ++i) s.first[i] = interleaved[i * s.channels];
+        s.first.resize(count);
+        for (std::size_t i = 0; i < count; ++i) s.first[i] = interleaved[i * s.channels];
         samples = s.first.data();
     }
-    if (ebur128_add_frames_float(s.meter, samples, frames) != EBUR128_SUCCESS)
+    if (ebur128_add_frames_float(s.meter, samples, count) != EBUR128_SUCCESS)
         throw std::bad_alloc();
     for (unsigned c = 0; c < s.measured; ++c) {
         double peak = 0;
@@ -58,8 +58,8 @@ Loudness LoudnessMeter::read() {
     State& s = *state_;
     const auto measured = [&](int (*query)(ebur128_state*, double*)) {
         double lufs = Loudness::kSilence_lufs;
-        const bool there = query(s.meter, &lufs) == EBUR128_SUCCESS && std::isfinite(lufs);
-        return there ? lufs : Loudness::kSilence_lufs;
+        const bool valid = query(s.meter, &lufs) == EBUR128_SUCCESS && std::isfinite(lufs);
+        return valid ? lufs : Loudness::kSilence_lufs;
     };
     Loudness loudness;
     loudness.momentary_lufs = measured(ebur128_loudness_momentary);

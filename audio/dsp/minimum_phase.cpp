@@ -8,8 +8,9 @@ namespace aula {
 MinimumPhase::MinimumPhase(std::size_t size)
     : fft_(size), spectrum_(fft_.bins()), cepstrum_(size) {}
 
-// The cepstrum of a minimum-phase response is causal. ln |H| is the even part of log H, so its
-// cepstrum is the even part of the causal one, which follows by doubling its positive half.
+// The complex cepstrum of a minimum-phase response is causal (Oppenheim and Schafer, Discrete-Time
+// Signal Processing). The cepstrum of ln |H| is its even part: doubling the positive half and
+// dropping the negative half gives the causal cepstrum.
 void MinimumPhase::complete(std::span<const float> log_magnitude,
                             std::span<std::complex<float>> log_response) {
     assert(log_magnitude.size() == bins() && log_response.size() == bins());

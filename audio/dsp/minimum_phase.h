@@ -9,15 +9,17 @@
 
 namespace aula {
 
-/// Gives logarithms of magnitudes the phase of the minimum-phase system that has them.
+/// Computes the minimum phase that belongs to a magnitude response. [one thread]
 class MinimumPhase {
  public:
-    /// `size` of the transform; several times the length of the response, or it wraps round.
+    /// `size` of the transform: several times the length of the response, to limit the aliasing of
+    /// the cepstrum.
     explicit MinimumPhase(std::size_t size);
 
     std::size_t bins() const { return fft_.bins(); }
 
-    /// log H = ln |H| + i arg H at bins() frequencies from 0 to the Nyquist frequency.
+    /// log H = ln |H| + i arg H from ln |H|, both at bins() frequencies from 0 to the Nyquist
+    /// frequency.
     void complete(std::span<const float> log_magnitude,
                   std::span<std::complex<float>> log_response);
 

@@ -6,9 +6,10 @@
 
 namespace aula {
 
-/// Changes the sample rate of interleaved signals with linear phase and no delay, passing up to
-/// 0.91 of the lower Nyquist frequency, all else 120 dB down. Gives round(frames * to / from)
-/// frames, but at least one of any signal that has one.
+/// Converts the sample rate of interleaved signals, [sample][channel], with linear phase and no
+/// delay. The passband ends at 0.91 of the lower Nyquist frequency; the stopband is at -120 dB. n
+/// samples per channel become round(n to_hz / from_hz), but at least one if n > 0. Throws
+/// std::runtime_error if the resampler fails.
 std::vector<float> resample(std::span<const float> interleaved, std::size_t channels,
                             double from_hz, double to_hz);
 

@@ -19,7 +19,7 @@ AlignedVector<float> noise(std::size_t samples, unsigned seed) {
     return signal;
 }
 
-/// Sample n of the newer half of a window convolved with a filter, as it is defined.
+/// Sample n of the newer half of a window convolved with a filter, by the definition.
 double exact(const AlignedVector<float>& window, const AlignedVector<float>& taps, std::size_t n) {
     double sum = 0;
     for (std::size_t k = 0; k < taps.size(); ++k) {
@@ -30,7 +30,7 @@ double exact(const AlignedVector<float>& window, const AlignedVector<float>& tap
 
 }  // namespace
 
-TEST_CASE("Each instruction set's product of spectra is a convolution") {
+TEST_CASE("The product of spectra is a convolution with every instruction set") {
     for (const SpectralKernels* const kernels : available_kernels()) {
         for (std::size_t size = 16; size <= 8192; size *= 2) {
             CAPTURE(kernels->name, size);
@@ -53,22 +53,22 @@ TEST_CASE("Each instruction set's product of spectra is a convolution") {
             for (std::size_t n = 0; n < size; n += 1 + size / 256) {
                 worst = std::max(worst, std::abs(double{out[n]} - exact(window, taps, n)));
             }
-            // Rounding: three transforms of 13 stages and a product, 2^-24 each, of sums of the
-            // size sqrt(8192) = 91 whose deviations add up as squares: 3.5e-5; times 3.
+            // Rounding: three transforms of 13 stages and a product, 2^-24 each, of sums of
+            // magnitude sqrt(8192) = 91 with independent errors: 3.5e-5; times 3.
             CHECK(worst < 1e-4);
         }
     }
 }
 
-TEST_CASE("A transform done in steps is the one done at once") {
-    // The ends are cut into parts from 512 on, the passes between them from 2048 on.
+TEST_CASE("A transform in steps equals the whole transform") {
+    // The end passes have several parts from 512 on, the other passes from 2048 on.
     const std::size_t size = GENERATE(256U, 512U, 2048U, 4096U, 8192U);
     const BlockTransform transform(size);
     const AlignedVector<float> window = noise(2 * size, 3);
     AlignedVector<float> work(transform.work_floats());
-    AlignedVector<float> at_once(2 * size);
-    transform.forward(window.data(), window.data() + size, work.data(), at_once.data());
-    // Three spectra interleaved, the second one written.
+    AlignedVector<float> whole(2 * size);
+    transform.forward(window.data(), window.data() + size, work.data(), whole.data());
+    // The second of three interleaved spectra is written.
     AlignedVector<float> interleaved(3 * 2 * size);
     for (std::size_t step = 0; step < transform.steps(); ++step) {
         transform.forward_step(step, window.data(), window.data() + size, work.data(),
@@ -77,14 +77,14 @@ TEST_CASE("A transform done in steps is the one done at once") {
     bool same = true;
     for (std::size_t c = 0; c < transform.chunks(); ++c) {
         same &= std::equal(
-            at_once.begin() + static_cast<std::ptrdiff_t>(c * kChunk_floats),
-            at_once.begin() + static_cast<std::ptrdiff_t>((c + 1) * kChunk_floats),
+            whole.begin() + static_cast<std::ptrdiff_t>(c * kChunk_floats),
+            whole.begin() + static_cast<std::ptrdiff_t>((c + 1) * kChunk_floats),
             interleaved.begin() + static_cast<std::ptrdiff_t>((3 * c + 1) * kChunk_floats));
     }
     CHECK(same);
 }
 
-TEST_CASE("The spectra of several filters are those of each, interleaved") {
+TEST_CASE("Filters transformed together have the spectra of each filter alone, interleaved") {
     const std::size_t size = GENERATE(16U, 512U, 4096U);
     const BlockTransform transform(size);
     std::vector<AlignedVector<float>> taps;
@@ -93,17 +93,17 @@ TEST_CASE("The spectra of several filters are those of each, interleaved") {
     AlignedVector<float> work(3 * transform.work_floats());
     AlignedVector<float> together(3 * 2 * size);
     transform.forward_filters(pointers, work.data(), together.data());
-    AlignedVector<float> apart(3 * 2 * size);
+    AlignedVector<float> separate(3 * 2 * size);
     for (std::size_t f = 0; f < 3; ++f) {
         for (std::size_t step = 0; step < transform.steps(); ++step) {
             transform.forward_step(step, pointers[f], nullptr, work.data(),
-                                   apart.data() + f * kChunk_floats, 3 * kChunk_floats);
+                                   separate.data() + f * kChunk_floats, 3 * kChunk_floats);
         }
     }
-    CHECK(together == apart);
+    CHECK(together == separate);
 }
 
-TEST_CASE("Each instruction set sums the same products, in single and in half precision") {
+TEST_CASE("Every instruction set sums the same products, in single and in half precision") {
     constexpr std::size_t kChunks = 9;
     constexpr std::size_t kTerms = 5;
     const SpectralKernels& portable = *available_kernels().front();
@@ -127,7 +127,7 @@ TEST_CASE("Each instruction set sums the same products, in single and in half pr
                                                : static_cast<const void*>(filters[k].data());
                     terms.push_back({inputs[k].data(), h, half ? 0.5F : 1.0F});
                 }
-                // A part of the chunks, on top of what is there.
+                // Added to existing sums, for a part of the chunks.
                 AlignedVector<float> sums = noise(floats, 30);
                 const AlignedVector<float> before = sums;
                 const auto sum = half ? kernels->multiply_add_half : kernels->multiply_add;
@@ -149,7 +149,7 @@ TEST_CASE("Each instruction set sums the same products, in single and in half pr
                     }
                     worst = std::max(worst, std::abs(double{sums[n]} - expected));
                 }
-                // Ten products of up to 4 x 4 each, rounded to 2^-24, filters to 2^-11 (times 1/2).
+                // Rounding of ten products of up to 4 x 4: 2^-24 each, filters 2^-11 (times 1/2).
                 CHECK(worst < (half ? 10 * 16 * 0x1p-12 : 10 * 16 * 0x1p-23));
                 if (half) CHECK(worst > 1e-4);
             }
@@ -157,10 +157,10 @@ TEST_CASE("Each instruction set sums the same products, in single and in half pr
     }
 }
 
-TEST_CASE("Each instruction set rounds to half precision alike") {
+TEST_CASE("Every instruction set rounds to half precision equally") {
     constexpr std::size_t kCount = 4096;
     AlignedVector<float> numbers = noise(kCount, 40);
-    // All sizes from where precision is lost to the largest.
+    // All magnitudes, from subnormal numbers to the largest.
     for (std::size_t n = 0; n < kCount; ++n) {
         numbers[n] *= std::exp2(static_cast<float>(n % 32) - 18);
     }
@@ -173,22 +173,22 @@ TEST_CASE("Each instruction set rounds to half precision alike") {
         kernels->to_half(numbers.data(), kCount, 1, halves.data());
         if (first.empty()) first = halves;
         for (std::size_t n = 0; n < kCount; ++n) {
-            // Read by its definition.
+            // The value by the definition of the format.
             const int exponent = halves[n] >> 10 & 0x1f;
             const int fraction = halves[n] & 0x3ff;
             const double size = exponent == 0 ? std::ldexp(fraction, -24)
                                               : std::ldexp(1024 + fraction, exponent - 25);
             const double value = halves[n] & 0x8000 ? -size : size;
-            // Half a unit of the last place.
+            // Half a unit in the last place.
             const double allowed = std::max(std::abs(double{numbers[n]}) * 0x1p-11, 0x1p-25);
             CHECK(std::abs(value - double{numbers[n]}) <= allowed);
-            // Where precision is lost ties may go either way.
+            // Ties of subnormal numbers may round either way.
             CHECK((halves[n] == first[n] || size < 0x1p-14));
         }
     }
 }
 
-TEST_CASE("The portable loops are there on every machine, a faster set comes last") {
+TEST_CASE("The portable kernels come first on every machine, the fastest last") {
     const std::vector<const SpectralKernels*> kernels = available_kernels();
     REQUIRE_FALSE(kernels.empty());
     CHECK(kernels.front()->lanes == 4);

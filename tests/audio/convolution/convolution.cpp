@@ -97,13 +97,13 @@ ExchangePlan::ExchangePlan(const std::vector<PartitionLevel>& levels, std::size_
             const std::size_t last = exchanges.back() + fade_samples + level.size;
             const std::size_t first = level.size - (levels[0].size << (l - 1));
             std::size_t newest = 0;
-            for (std::size_t frame = first; frame <= last; frame += level.size) {
+            for (std::size_t start = first; start <= last; start += level.size) {
                 const std::size_t before = newest;
                 while (newest + 1 < exchanges.size() &&
-                       exchanges[newest + 1] + fade_samples <= frame)
+                       exchanges[newest + 1] + fade_samples <= start)
                     ++newest;
                 if (newest == before) continue;
-                fades.push_back({frame + level.size, level.size, before, newest});
+                fades.push_back({start + level.size, level.size, before, newest});
             }
         }
         fades_.push_back(fades);

@@ -16,12 +16,12 @@ namespace {
 
 constexpr std::size_t kFade = 512;
 
-// Rounding, as for the convolver without exchanges.
+// Rounding, as in convolver_test.cpp.
 constexpr double kRounding = 1e-5;
 
 }  // namespace
 
-TEST_CASE("Before the first filter the output is zero, then it fades in from silence") {
+TEST_CASE("The output is zero before the first filter and then fades in from silence") {
     const ConvolutionShape shape{1, 1, 64, 500};
     const std::vector<PartitionLevel> levels = partition_levels(shape);
     const Signals inputs = random_signals(1, 4000, 2);
@@ -46,13 +46,13 @@ TEST_CASE("Before the first filter the output is zero, then it fades in from sil
     CHECK(worst_error(outputs, expected) < kRounding);
 }
 
-TEST_CASE("An exchange is the old convolution fading out plus the new one fading in, by levels") {
+TEST_CASE("An exchange crossfades from the old convolution to the new one, level by level") {
     const ConvolutionShape shape{2, 2, 64, 9000};
     const std::vector<PartitionLevel> levels = partition_levels(shape);
     REQUIRE(levels.size() == 3);
     const std::vector<std::size_t> calls =
         GENERATE(std::vector<std::size_t>{64}, std::vector<std::size_t>{50, 64, 3});
-    // At boundaries of partitions and within them; the last level cannot take all of them.
+    // At boundaries of partitions and within them; the last level skips some.
     const std::vector<std::size_t> at{0, 5120, 5700, 6800, 8000, 12288, 13000};
     const std::size_t samples = 24000;
     const Signals inputs = random_signals(2, samples, 3);
@@ -61,7 +61,7 @@ TEST_CASE("An exchange is the old convolution fading out plus the new one fading
     FilterTransform transform(shape);
     for (unsigned k = 0; k < at.size(); ++k) {
         responses.push_back(random_responses(shape, k % 2 == 0 ? 9000 : 4000, 300 + 10 * k));
-        // Some parts stay: those are not faded, which comes to the same.
+        // Partitions that do not change are not faded; the result is the same.
         if (k == 3) {
             responses[3] = responses[2];
             for (float& x : responses[3][0][1]) x = -x;
@@ -77,7 +77,7 @@ TEST_CASE("An exchange is the old convolution fading out plus the new one fading
     }
     CHECK_FALSE(convolver.fading());
 
-    // [level][filter] would be large: summed up one by one, for the plan and for hard exchanges.
+    // Expected output of the plan, and of exchanges without a fade.
     const ExchangePlan plan(levels, kFade, at);
     const ExchangePlan hard(levels, 0, at);
     ExactSignals expected(2, std::vector<double>(samples));
@@ -98,7 +98,7 @@ TEST_CASE("An exchange is the old convolution fading out plus the new one fading
     CHECK(worst_error(outputs, swapped) > 0.1);
 }
 
-TEST_CASE("A filter is used until every level has let go of it, and of many the newest is heard") {
+TEST_CASE("A filter is used until every level has released it and uses a newer one") {
     const ConvolutionShape shape{1, 1, 128, 20000};
     const std::vector<PartitionLevel> levels = partition_levels(shape);
     REQUIRE(levels.size() == 3);
@@ -123,31 +123,31 @@ TEST_CASE("A filter is used until every level has let go of it, and of many the 
     }
     CHECK(most > 2);
     CHECK(most <= convolver.most_filters());
-    // A frame until it is taken, a frame in which it is computed.
-    const std::size_t settled = (now / longest + 3) * longest;
-    run(convolver, inputs, outputs, now, settled, {128});
+    // The last level takes the filter within a segment and computes with it in the next one.
+    const std::size_t finished = (now / longest + 3) * longest;
+    run(convolver, inputs, outputs, now, finished, {128});
     for (std::size_t k = 0; k < filters.size(); ++k) {
         CAPTURE(k);
         CHECK(convolver.uses(&filters[k]) == (k + 1 == filters.size()));
     }
-    run(convolver, inputs, outputs, settled, 64000, {128});
+    run(convolver, inputs, outputs, finished, 64000, {128});
     const ExactSignals expected = direct(inputs, random_responses(shape, 20000, 611));
     double worst = 0;
-    for (std::size_t n = settled + longest; n < 64000; ++n) {
+    for (std::size_t n = finished + longest; n < 64000; ++n) {
         worst = std::max(worst, std::abs(double{outputs[0][n]} - expected[0][n]));
     }
     CHECK(worst < kRounding);
 }
 
-TEST_CASE("A convolver needs as many filters at a time as it says, and no more") {
-    // Of four levels each needs two when each is much longer than the one before and filters are
-    // exchanged whenever the first level can.
+TEST_CASE("A convolver uses at most the stated number of filters at a time, and reaches it") {
+    // Each of four levels uses two if its partitions are much longer than those of the level before
+    // and filters are exchanged as fast as the first level allows.
     const ConvolutionShape shape{1, 1, 16, 192000};
     REQUIRE(partition_levels(shape).size() == kMostLevels);
     constexpr std::size_t kShortFade = 16;
     std::vector<ConvolutionFilter> filters;
     FilterTransform transform(shape);
-    // Filters are told apart by their place, whatever they hold.
+    // Filters are distinguished by their addresses; their content does not matter.
     for (std::size_t k = 0; k < 4096; ++k) filters.emplace_back(shape);
     Convolver convolver(shape, kShortFade);
     const Signals inputs(1, Signal(16));
@@ -167,7 +167,7 @@ TEST_CASE("A convolver needs as many filters at a time as it says, and no more")
     CHECK(most == convolver.most_filters());
 }
 
-TEST_CASE("The weights of a crossfade add up to one") {
+TEST_CASE("The weights of a crossfade sum to one") {
     const std::vector<float> weights = raised_cosine(1024);
     for (std::size_t n = 0; n < 1024; ++n) {
         CHECK(weights[n] + weights[1023 - n] == Approx(1).margin(1e-7));
@@ -182,7 +182,7 @@ TEST_CASE("After an exchange to silence every level is silent") {
     const std::size_t samples = 40000;
     const Signals inputs = random_signals(2, samples, 7);
     const ConvolutionFilter sounding = make_filter(shape, random_responses(shape, 9000, 700));
-    // Of one the first level is left, of the other nothing.
+    // The shorter filter after the exchange has no taps, or taps in the first level only.
     const std::size_t taps = GENERATE(std::size_t{0}, std::size_t{50});
     const Responses brief = random_responses(shape, taps, 800);
     const ConvolutionFilter after = make_filter(shape, brief);
@@ -192,7 +192,8 @@ TEST_CASE("After an exchange to silence every level is silent") {
     run(convolver, inputs, outputs, 0, 15000, {64});
     convolver.exchange(&after);
     run(convolver, inputs, outputs, 15000, samples, {64});
-    // A frame until the last level takes it, one in which it is computed, one in which it fades.
+    // The last level takes the filter within a segment, computes with it in the next one and fades
+    // in the one after that.
     const std::size_t silent = 15000 + 4 * levels.back().size;
     REQUIRE(silent + 8 * levels.back().size < samples);
     const ExactSignals expected = direct(inputs, brief);

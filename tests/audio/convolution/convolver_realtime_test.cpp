@@ -14,7 +14,7 @@
 using namespace aula;
 using namespace aula::test;
 
-TEST_CASE("The trap sees a page fault and a switch to another thread") {
+TEST_CASE("The trap detects a page fault and a switch to another thread") {
     if (!RealtimeTrap::available()) {
         WARN("skipped: sanitizers own these functions");
         return;
@@ -32,7 +32,7 @@ TEST_CASE("The trap sees a page fault and a switch to another thread") {
     }
     {
         const RealtimeTrap trap;
-        // The shortest wait there is: what is being caught, not a wait for something.
+        // The shortest possible wait causes the switch.
         const timespec moment{0, 1};
         nanosleep(&moment, nullptr);
         switched = trap.violations();
@@ -42,7 +42,7 @@ TEST_CASE("The trap sees a page fault and a switch to another thread") {
     CHECK(switched.voluntary_switches == 1);
 }
 
-TEST_CASE("20000 blocks of convolution neither call, fault nor wait, and decay to silence") {
+TEST_CASE("20000 blocks of convolution make no forbidden call, fault or wait, and decay to zero") {
     if (!RealtimeTrap::available()) {
         WARN("skipped: sanitizers own these functions");
         return;
@@ -66,18 +66,18 @@ TEST_CASE("20000 blocks of convolution neither call, fault nor wait, and decay t
     const std::array<const float*, 2> loud{noise[0].data(), noise[1].data()};
     const std::array<const float*, 2> silent{silence.data(), silence.data()};
 
-    // The kernel moves pages when it likes, each a fault and a wait: what a convolver does by
-    // itself it does in each take, in memory of its own.
-    constexpr std::size_t kMostTakes = 3;
+    // The kernel may migrate pages at any time, which causes a fault and a wait. A fault or wait
+    // that the convolver causes occurs in every run, each with newly allocated memory.
+    constexpr std::size_t kMaxRuns = 3;
     std::deque<Convolver> convolvers;
     RealtimeViolations violations;
-    while (convolvers.size() < kMostTakes) {
+    while (convolvers.size() < kMaxRuns) {
         Convolver& convolver = convolvers.emplace_back(shape, 512);
         violations = {};
         float loudest = 0;
         std::size_t exchanges = 0;
         for (std::size_t block = 0; block < kBlocks; ++block) {
-            // Half of the time silent, for longer than the response: all decays.
+            // Every other 500 blocks are silent, which is longer than the response.
             const bool sounding = block % 1000 < 500;
             const std::size_t samples = block % 10 == 9 ? 1 + block % kBlock : kBlock;
             {
@@ -90,7 +90,7 @@ TEST_CASE("20000 blocks of convolution neither call, fault nor wait, and decay t
                 for (const float x : output) loudest = std::max(loudest, std::abs(x));
             }
             if (block % 1000 == 999) {
-                // Nothing is left, denormals included.
+                // Exact: zero, not a denormal number.
                 CHECK(std::all_of(outputs[0].begin(),
                                   outputs[0].begin() + static_cast<std::ptrdiff_t>(samples),
                                   [](float x) { return x == 0; }));

@@ -18,21 +18,22 @@ constexpr double kTone_hz = 1000;
 constexpr double kOmega = 2 * std::numbers::pi * kTone_hz / kRate_hz;
 constexpr std::size_t kFade = 512;
 
-/// A tone through unrelated filters, exchanged at an even pace once it is steady.
+/// A tone through independent random filters that are exchanged at regular intervals once the
+/// output is steady.
 struct ToneThroughExchanges {
     ConvolutionShape shape;
     std::vector<PartitionLevel> levels;
-    std::vector<std::size_t> exchanges{0};                 ///< the first filter is there at once
+    std::vector<std::size_t> exchanges{0};                 ///< samples
     std::vector<std::vector<std::complex<double>>> gains;  ///< [filter][level] at the tone
     std::size_t samples;
     Signal output;
 
-    ToneThroughExchanges(const ConvolutionShape& wanted, std::size_t count, std::size_t apart)
+    ToneThroughExchanges(const ConvolutionShape& wanted, std::size_t count, std::size_t interval)
         : shape(wanted), levels(partition_levels(wanted)) {
-        // A multiple of the block, for exchanges come between calls.
+        // A multiple of the block: exchanges occur between calls.
         const std::size_t start = (levels.back().end_tap() + 2 * levels.back().size);
-        for (std::size_t k = 0; k < count; ++k) exchanges.push_back(start + k * apart);
-        samples = exchanges.back() + apart;
+        for (std::size_t k = 0; k < count; ++k) exchanges.push_back(start + k * interval);
+        samples = exchanges.back() + interval;
         std::vector<ConvolutionFilter> filters;
         for (unsigned k = 0; k < exchanges.size(); ++k) {
             const Responses responses = random_responses(shape, shape.taps, 500 + k);
@@ -73,7 +74,7 @@ struct ToneThroughExchanges {
         return std::imag(gain * std::polar(1.0, kOmega * static_cast<double>(n)));
     }
 
-    /// The difference from what `plan` gives, re that: in RMS, and the largest re the largest.
+    /// The difference from the output that `plan` predicts: RMS re RMS, and peak re peak.
     struct Error {
         double rms = 0;
         double worst = 0;
@@ -93,7 +94,7 @@ struct ToneThroughExchanges {
         return {std::sqrt(found.rms / energy), found.worst / largest};
     }
 
-    /// From the first exchange on, as heard or as `plan` gives it.
+    /// The output from the first exchange on, as computed or as `plan` predicts it.
     Signal heard() const {
         return {output.begin() + static_cast<std::ptrdiff_t>(steady()), output.end()};
     }
@@ -108,19 +109,19 @@ struct ToneThroughExchanges {
 
 }  // namespace
 
-TEST_CASE("A steady sine through exchanged filters has its closed form") {
+TEST_CASE("A steady sine through exchanged filters agrees with the closed form") {
     const bool half = GENERATE(false, true);
-    // About 30 exchanges a second.
+    // About 30 exchanges per second.
     const ToneThroughExchanges tone({1, 1, 128, 20000, half}, 11, 1664);
     REQUIRE(tone.levels.size() == 3);
     const auto error = tone.error({tone.levels, kFade, tone.exchanges});
     CAPTURE(half, error.rms, error.worst);
-    // Rounding: -100 dB in single precision, at every sample; spectra of half precision have errors
-    // of 2.1e-4 of their size in RMS, -74 dB, so -70 dB, and four times as much at the worst
+    // Rounding: -100 dB in single precision, at every sample. Half-precision spectra have an RMS
+    // error of 2.1e-4 of their magnitude, -74 dB: -70 dB in RMS, four times as much at the worst
     // sample.
     CHECK(error.rms < (half ? 3.16e-4 : 1e-5));
     CHECK(error.worst < (half ? 8.4e-4 : 1e-5));
-    // Companions: a fade that is longer by 3 %, the head's weights at all levels.
+    // Companions: a fade longer by 3 %; the head's weights at all levels.
     CHECK(tone.error({tone.levels, kFade + 16, tone.exchanges}).worst > 1e-3);
     const std::vector<PartitionLevel> heads(tone.levels.size(), tone.levels[0]);
     CHECK(tone.error({heads, kFade, tone.exchanges}).rms > 1e-3);
@@ -129,7 +130,7 @@ TEST_CASE("A steady sine through exchanged filters has its closed form") {
 TEST_CASE("Exchanges of unrelated filters at 50 Hz do not click") {
     const bool half = GENERATE(false, true);
     const ToneThroughExchanges tone({1, 1, 64, 20000, half}, 50, 960);
-    // Near the tone lies what a fade of 512 samples spreads it to; clicks are broadband.
+    // A fade of 512 samples broadens the tone by less than this; clicks are broadband.
     constexpr double kNear_hz = 2000;
     const auto spread_db = [](const Signal& signal) {
         return energy_outside_db(signal, kTone_hz, kNear_hz, kRate_hz);
@@ -141,13 +142,13 @@ TEST_CASE("Exchanges of unrelated filters at 50 Hz do not click") {
     CAPTURE(half, spread_db(heard), residual_db(heard));
     CHECK(spread_db(heard) < -90);
     CHECK(residual_db(heard) < -60);
-    // Companions: exchanges at once and over a quarter of a block, of the head alone.
+    // Companions: the head exchanges without a fade, and with one of a quarter of a block.
     for (const std::size_t fade : {0U, 16U}) {
         const Signal clicking = tone.heard({tone.levels, fade, tone.exchanges});
         CAPTURE(fade, spread_db(clicking), residual_db(clicking));
         CHECK(spread_db(clicking) > -90);
         CHECK(residual_db(clicking) > -60);
     }
-    // What is measured is not the measurement's own.
+    // The measurement has a lower floor.
     CHECK(spread_db(sine(kTone_hz, heard.size(), kRate_hz)) < -110);
 }

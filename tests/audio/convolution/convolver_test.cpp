@@ -11,19 +11,19 @@ using namespace aula::test;
 
 namespace {
 
-// Rounding: outputs are of the order of 1 to 4 (unit energy in, unit energy responses, up to 3
-// inputs); the transforms and sums add some 30 roundings of 2^-24 each of a bin's size: 1e-5 is 5
-// times what is seen.
+// Rounding: outputs have magnitudes of 1 to 4 (inputs of unit variance, responses of unit energy,
+// up to 3 inputs). The transforms and sums add about 30 roundings of 2^-24 of a bin's magnitude.
+// 1e-5 is 5 times the observed error.
 constexpr double kRounding = 1e-5;
 
-// Spectra rounded to half precision: errors spread evenly over 2^-10 of the power of two below a
-// number have 2.1e-4 of its size in RMS, and so has the output, here of unit size. 5.5 of these are
-// passed by chance once in 10^7 samples.
+// Spectra rounded to half precision: errors uniform over 2^-10 of the power of two below a number
+// have an RMS of 2.1e-4 of its magnitude, and so has the output, here of unit variance. One of 10^7
+// samples exceeds 5.5 standard deviations.
 constexpr double kHalfRounding = 5.5 * 2.1e-4;
 
 }  // namespace
 
-TEST_CASE("Convolution agrees with its definition for any shape and any size of calls") {
+TEST_CASE("Convolution agrees with its definition for any shape and any call size") {
     struct Case {
         ConvolutionShape shape;
         std::size_t taps;
@@ -54,15 +54,14 @@ TEST_CASE("Convolution through several levels agrees with its definition") {
         std::size_t levels;
         std::vector<std::size_t> calls;
     };
-    const Case c =
-        GENERATE(Case{{1, 2, 128, 20000}, 3, {128}},             //
-                 Case{{2, 1, 128, 20000}, 3, {3, 128, 77, 16}},  // varying calls
-                 Case{{1, 1, 16, 12000}, 4, {16}},               //
-                 Case{{1, 1, 512, 20000}, 2, {512, 480}},        //
-                 Case{{1, 1, 4096, 20000}, 1, {4096}},           // larger ones would start too late
-                 Case{{1, 1, 8192, 20000}, 1, {8192}},           // the largest block
-                 Case{{1, 5, 64, 9000}, 3, {64}},                // odd outputs
-                 Case{{1, 1, 128, 20000, true}, 3, {128}});
+    const Case c = GENERATE(Case{{1, 2, 128, 20000}, 3, {128}},             //
+                            Case{{2, 1, 128, 20000}, 3, {3, 128, 77, 16}},  // varying calls
+                            Case{{1, 1, 16, 12000}, 4, {16}},               //
+                            Case{{1, 1, 512, 20000}, 2, {512, 480}},        //
+                            Case{{1, 1, 4096, 20000}, 1, {4096}},  // larger sizes start too late
+                            Case{{1, 1, 8192, 20000}, 1, {8192}},  // the largest block
+                            Case{{1, 5, 64, 9000}, 3, {64}},       // odd outputs
+                            Case{{1, 1, 128, 20000, true}, 3, {128}});
     CAPTURE(c.shape.inputs, c.shape.outputs, c.shape.block, c.shape.half_precision_tail);
     REQUIRE(partition_levels(c.shape).size() == c.levels);
     const std::size_t samples = 36000;
@@ -75,7 +74,7 @@ TEST_CASE("Convolution through several levels agrees with its definition") {
     run(convolver, inputs, outputs, 0, samples, c.calls);
     const double error = worst_error(outputs, direct(inputs, responses));
     CHECK(error < (c.shape.half_precision_tail ? kHalfRounding : kRounding));
-    // Half precision is not taken for single, nor the other way round.
+    // The errors of half and of single precision differ.
     if (c.shape.half_precision_tail) CHECK(error > 10 * kRounding);
 }
 
@@ -85,14 +84,14 @@ TEST_CASE("A response of 10 s agrees with the definition up to its last tap") {
     const ConvolutionShape shape{1, 1, 128, kTaps, half};
     const std::size_t samples = kTaps + 40000;
     const Signals inputs = random_signals(1, samples, 4);
-    // All of one size, so that the last tap weighs as much as the first.
+    // Without decay, so that the last tap weighs as much as the first.
     const Responses responses = random_responses(shape, kTaps, 400);
     const ConvolutionFilter filter = make_filter(shape, responses);
     Convolver convolver(shape, 0);
     convolver.exchange(&filter);
     Signals outputs(1, Signal(samples));
     run(convolver, inputs, outputs, 0, samples, {128});
-    // Sums of as many roundings as of the shorter ones, but of 37 more partitions.
+    // Twice the rounding of shorter responses: 37 more partitions are summed.
     const double rounding = half ? kHalfRounding : 2 * kRounding;
     double without_last = 0;
     for (std::size_t n = 5000; n < samples; n += 9973) {
@@ -102,7 +101,7 @@ TEST_CASE("A response of 10 s agrees with the definition up to its last tap") {
         }
         CAPTURE(half, n);
         CHECK(std::abs(double{outputs[0][n]} - expected) < rounding);
-        // Companion: without its last partition it is another.
+        // Companion: without the last partition the result differs.
         if (n < kTaps) continue;
         for (std::size_t k = kTaps - 8192; k < kTaps; ++k) {
             expected -= double{responses[0][0][k]} * double{inputs[0][n - k]};
@@ -112,7 +111,7 @@ TEST_CASE("A response of 10 s agrees with the definition up to its last tap") {
     CHECK(without_last > 10 * rounding);
 }
 
-TEST_CASE("Half precision holds at any level of the response") {
+TEST_CASE("The relative error of half precision is the same at any level of the response") {
     const ConvolutionShape shape{1, 1, 128, 12000, true};
     const float gain = GENERATE(1e-6F, 1.0F, 1e6F);
     const std::size_t samples = 24000;
@@ -127,7 +126,7 @@ TEST_CASE("Half precision holds at any level of the response") {
     CHECK(worst_error(outputs, direct(inputs, responses)) < kHalfRounding * double{gain});
 }
 
-TEST_CASE("Levels follow one another without a gap and start where they can") {
+TEST_CASE("Levels of partitions are contiguous and start at their earliest tap") {
     for (const std::size_t block : {1U, 16U, 100U, 128U, 256U, 480U, 1024U, 4096U, 8192U}) {
         for (const std::size_t taps : {1U, 100U, 5000U, 96000U, 480000U}) {
             for (const std::size_t outputs : {1U, 2U, 16U}) {
@@ -150,7 +149,7 @@ TEST_CASE("Levels follow one another without a gap and start where they can") {
     }
 }
 
-TEST_CASE("Only partitions that changed are transformed, and all that changed") {
+TEST_CASE("Exactly the partitions that changed are transformed") {
     const ConvolutionShape shape{2, 2, 128, 12000};
     const std::vector<PartitionLevel> levels = partition_levels(shape);
     REQUIRE(levels.size() == 3);
@@ -177,7 +176,7 @@ TEST_CASE("Only partitions that changed are transformed, and all that changed") 
             }
         }
     }
-    // They are the right ones.
+    // The spectra are correct.
     const Signals inputs = random_signals(2, 24000, 4);
     Convolver convolver(shape, 0);
     convolver.exchange(&filters[2]);
@@ -186,7 +185,7 @@ TEST_CASE("Only partitions that changed are transformed, and all that changed") 
     CHECK(worst_error(outputs, direct(inputs, responses)) < kRounding);
 }
 
-TEST_CASE("Filters that are filled again take their memory from those given up") {
+TEST_CASE("Filters that are filled again reuse released memory") {
     const ConvolutionShape shape{1, 1, 64, 3000};
     FilterTransform transform(shape);
     std::vector<ConvolutionFilter> filters(2, ConvolutionFilter(shape));
@@ -196,7 +195,7 @@ TEST_CASE("Filters that are filled again take their memory from those given up")
         const void* const spectra = filters[turn % 2].partitions(0, 0)[0].spectra;
         if (std::find(seen.begin(), seen.end(), spectra) == seen.end()) seen.push_back(spectra);
     }
-    // One for each filter, one that the transform compares with.
+    // One per filter, and one for the newest partitions of the transform.
     CHECK(seen.size() <= 3);
     CHECK(seen.size() >= 2);
 }

@@ -13,14 +13,13 @@ Signals random_signals(std::size_t count, std::size_t samples, unsigned seed);
 
 Signal sine(double frequency_hz, std::size_t samples, double sample_rate_hz);
 
-/// Energy of the part of the spectrum farther than `distance_hz` from `centre_hz`, in dB re the
-/// total. The signal is seen through a window whose side lobes are below -90 dB.
+/// Energy of the spectrum farther than `distance_hz` from `centre_hz`, in dB re the total. The
+/// signal is windowed; side lobes are below -90 dB.
 double energy_outside_db(const Signal& signal, double centre_hz, double distance_hz,
                          double sample_rate_hz);
 
-/// The largest sample of what is left of the signal without the part of the spectrum nearer than
-/// `distance_hz` to `centre_hz`, in dB re the largest sample of the whole; seen through that
-/// window.
+/// The peak of the windowed signal without the spectrum nearer than `distance_hz` to `centre_hz`,
+/// in dB re the peak of the whole windowed signal.
 double peak_outside_db(const Signal& signal, double centre_hz, double distance_hz,
                        double sample_rate_hz);
 

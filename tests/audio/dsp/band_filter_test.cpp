@@ -24,7 +24,7 @@ std::complex<double> response_at(const std::vector<float>& taps, double frequenc
     return sum;
 }
 
-/// Level of white noise through the filter in an octave band, in dB.
+/// Gain of the filter for white noise in an octave band, dB.
 double octave_level_db(const std::vector<float>& taps, std::size_t band, double rate_hz) {
     const double centre_hz = 62.5 * std::exp2(static_cast<double>(band));
     double energy = 0;
@@ -46,7 +46,7 @@ std::vector<float> designed(const Gains& gains, double rate_hz, std::size_t taps
 
 }  // namespace
 
-TEST_CASE("Equal gains give exactly a scaled unit impulse, none give silence") {
+TEST_CASE("Equal gains give exactly a scaled unit impulse, zero gains give silence") {
     std::vector<float> expected(1024);
     CHECK(designed(Gains{}, 48000, 1024) == expected);
     expected[0] = 0.3F;
@@ -55,8 +55,8 @@ TEST_CASE("Equal gains give exactly a scaled unit impulse, none give silence") {
     CHECK(designed(flat, 48000, 1024) == expected);
 }
 
-TEST_CASE("Each octave's level is that of its band") {
-    // Neighbours 6 dB apart, alternating, rising and falling.
+TEST_CASE("Each octave has the gain of its band") {
+    // Alternating, falling and rising gains, up to 6 dB between neighbours.
     const Gains gains = GENERATE(Gains{1, 0.5F, 1, 0.5F, 1, 0.5F, 1, 0.5F},
                                  Gains{0.5F, 1, 0.5F, 1, 0.5F, 1, 0.5F, 1},
                                  Gains{1, 0.8F, 0.6F, 0.4F, 0.2F, 0.1F, 0.05F, 0.025F},
@@ -65,13 +65,13 @@ TEST_CASE("Each octave's level is that of its band") {
     for (std::size_t b = 0; b < 8; ++b) {
         const double error_db = octave_level_db(taps, b, 48000) - 20 * std::log10(double{gains[b]});
         CAPTURE(b, error_db);
-        // The passages to the neighbours give up to 0.3 dB. 1024 taps resolve 47 Hz: half of the
-        // 63 Hz octave, a quarter of the 250 Hz octave.
+        // The crossovers cause up to 0.3 dB. 1024 taps resolve 47 Hz: half of the 63 Hz octave, a
+        // quarter of the 250 Hz octave.
         CHECK(std::abs(error_db) < (b < 2 ? 1.0 : b < 4 ? 0.55 : 0.3));
     }
 }
 
-TEST_CASE("The filter is of minimum phase: its energy comes no later than that of any other") {
+TEST_CASE("The filter has minimum phase: its energy is concentrated at the start") {
     const Gains gains{1, 0.9F, 0.7F, 0.6F, 0.5F, 0.4F, 0.2F, 0.1F};
     const std::vector<float> taps = designed(gains, 48000, 1024);
     double total = 0;

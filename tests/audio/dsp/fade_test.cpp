@@ -5,7 +5,7 @@
 
 using namespace aula;
 
-TEST_CASE("What fades in and what fades out add up to one, wherever it is cut into blocks") {
+TEST_CASE("Fade-in and fade-out weights sum to one in any blocks") {
     constexpr std::size_t kFade = 100;
     Fade fade(kFade);
     CHECK(fade.done());
@@ -28,19 +28,19 @@ TEST_CASE("What fades in and what fades out add up to one, wherever it is cut in
     }
 }
 
-TEST_CASE("A fade that turns back goes on from where it is") {
+TEST_CASE("A reversed fade continues from its present weight") {
     Fade fade(100);
     fade.start();
     fade.advance(30);
     const float before = fade.weight(0);
     fade.turn_back();
-    // A step of the curve at most: pi / 200 where it is steepest.
+    // At most one step of the curve: pi / 200 at the steepest point.
     CHECK(double{1 - fade.weight(0)} == Approx(double{before}).margin(0.016));
     fade.advance(30);
     CHECK(fade.done());
 }
 
-TEST_CASE("A crossfade between equals changes nothing") {
+TEST_CASE("A crossfade between equal signals changes nothing") {
     Fade fade(64);
     fade.start();
     const std::vector<float> old(64, 0.7F);

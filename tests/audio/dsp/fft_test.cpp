@@ -9,7 +9,7 @@
 
 using namespace aula;
 
-TEST_CASE("The transform agrees with the sum that defines it") {
+TEST_CASE("The Fourier transform agrees with its definition") {
     const std::size_t size = GENERATE(8, 30, 96, 512);
     RealFft fft(size);
     std::mt19937 random(1);
@@ -25,12 +25,12 @@ TEST_CASE("The transform agrees with the sum that defines it") {
                                  static_cast<double>(size);
             sum += double{signal[n]} * std::polar(1.0, angle);
         }
-        // Rounding: log2(512) = 9 stages of 2^-24 on sums of the order sqrt(512) = 23, times 4.
+        // Rounding: log2(512) = 9 stages of 2^-24 on sums of magnitude sqrt(512) = 23, times 4.
         CHECK(std::abs(std::complex<double>(spectrum[k]) - sum) < 5e-5);
     }
 }
 
-TEST_CASE("The inverse of the transform is the signal times the size") {
+TEST_CASE("The inverse Fourier transform gives the signal times the size") {
     const std::size_t size = GENERATE(16, 450, 1024);
     RealFft fft(size);
     std::mt19937 random(2);
@@ -43,12 +43,12 @@ TEST_CASE("The inverse of the transform is the signal times the size") {
     REQUIRE(signal == original);
     fft.inverse(spectrum.data(), signal.data());
     for (std::size_t n = 0; n < size; ++n) {
-        // Rounding: 20 stages of 2^-24 on values of the order of 3, times 3.
+        // Rounding: 20 stages of 2^-24 on values of magnitude 3, times 3.
         CHECK(signal[n] / static_cast<float>(size) == Approx(original[n]).margin(1e-5));
     }
 }
 
-TEST_CASE("A fast size is even, has the factors 2, 3 and 5 only and is the next of its kind") {
+TEST_CASE("The fast size is the next even number with prime factors 2, 3 and 5 only") {
     CHECK(fast_fft_size(2) == 2);
     CHECK(fast_fft_size(7) == 8);
     CHECK(fast_fft_size(512) == 512);

@@ -46,7 +46,7 @@ Stereo noise(std::size_t samples, float scale) {
     return signal;
 }
 
-/// The largest value at 16 times the rate, away from the ends, where a resampler rings.
+/// The largest magnitude at 16 times the rate, excluding the ends, where the resampler rings.
 float true_peak(const std::vector<float>& signal) {
     const std::vector<float> fine = resample(signal, 1, kRate_hz, 16 * kRate_hz);
     float peak = 0;
@@ -58,12 +58,12 @@ float true_peak(const std::vector<float>& signal) {
 
 }  // namespace
 
-TEST_CASE("Below the ceiling the limiter is a delay, bit by bit") {
-    // White noise has peaks between samples up to twice as high.
+TEST_CASE("Below the ceiling the limiter is a delay, to the bit") {
+    // Peaks of white noise between samples are up to twice as high.
     const Stereo in = noise(20000, 0.4F * kCeiling);
     int latency = 0;
     const Stereo out = limited(in, latency);
-    CHECK(latency == 192 + 15);  // 4 ms, and what the interpolator needs
+    CHECK(latency == 192 + 15);  // 4 ms, and the delay of the interpolator
     for (std::size_t c = 0; c < 2; ++c) {
         CHECK(std::equal(in[c].begin(), in[c].end() - latency, out[c].begin() + latency));
         CHECK(
@@ -71,9 +71,9 @@ TEST_CASE("Below the ceiling the limiter is a delay, bit by bit") {
     }
 }
 
-TEST_CASE("No output sample is above the ceiling, whatever comes") {
+TEST_CASE("No output sample exceeds the ceiling for any input") {
     Stereo in = noise(48000, 4);
-    // Lone peaks in silence, far apart and next to each other.
+    // Single peaks in silence, adjacent and far apart.
     for (std::size_t i = 10000; i < 20000; ++i) in[0][i] = in[1][i] = 0;
     in[0][12000] = 3;
     in[1][12001] = -30;
@@ -85,19 +85,20 @@ TEST_CASE("No output sample is above the ceiling, whatever comes") {
         for (const float x : channel) peak = std::max(peak, std::abs(x));
     }
     CHECK(peak <= kCeiling);
-    // The lone peak comes out at the ceiling, not lower: one part in 10^6 is the gain's rounding.
+    // The single peak is output at the ceiling, not lower; the gain is rounded to one part in 10^6.
     CHECK(std::abs(out[1][static_cast<std::size_t>(12001 + latency)]) ==
           Approx(kCeiling).epsilon(1e-6));
 }
 
-TEST_CASE("Samples that are not finite, or absurdly large, are muted and counted") {
+TEST_CASE(
+    "Samples that are not finite or exceed the largest valid magnitude are muted and counted") {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     for (const float bad : {kInfinity, -kInfinity, std::numeric_limits<float>::quiet_NaN(),
                             std::numeric_limits<float>::max()}) {
         CAPTURE(bad);
         Limiter limiter(kRate_hz, 2, 256);
         const auto latency = static_cast<std::size_t>(limiter.latency_samples());
-        // White noise has peaks between samples up to twice as high.
+        // Peaks of white noise between samples are up to twice as high.
         Stereo signal = noise(2048, 0.4F * kCeiling);
         Stereo expected = signal;
         std::size_t muted = 0;
@@ -111,7 +112,7 @@ TEST_CASE("Samples that are not finite, or absurdly large, are muted and counted
             muted += limiter.muted_samples();
         }
         CHECK(muted == 3);
-        // Below the ceiling the rest passes bit by bit.
+        // Exact: the other samples are below the ceiling.
         for (std::size_t c = 0; c < 2; ++c)
             CHECK(std::equal(signal[c].begin() + static_cast<std::ptrdiff_t>(latency),
                              signal[c].end(), expected[c].begin()));
@@ -126,9 +127,9 @@ TEST_CASE("Both channels get the same gain") {
     for (std::size_t i = 0; i < out[0].size(); ++i) CHECK(out[1][i] == 0.125F * out[0][i]);
 }
 
-TEST_CASE("Peaks between samples stay below -1 dBTP, which those at samples do not tell") {
-    // A tone at a quarter of the sample rate that is sampled at 45, 135, ... degrees: its peaks are
-    // 3 dB above its samples. Then white noise, band-limited as what is played is.
+TEST_CASE("Peaks between samples stay below -1 dBTP") {
+    // A tone at a quarter of the sample rate, sampled at 45, 135, ... degrees: its peaks are 3 dB
+    // above its samples. Then band-limited white noise.
     Stereo tone;
     for (auto& channel : tone) {
         for (std::size_t n = 0; n < 9600; ++n) {
@@ -145,15 +146,15 @@ TEST_CASE("Peaks between samples stay below -1 dBTP, which those at samples do n
         const float before = true_peak(in[0]);
         const float after = true_peak(out[0]);
         CHECK(20 * std::log10(double{before}) > 0.9);
-        // Between the eight places it may be 0.1 dB more.
+        // Eightfold oversampling underestimates peaks by up to 0.1 dB.
         CHECK(20 * std::log10(double{after}) < -0.9);
         CHECK(20 * std::log10(double{after}) > -1.5);
     }
-    // The companion: at its samples the tone is below the ceiling as it comes.
+    // Companion: the samples of the tone are below the ceiling before limiting.
     CHECK(*std::max_element(tone[0].begin(), tone[0].end()) < kCeiling);
 }
 
-TEST_CASE("The gain moves smoothly and is exactly one again after a peak") {
+TEST_CASE("The gain changes smoothly and is exactly one again after a peak") {
     Stereo in;
     in[0].assign(96000, 0.5F);
     in[1].assign(96000, 0.5F);
@@ -164,10 +165,10 @@ TEST_CASE("The gain moves smoothly and is exactly one again after a peak") {
     for (std::size_t i = static_cast<std::size_t>(latency) + 1; i < out[1].size(); ++i) {
         step = std::max(step, std::abs(out[1][i] - out[1][i - 1]));
     }
-    // The gain falls by 1 - 0.89 / 4 = 0.78 in 192 samples, in a straight line.
+    // The gain falls linearly by 1 - 0.89 / 4 = 0.78 in 192 samples.
     CHECK(step < 0.5F * 0.78F / 192 * 1.01F);
     CHECK(step > 0.5F * 0.78F / 192 * 0.9F);
-    // One tenth of a second after the peak e^-1 of the reduction is left, then nothing.
+    // 0.1 s after the peak e^-1 of the reduction remains, finally nothing.
     CHECK(out[1][1000 + 4800] == Approx(0.5F * (1 - 0.78F / 2.718F)).epsilon(0.05));
     CHECK(out[1].back() == 0.5F);
 }
