@@ -12,16 +12,16 @@ namespace aula {
 
 namespace {
 
-// Early reflections carry several walls' absorption: filters that resolve 47 Hz.
+// Filters of early reflections contain the absorption of several walls: they resolve 47 Hz.
 constexpr double kEarlyFilter_s = 1024.0 / 48000;
-// So much is not worth its price in a filter that runs sample by sample.
+// Filters of moving paths run in the time domain and are shorter, to limit the cost.
 constexpr double kPathFilter_s = 256.0 / 48000;
 
-// A turn of the head in less time than this would be heard.
+// A faster turn of the head would be audible.
 constexpr std::size_t kShortestTurn_samples = 64;
 
-// Early paths that move through delay lines, of all sources together and of one: the first order in
-// a room of six walls.
+// Largest numbers of early paths on delay lines: of all sources, and of one source (the first order
+// in a room of six walls).
 constexpr std::size_t kMovingEarly = 12;
 constexpr std::size_t kMostMovingEarly = 6;
 
@@ -88,8 +88,8 @@ RenderShape::RenderShape(const RendererConfig& config, const Hrtf* hrtf) {
     longest_delay_samples =
         std::max(config.response_samples, to_samples(config.longest_delay_s, rate));
 
-    // A fade is over before the next frame comes, a block's jitter allowed for; only very short
-    // frames have to wait, for a shorter fade would be heard.
+    // A fade ends before the next frame, with a margin of one block for jitter. Very short frames
+    // have to wait, since a shorter fade would be audible.
     const std::size_t frame_left = path.frame_samples > block ? path.frame_samples - block : 0;
     fade_samples = std::max(kShortestFade_samples, std::min(to_samples(kFade_s, rate), frame_left));
 }

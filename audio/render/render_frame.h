@@ -9,17 +9,17 @@
 
 namespace aula {
 
-/// The measures that a renderer and the builder of its frames share, worked out from the config.
+/// Dimensions common to a renderer and the builder of its frames, derived from the config.
 struct RenderShape {
     RenderShape(const RendererConfig& config, const Hrtf* hrtf);
 
-    ConvolutionShape reverberation;  ///< every source into the ambisonic field
-    std::size_t lead_samples;        ///< that the decoder's delay takes off all that passes it
-    std::size_t early_taps;          ///< of the filter of an early path
-    PathShape path;                  ///< of direct sound and the strongest early paths
-    std::size_t moving_paths;        ///< of a source: the direct sound and early ones
-    std::size_t longest_delay_samples;
-    std::size_t fade_samples;  ///< of an exchange of frames
+    ConvolutionShape reverberation;     ///< from the sources to the ambisonic field
+    std::size_t lead_samples;           ///< delay of the decoder, subtracted from all decoded sound
+    std::size_t early_taps;             ///< length of the filter of an early path
+    PathShape path;                     ///< direct sound and the strongest early paths
+    std::size_t moving_paths;           ///< per source: direct sound and early paths
+    std::size_t longest_delay_samples;  ///< of a moving path
+    std::size_t fade_samples;           ///< of an exchange of frames
 };
 
 struct RenderFrame::Parts {

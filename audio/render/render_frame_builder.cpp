@@ -38,10 +38,10 @@ struct RenderFrameBuilder::State {
     BandFilterDesigner path_bands;
     FractionalDelay interpolator;
 
-    std::vector<AlignedVector<float>> responses;  ///< [channel] of the source in hand
-    AlignedVector<float> early_filter;            ///< band filter between zeros
+    std::vector<AlignedVector<float>> responses;  ///< [channel] of the present source
+    AlignedVector<float> early_filter;            ///< band filter, zero-padded at both ends
     AlignedVector<float> delayed;
-    std::vector<std::vector<std::uint64_t>> moving;  ///< [source][place] early paths that move
+    std::vector<std::vector<std::uint64_t>> moving;  ///< [source][slot] moving early paths, 0: none
 
     void choose_moving(std::size_t source, std::span<const DiscretePath> early);
     void add_early(const DiscretePath& path, float gain);
@@ -66,8 +66,8 @@ void RenderFrameBuilder::prepare(std::span<const SourceSound> sources, RenderFra
         for (std::size_t c = 0; c < s.responses.size(); ++c) {
             const std::span<const float> in = source.ambisonics[c];
             assert(in.size() <= s.config.response_samples);
-            // What comes within the decoder's lead of the emission cannot be early enough: it is
-            // heard as much later.
+            // Sound within the decoder's lead after the emission cannot be rendered in time. It is
+            // added later by the lead.
             const auto lead =
                 static_cast<std::ptrdiff_t>(std::min(s.shape.lead_samples, in.size()));
             const auto end = std::transform(in.begin() + lead, in.end(), s.responses[c].begin(),
@@ -84,9 +84,9 @@ void RenderFrameBuilder::prepare(std::span<const SourceSound> sources, RenderFra
         if (source.direct) s.prepare_path(*source.direct, source.gain, paths[0]);
         s.choose_moving(i, source.early);
         for (const DiscretePath& path : source.early) {
-            const auto place = std::find(s.moving[i].begin(), s.moving[i].end(), path.id);
-            if (path.id != 0 && place != s.moving[i].end()) {
-                const auto index = static_cast<std::size_t>(place - s.moving[i].begin());
+            const auto slot = std::find(s.moving[i].begin(), s.moving[i].end(), path.id);
+            if (path.id != 0 && slot != s.moving[i].end()) {
+                const auto index = static_cast<std::size_t>(slot - s.moving[i].begin());
                 s.prepare_path(path, source.gain, paths[1 + index]);
             } else {
                 s.add_early(path, source.gain);
@@ -97,32 +97,33 @@ void RenderFrameBuilder::prepare(std::span<const SourceSound> sources, RenderFra
     }
 }
 
-/// The strongest early paths move; each keeps its place for as long as it does.
+/// Assigns the strongest early paths to slots of moving paths. A path keeps its slot while it
+/// moves.
 void RenderFrameBuilder::State::choose_moving(std::size_t source,
                                               std::span<const DiscretePath> early) {
-    // One that moves already stays until another is twice as strong: no to and fro.
-    constexpr float kStaying = 2;
-    std::vector<std::uint64_t>& places = moving[source];
+    // Hysteresis: a moving path is replaced only by one of twice its energy.
+    constexpr float kHysteresis = 2;
+    std::vector<std::uint64_t>& slots = moving[source];
     std::vector<std::pair<float, std::uint64_t>> strongest;
     for (const DiscretePath& path : early) {
         if (path.id == 0) continue;
         float energy = 0;
         for (const float gain : path.band_gain) energy += gain * gain;
-        if (std::find(places.begin(), places.end(), path.id) != places.end()) energy *= kStaying;
+        if (std::find(slots.begin(), slots.end(), path.id) != slots.end()) energy *= kHysteresis;
         strongest.emplace_back(energy, path.id);
     }
     std::sort(strongest.begin(), strongest.end(), std::greater<>());
-    strongest.resize(std::min(strongest.size(), places.size()));
+    strongest.resize(std::min(strongest.size(), slots.size()));
     const auto chosen = [&](std::uint64_t id) {
         return std::any_of(strongest.begin(), strongest.end(),
                            [&](const auto& s) { return s.second == id; });
     };
-    for (std::uint64_t& id : places) {
+    for (std::uint64_t& id : slots) {
         if (!chosen(id)) id = 0;
     }
     for (const auto& [energy, id] : strongest) {
-        if (std::find(places.begin(), places.end(), id) != places.end()) continue;
-        *std::find(places.begin(), places.end(), 0U) = id;
+        if (std::find(slots.begin(), slots.end(), id) != slots.end()) continue;
+        *std::find(slots.begin(), slots.end(), 0U) = id;
     }
 }
 
@@ -138,8 +139,8 @@ void RenderFrameBuilder::State::add_early(const DiscretePath& path, float gain) 
     filter(early_filter.data() + kMargin, impulse.data(), impulse.size(), delayed.data(),
            delayed.size());
 
-    // The interpolator's impulse comes kBefore samples late; what would come before the emission
-    // is cut off.
+    // The interpolator's impulse is delayed by kBefore samples. Samples before the emission are
+    // dropped.
     const auto start =
         static_cast<std::ptrdiff_t>(whole) - static_cast<std::ptrdiff_t>(FractionalDelay::kBefore);
     const std::size_t skipped = start < 0 ? static_cast<std::size_t>(-start) : 0;

@@ -12,7 +12,7 @@ namespace aula {
 
 namespace {
 
-/// Ambisonics in head axes to the two ears.
+/// Decodes ambisonics in head axes to two ears.
 class Decoder {
  public:
     Decoder(const RendererConfig& config, const Hrtf& hrtf)
@@ -53,7 +53,7 @@ struct Renderer::State {
           held(reverberation.most_filters()),
           rotation(field_order(settings), shape.path.turn_samples),
           ambisonics(ambisonic_channels(field_order(settings))) {
-        // A path that starts reads back as far as its filter hears, each ear half a head later.
+        // A path that starts reads the history of its filter, delayed further for each ear.
         const std::size_t history = 2 * shape.path.filter_taps;
         const Fade fade(shape.fade_samples);
         for (std::size_t i = 0; i < config.sources; ++i) {
@@ -78,7 +78,7 @@ struct Renderer::State {
     FractionalDelay interpolator;
     Convolver reverberation;
 
-    /// Frames that something here still refers to, the newest last.
+    /// Frames in use, from the oldest to the newest.
     std::vector<RenderFrame*> held;
     std::size_t held_count = 0;
     std::int64_t newest_stamp = 0;
@@ -88,8 +88,8 @@ struct Renderer::State {
     std::vector<std::vector<MovingPath>> paths;  ///< [source][path]
     std::unique_ptr<Decoder> decoder;            ///< binaural output only
 
-    std::vector<AlignedVector<float>> ambisonics;  ///< binaural output only uses them
-    std::vector<float*> field;                     ///< pointers to them
+    std::vector<AlignedVector<float>> ambisonics;  ///< [channel], binaural output only
+    std::vector<float*> field;                     ///< pointers to its channels
     std::vector<const float*> const_field;
 
     void exchange(RenderFrame* frame, const HeadRotation& head) noexcept AULA_NONBLOCKING {
@@ -104,7 +104,7 @@ struct Renderer::State {
         }
     }
 
-    /// Adds all moving paths to the ears, or to the field.
+    /// Adds all moving paths to the outputs: the ears or the field.
     void add_paths(std::span<const float* const> inputs, const HeadRotation& head,
                    std::span<float* const> out, std::size_t samples) noexcept AULA_NONBLOCKING {
         for (std::size_t i = 0; i < paths.size(); ++i) {
@@ -114,8 +114,8 @@ struct Renderer::State {
         }
     }
 
-    /// Gives back frames that are no longer used. All parts of an exchange fade over the same
-    /// samples; but the reverberation's later levels hold on to a frame for longer.
+    /// Returns unused frames to the mailbox. Moving paths stop using a frame when the first level
+    /// of the reverberation does; the other levels use it longer.
     void release(Mailbox<RenderFrame>& mailbox) noexcept AULA_NONBLOCKING {
         std::size_t kept = 0;
         for (std::size_t i = 0; i < held_count; ++i) {

@@ -17,37 +17,36 @@ namespace {
 
 using Complex = std::complex<double>;
 
-// An order N follows the phase of the ears as far as N wavelengths go round the head; below this
-// nothing is gained by giving it up.
-constexpr double kLowestCut_hz = 1500;
+// Order N reproduces the phase at the ears up to the frequency at which the head's circumference is
+// N wavelengths. A cutoff below 1500 Hz gains nothing.
+constexpr double kLowestCutoff_hz = 1500;
 constexpr double kHeadRadius_m = 0.0875;
 constexpr double kSpeed_m_s = 343;
 
 constexpr double kLead_s = 0.001;
 
-// Ears that have more in common than in the set are mixed to have less, and what is mixed is lost
-// to the level differences of single directions: 7 dB of 20 at 8 kHz, were it done to the end. A
-// coherence of so much is not told from none.
-constexpr double kUnheardCoherence = 0.09;
+// Mixing the ears for a lower coherence reduces the level differences of single directions: by 7 dB
+// of 20 dB at 8 kHz for the exact target. An excess of this much is inaudible and is left.
+constexpr double kInaudibleCoherence = 0.09;
 
-// The square of the error counts by the inverse of the magnitude, or the ear that is turned away
-// from the sound would be lost in the other's error; below -40 dB no more than at -40 dB.
-constexpr double kLeastEnergy = 1e-4;
+// Squared errors are weighted by the inverse magnitude; otherwise the contralateral responses would
+// hardly count. Magnitudes below -40 dB are weighted as -40 dB.
+constexpr double kEnergyFloor = 1e-4;
 
-double magnitude_only_hz(int order) {
-    return std::max(kLowestCut_hz, order * kSpeed_m_s / (2 * std::numbers::pi * kHeadRadius_m));
+double magnitude_cutoff_hz(int order) {
+    return std::max(kLowestCutoff_hz, order * kSpeed_m_s / (2 * std::numbers::pi * kHeadRadius_m));
 }
 
 /// A positive semidefinite Hermitian matrix of the two ears.
 struct Covariance {
     double left = 0;
     double right = 0;
-    Complex cross = 0;  ///< left times conjugate right
+    Complex cross = 0;  ///< mean of left times conjugate right
 
     Covariance scaled(double k) const { return {k * left, k * right, k * cross}; }
     double determinant() const { return std::max(0.0, left * right - std::norm(cross)); }
 
-    // Cayley and Hamilton: sqrt(A) = (A + sqrt(det A)) / sqrt(tr A + 2 sqrt(det A)).
+    // By Cayley and Hamilton: sqrt(A) = (A + sqrt(det A) I) / sqrt(tr A + 2 sqrt(det A)).
     Covariance root() const {
         const double d = std::sqrt(determinant());
         const double scale = std::sqrt(left + right + 2 * d);
@@ -57,7 +56,7 @@ struct Covariance {
     Covariance inverse() const { return Covariance{right, left, -cross}.scaled(1 / determinant()); }
 
     /// this * middle * this
-    Covariance around(const Covariance& middle) const {
+    Covariance congruent(const Covariance& middle) const {
         const Complex a = left * middle.left + cross * std::conj(middle.cross);
         const Complex b = left * middle.cross + cross * middle.right;
         const Complex c = std::conj(cross) * middle.left + right * std::conj(middle.cross);
@@ -67,31 +66,31 @@ struct Covariance {
     }
 };
 
-// The mixing of the ears that turns the covariance `is` into `wanted` and changes the signals
-// least: M = W (W S W)^-1 W with W = sqrt(wanted), S = is, and the root taken of the product in
-// brackets.
-Covariance correction(Covariance is, Covariance wanted) {
-    // At low frequencies both ears are the same: keep the matrices regular.
+// The mixing matrix that maps the covariance `actual` to `target` with the least change of the
+// signals (optimal covariance mixing, Vilkamo, Baeckstroem and Kuntz 2013): M = W (W S W)^(-1/2) W
+// with W = sqrt(target) and S = actual.
+Covariance optimal_mixing(Covariance actual, Covariance target) {
+    // At low frequencies both ears are equal: regularise the matrices.
     constexpr double kFloor = 1e-7;
-    const double floor = kFloor * (wanted.left + wanted.right);
-    for (Covariance* c : {&is, &wanted}) {
+    const double floor = kFloor * (target.left + target.right);
+    for (Covariance* c : {&actual, &target}) {
         c->left += floor;
         c->right += floor;
     }
-    const Covariance w = wanted.root();
-    return w.around(w.around(is).root().inverse());
+    const Covariance w = target.root();
+    return w.congruent(w.congruent(actual).root().inverse());
 }
 
-/// What is wanted, with as much of the coherence that is as is not heard.
-Covariance within_hearing(const Covariance& is, Covariance wanted) {
-    const double level = std::sqrt(wanted.left * wanted.right);
-    const Complex excess = level / std::sqrt(is.left * is.right) * is.cross - wanted.cross;
-    wanted.cross += excess * std::min(1.0, kUnheardCoherence * level / std::abs(excess));
-    return wanted;
+/// The covariance `target`, moved towards the coherence of `actual` by up to the inaudible amount.
+Covariance relax_coherence(const Covariance& actual, Covariance target) {
+    const double level = std::sqrt(target.left * target.right);
+    const Complex excess =
+        level / std::sqrt(actual.left * actual.right) * actual.cross - target.cross;
+    target.cross += excess * std::min(1.0, kInaudibleCoherence * level / std::abs(excess));
+    return target;
 }
 
-/// The responses of one ear at all directions with their delays re the middle of the head:
-/// [bin][direction].
+/// Transfer functions of one ear with delays re the centre of the head, [bin][direction].
 std::vector<std::vector<Complex>> ear_spectra(const HeadResponses& head, std::size_t ear,
                                               RealFft& fft) {
     AlignedVector<float> signal(fft.size());
@@ -114,7 +113,7 @@ std::vector<std::vector<Complex>> ear_spectra(const HeadResponses& head, std::si
     return spectra;
 }
 
-/// Directions in rows, channels in columns.
+/// Gains that encode each direction, [direction][channel].
 std::vector<std::vector<double>> encodings(const HeadResponses& head, std::size_t channels) {
     std::vector<std::vector<double>> rows;
     for (const std::array<float, 3>& direction : head.directions) {
@@ -124,9 +123,9 @@ std::vector<std::vector<double>> encodings(const HeadResponses& head, std::size_
     return rows;
 }
 
-// The weights d that minimise sum over i of w_i |H_i - Y_i d|^2 are (Y^T W Y)^-1 Y^T W H. This is
-// the matrix before H, [channel][direction], by Gauss and Jordan; Y^T W Y is symmetric and positive
-// definite, so no pivoting.
+// The weights d that minimise sum over i of w_i |H_i - Y_i d|^2 are (Y^T W Y)^-1 Y^T W H. Returns
+// the factor of H, [channel][direction], by Gauss-Jordan elimination. Y^T W Y is symmetric and
+// positive definite: no pivoting is needed.
 std::vector<std::vector<double>> least_squares(const std::vector<std::vector<double>>& encoding,
                                                const std::vector<double>& weights,
                                                std::size_t channels) {
@@ -156,8 +155,8 @@ std::vector<std::vector<double>> least_squares(const std::vector<std::vector<dou
 
 using Weights = std::vector<Complex>;
 
-/// What the weights make of a plane wave.
-Complex decoded(const std::vector<double>& encoding, const Weights& weights) {
+/// The ear signal of a plane wave of unit amplitude.
+Complex decode(const std::vector<double>& encoding, const Weights& weights) {
     Complex sum = 0;
     for (std::size_t c = 0; c < weights.size(); ++c) sum += encoding[c] * weights[c];
     return sum;
@@ -173,27 +172,28 @@ Weights times(const std::vector<std::vector<double>>& solution, const std::vecto
     return weights;
 }
 
-/// The weights whose magnitudes are nearest to those of the responses, from some that are near.
+/// One iteration of magnitude least squares from the initial `weights`.
 Weights fit_magnitudes(const std::vector<Complex>& responses, const HeadResponses& head,
                        const std::vector<std::vector<double>>& encoding, const Weights& weights) {
     double mean = 0;
     for (std::size_t i = 0; i < responses.size(); ++i) {
         mean += head.weights[i] * std::norm(responses[i]);
     }
-    std::vector<double> importance(responses.size());
+    std::vector<double> error_weights(responses.size());
     for (std::size_t i = 0; i < responses.size(); ++i) {
-        importance[i] = head.weights[i] / std::sqrt(std::norm(responses[i]) / mean + kLeastEnergy);
+        error_weights[i] =
+            head.weights[i] / std::sqrt(std::norm(responses[i]) / mean + kEnergyFloor);
     }
-    const auto solution = least_squares(encoding, importance, weights.size());
-    std::vector<Complex> turned(responses.size());
+    const auto solution = least_squares(encoding, error_weights, weights.size());
+    std::vector<Complex> target(responses.size());
     for (std::size_t i = 0; i < responses.size(); ++i) {
-        turned[i] = std::polar(std::abs(responses[i]), std::arg(decoded(encoding[i], weights)));
+        target[i] = std::polar(std::abs(responses[i]), std::arg(decode(encoding[i], weights)));
     }
-    return times(solution, turned);
+    return times(solution, target);
 }
 
-/// Both ears' covariance in a diffuse field, whose channels are uncorrelated and have the energies
-/// 1 / (2 l + 1) each.
+/// Covariance of the decoded ears in a diffuse field. Its channels are uncorrelated and have the
+/// energy 1 / (2 l + 1).
 Covariance diffuse_covariance(const std::array<Weights, 2>& weights) {
     Covariance sum;
     for (std::size_t c = 0; c < weights[0].size(); ++c) {
@@ -205,7 +205,7 @@ Covariance diffuse_covariance(const std::array<Weights, 2>& weights) {
     return sum;
 }
 
-/// The same as the responses give it.
+/// Covariance of the ears in a diffuse field according to the head responses.
 Covariance diffuse_covariance(const HeadResponses& head, const std::vector<Complex>& left,
                               const std::vector<Complex>& right) {
     Covariance sum;
@@ -217,12 +217,12 @@ Covariance diffuse_covariance(const HeadResponses& head, const std::vector<Compl
     return sum;
 }
 
-void mix(const Covariance& by, std::array<Weights, 2>& weights) {
+void mix(const Covariance& matrix, std::array<Weights, 2>& weights) {
     for (std::size_t c = 0; c < weights[0].size(); ++c) {
         const Complex left = weights[0][c];
         const Complex right = weights[1][c];
-        weights[0][c] = by.left * left + by.cross * right;
-        weights[1][c] = std::conj(by.cross) * left + by.right * right;
+        weights[0][c] = matrix.left * left + matrix.cross * right;
+        weights[1][c] = std::conj(matrix.cross) * left + matrix.right * right;
     }
 }
 
@@ -232,10 +232,10 @@ std::size_t decoder_lead_samples(double sample_rate_hz) {
     return static_cast<std::size_t>(std::lround(kLead_s * sample_rate_hz));
 }
 
-// At each frequency the weights d of an ear minimise sum over i of w_i |H_i - Y_i d|^2. Where only
-// the magnitude counts, H_i takes on the phase that the weights of the bin below give direction i:
-// from bin to bin magnitudes and phases settle; more rounds in a bin gain nothing. Then what
-// becomes of a diffuse field is corrected.
+// At each frequency the weights d of an ear minimise sum over i of w_i |H_i - Y_i d|^2. Above the
+// cutoff the phase of H_i is replaced by that which the weights of the bin below give direction i.
+// This converges from bin to bin; several iterations per bin gain nothing. Finally the
+// diffuse-field covariance is corrected.
 AmbisonicDecoder design_decoder(const HeadResponses& head, int order, DecoderDesign design) {
     assert(order >= 1 && order <= kHighestAmbisonicOrder);
     const std::size_t channels = ambisonic_channels(order);
@@ -259,15 +259,15 @@ AmbisonicDecoder design_decoder(const HeadResponses& head, int order, DecoderDes
     for (std::size_t k = 0; k < fft.bins(); ++k) {
         const double frequency_hz = static_cast<double>(k) * bin_hz;
         const bool fit =
-            design == DecoderDesign::magnitudes && frequency_hz > magnitude_only_hz(order);
+            design == DecoderDesign::magnitudes && frequency_hz > magnitude_cutoff_hz(order);
         for (std::size_t ear = 0; ear < 2; ++ear) {
             weights[ear] = fit ? fit_magnitudes(responses[ear][k], head, encoding, weights[ear])
                                : times(solution, responses[ear][k]);
         }
         if (design == DecoderDesign::magnitudes) {
-            const Covariance is = diffuse_covariance(weights);
-            const Covariance wanted = diffuse_covariance(head, responses[0][k], responses[1][k]);
-            mix(correction(is, fit ? within_hearing(is, wanted) : wanted), weights);
+            const Covariance actual = diffuse_covariance(weights);
+            const Covariance target = diffuse_covariance(head, responses[0][k], responses[1][k]);
+            mix(optimal_mixing(actual, fit ? relax_coherence(actual, target) : target), weights);
         }
         const Complex delay = std::polar(1.0, -2 * std::numbers::pi * delay_s * frequency_hz);
         for (std::size_t ear = 0; ear < 2; ++ear) {
@@ -281,7 +281,7 @@ AmbisonicDecoder design_decoder(const HeadResponses& head, int order, DecoderDes
     AlignedVector<float> signal(size);
     for (std::size_t ear = 0; ear < 2; ++ear) {
         for (AlignedVector<std::complex<float>>& spectrum : spectra[ear]) {
-            // The response is real: so is its spectrum at the Nyquist frequency.
+            // The spectrum of a real response is real at the Nyquist frequency.
             spectrum.back() = spectrum.back().real();
             fft.inverse(spectrum.data(), signal.data());
             std::vector<float>& out = decoder[ear].emplace_back(

@@ -11,25 +11,25 @@ namespace aula {
 /// Filters from ambisonic channels to the ears: [ear][channel][sample].
 using AmbisonicDecoder = std::array<std::vector<std::vector<float>>, 2>;
 
-/// How much later decoded sound comes than sound rendered by the responses: filters without a phase
-/// of their own ring before their peak as well as behind it.
+/// Additional delay of decoded sound re sound filtered by the head responses directly. The
+/// decoder's filters ring before their peak, too.
 std::size_t decoder_lead_samples(double sample_rate_hz);
 
-/// What the ears are given of a field that the order cannot render exactly.
+/// Error criterion of the decoder.
 enum class DecoderDesign {
-    /// Least squares at all frequencies: loses treble and separation of the ears. For comparison.
+    /// Complex least squares at all frequencies: loses treble and interaural differences. For
+    /// comparison.
     least_squares,
-    /// Least squares where the order follows the delays between the ears, of magnitudes above, and
-    /// in a diffuse field each ear's level and both ears' coherence as the responses give them.
+    /// Complex least squares below a cutoff frequency, magnitude least squares (MagLS) above it,
+    /// and
+    /// the diffuse-field covariance of the ears equalised to that of the head responses.
     magnitudes
 };
 
-/// Filters that give both ears of an ambisonic field of an order (1 to 3; ACN, SN3D, head axes)
-/// what the responses give them (Schoerkhuber, Zaunschirm and Hoeldrich, "Binaural Rendering of
-/// Ambisonic Signals via Magnitude Least Squares", DAGA 2018), half again as long as these. A wave
-/// that passes the middle of the head is heard centre_delay_s() and the lead
-/// later. Takes a fifth
-/// of a second.
+/// Designs the binaural decoder of an ambisonic field of order 1 to 3 (ACN, SN3D, head axes) after
+/// Schoerkhuber, Zaunschirm and Hoeldrich, "Binaural Rendering of Ambisonic Signals via Magnitude
+/// Least Squares", DAGA 2018. The filters are 1.5 times as long as the head responses. Their delay
+/// re the centre of the head is centre_delay_s() plus the lead. Takes about 0.2 s.
 AmbisonicDecoder design_decoder(const HeadResponses& head, int order,
                                 DecoderDesign design = DecoderDesign::magnitudes);
 

@@ -10,17 +10,17 @@ namespace aula {
 
 namespace {
 
-/// Samples that are turned at a time.
+/// Samples rotated at a time.
 constexpr std::size_t kChunk = 64;
 
-/// Where an order's block begins in a matrix.
+/// Offset of an order's block in a matrix.
 constexpr std::size_t block_start(int order) {
     std::size_t start = 0;
     for (int l = 0; l < order; ++l) start += static_cast<std::size_t>((2 * l + 1) * (2 * l + 1));
     return start;
 }
 
-/// Where element (m, n) of an order stands in its block, m and n from -order to order.
+/// Offset of element (m, n) in an order's block, m and n from -order to order.
 constexpr std::size_t element(int order, int m, int n) {
     return static_cast<std::size_t>((m + order) * (2 * order + 1) + n + order);
 }
@@ -54,20 +54,19 @@ std::array<float, kMostAmbisonicChannels> encode_direction(
 
 std::array<float, 3> in_head_axes(const HeadRotation& head,
                                   const std::array<float, 3>& direction) noexcept {
-    std::array<float, 3> turned;
+    std::array<float, 3> rotated;
     for (std::size_t i = 0; i < 3; ++i) {
-        turned[i] =
+        rotated[i] =
             head[i][0] * direction[0] + head[i][1] * direction[1] + head[i][2] * direction[2];
     }
-    return turned;
+    return rotated;
 }
 
 // Ivanic and Ruedenberg, "Rotation Matrices for Real Spherical Harmonics. Direct Determination by
-// Recursion", J. Phys. Chem. 100 (1996) 6342, with the corrections of 102 (1998) 9099: an order's
-// block follows from that of the order below and that of the first order, element by element
+// Recursion", J. Phys. Chem. 100 (1996) 6342, with the corrections of 102 (1998) 9099. An order's
+// block follows element by element from that of the order below and that of the first order:
 //     R_mn = u U + v V + w W,
-// where U, V and W are sums of products P and the factors u, v, w (table 1) depend on the element
-// alone.
+// where U, V and W are sums of products P and the factors u, v, w (table 1) depend on m and n only.
 FieldRotation::FieldRotation(int order, std::size_t glide_samples)
     : order_(order), glide_samples_(glide_samples) {
     assert(order >= 0 && order <= kHighestAmbisonicOrder && glide_samples > 0);
@@ -156,7 +155,7 @@ void FieldRotation::turn_to(const HeadRotation& head) noexcept {
 void FieldRotation::process(std::span<float* const> channels, std::size_t samples) noexcept {
     assert(channels.size() == ambisonic_channels(order_));
     for (std::size_t done = 0; done < samples;) {
-        // A chunk is within the glide or behind it.
+        // No chunk crosses the end of the interpolation.
         std::size_t count = std::min(kChunk, samples - done);
         if (remaining_ > 0) count = std::min(count, remaining_);
         process_chunk(channels, done, count);
@@ -167,7 +166,7 @@ void FieldRotation::process(std::span<float* const> channels, std::size_t sample
 void FieldRotation::process_chunk(std::span<float* const> channels, std::size_t offset,
                                   std::size_t samples) noexcept {
     const bool gliding = remaining_ > 0;
-    std::array<float, kChunk> time{};  // from the chunk's start, the value of the sample's end
+    std::array<float, kChunk> time{};  // samples from the chunk's start to the end of each sample
     for (std::size_t n = 0; n < kChunk; ++n) time[n] = static_cast<float>(n + 1);
     for (int l = 1; l <= order_; ++l) {
         const auto width = static_cast<std::size_t>(2 * l + 1);

@@ -11,13 +11,13 @@ namespace aula {
 
 inline constexpr int kHighestAmbisonicOrder = 3;
 
-/// Channels of a full-sphere ambisonic field of an order: 1, 4, 9, 16.
+/// Number of channels of a full-sphere ambisonic field: 1, 4, 9, 16.
 constexpr std::size_t ambisonic_channels(int order) {
     return static_cast<std::size_t>((order + 1) * (order + 1));
 }
 inline constexpr std::size_t kMostAmbisonicChannels = ambisonic_channels(kHighestAmbisonicOrder);
 
-/// Order of the harmonic behind a channel number (ACN): 0, 1 1 1, 2 2 2 2 2, ...
+/// Order of the harmonic of a channel (ACN): 0, 1 1 1, 2 2 2 2 2, ...
 constexpr int order_of_channel(std::size_t channel) {
     int order = 0;
     while (ambisonic_channels(order) <= channel) ++order;
@@ -25,37 +25,37 @@ constexpr int order_of_channel(std::size_t channel) {
 }
 
 /// Gains that encode a plane wave from a unit direction (x front, y left, z up): real spherical
-/// harmonics up to third order, ACN, SN3D. A prefix of them is a lower order's.
+/// harmonics up to third order, ACN, SN3D. Lower orders are prefixes.
 std::array<float, kMostAmbisonicChannels> encode_direction(
     const std::array<float, 3>& direction) noexcept AULA_NONBLOCKING;
 
-/// Orientation of the head: rows are the head's x (front), y (left), z (up) axes in world axes, so
-/// that head = rotation * world.
+/// Orientation of the head. Rows are the head's x (front), y (left) and z (up) axes in world axes:
+/// head = rotation * world.
 using HeadRotation = std::array<std::array<float, 3>, 3>;
 inline constexpr HeadRotation kNoRotation{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 
-/// A direction in head axes.
+/// Transforms a direction from world axes to head axes.
 std::array<float, 3> in_head_axes(const HeadRotation& head,
                                   const std::array<float, 3>& direction) noexcept AULA_NONBLOCKING;
 
-/// Turns an ambisonic field from world axes into head axes. A new orientation is moved to in a
-/// straight line, sample by sample, over a set time: as short as to follow at once, long enough not
-/// to click. The first is taken at once. [audio thread, but for the constructor]
+/// Rotates an ambisonic field from world axes to head axes. The rotation matrix is interpolated
+/// linearly to a new orientation, sample by sample, over `glide_samples`, which avoids clicks. The
+/// first orientation takes effect immediately. [audio thread, except the constructor]
 class FieldRotation {
  public:
     FieldRotation(int order, std::size_t glide_samples);
 
-    /// Where to turn to from the next sample on.
+    /// Starts the interpolation to a new orientation at the next sample.
     void turn_to(const HeadRotation& head) noexcept AULA_NONBLOCKING;
 
-    /// Turns a block in place; as many channels as the order has.
+    /// Rotates a block of ambisonic_channels(order) channels in place.
     void process(std::span<float* const> channels, std::size_t samples) noexcept AULA_NONBLOCKING;
 
  private:
-    /// The rotation of harmonics, one square block [row][column] for each order, one after another.
+    /// Block-diagonal rotation matrix of the harmonics: a square block [row][column] per order.
     using Matrix = std::array<float, 1 + 9 + 25 + 49>;
 
-    /// Factors of the recursion for one element of a block.
+    /// Factors of the recursion for an element of a block.
     struct Factors {
         float u, v, w;
     };
@@ -66,7 +66,7 @@ class FieldRotation {
 
     int order_;
     std::size_t glide_samples_;
-    std::vector<Factors> factors_;  ///< of the orders from 2 on, as in Matrix
+    std::vector<Factors> factors_;  ///< for orders from 2 on, in the layout of Matrix
     HeadRotation head_{};
     bool started_ = false;
     std::size_t remaining_ = 0;  ///< samples until the target is reached

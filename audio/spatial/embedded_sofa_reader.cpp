@@ -1,6 +1,6 @@
 #include "audio/spatial/embedded_sofa_reader.h"
 
-// The program's bytes, from the file that the build has made.
+// The bytes of the program, from the file made by the build.
 asm(".pushsection .rodata\n"
     ".global aula_sofa_reader_begin\n"
     "aula_sofa_reader_begin:\n"

@@ -5,7 +5,7 @@
 
 namespace aula {
 
-/// The program of sofa_reader.cpp, an executable file.
+/// The executable file built from sofa_reader.cpp.
 std::span<const std::byte> embedded_sofa_reader();
 
 }  // namespace aula

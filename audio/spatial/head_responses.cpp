@@ -16,11 +16,11 @@ double HeadResponses::centre_delay_s() const {
     return sum;
 }
 
-std::vector<double> sphere_shares(const std::vector<std::array<float, 3>>& directions) {
-    // A Fibonacci lattice covers the sphere evenly; each point counts for its nearest direction.
-    // Its mirror image as well: a symmetric head stays symmetric.
+std::vector<double> quadrature_weights(const std::vector<std::array<float, 3>>& directions) {
+    // Each point of a Fibonacci lattice, which covers the sphere evenly, counts for its nearest
+    // direction. The mirrored lattice is added so that weights of symmetric directions are equal.
     constexpr std::size_t kPoints = 10000;
-    std::vector<double> shares(directions.size());
+    std::vector<double> weights(directions.size());
     for (std::size_t p = 0; p < kPoints; ++p) {
         const double z = 1 - (2 * static_cast<double>(p) + 1) / static_cast<double>(kPoints);
         const double azimuth = std::numbers::pi * (3 - std::sqrt(5.0)) * static_cast<double>(p);
@@ -39,10 +39,10 @@ std::vector<double> sphere_shares(const std::vector<std::array<float, 3>>& direc
                     nearest = i;
                 }
             }
-            shares[nearest] += 0.5 / static_cast<double>(kPoints);
+            weights[nearest] += 0.5 / static_cast<double>(kPoints);
         }
     }
-    return shares;
+    return weights;
 }
 
 void fade_out(std::span<float> response) {

@@ -8,21 +8,22 @@
 
 namespace aula {
 
-/// Measured head-related impulse responses, minimum phase and delay apart.
+/// Measured head-related impulse responses, separated into minimum phase and delay.
 struct HeadResponses {
     double sample_rate_hz = 48000;
     std::vector<std::array<float, 3>> directions;  ///< unit, x front, y left, z up
-    std::vector<double> weights;  ///< share of the sphere nearest to each direction; sum 1
-    std::vector<std::array<Hrtf::Ear, 2>> ears;
+    std::vector<double> weights;                   ///< quadrature weight of each direction; sum 1
+    std::vector<std::array<Hrtf::Ear, 2>> ears;    ///< [direction][left, right]
 
-    /// The share-weighted mean delay of both ears: that of the middle of the head.
+    /// The weighted mean delay of both ears: the delay at the centre of the head.
     double centre_delay_s() const;
 };
 
-/// Shares of the sphere that lie nearest to each of the directions.
-std::vector<double> sphere_shares(const std::vector<std::array<float, 3>>& directions);
+/// The quadrature weight of each direction: the share of the sphere nearest to it (its Voronoi
+/// cell).
+std::vector<double> quadrature_weights(const std::vector<std::array<float, 3>>& directions);
 
-/// Lets the last quarter of a response end in half a cosine instead of a step.
+/// Fades out the last quarter of a response with half a raised cosine.
 void fade_out(std::span<float> response);
 
 }  // namespace aula

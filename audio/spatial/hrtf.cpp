@@ -24,21 +24,21 @@ namespace {
 constexpr const char* kDefaultFile = "/usr/share/libmysofa/default.sofa";
 
 constexpr double kResponse_s = 256.0 / 48000;
-constexpr float kLowestEnergy = 1e-8F;  // of the greatest: -80 dB
+constexpr float kLowestEnergy = 1e-8F;  // re the greatest: -80 dB
 
-// Delays are sought where both ears hear; above, the response behind the head is all ripple.
+// Delays are estimated below this frequency; above it contralateral responses are too irregular.
 constexpr double kDelayBand_hz = 8000;
 
-// The correction of the diffuse field is bounded re its mean level in this band: what a measurement
-// has no energy for cannot be brought back.
+// The diffuse-field equalisation is bounded re the mean level in this band: frequencies without
+// energy in the measurement cannot be restored.
 constexpr double kLevelFrom_hz = 200;
 constexpr double kLevelTo_hz = 8000;
 constexpr double kGreatestBoost = 16;  // 24 dB
 
-// Silence in front, for the resampler's ringing before an early onset.
+// Silence before the responses, for the resampler's ringing before an early onset.
 constexpr std::size_t kLead_samples = 64;
 
-// What a measurement can be; all else is an error of the file.
+// Limits of plausible measurements; anything else is an error of the file.
 constexpr float kLowestRate_hz = 8000;
 constexpr float kHighestRate_hz = 768'000;
 constexpr double kLongest_s = 0.25;
@@ -53,7 +53,7 @@ constexpr double kMostResampled = 1 << 26;  // 256 MiB
     throw AudioInputError(measured.file.string() + ": " + problem);
 }
 
-/// Throws AudioInputError unless sizes, rate, positions, responses and delays can be measured ones.
+/// Throws AudioInputError unless sizes, rate, positions, responses and delays are plausible.
 void check(const HeadMeasurements& measured, double sample_rate_hz) {
     const auto fail = [&](const std::string& problem) { aula::fail(measured, problem); };
     const std::size_t directions = measured.positions.size();
@@ -98,13 +98,14 @@ void check(const HeadMeasurements& measured, double sample_rate_hz) {
     }
 }
 
-/// Magnitude and delay of one measured response, apart.
+/// Magnitude and delay of a measured response.
 struct Analysis {
     std::vector<float> log_magnitude;
     double delay_s = 0;
 };
 
-/// Takes measured responses apart and makes minimum-phase ones of their magnitudes.
+/// Separates measured responses into magnitude and delay, and makes minimum-phase responses of
+/// magnitudes.
 class ResponseSplitter {
  public:
     ResponseSplitter(std::size_t measured_samples, std::size_t taps, double sample_rate_hz)
@@ -149,7 +150,8 @@ class ResponseSplitter {
     }
 
  private:
-    /// Where the cross-correlation of the response with its minimum-phase twin peaks.
+    /// The position of the peak of the cross-correlation of the response with its minimum-phase
+    /// version.
     double excess_delay_samples() {
         const double band = kDelayBand_hz / bin_hz();
         std::fill(cross_.begin(), cross_.end(), 0.0F);
@@ -162,7 +164,7 @@ class ResponseSplitter {
         fft_.inverse(cross_.data(), signal_.data());
         const auto peak = static_cast<std::size_t>(
             std::max_element(signal_.begin(), signal_.end()) - signal_.begin());
-        // A parabola through the peak and its neighbours; the band is narrow enough for it.
+        // Parabolic interpolation of the peak; the band is narrow enough for it.
         const double before = double{signal_[(peak + size_ - 1) % size_]};
         const double after = double{signal_[(peak + 1) % size_]};
         const double curvature = before - 2 * double{signal_[peak]} + after;
@@ -181,7 +183,7 @@ class ResponseSplitter {
     std::vector<std::complex<float>> log_response_;
 };
 
-/// Resampled responses, [direction * 2 + ear][sample] with kLead_samples of silence before.
+/// Resampled responses, [direction * 2 + ear][sample], after kLead_samples of silence.
 std::vector<std::vector<float>> resampled(const HeadMeasurements& measured, double sample_rate_hz) {
     const std::size_t channels = 2 * measured.positions.size();
     const std::size_t lead = kLead_samples;
@@ -200,8 +202,9 @@ std::vector<std::vector<float>> resampled(const HeadMeasurements& measured, doub
     return out;
 }
 
-/// Logarithm of the gain that makes the ears' mean energy in a diffuse field 1 at every frequency:
-/// it takes out the loudspeaker and the ear canal, which all directions share.
+/// Diffuse-field equalisation: logarithm of the gain that makes the mean energy of the ears in a
+/// diffuse field 1 at every frequency. It removes the loudspeaker and the ear canal, which are
+/// common to all directions.
 std::vector<float> diffuse_field_correction(const std::vector<std::array<Analysis, 2>>& analyses,
                                             const std::vector<double>& weights, double bin_hz) {
     std::vector<double> energy(analyses[0][0].log_magnitude.size());
@@ -260,7 +263,7 @@ Hrtf::Hrtf(const HeadMeasurements& measured, double sample_rate_hz)
                 double{measured.delays_samples[2 * i + e]} / double{measured.sample_rate_hz};
         }
     }
-    head.weights = sphere_shares(head.directions);
+    head.weights = quadrature_weights(head.directions);
     const std::vector<float> correction =
         diffuse_field_correction(analyses, head.weights, splitter.bin_hz());
     for (std::array<Analysis, 2>& analysis : analyses) {
@@ -283,7 +286,7 @@ Hrtf::Hrtf(const HeadMeasurements& measured, double sample_rate_hz)
                      "responses without energy below half the sample rate; expected some");
         }
     }
-    // The renderer's delay lines reach so far back.
+    // The history of the renderer's delay lines is this long.
     if (!(latest_s - earliest_s <= kResponse_s)) {
         fail(measured, "delays that differ by " + std::to_string(latest_s - earliest_s) +
                            " s; expected at most 0.0053 s");
@@ -308,15 +311,16 @@ std::array<Hrtf::Ear, 2> Hrtf::ears(const std::array<float, 3>& direction) const
     return both;
 }
 
-// Four nearest directions, weighted by (1 / angle - 1 / angle of the fifth)^2: exact at a measured
-// direction, and continuous where one neighbour gives way to another (Franke and Little 1980).
+// Modified Shepard interpolation (Franke and Little 1980) between the four nearest directions,
+// weighted by (1 / angle - 1 / angle of the fifth)^2: exact at measured directions, and continuous
+// where the set of neighbours changes.
 void Hrtf::ears(const std::array<float, 3>& direction,
                 const std::array<std::span<float>, 2>& minimum_phase,
                 std::array<double, 2>& delays_s) const noexcept {
     constexpr std::size_t kNeighbours = 4;
     const HeadResponses& head = state_->head;
     struct Neighbour {
-        float distance;  // the chord serves as well as the angle
+        float distance;  // chord, a monotonic function of the angle
         std::size_t index;
     };
     std::array<Neighbour, kNeighbours + 1> nearest;
@@ -328,15 +332,15 @@ void Hrtf::ears(const std::array<float, 3>& direction,
             squared += difference * difference;
         }
         if (squared >= nearest.back().distance) continue;
-        std::size_t place = kNeighbours;
-        for (; place > 0 && nearest[place - 1].distance > squared; --place) {
-            nearest[place] = nearest[place - 1];
+        std::size_t rank = kNeighbours;
+        for (; rank > 0 && nearest[rank - 1].distance > squared; --rank) {
+            nearest[rank] = nearest[rank - 1];
         }
-        nearest[place] = {squared, i};
+        nearest[rank] = {squared, i};
     }
     for (Neighbour& neighbour : nearest) neighbour.distance = std::sqrt(neighbour.distance);
 
-    // A set has four directions at least.
+    // There are at least four measured directions.
     const std::size_t count = std::min(kNeighbours, head.directions.size() - 1);
     constexpr float kSame = 1e-6F;
     const float reach = std::max(nearest[count].distance, 2 * kSame);

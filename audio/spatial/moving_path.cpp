@@ -10,15 +10,15 @@ namespace aula {
 
 namespace {
 
-// Of the speed of sound: faster is no movement but a jump.
+// Re the speed of sound. A faster change is a jump.
 constexpr double kFastestMove = 0.5;
 
-// Ears are looked up again when the direction has turned by more than this, in radians.
+// The ear filters are updated if the direction has turned by more than this, radians.
 constexpr float kSameDirection = 1e-4F;
 
 std::array<float, 3> normalised(const std::array<float, 3>& v) noexcept {
     const float length = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-    // Halfway between opposite directions there is none.
+    // The midpoint of opposite directions has no direction.
     if (length < 1e-6F) return {1, 0, 0};
     return {v[0] / length, v[1] / length, v[2] / length};
 }
@@ -27,8 +27,8 @@ float distance(const std::array<float, 3>& a, const std::array<float, 3>& b) noe
     return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
 }
 
-/// Keeps the last samples of a block in front, for the filter of the next one.
-void keep_past(AlignedVector<float>& signal, std::size_t past, std::size_t samples) noexcept {
+/// Moves the last `past` samples to the front, as the filter's history for the next block.
+void keep_history(AlignedVector<float>& signal, std::size_t past, std::size_t samples) noexcept {
     std::copy_n(signal.begin() + static_cast<std::ptrdiff_t>(samples), past, signal.begin());
 }
 
@@ -53,21 +53,21 @@ PathTrack::PathTrack(const PathShape& shape)
       ear_taps_(shape.hrtf != nullptr ? shape.hrtf->taps() : 1),
       delay_(shape.frame_samples),
       points_(shape.points()),
-      turned_(shape.turn_samples),
+      ear_fade_(shape.turn_samples),
       filtered_(shape.block),
       faded_(shape.block) {
     for (Point& point : points_) {
         point.ear_delay = Glide(shape.turn_samples);
         point.delayed.resize(shape.filter_taps - 1 + shape.block);
-        point.heard.resize(ear_taps_ - 1 + shape.block);
+        point.ear_input.resize(ear_taps_ - 1 + shape.block);
         for (AlignedVector<float>& ear : point.ear) ear.resize(ear_taps_);
     }
 }
 
-/// Looks up the ears' filters and delays for a direction in head axes.
-void PathTrack::take_ears(const std::array<float, 3>& direction, std::size_t place) noexcept {
+/// Sets ear filters and delays for a direction in head axes.
+void PathTrack::set_ears(const std::array<float, 3>& direction, std::size_t slot) noexcept {
     ear_direction_ = direction;
-    shape_.hrtf->ears(direction, {points_[0].ear[place], points_[1].ear[place]}, ear_delays_);
+    shape_.hrtf->ears(direction, {points_[0].ear[slot], points_[1].ear[slot]}, ear_delays_);
     for (double& delay : ear_delays_) delay *= shape_.sample_rate_hz;
 }
 
@@ -77,8 +77,8 @@ void PathTrack::start(const PathSound& sound, const DelayLine& line,
     direction_ = target_ = sound.direction;
     remaining_ = 0;
     if (shape_.hrtf != nullptr) {
-        turned_ = shape_.turn_samples;
-        take_ears(in_head_axes(head, direction_), 0);
+        ear_fade_ = shape_.turn_samples;
+        set_ears(in_head_axes(head, direction_), 0);
     } else {
         encoding_ = encode_direction(direction_);
     }
@@ -86,7 +86,7 @@ void PathTrack::start(const PathSound& sound, const DelayLine& line,
     for (std::size_t p = 0; p < points_.size(); ++p) {
         Point& point = points_[p];
         point.ear_delay.jump(ear_delays_[p]);
-        std::fill(point.heard.begin(), point.heard.end(), 0.0F);
+        std::fill(point.ear_input.begin(), point.ear_input.end(), 0.0F);
         for (std::size_t n = 0; n < past; ++n) {
             const auto offset = static_cast<std::ptrdiff_t>(n) - static_cast<std::ptrdiff_t>(past);
             point.delayed[n] = line.read(offset, sound.delay_samples + ear_delays_[p]);
@@ -121,11 +121,11 @@ void PathTrack::advance_direction(std::size_t samples) noexcept {
 void PathTrack::read(const DelayLine& line, const HeadRotation& head,
                      std::size_t samples) noexcept {
     advance_direction(samples);
-    if (shape_.hrtf != nullptr && turned_ == shape_.turn_samples) {
+    if (shape_.hrtf != nullptr && ear_fade_ == shape_.turn_samples) {
         const std::array<float, 3> direction = in_head_axes(head, direction_);
         if (!(distance(direction, ear_direction_) <= kSameDirection)) {
-            take_ears(direction, 1);
-            turned_ = 0;
+            set_ears(direction, 1);
+            ear_fade_ = 0;
             for (std::size_t p = 0; p < 2; ++p) points_[p].ear_delay.move_to(ear_delays_[p]);
         }
     }
@@ -137,7 +137,7 @@ void PathTrack::read(const DelayLine& line, const HeadRotation& head,
                 line.read(static_cast<std::ptrdiff_t>(n), delay + point.ear_delay.next());
         }
     }
-    for (Point& point : points_) std::fill_n(point.heard.data() + ear_taps_ - 1, samples, 0.0F);
+    for (Point& point : points_) std::fill_n(point.ear_input.data() + ear_taps_ - 1, samples, 0.0F);
 }
 
 void PathTrack::add(const PathSound& sound, std::span<const float> weights,
@@ -145,23 +145,23 @@ void PathTrack::add(const PathSound& sound, std::span<const float> weights,
     for (Point& point : points_) {
         filter(point.delayed.data() + shape_.filter_taps - 1, sound.filter.data(),
                shape_.filter_taps, filtered_.data(), samples);
-        float* const heard = point.heard.data() + ear_taps_ - 1;
+        float* const ear_input = point.ear_input.data() + ear_taps_ - 1;
         if (weights.empty()) {
-            for (std::size_t n = 0; n < samples; ++n) heard[n] += filtered_[n];
+            for (std::size_t n = 0; n < samples; ++n) ear_input[n] += filtered_[n];
         } else {
-            for (std::size_t n = 0; n < samples; ++n) heard[n] += weights[n] * filtered_[n];
+            for (std::size_t n = 0; n < samples; ++n) ear_input[n] += weights[n] * filtered_[n];
         }
     }
 }
 
 void PathTrack::add_ear(Point& point, float* output, std::size_t samples) noexcept {
-    const float* const heard = point.heard.data() + ear_taps_ - 1;
-    filter(heard, point.ear[0].data(), ear_taps_, filtered_.data(), samples);
-    if (turned_ < shape_.turn_samples) {
-        filter(heard, point.ear[1].data(), ear_taps_, faded_.data(), samples);
+    const float* const ear_input = point.ear_input.data() + ear_taps_ - 1;
+    filter(ear_input, point.ear[0].data(), ear_taps_, filtered_.data(), samples);
+    if (ear_fade_ < shape_.turn_samples) {
+        filter(ear_input, point.ear[1].data(), ear_taps_, faded_.data(), samples);
         const float step = 1 / static_cast<float>(shape_.turn_samples);
         for (std::size_t n = 0; n < samples; ++n) {
-            const float share = std::min(1.0F, step * static_cast<float>(turned_ + n + 1));
+            const float share = std::min(1.0F, step * static_cast<float>(ear_fade_ + n + 1));
             filtered_[n] += share * (faded_[n] - filtered_[n]);
         }
     }
@@ -170,12 +170,12 @@ void PathTrack::add_ear(Point& point, float* output, std::size_t samples) noexce
 
 void PathTrack::add_field(std::span<float* const> outputs, std::size_t samples) noexcept {
     const auto target = encode_direction(direction_);
-    const float* const heard = points_[0].heard.data();
+    const float* const ear_input = points_[0].ear_input.data();
     const float step = 1 / static_cast<float>(samples);
     for (std::size_t o = 0; o < outputs.size(); ++o) {
         const float slope = step * (target[o] - encoding_[o]);
         for (std::size_t n = 0; n < samples; ++n) {
-            outputs[o][n] += (encoding_[o] + slope * static_cast<float>(n + 1)) * heard[n];
+            outputs[o][n] += (encoding_[o] + slope * static_cast<float>(n + 1)) * ear_input[n];
         }
     }
     encoding_ = target;
@@ -184,9 +184,9 @@ void PathTrack::add_field(std::span<float* const> outputs, std::size_t samples) 
 void PathTrack::finish(std::span<float* const> outputs, std::size_t samples) noexcept {
     if (shape_.hrtf != nullptr) {
         for (std::size_t p = 0; p < 2; ++p) add_ear(points_[p], outputs[p], samples);
-        if (turned_ < shape_.turn_samples) {
-            turned_ = std::min(turned_ + samples, shape_.turn_samples);
-            if (turned_ == shape_.turn_samples) {
+        if (ear_fade_ < shape_.turn_samples) {
+            ear_fade_ = std::min(ear_fade_ + samples, shape_.turn_samples);
+            if (ear_fade_ == shape_.turn_samples) {
                 for (Point& point : points_) std::swap(point.ear[0], point.ear[1]);
             }
         }
@@ -194,8 +194,8 @@ void PathTrack::finish(std::span<float* const> outputs, std::size_t samples) noe
         add_field(outputs, samples);
     }
     for (Point& point : points_) {
-        keep_past(point.delayed, shape_.filter_taps - 1, samples);
-        keep_past(point.heard, ear_taps_ - 1, samples);
+        keep_history(point.delayed, shape_.filter_taps - 1, samples);
+        keep_history(point.ear_input, ear_taps_ - 1, samples);
     }
 }
 
@@ -209,7 +209,7 @@ void MovingPath::exchange(const PathSound* sound, const DelayLine& line,
     voice.sound = sound;
     fade_.start();
     if (!sound->present) return;
-    const bool same = &voice == &next_ && current_.heard() && current_.sound->id == sound->id;
+    const bool same = &voice == &next_ && current_.audible() && current_.sound->id == sound->id;
     if (same && tracks_[current_.track].can_reach(*sound)) {
         voice.track = current_.track;
         tracks_[voice.track].move_to(*sound);
@@ -221,25 +221,25 @@ void MovingPath::exchange(const PathSound* sound, const DelayLine& line,
 
 void MovingPath::process(const DelayLine& line, const HeadRotation& head,
                          std::span<float* const> outputs, std::size_t samples) noexcept {
-    const bool current_heard = current_.heard();
-    const bool next_heard = next_.heard();
-    std::array<bool, 2> heard{};
-    if (current_heard) heard[current_.track] = true;
-    if (next_heard) heard[next_.track] = true;
+    const bool current_audible = current_.audible();
+    const bool next_audible = next_.audible();
+    std::array<bool, 2> active{};
+    if (current_audible) active[current_.track] = true;
+    if (next_audible) active[next_.track] = true;
     for (std::size_t t = 0; t < 2; ++t) {
-        if (heard[t]) tracks_[t].read(line, head, samples);
+        if (active[t]) tracks_[t].read(line, head, samples);
     }
     if (!fading()) {
-        if (current_heard) tracks_[current_.track].add(*current_.sound, {}, samples);
+        if (current_audible) tracks_[current_.track].add(*current_.sound, {}, samples);
     } else {
         const std::span<float> weights(weights_.data(), samples);
         for (std::size_t n = 0; n < samples; ++n) weights[n] = fade_.weight(n);
-        if (next_heard) tracks_[next_.track].add(*next_.sound, weights, samples);
+        if (next_audible) tracks_[next_.track].add(*next_.sound, weights, samples);
         for (float& weight : weights) weight = 1 - weight;
-        if (current_heard) tracks_[current_.track].add(*current_.sound, weights, samples);
+        if (current_audible) tracks_[current_.track].add(*current_.sound, weights, samples);
     }
     for (std::size_t t = 0; t < 2; ++t) {
-        if (heard[t]) tracks_[t].finish(outputs, samples);
+        if (active[t]) tracks_[t].finish(outputs, samples);
     }
     if (!fading()) return;
     fade_.advance(samples);

@@ -28,12 +28,13 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// The child has 5 s of processor time; on a busy machine, or from a slow disk, it needs more.
+/// The child has 5 s of CPU time; on a busy machine or with a slow disk it takes longer.
 constexpr std::chrono::seconds kLongest{60};
 
 class Descriptor {
  public:
-    /// Takes a descriptor over; moves it above the standard ones, which the child's take.
+    /// Takes ownership of a descriptor. Moves it above the standard descriptors, which the child
+    /// replaces.
     explicit Descriptor(int number) : number_(number) {
         if (number_ < 0 || number_ > STDERR_FILENO) return;
         number_ = fcntl(number, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
@@ -58,10 +59,10 @@ class Descriptor {
                        "memory that may be executed");
 }
 
-/// A file in memory that may be executed.
+/// Creates an executable file in memory.
 int make_program_file() {
 #ifndef MFD_EXEC
-    constexpr unsigned MFD_EXEC = 0x10;  // since Linux 6.3, which may refuse execution without
+    constexpr unsigned MFD_EXEC = 0x10;  // since Linux 6.3, where execution may require it
 #endif
     const int made = memfd_create("aula-sofa-reader", MFD_CLOEXEC | MFD_EXEC);
     if (made >= 0 || errno != EINVAL) return made;
@@ -78,8 +79,8 @@ bool write_all(const Descriptor& to, std::span<const std::byte> bytes) {
     return true;
 }
 
-/// A child process that reads `input` and writes to `output`. It is ended and waited for, by its
-/// number alone.
+/// A child process that reads `input` and writes to `output`. The destructor kills it and waits for
+/// it, by its process id only.
 class Child {
  public:
     Child(const Descriptor& program, const Descriptor& input, const Descriptor& output) {
@@ -88,7 +89,7 @@ class Child {
         posix_spawn_file_actions_adddup2(&files, input.number(), STDIN_FILENO);
         posix_spawn_file_actions_adddup2(&files, output.number(), STDOUT_FILENO);
         posix_spawn_file_actions_addopen(&files, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-        // Signals as in a new process, and no real-time priority, whatever the caller has.
+        // Default signal handling and no real-time priority, independent of the caller.
         posix_spawnattr_t attributes;
         posix_spawnattr_init(&attributes);
         sigset_t signals;
@@ -111,7 +112,7 @@ class Child {
     ~Child() {
         if (id_ < 0) return;
         kill(id_, SIGKILL);
-        // A host that ignores SIGCHLD, or waits for any child, leaves none to wait for.
+        // If the host ignores SIGCHLD or waits for any child, waitpid() fails.
         while (waitpid(id_, nullptr, 0) < 0 && errno == EINTR) {
         }
     }
@@ -124,7 +125,7 @@ class Child {
     pid_t id_ = -1;
 };
 
-/// Reads exactly so many bytes; false where they do not come in time.
+/// Reads exactly `size` bytes. Returns false if they are not available before the deadline.
 bool read_all(const Descriptor& from, void* bytes, std::size_t size, Clock::time_point deadline) {
     auto* to = static_cast<std::byte*>(bytes);
     while (size > 0) {
@@ -156,7 +157,7 @@ HeadMeasurements read_sofa(const std::filesystem::path& file) {
                               "; expected a SOFA file of head-related impulse responses "
                               "(SimpleFreeFieldHRIR)");
     };
-    // Without waiting for the other end of a pipe.
+    // Non-blocking: opening a pipe does not wait for its other end.
     const Descriptor input(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
     if (input.number() < 0) fail(errno == EACCES ? "may not be read" : "no such file");
     struct stat status {};

@@ -1,5 +1,5 @@
-// A program: reads a SOFA file from standard input and writes a SofaHeader and the measurements to
-// standard output. Embedded in the library and run by read_sofa().
+// A program that reads a SOFA file from standard input and writes a SofaHeader and the measurements
+// to standard output. It is embedded in the library and run by read_sofa().
 
 #include <mysofa.h>
 #include <sys/prctl.h>
@@ -23,7 +23,8 @@ struct CloseSofa {
     void operator()(MYSOFA_HRTF* sofa) const { mysofa_free(sofa); }
 };
 
-/// Memory for the largest file that is taken, several times over; time for it on a slow machine.
+/// The limits allow several times the memory of the largest valid file, and its time on a slow
+/// machine.
 void limit_resources() {
     constexpr rlim_t kMemory_bytes = rlim_t{1} << 30;
     constexpr rlim_t kTime_s = 5;
@@ -66,7 +67,7 @@ bool run() {
     if (!has(sofa->DataSamplingRate, 1) || !has(sofa->SourcePosition, 3 * directions) ||
         !has(sofa->DataIR, 2 * directions * samples))
         return answer(Verdict::incomplete);
-    // Delays stand for each ear, or for each direction and ear; without them they are 0.
+    // Delays are given per ear, or per direction and ear. Missing delays are 0.
     std::vector<float> delays(2 * directions);
     const MYSOFA_ARRAY& given = sofa->DataDelay;
     if (given.values != nullptr && given.elements != 0) {

@@ -5,9 +5,9 @@
 
 namespace aula {
 
-/// How the program that reads SOFA files answers on its standard output: this, then in single
-/// precision 3 * directions coordinates, 2 * directions * samples of the responses and
-/// 2 * directions delays. Both sides run on one machine.
+/// Output of the program that reads SOFA files: this header, then in single precision
+/// 3 * directions coordinates, 2 * directions * samples of the responses and 2 * directions delays.
+/// Native byte order.
 struct SofaHeader {
     enum class Verdict : std::uint32_t { usable, unreadable, other_kind, incomplete, too_large };
 

@@ -36,7 +36,8 @@ inline DiscretePath path_of(double delay_samples, float gain,
     return path;
 }
 
-/// Renders in calls of the sizes given, in turn; a frame can be published before any call.
+/// Renders signals in calls whose sizes cycle through a list. Frames can be published between
+/// calls.
 class Player {
  public:
     Player(const RendererConfig& config, const std::shared_ptr<const Hrtf>& hrtf, Signals inputs)
@@ -83,10 +84,10 @@ inline SourceSound sound_of(const Signals& ambisonics) {
     return sound;
 }
 
-/// How far a 1 kHz tone that is heard at one delay, then at another with half the gain, is from a
-/// raised cosine between the two.
-inline double worst_off_crossfade(const SourceSound& before, double delay_before,
-                                  const SourceSound& after, double delay_after) {
+/// The largest deviation of a 1 kHz tone, whose delay changes and whose gain halves, from a
+/// raised-cosine crossfade.
+inline double crossfade_error(const SourceSound& before, double delay_before,
+                              const SourceSound& after, double delay_after) {
     constexpr std::size_t kSamples = 12000;
     constexpr std::size_t kChange = 5120;
     constexpr std::size_t kFade = 1024;

@@ -24,7 +24,7 @@ Signal impulse(std::size_t samples, std::size_t at = 0) {
     return signal;
 }
 
-/// Reverberation for tests: noise that decays, of unit energy in W and a third in the others.
+/// Decaying noise with an energy of 1 in W and 1/3 in the other channels.
 Signals reverberation(std::size_t samples, unsigned seed) {
     Signals channels = random_signals(4, samples, seed);
     for (std::size_t c = 0; c < 4; ++c) {
@@ -39,8 +39,8 @@ Signals reverberation(std::size_t samples, unsigned seed) {
     return channels;
 }
 
-/// A walk of 3 s at 1.5 m/s away from a source 2 m away: everything changes 30 times a second.
-/// `unrelated` reverberation is another one in each frame.
+/// A walk at 1.5 m/s away from a source, from a distance of 2 m on, with 30 frames per second.
+/// `unrelated`: each frame has an independent reverberation.
 Signals walk(const RendererConfig& config, const std::shared_ptr<const Hrtf>& hrtf, Signal dry,
              bool unrelated) {
     const std::size_t samples = dry.size();
@@ -63,7 +63,7 @@ Signals walk(const RendererConfig& config, const std::shared_ptr<const Hrtf>& hr
 
 }  // namespace
 
-TEST_CASE("A source at d metres is heard after d / c with 1 / d of its amplitude") {
+TEST_CASE("A source at distance d is rendered with delay d / c and amplitude 1 / d") {
     Player player(config_for(OutputFormat::mono), nullptr, {impulse(2048, 10)});
     SourceSound sound;
     sound.direct = path_of(420, 1 / 3.0F);
@@ -74,7 +74,7 @@ TEST_CASE("A source at d metres is heard after d / c with 1 / d of its amplitude
     CHECK(player.output(0) == expected);
 }
 
-TEST_CASE("Delays between samples have the phase of that delay and leave the level alone") {
+TEST_CASE("Fractional delays have the right phase and unit gain") {
     const double delay = GENERATE(100.25, 333.5, 16.875);
     const double frequency_hz = GENERATE(100.0, 1000.0, 8000.0, 16000.0);
     Player player(config_for(OutputFormat::mono), nullptr, {sine(frequency_hz, 4096, kRate_hz)});
@@ -88,11 +88,11 @@ TEST_CASE("Delays between samples have the phase of that delay and leave the lev
                                          (static_cast<double>(n) - delay) / kRate_hz);
         worst = std::max(worst, std::abs(double{player.output(0)[n]} - expected));
     }
-    // The interpolator's error: -80 dB asked for up to 8 kHz.
+    // Interpolation error: -80 dB required up to 8 kHz.
     CHECK(worst < (frequency_hz > 10000 ? 1e-3 : 1e-4));
 }
 
-TEST_CASE("Before the first frame all is silent, and the first is taken without a fade") {
+TEST_CASE("The output is silent before the first frame, which takes effect without a fade") {
     const OutputFormat format = GENERATE(OutputFormat::mono, OutputFormat::foa);
     Player player(config_for(format), nullptr, random_signals(1, 2048, 1));
     player.play_until(512);
@@ -102,12 +102,12 @@ TEST_CASE("Before the first frame all is silent, and the first is taken without 
     player.play_until(2048);
     const Signal in = random_signals(1, 2048, 1)[0];
     for (std::size_t n = 0; n < 2048; ++n) {
-        // Whatever was played before is in the delay line already.
+        // The delay line already contains the input before the frame.
         CHECK(player.output(0)[n] == (n < 512 ? 0.0F : in[n - 100]));
     }
 }
 
-TEST_CASE("The whole chain agrees with the sums that define it") {
+TEST_CASE("The rendered output agrees with its definition") {
     const std::vector<std::size_t> calls =
         GENERATE(std::vector<std::size_t>{256}, std::vector<std::size_t>{100, 256, 1, 31});
     const std::size_t samples = 8192;
@@ -116,7 +116,7 @@ TEST_CASE("The whole chain agrees with the sums that define it") {
     std::vector<SourceSound> sounds{sound_of(late), SourceSound{}};
     sounds[0].gain = 0.5F;
     sounds[0].direct = path_of(200, 0.7F, {0, 1, 0});
-    // The second source has image sources only, one of them between samples.
+    // The second source has early reflections only, one with a fractional delay.
     sounds[1].early = {path_of(300, 0.4F, {0, 0, 1}), path_of(1000.5, 0.3F, {0.6F, 0, 0.8F})};
 
     Player player(config_for(OutputFormat::foa, 2), nullptr, inputs);
@@ -141,11 +141,11 @@ TEST_CASE("The whole chain agrees with the sums that define it") {
             worst = std::max(worst, std::abs(double{player.output(c)[n]} - sum));
         }
     }
-    // Rounding, as for the convolver: outputs of the order of 1 to 4.
+    // Rounding, as for the convolver: outputs have magnitudes of 1 to 4.
     CHECK(worst < 1e-5);
 }
 
-TEST_CASE("Calls of varying size give what whole blocks give") {
+TEST_CASE("Calls of varying size give the output of whole blocks") {
     const auto play = [](const std::vector<std::size_t>& calls) {
         Player player(config_for(OutputFormat::foa), nullptr, random_signals(1, 12000, 7));
         for (unsigned frame = 0; frame < 5; ++frame) {
@@ -153,7 +153,7 @@ TEST_CASE("Calls of varying size give what whole blocks give") {
             SourceSound sound = sound_of(late);
             sound.direct = path_of(500 + 7.3 * frame, 0.5F, {0, 1, 0});
             player.publish({sound});
-            // Frames are taken at the start of a call: the same one for both.
+            // Frames are taken at the start of a call, here at the same sample for both.
             player.play_until((frame + 1) * 2304, calls);
         }
         return player.outputs();
@@ -167,13 +167,13 @@ TEST_CASE("Calls of varying size give what whole blocks give") {
         }
     }
     CHECK(worst < 1e-5);  // rounding
-    CHECK(worst > 0);     // different sums were made
+    CHECK(worst > 0);     // the order of summation differs
 }
 
 TEST_CASE("An exchange of frames is a raised-cosine crossfade of their outputs") {
     const std::size_t samples = 6000;
     const Signals input = random_signals(1, samples, 8);
-    // So short that it is all in the first level of the convolution.
+    // Short enough for the first level of the convolution.
     const std::array<Signals, 2> late{reverberation(1000, 9), reverberation(1000, 10)};
     std::array<Signal, 2> alone;
     for (std::size_t i = 0; i < 2; ++i) {
@@ -197,7 +197,7 @@ TEST_CASE("An exchange of frames is a raised-cosine crossfade of their outputs")
     CHECK(worst < 1e-5);  // rounding
 }
 
-TEST_CASE("A tone stays a tone through a walk") {
+TEST_CASE("Motion adds no sidebands above -60 dB to a tone") {
     const bool unrelated = GENERATE(false, true);
     const double frequency_hz = GENERATE(1000.0, 8000.0);
     const Signals outputs = walk(config_for(OutputFormat::foa), nullptr,
@@ -211,8 +211,8 @@ TEST_CASE("A tone stays a tone through a walk") {
     }
 }
 
-TEST_CASE("A hard exchange of the same walk would be heard") {
-    // The companion of the test above: frames spliced without a fade.
+TEST_CASE("The same motion without crossfades adds sidebands above -60 dB") {
+    // Companion of the test above: frames spliced without a fade.
     const Signal tone = sine(1000, 48000, kRate_hz);
     Signal spliced(48000);
     for (std::size_t n = 0; n < spliced.size(); ++n) {
@@ -226,7 +226,7 @@ TEST_CASE("A hard exchange of the same walk would be heard") {
     CHECK(energy_outside_db(tone, 1000, 200, kRate_hz) < -80);
 }
 
-TEST_CASE("A source that goes away is heard lower by the Doppler shift") {
+TEST_CASE("The Doppler shift lowers the frequency of a receding source") {
     RendererConfig config = config_for(OutputFormat::mono);
     Player player(config, nullptr, {sine(4000, 96000, kRate_hz)});
     for (unsigned frame = 0; player.done() < 96000; ++frame) {
@@ -238,21 +238,21 @@ TEST_CASE("A source that goes away is heard lower by the Doppler shift") {
     }
     const double expected_hz = 4000 * (1 - 10 / kSpeed_m_s);
     const Signal steady(player.output(0).begin() + 9600, player.output(0).end());
-    // The delay line is retargeted at block boundaries, not quite every 1600 samples: the shift
-    // wavers about its mean by some hertz.
+    // The target delay changes at block boundaries, not exactly every 1600 samples: the shift
+    // varies by some hertz about its mean.
     CHECK(energy_outside_db(steady, expected_hz, 60, kRate_hz) < -40);
     CHECK(energy_outside_db(steady, 4000, 60, kRate_hz) > -3);
 }
 
-TEST_CASE("A source that jumps is crossfaded, not swept") {
+TEST_CASE("A jump of a source is crossfaded without a sweep") {
     SourceSound before;
     before.direct = path_of(480, 1);
     SourceSound after;
     after.direct = path_of(2424, 0.5F);
-    CHECK(worst_off_crossfade(before, 480, after, 2424) < 1e-5);  // rounding: whole samples
+    CHECK(crossfade_error(before, 480, after, 2424) < 1e-5);  // rounding: whole samples
 }
 
-TEST_CASE("Direct sound that is hidden fades away and comes back without a click") {
+TEST_CASE("Direct sound fades out when occluded and returns without a click") {
     const std::size_t samples = 48000;
     Player player(config_for(OutputFormat::foa), nullptr, {sine(1000, samples, kRate_hz)});
     SourceSound visible;
@@ -263,13 +263,13 @@ TEST_CASE("Direct sound that is hidden fades away and comes back without a click
     }
     const Signal steady(player.output(0).begin() + 2000, player.output(0).end());
     CHECK(energy_outside_db(steady, 1000, 200, kRate_hz) < -60);
-    // Hidden in the last turn, exactly silent once the fade is over.
+    // Occluded in the last turn: exactly silent after the fade.
     CHECK(std::all_of(player.output(0).end() - 2000, player.output(0).end(),
                       [](float x) { return x == 0; }));
 }
 
-TEST_CASE("Turning the head turns the field the other way") {
-    // Looking along world y, the head's x axis is y, its y axis is -x.
+TEST_CASE("A turn of the head rotates the field in the opposite direction") {
+    // The head looks along world y: its x axis is y, its y axis is -x.
     const HeadRotation left{{{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}}};
     Signals late(4, Signal(1));
     late[0][0] = 1;  // from world x, the right of that head
@@ -294,7 +294,7 @@ TEST_CASE("Turning the head turns the field the other way") {
     CHECK(agrees(at(200), {1, 0, 0, -1}));
 }
 
-TEST_CASE("A head that turns at once does not click") {
+TEST_CASE("An instantaneous turn of the head does not click") {
     Signals late(4, Signal(1));
     late[0][0] = late[1][0] = 1;
     const HeadRotation turned{{{-1, 0, 0}, {0, -1, 0}, {0, 0, 1}}};
@@ -303,12 +303,12 @@ TEST_CASE("A head that turns at once does not click") {
     for (std::size_t turn = 0; turn < 12; ++turn) {
         player.play_until((turn + 1) * 2000, {256, 100}, turn % 2 == 0 ? kNoRotation : turned);
     }
-    // Y goes from 1 to -1 and back in straight lines of 256 samples, 24 times a second: these have
-    // -50 dB of their energy more than 1 kHz away, a hard turn -20 dB.
+    // Y changes between 1 and -1 linearly over 256 samples, 24 times a second. This has -50 dB of
+    // its energy farther than 1 kHz from the tone; a step has -20 dB.
     CHECK(energy_outside_db(player.output(1), 1000, 1000, kRate_hz) < -45);
 }
 
-TEST_CASE("Mono is the W of ambisonics") {
+TEST_CASE("Mono output is the W channel of ambisonic output") {
     const Signals late = reverberation(3000, 11);
     SourceSound sound = sound_of(late);
     sound.early = {path_of(77.7, 0.5F, {0, 1, 0})};
@@ -327,15 +327,15 @@ TEST_CASE("Mono is the W of ambisonics") {
     CHECK(worst < 1e-6);
 }
 
-TEST_CASE("The same calls give the same bytes") {
+TEST_CASE("Rendering is reproducible to the bit") {
     const auto play = [] {
         return walk(config_for(OutputFormat::foa), nullptr, random_signals(1, 24000, 13)[0], true);
     };
     CHECK(play() == play());
 }
 
-TEST_CASE("Reflections before the response's first samples and after its last do no harm") {
-    // Baked into the filter, of one tap each; what would come before the emission is cut off.
+TEST_CASE("Reflections beyond the first and the last sample of the response are cut off") {
+    // Part of the reverberation, one tap each. Samples before the emission are dropped.
     const double delay = 2.25;
     SourceSound sound;
     sound.early = {path_of(delay, 1), path_of(4795, 0.5F), path_of(4800, 0.5F), path_of(1e7, 0.5F)};
@@ -357,7 +357,7 @@ TEST_CASE("Reflections before the response's first samples and after its last do
     CHECK(worst < 1e-5);
 }
 
-TEST_CASE("Direct sound may come after the response's end, up to the longest delay") {
+TEST_CASE("Direct sound can arrive after the end of the response, up to the longest delay") {
     RendererConfig config = config_for(OutputFormat::mono, 1, 1000);
     config.longest_delay_s = 0.2;  // 9600 samples
     for (const double delay : {5000.0, 9600.0, 20000.0}) {
@@ -366,14 +366,14 @@ TEST_CASE("Direct sound may come after the response's end, up to the longest del
         sound.direct = path_of(delay, 0.5F);
         player.publish({sound});
         player.play_until(24000);
-        // From farther away it is heard as from there.
+        // Longer delays are clamped.
         Signal expected(24000);
         expected[3 + static_cast<std::size_t>(std::min(delay, 9600.0))] = 0.5F;
         CHECK(player.output(0) == expected);
     }
 }
 
-TEST_CASE("A renderer's tail lasts until its longest path, and its stamp is the newest frame's") {
+TEST_CASE("The tail of a renderer covers its longest path, and its stamp is the newest frame's") {
     RendererConfig config = config_for(OutputFormat::mono, 2, 1000);
     config.longest_delay_s = 1;
     Renderer renderer(config, nullptr);
@@ -399,7 +399,7 @@ TEST_CASE("A renderer's tail lasts until its longest path, and its stamp is the 
     }
 }
 
-TEST_CASE("A crossfade is over before the next frame comes, but for frames too short for one") {
+TEST_CASE("A crossfade ends before the next frame unless frames are shorter than it") {
     for (const double frame_rate_hz : {10.0, 30.0, 50.0, 60.0, 100.0}) {
         for (const int block : {64, 256, 1024}) {
             RendererConfig config = config_for(OutputFormat::mono);
@@ -408,26 +408,26 @@ TEST_CASE("A crossfade is over before the next frame comes, but for frames too s
             const RenderShape shape(config, nullptr);
             const double left = kRate_hz / frame_rate_hz - block;
             CAPTURE(frame_rate_hz, block);
-            // A block late at most; as long as at 48 kHz 1024 samples are where there is time.
+            // A frame is at most a block late. A fade has 512 to 1024 samples at 48 kHz.
             CHECK(static_cast<double>(shape.fade_samples) ==
                   Approx(std::clamp(left, 512.0, 1024.0)));
         }
     }
 }
 
-TEST_CASE("Twelve reflections move in all, of one source at least one and at most six") {
+TEST_CASE("Twelve reflections of all sources move, one to six of each source") {
     for (const auto& [sources, moving] : {std::pair(1, 6), std::pair(2, 6), std::pair(3, 4),
                                           std::pair(4, 3), std::pair(12, 1), std::pair(50, 1)}) {
         const RendererConfig config =
             config_for(OutputFormat::mono, static_cast<std::size_t>(sources));
-        // And the direct sound.
+        // Plus the direct sound.
         CHECK(RenderShape(config, nullptr).moving_paths == static_cast<std::size_t>(moving + 1));
     }
 }
 
-TEST_CASE("A reflection that moves gives way to another only where that is twice as strong") {
-    // Seven reflections for six places: the one baked into the filter is heard at whole samples
-    // like the others, so frames are looked into.
+TEST_CASE("A moving reflection is replaced only by one of twice its energy") {
+    // Seven reflections for six slots. The output does not reveal which of them move, so the test
+    // inspects frames.
     RendererConfig config = config_for(OutputFormat::mono);
     RenderFrameBuilder builder(config, nullptr);
     std::unique_ptr<RenderFrame> frame = builder.make_frame();
@@ -447,10 +447,10 @@ TEST_CASE("A reflection that moves gives way to another only where that is twice
     CHECK_FALSE(moves(106));
     sound.early[6].band_gain.fill(1.5F);
     CHECK(moves(106));
-    // Back at its old level it stays, as no other is twice as strong.
+    // At its former level it keeps moving: no other has twice its energy.
     sound.early[6].band_gain.fill(0.9F);
     CHECK(moves(106));
-    // One that is gone leaves its place.
+    // A reflection that ends frees its slot.
     sound.early.pop_back();
     CHECK_FALSE(moves(106));
     for (std::uint64_t id = 100; id < 106; ++id) CHECK(moves(id));

@@ -54,21 +54,21 @@ const std::vector<std::array<Spectrum, 2>>& measured() {
     return spectra;
 }
 
-/// What both ears hear of a field in one octave.
-struct Heard {
+/// Energies of both ears and their cross-correlation in one octave.
+struct EarCovariance {
     std::array<double, 2> energy{};
     std::complex<double> product = 0;
 
     double level_difference_db() const { return 10 * std::log10(energy[0] / energy[1]); }
     double coherence() const { return product.real() / std::sqrt(energy[0] * energy[1]); }
-    double colour_db(const Heard& wanted, std::size_t ear) const {
-        return 10 * std::log10(energy[ear] / wanted.energy[ear]);
+    double level_error_db(const EarCovariance& expected, std::size_t ear) const {
+        return 10 * std::log10(energy[ear] / expected.energy[ear]);
     }
 };
 
-/// Incoherent sound from everywhere, with a density over directions.
+/// An incoherent field with an energy density over directions.
 struct Field {
-    std::vector<double> density;  ///< [measured direction], with its share of the sphere
+    std::vector<double> density;  ///< [measured direction], including its quadrature weight
 
     explicit Field(const std::function<double(const std::array<float, 3>&)>& shape) {
         const HeadResponses& head = kemar().responses();
@@ -80,22 +80,23 @@ struct Field {
         for (double& d : density) d /= sum;
     }
 
-    /// Rendered by the response of every direction.
-    Heard by_responses(double centre_hz) const {
-        Heard heard;
+    /// Rendered by the head response of every direction.
+    EarCovariance by_responses(double centre_hz) const {
+        EarCovariance found;
         for_octave(centre_hz, [&](std::size_t k) {
             for (std::size_t i = 0; i < density.size(); ++i) {
                 const auto& [left, right] = measured()[i];
-                heard.energy[0] += density[i] * std::norm(left[k]);
-                heard.energy[1] += density[i] * std::norm(right[k]);
-                heard.product += density[i] * left[k] * std::conj(right[k]);
+                found.energy[0] += density[i] * std::norm(left[k]);
+                found.energy[1] += density[i] * std::norm(right[k]);
+                found.product += density[i] * left[k] * std::conj(right[k]);
             }
         });
-        return heard;
+        return found;
     }
 
     /// Encoded and decoded.
-    Heard decoded(double centre_hz, const std::array<std::vector<Spectrum>, 2>& decoder) const {
+    EarCovariance decoded(double centre_hz,
+                          const std::array<std::vector<Spectrum>, 2>& decoder) const {
         const std::size_t channels = decoder[0].size();
         std::vector<std::vector<double>> covariance(channels, std::vector<double>(channels));
         for (std::size_t i = 0; i < density.size(); ++i) {
@@ -106,20 +107,20 @@ struct Field {
                 }
             }
         }
-        Heard heard;
+        EarCovariance found;
         for_octave(centre_hz, [&](std::size_t k) {
             for (std::size_t a = 0; a < channels; ++a) {
                 for (std::size_t b = 0; b < channels; ++b) {
                     for (std::size_t e = 0; e < 2; ++e) {
-                        heard.energy[e] += covariance[a][b] *
+                        found.energy[e] += covariance[a][b] *
                                            (decoder[e][a][k] * std::conj(decoder[e][b][k])).real();
                     }
-                    heard.product +=
+                    found.product +=
                         covariance[a][b] * decoder[0][a][k] * std::conj(decoder[1][b][k]);
                 }
             }
         });
-        return heard;
+        return found;
     }
 
  private:
@@ -149,13 +150,14 @@ const Field& diffuse() {
 }
 
 /// The largest deviations over all octaves.
-double worst_colour_db(const Field& field, const std::array<std::vector<Spectrum>, 2>& filters) {
+double worst_level_error_db(const Field& field,
+                            const std::array<std::vector<Spectrum>, 2>& filters) {
     double worst = 0;
     for (const double centre_hz : kOctaves_hz) {
-        const Heard wanted = field.by_responses(centre_hz);
-        const Heard heard = field.decoded(centre_hz, filters);
+        const EarCovariance expected = field.by_responses(centre_hz);
+        const EarCovariance found = field.decoded(centre_hz, filters);
         for (std::size_t e = 0; e < 2; ++e) {
-            worst = std::max(worst, std::abs(heard.colour_db(wanted, e)));
+            worst = std::max(worst, std::abs(found.level_error_db(expected, e)));
         }
     }
     return worst;
@@ -183,30 +185,30 @@ double worst_level_difference_error_db(const Field& field,
 }  // namespace
 
 TEST_CASE("A decoded diffuse field has the colour and coherence of one rendered from everywhere") {
-    // "Right" is 1 dB an octave; what is left is the filters' finite length. Exact calculation,
-    // nothing random.
+    // The requirement is 1 dB per octave. The remaining error is due to the finite length of the
+    // filters. The calculation is deterministic.
     for (int order = 1; order <= kHighestAmbisonicOrder; ++order) {
         CAPTURE(order);
         const auto filters = decoder(order);
-        CHECK(worst_colour_db(diffuse(), filters) < 0.3);
+        CHECK(worst_level_error_db(diffuse(), filters) < 0.3);
         CHECK(worst_coherence_error(filters) < 0.1);
     }
-    // The set itself: ears are one at low frequencies, strangers at high ones.
+    // The head responses themselves: coherent ears at low frequencies, incoherent at high ones.
     CHECK(diffuse().by_responses(125).coherence() > 0.85);
     CHECK(std::abs(diffuse().by_responses(4000).coherence()) < 0.05);
 }
 
-TEST_CASE("Plain least squares would lose treble and coherence") {
-    // The companion: what magnitudes and the covariance are there for.
+TEST_CASE("Complex least squares alone lose treble and change the coherence") {
+    // Companion of the test above.
     for (int order = 1; order <= kHighestAmbisonicOrder; ++order) {
         CAPTURE(order);
-        CHECK(worst_colour_db(diffuse(), decoder(order, DecoderDesign::least_squares)) > 6);
+        CHECK(worst_level_error_db(diffuse(), decoder(order, DecoderDesign::least_squares)) > 6);
     }
     CHECK(worst_coherence_error(decoder(1, DecoderDesign::least_squares)) > 0.2);
 }
 
-TEST_CASE("Third order separates the ears in reverberation from one side as the head does") {
-    // From the left half of space, and from all around but mostly from the left.
+TEST_CASE("Third order reproduces the level difference of the ears for lateral reverberation") {
+    // Sound from the left hemisphere, and from all directions but mainly from the left.
     const Field half([](const auto& u) { return u[1] > 0 ? 1.0 : 0.0; });
     const Field lobe([](const auto& u) { return std::exp(2.0 * double{u[1]}); });
     const auto third = decoder(3);
@@ -214,37 +216,40 @@ TEST_CASE("Third order separates the ears in reverberation from one side as the 
     for (const Field& field : {half, lobe}) {
         // The requirement is 1.5 dB.
         CHECK(worst_level_difference_error_db(field, third) < 1.0);
-        // The companion: first order cannot.
+        // Companion: first order does not reproduce it.
         CHECK(worst_level_difference_error_db(field, first) > 1.5);
     }
-    // There is something to separate.
+    // The level difference is large.
     CHECK(half.by_responses(8000).level_difference_db() > 10);
 }
 
-TEST_CASE("A single plane wave from the left is told apart by third order, and by first less") {
+TEST_CASE("Third order reproduces the level difference for a plane wave from the left") {
     const Field plane([](const auto& u) { return u[1] > 0.9999F ? 1.0 : 0.0; });
     const Field near([](const auto& u) { return u[1] > 0.866F ? 1.0 : 0.0; });
     const auto third = decoder(3);
     for (const double centre_hz : kOctaves_hz) {
-        const double wanted_db = plane.by_responses(centre_hz).level_difference_db();
-        const double heard_db = plane.decoded(centre_hz, third).level_difference_db();
-        const double wanted_near_db = near.by_responses(centre_hz).level_difference_db();
-        const double heard_near_db = near.decoded(centre_hz, third).level_difference_db();
-        CAPTURE(centre_hz, wanted_db, heard_db, wanted_near_db, heard_near_db);
-        // Found: a bright spot in the shadow at 4 kHz is not there, and the shadow at 16 kHz, 28 dB
-        // deep, is narrower than what sixteen channels can draw.
-        CHECK(heard_db == Approx(wanted_db).margin(centre_hz < 3000    ? 1.5
-                                                   : centre_hz < 10000 ? 4.5
-                                                                       : 11));
-        CHECK(heard_db > (centre_hz < 3000 ? 0.5 : 10));
-        // The mean over all that comes from within 30 degrees.
-        CHECK(heard_near_db == Approx(wanted_near_db).margin(centre_hz < 10000 ? 3.5 : 7.5));
+        const double expected_db = plane.by_responses(centre_hz).level_difference_db();
+        const double found_db = plane.decoded(centre_hz, third).level_difference_db();
+        const double expected_near_db = near.by_responses(centre_hz).level_difference_db();
+        const double found_near_db = near.decoded(centre_hz, third).level_difference_db();
+        CAPTURE(centre_hz, expected_db, found_db, expected_near_db, found_near_db);
+        // The margins are the observed errors: the bright spot in the head's shadow at 4 kHz is
+        // missing, and the shadow of 28 dB at 16 kHz is narrower than the resolution of 16
+        // channels.
+        CHECK(found_db == Approx(expected_db)
+                              .margin(centre_hz < 3000    ? 1.5
+                                      : centre_hz < 10000 ? 4.5
+                                                          : 11));
+        CHECK(found_db > (centre_hz < 3000 ? 0.5 : 10));
+        // The mean over directions within 30 degrees.
+        CHECK(found_near_db == Approx(expected_near_db).margin(centre_hz < 10000 ? 3.5 : 7.5));
     }
-    // The companion.
+    // Companion: first order.
     CHECK(worst_level_difference_error_db(plane, decoder(1)) > 15);
 }
 
-TEST_CASE("Decoded reverberation from the front, from above and from behind keeps its colour") {
+TEST_CASE(
+    "Reverberation from the front, from above and from behind is decoded without colouration") {
     const auto third = decoder(3);
     for (const std::array<double, 3>& axis :
          {std::array<double, 3>{1, 0, 0}, {-1, 0, 0}, {0, 0, 1}}) {
@@ -252,11 +257,11 @@ TEST_CASE("Decoded reverberation from the front, from above and from behind keep
             return std::exp(2 * (axis[0] * double{u[0]} + axis[2] * double{u[2]}));
         });
         CAPTURE(axis[0], axis[2]);
-        CHECK(worst_colour_db(lobe, third) < 1);
+        CHECK(worst_level_error_db(lobe, third) < 1);
     }
 }
 
-TEST_CASE("The decoder is as symmetric as the head") {
+TEST_CASE("The decoder of a symmetric head is symmetric") {
     const AmbisonicDecoder filters = design_decoder(kemar().responses(), 3);
     double worst = 0;
     double loudest = 0;
@@ -270,6 +275,7 @@ TEST_CASE("The decoder is as symmetric as the head") {
             loudest = std::max(loudest, double{std::abs(filters[0][c][n])});
         }
     }
-    // The set mirrors one half of the head. Rounding of single precision, carried from bin to bin.
+    // The measurements of one half are mirrored. Rounding of single precision propagates from bin
+    // to bin.
     CHECK(worst < 5e-5 * loudest);
 }

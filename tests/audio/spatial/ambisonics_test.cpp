@@ -25,7 +25,7 @@ Direction random_direction(std::mt19937& random) {
             static_cast<float>(z / length)};
 }
 
-/// Rotations about x, y and z, one after another.
+/// Random rotations about x, y and z in sequence.
 HeadRotation random_rotation(std::mt19937& random) {
     std::uniform_real_distribution<double> angle(-std::numbers::pi, std::numbers::pi);
     HeadRotation rotation = kNoRotation;
@@ -61,8 +61,8 @@ void turn(FieldRotation& rotation, Signals& field, std::size_t from, std::size_t
 
 }  // namespace
 
-TEST_CASE("Harmonics are orthogonal over the sphere with SN3D's energies 1 / (2 l + 1)") {
-    // Gauss-Legendre would be exact; a fine lattice is near enough: its error falls as 1 / points.
+TEST_CASE("Harmonics are orthogonal over the sphere with the SN3D energies 1 / (2 l + 1)") {
+    // Quadrature over a Fibonacci lattice, whose error decreases as 1 / points.
     constexpr int kPoints = 20000;
     std::array<std::array<double, 16>, 16> products{};
     for (int p = 0; p < kPoints; ++p) {
@@ -90,7 +90,7 @@ TEST_CASE("Harmonics are orthogonal over the sphere with SN3D's energies 1 / (2 
     CHECK(encode_direction({1, 0, 0})[3] == 1);
 }
 
-TEST_CASE("A turned field is the field of the turned directions, in every order") {
+TEST_CASE("Rotating a field equals encoding rotated directions, in every order") {
     std::mt19937 random(1);
     for (int order = 0; order <= kHighestAmbisonicOrder; ++order) {
         double worst = 0;
@@ -107,12 +107,12 @@ TEST_CASE("A turned field is the field of the turned directions, in every order"
             }
         }
         CAPTURE(order);
-        // Rounding: a few dozen operations on numbers of the order of 1.
+        // Rounding: a few dozen operations on numbers of magnitude 1.
         CHECK(worst < 5e-6);
     }
 }
 
-TEST_CASE("A turn is a straight crossfade of the turned fields, whatever the calls' sizes") {
+TEST_CASE("A turn is a linear crossfade of the rotated fields for any call size") {
     std::mt19937 random(2);
     const HeadRotation before = random_rotation(random);
     const HeadRotation after = random_rotation(random);
@@ -141,7 +141,7 @@ TEST_CASE("A turn is a straight crossfade of the turned fields, whatever the cal
             }
         }
         CAPTURE(call);
-        // Rounding, noise of up to 4; steps are added up to 64 samples at a time.
+        // Rounding of noise of up to 4; steps are accumulated every 64 samples.
         CHECK(worst < 5e-5);
     }
 }

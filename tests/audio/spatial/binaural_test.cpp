@@ -21,13 +21,13 @@ namespace {
 
 constexpr double kRate_hz = 48000;
 
-/// The default set; reading it takes a second, so once.
+/// The default head responses, read once: it takes a second.
 std::shared_ptr<const Hrtf> kemar() {
     static const auto hrtf = std::make_shared<const Hrtf>("", kRate_hz);
     return hrtf;
 }
 
-/// Both ears' responses to a unit impulse in what `sound` describes.
+/// The responses of both ears to a unit impulse with the given sound.
 Signals ears_of(const SourceSound& sound, const HeadRotation& head = kNoRotation) {
     RendererConfig config;
     config.response_samples = 4800;
@@ -72,7 +72,7 @@ double level_difference_db(const Signals& ears, double from_hz, double to_hz) {
                            band_energy(ears[1], from_hz, to_hz, kRate_hz));
 }
 
-/// How much later the right ear hears, by the peak of the cross-correlation.
+/// Delay of the right ear re the left one, from the peak of the cross-correlation.
 double time_difference_s(const Signals& ears) {
     double best = -1;
     int lag_of_best = 0;
@@ -90,7 +90,7 @@ double time_difference_s(const Signals& ears) {
     return lag_of_best / kRate_hz;
 }
 
-/// Where the energy of both ears has come half.
+/// Centre of gravity of the energy of both ears, samples.
 double middle_sample(const Signals& ears) {
     double total = 0;
     double moment = 0;
@@ -106,7 +106,7 @@ double middle_sample(const Signals& ears) {
 
 }  // namespace
 
-TEST_CASE("A source at the left is louder and earlier at the left ear, and the other way round") {
+TEST_CASE("A lateral source is louder and earlier at the nearer ear") {
     const Signals left = ears_of(direct_from({0, 1, 0}));
     const Signals right = ears_of(direct_from({0, -1, 0}));
     CHECK(level_difference_db(left, 4000, 16000) > 10);
@@ -114,14 +114,14 @@ TEST_CASE("A source at the left is louder and earlier at the left ear, and the o
     CHECK(time_difference_s(left) > 0.6e-3);
     CHECK(time_difference_s(left) < 0.8e-3);
     CHECK(time_difference_s(right) == Approx(-time_difference_s(left)).margin(1.1 / kRate_hz));
-    // The measured head is symmetric: the ears swap to a tenth of a decibel.
+    // The measured head is symmetric within 0.1 dB.
     for (const double from_hz : {500.0, 2000.0, 8000.0}) {
         CHECK(level_difference_db(left, from_hz, 2 * from_hz) ==
               Approx(-level_difference_db(right, from_hz, 2 * from_hz)).margin(0.1));
     }
 }
 
-TEST_CASE("A source in front or behind is the same at both ears, and front is not back") {
+TEST_CASE("Sources in front and behind are equal at both ears but differ from each other") {
     const Signals front = ears_of(direct_from({1, 0, 0}));
     const Signals back = ears_of(direct_from({-1, 0, 0}));
     CHECK(level_difference_db(front, 500, 8000) == Approx(0).margin(0.1));
@@ -137,26 +137,26 @@ TEST_CASE("A source in front or behind is the same at both ears, and front is no
     CHECK(difference_db > 3);
 }
 
-TEST_CASE("The head's turning turns the source") {
+TEST_CASE("A turn of the head moves the source to the other side") {
     const HeadRotation looking_left{{{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}}};
-    // What was in front is at the right of a head that looks left.
+    // The source is at the right of a head that looks left.
     for (const SourceSound& sound : {direct_from({1, 0, 0}), early_from({1, 0, 0})}) {
         CHECK(level_difference_db(ears_of(sound, looking_left), 2000, 8000) < -3);
     }
 }
 
-TEST_CASE("Reflections come from their side, in time with the direct sound") {
+TEST_CASE("Reflections are rendered with the direction and delay of direct sound") {
     const Signals direct = ears_of(direct_from({0, 1, 0}));
     const Signals early = ears_of(early_from({0, 1, 0}));
     CHECK(level_difference_db(early, 4000, 16000) > 10);
     CHECK(level_difference_db(ears_of(early_from({0, -1, 0})), 4000, 16000) < -10);
     CHECK(level_difference_db(ears_of(early_from({1, 0, 0})), 500, 8000) == Approx(0).margin(0.1));
-    // The decoder adds no delay beyond that of the middle of the head: 20 samples is 0.4 ms.
+    // The decoder adds no delay beyond that of the centre of the head: within 20 samples, 0.4 ms.
     CHECK(middle_sample(early) == Approx(middle_sample(direct)).margin(20));
     CHECK(middle_sample(direct) > 480);
 }
 
-TEST_CASE("Reverberation that comes sooner than the decoder can answer is heard late, not lost") {
+TEST_CASE("Reverberation within the lead of the decoder is delayed, not lost") {
     const auto ears_after = [](std::size_t delay) {
         Signal response(100);
         response[delay] = 1;
@@ -166,8 +166,8 @@ TEST_CASE("Reverberation that comes sooner than the decoder can answer is heard 
         sound.ambisonics[0] = response;
         return ears_of(sound);
     };
-    // The decoder leads by 1 ms, 48 samples: what comes 10 samples after the emission is heard when
-    // that is heard which comes after 58.
+    // The lead is 1 ms, 48 samples: sound 10 samples after the emission is rendered like sound 58
+    // samples after it.
     const Signals soon = ears_after(10);
     const Signals later = ears_after(58);
     for (std::size_t e = 0; e < 2; ++e) {
@@ -177,11 +177,11 @@ TEST_CASE("Reverberation that comes sooner than the decoder can answer is heard 
             if (std::abs(soon[e][n] - later[e][n]) > 1e-6F) FAIL("ear " << e << ", sample " << n);
         }
     }
-    // Companion: what can be in time is.
+    // Companion: later sound is not delayed.
     CHECK(ears_after(59)[0] != later[0]);
 }
 
-TEST_CASE("A diffuse field has level 0 dB in every octave, from directions anywhere") {
+TEST_CASE("A diffuse field has a level of 0 dB in every octave, averaged over any directions") {
     const std::shared_ptr<const Hrtf> hrtf = kemar();
     constexpr std::size_t kDirections = 400;
     for (double centre_hz = 125; centre_hz < 20000; centre_hz *= 2) {
@@ -210,15 +210,15 @@ TEST_CASE("A diffuse field has level 0 dB in every octave, from directions anywh
         for (std::size_t e = 0; e < 2; ++e) {
             CAPTURE(centre_hz, e, direct[e]);
             const double direct_db = 10 * std::log10(direct[e]);
-            // Above 11 kHz the bound on the correction tells.
+            // Above 11 kHz the equalisation is bounded.
             CHECK(direct_db == Approx(0).margin(centre_hz < 10000 ? 0.3 : 2));
         }
     }
 }
 
-TEST_CASE("Directions between the measured ones are as loud as these") {
+TEST_CASE("Interpolated directions are as loud as the measured ones") {
     const std::shared_ptr<const Hrtf> hrtf = kemar();
-    // The set has every 5 degrees on the horizon.
+    // The horizontal plane is measured every 5 degrees.
     const auto level_db = [&](double azimuth_deg) {
         const double azimuth = azimuth_deg * std::numbers::pi / 180;
         Signal response = hrtf->ears({static_cast<float>(std::cos(azimuth)),
@@ -235,7 +235,7 @@ TEST_CASE("Directions between the measured ones are as loud as these") {
     }
 }
 
-TEST_CASE("Delays count from the earliest ear of all, and that of the file is a head's") {
+TEST_CASE("Delays are relative to the earliest ear, and the largest is that of a spherical head") {
     double earliest_s = 1;
     double latest_s = 0;
     for (const auto& ears : kemar()->responses().ears) {
@@ -245,12 +245,12 @@ TEST_CASE("Delays count from the earliest ear of all, and that of the file is a 
         }
     }
     CHECK(earliest_s == 0);
-    // Round a head of 8.75 cm to the far ear: (1 + pi / 2) of its radius, Woodworth 1938.
+    // The far ear of a sphere of radius 8.75 cm: (1 + pi / 2) radii, Woodworth 1938.
     CHECK(latest_s == Approx((1 + std::numbers::pi / 2) * 0.0875 / 343.2).epsilon(0.1));
 }
 
-TEST_CASE("The difference of the ears' delays grows evenly from the front to the side") {
-    constexpr int kSteps = 9;  // of 5 degrees, as the file has them
+TEST_CASE("The interaural time difference increases steadily from the front to the side") {
+    constexpr int kSteps = 9;  // of 5 degrees, the measured directions
     std::vector<double> difference_s;
     for (int k = -kSteps; k <= kSteps; ++k) {
         const double azimuth = k * std::numbers::pi / 36;
@@ -258,8 +258,8 @@ TEST_CASE("The difference of the ears' delays grows evenly from the front to the
             {static_cast<float>(std::cos(azimuth)), static_cast<float>(std::sin(azimuth)), 0});
         difference_s.push_back(ears[1].delay_s - ears[0].delay_s);
     }
-    // Woodworth's a / c (x + sin x) bends by a / c sin x per square of the step: 1.4 us at most.
-    // What the measurement strays by is left, a tenth of a sample of 21 us.
+    // Woodworth's a / c (x + sin x) has second differences of at most 1.4 us. The rest is the error
+    // of the measurement, a tenth of a sample of 21 us.
     for (std::size_t k = 1; k + 1 < difference_s.size(); ++k) {
         CAPTURE(k, difference_s[k]);
         CHECK(std::abs(difference_s[k - 1] - 2 * difference_s[k] + difference_s[k + 1]) < 3.5e-6);
@@ -267,11 +267,11 @@ TEST_CASE("The difference of the ears' delays grows evenly from the front to the
     }
 }
 
-TEST_CASE("Delays that a SOFA file states are added to those in its responses") {
+TEST_CASE("Delays stated in a SOFA file are added to those of its responses") {
     const test::TemporaryFolder folder;
     const std::filesystem::path file = folder.path() / "delayed.sofa";
     std::filesystem::copy_file("/usr/share/libmysofa/default.sofa", file);
-    // Its last bytes are Data.Delay, deflated: two numbers that are 0.
+    // The last bytes of the file are Data.Delay, deflated: two zeros.
     const std::array<unsigned char, 11> zeros{0x78, 0x01, 0x63, 0x60, 0x40, 0x05,
                                               0x00, 0x00, 0x10, 0x00, 0x01};
     // 0 and 2 samples, deflated.
@@ -289,7 +289,7 @@ TEST_CASE("Delays that a SOFA file states are added to those in its responses") 
     const auto& ears = kemar()->responses().ears;
     const auto& later = delayed.responses().ears;
     REQUIRE(later.size() == ears.size());
-    // One for each ear, in samples of the file, whatever the direction.
+    // One per ear, in samples of the file, for all directions.
     for (std::size_t i = 0; i < ears.size(); ++i) {
         const double right_s = later[i][1].delay_s - ears[i][1].delay_s;
         const double left_s = later[i][0].delay_s - ears[i][0].delay_s;
@@ -297,7 +297,7 @@ TEST_CASE("Delays that a SOFA file states are added to those in its responses") 
     }
 }
 
-TEST_CASE("What is no SOFA file says so in one line") {
+TEST_CASE("A file that is not SOFA is refused in one line") {
     const std::filesystem::path text =
         std::filesystem::temp_directory_path() / "aula-test-not-sofa.sofa";
     std::ofstream(text) << "no SOFA file";

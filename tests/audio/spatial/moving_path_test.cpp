@@ -20,7 +20,7 @@ std::shared_ptr<const Hrtf> kemar() {
     return hrtf;
 }
 
-/// Three seconds of a walk at 1.5 m/s away from a reflection, mono.
+/// Three seconds of motion at 1.5 m/s away from a reflection, mono.
 Signal walk_from_reflection(std::uint64_t id, double frequency_hz) {
     constexpr std::size_t kSamples = 144000;
     Player player(config_for(OutputFormat::mono), nullptr,
@@ -35,7 +35,7 @@ Signal walk_from_reflection(std::uint64_t id, double frequency_hz) {
     return {player.output(0).begin() + 9600, player.output(0).end()};
 }
 
-/// Looking to the left by an angle.
+/// A head turned to the left by `yaw` radians.
 HeadRotation looking(double yaw) {
     const auto c = static_cast<float>(std::cos(yaw));
     const auto s = static_cast<float>(std::sin(yaw));
@@ -50,7 +50,8 @@ double energy(const Signal& signal, std::size_t from, std::size_t to) {
 
 }  // namespace
 
-TEST_CASE("A reflection of known identity moves: no comb that sweeps with every frame") {
+TEST_CASE(
+    "A reflection of known identity moves continuously, without sidebands at the frame rate") {
     for (const double frequency_hz : {1000.0, 4000.0, 8000.0}) {
         const double heard_hz = frequency_hz * (1 - 1.5 / kSpeed_m_s);
         const double moving_db =
@@ -58,16 +59,17 @@ TEST_CASE("A reflection of known identity moves: no comb that sweeps with every 
         const double baked_db =
             energy_outside_db(walk_from_reflection(0, frequency_hz), heard_hz, 25, kRate_hz);
         CAPTURE(frequency_hz, moving_db, baked_db);
-        // The window's side lobes are at -92 dB; the speed wavers a little, as frames are taken at
-        // the start of a call.
+        // The side lobes of the window are at -92 dB; the speed varies slightly, since frames are
+        // taken at the start of a call.
         CHECK(moving_db < -80);
-        // The companion, a tap of the filter that is crossfaded from place to place.
+        // Companion: a tap of the reverberation, crossfaded between positions.
         CHECK(baked_db > -20);
     }
 }
 
-TEST_CASE("The strongest reflections move, the others stay in the filter, none is lost") {
-    // Nine reflections of which six move; then the weakest grow and change places with others.
+TEST_CASE(
+    "The strongest reflections move, the others are part of the reverberation, none is lost") {
+    // Six of nine reflections move; then the order of their levels is reversed.
     const auto sound_with = [](bool reversed) {
         SourceSound sound;
         for (unsigned k = 0; k < 9; ++k) {
@@ -97,19 +99,20 @@ TEST_CASE("The strongest reflections move, the others stay in the filter, none i
     }
 }
 
-TEST_CASE("A place that goes to another reflection is crossfaded") {
+TEST_CASE("A slot crossfades from one reflection to another") {
     SourceSound before;
     before.early = {path_of(480, 1)};
     before.early[0].id = 1;
-    // So near that the same reflection would have moved there.
+    // Near enough that the same reflection would move there.
     SourceSound after;
     after.early = {path_of(504, 0.5F)};
     after.early[0].id = 2;
-    CHECK(worst_off_crossfade(before, 480, after, 504) < 1e-5);  // rounding: whole samples
+    CHECK(crossfade_error(before, 480, after, 504) < 1e-5);  // rounding: whole samples
 }
 
 TEST_CASE("Direct sound, reflections and reverberation follow the head from the next block on") {
-    // Each alone, from the front; then the head looks left at once: the sound is at its right.
+    // Each alone, from the front. Then the head turns left instantaneously: the sound is at its
+    // right.
     SourceSound direct;
     direct.direct = path_of(480, 1, {1, 0, 0});
     SourceSound early;
@@ -129,8 +132,8 @@ TEST_CASE("Direct sound, reflections and reverberation follow the head from the 
                               outputs == &turned ? looking(std::numbers::pi / 2) : kNoRotation);
             *outputs = player.outputs();
         }
-        // Already this block is another one, and two blocks on it is all there: 10 dB at the ear
-        // that is turned to the source against the other.
+        // The block after the turn differs, and two blocks later the turn is complete: the level
+        // difference of the ears is about 10 dB.
         CHECK(turned[0][5100] == steady[0][5100]);
         double difference = 0;
         for (std::size_t n = 5120; n < 5376; ++n) {
@@ -146,13 +149,13 @@ TEST_CASE("Direct sound, reflections and reverberation follow the head from the 
     }
 }
 
-TEST_CASE("A tone stays a tone while the head turns and calls vary in size") {
+TEST_CASE("Turns of the head add no sidebands above -55 dB, with calls of varying size") {
     const std::size_t samples = 96000;
     Player player(config_for(OutputFormat::binaural), kemar(), {sine(1000, samples, kRate_hz)});
     SourceSound sound;
     sound.direct = path_of(480, 1, {1, 0, 0});
     player.publish({sound});
-    // Half a turn a second, heard as the head is at the start of each call.
+    // Half a revolution per second; the orientation is that at the start of each call.
     const std::vector<std::size_t> calls{256, 100, 256, 17};
     for (std::size_t k = 0; player.done() < samples; ++k) {
         const double yaw = std::numbers::pi * static_cast<double>(player.done()) / kRate_hz;
@@ -165,7 +168,7 @@ TEST_CASE("A tone stays a tone while the head turns and calls vary in size") {
     }
 }
 
-TEST_CASE("A glide reaches its target in time, and rounds its corners") {
+TEST_CASE("A glide reaches its target in time and smooths its corners") {
     constexpr std::size_t kSamples = 1600;
     Glide glide(kSamples);
     glide.jump(100);
@@ -175,32 +178,32 @@ TEST_CASE("A glide reaches its target in time, and rounds its corners") {
     double step_before = 0;
     double target = 100;
     for (int frame = 0; frame < 6; ++frame) {
-        // On, on, back, and then it stands.
+        // Forwards twice, backwards once, then at rest.
         target += frame < 2 ? kSlope * kSamples : frame == 2 ? -kSlope * kSamples : 0;
         glide.move_to(target);
         for (std::size_t n = 0; n < kSamples; ++n) {
             const double value = glide.next();
             const double step = value - before;
-            // The pole's time is a quarter of the frame: a corner of twice the slope is spread
-            // over it.
+            // The time constant of the pole is a quarter of the frame: it smooths a corner of twice
+            // the slope.
             CHECK(std::abs(step) <= kSlope * (1 + 1e-9));
             CHECK(std::abs(step - step_before) <= 2 * kSlope * 4 / kSamples);
             before = value;
             step_before = step;
         }
-        // It lags by the pole's time, a quarter of the frame, at a steady slope.
+        // At a constant slope it lags by the time constant.
         if (frame == 1) CHECK(before == Approx(target - kSlope * kSamples / 4).margin(0.1));
     }
-    // Three frames of rest are twelve of the pole's times.
+    // Three frames of rest are twelve time constants.
     CHECK(before == Approx(target).margin(16 * std::exp(-12.0)));
 }
 
-TEST_CASE("Ears that follow a head are in the end those of a head that was always there") {
+TEST_CASE("After a turn the ears converge to those of a head at rest in that orientation") {
     SourceSound sound;
     sound.direct = path_of(480.5, 1, {0.6F, 0.8F, 0});
     const std::size_t samples = 20480;
     const Signal noise = random_signals(1, samples, 3)[0];
-    // A step so small that it is hardly turned for, and one that takes the ears elsewhere.
+    // A turn that hardly changes the ear filters, and a large one.
     for (const double turn : {0.01, 1.5}) {
         Player still(config_for(OutputFormat::binaural), kemar(), {noise});
         still.publish({sound});
@@ -216,35 +219,35 @@ TEST_CASE("Ears that follow a head are in the end those of a head that was alway
                 const double difference =
                     double{std::abs(still.output(e)[n] - turning.output(e)[n])};
                 if (n > 1024 && n < 5120) before = std::max(before, difference);
-                // 60 blocks after the turn; the ear delays' pole has a quarter of a block.
+                // 60 blocks after the turn; the time constant of the ear delays is 1/4 block.
                 if (n >= samples - 2048) worst = std::max(worst, difference);
             }
         }
         CAPTURE(turn, worst, before);
-        // Rounding of outputs of the order of 3.
+        // Rounding of outputs of magnitude 3.
         CHECK(worst < 1e-4);
-        CHECK(before > 100 * worst);  // companion: unturned ears hear something else
+        CHECK(before > 100 * worst);  // companion: before the turn the outputs differ
     }
 }
 
-TEST_CASE("A path that begins sounds as if it had always been there") {
+TEST_CASE("A path that starts equals one that was always present") {
     SourceSound sound;
     sound.direct = path_of(700.25, 1, {0.6F, 0.8F, 0});
-    // A filter with a memory.
+    // Unequal gains, which give a filter of many taps.
     sound.direct->band_gain = {1, 0.9F, 0.7F, 0.5F, 0.35F, 0.2F, 0.1F, 0.05F};
     const std::size_t samples = 8192;
     const Signal noise = random_signals(1, samples, 4)[0];
     Player always(config_for(OutputFormat::binaural), kemar(), {noise});
     always.publish({sound});
     always.play_until(samples);
-    // The first frame is taken as it is, with what the delay line holds.
+    // The first frame takes effect without a fade, with the history of the delay line.
     Player late(config_for(OutputFormat::binaural), kemar(), {noise});
     late.play_until(4096);
     late.publish({sound});
     late.play_until(samples);
     double worst = 0;
     for (std::size_t e = 0; e < 2; ++e) {
-        // The ears alone begin from silence, for as long as they hear: 256 samples.
+        // Only the ear filters, of 256 taps, start without history.
         for (std::size_t n = 4096 + 256; n < samples; ++n) {
             worst = std::max(worst, double{std::abs(always.output(e)[n] - late.output(e)[n])});
         }
@@ -252,7 +255,7 @@ TEST_CASE("A path that begins sounds as if it had always been there") {
     CHECK(worst < 1e-5);  // rounding
 }
 
-TEST_CASE("A path that comes back brings nothing of what it played before") {
+TEST_CASE("A path that returns contains nothing of its earlier output") {
     SourceSound sound;
     sound.direct = path_of(480, 1, {0, 1, 0});
     const std::size_t samples = 40960;
@@ -261,7 +264,7 @@ TEST_CASE("A path that comes back brings nothing of what it played before") {
     Player player(config_for(OutputFormat::binaural), kemar(), {input});
     player.publish({sound});
     player.play_until(8192);
-    // Hidden while it still sounds; back when there is silence alone.
+    // Occluded during the signal; it returns in silence.
     player.publish({SourceSound{}});
     for (const std::size_t end : {24576U, 32768U}) {
         player.play_until(end);
@@ -270,20 +273,19 @@ TEST_CASE("A path that comes back brings nothing of what it played before") {
     player.play_until(samples);
     for (const Signal& ear : player.outputs()) {
         CHECK(energy(ear, 4096, 8192) > 1);
-        // What the decoder's transforms round: 1e-7 of what has been.
+        // Rounding of the decoder's transforms: 1e-7 of the earlier signal.
         CHECK(std::all_of(ear.begin() + 24576, ear.end(),
                           [](float x) { return std::abs(x) < 1e-6F; }));
     }
 }
 
-TEST_CASE(
-    "A path that comes back hears with the ears of now, though it left while the head turned") {
+TEST_CASE("A path that ended during a turn of the head returns with the present ear filters") {
     SourceSound sound;
     sound.direct = path_of(480, 1, {0.6F, 0.8F, 0});
     const std::size_t samples = 28000;
     constexpr std::size_t kBack = 24000;
     const Signal noise = random_signals(1, samples, 6)[0];
-    // Hidden so that the last call comes at any place of a crossfade of the ears.
+    // The path ends at different positions within a crossfade of the ears.
     for (const std::size_t hidden : {8000U, 8100U, 8200U}) {
         Signals outputs[2];
         for (const bool turns : {false, true}) {
@@ -308,7 +310,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("A direction glides to its next place in the time of a frame") {
+TEST_CASE("A direction moves to its next value within a frame") {
     const std::size_t samples = 9600;
     Player player(config_for(OutputFormat::foa), nullptr, {Signal(samples, 1.0F)});
     SourceSound front;
@@ -324,7 +326,8 @@ TEST_CASE("A direction glides to its next place in the time of a frame") {
                           double{player.output(3)[5120 + after]}) *
                180 / std::numbers::pi;
     };
-    // A chord of a quarter circle, walked evenly in 1600 samples; a block of 256 early at most.
+    // A chord of a quarter circle, traversed uniformly in 1600 samples; at most a block of 256
+    // samples early.
     for (const std::size_t after : {256U, 512U, 768U, 1024U, 1280U, 1536U}) {
         const double share = static_cast<double>(after) / 1600;
         const auto on_chord = [](double s) {

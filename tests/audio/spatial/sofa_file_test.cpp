@@ -30,7 +30,7 @@ const std::string kCorpus = AULA_SOURCE_DIR "/tests/fuzz/corpus/sofa/";
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-/// Six directions along the axes, an impulse and an echo for each ear.
+/// Six directions along the axes; each response is an impulse with an echo.
 HeadMeasurements measured() {
     HeadMeasurements m;
     m.file = "set.sofa";
@@ -71,7 +71,7 @@ void count_child(int) { ++children_ended; }
 
 }  // namespace
 
-TEST_CASE("What was measured is read as it stands in the file") {
+TEST_CASE("Measurements are read from a SOFA file unchanged") {
     const HeadMeasurements m = read_sofa(kCorpus + "plain.sofa");
     CHECK(m.sample_rate_hz == 48000);
     CHECK(m.samples == 8);
@@ -89,7 +89,7 @@ TEST_CASE("What was measured is read as it stands in the file") {
     CHECK(m.delays_samples == std::vector<float>(12));
 }
 
-TEST_CASE("Values that no measurement has are refused in one line") {
+TEST_CASE("Implausible measurements are refused in one line") {
     CHECK(error_of([] { Hrtf(measured(), kRate_hz); }).empty());
     const std::vector<std::pair<const char*, std::function<void(HeadMeasurements&)>>> faults{
         {"a response with NaN", [](auto& m) { m.responses[70] = kNan; }},
@@ -146,11 +146,11 @@ TEST_CASE("A SOFA file with fewer responses than its sizes say is refused") {
     CHECK(error_of_file(kCorpus + "rate_1hz.sofa").find("a sample rate of") != std::string::npos);
 }
 
-TEST_CASE("A SOFA file that its parser loops on is refused") {
+TEST_CASE("A SOFA file for which the parser does not terminate is refused") {
     CHECK(error_of_file(kCorpus + "endless.sofa").find("is damaged") != std::string::npos);
 }
 
-TEST_CASE("What is no regular file is not waited for as a SOFA file") {
+TEST_CASE("A SOFA file that is not a regular file is refused without waiting") {
     const test::TemporaryFolder folder;
     const std::filesystem::path pipe = folder.path() / "pipe.sofa";
     REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
@@ -172,7 +172,7 @@ TEST_CASE("Reading a SOFA file leaves no process and no descriptor behind") {
     CHECK(errno == ECHILD);
 }
 
-TEST_CASE("A host's handling of signals stays as it is while a SOFA file is read") {
+TEST_CASE("Reading a SOFA file preserves the host's handling of signals") {
     struct sigaction ours {};
     ours.sa_handler = count_child;
     struct sigaction host {};
@@ -182,12 +182,12 @@ TEST_CASE("A host's handling of signals stays as it is while a SOFA file is read
     struct sigaction after {};
     REQUIRE(sigaction(SIGCHLD, &host, &after) == 0);
     CHECK(after.sa_handler == count_child);
-    // A host that ignores the signal has its children reaped for it.
+    // If the host ignores SIGCHLD, the kernel reaps its children.
     const auto handler = std::signal(SIGCHLD, SIG_IGN);
     CHECK(error_of_file(kDefaultFile).empty());
     CHECK(error_of_file(kCorpus + "short_ir.sofa").find("fewer values") != std::string::npos);
     std::signal(SIGCHLD, handler);
-    // One that blocks signals does not pass that on: the child would survive what should end it.
+    // The child does not inherit blocked signals; otherwise it could not be terminated.
     sigset_t all;
     sigset_t mask;
     sigfillset(&all);
@@ -196,7 +196,7 @@ TEST_CASE("A host's handling of signals stays as it is while a SOFA file is read
     pthread_sigmask(SIG_SETMASK, &mask, nullptr);
 }
 
-TEST_CASE("A SOFA file is read where standard input and output are closed") {
+TEST_CASE("A SOFA file is read if standard input and output are closed") {
     const int input = dup(STDIN_FILENO);
     const int output = dup(STDOUT_FILENO);
     std::fflush(stdout);

@@ -15,8 +15,9 @@
 using namespace aula;
 using namespace aula::test;
 
-// What is heard of direct sound, against the SOFA file read without our reader. The set's common
-// colour is taken out by the reader, so ears and directions are compared with each other.
+// Rendered direct sound compared with the SOFA file, read independently of read_sofa(). Hrtf
+// removes the common transfer function of all directions, so only ratios of ears and of directions
+// are compared.
 
 namespace {
 
@@ -26,9 +27,9 @@ constexpr std::array<double, 6> kOctaves_hz{250, 500, 1000, 2000, 4000, 8000};
 
 using Direction = std::array<float, 3>;
 
-// Bands so narrow that the common colour, which differs within an octave, falls out of ratios.
+// Bands narrow enough that the common transfer function is constant within each and cancels.
 constexpr std::size_t kBands = 12;
-/// [octave] mean level of its narrow bands; the mean over them is of decibels. [ear]
+/// Mean level in dB of the narrow bands of an octave, [ear][octave].
 using Levels = std::array<std::array<double, kOctaves_hz.size()>, 2>;
 
 double db(double ratio) { return 10 * std::log10(ratio); }
@@ -95,7 +96,7 @@ class Sofa {
     MYSOFA_HRTF* sofa_;
 };
 
-/// Both ears' responses to direct sound, all the way through the renderer.
+/// Impulse responses of both ears to direct sound, rendered.
 Signals rendered(const Direction& direction) {
     static const auto hrtf = std::make_shared<const Hrtf>("", kRate_hz);
     Signal impulse(kSamples);
@@ -113,19 +114,19 @@ const Direction kBack{-1, 0, 0};
 const Direction kLeft{0, 1, 0};
 const Direction kRight{0, -1, 0};
 const Direction kUp{0, 0, 1};
-/// 30 degrees up in front.
+/// In front, elevation 30 degrees.
 const Direction kFrontHigh{std::sqrt(0.75F), 0, 0.5F};
 
 }  // namespace
 
-TEST_CASE("Ears differ as in the SOFA set itself and mirror as it does") {
+TEST_CASE("Rendered level differences of the ears agree with the SOFA file") {
     const Sofa sofa;
     for (const Direction& direction : {kLeft, kRight, kFront, kBack, kUp, kFrontHigh}) {
         const Levels set = levels_of(sofa.ears(direction));
         const Levels heard = levels_of(rendered(direction));
         for (std::size_t b = 0; b < kOctaves_hz.size(); ++b) {
             CAPTURE(direction[0], direction[1], direction[2], kOctaves_hz[b]);
-            // Minimum phase keeps magnitudes; what differs is the length of the filters.
+            // Minimum phase preserves magnitudes; only the length of the filters differs.
             CHECK(heard[0][b] - heard[1][b] == Approx(set[0][b] - set[1][b]).margin(0.25));
         }
     }
@@ -134,7 +135,7 @@ TEST_CASE("Ears differ as in the SOFA set itself and mirror as it does") {
     const Levels set_left = levels_of(sofa.ears(kLeft));
     const Levels set_right = levels_of(sofa.ears(kRight));
     for (std::size_t b = 0; b < kOctaves_hz.size(); ++b) {
-        // How far the set is from its mirror image, and how much farther we are.
+        // The asymmetry of the measured and of the rendered responses.
         const double set_db = set_left[0][b] - set_right[1][b];
         const double heard_db = left[0][b] - right[1][b];
         CAPTURE(kOctaves_hz[b], set_db, heard_db);
@@ -142,7 +143,7 @@ TEST_CASE("Ears differ as in the SOFA set itself and mirror as it does") {
     }
 }
 
-TEST_CASE("Front and back and above and raised differ as in the SOFA set itself") {
+TEST_CASE("Rendered level differences of directions agree with the SOFA file") {
     const Sofa sofa;
     const Levels set_front = levels_of(sofa.ears(kFront));
     const Levels front = levels_of(rendered(kFront));
@@ -158,6 +159,6 @@ TEST_CASE("Front and back and above and raised differ as in the SOFA set itself"
             largest_db = std::max(largest_db, std::abs(set_db));
         }
     }
-    // The companion: these directions are far from alike, and taking one for another would fail.
+    // Companion: the directions differ by more than the tolerance.
     CHECK(largest_db > 6);
 }
