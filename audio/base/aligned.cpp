@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kHugePage_bytes = std::size_t{2} << 20;
 
-// Rounding up to whole huge pages wastes at most as much again.
+// From this size on, rounding up to whole huge pages at most doubles the memory.
 constexpr std::size_t kLarge_bytes = kHugePage_bytes / 2;
 
 struct Layout {
@@ -32,7 +32,7 @@ void* allocate_aligned(std::size_t bytes) {
     const Layout layout = layout_of(bytes);
     void* const p = ::operator new(layout.bytes, layout.alignment);
 #if defined(__linux__)
-    // A wish: without huge pages all works, slower.
+    // Optional: only the speed depends on huge pages.
     if (bytes >= kLarge_bytes) madvise(p, layout.bytes, MADV_HUGEPAGE);
 #endif
     return p;

@@ -5,12 +5,12 @@
 
 namespace aula {
 
-/// Alignment of all buffers that transforms and vector loops run over: a cache line, which is also
-/// the widest vector register.
+/// Alignment of all buffers of transforms and vector loops: a cache line, and the widest vector
+/// register.
 inline constexpr std::size_t kAlignment_bytes = 64;
 
-/// Memory for AlignedAllocator. Large pieces lie on huge pages where the system has them: streaming
-/// through spectra would otherwise be held up by the translation of addresses.
+/// Memory for AlignedAllocator. Large allocations use huge pages if available, which reduces TLB
+/// misses when spectra are streamed. Throws std::bad_alloc.
 void* allocate_aligned(std::size_t bytes);
 void free_aligned(void* p, std::size_t bytes) noexcept;
 

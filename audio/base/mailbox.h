@@ -11,43 +11,43 @@
 
 namespace aula {
 
-/// Hands values of one writer thread to one reader thread, lock-free: the newest wins, and
-/// ownership of what was replaced or spent comes back to the writer, who fills it again. Neither
-/// side waits; the reader neither allocates nor frees.
+/// Passes values from one writer thread to one reader thread, lock-free. The reader gets the newest
+/// value; replaced and spent values return to the writer for reuse. Neither thread waits; the
+/// reader neither allocates nor frees.
 template <typename T>
 class Mailbox {
  public:
-    /// `most_held`: values that the reader holds at most, taken and not given back.
+    /// `most_held`: largest number of values that the reader has taken and not given back.
     explicit Mailbox(std::size_t most_held) : capacity_(most_held + 2), spent_(capacity_) {}
     Mailbox(const Mailbox&) = delete;
     Mailbox& operator=(const Mailbox&) = delete;
 
-    /// Frees what lies in the mailbox; what the reader took and did not give back is the reader's.
+    /// Frees the values in the mailbox. Values not given back remain property of the reader.
     ~Mailbox() {
         delete newest_.load(std::memory_order_acquire);
         while (reclaim()) {
         }
     }
 
-    /// Values that circulate at most: those that the reader holds, the newest, and one that was
+    /// Largest number of values in circulation: those that the reader holds, the newest, and one
     /// replaced or given back.
     std::size_t capacity() const { return capacity_; }
 
-    /// Publishes a value; one that was published before and not yet taken goes to the spent ones.
-    /// Spent values that nobody reclaims are freed. [writer thread]
+    /// Publishes a value and replaces the one not yet taken, if any. Spent values that are not
+    /// reclaimed are freed. [writer thread]
     void publish(std::unique_ptr<T> value) {
         assert(value);
         if (circulating_ == capacity_) reclaim();
         assert(circulating_ < capacity_);
         ++circulating_;
-        // Release hands over the contents of the new value, acquire those of the replaced one.
+        // Release for the contents of the new value, acquire for those of the replaced one.
         T* const replaced = newest_.exchange(value.release(), std::memory_order_acq_rel);
         if (replaced == nullptr) return;
         if (replaced_) --circulating_;
         replaced_.reset(replaced);
     }
 
-    /// A spent value to be filled again, or null. [writer thread]
+    /// A spent value for reuse, or null. [writer thread]
     std::unique_ptr<T> reclaim() {
         std::unique_ptr<T> value = std::move(replaced_);
         if (!value) {
@@ -60,17 +60,18 @@ class Mailbox {
         return value;
     }
 
-    /// The newest value, or null if there is none since the last call. [reader thread, wait-free]
+    /// The newest value, or null if none was published since the last call. The reader owns it
+    /// until give_back(). [reader thread, wait-free]
     T* take() noexcept AULA_NONBLOCKING {
-        // Reading first keeps the cache line shared while nothing new is there.
+        // The load keeps the cache line shared while there is no new value.
         if (newest_.load(std::memory_order_relaxed) == nullptr) return nullptr;
         return newest_.exchange(nullptr, std::memory_order_acquire);
     }
 
-    /// Gives a value that take() returned back to the writer. [reader thread, wait-free]
+    /// Returns a value from take() to the writer. [reader thread, wait-free]
     void give_back(T* value) noexcept AULA_NONBLOCKING {
         const std::size_t written = spent_written_.load(std::memory_order_relaxed);
-        // There is room: no more values circulate than the ring holds.
+        // The ring has room for all values in circulation.
         assert(written - spent_read_.load(std::memory_order_acquire) < capacity_);
         spent_[written % capacity_] = value;
         spent_written_.store(written + 1, std::memory_order_release);
@@ -81,12 +82,12 @@ class Mailbox {
 
     const std::size_t capacity_;
     std::vector<T*> spent_;  ///< ring, written by the reader
-    // Each line is written by one side only, but for newest_, which changes hands.
+    // Each cache line is written by one thread only, except that of newest_.
     alignas(kCacheLine_bytes) std::atomic<T*> newest_{nullptr};
     alignas(kCacheLine_bytes) std::atomic<std::size_t> spent_written_{0};
     alignas(kCacheLine_bytes) std::atomic<std::size_t> spent_read_{0};
     std::unique_ptr<T> replaced_;
-    std::size_t circulating_ = 0;  ///< published and not reclaimed, of the writer
+    std::size_t circulating_ = 0;  ///< values published and not reclaimed [writer thread]
 };
 
 }  // namespace aula

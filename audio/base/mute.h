@@ -8,7 +8,7 @@
 
 namespace aula {
 
-/// Mutes the samples beyond +-`largest` and those that are not numbers. Returns their number.
+/// Mutes samples that are not finite or exceed `largest` in magnitude. Returns their number.
 /// [audio thread, wait-free]
 inline std::size_t mute_beyond(float largest, std::span<float> samples) noexcept AULA_NONBLOCKING {
     std::size_t muted = 0;

@@ -16,7 +16,7 @@
 namespace aula {
 
 bool take_realtime_priority() noexcept {
-    // Below JACK's own threads (10 by default, its clients 5 below that) nothing is gained.
+    // Above JACK's threads (10 by default, its clients 5).
     constexpr int kPriority = 60;
     int policy = SCHED_OTHER;
     sched_param parameters{};
@@ -28,14 +28,14 @@ bool take_realtime_priority() noexcept {
     return pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
 }
 
-// Who runs is let finish a slice before a thread that is woken comes, and Linux from 6.12 on takes
-// its length from here; older ones leave it as it is.
+// A running thread finishes its slice before a woken thread preempts it. Linux from 6.12 on takes
+// the slice length from sched_setattr(2); earlier versions ignore it.
 void give_way(int nice) noexcept {
     constexpr std::uint64_t kSlice_ns = 100'000;
     const int policy = sched_getscheduler(0);
     if (policy != SCHED_OTHER && policy != SCHED_BATCH) return;
     nice = std::max(nice, getpriority(PRIO_PROCESS, 0));
-    // sched_setattr(2); C libraries before 2.41 do not have it.
+    // glibc has sched_setattr() from 2.41 on only.
     struct {
         std::uint32_t size;
         std::uint32_t policy;

@@ -1,7 +1,7 @@
 #pragma once
 
-// Marks a function that the audio thread calls: no allocation, no lock, no log, no system call.
-// Where the compiler knows the attribute it checks the whole call tree.
+// Marks a function called by the audio thread: no allocation, lock, log or system call. Compilers
+// that know the attribute check the whole call tree.
 #if defined(__clang__) && __has_cpp_attribute(clang::nonblocking)
 #define AULA_NONBLOCKING [[clang::nonblocking]]
 #else
@@ -10,20 +10,21 @@
 
 namespace aula {
 
-/// Asks for real-time priority unless this thread has it; false where the system refuses it.
-/// [audio thread, first call]
+/// Requests real-time priority (SCHED_FIFO) for this thread unless it already has it. Returns
+/// whether it has it. [audio thread, first call]
 bool take_realtime_priority() noexcept;
 
-/// Makes this thread, and those that it begins, at least so nice (nice(2)), and has them run in
-/// short slices, so that a sound server of the same session waits less for them. Does nothing to
-/// threads that are real-time or idle. For good: the way back needs privileges.
+/// Raises the nice value (nice(2)) of this thread to at least `nice` and shortens its time slices,
+/// so that a sound server of the same session is scheduled sooner. Threads started later inherit
+/// both. Does nothing if the thread has real-time or idle priority. Cannot be reverted without
+/// privileges.
 void give_way(int nice) noexcept;
 
-/// How nice threads are that compute what will be heard.
+/// Nice value of the threads that compute propagation frames.
 inline constexpr int kNiceOfFrames = 10;
 
-/// Real-time priority for this thread while alive, unless the system refuses it. Threads that it
-/// begins meanwhile have it too, and keep it.
+/// Gives this thread real-time priority while the object exists, unless the system refuses it.
+/// Threads started meanwhile inherit and keep it.
 class RealtimePriority {
  public:
     RealtimePriority() noexcept;
@@ -36,8 +37,8 @@ class RealtimePriority {
     int priority_ = 0;
 };
 
-/// Flushes denormal numbers to zero on this thread while alive; a decayed input otherwise costs
-/// many times more. Does nothing where there is no SSE. [audio thread]
+/// Flushes denormal numbers to zero on this thread while the object exists; decayed signals would
+/// otherwise cost many times more. Does nothing without SSE. [audio thread]
 class FlushDenormals {
  public:
     FlushDenormals() noexcept;

@@ -11,14 +11,13 @@
 
 namespace aula {
 
-/// A queue of samples from one writer thread to one reader thread, lock-free. Neither side waits:
-/// what finds no room is left out as a whole.
+/// A lock-free queue of samples from one writer thread to one reader thread. Neither thread waits.
 class SampleRing {
  public:
-    /// Room for at least `capacity` samples, a power of two of them.
+    /// The capacity is rounded up to a power of two.
     explicit SampleRing(std::size_t capacity) : samples_(std::bit_ceil(capacity)) {}
 
-    /// False, and nothing written, if there is no room for all. [writer thread, wait-free]
+    /// Writes all samples, or none and returns false if they do not fit. [writer thread, wait-free]
     bool write(std::span<const float> samples) noexcept AULA_NONBLOCKING {
         const std::size_t written = written_.load(std::memory_order_relaxed);
         if (written - read_.load(std::memory_order_acquire) + samples.size() > samples_.size())
@@ -30,7 +29,7 @@ class SampleRing {
         return true;
     }
 
-    /// Reads as many as are there and fit; how many these were. [reader thread, wait-free]
+    /// Reads up to out.size() samples. Returns their number. [reader thread, wait-free]
     std::size_t read(std::span<float> out) noexcept AULA_NONBLOCKING {
         const std::size_t read = read_.load(std::memory_order_relaxed);
         const std::size_t count =
@@ -41,12 +40,12 @@ class SampleRing {
         return count;
     }
 
-    /// Samples that can be read. [reader thread, wait-free]
+    /// Number of samples available. [reader thread, wait-free]
     std::size_t size() const noexcept AULA_NONBLOCKING {
         return written_.load(std::memory_order_acquire) - read_.load(std::memory_order_relaxed);
     }
 
-    /// Leaves out as many as that, or all. [reader thread, wait-free]
+    /// Discards up to `count` samples. [reader thread, wait-free]
     void skip(std::size_t count) noexcept AULA_NONBLOCKING {
         const std::size_t read = read_.load(std::memory_order_relaxed);
         read_.store(read + std::min(count, size()), std::memory_order_release);

@@ -17,29 +17,29 @@ constexpr double kFade_s = 0.005;
 CaptureBuffer::CaptureBuffer(double sample_rate_hz, int block)
     : ring_(std::max(static_cast<std::size_t>(kRoom_s * sample_rate_hz),
                      4 * static_cast<std::size_t>(block))),
-      second_(static_cast<std::size_t>(sample_rate_hz)),
+      observation_(static_cast<std::size_t>(sample_rate_hz)),
       most_reserve_(static_cast<std::size_t>(kMostReserve_s * sample_rate_hz)),
       reserve_(static_cast<std::size_t>(block)),
       fade_step_(static_cast<float>(1 / (kFade_s * sample_rate_hz))),
       scratch_(static_cast<std::size_t>(block)) {}
 
 void CaptureBuffer::read(std::span<float> out) noexcept {
-    const std::size_t there = ring_.size();
-    if (!flowing_) {
-        if (there < reserve_ + out.size()) {
+    const std::size_t available = ring_.size();
+    if (!running_) {
+        if (available < reserve_ + out.size()) {
             std::fill(out.begin(), out.end(), 0.0F);
             return;
         }
-        flowing_ = true;
+        running_ = true;
         gain_ = 0;
-        watched_ = 0;
-        least_ = std::numeric_limits<std::size_t>::max();
+        observed_ = 0;
+        lowest_fill_ = std::numeric_limits<std::size_t>::max();
     }
-    if (there < out.size()) return run_dry(out);
+    if (available < out.size()) return underrun(out);
     ring_.read(out);
-    least_ = std::min(least_, there - out.size());
-    watched_ += out.size();
-    if (watched_ >= second_) leave_out_surplus(out);
+    lowest_fill_ = std::min(lowest_fill_, available - out.size());
+    observed_ += out.size();
+    if (observed_ >= observation_) drop_surplus(out);
     for (std::size_t i = 0; i < out.size() && gain_ < 1; ++i) {
         gain_ = std::min(1.0F, gain_ + fade_step_);
         out[i] *= gain_;
@@ -47,23 +47,24 @@ void CaptureBuffer::read(std::span<float> out) noexcept {
     last_ = out.back();
 }
 
-/// Plays what is left and holds its last sample, all of it fading within the block.
-void CaptureBuffer::run_dry(std::span<float> out) noexcept {
+/// Outputs the remaining samples, repeats the last one and fades out within the block.
+void CaptureBuffer::underrun(std::span<float> out) noexcept {
     const std::size_t count = ring_.read(out);
     if (count > 0) last_ = out[count - 1];
     std::fill(out.begin() + static_cast<std::ptrdiff_t>(count), out.end(), last_);
     for (std::size_t i = 0; i < out.size(); ++i)
         out[i] *= gain_ * (1 - static_cast<float>(i + 1) / static_cast<float>(out.size()));
     last_ = 0;
-    flowing_ = false;
+    running_ = false;
     reserve_ = std::min(most_reserve_, reserve_ + out.size());
 }
 
-/// Goes over, within the block, to what came later: what was never needed is held back no longer.
-void CaptureBuffer::leave_out_surplus(std::span<float> out) noexcept {
-    const std::size_t surplus = least_ > reserve_ ? least_ - reserve_ : 0;
-    watched_ = 0;
-    least_ = std::numeric_limits<std::size_t>::max();
+/// Drops samples that exceeded the reserve throughout the observation time, with a crossfade over
+/// the block.
+void CaptureBuffer::drop_surplus(std::span<float> out) noexcept {
+    const std::size_t surplus = lowest_fill_ > reserve_ ? lowest_fill_ - reserve_ : 0;
+    observed_ = 0;
+    lowest_fill_ = std::numeric_limits<std::size_t>::max();
     if (surplus < 2 * out.size()) return;
     ring_.skip(surplus - out.size());
     const std::span<float> later = std::span(scratch_).first(out.size());

@@ -9,37 +9,38 @@
 
 namespace aula {
 
-/// What an input hears, on its way to an output that asks for it at its own pace. As little is held
-/// back as keeps it flowing: when it runs dry it fades, and more is held back from then on; what
-/// has gathered for a second beyond need is left out in a crossfade.
+/// Adaptive jitter buffer between an input and an output with independent clocks. After an
+/// underrun, which fades out, the reserve is increased. Samples that exceed the reserve for a
+/// second are dropped with a crossfade.
 class CaptureBuffer {
  public:
-    /// `block`: samples that are read at a time, at most.
+    /// read() takes at most `block` samples.
     CaptureBuffer(double sample_rate_hz, int block);
 
-    /// What finds no room, as nobody reads, is lost. [input's thread, wait-free]
+    /// Samples that do not fit are lost. [input thread, wait-free]
     void write(std::span<const float> samples) noexcept AULA_NONBLOCKING { ring_.write(samples); }
 
-    /// Silence where nothing is there. [output's thread, wait-free]
+    /// Fills `out`, with silence if there are not enough samples. [output thread, wait-free]
     void read(std::span<float> out) noexcept AULA_NONBLOCKING;
 
-    /// Samples held back for what comes late. [output's thread]
+    /// Samples kept in the buffer against jitter. [output thread]
     std::size_t reserve() const { return reserve_; }
 
  private:
-    void run_dry(std::span<float> out) noexcept AULA_NONBLOCKING;
-    void leave_out_surplus(std::span<float> out) noexcept AULA_NONBLOCKING;
+    void underrun(std::span<float> out) noexcept AULA_NONBLOCKING;
+    void drop_surplus(std::span<float> out) noexcept AULA_NONBLOCKING;
 
     SampleRing ring_;
-    std::size_t second_;  ///< samples
+    std::size_t observation_;  ///< observation time, samples
     std::size_t most_reserve_;
     std::size_t reserve_;
     float fade_step_;
-    bool flowing_ = false;
-    float gain_ = 0;           ///< of the fade after silence
-    float last_ = 0;           ///< sample
-    std::size_t least_ = 0;    ///< that was left after a reading, of late
-    std::size_t watched_ = 0;  ///< samples since `least_` began
+    bool running_ = false;
+    float gain_ = 0;  ///< of the fade-in after silence
+    float last_ = 0;  ///< last sample output
+    std::size_t lowest_fill_ =
+        0;                      ///< lowest fill level after read() in the observation time, samples
+    std::size_t observed_ = 0;  ///< position within the observation time, samples
     std::vector<float> scratch_;
 };
 

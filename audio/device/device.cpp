@@ -24,7 +24,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kWatchInterval{100};
 constexpr std::chrono::seconds kRetryInterval{1};
 
-/// Of sound that goes on in its middle when a device is back.
+/// Fade-in of the signal after a reconnection.
 constexpr double kRise_s = 0.02;
 
 std::string lower(std::string text) {
@@ -54,7 +54,7 @@ DeviceInfo choose(const std::vector<DeviceInfo>& devices, const std::string& wan
     for (const DeviceInfo& device : devices) {
         if (wanted == std::to_string(device.index)) return device;
     }
-    // A whole name goes before parts of names.
+    // A complete name takes precedence over parts of names.
     for (const bool whole : {true, false}) {
         for (const DeviceInfo& device : devices) {
             const std::string name = lower(device.name);
@@ -96,7 +96,7 @@ std::vector<DeviceInfo> list_output_devices() {
     }
     int index = 0;
     for (DeviceInfo& device : devices) device.index = index++;
-    // One default only, the first of JACK's.
+    // The first default is the only one.
     bool found = false;
     for (DeviceInfo& device : devices) {
         device.is_default = device.is_default && !std::exchange(found, found || device.is_default);
@@ -122,13 +122,13 @@ struct AudioDevice::State {
 
     OutputSettings settings;
     OutputMeter meter;
-    Fade rise;  ///< of the output's thread while there is one
+    Fade rise;  ///< used by the output's thread while there is one
     DeviceInfo info;
-    std::unique_ptr<Output> output;  ///< null while lost; of the watching thread once started
+    std::unique_ptr<Output> output;  ///< null while lost; used by the watcher once started
     std::atomic<DeviceState> state{DeviceState::playing};
     std::atomic<std::uint64_t> reconnects{0};
 
-    std::mutex mutex;  ///< of what follows
+    std::mutex mutex;  ///< protects `stop`
     std::condition_variable stopping;
     bool stop = false;
     std::thread watcher;
@@ -144,7 +144,7 @@ struct AudioDevice::State {
                                          : open_port_audio_output(device, settings);
     }
 
-    /// One attempt to have the same device back. Other sound systems than its own are left alone.
+    /// Tries once to reopen the same device. Only its sound system is queried.
     bool reopen() {
         try {
             const std::vector<DeviceInfo> devices =
@@ -164,7 +164,7 @@ struct AudioDevice::State {
         }
     }
 
-    /// Looks after the device until it is stopped or gone.
+    /// Monitors the device until it is stopped or gone. [watcher thread]
     void watch() {
         std::unique_lock lock(mutex);
         const auto stopped_after = [&](auto time) {

@@ -11,43 +11,42 @@
 
 namespace aula {
 
-/// An output device as it was found.
+/// An output device.
 struct DeviceInfo {
-    int index = 0;              ///< in the list that it was found in
-    std::string name;           ///< of a JACK client, or as PortAudio calls it
+    int index = 0;              ///< in the list of output devices
+    std::string name;           ///< of the JACK client, or PortAudio's name
     std::string host_api;       ///< "JACK", "ALSA", ..
-    int output_channels = 0;    ///< the most it takes
-    double sample_rate_hz = 0;  ///< that JACK's server runs at, or the device prefers; 0: any
-    double latency_s = 0;       ///< from the end of a call for sound to the sound; 0: not known
+    int output_channels = 0;    ///< largest number
+    double sample_rate_hz = 0;  ///< of the JACK server, or preferred by the device; 0: any
+    double latency_s = 0;       ///< from the end of a callback to the sound; 0: unknown
     bool is_default = false;
 };
 
-/// Output devices: JACK's where a server runs, then what PortAudio knows; the libraries' own
-/// messages are silenced. Empty where there is neither server nor card.
+/// Output devices: those of JACK if a server is running, then those of PortAudio. Messages of the
+/// libraries are suppressed. Empty if there is neither server nor sound card.
 std::vector<DeviceInfo> list_output_devices();
 
-/// Fills planar outputs with `samples` each, as many as the device asks for. Runs on the device's
-/// thread with denormals flushed. Must not allocate, lock or wait.
+/// Fills outputs[channel][sample] with `samples` samples each. Runs on the device's thread with
+/// denormals flushed. Must not allocate, lock or wait.
 using AudioCallback = std::function<void(std::span<float* const> outputs, int samples)>;
 
-/// How an audio device fares.
+/// State of an audio device.
 enum class DeviceState {
     playing,
-    lost,  ///< its server or card went away; silence until it is back
-    gone   ///< it did not come back in time
+    lost,  ///< server or card disappeared; silent until it is available again
+    gone   ///< stopped, or not available again within kPatience_s
 };
 
-/// An output device that calls back for sound. When it or its server vanishes it is tried again
-/// each second for kPatience_s; when it is back the sound rises from silence. Throws
-/// AudioInputError if `wanted` matches no or several devices (the message lists the candidates),
-/// SampleRateRefused if the device plays at another rate, AudioFailure if there is no device or it
-/// cannot be opened.
+/// An output device that requests samples by a callback. A lost device is reopened every second for
+/// kPatience_s; after a reconnection the signal fades in. The constructor throws AudioInputError if
+/// `wanted` matches no or several devices (the message lists the candidates), SampleRateRefused if
+/// the device has another sample rate, AudioFailure if there is no device or it cannot be opened.
 class AudioDevice {
  public:
     static constexpr double kPatience_s = 30;
 
-    /// The name of a device that is always there: it asks for sound in real time and throws it
-    /// away.
+    /// Name of a device that is always available: it requests samples in real time and discards
+    /// them.
     static constexpr const char* kNone = "none";
 
     /// `wanted`: an index, a part of a name, kNone, or empty for the default device.
@@ -57,17 +56,17 @@ class AudioDevice {
     AudioDevice(const AudioDevice&) = delete;
     AudioDevice& operator=(const AudioDevice&) = delete;
 
-    /// Sound flows from here on. Throws AudioFailure.
+    /// Starts the callbacks. Throws AudioFailure.
     void start();
 
-    /// No call for sound comes after it.
+    /// Ends the callbacks. None runs after it returns.
     void stop();
 
-    /// The device that was chosen, its latency measured once it is started.
+    /// The selected device; its latency is measured by start().
     const DeviceInfo& info() const;
     DeviceState state() const;  ///< [any thread]
     bool active() const { return state() == DeviceState::playing; }
-    std::uint64_t reconnects() const;  ///< how often it came back
+    std::uint64_t reconnects() const;  ///< number of reconnections [any thread]
 
     /// Underruns and load since start.
     const OutputMeter& meter() const;

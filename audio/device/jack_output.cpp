@@ -36,7 +36,7 @@ Client open_client(const char* name) {
     return Client(jack_client_open(name, JackNoStartServer, &status));
 }
 
-/// The inputs of a client: "name:...".
+/// The input ports of a client, "name:...".
 std::vector<std::string> inputs_of(jack_client_t* client, const std::string& name) {
     std::vector<std::string> inputs;
     const std::unique_ptr<const char*, FreePorts> ports(
@@ -91,7 +91,7 @@ class JackOutput final : public Output {
  private:
     /// [audio thread, wait-free]
     void fill(jack_nframes_t frames) noexcept AULA_NONBLOCKING {
-        // All channels begin together, with the first sample.
+        // The signal starts when all channels are connected.
         if (!connected_.load(std::memory_order_relaxed)) {
             for (std::size_t c = 0; c < settings_.channels; ++c) {
                 std::fill_n(static_cast<float*>(jack_port_get_buffer(ports_[c], frames)), frames,
@@ -134,7 +134,7 @@ class JackOutput final : public Output {
     std::atomic<bool> connected_{false};
     std::atomic<int> xruns_{0};
     int seen_xruns_ = 0;
-    Client client_;  ///< ends first
+    Client client_;  ///< destroyed first
 };
 
 class JackInput final : public Input {
@@ -161,7 +161,7 @@ class JackInput final : public Input {
     bool alive() const override { return !dead_; }
 
  private:
-    /// [input's thread, wait-free]
+    /// [input thread, wait-free]
     static int process(jack_nframes_t frames, void* self) {
         auto& input = *static_cast<JackInput*>(self);
         input.settings_.callback(
@@ -174,7 +174,7 @@ class JackInput final : public Input {
     std::string name_;
     jack_port_t* port_ = nullptr;
     std::atomic<bool> dead_{false};
-    Client client_;  ///< ends first
+    Client client_;  ///< destroyed first
 };
 
 }  // namespace

@@ -18,9 +18,9 @@ struct Microphone::State {
     }
 
     CaptureBuffer buffer;
-    std::vector<float> samples;  ///< of the block at `position`
+    std::vector<float> samples;  ///< the block at `position`
     std::int64_t position = -1;
-    std::unique_ptr<Input> input;  ///< ends before the buffer that it fills
+    std::unique_ptr<Input> input;  ///< destroyed before the buffer that it fills
 };
 
 Microphone::Microphone(const DeviceInfo& output, double sample_rate_hz, int block)

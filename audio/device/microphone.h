@@ -10,24 +10,24 @@
 
 namespace aula {
 
-/// What is heard at the sound system's input, one channel, while this exists.
+/// One channel of audio input. It records while the object exists.
 class Microphone {
  public:
-    /// The input that belongs to an output: JACK's first one that is physical beside a JACK output;
-    /// else that of the device of the same name, or the default one. Throws AudioFailure where
-    /// there is none, or none of this rate.
+    /// Opens the input that matches an output: the first physical input of the JACK server for a
+    /// JACK output, otherwise that of the device of the same name, or the default input. Throws
+    /// AudioFailure if there is no input, or none of this sample rate.
     Microphone(const DeviceInfo& output, double sample_rate_hz, int block);
     ~Microphone();
     Microphone(const Microphone&) = delete;
     Microphone& operator=(const Microphone&) = delete;
 
-    /// The samples, at most a block, of what is played from `position` on; the same ones when the
-    /// same position is asked for again at once. [audio thread, wait-free]
+    /// Reads the samples of the output block that starts at sample `position`, at most a block.
+    /// Repeated calls for the same position give the same samples. [audio thread, wait-free]
     void read(std::int64_t position, std::span<float> out) noexcept AULA_NONBLOCKING;
 
     const std::string& name() const;
 
-    /// False once its device or server went away.
+    /// False if the device or server has disappeared.
     bool alive() const;
 
  private:

@@ -10,16 +10,16 @@
 
 namespace aula {
 
-/// What an output is opened with.
+/// Parameters of an output.
 struct OutputSettings {
     double sample_rate_hz = 48000;
     std::size_t channels = 2;
-    int block = 256;  ///< wished for; JACK has its own
+    int block = 256;  ///< preferred; JACK's server determines its own
     AudioCallback callback;
     OutputMeter* meter = nullptr;
 };
 
-/// An open output of one sound system; sound flows while it exists.
+/// An open output of a sound system. It plays from start() until destruction.
 class Output {
  public:
     Output() = default;
@@ -30,33 +30,33 @@ class Output {
     /// Throws AudioFailure.
     virtual void start() = 0;
     virtual bool alive() const = 0;
-    virtual double latency_s() const = 0;  ///< 0: not known
+    virtual double latency_s() const = 0;  ///< 0: unknown
 };
 
-/// JACK, spoken to directly: PortAudio cannot let go of a server that died.
-/// Devices are the clients that play; empty where no server runs.
+/// JACK without PortAudio, which cannot close a stream after the server has died. Devices are the
+/// clients with inputs; empty if no server is running.
 std::vector<DeviceInfo> list_jack_outputs();
 std::unique_ptr<Output> open_jack_output(const DeviceInfo& device, const OutputSettings& settings);
 
-/// All else that PortAudio knows: ALSA, and PulseAudio through it.
+/// Other devices of PortAudio: ALSA, and PulseAudio through ALSA.
 std::vector<DeviceInfo> list_port_audio_outputs();
 std::unique_ptr<Output> open_port_audio_output(const DeviceInfo& device,
                                                const OutputSettings& settings);
 
-/// Nobody, in real time.
+/// Requests samples in real time and discards them.
 DeviceInfo silent_output();
 std::unique_ptr<Output> open_silent_output(const OutputSettings& settings);
 
-/// What an input is opened with.
+/// Parameters of an input.
 struct InputSettings {
     double sample_rate_hz = 48000;
-    int block = 256;  ///< wished for
-    /// Called on the input's thread with what was heard, one channel. Must not allocate, lock or
-    /// wait.
+    int block = 256;  ///< preferred
+    /// Called on the input's thread with the recorded samples, one channel. Must not allocate, lock
+    /// or wait.
     std::function<void(std::span<const float>)> callback;
 };
 
-/// An open input of one sound system; it hears while it exists.
+/// An open input of a sound system. It records while it exists.
 class Input {
  public:
     Input() = default;
@@ -68,13 +68,13 @@ class Input {
     virtual bool alive() const = 0;
 };
 
-/// The server's first physical input; beside a device, its own input or the default one. Throw
-/// AudioFailure.
+/// Open the JACK server's first physical input; the input of the device `beside` or the default
+/// input. Throw AudioFailure.
 std::unique_ptr<Input> open_jack_input(const InputSettings& settings);
 std::unique_ptr<Input> open_port_audio_input(const DeviceInfo& beside,
                                              const InputSettings& settings);
 
-/// How a rate that a device does not play at is refused.
+/// Throws SampleRateRefused.
 [[noreturn]] void refuse_rate(const DeviceInfo& device, double wanted_hz, double device_hz);
 
 }  // namespace aula

@@ -10,14 +10,14 @@ namespace {
 
 constexpr double kLoadSmoothing_s = 0.5;
 
-/// A server tells of a gap some time after it.
-constexpr double kBlame_s = 0.2;
+/// A server reports a gap with a delay of up to this.
+constexpr double kReportDelay_s = 0.2;
 
-/// A late call is ours from this share of its sound's time on: on a machine that runs its threads
-/// nothing else makes so much of it late.
-constexpr double kOurShare = 0.5;
+/// A late callback that computed for more than this share of its block's duration is the program's
+/// fault.
+constexpr double kComputingShare = 0.5;
 
-/// For how long this thread has been run: a system call, but one that never waits.
+/// CPU time of this thread, by a system call that never blocks.
 double thread_cpu_s() noexcept {
     timespec time{};
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
@@ -28,7 +28,7 @@ double thread_cpu_s() noexcept {
 
 std::optional<UnderrunCause> lateness_cause(double wall_s, double cpu_s, double sound_s) {
     if (wall_s <= sound_s) return std::nullopt;
-    return cpu_s > kOurShare * sound_s ? UnderrunCause::ours : UnderrunCause::machine;
+    return cpu_s > kComputingShare * sound_s ? UnderrunCause::ours : UnderrunCause::machine;
 }
 
 void OutputMeter::begin(bool underflow) noexcept {
@@ -40,13 +40,13 @@ void OutputMeter::begin(bool underflow) noexcept {
     cpu_start_s_ = thread_cpu_s();
     if (!underflow) return;
     const std::int64_t now = samples_.load(std::memory_order_relaxed);
-    // Large blocks at low rates last longer than that.
-    const auto shortly =
-        std::max(static_cast<std::int64_t>(kBlame_s * sample_rate_hz_), 2 * last_samples_);
-    const auto shortly_before = [&](std::int64_t at) { return at >= 0 && now - at <= shortly; };
-    const UnderrunCause cause = shortly_before(ours_at_)       ? UnderrunCause::ours
-                                : shortly_before(machines_at_) ? UnderrunCause::machine
-                                                               : UnderrunCause::host;
+    // Large blocks at low sample rates are longer than kReportDelay_s.
+    const auto report_delay =
+        std::max(static_cast<std::int64_t>(kReportDelay_s * sample_rate_hz_), 2 * last_samples_);
+    const auto recent = [&](std::int64_t at) { return at >= 0 && now - at <= report_delay; };
+    const UnderrunCause cause = recent(ours_at_)       ? UnderrunCause::ours
+                                : recent(machines_at_) ? UnderrunCause::machine
+                                                       : UnderrunCause::host;
     const std::uint64_t count =
         ours_.load(std::memory_order_relaxed) + others_.load(std::memory_order_relaxed);
     if (count < kept_.size()) {

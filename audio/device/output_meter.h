@@ -11,53 +11,54 @@
 
 namespace aula {
 
-/// Why there was a gap in the output, by what the calls shortly before took.
+/// Cause of a gap in the output, from the durations of the preceding callbacks.
 enum class UnderrunCause {
-    ours,     ///< one was late and had computed for a good part of the time that its sound lasts
-    machine,  ///< one was late though it computed little: its thread was not run
-    host      ///< all were in time: the sound system came late itself
+    ours,     ///< a callback was late and computed for much of its block's duration
+    machine,  ///< a callback was late but computed little: its thread was not scheduled
+    host      ///< all callbacks were in time: the sound system was late
 };
 
 /// A gap in the output.
 struct Underrun {
-    double time_s = 0;  ///< sound played until then
+    double time_s = 0;  ///< duration of the sound played before
     UnderrunCause cause = UnderrunCause::host;
 };
 
-/// Who is to blame for a call that took `wall_s` for sound of `sound_s`, its thread being run for
-/// `cpu_s` of it: ours, the machine, or nobody where it was in time.
+/// The cause of the lateness of a callback that took `wall_s` for a block of `sound_s`, with
+/// `cpu_s` of CPU time. None if it was in time.
 std::optional<UnderrunCause> lateness_cause(double wall_s, double cpu_s, double sound_s);
 
-/// Counts what happens on a device's thread; everybody may read.
+/// Measures the load and the underruns of an output. Getters may be called on any thread.
 class OutputMeter {
  public:
     explicit OutputMeter(double sample_rate_hz) : sample_rate_hz_(sample_rate_hz) {}
 
-    /// Around each call for sound. [audio thread, wait-free but for the first call of a thread,
-    /// which asks for real-time priority]
+    /// Called at the beginning and the end of each callback. `underflow`: the sound system reports
+    /// a gap. [audio thread; wait-free except a thread's first call, which requests real-time
+    /// priority]
     void begin(bool underflow) noexcept AULA_NONBLOCKING;
     void end(int samples) noexcept AULA_NONBLOCKING;
 
-    /// What end() counts: a call that took `wall_s`, its thread being run for `cpu_s` of it.
+    /// Counts a callback that took `wall_s`, with `cpu_s` of CPU time. Called by end().
     /// [audio thread, wait-free]
     void count_call(double wall_s, double cpu_s, int samples) noexcept AULA_NONBLOCKING;
 
-    /// A new thread calls from now on.
+    /// Must be called before another thread calls begin().
     void restart() { known_thread_ = false; }
 
     std::uint64_t underruns() const { return ours_ + others_; }
     std::uint64_t own_underruns() const { return ours_; }
-    std::vector<Underrun> first_underruns() const;  ///< as many as are kept
+    std::vector<Underrun> first_underruns() const;  ///< the first 64
 
-    double load() const { return load_; }  ///< share of the time that sound takes, smoothed
+    double load() const { return load_; }  ///< duration of callbacks re their blocks, smoothed
     double mean_load() const;
     double worst_load() const { return worst_load_; }
 
-    /// False where the system refused it; true as long as no call came.
+    /// Whether the thread has real-time priority; true before the first callback.
     bool realtime() const { return realtime_; }
 
-    std::chrono::steady_clock::duration silence() const;  ///< since the last call
-    void touch();                                         ///< begins that time anew
+    std::chrono::steady_clock::duration silence() const;  ///< time since the last callback
+    void touch();                                         ///< restarts that time
 
  private:
     using Clock = std::chrono::steady_clock;
@@ -66,10 +67,10 @@ class OutputMeter {
     double sample_rate_hz_;
     Clock::time_point start_;
     double cpu_start_s_ = 0;
-    // The newest late calls, in samples; -1: none.
+    // Times of the newest late callbacks, samples; -1: none.
     std::int64_t ours_at_ = -1;
     std::int64_t machines_at_ = -1;
-    std::int64_t last_samples_ = 0;  ///< of the last call
+    std::int64_t last_samples_ = 0;  ///< length of the last block
     std::atomic<bool> known_thread_{false};
     std::atomic<bool> realtime_{true};
     std::atomic<std::uint64_t> ours_{0};

@@ -20,17 +20,17 @@
 #include "audio/base/realtime.h"
 #include "audio/device/output.h"
 
-// Not in PortAudio's headers; its archive has it, its shared library hides it.
+// Not in PortAudio's headers. The static library exports it, the shared library does not.
 extern "C" [[gnu::weak]] void PaUtil_SetDebugPrintFunction(void (*print)(const char* message));
 
 namespace aula {
 
 namespace {
 
-// Some servers report latencies of minutes; no buffer that is worth using is longer than this.
+// Some servers report latencies of minutes. Longer buffers are not useful.
 constexpr double kLongestLatency_s = 0.1;
 
-// Not every server says good-bye.
+// Some servers disappear without notice.
 constexpr std::chrono::milliseconds kSilenceOfLostDevice{1000};
 
 constexpr std::chrono::seconds kLongestStart{5};
@@ -58,20 +58,20 @@ std::string reason(PaError error) {
     }
 }
 
-/// PortAudio's calls are not for several threads at once, nor is the environment.
+/// PortAudio and the environment are not thread-safe.
 std::mutex& library() {
     static std::mutex mutex;
     return mutex;
 }
 
-/// PortAudio, initialised while alive, without the chatter of what is below it and without JACK.
+/// Initialises PortAudio while it exists, without JACK and without messages of the libraries below.
 class PortAudio {
  public:
     PortAudio() {
         const std::lock_guard lock(library());
         snd_lib_error_set_handler(ignore_alsa);
         if (PaUtil_SetDebugPrintFunction != nullptr) PaUtil_SetDebugPrintFunction(ignore);
-        // PortAudio aborts when it ends after a JACK server has died: it must not find one.
+        // PortAudio aborts on termination if a JACK server has died: it must not find one.
         constexpr const char* kServer = "JACK_DEFAULT_SERVER";
         const char* const server = std::getenv(kServer);
         const std::optional<std::string> before =
@@ -110,7 +110,7 @@ class PortAudio {
     }
 };
 
-/// A stream and the PortAudio that it is of. It calls from when start() succeeded until it ends.
+/// A PortAudio stream. Callbacks run from a successful start() until destruction.
 class Stream : public std::enable_shared_from_this<Stream> {
  public:
     using Call = std::function<void(const void* input, void* output, unsigned long samples,
@@ -127,12 +127,12 @@ class Stream : public std::enable_shared_from_this<Stream> {
 
     const PortAudio& port_audio() const { return port_audio_; }
 
-    /// Called with library() locked, as are start() and stop(); the destructor locks it.
+    /// open(), start() and stop() require library() to be locked; the destructor locks it.
     PaError open(const PaStreamParameters* input, const PaStreamParameters* output, double rate_hz,
                  int block) {
         outputs_ = output != nullptr ? output->channelCount : 0;
-        // PulseAudio's thread in this process, which tells of each block that the server asks for,
-        // begins here. The propagation would keep it from being run in time.
+        // This starts PulseAudio's thread in this process, which receives the server's requests.
+        // Without real-time priority the propagation threads would delay it.
         const RealtimePriority inherited;
         const PaError error =
             Pa_OpenStream(&stream_, input, output, rate_hz, static_cast<unsigned long>(block),
@@ -141,8 +141,8 @@ class Stream : public std::enable_shared_from_this<Stream> {
         return error;
     }
 
-    /// paTimedOut where it takes too long. PortAudio waits for ever where a server dies meanwhile:
-    /// its thread ends with a lock held. The stream is then left to the thread that waits.
+    /// Returns paTimedOut after kLongestStart. PortAudio never returns if a server dies meanwhile:
+    /// its thread ends with a lock held. The waiting thread then keeps the stream.
     PaError start() {
         std::packaged_task<PaError()> task(
             [self = shared_from_this()] { return Pa_StartStream(self->stream_); });
@@ -158,7 +158,7 @@ class Stream : public std::enable_shared_from_this<Stream> {
         return error;
     }
 
-    /// What is in the buffers is played to its end.
+    /// Stops after the buffers have been played.
     void stop() { Pa_StopStream(stream_); }
 
     bool active() const { return Pa_IsStreamActive(stream_) == 1; }
@@ -172,7 +172,7 @@ class Stream : public std::enable_shared_from_this<Stream> {
         if (stream.begun_) {
             stream.call_(input, output, samples, flags);
         } else {
-            // Who wanted a stream that begins too late is gone.
+            // start() has not returned, or has timed out: `call_` may refer to a destroyed object.
             for (int c = 0; c < stream.outputs_; ++c)
                 std::fill_n(static_cast<float* const*>(output)[c], samples, 0.0F);
         }
@@ -195,12 +195,12 @@ class PortAudioOutput final : public Output {
                                                   PaStreamCallbackFlags flags) {
               fill(static_cast<float* const*>(output), samples, flags);
           })) {
-        // Numbers change when devices come and go.
-        const std::vector<DeviceInfo> there = stream_->port_audio().outputs();
-        const auto found = std::find_if(there.begin(), there.end(), [&](const DeviceInfo& d) {
+        // Indices change when devices are added or removed.
+        const std::vector<DeviceInfo> devices = stream_->port_audio().outputs();
+        const auto found = std::find_if(devices.begin(), devices.end(), [&](const DeviceInfo& d) {
             return d.name == device.name && d.host_api == device.host_api;
         });
-        if (found == there.end()) fail("is gone");
+        if (found == devices.end()) fail("is gone");
         const std::lock_guard lock(library());
         PaStreamParameters output{};
         output.device = found->index;
@@ -208,7 +208,7 @@ class PortAudioOutput final : public Output {
         output.sampleFormat = paFloat32 | paNonInterleaved;
         output.suggestedLatency =
             std::max(device.latency_s, settings.block / settings.sample_rate_hz);
-        // Else ALSA's periods are two blocks or more, which are then asked for at one time.
+        // Otherwise ALSA's periods are two or more blocks, requested in immediate succession.
         PaAlsa_SetNumPeriods(static_cast<int>(std::ceil(output.suggestedLatency *
                                                         settings.sample_rate_hz / settings.block)) +
                              1);
@@ -262,7 +262,7 @@ class PortAudioOutput final : public Output {
     DeviceInfo device_;
     OutputSettings settings_;
     bool started_ = false;
-    std::shared_ptr<Stream> stream_;  ///< ends before what it calls
+    std::shared_ptr<Stream> stream_;  ///< destroyed before the members that it uses
 };
 
 class PortAudioInput final : public Input {
@@ -271,7 +271,7 @@ class PortAudioInput final : public Input {
         : settings_(settings),
           stream_(std::make_shared<Stream>(
               [this](const void* input, void*, unsigned long samples, PaStreamCallbackFlags) {
-                  hear(static_cast<const float*>(input), samples);
+                  record(static_cast<const float*>(input), samples);
               })) {
         const std::lock_guard lock(library());
         const int device = input_beside(beside);
@@ -302,18 +302,17 @@ class PortAudioInput final : public Input {
         return Pa_GetDefaultInputDevice();
     }
 
-    /// [input's thread, wait-free]
-    void hear(const float* input, unsigned long samples) {
-        // What comes late here is missed by the output, which has this priority. Refused, it is
-        // refused to both.
+    /// [input thread, wait-free]
+    void record(const float* input, unsigned long samples) {
+        // The output thread has real-time priority, too; late input would be missing there.
         if (!std::exchange(called_, true)) take_realtime_priority();
         if (input != nullptr) settings_.callback({input, samples});
     }
 
     InputSettings settings_;
     std::string name_;
-    bool called_ = false;             ///< of the input's thread
-    std::shared_ptr<Stream> stream_;  ///< ends before what it calls
+    bool called_ = false;             ///< [input thread]
+    std::shared_ptr<Stream> stream_;  ///< destroyed before the members that it uses
 };
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace aula {
 
 namespace {
 
-/// Asks for sound as a device would, and throws it away.
+/// Requests samples in real time and discards them.
 class SilentOutput final : public Output {
  public:
     explicit SilentOutput(const OutputSettings& settings) : settings_(settings) {
@@ -42,7 +42,7 @@ class SilentOutput final : public Output {
         Clock::time_point next = Clock::now();
         while (!stop_) {
             fill();
-            // What was missed is not made up for.
+            // After a delay, missed blocks are not requested.
             next = std::max(next + block, Clock::now());
             std::this_thread::sleep_until(next);
         }

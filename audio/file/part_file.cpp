@@ -17,13 +17,13 @@ namespace aula {
 
 namespace {
 
-// A program that is told to end at once has to find them all.
+// List of all PartFiles, for abandon_all().
 std::mutex mutex;
 PartFile* first = nullptr;
 
 [[noreturn]] void fail(int error) { throw std::system_error(error, std::generic_category()); }
 
-/// A name that nobody can know in advance, whatever the length of the target's.
+/// An unpredictable name whose length does not depend on the target's.
 std::filesystem::path random_name(const std::filesystem::path& folder) {
     std::random_device random;
     const std::uint64_t bits = std::uint64_t{random()} << 32U | random();
@@ -33,7 +33,7 @@ std::filesystem::path random_name(const std::filesystem::path& folder) {
     return folder / name.data();
 }
 
-/// Creates a file that was not there, as `mode` allows.
+/// Creates a file exclusively. Returns its descriptor, or -1.
 int create(const std::filesystem::path& file, mode_t mode) {
     return open(file.c_str(), O_CREAT | O_EXCL | O_NOFOLLOW | O_RDWR | O_CLOEXEC, mode);
 }
@@ -46,7 +46,7 @@ PartFile::PartFile(const std::filesystem::path& file) {
     if (error) target_ = file;
     struct stat replaced {};
     const bool replaces = stat(target_.c_str(), &replaced) == 0;
-    // What the user may do with a new file; what could be done with the one that is replaced.
+    // A new file has the user's default permissions, a replacement those of the replaced file.
     constexpr mode_t kNew = 0666;
     constexpr mode_t kPrivate = 0600;
     const std::lock_guard lock(mutex);
@@ -67,15 +67,15 @@ PartFile::PartFile(const std::filesystem::path& file) {
 
 PartFile::~PartFile() {
     const std::lock_guard lock(mutex);
-    PartFile** place = &first;
-    while (*place != this) place = &(*place)->next_;
-    *place = next_;
+    PartFile** link = &first;
+    while (*link != this) link = &(*link)->next_;
+    *link = next_;
     if (descriptor_ >= 0) close(descriptor_);
     if (!temporary_.empty()) unlink(temporary_.c_str());
 }
 
 void PartFile::commit() {
-    // Else a crash of the system may leave an empty file under the name. Not every file system can.
+    // Otherwise a system crash may leave an empty file. Some file systems do not support it.
     if (fsync(descriptor_) != 0 && errno != EINVAL && errno != ENOSYS) fail(errno);
     if (close(std::exchange(descriptor_, -1)) != 0) fail(errno);
     const std::lock_guard lock(mutex);

@@ -4,12 +4,12 @@
 
 namespace aula {
 
-/// A file that is written under a random name beside its own, which it gets in commit(); without
-/// commit() nothing is left behind. It is created exclusively, never through a link.
+/// A file that is written under a random name in the target's folder and renamed by commit().
+/// Without commit() it is removed. It is created exclusively and never follows a link.
 class PartFile {
  public:
-    /// Replaces what is there, of a symbolic link what it points to, and keeps its permissions.
-    /// Throws std::system_error if the place cannot be written to.
+    /// An existing file is replaced and its permissions are kept; of a symbolic link the file that
+    /// it points to. Throws std::system_error if the folder is not writable.
     explicit PartFile(const std::filesystem::path& file);
     ~PartFile();
     PartFile(const PartFile&) = delete;
@@ -17,19 +17,19 @@ class PartFile {
 
     int descriptor() const { return descriptor_; }
 
-    /// Has the file written to the disk, which may only now turn out to be full, and names it.
-    /// Throws std::system_error.
+    /// Flushes the file to the disk and renames it. Throws std::system_error, for instance if the
+    /// disk is full.
     void commit();
 
-    /// Removes all that is being written, of any thread, for a program that ends at once; from then
-    /// on a PartFile that is made, committed or destroyed waits for ever.
+    /// Removes the unfinished files of all threads before the program exits immediately. Afterwards
+    /// constructor, destructor and commit() block.
     static void abandon_all();
 
  private:
     std::filesystem::path target_;
-    std::filesystem::path temporary_;  ///< in the target's folder: renaming stays in a file system
+    std::filesystem::path temporary_;  ///< in the target's folder and thus file system
     int descriptor_;
-    PartFile* next_ = nullptr;  ///< of all that are being written
+    PartFile* next_ = nullptr;  ///< in the list of all PartFiles
 };
 
 }  // namespace aula

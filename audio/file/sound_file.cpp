@@ -74,11 +74,11 @@ SoundHandle open_sound(const fs::path& file, SF_INFO& info) {
     std::error_code error;
     const fs::file_status status = fs::status(file, error);
     if (!fs::exists(status)) fail(file, "no such file; expected a sound file");
-    // A pipe would be waited for, a device read without end.
+    // Opening a pipe would block; reading a device might not end.
     if (!fs::is_regular_file(status)) fail(file, "is no regular file; expected a sound file");
     if (!has_known_format(file)) fail(file, std::string("is of no known format") + kExpected);
     info = {};
-    // An absolute name, since libsndfile takes "-" for standard input.
+    // An absolute name: libsndfile reads "-" as standard input.
     SoundHandle sound(sf_open(fs::absolute(file).c_str(), SFM_READ, &info));
     if (!sound) fail(file, std::string("cannot be read as sound") + kExpected);
     if (info.samplerate < kLowestRate_hz || info.samplerate > kHighestRate_hz) {
@@ -107,13 +107,13 @@ SoundClip read_sound(const fs::path& file, double sample_rate_hz) {
 
     SoundClip clip;
     clip.sample_rate_hz = sample_rate_hz;
-    constexpr sf_count_t kFrames = 16384;
-    std::vector<float> interleaved(static_cast<std::size_t>(kFrames) * channels);
+    constexpr sf_count_t kBlock = 16384;
+    std::vector<float> interleaved(static_cast<std::size_t>(kBlock) * channels);
     const auto most = static_cast<std::size_t>(static_cast<double>(kMostSamples) *
                                                std::min(1.0, info.samplerate / sample_rate_hz));
     bool usable = true;
     while (true) {
-        const sf_count_t got = sf_readf_float(sound.get(), interleaved.data(), kFrames);
+        const sf_count_t got = sf_readf_float(sound.get(), interleaved.data(), kBlock);
         if (got <= 0) break;
         if (clip.samples.size() + static_cast<std::size_t>(got) > most) {
             fail(file, "is too long; expected at most " +
@@ -158,7 +158,7 @@ struct WavWriter::State {
     std::size_t channels = 0;
     std::optional<PartFile> part;
     SoundHandle sound;
-    std::vector<float> finite;  ///< of a write()
+    std::vector<float> finite;  ///< samples of a write(), muted where not finite
     std::int64_t muted = 0;
 
     [[noreturn]] void fail(const std::string& why) const {
@@ -186,7 +186,7 @@ WavWriter::WavWriter(const fs::path& file, double sample_rate_hz, std::size_t ch
     SF_INFO info{};
     info.samplerate = static_cast<int>(std::lround(sample_rate_hz));
     info.channels = static_cast<int>(channels);
-    // More than two channels have to be told by the extensible header.
+    // More than two channels require the extensible header.
     info.format = channels > 2 ? SF_FORMAT_WAVEX : SF_FORMAT_WAV;
     switch (format) {
         case SampleFormat::float32:
@@ -201,7 +201,7 @@ WavWriter::WavWriter(const fs::path& file, double sample_rate_hz, std::size_t ch
     }
     state_->sound.reset(sf_open_fd(state_->part->descriptor(), SFM_WRITE, &info, SF_FALSE));
     if (!state_->sound) state_->fail("a WAV file of this rate and format cannot be begun");
-    // The peak chunk carries the time of day: the same sound would give other bytes.
+    // The peak chunk contains the time of day; without it equal sounds give equal files.
     sf_command(state_->sound.get(), SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);
     sf_command(state_->sound.get(), SFC_SET_CLIPPING, nullptr, SF_TRUE);
 }
@@ -210,12 +210,12 @@ WavWriter::~WavWriter() = default;
 
 void WavWriter::write(std::span<const float> interleaved) {
     assert(interleaved.size() % state_->channels == 0);
-    const auto frames = static_cast<sf_count_t>(interleaved.size() / state_->channels);
+    const auto count = static_cast<sf_count_t>(interleaved.size() / state_->channels);
     state_->finite.assign(interleaved.begin(), interleaved.end());
     state_->muted +=
         static_cast<std::int64_t>(mute_beyond(std::numeric_limits<float>::max(), state_->finite));
     errno = 0;
-    if (sf_writef_float(state_->sound.get(), state_->finite.data(), frames) != frames) {
+    if (sf_writef_float(state_->sound.get(), state_->finite.data(), count) != count) {
         state_->fail(errno != 0 ? std::strerror(errno) : "not all samples could be written");
     }
 }
@@ -223,7 +223,7 @@ void WavWriter::write(std::span<const float> interleaved) {
 std::int64_t WavWriter::muted_samples() const { return state_->muted; }
 
 void WavWriter::commit() {
-    // Closing writes the header's lengths and may be the first to learn of a full disk.
+    // Closing writes the lengths to the header and may detect a full disk.
     errno = 0;
     if (sf_close(state_->sound.release()) != 0) state_->fail(std::strerror(errno));
     try {

@@ -17,23 +17,24 @@ struct SoundClip {
 };
 
 /// Reads a WAV (also RF64, W64), AIFF, AU, CAF, FLAC, Ogg, MP3 or NIST SPHERE file, mixes it down
-/// and resamples it (soxr). Samples that are not finite, or beyond 2^31, become 0 with a warning.
-/// Throws AudioInputError, also for another format, a sample rate outside 1 to 768 kHz, more than
-/// 64 channels and more than 2^28 samples (before or after resampling).
+/// to mono and resamples it. Samples that are not finite or exceed 2^31 in magnitude become 0 with
+/// a warning. Throws AudioInputError, also for another format, sample rates outside 1 to 768 kHz,
+/// more than 64 channels, or more than 2^28 samples before or after resampling.
 SoundClip read_sound(const std::filesystem::path& file, double sample_rate_hz);
 
-/// The number of frames and the sample rate without reading the samples. Throws AudioInputError.
 struct SoundInfo {
-    std::int64_t frames = 0;
+    std::int64_t frames = 0;  ///< length, sample frames
     double sample_rate_hz = 0;
     int channels = 0;
 };
+
+/// Reads the header of a sound file. Throws AudioInputError.
 SoundInfo sound_info(const std::filesystem::path& file);
 
 enum class SampleFormat { float32, pcm24, pcm16 };
 
-/// Writes a WAV file under a temporary name beside it and renames it in commit(); without commit()
-/// nothing is left behind. Throws AudioInputError if the place cannot be written to, AudioFailure
+/// Writes a WAV file under a temporary name in its folder and renames it in commit(). Without
+/// commit() the file is removed. Throws AudioInputError if the folder is not writable, AudioFailure
 /// if writing fails (disk full).
 class WavWriter {
  public:
@@ -41,12 +42,14 @@ class WavWriter {
               SampleFormat format);
     ~WavWriter();
 
-    /// Appends frames, interleaved: samples.size() is a multiple of the channels. Samples that are
-    /// not finite are written as silence.
+    /// Appends interleaved samples, [sample][channel]. Samples that are not finite are written as
+    /// silence.
     void write(std::span<const float> interleaved);
 
-    /// Samples of all channels that were not finite.
+    /// Number of samples that were not finite, all channels.
     std::int64_t muted_samples() const;
+
+    /// Completes the file under its name.
 
     void commit();
 

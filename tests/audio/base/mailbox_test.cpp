@@ -11,7 +11,7 @@ using namespace aula;
 
 namespace {
 
-/// Counts the living, so that a test sees leaks and double frees.
+/// Counts its instances, which reveals leaks and double frees.
 struct Letter {
     explicit Letter(int n) : number(n), copy(n) { ++alive; }
     ~Letter() { --alive; }
@@ -19,13 +19,13 @@ struct Letter {
     Letter& operator=(const Letter&) = delete;
 
     int number;
-    int copy;  ///< equal to `number` unless the reader sees a half-written letter
+    int copy;  ///< differs from `number` in a partly written letter
     static inline std::atomic<int> alive{0};
 };
 
 }  // namespace
 
-TEST_CASE("The reader gets the newest value, once") {
+TEST_CASE("The reader of a mailbox gets the newest value once") {
     Mailbox<Letter> mailbox(1);
     CHECK(mailbox.take() == nullptr);
     mailbox.publish(std::make_unique<Letter>(1));
@@ -37,7 +37,7 @@ TEST_CASE("The reader gets the newest value, once") {
     mailbox.give_back(letter);
 }
 
-TEST_CASE("What was replaced or given back comes back to the writer") {
+TEST_CASE("Replaced and returned values go back to the writer of a mailbox") {
     Mailbox<Letter> mailbox(1);
     CHECK(mailbox.reclaim() == nullptr);
     mailbox.publish(std::make_unique<Letter>(1));
@@ -49,7 +49,7 @@ TEST_CASE("What was replaced or given back comes back to the writer") {
     CHECK(returned == std::set<int>{1, 2});
 }
 
-TEST_CASE("The mailbox frees what it holds, and what a writer never reclaims") {
+TEST_CASE("A mailbox frees its values and those that the writer never reclaims") {
     REQUIRE(Letter::alive == 0);
     {
         Mailbox<Letter> mailbox(1);
@@ -64,7 +64,7 @@ TEST_CASE("The mailbox frees what it holds, and what a writer never reclaims") {
     CHECK(Letter::alive == 0);
 }
 
-TEST_CASE("A reader that holds as many values as it may does not stop the writer") {
+TEST_CASE("A reader that holds the largest number of values does not block the writer") {
     REQUIRE(Letter::alive == 0);
     const std::size_t most = GENERATE(std::size_t{1}, std::size_t{2}, std::size_t{8});
     {
@@ -73,7 +73,7 @@ TEST_CASE("A reader that holds as many values as it may does not stop the writer
         int last = 0;
         for (int i = 1; i <= 1000; ++i) {
             mailbox.publish(std::make_unique<Letter>(i));
-            // The writer is now and then faster.
+            // The writer is sometimes faster.
             if (i % 7 == 0) continue;
             Letter* const letter = mailbox.take();
             REQUIRE(letter != nullptr);
@@ -81,7 +81,7 @@ TEST_CASE("A reader that holds as many values as it may does not stop the writer
             last = i;
             held.push_back(letter);
             if (held.size() < most) continue;
-            // All of them now and then, so that the ring of spent values is filled.
+            // Sometimes all values are returned, which fills the ring of spent values.
             do {
                 mailbox.give_back(held.front());
                 held.pop_front();
@@ -94,16 +94,16 @@ TEST_CASE("A reader that holds as many values as it may does not stop the writer
     CHECK(Letter::alive == 0);
 }
 
-TEST_CASE("Between two threads no value is torn, lost or seen twice, and the last one arrives") {
+TEST_CASE("Between two threads values arrive complete and in order, and the last one arrives") {
     REQUIRE(Letter::alive == 0);
     constexpr int kLetters = 200000;
     {
-        // With the one that is taken before one of them is given back.
+        // One is taken before the previous one is given back.
         Mailbox<Letter> mailbox(2);
         int backwards = 0;
         int torn = 0;
         int last = 0;
-        // The reader holds two at a time, as a renderer in a crossfade does.
+        // The reader holds two at a time, like a renderer in a crossfade.
         std::thread reader([&] {
             Letter* held = nullptr;
             while (last < kLetters) {
@@ -131,7 +131,7 @@ TEST_CASE("Between two threads no value is torn, lost or seen twice, and the las
         CHECK(last == kLetters);
         CHECK(backwards == 0);
         CHECK(torn == 0);
-        // One with the reader before, one on the way, one being filled.
+        // At most two values were held by the reader, one published and one being filled.
         CHECK(Letter::alive <= 4);
     }
     CHECK(Letter::alive == 0);

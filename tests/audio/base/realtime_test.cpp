@@ -29,7 +29,7 @@ using namespace aula::test;
 
 namespace {
 
-/// Keeps the compiler from leaving an allocation out.
+/// Prevents the compiler from removing an allocation.
 template <typename T>
 T* used(T* p) {
     asm volatile("" : : "r"(p) : "memory");
@@ -38,7 +38,7 @@ T* used(T* p) {
 
 constexpr double kRate_hz = 48000;
 
-/// A frame of a walk with image sources, direct sound that comes, goes and jumps.
+/// A frame of a moving listener, with reflections and with direct sound that disappears and jumps.
 SourceSound frame_of_walk(unsigned frame, const Signals& late) {
     SourceSound sound;
     for (std::size_t c = 0; c < 4; ++c) sound.ambisonics[c] = late[c];
@@ -57,7 +57,7 @@ SourceSound frame_of_walk(unsigned frame, const Signals& late) {
 
 }  // namespace
 
-TEST_CASE("The trap sees an allocation and a free") {
+TEST_CASE("The trap detects an allocation and a free") {
     if (!RealtimeTrap::available()) {
         WARN("skipped: sanitizers own these functions");
         return;
@@ -76,7 +76,7 @@ TEST_CASE("The trap sees an allocation and a free") {
     CHECK(after.total() == 2);
 }
 
-TEST_CASE("The trap sees each way to allocate") {
+TEST_CASE("The trap detects every allocation function") {
     if (!RealtimeTrap::available()) {
         WARN("skipped: sanitizers own these functions");
         return;
@@ -100,7 +100,7 @@ TEST_CASE("The trap sees each way to allocate") {
     CHECK(seen.frees == 4);
 }
 
-TEST_CASE("The trap sees a lock and a write") {
+TEST_CASE("The trap detects a lock and a write") {
     if (!RealtimeTrap::available()) {
         WARN("skipped: sanitizers own these functions");
         return;
@@ -163,7 +163,7 @@ TEST_CASE("The audio thread neither allocates, frees, locks nor writes in 20000 
             builder.prepare(std::span(&sound, 1), *frame);
             renderer.mailbox().publish(std::move(frame));
         }
-        // A third of the time silent, so that all decays.
+        // A third of the blocks are silent, so that all signals decay.
         const std::array<const float*, 1> in{(block / 1000) % 3 == 2 ? silence.data()
                                                                      : noise.data()};
         const auto samples = static_cast<int>(block % 10 == 9 ? 1 + block % kBlock : kBlock);
@@ -191,7 +191,7 @@ TEST_CASE("The audio thread neither allocates, frees, locks nor writes in 20000 
     CHECK(loudest > 0.1F);
 }
 
-TEST_CASE("Threads keep the real-time priority that they were begun under, their parent does not") {
+TEST_CASE("Threads keep the real-time priority inherited from their parent, the parent does not") {
     const int before = sched_getscheduler(0);
     REQUIRE(before != SCHED_FIFO);
     std::thread child;
@@ -214,7 +214,7 @@ TEST_CASE("Threads keep the real-time priority that they were begun under, their
     CHECK(of_child == SCHED_FIFO);
 }
 
-TEST_CASE("Threads that give way are nice, as are those that they begin, and no others") {
+TEST_CASE("A thread that gives way and its children have a higher nice value, no other thread") {
     if (sched_getscheduler(0) != SCHED_OTHER) {
         WARN("skipped: this thread is not scheduled like others");
         return;
@@ -228,7 +228,7 @@ TEST_CASE("Threads that give way are nice, as are those that they begin, and no 
         give_way(10);
         of_thread = nice();
         std::thread([&] { of_child = nice(); }).join();
-        // Who is nicer stays so.
+        // A higher nice value is kept.
         give_way(15);
         give_way(10);
         of_nicer = nice();
@@ -239,7 +239,7 @@ TEST_CASE("Threads that give way are nice, as are those that they begin, and no 
     CHECK(nice() == before);
 }
 
-TEST_CASE("Threads that give way have short slices where the system lets them") {
+TEST_CASE("A thread that gives way has short time slices if the system supports them") {
     struct {
         std::uint32_t size = 48;
         std::uint32_t policy = 0;
@@ -259,7 +259,7 @@ TEST_CASE("Threads that give way have short slices where the system lets them") 
         ask(short_ones);
     }).join();
     if (!known || usual.runtime_ns == 0) {
-        WARN("skipped: the system does not tell how long slices are");
+        WARN("skipped: the system does not report the length of time slices");
         return;
     }
     CHECK(short_ones.runtime_ns == 100'000);

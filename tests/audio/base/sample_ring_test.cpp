@@ -6,7 +6,7 @@
 
 using aula::SampleRing;
 
-TEST_CASE("What finds no room in the ring is left out as a whole") {
+TEST_CASE("A ring takes all samples of a call or none") {
     SampleRing ring(8);
     const std::array<float, 5> five{1, 2, 3, 4, 5};
     CHECK(ring.write(five));
@@ -15,13 +15,13 @@ TEST_CASE("What finds no room in the ring is left out as a whole") {
     CHECK(ring.read(out) == 5);
     CHECK(out[4] == 5);
     CHECK(ring.read(out) == 0);
-    CHECK(ring.write(five));  // over the end of the memory
+    CHECK(ring.write(five));  // across the end of the memory
     CHECK(ring.read(std::span(out).first(3)) == 3);
     CHECK(ring.read(out) == 2);
     CHECK(out[1] == 5);
 }
 
-TEST_CASE("Between two threads every sample that was written is read once, in order") {
+TEST_CASE("Between two threads every sample is read once, in order") {
     SampleRing ring(256);
     constexpr int kSamples = 300'000;
     std::thread writer([&] {

@@ -14,7 +14,7 @@ constexpr double kRate_hz = 48000;
 constexpr int kBlock = 256;
 constexpr double kStep_rad = 2 * std::numbers::pi / 96;  // 500 Hz
 
-/// Writes a sine in portions of any size and reads it in blocks.
+/// Writes a sine in portions of any size to a buffer and reads it in blocks.
 class Line {
  public:
     void write(std::size_t count) {
@@ -30,7 +30,7 @@ class Line {
             heard_.insert(heard_.end(), block.begin(), block.end());
         }
     }
-    /// The largest step from one sample to the next. The sine's own is 0.5 * kStep_rad = 0.033.
+    /// The largest difference of adjacent samples. That of the sine is 0.5 * kStep_rad = 0.033.
     float largest_step() const {
         float largest = 0;
         for (std::size_t i = 1; i < heard_.size(); ++i)
@@ -46,12 +46,12 @@ class Line {
     long time_ = 0;
 };
 
-// A crossfade of two sines over a block, or a fade of 5 ms, adds at most 1/240 a sample.
+// A crossfade of two sines over a block, or a fade of 5 ms, adds at most 1/240 per sample.
 constexpr float kSmooth = 0.034F + 1.0F / 240;
 
 }  // namespace
 
-TEST_CASE("What comes as steadily as it is asked for is heard as it is, a block later") {
+TEST_CASE("A steady input is output unchanged, delayed by a block") {
     Line line;
     line.write(kBlock);
     for (int i = 0; i < 1000; ++i) {
@@ -59,13 +59,13 @@ TEST_CASE("What comes as steadily as it is asked for is heard as it is, a block 
         line.read();
     }
     CHECK(line.buffer().reserve() == kBlock);
-    // After the fade: the very samples.
+    // Exact after the fade.
     for (std::size_t i = 1000; i < line.heard().size(); ++i)
         REQUIRE(line.heard()[i] ==
                 0.5F * static_cast<float>(std::sin(kStep_rad * static_cast<double>(i))));
 }
 
-TEST_CASE("An input that stops fades without a click, is silence, and comes back") {
+TEST_CASE("An input that stops fades out to silence and returns without a click") {
     Line line;
     line.write(2 * kBlock + 100);
     line.read(20);
@@ -78,7 +78,7 @@ TEST_CASE("An input that stops fades without a click, is silence, and comes back
     CHECK(line.largest_step() < kSmooth);
 }
 
-TEST_CASE("What comes in bursts runs dry at first, then flows") {
+TEST_CASE("An input in bursts causes underruns only at first") {
     Line line;
     std::size_t silent_blocks = 0;
     for (int burst = 0; burst < 200; ++burst) {
@@ -94,16 +94,17 @@ TEST_CASE("What comes in bursts runs dry at first, then flows") {
     CHECK(line.largest_step() < kSmooth);
 }
 
-TEST_CASE("An input that is faster than the output is left out smoothly, and does not lag") {
+TEST_CASE(
+    "Surplus of an input faster than the output is dropped smoothly, without a growing delay") {
     Line line;
     line.write(kBlock);
-    // A thousandth too fast: 48 samples a second, 2880 a minute.
+    // Faster by 0.1 %: 48 samples per second, 2880 per minute.
     for (int i = 0; i < 60 * 48000 / kBlock; ++i) {
         line.write(kBlock + (i % 4 == 0 ? 1 : 0));
         line.read();
     }
     CHECK(line.largest_step() < kSmooth);
-    // What is left to be read: less than a few blocks, where 2880 samples have come too many.
+    // The buffer contains only a few blocks of the surplus of 2880 samples.
     std::size_t left = 0;
     std::vector<float> block(kBlock);
     do {
@@ -113,7 +114,7 @@ TEST_CASE("An input that is faster than the output is left out smoothly, and doe
     CHECK(left < 7);
 }
 
-TEST_CASE("An input that is slower than the output fades now and then, and never clicks") {
+TEST_CASE("An input slower than the output fades at underruns without a click") {
     Line line;
     line.write(kBlock);
     for (int i = 0; i < 60 * 48000 / kBlock; ++i) {
@@ -122,7 +123,7 @@ TEST_CASE("An input that is slower than the output fades now and then, and never
     }
     CHECK(line.largest_step() < kSmooth);
     const auto silent = std::count(line.heard().begin(), line.heard().end(), 0.0F);
-    CHECK(silent < 48000);  // of 60 s less than one
+    CHECK(silent < 48000);  // less than 1 s of 60 s
 }
 
 TEST_CASE("However often an input stops, no more than 0.2 s of it is held back") {

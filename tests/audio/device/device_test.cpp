@@ -22,14 +22,14 @@
 using namespace aula;
 using namespace aula::test;
 
-// These tests play in real time against a server of their own. They judge flags and recordings.
+// These tests play in real time on a separate server. They check flags and recordings.
 
 namespace {
 
 constexpr double kRate_hz = 48000;
 constexpr int kBlock = 256;
 
-/// 1 kHz at 48 kHz: a period is 48 samples, to the bit.
+/// A tone of 1 kHz at 48 kHz, periodic in 48 samples to the bit.
 class Tone {
  public:
     Tone() {
@@ -62,12 +62,12 @@ std::string message_of(const std::string& wanted, double rate_hz, std::size_t ch
 
 namespace {
 
-/// How many samples of a recording of Tone, once it runs, differ from those a period before.
+/// Number of samples of a recording of Tone that differ from those a period before.
 std::size_t breaks_in(const std::vector<float>& heard) {
     std::size_t first = 0;
     while (first < heard.size() && heard[first] == 0) ++first;
-    // The two channels are connected one after the other. Then at least nine seconds were recorded,
-    // each period the same as the one before.
+    // The two channels are connected one after the other. At least nine seconds are recorded after
+    // that.
     first += 4800;
     REQUIRE(heard.size() > first + 9 * 48000);
     std::size_t breaks = 0;
@@ -80,7 +80,7 @@ std::size_t breaks_in(const std::vector<float>& heard) {
 
 }  // namespace
 
-TEST_CASE("Ten seconds of a tone reach the server in time and without a gap") {
+TEST_CASE("Ten seconds of a tone are played in time and without a gap") {
     const JackServer server(kBlock);
     if (!server.running()) {
         WARN("skipped: no JACK server can run here");
@@ -88,7 +88,7 @@ TEST_CASE("Ten seconds of a tone reach the server in time and without a gap") {
     }
     const TemporaryFolder folder;
     const std::filesystem::path file = folder.path() / "heard.wav";
-    // Server and recorder may be late by themselves on a busy machine, and leave a gap.
+    // On a busy machine server and recorder can be late and cause a gap.
     constexpr int kTries = 3;
     for (int attempt = 0; attempt < kTries; ++attempt) {
         AudioDevice device("", kRate_hz, 2, kBlock, Tone());
@@ -115,7 +115,7 @@ TEST_CASE("Ten seconds of a tone reach the server in time and without a gap") {
     WARN("skipped: the server was late in every try");
 }
 
-TEST_CASE("Devices are listed, chosen by index or part of the name, and refused in one line") {
+TEST_CASE("Devices are listed, selected by index or part of the name, and refused in one line") {
     const JackServer server(kBlock);
     if (!server.running()) {
         WARN("skipped: no JACK server can run here");
@@ -141,7 +141,7 @@ TEST_CASE("Devices are listed, chosen by index or part of the name, and refused 
     }
 }
 
-TEST_CASE("A server that dies leaves silence, and the device plays on when it is back") {
+TEST_CASE("A device is lost when its server dies, and plays again when the server returns") {
     auto server = std::make_unique<JackServer>(kBlock);
     if (!server->running()) {
         WARN("skipped: no JACK server can run here");
@@ -163,14 +163,14 @@ TEST_CASE("A server that dies leaves silence, and the device plays on when it is
     CHECK(device.reconnects() == 1);
     calls = 0;
     CHECK(comes([&] { return calls > 100; }));
-    // And again, this time without waiting for it.
+    // The server dies again, and the device is stopped while lost.
     server.reset();
     CHECK(comes([&] { return device.state() == DeviceState::lost; }));
     device.stop();
     CHECK(device.state() == DeviceState::gone);
 }
 
-TEST_CASE("Sound begins as it is, and rises where its device was lost and is back") {
+TEST_CASE("Sound starts without a fade, and fades in after a reconnection") {
     constexpr float kLevel = 0.5F;
     auto server = std::make_unique<JackServer>(kBlock);
     if (!server->running()) {
@@ -186,7 +186,7 @@ TEST_CASE("Sound begins as it is, and rises where its device was lost and is bac
     REQUIRE(comes([&] { return ear->full(); }));
     CHECK(ear->samples().front() == kLevel);
 
-    // A server that is late leaves out blocks.
+    // A late server skips blocks; the attempt is then repeated.
     const std::vector<float> rise = raised_cosine(960);  // 20 ms
     constexpr int kTries = 3;
     for (int attempt = 0; attempt < kTries; ++attempt) {
@@ -195,7 +195,7 @@ TEST_CASE("Sound begins as it is, and rises where its device was lost and is bac
         ear.reset();
         server = std::make_unique<JackServer>(kBlock);
         REQUIRE(server->running());
-        // The device is there again only now.
+        // The device becomes available again.
         ear = std::make_unique<JackEar>("ear");
         REQUIRE(comes([&] { return ear->full(); }));
         if (!ear->in_time()) continue;
@@ -210,7 +210,7 @@ TEST_CASE("Sound begins as it is, and rises where its device was lost and is bac
     WARN("skipped: the server was late in every try");
 }
 
-TEST_CASE("Where no server runs there is one line that says so") {
+TEST_CASE("The error without a sound server is one line") {
     setenv("JACK_DEFAULT_SERVER", "aula-test-no-such-server", 1);
     if (!list_output_devices().empty()) {
         WARN("skipped: this machine has a sound device");

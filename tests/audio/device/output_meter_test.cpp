@@ -4,25 +4,25 @@
 
 using namespace aula;
 
-TEST_CASE("A late call is ours if it computed long, the machine's if it was not run") {
+TEST_CASE("A late callback is the program's fault if it computed long, otherwise the machine's") {
     constexpr double kSound_s = 256.0 / 48000;
     struct Case {
-        double wall;  // of the sound's length
+        double wall;  // re the duration of the block
         double cpu;
         std::optional<UnderrunCause> cause;
     };
     const Case c =
         GENERATE(Case{0.9, 0.9, std::nullopt}, Case{0.99, 0.1, std::nullopt},
                  Case{1.1, 1.05, UnderrunCause::ours},
-                 // The rest was taken from it, but it was slow.
+                 // Partly not scheduled, but computing for more than half of the block.
                  Case{1.3, 0.6, UnderrunCause::ours}, Case{1.1, 0.1, UnderrunCause::machine},
                  Case{20, 0.4, UnderrunCause::machine});
     CAPTURE(c.wall, c.cpu);
     CHECK(lateness_cause(c.wall * kSound_s, c.cpu * kSound_s, kSound_s) == c.cause);
 }
 
-TEST_CASE("An underrun after calls that were in time is the host's") {
-    // An hour a sample: every call is in time.
+TEST_CASE("An underrun after callbacks in time is attributed to the host") {
+    // One hour per sample: every callback is in time.
     OutputMeter meter(1.0 / 3600);
     meter.begin(false);
     meter.end(256);
@@ -35,8 +35,8 @@ TEST_CASE("An underrun after calls that were in time is the host's") {
     CHECK(meter.first_underruns()[0].time_s == Approx(256 * 3600.0));
 }
 
-TEST_CASE("An underrun after a call that computed for longer than its sound lasts is ours") {
-    // A sample lasts less than any call takes.
+TEST_CASE("An underrun after a callback that computed too long is attributed to the program") {
+    // A sample is shorter than any callback.
     OutputMeter meter(1e15);
     meter.begin(false);
     meter.end(1);
@@ -47,14 +47,15 @@ TEST_CASE("An underrun after a call that computed for longer than its sound last
     CHECK(meter.own_underruns() == 1);
 }
 
-TEST_CASE("An underrun after a call whose thread was not run is the machine's, not for ever") {
+TEST_CASE(
+    "An underrun shortly after a callback that was not scheduled is attributed to the machine") {
     constexpr double kRate_hz = 48000;
     constexpr int kBlock = 256;
     constexpr double kSound_s = kBlock / kRate_hz;
     OutputMeter meter(kRate_hz);
     meter.count_call(1.5 * kSound_s, 0.1 * kSound_s, kBlock);
     meter.begin(true);
-    // What the server tells 0.2 s later is not that call's fault any more.
+    // An underrun reported more than 0.2 s later has another cause.
     for (int call = 0; call < 40; ++call) meter.count_call(0.1 * kSound_s, 0.1 * kSound_s, kBlock);
     meter.begin(true);
     REQUIRE(meter.first_underruns().size() == 2);

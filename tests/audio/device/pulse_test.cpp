@@ -23,16 +23,16 @@
 using namespace aula;
 using namespace aula::test;
 
-// These tests play in real time against a server of their own, through ALSA's plugin, as on a
-// desktop. They judge flags and recordings.
+// These tests play in real time on a separate server through ALSA's plugin, as on a desktop. They
+// check flags and recordings.
 
 namespace {
 
 constexpr double kRate_hz = 48000;
 constexpr int kBlock = 256;
 
-/// How many streams are prepared until one fails, as where a server dies in that moment: each is
-/// once when it is opened and once when it is started.
+/// Number of calls of snd_pcm_prepare() until one fails, as if the server died in that moment. A
+/// stream is prepared when it is opened and when it is started.
 std::atomic<int> until_failure = 0;
 
 int realtime_threads() {
@@ -42,7 +42,7 @@ int realtime_threads() {
     return count;
 }
 
-/// PulseAudio's device, if a server can run here; else says why not.
+/// PulseAudio's device, or a warning if no server can run here.
 std::optional<DeviceInfo> pulse_device(const PulseServer& server) {
     if (!server.running()) {
         WARN("skipped: no PulseAudio server can run here");
@@ -57,14 +57,14 @@ std::optional<DeviceInfo> pulse_device(const PulseServer& server) {
 
 }  // namespace
 
-/// Takes the place of ALSA's, which PortAudio calls as a stream begins.
+/// Replaces ALSA's function, which PortAudio calls when a stream starts.
 extern "C" int snd_pcm_prepare(snd_pcm_t* pcm) {
     static const auto real =
         reinterpret_cast<decltype(&snd_pcm_prepare)>(dlsym(RTLD_NEXT, "snd_pcm_prepare"));
     return until_failure > 0 && --until_failure == 0 ? -ENODEV : real(pcm);
 }
 
-TEST_CASE("A device that hangs as it begins is given up, and another one plays") {
+TEST_CASE("A device that hangs when started is abandoned and can be opened again") {
     PulseServer server;
     if (!pulse_device(server)) return;
     std::atomic<int> calls = 0;
@@ -91,7 +91,8 @@ TEST_CASE("A device that hangs as it begins is given up, and another one plays")
     device.stop();
 }
 
-TEST_CASE("A tone reaches a PulseAudio sink, and plays on when a server that died is back") {
+TEST_CASE(
+    "A tone is played by a PulseAudio sink, and again when the server returns after a crash") {
     PulseServer server;
     if (!pulse_device(server)) return;
     const TemporaryFolder folder;
@@ -112,14 +113,14 @@ TEST_CASE("A tone reaches a PulseAudio sink, and plays on when a server that die
         const auto recording = server.record(file);
         device.start();
         REQUIRE(comes([&] { return calls > 750; }));  // four seconds
-        // PortAudio's and PulseAudio's.
+        // One thread of PortAudio, one of PulseAudio.
         if (device.meter().realtime()) CHECK(realtime_threads() == others + 2);
     }
     CHECK(device.meter().own_underruns() == 0);
     const std::vector<float> heard = read_sound(file, kRate_hz).samples;
     const auto loud =
         std::count_if(heard.begin(), heard.end(), [](float x) { return std::abs(x) > 0.4F; });
-    // Of a sine 41 % of the samples are above 0.8 of its peak; two seconds of it at least.
+    // 41 % of the samples of a sine exceed 0.8 of its peak. At least two seconds were recorded.
     CHECK(loud > std::lround(0.4 * 2 * kRate_hz));
     CHECK(*std::max_element(heard.begin(), heard.end()) == Approx(0.5).margin(1e-3));
 
@@ -133,11 +134,11 @@ TEST_CASE("A tone reaches a PulseAudio sink, and plays on when a server that die
     device.stop();
 }
 
-TEST_CASE("A microphone hears what is said: here what the sink plays") {
+TEST_CASE("A microphone records its input") {
     PulseServer server;
     const auto pulse = pulse_device(server);
     if (!pulse) return;
-    // The default input is the sink's monitor.
+    // The default input is the monitor of the sink: it records the tone that is played.
     Microphone microphone(*pulse, kRate_hz, kBlock);
     CHECK(microphone.name() == "pulse");
     std::atomic<int> calls = 0;
@@ -162,12 +163,12 @@ TEST_CASE("A microphone hears what is said: here what the sink plays") {
     REQUIRE(comes([&] { return calls > 1000; }));  // five seconds
     device.stop();
     CHECK(different == 0);
-    // Of a sine 41 % of the samples are above 0.8 of its peak; two seconds of it at least.
+    // 41 % of the samples of a sine exceed 0.8 of its peak. At least two seconds were recorded.
     CHECK(loud > std::lround(0.4 * 2 * kRate_hz));
     CHECK(microphone.alive());
 }
 
-TEST_CASE("Where there is no input a microphone says so") {
+TEST_CASE("A microphone is refused if there is no input") {
     setenv("JACK_DEFAULT_SERVER", "aula-test-no-such-server", 1);
     DeviceInfo jack;
     jack.host_api = "JACK";

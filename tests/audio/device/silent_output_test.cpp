@@ -5,7 +5,7 @@
 
 using namespace aula;
 
-TEST_CASE("The device that is always there asks for block after block and has no underruns") {
+TEST_CASE("The silent device requests blocks continuously and has no underruns") {
     constexpr int kBlock = 64;
     constexpr int kCalls = 20;
     std::promise<void> enough;

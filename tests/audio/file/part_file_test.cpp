@@ -32,7 +32,7 @@ mode_t permissions(const std::filesystem::path& file) {
 
 }  // namespace
 
-TEST_CASE("A file that is replaced keeps its permissions, a new one has the user's") {
+TEST_CASE("A replaced file keeps its permissions, a new one has the user's defaults") {
     const TemporaryFolder folder;
     const auto old_file = folder.write("old", "before");
     const mode_t mode = GENERATE(0600U, 0640U, 0666U);
@@ -48,11 +48,11 @@ TEST_CASE("A file that is replaced keeps its permissions, a new one has the user
     CHECK(names_in(folder.path()) == std::vector<std::string>{"new", "old"});
 }
 
-TEST_CASE("A link that lies in wait where a file may be written is not followed") {
+TEST_CASE("A symbolic link prepared at the name of a temporary file is not followed") {
     const TemporaryFolder folder;
     const auto victim = folder.write("victim", "mine");
     const auto target = folder.path() / "out";
-    // Names that can be known in advance: those of before, and that of no randomness.
+    // Predictable names: one from the process id, and one without randomness.
     std::filesystem::create_symlink(victim,
                                     target.string() + "." + std::to_string(getpid()) + ".part");
     std::filesystem::create_symlink(victim, folder.path() / ".aula-0000000000000000.part");
@@ -62,7 +62,7 @@ TEST_CASE("A link that lies in wait where a file may be written is not followed"
     CHECK_FALSE(std::filesystem::is_symlink(target));
 }
 
-TEST_CASE("What a symbolic link points to is replaced, not the link") {
+TEST_CASE("The target of a symbolic link is replaced, not the link") {
     const TemporaryFolder folder;
     const auto file = folder.write("file", "before");
     std::filesystem::create_symlink("file", folder.path() / "link");
@@ -71,7 +71,7 @@ TEST_CASE("What a symbolic link points to is replaced, not the link") {
     CHECK(read_file(file) == "after");
 }
 
-TEST_CASE("A name as long as the file system allows can be written, and two parts are apart") {
+TEST_CASE("A file with the longest possible name can be written twice at the same time") {
     const TemporaryFolder folder;
     const auto file = folder.path() / std::string(255, 'n');
     {

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A folder of its own for each test, removed afterwards.
+/// A temporary folder, removed by the destructor.
 class TemporaryFolder {
  public:
     TemporaryFolder() {
@@ -66,7 +66,7 @@ std::string error_of(const fs::path& file) {
 
 }  // namespace
 
-TEST_CASE("A float WAV is read back bit by bit") {
+TEST_CASE("A float WAV file is read back exactly") {
     const TemporaryFolder folder;
     const std::vector<float> samples{0.1F, -2.5F, 1e-20F, 0.75F};
     write_wav(folder / "a.wav", 48000, 1, samples);
@@ -86,12 +86,12 @@ TEST_CASE("The same sound gives the same bytes in every format") {
     write_wav(folder / "b.wav", 48000, 2, samples, format);
     const std::string a = bytes(folder / "a.wav");
     CHECK(a == bytes(folder / "b.wav"));
-    // The peak chunk holds the time of writing.
+    // The peak chunk contains the time of writing.
     CHECK(a.find("PEAK") == std::string::npos);
     CHECK(sound_info(folder / "a.wav").channels == 2);
 }
 
-TEST_CASE("Integer formats clip instead of wrapping round") {
+TEST_CASE("Integer formats clip instead of wrapping around") {
     const TemporaryFolder folder;
     write_wav(folder / "a.wav", 48000, 1, {1.5F, -1.5F}, SampleFormat::pcm16);
     const SoundClip clip = read_sound(folder / "a.wav", 48000);
@@ -119,17 +119,18 @@ TEST_CASE("Another sample rate is converted without delay or loss of level") {
     write_wav(folder / "a.wav", 44100, 1, tone);
     const SoundClip clip = read_sound(folder / "a.wav", 48000);
     REQUIRE(clip.samples.size() == 48000);
-    // Away from the ends, where the tone is switched on and off. soxr's HQ is good for 20 bits.
+    // Excluding the ends, where the tone is switched on and off. soxr's HQ has a precision of 20
+    // bits.
     double worst = 0;
     for (std::size_t n = 2000; n < 46000; ++n) {
-        const double wanted =
+        const double expected =
             std::sin(2 * std::numbers::pi * kTone_hz * static_cast<double>(n) / 48000);
-        worst = std::max(worst, std::abs(double{clip.samples[n]} - wanted));
+        worst = std::max(worst, std::abs(double{clip.samples[n]} - expected));
     }
     CHECK(worst < 1e-5);
 }
 
-TEST_CASE("A sound that cannot be read says so in one line with its name") {
+TEST_CASE("The error for an unreadable sound file is one line with its name") {
     const TemporaryFolder folder;
     std::ofstream(folder / "text.wav") << "this is no sound";
     fs::create_directory(folder / "folder.wav");
@@ -144,9 +145,9 @@ TEST_CASE("A sound that cannot be read says so in one line with its name") {
     CHECK_THROWS_AS(sound_info(folder / "text.wav"), AudioInputError);
 }
 
-TEST_CASE("Samples that are not numbers become silence with a warning") {
+TEST_CASE("Samples that are not finite are read as silence with a warning") {
     const TemporaryFolder folder;
-    // Our own writer would mute them.
+    // WavWriter would mute them.
     SF_INFO info{};
     info.samplerate = 48000;
     info.channels = 1;
@@ -173,11 +174,11 @@ TEST_CASE("Samples that are not finite are written as silence and counted") {
     writer.commit();
     const SoundClip read = read_sound(file, 48000);
     CHECK(read.samples == std::vector<float>{0.25F, 0.25F, 0});
-    // The mixing down; a sample that was not finite would be a second warning.
+    // The warning about mixing down; a sample that is not finite would cause a second one.
     CHECK(read.warnings.size() == 1);
 }
 
-TEST_CASE("A sound shorter than half a sample of the output has one sample") {
+TEST_CASE("A sound shorter than half an output sample gives one sample") {
     const TemporaryFolder folder;
     write_wav(folder / "a.wav", 192000, 1, {0.5F});
     const SoundClip clip = read_sound(folder / "a.wav", 8000);
@@ -185,10 +186,10 @@ TEST_CASE("A sound shorter than half a sample of the output has one sample") {
     CHECK(std::isfinite(clip.samples[0]));
 }
 
-TEST_CASE("Rates and channels that no sound has are refused") {
+TEST_CASE("Implausible sample rates and numbers of channels are refused") {
     const TemporaryFolder folder;
     write_wav(folder / "a.wav", 48000, 1, std::vector<float>(48000, 0.5F));
-    // The header's fields, as in a file that was damaged.
+    // Fields of the header, as in a damaged file.
     const auto with_field = [&](const std::string& name, std::size_t offset, std::uint32_t value,
                                 std::size_t size) {
         std::string content = bytes(folder / "a.wav");
@@ -234,7 +235,7 @@ TEST_CASE("A pipe or a device is not read as sound") {
         CHECK(error_of(file) == file.string() + ": is no regular file; expected a sound file");
 }
 
-TEST_CASE("A sound that is cut off is heard as far as it goes, with a warning") {
+TEST_CASE("A truncated sound file is read to its end with a warning") {
     const TemporaryFolder folder;
     std::vector<float> tone(20000);
     for (std::size_t n = 0; n < tone.size(); ++n)
@@ -255,7 +256,7 @@ TEST_CASE("A sound that is cut off is heard as far as it goes, with a warning") 
     CHECK(clip.warnings[0].find(" of 20000 samples") != std::string::npos);
 }
 
-TEST_CASE("Samples too large to be filtered become silence with a warning") {
+TEST_CASE("Samples too large to be filtered are read as silence with a warning") {
     const TemporaryFolder folder;
     std::vector<float> samples(1000, 0.25F);
     samples[500] = 3e38F;
@@ -265,7 +266,7 @@ TEST_CASE("Samples too large to be filtered become silence with a warning") {
     for (const float x : clip.samples) CHECK(std::abs(x) < 1);
 }
 
-TEST_CASE("Without commit nothing is left behind and an older file stays") {
+TEST_CASE("Without commit no file is left and an existing file is kept") {
     const TemporaryFolder folder;
     {
         WavWriter writer(folder / "a.wav", 48000, 1, SampleFormat::float32);
@@ -282,7 +283,7 @@ TEST_CASE("Without commit nothing is left behind and an older file stays") {
     CHECK(std::distance(fs::directory_iterator(folder.path()), {}) == 1);
 }
 
-TEST_CASE("A place that cannot be written to is an input error") {
+TEST_CASE("A name that cannot be written is an input error") {
     const TemporaryFolder folder;
     fs::create_directory(folder / "folder.wav");
     for (const fs::path& file :
@@ -293,9 +294,9 @@ TEST_CASE("A place that cannot be written to is an input error") {
     CHECK(fs::is_character_file("/dev/null"));
 }
 
-TEST_CASE("A full disk fails, says so and leaves nothing behind") {
+TEST_CASE("Writing to a full disk fails with an error and leaves no file") {
     const TemporaryFolder folder;
-    // A limit on the size of files makes write() fall short as a full disk does.
+    // A limit on file sizes makes write() return short counts, like a full disk.
     rlimit before{};
     REQUIRE(getrlimit(RLIMIT_FSIZE, &before) == 0);
     const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
