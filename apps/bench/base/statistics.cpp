@@ -32,7 +32,7 @@ BinRange late_bins(std::size_t bin_count) {
 
 std::vector<double> estimated_energy(const EnergyResponse& response) {
     EnergyResponse found = response;
-    found.paths.clear();
+    std::erase_if(found.paths, [](const SpecularPath& path) { return path.order == 0; });
     const std::vector<Bands> uniform = found.uniform(kBin_s);
     std::vector<double> energy;
     for (std::size_t i = 0; i < std::min(kEndBin, uniform.size()); ++i) {
@@ -53,6 +53,11 @@ std::vector<Vec3> estimated_direction(const EnergyResponse& response) {
             groups[g] += response.direction[i] *
                          static_cast<float>((end_s - begin_s) / (bins.end_s(i) - bins.begin_s(i)));
         }
+    }
+    for (const SpecularPath& path : response.paths) {
+        const auto group = static_cast<std::size_t>(response.arrival_s(path) / kGroup_s);
+        if (path.order == 0 || group >= groups.size()) continue;
+        groups[group] += path.energy.sum() * path.direction;
     }
     return groups;
 }

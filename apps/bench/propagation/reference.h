@@ -9,10 +9,10 @@
 
 namespace aula::bench {
 
-/// The reference of all comparisons: path tracing with next-event estimation to the receivers. It
-/// covers the same paths as the estimators: those with a diffuse reflection, and purely specular
-/// ones above the order of the image sources. It shares only ray queries and the sampling of
-/// directions with them. Deterministic for any number of threads.
+/// The reference of all comparisons: path tracing with next-event estimation to the receivers, and
+/// the image sources. It covers all reflected sound, as the estimators' bins and image sources do
+/// together (estimated_energy). It shares ray queries, the sampling of directions and the image
+/// sources with them. Deterministic for any number of threads.
 class Reference {
  public:
     /// Radius R of the sphere over which paths that end in a mirror are averaged. The mean differs
@@ -50,6 +50,8 @@ class Reference {
     static constexpr std::uint64_t kBatchRays = 256;
 
     struct Path;
+    void add_image_sources();
+    std::size_t bin_of(float length_m) const;
     using Sums = std::vector<double>;  ///< [receiver * bin_count + bin]
     void trace_batch(std::uint64_t seed, Sums& sums) const;
     void next_event(const Path& path, const Vec3& normal, const Bands& radiated, float pick,
@@ -66,6 +68,7 @@ class Reference {
     float max_length_m_;
     Bands attenuation_per_m_;
     std::vector<Sums> strands_;
+    Sums images_;
     std::uint32_t rounds_ = 0;
 };
 
