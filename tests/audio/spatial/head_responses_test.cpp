@@ -55,7 +55,7 @@ double woodworth(float towards_ear) {
 HeadResponses sphere_head(const std::vector<std::array<float, 3>>& directions) {
     HeadResponses head;
     head.directions = directions;
-    head.weights = sphere_shares(directions);
+    head.weights = quadrature_weights(directions);
     for (const auto& d : directions) {
         head.ears.push_back({Hrtf::Ear{{1}, woodworth(d[1])}, Hrtf::Ear{{1}, woodworth(-d[1])}});
     }
