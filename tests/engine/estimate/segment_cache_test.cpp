@@ -182,7 +182,7 @@ TEST_CASE("segments that an image source may count keep the small sphere, whatev
         batch.segments.push_back({Vec3(0), Vec3(1, 0, 0), 10, 3, 0});
         batch.segment_energies.push_back({Bands::filled(i < 2 ? 1.0F : 0.01F), Vec3(-1, 0, 0), 0});
     }
-    batch.segment_energies[1].sequence = 77;
+    batch.segment_energies[1].image = 77;
     size_spheres({&batch, 1});
     CHECK(batch.segments[0].growth > 4);
     CHECK(batch.segments[1].growth <= 1);
