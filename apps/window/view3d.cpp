@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/type_ptr.hpp>
+#include <initializer_list>
 #include <unordered_map>
 #include <utility>
 
@@ -238,9 +239,11 @@ void View3d::set_patches(const PatchField& field) {
         field_size_ = size;
         glTexImage3D(GL_TEXTURE_3D, 0, GL_RG8, size.x, size.y, 6 * size.z, 0, GL_RG,
                      GL_UNSIGNED_BYTE, field.texels().data());
-        for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
+        for (const GLenum filter :
+             std::initializer_list<GLenum>{GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
             glTexParameteri(GL_TEXTURE_3D, filter, GL_LINEAR);
-        for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R})
+        for (const GLenum wrap :
+             std::initializer_list<GLenum>{GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R})
             glTexParameteri(GL_TEXTURE_3D, wrap, GL_CLAMP_TO_EDGE);
     }
     glBindTexture(GL_TEXTURE_3D, 0);

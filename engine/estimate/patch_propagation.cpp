@@ -139,7 +139,7 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
     receivers_.resize(emitter_count());
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         // Only paths that end in a mirror need to know what is seen.
-        if (!mirrors_) receivers_[id] = {positions[id], listener_radius_m_, 1};
+        if (!mirrors_) receivers_[id] = {positions[id], listener_radius_m_};
         if (mirrors_ && (positions_.empty() || status_[id].changed)) {
             receivers_[id] = make_receiver(scene_, positions[id], listener_radius_m_);
         }

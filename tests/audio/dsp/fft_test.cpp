@@ -10,7 +10,7 @@
 using namespace aula;
 
 TEST_CASE("The Fourier transform agrees with its definition") {
-    const std::size_t size = GENERATE(8, 30, 96, 512);
+    const std::size_t size = GENERATE(as<std::size_t>{}, 8, 30, 96, 512);
     RealFft fft(size);
     std::mt19937 random(1);
     std::normal_distribution<float> normal;
@@ -31,7 +31,7 @@ TEST_CASE("The Fourier transform agrees with its definition") {
 }
 
 TEST_CASE("The inverse Fourier transform gives the signal times the size") {
-    const std::size_t size = GENERATE(16, 450, 1024);
+    const std::size_t size = GENERATE(as<std::size_t>{}, 16, 450, 1024);
     RealFft fft(size);
     std::mt19937 random(2);
     std::normal_distribution<float> normal;

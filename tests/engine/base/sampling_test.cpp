@@ -1,13 +1,11 @@
 #include "engine/base/sampling.h"
 
-#include <atomic>
 #include <catch2/catch.hpp>
 #include <glm/geometric.hpp>
 #include <set>
 #include <vector>
 
 #include "engine/base/air_attenuation.h"
-#include "engine/base/worker_pool.h"
 
 using namespace aula;
 
@@ -64,15 +62,4 @@ TEST_CASE("transmission is exp(-m length)") {
         }
     }
     CHECK(transmission(Bands{}, 100) == Bands::filled(1));
-}
-
-TEST_CASE("a worker pool does every job once, with any number of threads") {
-    for (const int threads : {1, 2, 5}) {
-        WorkerPool pool(threads);
-        for (const std::size_t count : {0, 1, 2, 1000}) {
-            std::vector<std::atomic<int>> done(count);
-            pool.run(count, [&](std::size_t i) { ++done[i]; });
-            for (const auto& times : done) CHECK(times == 1);
-        }
-    }
 }

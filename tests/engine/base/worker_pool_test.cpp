@@ -3,15 +3,18 @@
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <stdexcept>
+#include <vector>
 
 using aula::WorkerPool;
 
-TEST_CASE("a pool of any number of threads does each job once") {
+TEST_CASE("a worker pool does every job once, with any number of threads") {
     for (const int threads : {1, 2, 5}) {
         WorkerPool pool(threads);
-        std::vector<std::atomic<int>> done(1000);
-        pool.run(done.size(), [&](std::size_t i) { ++done[i]; });
-        for (const auto& count : done) REQUIRE(count == 1);
+        for (const std::size_t count : {0U, 1U, 2U, 1000U}) {
+            std::vector<std::atomic<int>> done(count);
+            pool.run(count, [&](std::size_t i) { ++done[i]; });
+            for (const auto& times : done) CHECK(times == 1);
+        }
     }
 }
 
@@ -19,7 +22,7 @@ TEST_CASE("an exception of a job reaches the caller, and the pool works on") {
     for (const int threads : {1, 2, 5}) {
         WorkerPool pool(threads);
         // Thrown by whichever thread takes the job, the caller's or another.
-        for (const std::size_t bad : {0, 1, 500, 999}) {
+        for (const std::size_t bad : {0U, 1U, 500U, 999U}) {
             const auto job = [&](std::size_t i) {
                 if (i == bad) throw std::runtime_error("job");
             };

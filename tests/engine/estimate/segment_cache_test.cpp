@@ -83,7 +83,7 @@ TEST_CASE("a receiver hears a segment by its chord, at its delay, wherever it is
         batches[i].segment_energies[0].energy *= static_cast<float>(i);
     }
     many.add(batches, kRays);
-    for (const std::size_t i : {0, 15, 16, 37}) {
+    for (const std::size_t i : {0U, 15U, 16U, 37U}) {
         const auto k = static_cast<float>(i);
         const EnergyResponse response = heard(many, Vec3(2, k + 5.3F, 0), 1);
         const float energy = 0.5F * 0.8F * k / kVolume_m3;
