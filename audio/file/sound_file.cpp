@@ -40,8 +40,8 @@ constexpr float kLargestSample = 0x1p31F;  // full scale of 32-bit integers; no 
     throw AudioInputError(file.string() + ": " + problem);
 }
 
-/// Whether the file begins as one of the formats that are read. libsndfile knows others by their
-/// first bytes, too; its reader of SDS prints on standard output.
+/// Whether the file begins like one of the supported formats. libsndfile also detects others, but
+/// its SDS reader prints on standard output.
 bool has_known_format(const fs::path& file) {
     std::ifstream stream(file, std::ios::binary);
     std::array<char, 12> head{};
@@ -53,7 +53,8 @@ bool has_known_format(const fs::path& file) {
         stream.read(head.data(), head.size());
     };
     read_head();
-    while (holds("ID3", 0)) {  // a tag before the sound: 10 bytes, then as many as 4 x 7 bits say
+    while (
+        holds("ID3", 0)) {  // a tag: a header of 10 bytes with the size of the rest in 4 x 7 bits
         std::streamoff size = 0;
         for (std::size_t i = 6; i < 10; ++i) size = size << 7 | (head[i] & 0x7F);
         stream.seekg(10 + size - stream.gcount(), std::ios::cur);

@@ -66,7 +66,7 @@ std::array<float, 3> in_head_axes(const HeadRotation& head,
 // Recursion", J. Phys. Chem. 100 (1996) 6342, with the corrections of 102 (1998) 9099. An order's
 // block follows element by element from that of the order below and that of the first order:
 //     R_mn = u U + v V + w W,
-// where U, V and W are sums of products P and the factors u, v, w (table 1) depend on m and n only.
+// where U, V and W are sums of products P and the factors u, v, w (table 1) depend on l, m, n only.
 FieldRotation::FieldRotation(int order, std::size_t glide_samples)
     : order_(order), glide_samples_(glide_samples) {
     assert(order >= 0 && order <= kHighestAmbisonicOrder && glide_samples > 0);

@@ -4,10 +4,10 @@
 
 namespace aula {
 
-/// exp(-m length) in each band: the share of energy that air lets through. Within 2e-7 of the
-/// exact value.
+/// exp(-m length) in each band: the fraction of energy that air transmits. Relative error below
+/// 2e-7.
 inline BandVector transmission(const BandVector& attenuation_per_m, float length_m) {
-    // 2^x for x <= 0 as 2^n 2^f with n = round(x), |f| <= 1/2; below 2^-100 it no longer counts.
+    // 2^x for x <= 0 as 2^n 2^f with n = round(x), |f| <= 1/2. Values below 2^-100 are negligible.
     const BandVector exponent = attenuation_per_m * (length_m * -1.44269504F);
     const BandVector x = max_of(exponent, BandVector{} - 100.0F);
     const BandIntegers n = __builtin_convertvector(x - 0.5F, BandIntegers);

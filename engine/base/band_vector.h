@@ -6,8 +6,8 @@
 
 #include "engine/base/bands.h"
 
-// GCC notes that another GCC, or other options, would pass such vectors otherwise. Functions that
-// take them are inline.
+// GCC warns that the calling convention of such vectors depends on version and options. All
+// functions that take them are inline.
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic ignored "-Wpsabi"
 #endif
@@ -16,8 +16,7 @@ namespace aula {
 
 static_assert(kBandCount == 8);
 
-/// All bands in one vector: what the innermost loops compute with. The compiler splits it where
-/// registers are shorter.
+/// All bands in one vector, for the inner loops. The compiler splits it if registers are shorter.
 using BandVector = float __attribute__((vector_size(32)));
 using BandIntegers = std::int32_t __attribute__((vector_size(32)));
 using BandDoubles = double __attribute__((vector_size(64)));
@@ -31,7 +30,7 @@ inline BandVector load_bands(const float* from) {
 
 inline BandVector load_bands(const Bands& from) { return load_bands(from.value.data()); }
 
-/// A bin's sums in fixed point, times a scale.
+/// The fixed-point sums of a bin, times a scale.
 inline BandVector to_bands(const std::int64_t* sums, double scale) {
     BandSums v;
     std::memcpy(&v, sums, sizeof v);
@@ -59,8 +58,8 @@ inline BandVector sum_of_bands(BandVector v) {
 
 inline BandVector max_of(const BandVector& a, const BandVector& b) { return a > b ? a : b; }
 
-/// What `joined` makes of all bands of each of eight vectors, pair by pair and in the same order
-/// for all: equal vectors have equal sums.
+/// Reduces the bands of each of eight vectors by `joined`: [vector]. The order of operations is the
+/// same for all vectors, so that equal vectors give equal results.
 template <typename Joined>
 [[gnu::always_inline]] inline BandVector over_bands(const std::array<BandVector, 8>& v,
                                                     const Joined& joined) {
@@ -80,12 +79,12 @@ template <typename Joined>
                   __builtin_shufflevector(twos[0], twos[1], 1, 3, 9, 11, 5, 7, 13, 15));
 }
 
-/// [vector] the sum over its bands.
+/// The sum of the bands of each vector: [vector].
 [[gnu::always_inline]] inline BandVector sums_over_bands(const std::array<BandVector, 8>& v) {
     return over_bands(v, [](const BandVector& a, const BandVector& b) { return a + b; });
 }
 
-/// [vector] the largest of its bands.
+/// The largest band of each vector: [vector].
 [[gnu::always_inline]] inline BandVector maxima_over_bands(const std::array<BandVector, 8>& v) {
     return over_bands(v, [](const BandVector& a, const BandVector& b) { return max_of(a, b); });
 }
@@ -97,7 +96,7 @@ inline BandVector max_of_bands(BandVector v) {
     return max_of(v, __builtin_shufflevector(v, v, 1, 0, 3, 2, 5, 4, 7, 6));
 }
 
-/// A direction, and a number that is not used.
+/// A direction and an unused number.
 using FourVector = float __attribute__((vector_size(16)));
 
 inline FourVector load_four(const float* from) {

@@ -12,8 +12,8 @@ inline constexpr std::size_t kBandCount = 8;
 inline constexpr std::array<float, kBandCount> kBandCentres_hz{63,   125,  250,  500,
                                                                1000, 2000, 4000, 8000};
 
-/// One number for each octave band, 63 Hz to 8 kHz; all arithmetic is band by band. Aligned so
-/// that a compiler keeps it in one vector register.
+/// One number for each octave band, 63 Hz to 8 kHz. Arithmetic is by band. The alignment lets
+/// compilers use one vector register.
 struct alignas(32) Bands {
     std::array<float, kBandCount> value{};
 
@@ -43,7 +43,7 @@ struct alignas(32) Bands {
     friend constexpr Bands operator*(Bands a, float k) { return a *= k; }
     friend constexpr bool operator==(const Bands&, const Bands&) = default;
 
-    // In pairs, so that no number waits for all the others.
+    // Pairwise, for a short dependency chain.
     constexpr float sum() const {
         return ((value[0] + value[4]) + (value[2] + value[6])) +
                ((value[1] + value[5]) + (value[3] + value[7]));

@@ -5,9 +5,9 @@
 
 namespace aula {
 
-/// Bad input: a file, an option or a value that cannot be used. `what()` is the one line that the
-/// user reads, "FILE: PLACE: what is wrong; what was expected". PLACE is a JSON pointer, or line
-/// and column for a syntax error, and is left out where there is none. Programs exit with 2.
+/// Bad input: a file, an option or a value that cannot be used. `what()` is one line for the user,
+/// "FILE: PLACE: what is wrong; what was expected". PLACE is a JSON pointer, line and column for a
+/// syntax error, or omitted. Programs exit with 2.
 class Error : public std::runtime_error {
  public:
     using std::runtime_error::runtime_error;

@@ -12,8 +12,8 @@ namespace {
 
 constexpr std::size_t kLargePage = std::size_t{2} << 20;
 constexpr std::size_t kMost = kLargePage / sizeof(std::int64_t);
-constexpr std::size_t kAligned = 64 / sizeof(std::int64_t);  // to lines of the processor's caches
-constexpr std::size_t kFirst = kMost / 8;                    // a small cache needs no more
+constexpr std::size_t kAligned = 64 / sizeof(std::int64_t);  // cache lines
+constexpr std::size_t kFirst = kMost / 8;                    // enough for small scenes
 
 }  // namespace
 
@@ -27,7 +27,7 @@ std::int64_t* HugePageArena::take(std::size_t count) {
         const std::size_t bytes = (size_ * sizeof(std::int64_t) + 63) / 64 * 64;
         void* block = std::aligned_alloc(alignment, bytes);
         if (block == nullptr) throw std::bad_alloc();
-        // Only a wish: without large pages it is slower.
+        // Optional: only the speed depends on huge pages.
         if (size_ == kMost) madvise(block, kLargePage, MADV_HUGEPAGE);
         blocks_.emplace_back(static_cast<std::int64_t*>(block));
         used_ = 0;

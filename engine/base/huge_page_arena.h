@@ -9,11 +9,11 @@
 
 namespace aula {
 
-/// Memory for rows of sums. Sums are met in no order, so that each would wait for its page to be
-/// looked up; large pages are so few that the processor knows them all. Freed together.
+/// Memory for rows of sums, on huge pages: rows are accessed in random order, which would cause TLB
+/// misses with small pages. All rows are freed together.
 class HugePageArena {
  public:
-    /// Zeros, aligned to 64 bytes; `count` <= 2^18. May be called by several threads at once.
+    /// `count` zeros, aligned to 64 bytes; `count` <= 2^18. Throws std::bad_alloc. [any thread]
     std::int64_t* take(std::size_t count);
 
  private:
@@ -23,8 +23,8 @@ class HugePageArena {
 
     std::mutex mutex_;
     std::vector<std::unique_ptr<std::int64_t[], Free>> blocks_;
-    std::size_t size_ = 0;  ///< of the last block, in numbers
-    std::size_t used_ = 0;  ///< of it
+    std::size_t size_ = 0;  ///< numbers in the last block
+    std::size_t used_ = 0;  ///< numbers of it in use
 };
 
 }  // namespace aula

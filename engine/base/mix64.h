@@ -5,7 +5,7 @@
 
 namespace aula {
 
-/// Mixes all bits of a 64-bit word into all others, one to one (the finalizer of splitmix64).
+/// A bijective hash of 64 bits (the finalizer of splitmix64).
 constexpr std::uint64_t mix64(std::uint64_t x) noexcept {
     x ^= x >> 30;
     x *= 0xbf58476d1ce4e5b9ULL;
@@ -14,7 +14,7 @@ constexpr std::uint64_t mix64(std::uint64_t x) noexcept {
     return x ^ (x >> 31);
 }
 
-/// Hashes keys whose bits have a meaning, as tables want them.
+/// Hash of structured keys for hash tables.
 struct MixHash {
     std::size_t operator()(std::uint64_t key) const noexcept { return mix64(key); }
 };

@@ -1,7 +1,7 @@
 #pragma once
 
-// Compiles a hot function for several instruction sets; the best one that the machine has is
-// chosen when the program starts. The portable version stands beside them.
+// Compiles a hot function for several instruction sets, including a portable one. The loader
+// selects the best one that the CPU supports.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
     !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define AULA_MULTIVERSION \

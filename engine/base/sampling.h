@@ -12,14 +12,14 @@
 
 namespace aula {
 
-/// A seed for one purpose out of others: the same parts always give the same seed.
+/// Derives a seed from another one and the numbers that identify its purpose. Deterministic.
 template <typename... Parts>
 constexpr std::uint64_t derive_seed(std::uint64_t seed, Parts... parts) {
     ((seed = mix64(seed + 0x9e3779b97f4a7c15ULL * (static_cast<std::uint64_t>(parts) + 1))), ...);
     return seed;
 }
 
-/// Independent random numbers, a stream of its own for every seed (splitmix64).
+/// Pseudorandom numbers (splitmix64). Each seed gives a separate stream.
 class RandomStream {
  public:
     RandomStream() = default;
@@ -30,18 +30,18 @@ class RandomStream {
     /// Uniform in [0, 1).
     float uniform() { return to_unit(static_cast<std::uint32_t>(bits() >> 32)); }
 
-    /// Two uniform numbers in [0, 1).
+    /// Two independent uniform numbers in [0, 1).
     std::array<float, 2> uniform_2d() {
         const std::uint64_t b = bits();
         return {to_unit(static_cast<std::uint32_t>(b >> 32)),
                 to_unit(static_cast<std::uint32_t>(b))};
     }
 
-    /// To go on from there: RandomStream(state()).
+    /// RandomStream(state()) continues the stream.
     std::uint64_t state() const { return state_; }
 
     static float to_unit(std::uint32_t bits) {
-        // By way of a signed number, which all vector units convert.
+        // Via a signed integer, which all vector units can convert.
         return static_cast<float>(static_cast<std::int32_t>(bits >> 8)) * 0x1p-24F;
     }
 
@@ -49,8 +49,8 @@ class RandomStream {
     std::uint64_t state_ = 0;
 };
 
-/// Points of the two-dimensional Sobol sequence in a random Owen scrambling of its own for every
-/// seed (by hashing, Burley 2020, "Practical hash-based Owen scrambling").
+/// Points of the two-dimensional Sobol sequence with a random Owen scrambling per seed (Burley
+/// 2020, "Practical Hash-based Owen Scrambling").
 class ScrambledSobol {
  public:
     explicit ScrambledSobol(std::uint64_t seed)
@@ -58,8 +58,8 @@ class ScrambledSobol {
           seed_y_(static_cast<std::uint32_t>(mix64(seed) >> 32)) {}
 
     std::array<float, 2> point(std::uint32_t index) const {
-        // The first dimension is the van der Corput sequence: the index with its bits reversed,
-        // so that scrambling reverses once only.
+        // The first dimension is the van der Corput sequence, the reversed bits of the index: one
+        // of two reversals cancels.
         return {RandomStream::to_unit(reverse(permute(index, seed_x_))),
                 RandomStream::to_unit(reverse(permute(reverse(second(index)), seed_y_)))};
     }
@@ -72,7 +72,7 @@ class ScrambledSobol {
         x = ((x >> 8) & 0x00ff00ffU) | ((x & 0x00ff00ffU) << 8);
         return (x >> 16) | (x << 16);
     }
-    /// Each bit changes by a hash of the bits below it (Laine and Karras 2011).
+    /// Flips each bit by a hash of the bits below it (Laine and Karras 2011).
     static constexpr std::uint32_t permute(std::uint32_t x, std::uint32_t seed) {
         x += seed;
         x ^= x * 0x6c50b47cU;
@@ -94,14 +94,14 @@ class ScrambledSobol {
     std::uint32_t seed_y_;
 };
 
-/// Cosine and sine of a share u in [0, 1] of a full turn, within 2e-7; without branches, so that a
-/// compiler does many at once.
+/// Cosine and sine of 2 pi u, u in [0, 1], with an error below 2e-7. Branch-free, so that compilers
+/// can vectorise it.
 struct Turn {
     float cosine = 1;
     float sine = 0;
 
     explicit Turn(float u) {
-        // The nearest quarter turn and the angle x from there, |x| <= pi / 4.
+        // The nearest multiple of pi / 2 and the remainder x, |x| <= pi / 4.
         const auto quarter = static_cast<std::int32_t>(4 * u + 0.5F);
         const float x = (u - 0.25F * static_cast<float>(quarter)) * (2 * std::numbers::pi_v<float>);
         const float x2 = x * x;
@@ -125,15 +125,15 @@ inline Vec3 uniform_direction(const std::array<float, 2>& u) {
     return {r * phi.cosine, r * phi.sine, z};
 }
 
-/// A unit vector with density cos(theta) / pi round a unit normal (Lambert), for uniform u: the
-/// normal plus a uniform unit vector.
+/// A unit vector with density cos(theta) / pi about a unit normal (Lambert), for uniform u:
+/// the normalised sum of the normal and a uniform unit vector.
 inline Vec3 lambert_direction(const Vec3& normal, const std::array<float, 2>& u) {
     const Vec3 sum = normal + uniform_direction(u);
     const float length = glm::length(sum);
     return length > 1e-6F ? sum / length : normal;
 }
 
-/// A mirrored direction.
+/// The specular reflection of a direction at a surface with a unit normal.
 inline Vec3 mirror(const Vec3& direction, const Vec3& normal) {
     return direction - 2 * glm::dot(direction, normal) * normal;
 }

@@ -13,7 +13,7 @@ void spherical_harmonics(const Vec3& direction, int order, double* out) {
     const double x{direction.x};
     const double y{direction.y};
     const double z{direction.z};
-    double cosine = 1;  // of m times the azimuth, times r^m
+    double cosine = 1;  // cosine of m times the azimuth, times r^m
     double sine = 0;
     double first = 1;  // Q_mm
     for (int m = 0; m <= order; ++m) {

@@ -7,8 +7,8 @@
 
 namespace aula {
 
-/// Real spherical harmonics in a unit direction up to an order: ACN order, SN3D, so that the
-/// squares of each order sum to 1. Writes (order + 1)^2 numbers.
+/// Real spherical harmonics of a unit direction up to an order, ACN, SN3D: the squares of each
+/// order sum to 1. Writes (order + 1)^2 numbers.
 void spherical_harmonics(const Vec3& direction, int order, double* out);
 
 }  // namespace aula

@@ -4,7 +4,7 @@
 
 namespace aula {
 
-/// Seconds since the last call, or since it was made.
+/// Measures lap times. lap_s() returns the seconds since its last call or the construction.
 class Stopwatch {
  public:
     double lap_s() {

@@ -29,7 +29,7 @@ TimeBins::TimeBins(double length_s, int coarseness) {
         edges_s_.push_back(end_ms / 1000.0);
         begin_ms = end_ms;
     }
-    // A time just before the end may round up to the end in milliseconds.
+    // A time just before the end can round to the end in milliseconds.
     bin_of_ms_.push_back(static_cast<std::uint32_t>(count() - 1));
 }
 

@@ -18,7 +18,7 @@ struct WorkerPool::State {
     const std::function<void(std::size_t)>* job = nullptr;
     std::size_t count = 0;
     std::atomic<std::size_t> next{0};
-    std::size_t round = 0;      // of run(), so that a worker takes part in each once
+    std::size_t round = 0;      // number of calls of run(); each worker joins a round once
     int working = 0;            // threads inside the present round
     std::exception_ptr failed;  // the first exception of the present round
     bool stop = false;
@@ -37,7 +37,7 @@ struct WorkerPool::State {
         try {
             for (std::size_t i = next++; i < count; i = next++) (*job)(i);
         } catch (...) {
-            next = count;  // the other threads finish their jobs and begin no more
+            next = count;  // the other threads finish their present jobs only
             const std::lock_guard lock(mutex);
             if (!failed) failed = std::current_exception();
         }

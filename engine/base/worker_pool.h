@@ -6,18 +6,18 @@
 
 namespace aula {
 
-/// Threads that work through numbered jobs; the calling thread works too. [propagation thread]
+/// A thread pool for numbered jobs. The calling thread takes part. [propagation thread]
 class WorkerPool {
  public:
-    /// `threads` >= 1, the caller included. Throws std::system_error if the system allows fewer.
+    /// `threads` >= 1 includes the caller. Throws std::system_error if the system allows fewer.
     explicit WorkerPool(int threads);
     ~WorkerPool();
 
     int threads() const;
 
-    /// Calls job(0) ... job(count - 1), each once, in any order and on any thread; returns when
-    /// all are done. The first exception of a job is thrown when all threads have stopped; jobs
-    /// that have not begun by then are left out.
+    /// Calls job(0) ... job(count - 1), each once, in any order and on any thread of the pool.
+    /// Returns after the last job. If a job throws, no further jobs start, and the first exception
+    /// is thrown when all threads have stopped.
     void run(std::size_t count, const std::function<void(std::size_t)>& job);
 
  private:

@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kDeepest = 100;
 constexpr std::size_t kMostValues = 10'000'000;  // bounds memory: half a gigabyte
 
-// The letters and signs around an offset: a literal that JSON does not know, such as "NaN".
+// The word (letters and signs) around an offset, such as "NaN".
 std::string_view word_at(std::string_view text, std::size_t offset) {
     const auto in_word = [&](std::size_t i) {
         const auto c = static_cast<unsigned char>(text[i]);
@@ -31,8 +31,7 @@ std::string_view word_at(std::string_view text, std::size_t offset) {
     return text.substr(begin, end - begin);
 }
 
-// Whether a word is one of the names that other languages write for what JSON cannot: "NaN",
-// "-Infinity", "inf".
+// Whether a word denotes a non-finite number, which JSON lacks: "NaN", "-Infinity", "inf".
 bool is_non_finite(std::string word) {
     if (!word.empty() && (word[0] == '-' || word[0] == '+')) word.erase(0, 1);
     std::transform(word.begin(), word.end(), word.begin(),
@@ -40,7 +39,7 @@ bool is_non_finite(std::string word) {
     return word == "nan" || word == "inf" || word == "infinity";
 }
 
-// What the text holds at an offset where nothing of JSON begins.
+// Describes the text at an offset that is not valid JSON.
 std::string found_at(std::string_view text, std::size_t offset) {
     constexpr std::size_t kLongest = 40;
     std::string_view found = word_at(text, offset).substr(0, kLongest);
@@ -57,13 +56,13 @@ std::string found_at(std::string_view text, std::size_t offset) {
     return quoted(std::string(found));
 }
 
-// A part of the parser's message, and what it means.
+// A part of the parser's messages and its meaning.
 struct Meaning {
     const char* part;
     const char* meaning;
 };
 
-// The meaning of the first part that the message holds; null if it holds none.
+// The meaning of the first part that the message contains; null if there is none.
 const char* meaning_of(const std::string& message, std::span<const Meaning> meanings) {
     for (const Meaning& m : meanings) {
         if (message.find(m.part) != std::string::npos) return m.meaning;
@@ -108,7 +107,7 @@ std::string line_and_column(const std::string& text, std::size_t offset) {
     return "line " + std::to_string(line) + ", column " + std::to_string(end - line_begin + 1);
 }
 
-// Receives the parser's events and builds the value; knows at each event where in it the parser is.
+// Builds the value from the parser's events and tracks the position as a JSON pointer.
 class Builder : public nlohmann::json_sax<nlohmann::json> {
  public:
     Builder(const std::string& text, const std::string& file) : text_(text), file_(file) {}
@@ -143,20 +142,20 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
             throw Error(file_, pointer(),
                         "the number " + token + " is too large; expected a finite number");
         }
-        // `position` counts the characters read, the offending one being the last.
+        // `position` counts the characters read, including the offending one.
         const std::size_t offset = position > 0 ? position - 1 : 0;
         const std::string_view word = word_at(text_, offset);
         if (is_non_finite(std::string(word))) {
             throw Error(file_, pointer(),
                         std::string(word) + " is not a JSON number; expected a finite number");
         }
-        // Without what was read last, which is of the file.
+        // Without the text read last, which is part of the file.
         const std::string whole = error.what();
         const std::string message = whole.substr(0, whole.find("; last read"));
         const char* const found = meaning_of(message, kFound);
         const char* const expected = meaning_of(message, kExpected);
-        // An unexpected string or number is exactly `token`; a word that JSON does not know begins
-        // before the character that the parser stops at.
+        // `token` is the exact text of an unexpected string or number. An unknown word begins
+        // before the character at which the parser stops.
         std::size_t start = offset;
         if (found == nullptr && !word.empty()) {
             start = static_cast<std::size_t>(word.data() - text_.data());
@@ -186,7 +185,7 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
         return place;
     }
 
-    // Where the next value belongs.
+    // The place of the next value.
     JsonValue& slot() {
         if (++value_count_ > kMostValues) {
             throw Error(file_, pointer(),
@@ -214,7 +213,7 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
                 file_, pointer(),
                 "nested too deeply; expected at most " + std::to_string(kDeepest) + " levels");
         }
-        // Stable: an open container's own vector does not grow before it is closed.
+        // Stable: the vector that contains an open container does not grow before it is closed.
         JsonValue& place = slot();
         place.value = std::forward<Container>(container);
         open_.push_back({&place, 0, {}, {}});
@@ -253,7 +252,7 @@ std::string json_pointer(const std::string& parent, const std::string& key) {
 JsonValue parse_json(const std::string& text, const std::string& file) {
     constexpr bool kWholeText = true;
     constexpr bool kComments = true;
-    // The parser takes it for the text's end.
+    // The parser would treat NUL as the end of the text.
     if (const std::size_t nul = text.find('\0'); nul != std::string::npos) {
         throw Error(file, line_and_column(text, nul), "a NUL byte; expected text");
     }

@@ -9,8 +9,8 @@ namespace aula {
 
 struct JsonMember;
 
-/// A parsed JSON value. Numbers without sign, fraction and exponent stay exact as std::uint64_t,
-/// all others are double and finite. Members keep the file's order; their keys are unique.
+/// A parsed JSON value. Numbers without sign, fraction and exponent are exact std::uint64_t, all
+/// others are finite doubles. Members are in the file's order; their keys are unique.
 struct JsonValue {
     using Array = std::vector<JsonValue>;
     using Object = std::vector<JsonMember>;
@@ -23,12 +23,12 @@ struct JsonMember {
     JsonValue value;
 };
 
-/// Parses JSON with comments. `file` is the name in messages. Throws Error: a syntax error or a NUL
-/// byte with line and column; NaN, infinity, a number too large for a double, a duplicate key,
-/// nesting deeper than 100 and more than ten million values with the JSON pointer.
+/// Parses JSON with comments. `file` is the name in messages. Throws Error with line and column for
+/// a syntax error or a NUL byte, and with the JSON pointer for NaN, infinity, a number too large
+/// for a double, a duplicate key, nesting deeper than 100 levels and more than ten million values.
 JsonValue parse_json(const std::string& text, const std::string& file);
 
-/// A JSON pointer extended by a key, escaped as RFC 6901 says.
+/// Appends a key to a JSON pointer, escaped according to RFC 6901.
 std::string json_pointer(const std::string& parent, const std::string& key);
 
 }  // namespace aula

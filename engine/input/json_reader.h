@@ -13,7 +13,7 @@
 
 namespace aula {
 
-/// The numbers that make sense in one place.
+/// The valid numbers of a value.
 struct NumberRange {
     double min = -std::numeric_limits<double>::infinity();
     double max = std::numeric_limits<double>::infinity();
@@ -21,12 +21,12 @@ struct NumberRange {
     const char* expected = "a number";
 };
 
-/// The messages of errors in a file, for reading on after the first. The list is bounded.
+/// A bounded list of the errors in a file. With it, reading continues after an error.
 class JsonErrors {
  public:
     void add(const std::string& message);
     bool empty() const { return messages_.empty(); }
-    /// The first messages, and how many more there are.
+    /// The first messages, then the number of further ones.
     std::vector<std::string> messages(const std::string& file) const;
 
  private:
@@ -34,21 +34,20 @@ class JsonErrors {
     std::size_t more_ = 0;
 };
 
-/// A place in a JSON file: reads the value there as the type that the caller wants. All functions
-/// throw Error with the file and the JSON pointer of what is wrong; parts of the
-/// reading that attempt() runs go on after an error if there is a list for them. Valid as long as
-/// the value, the file's name and the list that it was made from.
+/// Reads a value of a JSON file as the type that the caller requests. All functions throw Error
+/// with the file and the JSON pointer. With a JsonErrors list, attempt() collects errors instead.
+/// The value, the file's name and the list must outlive the reader.
 class JsonReader {
  public:
     JsonReader(const JsonValue& value, const std::string& file, JsonErrors* errors = nullptr)
         : JsonReader(value, file, {}, errors) {}
 
-    /// The line that tells the user of a problem here: "FILE: PLACE: problem".
+    /// The message about a problem of this value: "FILE: PLACE: problem".
     std::string message(const std::string& problem) const;
-    /// Throws Error with that line; the problem is "what is wrong; what was expected".
+    /// Throws Error with that message; the problem is "what is wrong; what was expected".
     [[noreturn]] void fail(const std::string& problem) const;
 
-    /// Runs a part of the reading. An Error in it is listed, and the part given up; without a list
+    /// Runs a part of the reading. An Error ends the part and is added to the list; without a list
     /// it is thrown.
     template <typename Part>
     void attempt(const Part& part) const {
@@ -60,30 +59,30 @@ class JsonReader {
         }
     }
 
-    /// Attempts to use the member of that key, if there.
+    /// Attempts to use the member of a key, if it exists.
     template <typename Use>
     void read(const std::string& key, const Use& use) const {
         if (const auto member = find(key)) attempt([&] { use(*member); });
     }
 
-    /// Attempts to find no other keys than these in an object, one by one. True if there are none.
+    /// Each other key of the object is an error. Returns whether there is none.
     bool allow_keys(const std::vector<std::string>& keys) const;
 
-    /// The member of that key, if there. The value must be an object.
+    /// The member of a key, if it exists. The value must be an object.
     std::optional<JsonReader> find(const std::string& key) const;
-    /// The member of that key; `expected` says in the error what it should hold.
+    /// The member of a key; `expected` describes it in the error.
     JsonReader require(const std::string& key, const char* expected) const;
-    /// All members in the file's order, with their keys.
+    /// All members with their keys, in the file's order.
     std::vector<std::pair<std::string, JsonReader>> members(const char* expected) const;
     /// The elements of a list.
     std::vector<JsonReader> items(const char* expected) const;
 
     bool is_number() const;
     bool boolean() const;
-    /// A string without NUL.
+    /// A string without NUL characters.
     std::string string(const char* expected) const;
     double number(const NumberRange& range) const;
-    /// A number whose float is within the range, too.
+    /// A number in single precision that is within the range after rounding.
     float real(const NumberRange& range) const { return static_cast<float>(number(range)); }
     int integer(int min, int max) const;
     std::uint64_t unsigned_integer() const;

@@ -13,8 +13,7 @@ bool is_same_letter(char a, char b) {
            std::tolower(static_cast<unsigned char>(b));
 }
 
-// Levenshtein distance: insertions, deletions and replacements that turn a into b, upper or lower
-// case.
+// Levenshtein distance of a and b, ignoring case.
 std::size_t edit_distance(const std::string& a, const std::string& b) {
     std::vector<std::size_t> row(b.size() + 1);
     std::iota(row.begin(), row.end(), std::size_t{0});
@@ -66,7 +65,7 @@ std::string did_you_mean(const std::string& name, const std::vector<std::string>
 }
 
 std::string nearest_name(const std::string& name, const std::vector<std::string>& candidates) {
-    constexpr std::size_t kLongest = 64;  // bounds the work for a nonsense name
+    constexpr std::size_t kLongest = 64;  // bounds the time for long names
     if (name.size() > kLongest) return {};
     std::string nearest;
     std::size_t least = std::max<std::size_t>(1, name.size() / 3) + 1;

@@ -14,7 +14,7 @@ namespace {
 
 class Descriptor {
  public:
-    // Without O_NONBLOCK opening a pipe waits for its other end.
+    // Non-blocking: opening a pipe does not wait for its other end.
     explicit Descriptor(const std::filesystem::path& file)
         : fd_(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY)) {}
     ~Descriptor() {

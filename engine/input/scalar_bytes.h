@@ -7,7 +7,7 @@
 
 namespace aula {
 
-/// The number that begins at `bytes`, which need not be aligned, in a byte order.
+/// Reads a number in the given byte order from `bytes`, which may be unaligned.
 template <class T>
 T read_scalar(const char* bytes, std::endian order) {
     std::array<char, sizeof(T)> raw;

@@ -11,7 +11,7 @@
 namespace aula {
 namespace {
 
-// The height over the longest side is below the rounding of the coordinates.
+// True if the height over the longest side is below the rounding of the coordinates.
 bool has_no_area(const Vec3& a, const Vec3& b, const Vec3& c) {
     const glm::dvec3 ab = glm::dvec3(b) - glm::dvec3(a);
     const glm::dvec3 ac = glm::dvec3(c) - glm::dvec3(a);
@@ -20,7 +20,7 @@ bool has_no_area(const Vec3& a, const Vec3& b, const Vec3& c) {
     return glm::length(glm::cross(ab, ac)) <= 1e-7 * longest;
 }
 
-// Bounds memory: a glTF can name the same triangles any number of times.
+// Bounds memory: a glTF file can instance the same triangles any number of times.
 void check_count(std::uint64_t triangles) {
     if (triangles > kMostMeshTriangles) {
         throw Error("more than " + std::to_string(kMostMeshTriangles) +
@@ -68,7 +68,7 @@ void MeshBuilder::add_triangle(const std::array<std::uint32_t, 3>& corners,
     mesh_.triangle_materials.push_back(material);
 }
 
-// A face of more than 3 corners as triangles; as a fan if it cannot be cut properly.
+// Triangulates a face of more than 3 corners, as a fan if ear clipping fails.
 void MeshBuilder::cut(std::span<const std::uint32_t> face, std::uint32_t material) {
     std::vector<Vec3> corners;
     for (const std::uint32_t index : face) corners.push_back(mesh_.vertices[index]);

@@ -12,21 +12,21 @@
 
 namespace aula {
 
-/// Takes what a reader of mesh files finds, checks it and makes triangles of it. A face may come
-/// before its vertices. All functions throw Error for more than a mesh may hold.
+/// Builds a mesh from vertices and faces of a file, checks them and triangulates the faces. A face
+/// may precede its vertices. All functions throw Error if a limit of mesh_import.h is exceeded.
 class MeshBuilder {
  public:
-    /// Index of a material's name, which is added if it is new.
+    /// Index of a material name, which is added if new.
     std::uint32_t material(const std::string& name);
 
     /// Adds a vertex. Throws Error if it is not finite in single precision.
     void add_vertex(double x, double y, double z);
     std::size_t vertex_count() const { return mesh_.vertices.size(); }
 
-    /// Adds a face of any number of corners; fewer than 3 are ignored.
+    /// Adds a polygon; fewer than 3 corners are ignored.
     void add_face(std::span<const std::uint32_t> corners, std::uint32_t material);
 
-    /// The mesh. Throws Error for an index out of range and if no triangle has an area.
+    /// Returns the mesh. Throws Error if an index is out of range or no triangle has an area.
     ImportedMesh take();
 
  private:

@@ -132,7 +132,7 @@ double number_at(const char* bytes, Component type) {
     }
 }
 
-// What a normalized integer is divided by.
+// Divisor of a normalized integer.
 double full_scale(Component type) {
     switch (type) {
         case Component::int8:
@@ -148,7 +148,7 @@ double full_scale(Component type) {
     }
 }
 
-// Numbers that stand one after the other in a buffer, with a place for each.
+// A strided sequence of elements in a buffer.
 struct Elements {
     std::string_view bytes;
     std::size_t stride = 0;
@@ -156,19 +156,19 @@ struct Elements {
     const char* at(std::size_t index) const { return bytes.data() + index * stride; }
 };
 
-// An accessor whose every element lies within its buffer.
+// An accessor whose elements are all within its buffer.
 struct Accessor {
     std::size_t count = 0;
     Component type = Component::float32;
     bool normalized = false;
     std::optional<Elements> base;  // none: zeros
-    // Elements in place of the base's, in increasing order of their indices.
+    // Elements that replace elements of the base, in ascending order of their indices.
     std::size_t sparse_count = 0;
     Component sparse_type = Component::uint32;
     Elements sparse_indices;
     Elements sparse_values;
 
-    // The element's bytes, null for zeros.
+    // The bytes of an element; null: zeros.
     const char* at(std::size_t index) const {
         std::size_t low = 0;
         std::size_t high = sparse_count;
@@ -209,7 +209,7 @@ std::size_t size_value(const JsonReader& json, const char* key, std::size_t abse
     return found ? found->unsigned_integer() : absent;
 }
 
-// The place in a list of `count` that a number names.
+// An index into a list of `count` elements.
 std::size_t index_value(const JsonReader& json, std::size_t count, const char* of) {
     const std::uint64_t index = json.unsigned_integer();
     if (index >= count) {
@@ -496,8 +496,8 @@ class GltfReader {
         for (const std::size_t index : used_) new_indices_[index] = kUnused;
     }
 
-    // The builder's number of a position, which is added when the primitive first uses it: many
-    // primitives may share one accessor.
+    // The builder's index of a position, which is added when the primitive first uses it. Many
+    // primitives may share an accessor.
     std::uint32_t vertex(const Accessor& positions, std::size_t index,
                          const glm::dmat4& transform) {
         if (index >= new_indices_.size()) {
@@ -525,15 +525,15 @@ class GltfReader {
     std::uint64_t loaded_bytes_ = 0;
     std::uint64_t primitive_count_ = 0;
     MeshBuilder builder_;
-    std::vector<std::uint32_t> new_indices_;  // of the primitive's vertices in the builder
-    std::vector<std::size_t> used_;           // where new_indices_ is set
+    std::vector<std::uint32_t> new_indices_;  // the builder's indices, [vertex of the primitive]
+    std::vector<std::size_t> used_;           // elements of new_indices_ that are set
 };
 
 }  // namespace
 
 ImportedMesh read_gltf(std::string_view bytes, const OpenBuffer& open) {
     Chunks chunks = find_chunks(bytes);
-    // Some writers pad a GLB's text with NUL in place of spaces.
+    // Some programs pad the JSON chunk of a GLB file with NUL instead of spaces.
     while (chunks.binary && chunks.json.ends_with('\0')) chunks.json.remove_suffix(1);
     const JsonValue json = parse_json(std::string(chunks.json), kPlace);
     const JsonReader root(json, kPlace);

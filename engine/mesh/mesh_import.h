@@ -10,26 +10,26 @@
 
 namespace aula {
 
-/// The triangles of a mesh file with its node transforms applied, in the file's own axes and
-/// units. Triangles without area, points and lines are left out.
+/// The triangles of a mesh file with node transforms applied, in the axes and units of the file.
+/// Triangles without area, points and lines are omitted.
 struct ImportedMesh {
     std::vector<Vec3> vertices;
     std::vector<std::array<std::uint32_t, 3>> triangles;
     std::vector<std::uint32_t> triangle_materials;  ///< index into material_names
-    std::vector<std::string> material_names;        ///< as the file calls them, each once
-    std::vector<std::filesystem::path> files;       ///< that were read
+    std::vector<std::string> material_names;        ///< as in the file, each once
+    std::vector<std::filesystem::path> files;       ///< all files read
 };
 
-/// What a mesh file may hold at most.
+/// Limits of a mesh file.
 inline constexpr std::uint64_t kMostMeshBytes = std::uint64_t{1} << 30;
 inline constexpr std::uint64_t kMostMeshTriangles = 20'000'000;
 
-/// The name of the material of faces for which the file names none.
+/// The material name of faces without one.
 inline constexpr const char* kNamelessMaterial = "DefaultMaterial";
 
-/// Reads OBJ, glTF, GLB, PLY or STL, by the file's extension. The file may be hostile: it is
-/// bounded in size, checked index by index, and never waited for. Throws Error whose message is
-/// "what is wrong; what was expected".
+/// Reads OBJ, glTF, GLB, PLY or STL according to the file's extension. The file may be malicious:
+/// its size is bounded, all indices are checked and reading never blocks. Throws Error with the
+/// message "what is wrong; what was expected".
 ImportedMesh import_mesh(const std::filesystem::path& file);
 
 }  // namespace aula

@@ -12,8 +12,8 @@
 namespace aula {
 namespace {
 
-// The next word of a line of data, which a backslash continues on the next line; empty at its end
-// and where a comment begins.
+// The next word of a line of data; empty at its end and at a comment. A backslash continues the
+// line on the next one.
 std::string_view data_word(TextCursor& cursor) {
     for (;;) {
         std::string_view word = cursor.word_in_line();
@@ -30,8 +30,8 @@ std::string_view data_word(TextCursor& cursor) {
     }
 }
 
-// The vertex of a corner "v", "v/vt", "v//vn" or "v/vt/vn", from 0. Numbers below 0 count from the
-// newest vertex backwards.
+// The vertex index, from 0, of a corner "v", "v/vt", "v//vn" or "v/vt/vn". Negative numbers count
+// backwards from the newest vertex.
 std::uint32_t vertex_index(const TextCursor& cursor, std::string_view word,
                            std::size_t vertex_count) {
     constexpr std::int64_t kMost = std::numeric_limits<std::uint32_t>::max();
@@ -50,7 +50,7 @@ std::uint32_t vertex_index(const TextCursor& cursor, std::string_view word,
     return static_cast<std::uint32_t>(index);
 }
 
-// A name may hold spaces and "#"; a "#" between spaces begins a comment.
+// A name may contain spaces and "#"; a "#" between spaces begins a comment.
 std::string material_name(std::string_view line) {
     const std::size_t comment = line.find(" # ");
     line = line.substr(0, comment);

@@ -20,7 +20,7 @@ enum class Type { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
 struct Property {
     std::string name;
-    Type type = Type::float32;       // of a list's elements, if it is one
+    Type type = Type::float32;       // of the value, or of the elements of a list
     std::optional<Type> count_type;  // lists only
 };
 
@@ -75,7 +75,7 @@ std::uint64_t whole_number(double value, const char* what) {
     return static_cast<std::uint64_t>(value);
 }
 
-// Leaves the cursor after the word end_header.
+// Reads the header. The cursor is then after the word end_header.
 Header read_header(TextCursor& cursor) {
     if (cursor.word() != "ply") cursor.fail("no PLY file; expected \"ply\" at its beginning");
     Header header;
@@ -163,8 +163,7 @@ std::size_t property_index(const Element& element, const char* name) {
     return static_cast<std::size_t>(found - all.begin());
 }
 
-// Reads one element: its numbers to `scalars`, by the property's place, and to `face` the vertices
-// of a face.
+// Reads one element: its numbers to `scalars`, [property], and the vertices of a face to `face`.
 template <class Values>
 void read_element(const Element& element, Values& values, std::vector<double>& scalars,
                   std::vector<std::uint32_t>& face) {
@@ -210,7 +209,7 @@ ImportedMesh read_elements(const Header& header, Values values) {
     return builder.take();
 }
 
-// What follows end_header and its line's end. Where lines end with \r alone the data may begin
+// The data after end_header and its line end. If lines end with a single \r, the data may begin
 // with \n.
 std::string_view data_after_header(std::string_view file, std::string_view rest) {
     const std::size_t first_end = file.find_first_of("\r\n");

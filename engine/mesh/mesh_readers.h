@@ -9,23 +9,23 @@
 
 namespace aula {
 
-// The readers of mesh files, each from the bytes of a whole file. The bytes may be anything. All
-// throw Error whose message is "what is wrong; what was expected".
+// Readers of mesh files from the bytes of a whole file. The bytes need not be valid. All throw
+// Error with the message "what is wrong; what was expected".
 
 /// Wavefront OBJ: v, f and usemtl. MTL files are not opened.
 ImportedMesh read_obj(std::string_view bytes);
 
-/// PLY 1.0, as text or binary in both byte orders: x, y, z and the faces' lists of vertices.
+/// PLY 1.0, as text or binary in both byte orders: x, y, z and the vertex lists of faces.
 ImportedMesh read_ply(std::string_view bytes);
 
 /// STL, as text or binary.
 ImportedMesh read_stl(std::string_view bytes);
 
-/// Gives the bytes of a buffer's file, named relative to the glTF file. Throws Error.
+/// Returns the bytes of a buffer's file, whose name is relative to the glTF file. Throws Error.
 using OpenBuffer = std::function<std::string(const std::filesystem::path&)>;
 
-/// glTF 2.0 as JSON or GLB: the nodes of the scene and their triangles, strips and fans. Neither
-/// images nor skins nor compressed data are read; compressed triangles are an error.
+/// glTF 2.0 as JSON or GLB: the nodes of the scene and their triangles, strips and fans. Images and
+/// skins are ignored; compressed triangles are an error.
 ImportedMesh read_gltf(std::string_view bytes, const OpenBuffer& open);
 
 }  // namespace aula

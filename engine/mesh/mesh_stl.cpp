@@ -12,7 +12,7 @@
 namespace aula {
 namespace {
 
-constexpr std::size_t kHeaderBytes = 84;    // 80 of any content, then the number of triangles
+constexpr std::size_t kHeaderBytes = 84;    // 80 arbitrary bytes, then the number of triangles
 constexpr std::size_t kTriangleBytes = 50;  // normal, 3 corners, 2 bytes of attributes
 
 bool is_word(std::string_view word, std::string_view lower_case) {
@@ -47,7 +47,7 @@ ImportedMesh read_text(std::string_view bytes) {
     const std::uint32_t material = builder.material(kNamelessMaterial);
     TextCursor cursor(bytes);
     bool in_loop = false;
-    int corners = 0;  // of the loop being read
+    int corners = 0;  // of the present loop
     for (auto word = cursor.word(); !word.empty(); word = cursor.word()) {
         if (is_word(word, "vertex")) {
             const double x = cursor.number(cursor.word_in_line());
@@ -79,7 +79,7 @@ ImportedMesh read_text(std::string_view bytes) {
 
 }  // namespace
 
-// A binary file's header may begin with "solid", too: its size decides.
+// The header of a binary file may begin with "solid", too: the size of the file decides.
 ImportedMesh read_stl(std::string_view bytes) {
     const bool text = is_word(TextCursor(bytes).word(), "solid");
     if (bytes.size() >= kHeaderBytes) {

@@ -11,7 +11,7 @@ namespace {
 
 using Point = glm::dvec2;
 
-// Twice the signed area, positive if a, b, c turn counter-clockwise.
+// Twice the signed area; positive if a, b, c are in counter-clockwise order.
 double turn(const Point& a, const Point& b, const Point& c) {
     return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
@@ -32,7 +32,7 @@ glm::dvec3 area_normal(const std::vector<Vec3>& corners) {
     return normal;
 }
 
-// The corners seen along the axis nearest to the normal, counter-clockwise.
+// The corners projected along the axis nearest to the normal, in counter-clockwise order.
 std::vector<Point> project(const std::vector<Vec3>& corners, const glm::dvec3& normal) {
     const glm::dvec3 size = glm::abs(normal);
     const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
@@ -54,19 +54,19 @@ double largest_square_distance(const std::vector<Point>& points) {
 
 }  // namespace
 
-// Ear clipping: a corner whose triangle with its neighbours turns the right way and holds no other
-// corner is cut off, until a triangle is left. A cut changes what can be done at its neighbours
-// only, so that the search goes on from there.
+// Ear clipping: a convex corner whose triangle with its neighbours contains no other corner is cut
+// off, until one triangle is left. A cut affects its neighbours only, so the search continues
+// there.
 std::vector<std::array<std::uint32_t, 3>> triangulate(const std::vector<Vec3>& corners) {
     if (corners.size() < 3) return {};
     const glm::dvec3 normal = area_normal(corners);
     const std::vector<Point> points = project(corners, normal);
-    // Turns smaller than the rounding of the float coordinates count as straight.
+    // Angles below the rounding of the coordinates count as straight.
     const double straight = 1e-7 * largest_square_distance(points);
     if (glm::length(normal) <= straight) return {};
 
     const auto count = static_cast<std::uint32_t>(corners.size());
-    std::vector<std::uint32_t> next(count);  // of the corners that are left, in a ring
+    std::vector<std::uint32_t> next(count);  // ring of the remaining corners
     std::vector<std::uint32_t> previous(count);
     for (std::uint32_t i = 0; i < count; ++i) {
         next[i] = (i + 1) % count;
@@ -79,7 +79,7 @@ std::vector<std::array<std::uint32_t, 3>> triangulate(const std::vector<Vec3>& c
         }
         return false;
     };
-    // A simple polygon is cut with fewer than 3 failures a corner.
+    // Fewer than 3 failures per corner occur for a simple polygon.
     std::size_t failures_left = 8 * corners.size() + 4096;
     std::uint32_t left = count;
     std::uint32_t first = 0;

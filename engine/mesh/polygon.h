@@ -9,12 +9,12 @@
 
 namespace aula {
 
-/// The most corners of a polygon: the time to cut it grows with their square.
+/// Largest number of corners of a polygon. The time of the triangulation is quadratic in it.
 inline constexpr std::size_t kMostCorners = 4096;
 
-/// Cuts a polygon, convex or not, nearly planar, into triangles with its own winding. Gives
-/// indices into `corners`; empty if the polygon has no area or crosses itself so that it cannot be
-/// cut. Corners on a straight edge may be left out.
+/// Triangulates a nearly planar polygon, convex or not, with its winding. Returns indices into
+/// `corners`; empty if the polygon has no area or intersects itself such that ear clipping fails.
+/// Corners on a straight edge may be omitted.
 std::vector<std::array<std::uint32_t, 3>> triangulate(const std::vector<Vec3>& corners);
 
 }  // namespace aula

@@ -21,8 +21,8 @@ int order_of(std::size_t channel) {
     return static_cast<int>(std::sqrt(static_cast<double>(channel) + 0.5));
 }
 
-/// Directions and weights (their sum is 1) whose weighted sum is the mean over the sphere of any
-/// polynomial of degree below 2 `rings`: Gauss and Legendre in z, even steps around.
+/// Quadrature over the sphere with weights of sum 1, exact for polynomials of degree below
+/// 2 `rings`: Gauss-Legendre in z, uniform in azimuth.
 struct Quadrature {
     std::vector<Vec3> directions;
     std::vector<double> weights;
@@ -54,16 +54,16 @@ struct Quadrature {
     }
 };
 
-// The distribution of directions that says nothing beyond its mean (of greatest entropy) is that of
-// von Mises and Fisher, p(u) ~ exp(k u.v). Its moments A_l, the means of the Legendre polynomials
-// P_l(u.v), are ratios of Bessel functions I_(l+1/2)(k) / I_(1/2)(k) and follow
+// The maximum-entropy distribution of directions with a given mean is the von Mises-Fisher
+// distribution p(u) ~ exp(k u.v). Its moments A_l, the means of the Legendre polynomials P_l(u.v),
+// are ratios of Bessel functions I_(l+1/2)(k) / I_(1/2)(k) and satisfy
 //     A_(l+1) = A_(l-1) - (2l + 1) / k A_l,  A_0 = 1,  A_1 = coth k - 1/k.
 std::vector<double> moments_of(double concentration, int order) {
     assert(order >= 1);
     std::vector<double> moments(static_cast<std::size_t>(order) + 1, 0.0);
     moments[0] = 1;
-    // Upwards the recurrence is stable while l < k; else it is run down from far above, as ratios
-    // A_(l+1) / A_l = 1 / ((2l + 3) / k + A_(l+2) / A_(l+1)).
+    // The upward recurrence is stable while l < k. Otherwise the ratios
+    // A_(l+1) / A_l = 1 / ((2l + 3) / k + A_(l+2) / A_(l+1)) are computed downwards (Miller).
     if (concentration > 20) {
         moments[1] = 1 / std::tanh(concentration) - 1 / concentration;
         for (std::size_t l = 1; l + 1 < moments.size(); ++l) {
@@ -82,7 +82,7 @@ std::vector<double> moments_of(double concentration, int order) {
     return moments;
 }
 
-/// The moments of the distribution whose first is `length`; A_0 = 1 alone for order 0.
+/// The moments of the distribution whose first moment is `length`; only A_0 = 1 for order 0.
 std::vector<double> moments_from_first(double length, int order) {
     if (length >= 1 || order == 0)
         return std::vector<double>(static_cast<std::size_t>(order) + 1, 1.0);
@@ -97,7 +97,7 @@ std::vector<double> moments_from_first(double length, int order) {
 
 }  // namespace
 
-// Let energy come from direction u with density p(u). The channels' covariance is
+// Let p(u) be the density of energy over directions u. The covariance of the channels is
 //     C_ij = integral of p Y_i Y_j = sum over k of (2 l_k + 1) A_l_k Y_k(v / |v|) g_ijk,
 // for p = sum over k of (2 l_k + 1) A_l_k Y_k(v / |v|) Y_k(u) / (4 pi), where g_ijk is the mean of
 // Y_i Y_j Y_k over the sphere (Gaunt).
@@ -130,8 +130,8 @@ DirectionalCovariance::DirectionalCovariance(int order)
     }
 }
 
-// Cholesky: C = L L^T. W comes first and has the energy 1, so that it is the first noise itself,
-// whatever the directions.
+// Cholesky decomposition C = L L^T. W is the first channel and has the energy 1: it equals the
+// first noise for all directions.
 void DirectionalCovariance::mixing(const Vec3& mean, float* triangle) const {
     const double length = std::min(double{glm::length(mean)}, 1.0);
     const Vec3 direction = length > 0 ? mean / static_cast<float>(length) : Vec3{0, 0, 1};
@@ -142,7 +142,7 @@ void DirectionalCovariance::mixing(const Vec3& mean, float* triangle) const {
     const double share = place - static_cast<double>(below);
     for (int l = 0, k = 0; l <= 2 * order_; ++l) {
         const auto order = static_cast<std::size_t>(l);
-        // In between two tables' rows: a mixture of both distributions.
+        // Linear interpolation of the table: a mixture of two distributions.
         const double moment =
             (1 - share) * moments_[below][order] + share * moments_[below + 1][order];
         for (int m = -l; m <= l; ++m, ++k) harmonics[static_cast<std::size_t>(k)] *= moment;
@@ -157,7 +157,7 @@ void DirectionalCovariance::mixing(const Vec3& mean, float* triangle) const {
             for (const Term& term : products_[pair]) c += term.factor * harmonics[term.harmonic];
             for (std::size_t k = 0; k < j; ++k) c -= lower[i][k] * lower[j][k];
             if (i == j) {
-                // One direction leaves nothing for the other noises.
+                // For a single direction the matrix has rank 1.
                 constexpr double kNothing = 1e-9;
                 lower[i][i] = c > kNothing ? std::sqrt(c) : 0;
                 inverse[i] = c > kNothing ? 1 / lower[i][i] : 0;

@@ -9,20 +9,20 @@
 
 namespace aula {
 
-/// Mixes independent noises into the channels of an ambisonic field (ACN, SN3D) that arrives from
-/// all around with a given mean direction. Immutable. [propagation thread]
+/// Covariance of the channels of an ambisonic field (ACN, SN3D) whose directions of arrival have a
+/// given mean, as a mixing matrix of independent noises. Immutable. [propagation thread]
 class DirectionalCovariance {
  public:
     explicit DirectionalCovariance(int order);
 
     std::size_t channels() const { return channels_; }
-    /// Elements of a lower triangle with its diagonal, row by row.
+    /// Number of elements of a lower triangular matrix, stored row by row.
     std::size_t triangle() const { return channels_ * (channels_ + 1) / 2; }
 
-    /// The lower triangle L with which L n has the covariance of the field per unit energy, if n
-    /// are noises of unit variance, one a channel; the first channel (W) is n's first. `mean` is
-    /// the energy-weighted mean of the unit directions: of length 1 for one direction, 0 for a
-    /// diffuse field.
+    /// The lower triangular matrix L such that L n has the covariance of the field per unit energy,
+    /// for independent noises n of unit variance, one per channel. The first channel (W) is n[0].
+    /// `mean` is the energy-weighted mean of the unit directions: of length 1 for one direction, 0
+    /// for a diffuse field.
     void mixing(const Vec3& mean, float* triangle) const;
 
  private:

@@ -17,8 +17,8 @@ double EnergyResponse::total(std::size_t band) const {
 
 std::vector<Bands> EnergyResponse::uniform(double width_s) const {
     assert(width_s > 0);
-    // Times in units of the width; an edge that is a whole number but for rounding counts as one,
-    // so that nothing leaks into a neighbour.
+    // Times in units of the width. Edges within rounding of an integer are set to it, so that no
+    // energy leaks into a neighbour.
     const auto units = [width_s](double time_s) {
         const double x = time_s / width_s;
         const double whole = std::round(x);

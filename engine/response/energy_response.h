@@ -10,36 +10,36 @@
 
 namespace aula {
 
-/// One discrete arrival at the listener: the direct sound or an image source.
+/// A discrete arrival at the listener: the direct sound or a specular reflection (image source).
 struct SpecularPath {
-    int order = 0;       ///< reflections; 0 is the direct sound
-    float length_m = 0;  ///< from source to listener
-    Vec3 direction{0};   ///< unit, world axes, from the listener towards where the sound comes from
-    Bands energy;        ///< fluence in 1/m2 per unit emitted energy, air and walls included
-    std::uint64_t id = 0;  ///< of the image source, the same in every frame; 0: direct
+    int order = 0;         ///< number of reflections; 0 is the direct sound
+    float length_m = 0;    ///< from source to listener
+    Vec3 direction{0};     ///< unit, world axes, of arrival: from the listener to the image source
+    Bands energy;          ///< fluence in 1/m2 per unit emitted energy, air and walls included
+    std::uint64_t id = 0;  ///< identifies the image source in all frames; 0: direct
 };
 
 /// The energy response (echogram) of one source at one listener: fluence in 1/m2 per unit emitted
-/// energy. What the estimators find is binned; direct sound and image sources stay discrete.
+/// energy. Diffuse energy is binned in time; direct sound and image sources are discrete.
 struct EnergyResponse {
     TimeBins bins;
     float speed_of_sound_m_s = 343.2F;
-    std::vector<Bands> energy;    ///< [bin], everything but `paths`
+    std::vector<Bands> energy;    ///< [bin], without `paths`
     std::vector<Vec3> direction;  ///< [bin] sum over arrivals and bands of energy times the unit
-                                  ///< direction it comes from; its length over the bin's energy
-                                  ///< is 1 for one direction and 0 for a diffuse field
+                                  ///< direction of arrival; its length re the bin's energy is 1
+                                  ///< for one direction and 0 for a diffuse field
     std::vector<SpecularPath> paths;  ///< by ascending length
 
-    /// When a path arrives, in s after emission.
+    /// Time of arrival of a path, s after the emission.
     double arrival_s(const SpecularPath& path) const {
         return double{path.length_m} / double{speed_of_sound_m_s};
     }
 
-    /// Energy of a band with the discrete paths, from 0 to the end. 1/m2
+    /// Total energy of a band including the discrete paths, 1/m2.
     double total(std::size_t band) const;
 
-    /// Energy per uniform bin of `width_s` from 0 to the response's length, discrete paths
-    /// included, energy uniform in time inside each of our bins: [uniform bin]. 1/m2
+    /// The response including the discrete paths in uniform bins of `width_s`, 1/m2: [uniform bin].
+    /// The energy of each original bin is distributed uniformly over its duration.
     std::vector<Bands> uniform(double width_s) const;
 };
 

@@ -12,7 +12,7 @@ namespace aula {
 namespace {
 
 constexpr double kCell_s = 0.0005;  // edges and centres of all TimeBins are multiples of it
-// Of all channels: they stay in the cache.
+// Samples shaped at a time: those of all channels fit the cache.
 constexpr std::size_t kChunk_samples = NoiseCarriers::kMostRead_samples;
 
 /// A linear function of time, one for each band.
@@ -58,9 +58,9 @@ AULA_MULTIVERSION void mix(std::size_t count, float offset, std::size_t width, c
     }
 }
 
-// A band cannot change faster than about a period of its centre: cut sharper, its carrier would
-// spill into the other octaves. So a bin's energy is spread over its own time and a period after
-// (1 ms at 1 kHz, 16 ms at 63 Hz: less than the octave's own filter takes).
+// A faster change than about a period of the centre frequency would spread a carrier's spectrum
+// into other octaves. A bin's energy is therefore spread over its duration and a period after it (1
+// ms at 1 kHz, 16 ms at 63 Hz: less than the duration of the octave filter's response).
 std::vector<Bands> spread_in_time(const EnergyResponse& energy) {
     const TimeBins& bins = energy.bins;
     std::vector<Bands> out(bins.count());
@@ -103,7 +103,7 @@ ImpulseResponseBuilder::ImpulseResponseBuilder(std::shared_ptr<const NoiseCarrie
     }
 }
 
-/// Where a cell starts, in samples.
+/// Start of a cell, samples.
 double ImpulseResponseBuilder::start_samples(std::size_t cell) const {
     return static_cast<double>(cell) * kCell_s * carriers_->sample_rate_hz();
 }
@@ -118,13 +118,13 @@ float ImpulseResponseBuilder::middle(std::size_t sample, std::size_t cell) const
     return static_cast<float>(static_cast<double>(sample) + 0.5 - start_samples(cell));
 }
 
-// The amplitude is linear between the edges and the centre of each bin and meets its neighbour's
-// at the edge, so that no steps are heard. With a^2 the bin's mean power, e0 and e1 the amplitudes
-// at its edges and c the one at its centre, the bin keeps its energy if
+// The amplitude is continuous and linear between the edges and the centre of each bin. With a^2 the
+// mean power of the bin, e0 and e1 the amplitudes at its edges and c that at its centre, the energy
+// of the bin is preserved if
 //     [(e0^2 + e0 c + c^2) + (c^2 + c e1 + e1^2)] / 6 = a^2, that is
 //     c = (sqrt(s^2 + 8 (6 a^2 - q)) - s) / 4,   s = e0 + e1, q = e0^2 + e1^2.
-// At the edges stands the geometric mean of both bins' amplitudes (an exponential decay's own
-// value), but at most sqrt(3) times the lower one: then q <= 6 a^2 and c is real.
+// The amplitude at an edge is the geometric mean of both bins' amplitudes (exact for an exponential
+// decay), but at most sqrt(3) times the lower one: then q <= 6 a^2 and c is real.
 std::vector<ImpulseResponseBuilder::Segment> ImpulseResponseBuilder::envelope(
     const EnergyResponse& energy) const {
     const TimeBins& bins = energy.bins;
@@ -132,7 +132,7 @@ std::vector<ImpulseResponseBuilder::Segment> ImpulseResponseBuilder::envelope(
         return static_cast<std::size_t>(std::lround(time_s / kCell_s));
     };
     const std::vector<Bands> spread_energy = spread_in_time(energy);
-    // Edge, centre, edge, centre .. edge; before and after the response there is silence.
+    // Edge, centre, edge, centre .. edge; silence before and after the response.
     std::vector<Knot> knots;
     knots.reserve(2 * bins.count() + 1);
     Bands before;
@@ -157,7 +157,7 @@ std::vector<ImpulseResponseBuilder::Segment> ImpulseResponseBuilder::envelope(
         if (sum + energy_before > 0) {
             edge.direction = (direction_before + direction) / (energy_before + sum);
         } else if (i > 0) {
-            edge.direction = knots.back().direction;  // what lingers comes from where it came from
+            edge.direction = knots.back().direction;  // spread energy keeps its direction
         }
         if (i > 0) {
             const Bands& start = knots[knots.size() - 2].amplitude;
@@ -193,7 +193,7 @@ std::vector<ImpulseResponseBuilder::Segment> ImpulseResponseBuilder::envelope(
     return segments;
 }
 
-/// The sum of squares that each band of a channel is to have.
+/// The target sum of squares of each band of a channel.
 Bands ImpulseResponseBuilder::wanted_energy(const EnergyResponse& energy) const {
     const double length_s = static_cast<double>(length_samples_) / carriers_->sample_rate_hz();
     std::array<double, kBandCount> sum{};
@@ -211,7 +211,7 @@ Bands ImpulseResponseBuilder::wanted_energy(const EnergyResponse& energy) const 
     return wanted;
 }
 
-/// The moments of a channel's carriers over a segment, as far as the response lasts.
+/// The moments of a channel's carriers over a segment, up to the end of the response.
 ImpulseResponseBuilder::Moments ImpulseResponseBuilder::moments(const Channel& channel,
                                                                 const Segment& segment) const {
     Moments m;
@@ -239,7 +239,7 @@ ImpulseResponseBuilder::Moments ImpulseResponseBuilder::moments(const Channel& c
     return m;
 }
 
-/// Segments are those of the bins, so that the moments last as long as these.
+/// Segments depend on the bins only, so the moments are valid until the bins change.
 void ImpulseResponseBuilder::measure_carriers(const TimeBins& bins,
                                               const std::vector<Segment>& segments) {
     if (bins == bins_) return;
@@ -251,7 +251,7 @@ void ImpulseResponseBuilder::measure_carriers(const TimeBins& bins,
     }
 }
 
-/// What to multiply each band of a channel by so that its squares sum to `wanted`.
+/// The gain of each band of a channel such that its squares sum to `wanted`.
 Bands ImpulseResponseBuilder::gains(const Channel& channel, const std::vector<Segment>& segments,
                                     const Bands& wanted) const {
     std::array<double, kBandCount> sum{};
@@ -271,8 +271,8 @@ Bands ImpulseResponseBuilder::gains(const Channel& channel, const std::vector<Se
     return gain;
 }
 
-// Every channel is first shaped with the energies of W; then the field's covariance mixes them,
-// moving in a straight line from knot to knot.
+// Every channel is first shaped with the energies of W. Then the channels are mixed to the field's
+// covariance, with mixing matrices interpolated linearly between knots.
 void ImpulseResponseBuilder::build(const EnergyResponse& energy, ImpulseResponse& out) {
     out.sample_rate_hz = carriers_->sample_rate_hz();
     out.paths = energy.paths;

@@ -10,11 +10,11 @@
 namespace aula {
 namespace {
 
-constexpr double kDecay_s = 0.5;  // until the lowest octave's filters have rung out
-constexpr double kLevelling = 8;  // window in samples that are independent in the band
+constexpr double kDecay_s = 0.5;  // duration of the lowest octave filter's response
+constexpr double kLevelling = 8;  // window, independent samples of the band
 constexpr float kSteps = 32767;   // of a carrier's peak
 
-/// Uniform white noise of unit variance, the same bits on every machine.
+/// Uniform white noise of unit variance, identical on every machine.
 std::vector<double> white_noise(std::size_t count, std::uint64_t seed) {
     RandomStream random(seed);
     std::vector<double> noise(count);
@@ -24,14 +24,14 @@ std::vector<double> white_noise(std::size_t count, std::uint64_t seed) {
     return noise;
 }
 
-/// Scales a periodic carrier so that its power over a sliding window is even: a decay then keeps
-/// its slope (the standard deviation of T30 at 1 kHz falls from 2.5 % to 0.7 %), while the window
-/// is long enough to leave the noise its spectrum.
+/// Scales a periodic carrier such that its power over a sliding window is constant. This preserves
+/// the slope of a decay: the standard deviation of T30 at 1 kHz falls from 2.5 % to 0.7 %. The
+/// window is long enough to preserve the spectrum of the noise.
 void level(std::vector<float>& carrier, double power, double window_samples) {
     const std::size_t period = carrier.size();
     const auto half =
         static_cast<std::size_t>(std::min(window_samples, static_cast<double>(period - 1)) / 2);
-    std::vector<double> energy(2 * period + 1);  // of the samples before, of two periods
+    std::vector<double> energy(2 * period + 1);  // cumulative, over two periods
     for (std::size_t n = 0; n < 2 * period; ++n) {
         const double x{carrier[n % period]};
         energy[n + 1] = energy[n] + x * x;
@@ -66,7 +66,7 @@ NoiseCarriers::NoiseCarriers(double sample_rate_hz, std::uint64_t seed)
         for (std::size_t b = 0; b < kBandCount; ++b) power[b] += h[b] * h[b];
     }
 
-    // What the bank makes of a periodic sequence is periodic once its beginning has rung out.
+    // The response of the bank to a periodic sequence is periodic after the transient.
     const std::vector<double> noise = white_noise(period_samples_, derive_seed(seed, 0));
     std::array<std::vector<float>, kBandCount> carriers;
     for (auto& carrier : carriers) carrier.resize(period_samples_);
@@ -96,7 +96,8 @@ NoiseCarriers::NoiseCarriers(double sample_rate_hz, std::uint64_t seed)
 
 std::size_t NoiseCarriers::place(std::string_view source, std::size_t channel) const {
     assert(channel < kMostChannels);
-    // The channels of a source lie evenly in the period, those of low orders far apart.
+    // The channels of a source are spaced evenly over the period, those of low orders farthest
+    // apart.
     constexpr std::size_t kStride = 7;  // has no factor in common with kMostChannels
     const std::size_t apart = channel * kStride % kMostChannels * period_samples_ / kMostChannels;
     return (derive_seed(seed_, 1, hash(source)) % period_samples_ + apart) % period_samples_;

@@ -10,15 +10,15 @@
 
 namespace aula {
 
-/// The noise that energy responses shape: a seeded white sequence through a power-complementary
-/// octave filter bank, its power levelled over short times. All sources of a scene share its
-/// memory: it repeats after kPeriod_s, and each channel of each source begins to read at its own
-/// place. All bands of a channel begin at the same place, where they are parts of the same white
-/// noise, so that neighbours do not interfere where they overlap. Immutable.
+/// Noise carriers of impulse responses: a seeded white sequence, split by a power-complementary
+/// octave filter bank and levelled to constant short-time power. The sequence is periodic in
+/// kPeriod_s and shared by all sources of a scene; each channel of each source starts reading at a
+/// different place. All bands of a channel start at the same place: they are parts of one white
+/// noise, so that overlapping bands do not interfere. Immutable.
 class NoiseCarriers {
  public:
     static constexpr double kPeriod_s = 8;
-    static constexpr std::size_t kMostChannels = 16;  ///< of ambisonics of order 3
+    static constexpr std::size_t kMostChannels = 16;  ///< third-order ambisonics
     static constexpr std::size_t kMostRead_samples = 1024;
 
     /// `sample_rate_hz` >= 8000.
@@ -26,17 +26,17 @@ class NoiseCarriers {
 
     double sample_rate_hz() const { return sample_rate_hz_; }
 
-    /// What white noise of unit variance has in each band; sums to 1. So have the carriers.
+    /// The power of the carriers in each band: that of white noise of unit variance; sums to 1.
     const Bands& power() const { return power_; }
 
-    /// What one unit of read() stands for.
+    /// The quantisation step of read().
     const Bands& step() const { return step_; }
 
-    /// Where a channel of a source begins in the period: a function of the seed and the name, so
-    /// that a source sounds alike whichever others there are. In samples.
+    /// The start of a channel of a source in the period, samples. It depends on the seed and the
+    /// name only, so that a source sounds the same with any other sources.
     std::size_t place(std::string_view source, std::size_t channel) const;
 
-    /// The next kMostRead_samples of a band, `sample` after a place.
+    /// The kMostRead_samples samples of a band from `sample` after a place on, in units of step().
     const std::int16_t* read(std::size_t band, std::size_t place, std::size_t sample) const {
         return carriers_[band].data() + (place + sample) % period_samples_;
     }
@@ -49,8 +49,8 @@ class NoiseCarriers {
     std::size_t period_samples_;
     Bands power_;
     Bands step_;
-    /// [band][sample], and the first kMostRead_samples again. In steps of 1 / 32767 of the band's
-    /// peak: reading takes most of the time, and the error is 88 dB below the band.
+    /// [band][sample], followed by the first kMostRead_samples again. Quantised to 1 / 32767 of the
+    /// band's peak, since memory bandwidth limits the speed; the error is -88 dB.
     std::array<std::vector<std::int16_t>, kBandCount> carriers_;
 };
 

@@ -9,9 +9,10 @@ namespace aula {
 // the difference of two all-passes U and V that share the poles -cos(k pi/N) +- j sin(k pi/N),
 // k = 0..(N-1)/2: U has the even k (with the real pole), V the odd ones. Then
 //     |LP|^2 + |HP|^2 = (|U + V|^2 + |U - V|^2) / 4 = (|U|^2 + |V|^2) / 2 = 1
-// whatever the rounding of the poles, and LP + HP = U. The edges split in ascending order, each
-// what the one before left above it, so the powers of all bands sum to 1. Every band below an edge
-// also passes that edge's U: then the sum of all bands is the product of all U, an all-pass.
+// for any rounding of the poles, and LP + HP = U. The edges are applied in ascending order, each to
+// the high-pass output of the previous one, so the powers of all bands sum to 1. Every band below
+// an edge also passes that edge's U: the sum of all bands is then the product of all U, an
+// all-pass.
 OctaveBank::OctaveBank(double sample_rate_hz) {
     assert(sample_rate_hz > 0);
     for (std::size_t b = 0; b + 1 < kBandCount; ++b) {

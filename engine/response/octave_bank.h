@@ -8,9 +8,10 @@
 
 namespace aula {
 
-/// Splits a signal into the octave bands, the lowest down to 0 Hz, the highest up to half the
-/// sample rate (bands that lie above stay silent). The bands' power responses sum to 1 at every
-/// frequency, and the bands themselves sum to the input through an all-pass.
+/// Splits a signal into octave bands by Butterworth crossovers built from all-passes. The lowest
+/// band extends down to 0 Hz, the highest up to the Nyquist frequency; bands above it are silent.
+/// The power responses of the bands sum to 1 at every frequency. The sum of the bands is the input
+/// filtered by an all-pass. [one thread]
 class OctaveBank {
  public:
     explicit OctaveBank(double sample_rate_hz);
@@ -42,7 +43,7 @@ class OctaveBank {
             return y;
         }
     };
-    static constexpr int kOrder = 15;  ///< of the low- and high-passes: 90 dB an octave away
+    static constexpr int kOrder = 15;  ///< of the low- and high-passes: 90 dB per octave
     /// The all-passes of an edge: low-pass (u + v)/2, high-pass (u - v)/2.
     struct Odd {
         AllPass1 real;
@@ -65,7 +66,7 @@ class OctaveBank {
     struct Edge {
         Odd u;
         Even v;
-        std::vector<Odd> below;  ///< [band below the edge] u once more
+        std::vector<Odd> below;  ///< [band below the edge] copy of u
     };
     std::vector<Edge> edges_;
 };

@@ -11,19 +11,19 @@ namespace {
 
 double db(double ratio) { return 10 * std::log10(ratio); }
 
-/// Strength is fluence times this: its reference is 10 m of free field.
+/// Strength is the fluence times this. The reference is the free field at 10 m.
 constexpr double kStrength_m2 = 400 * std::numbers::pi;
 
 std::optional<double> finite(double x) {
     return std::isfinite(x) ? std::optional<double>(x) : std::nullopt;
 }
 
-/// Schroeder's backward integral of one band over the time since time zero, linear between its
-/// points (a discrete arrival is two points at one time), and what lies beyond its end.
+/// Schroeder's backward integral of one band from time zero on, piecewise linear (a discrete
+/// arrival is two points at one time), with an extrapolated tail.
 class DecayCurve {
  public:
     DecayCurve(const EnergyResponse& response, double zero_s, std::size_t band) {
-        // First the energy that arrives between each point and the one before.
+        // First the energy between each point and the one before.
         const auto add = [&](double time_s, double energy) {
             points_.push_back({std::max(time_s - zero_s, 0.0), energy});
         };
@@ -41,7 +41,7 @@ class DecayCurve {
             }
             add(end_s, power * (end_s - from_s));
         }
-        // Then, from the end, all that arrives after each point.
+        // Then the energy after each point, summed from the end.
         for (auto p = points_.rbegin(); p != points_.rend(); ++p) {
             const double arrives = p->energy;
             p->energy = total_;
@@ -65,11 +65,11 @@ class DecayCurve {
                (p->energy - left.energy) * (time_s - left.time_s) / (p->time_s - left.time_s);
     }
 
-    /// Energy that the response's end cuts off, estimated.
+    /// Estimated energy after the end of the response.
     double tail() const { return tail_; }
 
-    /// When the curve first falls to a level below its start, the tail included, in dB < 0. Empty
-    /// where it never gets there or gets there with its last arrival.
+    /// Time at which the curve, including the tail, first falls to `level_db` < 0 re its start.
+    /// Empty if it never does or does so with its last arrival.
     std::optional<double> time_at(double level_db) const {
         const double energy = (total_ + tail_) * std::pow(10, level_db / 10) - tail_;
         double before = total_;
@@ -86,9 +86,9 @@ class DecayCurve {
         return std::nullopt;
     }
 
-    /// Mean time of arrival, the tail included.
+    /// Centre time including the tail.
     double centre_s() const {
-        // The mean of t is the integral of the backward integral over the total.
+        // The mean of t is the integral of the backward integral divided by the total.
         double area = tail_ * (points_.back().time_s + tail_time_s_);
         for (std::size_t i = 1; i < points_.size(); ++i) {
             area += 0.5 * (points_[i].energy + points_[i - 1].energy) *
@@ -98,9 +98,9 @@ class DecayCurve {
     }
 
  private:
-    // The last two quarters of the response, energies e1 and e2, give the late slope: with
-    // r = e2 / e1 the quarters after the end hold e2 r + e2 r^2 + .. = e2 r / (1 - r). A decay
-    // by less than 0.5 dB a quarter cannot be told from none and counts as that.
+    // The energies e1 and e2 of the last two quarters of the response give the late slope: with
+    // r = e2 / e1 the quarters after the end have e2 r + e2 r^2 + .. = e2 r / (1 - r). A decay by
+    // less than 0.5 dB per quarter cannot be distinguished from no decay and is treated as such.
     void extrapolate() {
         if (points_.empty()) return;
         const double end_s = points_.back().time_s;
@@ -121,13 +121,13 @@ class DecayCurve {
     double tail_time_s_ = 0;  ///< mean time of the tail after the end
 };
 
-/// True if what is cut off is 10 dB below a level of the decay curve.
+/// Whether the tail is 10 dB below a level of the decay curve.
 bool is_clear(const DecayCurve& curve, double level_db) {
     return curve.tail() <= (curve.total() + curve.tail()) * std::pow(10, (level_db - 10) / 10);
 }
 
-/// Reverberation time from the line of least squares through the decay curve between two levels.
-/// ISO 3382-1, 5.3.3: the curve includes what the response's end cuts off.
+/// Reverberation time from a least-squares line through the decay curve between two levels. The
+/// curve includes the tail (ISO 3382-1, 5.3.3).
 std::optional<double> decay_time_s(const DecayCurve& curve, double from_db, double to_db) {
     if (!is_clear(curve, to_db)) return std::nullopt;
     const std::optional<double> begin_s = from_db < 0 ? curve.time_at(from_db) : 0.0;
@@ -166,8 +166,9 @@ BandParameters parameters(const DecayCurve& curve) {
     return p;
 }
 
-/// The direct sound's arrival, else the first: a path's, or the start of the first bin with energy
-/// if no path arrives up to that bin's end (a scattered sound is never before the specular one).
+/// The arrival of the direct sound, otherwise the first arrival: that of a path, or the start of
+/// the first bin with energy if no path arrives before its end (scattered sound never arrives
+/// before the specular reflection).
 double time_zero_s(const EnergyResponse& response) {
     double first_path_s = response.bins.length_s();
     for (const SpecularPath& p : response.paths) {

@@ -7,7 +7,7 @@
 
 namespace aula {
 
-/// ISO 3382-1 parameters of one octave band; empty where the response has not enough decay.
+/// ISO 3382-1 parameters of one octave band; empty if the decay of the response is insufficient.
 struct BandParameters {
     std::optional<double> t20_s, t30_s, edt_s;
     std::optional<double> c50_db, c80_db;
@@ -18,22 +18,22 @@ struct BandParameters {
 
 using RoomParameters = std::array<BandParameters, kBandCount>;
 
-/// Parameters from an energy response. Time zero is the direct sound's arrival if it is among the
-/// paths, else the first arrival. The decay curve is Schroeder's backward integral; a fit must
-/// reach -25 dB (T20), -35 dB (T30) or -10 dB (EDT) 10 dB clear of what the response's end cuts
-/// off, else it is empty; the others need a total 10 dB clear of it. What is cut off is estimated
-/// from the late slope and counted in. Never NaN or infinite.
+/// Parameters of an energy response. Time zero is the arrival of the direct sound if it is among
+/// the paths, otherwise the first arrival. The decay curve is Schroeder's backward integral; the
+/// tail after the end of the response is estimated from the late slope and included. A decay time
+/// is empty unless the curve at -25 dB (T20), -35 dB (T30) or -10 dB (EDT) is 10 dB above the tail.
+/// The other parameters require a total 10 dB above it. No value is NaN or infinite.
 RoomParameters room_parameters(const EnergyResponse& response);
 
 /// Strength below which a source is not audible, dB: 60 dB below its level at 1 m. A voice of 60 dB
-/// there (ISO 9921, normal effort) falls to 0 dB, the threshold of hearing.
+/// at 1 m (ISO 9921, normal effort) then has 0 dB, the threshold of hearing.
 inline constexpr double kAudible_g_db = -40;
 
-/// True if the strength of an octave is at least kAudible_g_db.
+/// Whether the strength of any octave band is at least kAudible_g_db.
 bool is_audible(const EnergyResponse& response);
 
-/// Reverberation time in s after Eyring for each band: 24 ln(10) V / (c (4 m V - S ln(1 - a))),
-/// infinite without any loss.
+/// Eyring's reverberation time of each band, s: 24 ln(10) V / (c (4 m V - S ln(1 - a))), infinite
+/// without loss.
 Bands eyring_time_s(double volume_m3, double surface_m2, const Bands& mean_absorption,
                     const Bands& attenuation_per_m, double speed_of_sound_m_s);
 

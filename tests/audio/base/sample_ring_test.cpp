@@ -43,7 +43,7 @@ TEST_CASE("Between two threads every sample is read once, in order") {
     CHECK(wrong == 0);
 }
 
-TEST_CASE("A ring has room for all of its capacity, and leaves out no more than it holds") {
+TEST_CASE("A ring holds its whole capacity and skips at most the samples that it holds") {
     SampleRing ring(8);
     const std::array<float, 8> eight{1, 2, 3, 4, 5, 6, 7, 8};
     CHECK(ring.write(eight));

@@ -206,7 +206,7 @@ TEST_CASE("After an exchange to silence every level is silent") {
     CHECK(worst < (taps == 0 ? 1e-30 : kRounding));
 }
 
-TEST_CASE("A filter that is no longer used is not read, also within a partition") {
+TEST_CASE("A released filter is not read, even if the exchange ends within a partition") {
     const ConvolutionShape shape{1, 1, 64, 128};
     REQUIRE(partition_levels(shape).size() == 1);
     // The exchange ends in the middle of a partition.
@@ -229,7 +229,7 @@ TEST_CASE("A filter that is no longer used is not read, also within a partition"
     for (; convolver.uses(&filters[0]); now += 32)
         run(convolver, inputs, outputs, now, now + 32, {32});
     CHECK(now == kExchange + kFadeToMiddle);
-    // Its memory is taken again.
+    // Its memory is reused.
     fill(transform, {{Signal(128, std::numeric_limits<float>::quiet_NaN())}}, filters[0]);
     run(convolver, inputs, outputs, now, kSamples, {32});
     const ExactSignals expected = direct(inputs, later);

@@ -126,7 +126,7 @@ TEST_CASE("An input slower than the output fades at underruns without a click") 
     CHECK(silent < 48000);  // less than 1 s of 60 s
 }
 
-TEST_CASE("However often an input stops, no more than 0.2 s of it is held back") {
+TEST_CASE("The reserve is at most 0.2 s for any number of interruptions") {
     Line line;
     for (int stop = 0; stop < 100; ++stop) {
         line.write(line.buffer().reserve() + kBlock);
@@ -137,10 +137,10 @@ TEST_CASE("However often an input stops, no more than 0.2 s of it is held back")
     CHECK(line.buffer().reserve() <= kMost);
 }
 
-TEST_CASE("Where surplus input is left out, the reserve stays and makes up for a late block") {
+TEST_CASE("Dropping surplus input keeps the reserve, which compensates a late block") {
     Line line;
     line.write(21 * kBlock);
-    // After a second of steady input all that was never needed is left out.
+    // After a second of steady input the surplus is dropped.
     for (int i = 0; i < 2 * 48000 / kBlock; ++i) {
         line.read();
         line.write(kBlock);
@@ -148,9 +148,9 @@ TEST_CASE("Where surplus input is left out, the reserve stays and makes up for a
     line.read(2);
     line.write(2 * kBlock);
     line.read(1);
-    CHECK(line.buffer().reserve() == kBlock);  // it would have grown at a gap
+    CHECK(line.buffer().reserve() == kBlock);  // it would have grown at an underrun
     CHECK(line.largest_step() < kSmooth);
-    // What is left to be read: the reserve and the block that has come since.
+    // The buffer contains the reserve and the block written since.
     std::vector<float> block(kBlock);
     std::size_t left = 0;
     do {

@@ -65,7 +65,7 @@ TEST_CASE(
     CHECK(meter.worst_load() == Approx(1.5));
 }
 
-TEST_CASE("A block that is longer than the load is smoothed over counts with its own load") {
+TEST_CASE("The load of a block longer than the smoothing time is not averaged") {
     OutputMeter meter(8000);
     meter.count_call(0.9, 0.9, 8000);
     CHECK(meter.load() == Approx(0.9));  // exact but for rounding
@@ -73,8 +73,8 @@ TEST_CASE("A block that is longer than the load is smoothed over counts with its
     CHECK(meter.load() == Approx(0.3));
 }
 
-TEST_CASE("A gap after a late call is that call's fault, however long its sound lasts") {
-    // 1.02 s: the server tells of the gap at the next call, which is later than 0.2 s.
+TEST_CASE("A gap is attributed to the preceding late callback for any block duration") {
+    // 1.02 s: the server reports the gap at the next callback, after more than 0.2 s.
     constexpr int kBlock = 8192;
     constexpr double kSound_s = kBlock / 8000.0;
     OutputMeter meter(8000);

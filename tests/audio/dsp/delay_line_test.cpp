@@ -9,7 +9,7 @@ using namespace aula;
 
 namespace {
 
-// The interpolator's error up to 0.8 of the Nyquist frequency, -90 dB, and rounding.
+// Interpolation error up to 0.8 of the Nyquist frequency, -90 dB, and rounding.
 constexpr double kError = 3.2e-5 + 1e-6;
 
 constexpr double kStep_rad = 0.8 * std::numbers::pi;
@@ -18,7 +18,7 @@ double tone(double time_samples) { return std::sin(kStep_rad * time_samples); }
 
 }  // namespace
 
-TEST_CASE("A delay line gives the input at every delay, also across the end of its ring") {
+TEST_CASE("A delay line delays its input by every delay, also across the end of its ring") {
     constexpr int kLongest = 200;
     constexpr int kHistory = 32;
     constexpr int kBlock = 48;
@@ -27,7 +27,7 @@ TEST_CASE("A delay line gives the input at every delay, also across the end of i
     int time = 0;
     double worst = 0;
     int reads = 0;
-    // The ring of 512 samples is passed through eight times.
+    // The ring of 512 samples is traversed eight times.
     for (int turn = 0; time < 4096; ++turn) {
         const int samples = turn % 3 == 0 ? kBlock : turn % 3 == 1 ? 1 : 17;
         std::vector<float> block;
@@ -49,9 +49,9 @@ TEST_CASE("A delay line gives the input at every delay, also across the end of i
     CHECK(worst < kError);
 }
 
-TEST_CASE("An impulse between two samples is where reading between them hears it") {
+TEST_CASE("The impulse response of a fractional delay has that delay") {
     const FractionalDelay interpolator;
-    // Between the phases of the table and on them.
+    // On and between the phases of the table.
     for (const double fraction : {0.0, 0.001, 0.25, 0.3, 0.5021, 0.99707, 0.9987}) {
         const auto taps = interpolator.impulse(fraction);
         double worst = 0;

@@ -55,7 +55,7 @@ TEST_CASE("Silence has no loudness") {
     CHECK(meter.read().integrated_lufs == Loudness::kSilence_lufs);
 }
 
-TEST_CASE("The true peak is that of the louder ear, whichever it is") {
+TEST_CASE("The true peak is the larger one of both channels") {
     for (const std::size_t loud : {0U, 1U}) {
         CAPTURE(loud);
         std::vector<float> samples = sine(0.5, 997, 2, 1);

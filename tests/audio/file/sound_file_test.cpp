@@ -209,14 +209,14 @@ TEST_CASE("Implausible sample rates and numbers of channels are refused") {
     CHECK_FALSE(with_field("none.wav", kChannels, 0, 2).empty());
 }
 
-TEST_CASE("The formats that are read are known by their first bytes, whatever the file's name") {
+TEST_CASE("Sound formats are identified by their first bytes, not by the name of the file") {
     const fs::path corpus = AULA_SOURCE_DIR "/tests/fuzz/corpus/sound";
     const TemporaryFolder folder;
     for (const char* name : {"aiff", "alac", "au", "caf", "flac", "mp3", "nist", "opus", "rf64",
                              "vorbis", "w64", "wav_pcm16", "wavex24"}) {
         CAPTURE(name);
         CHECK_FALSE(read_sound(corpus / name, 48000).samples.empty());
-        // A tag before the sound is passed over.
+        // A tag before the sound is skipped.
         std::ofstream(folder / name, std::ios::binary)
             << std::string("ID3\4\0\0\0\0\0\4", 10) << "none" << bytes(corpus / name);
         CHECK(error_of(folder / name).find("no known format") == std::string::npos);
@@ -316,7 +316,8 @@ TEST_CASE("Writing to a full disk fails with an error and leaves no file") {
     CHECK(folder.empty());
 }
 
-TEST_CASE("The header tells more than two channels by its extensible form, others plainly") {
+TEST_CASE(
+    "More than two channels are written with the extensible header, others with the plain one") {
     const TemporaryFolder folder;
     for (const std::size_t channels : {1U, 2U, 4U}) {
         CAPTURE(channels);
@@ -331,7 +332,7 @@ TEST_CASE("The header tells more than two channels by its extensible form, other
     }
 }
 
-TEST_CASE("A converted sound is as long as before, to the nearest sample") {
+TEST_CASE("Sample rate conversion preserves the duration to the nearest sample") {
     const TemporaryFolder folder;
     write_wav(folder / "a.wav", 44100, 1, std::vector<float>(100, 0.5F));
     // 100 / 44100 s are 108.84 and 36.28 samples.

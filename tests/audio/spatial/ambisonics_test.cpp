@@ -146,7 +146,7 @@ TEST_CASE("A turn is a linear crossfade of the rotated fields for any call size"
     }
 }
 
-TEST_CASE("A head that turns about any one axis turns the field") {
+TEST_CASE("A turn of the head about each axis rotates the field") {
     const Direction world{0.48F, 0.6F, 0.64F};
     const std::array<HeadRotation, 3> turns{{{{{1, 0, 0}, {0, 0, 1}, {0, -1, 0}}},    // roll
                                              {{{0, 0, 1}, {0, 1, 0}, {-1, 0, 0}}},    // pitch

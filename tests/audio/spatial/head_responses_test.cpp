@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kSamples = 256;
 
-/// Even on the sphere.
+/// Uniformly distributed directions.
 std::vector<std::array<float, 3>> lattice(std::size_t count) {
     std::vector<std::array<float, 3>> directions;
     for (std::size_t i = 0; i < count; ++i) {
@@ -46,7 +46,7 @@ HeadMeasurements measured(const std::vector<float>& response) {
     return set;
 }
 
-/// Delay of an ear at +-y on a sphere, Woodworth 1938, in radii per speed of sound.
+/// Delay of an ear at +-y on a sphere (Woodworth 1938), in units of radius / speed of sound.
 double woodworth(float towards_ear) {
     const double angle = std::acos(std::clamp(double{towards_ear}, -1.0, 1.0));
     return angle < std::numbers::pi / 2 ? -std::cos(angle) : angle - std::numbers::pi / 2;
@@ -64,7 +64,7 @@ HeadResponses sphere_head(const std::vector<std::array<float, 3>>& directions) {
 
 }  // namespace
 
-TEST_CASE("The earliest of all delays is 0, whichever ear has it") {
+TEST_CASE("The earliest delay is 0 for either ear") {
     for (const std::size_t late : {0U, 1U}) {
         CAPTURE(late);
         HeadMeasurements set = measured({1});
@@ -72,7 +72,7 @@ TEST_CASE("The earliest of all delays is 0, whichever ear has it") {
             set.delays_samples[r] = 40;
         const Hrtf hrtf(set, 48000);
         for (const auto& ears : hrtf.responses().ears) {
-            // Exact but for the correlation's peak, the same for all.
+            // Exact except for the interpolation of the correlation's peak, equal for all.
             CHECK(ears[late].delay_s == Approx(40 / 48000.0).margin(1e-7));
             CHECK(ears[1 - late].delay_s == Approx(0).margin(1e-7));
         }
@@ -81,7 +81,7 @@ TEST_CASE("The earliest of all delays is 0, whichever ear has it") {
     }
 }
 
-TEST_CASE("What a measurement has no energy for is raised by 24 dB at most") {
+TEST_CASE("Equalisation raises frequencies without energy by at most 24 dB") {
     // A low-pass at 10 kHz, a sinc under a Blackman window: below -70 dB from 13 kHz on.
     std::vector<float> response;
     constexpr int kHalf = 48;
@@ -102,11 +102,11 @@ TEST_CASE("What a measurement has no energy for is raised by 24 dB at most") {
     CAPTURE(raised_db);
     // -70 dB + 24 dB; without the bound the spectrum would be flat.
     CHECK(raised_db < -40);
-    // Companion: what has energy is made flat.
+    // Companion: frequencies with energy are equalised.
     CHECK(level_db(6000, 8000) - level_db(1000, 4000) == Approx(0).margin(0.5));
 }
 
-TEST_CASE("The middle of the head does not depend on where a set has many directions") {
+TEST_CASE("The delay of the head's centre does not depend on the density of directions") {
     const std::vector<std::array<float, 3>> even = lattice(400);
     std::vector<std::array<float, 3>> crowded = even;
     for (const auto& d : lattice(20000)) {
@@ -115,19 +115,19 @@ TEST_CASE("The middle of the head does not depend on where a set has many direct
     REQUIRE(crowded.size() > 2 * even.size());
     const double exact = sphere_head(even).centre_delay_s();
     const HeadResponses head = sphere_head(crowded);
-    // Shares are counted with 20000 points, 50 for each of the even directions: 1 %.
+    // The weights are counted with 20000 points, 50 for each uniform direction: 1 %.
     CHECK(head.centre_delay_s() == Approx(exact).epsilon(0.02));
-    // Companion: the plain mean is another.
+    // Companion: the unweighted mean differs.
     double mean = 0;
     for (const auto& ears : head.ears)
         mean += 0.5 * (ears[0].delay_s + ears[1].delay_s) / static_cast<double>(head.ears.size());
     CHECK(std::abs(mean / exact - 1) > 0.1);
 }
 
-TEST_CASE("Ears between the directions of a set do not depend on the order of these") {
+TEST_CASE("Interpolated ears do not depend on the order of the measured directions") {
     HeadMeasurements set = measured({1});
     const std::size_t count = set.positions.size();
-    // Each direction has a delay of its own.
+    // Each direction has a different delay.
     for (std::size_t r = 0; r < 2 * count; ++r)
         set.delays_samples[r] = static_cast<float>((r / 2 * 7) % 40 + r % 2);
     HeadMeasurements reversed = set;

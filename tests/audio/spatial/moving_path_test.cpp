@@ -340,7 +340,7 @@ TEST_CASE("A direction moves to its next value within a frame") {
     CHECK(angle_deg(1800) == Approx(90).margin(0.01));
 }
 
-TEST_CASE("A path that turns round the head within a frame is as loud on its way as at its ends") {
+TEST_CASE("The level of a path that turns about the head within a frame is constant") {
     constexpr std::size_t kSamples = 8192;
     Player player(config_for(OutputFormat::foa), nullptr, {Signal(kSamples, 1)});
     SourceSound sound;
@@ -356,14 +356,14 @@ TEST_CASE("A path that turns round the head within a frame is as loud on its way
         least = std::min(least, std::hypot(double{player.output(1)[n]}, double{player.output(2)[n]},
                                            double{player.output(3)[n]}));
     }
-    // Encodings are joined by straight lines from block to block, of at most 18 degrees in the
-    // middle of the quarter turn: cos 9 = 0.988. A straight line for all of it would come down to
-    // 0.71.
+    // Encodings are interpolated linearly from block to block, over at most 18 degrees in the
+    // middle of the quarter turn: cos 9 = 0.988. Linear interpolation over the whole turn would
+    // give 0.71.
     CHECK(least > 0.985);
     CHECK(double{player.output(1)[kSamples - 1]} == Approx(1).margin(1e-4));
 }
 
-TEST_CASE("A turn of the head is crossfaded alike in calls of any size") {
+TEST_CASE("A turn of the head is crossfaded equally in calls of any size") {
     const auto heard = [](const std::vector<std::size_t>& calls) {
         constexpr std::size_t kSamples = 6144;
         Player player(config_for(OutputFormat::binaural), kemar(),
@@ -382,6 +382,6 @@ TEST_CASE("A turn of the head is crossfaded alike in calls of any size") {
         for (std::size_t n = 0; n < whole[e].size(); ++n)
             worst = std::max(worst, std::abs(double{whole[e][n]} - double{parts[e][n]}));
         CAPTURE(e);
-        CHECK(worst < 1e-4);  // rounding; both ears have levels of the order of 1
+        CHECK(worst < 1e-4);  // rounding; both ears have levels of magnitude 1
     }
 }

@@ -23,7 +23,7 @@ TEST_CASE("scrambled Sobol points fill every elementary interval once") {
     }
 }
 
-TEST_CASE("another seed scrambles Sobol points otherwise") {
+TEST_CASE("different seeds give different Sobol points") {
     CHECK(ScrambledSobol(1).point(0) != ScrambledSobol(2).point(0));
 }
 
@@ -57,7 +57,7 @@ TEST_CASE("transmission is exp(-m length)") {
         for (std::size_t b = 0; b < kBandCount; ++b) m[b] = 0.1F * static_cast<float>(b);
         const Bands t = transmission(m, x);
         for (std::size_t b = 0; b < kBandCount; ++b) {
-            // 2e-7 of the polynomial and half an ulp of an argument of up to 60 in the exponent.
+            // 2e-7 for the polynomial, and half an ulp of an exponent of up to 60.
             CHECK(t[b] == Approx(std::exp(-double{m[b]} * double{x})).epsilon(5e-6));
         }
     }

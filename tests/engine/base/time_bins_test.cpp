@@ -6,7 +6,7 @@
 
 using aula::TimeBins;
 
-TEST_CASE("bins join without gaps from 0 to at least the length") {
+TEST_CASE("bins are contiguous from 0 to at least the length") {
     for (const double length_s : {0.0005, 0.001, 0.064, 0.5, 1.0, 2.0, 4.0, 10.0}) {
         for (const int coarseness : {1, 2, 3, 7}) {
             const TimeBins bins(length_s, coarseness);
@@ -17,7 +17,7 @@ TEST_CASE("bins join without gaps from 0 to at least the length") {
             }
             CHECK(bins.end_s(bins.count() - 1) == bins.length_s());
             CHECK(bins.length_s() >= length_s);
-            CHECK(bins.begin_s(bins.count() - 1) < length_s);  // no bin too many
+            CHECK(bins.begin_s(bins.count() - 1) < length_s);  // no superfluous bin
         }
     }
 }

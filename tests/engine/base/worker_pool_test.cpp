@@ -18,7 +18,7 @@ TEST_CASE("a worker pool does every job once, with any number of threads") {
     }
 }
 
-TEST_CASE("an exception of a job reaches the caller, and the pool works on") {
+TEST_CASE("an exception of a job reaches the caller, and the pool can be used again") {
     for (const int threads : {1, 2, 5}) {
         WorkerPool pool(threads);
         // Thrown by whichever thread takes the job, the caller's or another.

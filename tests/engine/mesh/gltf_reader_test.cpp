@@ -24,7 +24,7 @@ ImportedMesh read(const std::string& file) {
     });
 }
 
-/// What the error says; empty if there is none.
+/// The error message; empty if there is no error.
 std::string error_of(const std::string& file) {
     try {
         read(file);
@@ -84,7 +84,7 @@ TEST_CASE("a glTF's triangles are read from a file, a data URI and a GLB") {
     CHECK(area(read(glb(padded, square_bytes(), 60))) == Approx(1));
 }
 
-TEST_CASE("triangles of a glTF without a material or a name for it have one name") {
+TEST_CASE("triangles of a glTF without a material name have the default name") {
     Json json = square_gltf();
     auto& primitives = json["meshes"][0]["primitives"];
     json["materials"].push_back(Json::object());
@@ -96,7 +96,7 @@ TEST_CASE("triangles of a glTF without a material or a name for it have one name
     CHECK(mesh.triangles.size() == 4);
 }
 
-TEST_CASE("strips and fans are read, points and lines are left out") {
+TEST_CASE("strips and fans are read, points and lines are omitted") {
     const auto with_mode = [](int mode, const char* count) {
         Json json = square_gltf();
         auto& primitive = json["meshes"][0]["primitives"][0];
@@ -122,22 +122,22 @@ TEST_CASE("strips and fans are read, points and lines are left out") {
     CHECK_THAT(error_of(with_mode(7, nullptr).dump()), Contains("/mode: 7 is out of range"));
 }
 
-TEST_CASE("node transforms act scale, rotation, translation, or are a matrix, parent first") {
+TEST_CASE("node transforms are a matrix, or scale, rotation and translation, within their parent") {
     Json json = square_gltf();
-    // A quarter turn about z, twice as large, moved; in a parent that mirrors x.
+    // Scaled by 2, rotated by 90 degrees about z and translated, in a parent that mirrors x.
     json["nodes"] = Json::parse(R"([
         {"children": [1], "matrix": [-1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,5,1]},
         {"mesh": 0, "scale": [2,2,2], "rotation": [0,0,0.7071067811865476,0.7071067811865476],
          "translation": [10,0,0]}])");
     const ImportedMesh mesh = read(json.dump());
-    // (1,0,0): scaled (2,0,0), turned (0,2,0), moved (10,2,0), mirrored (-10,2,5).
+    // (1,0,0): scaled (2,0,0), rotated (0,2,0), translated (10,2,0), mirrored (-10,2,5).
     // Rounding of single precision at 10.
     CHECK(glm::distance(mesh.vertices[1], Vec3(-10, 2, 5)) < 1e-5F);
 }
 
 TEST_CASE("sparse, interleaved and quantized positions are read") {
     Json sparse = square_gltf();
-    // The third corner, (1, 1, 0), becomes the second's place, (1, 0, 0).
+    // The third corner, (1, 1, 0), is replaced by the second one, (1, 0, 0).
     sparse["accessors"][0]["sparse"] = Json::parse(R"({"count": 1,
         "indices": {"bufferView": 1, "byteOffset": 4, "componentType": 5123},
         "values": {"bufferView": 0, "byteOffset": 12}})");
@@ -160,7 +160,7 @@ TEST_CASE("sparse, interleaved and quantized positions are read") {
     CHECK(mesh.vertices[2].y == 0x3f80 / 65535.0F);
 }
 
-TEST_CASE("references of a glTF beyond what is there are refused at their place") {
+TEST_CASE("references of a glTF out of range are refused at their place") {
     CHECK_THAT(error_with("/scene", "3"), Contains("/scene: 3 of 1 scenes"));
     CHECK_THAT(error_with("/scenes/0/nodes/0", "7"), Contains("/scenes/0/nodes/0: 7 of 1 nodes"));
     CHECK_THAT(error_with("/scenes/0/nodes/0", "-1"), Contains("out of range"));
@@ -226,7 +226,7 @@ TEST_CASE("nodes of a glTF are a tree of any depth; text may be nested 100 deep"
     Json cycle = chain(3);
     cycle["nodes"][2]["children"] = {0};
     CHECK_THAT(error_of(cycle.dump()), Contains("/nodes/2/children/0: a node a second time"));
-    // Each node twice in the next: 2^30 ways to the last.
+    // Each node refers to the next one twice: 2^30 paths to the last one.
     Json ladder = chain(30);
     for (std::size_t i = 0; i + 1 < 30; ++i) ladder["nodes"][i]["children"] = {i + 1, i + 1};
     CHECK_THAT(error_of(ladder.dump()), Contains("a second time"));
@@ -234,9 +234,9 @@ TEST_CASE("nodes of a glTF are a tree of any depth; text may be nested 100 deep"
     CHECK_THAT(error_of(R"({"extras": )" + std::string(200'000, '[')), Contains("nested"));
 }
 
-TEST_CASE("a glTF that multiplies its triangles without end is refused") {
+TEST_CASE("a glTF with too many instances of its triangles is refused") {
     Json json = square_gltf();
-    // 3000 nodes, each with 3000 times the same primitive.
+    // 3000 nodes, each with the same primitive 3000 times.
     const Json primitive = json["meshes"][0]["primitives"][0];
     json["meshes"][0]["primitives"] = Json(3000, primitive);
     json["nodes"] = Json(3000, Json{{"mesh", 0}});
@@ -249,7 +249,7 @@ TEST_CASE("a glTF that multiplies its triangles without end is refused") {
                Contains("1000000000 vertices; expected at most"));
 }
 
-TEST_CASE("GLB files that are cut off or of another version are refused") {
+TEST_CASE("GLB files that are truncated or of another version are refused") {
     Json json = square_gltf();
     json["buffers"][0].erase("uri");
     const std::string file = glb(json.dump(), square_bytes(), 60);
@@ -263,11 +263,11 @@ TEST_CASE("GLB files that are cut off or of another version are refused") {
     CHECK_FALSE(error_of("").empty());
 }
 
-TEST_CASE("a node's scale has a factor for each axis") {
+TEST_CASE("the scale of a node has a factor per axis") {
     Json json = square_gltf();
     json["nodes"] = Json::parse(R"([{"mesh": 0, "scale": [2, 3, 5]}])");
     const ImportedMesh plain = read(square_gltf().dump());
     const ImportedMesh mesh = read(json.dump());
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
-        CHECK(mesh.vertices[i] == plain.vertices[i] * Vec3(2, 3, 5));  // exact: whole numbers
+        CHECK(mesh.vertices[i] == plain.vertices[i] * Vec3(2, 3, 5));  // exact: integers
 }

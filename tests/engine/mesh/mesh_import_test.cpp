@@ -53,7 +53,7 @@ std::string base64(const std::string& bytes) {
     return text;
 }
 
-// The square under a node moved by (0, 5, 0) in a parent scaled by 2; its bytes are at `uri`.
+// The square in a node translated by (0, 5, 0), in a parent scaled by 2; its bytes are at `uri`.
 std::string moved_square(const std::string& uri) {
     nlohmann::json json = aula::test::square_gltf();
     json["nodes"] = nlohmann::json::parse(
@@ -116,7 +116,7 @@ TEST_CASE("an OBJ's polygons are triangulated and its material names kept withou
     CHECK(has_vertex(mesh.vertices, {2, 0, 1}));
 }
 
-TEST_CASE("PLY, STL and glTF give their triangles") {
+TEST_CASE("triangles are read from PLY, STL and glTF") {
     CHECK(import("a.ply", kTrianglePly).triangles.size() == 1);
     CHECK(import("a.stl", kTriangleStl).triangles.size() == 1);
     CHECK(import("a.gltf", moved_square()).triangles.size() == 2);
@@ -129,13 +129,13 @@ TEST_CASE("the transforms of glTF nodes are applied from the root down") {
     CHECK(mesh.material_names.at(mesh.triangle_materials.at(0)) == "stone");
 }
 
-TEST_CASE("triangles without area are left out, a mesh of nothing else is refused") {
+TEST_CASE("triangles without area are omitted, a mesh without other triangles is refused") {
     const std::string flat = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\n";
     CHECK_THAT(reason("flat.obj", flat), Contains("no triangle"));
     CHECK(import("one.obj", flat + "f 1 2 4\n").triangles.size() == 1);
 }
 
-TEST_CASE("meshes that cannot be used are refused with the reason") {
+TEST_CASE("invalid meshes are refused with the reason") {
     CHECK_THAT(reason("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), Contains("finite"));
     CHECK_FALSE(reason("index.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n").empty());
     CHECK_FALSE(reason("text.glb", "this is no mesh").empty());
@@ -147,7 +147,7 @@ TEST_CASE("meshes that cannot be used are refused with the reason") {
     CHECK(import("CAPITALS.OBJ", kQuadObj).triangles.size() == 3);
 }
 
-TEST_CASE("pipes, sockets, folders and devices are refused as meshes and buffers, not waited for") {
+TEST_CASE("pipes, sockets, folders and devices are refused as meshes and buffers without waiting") {
     const TemporaryFolder folder;
     const auto refused = [&](const std::string& name) {
         REQUIRE(std::filesystem::exists(folder.path() / name));
@@ -185,7 +185,7 @@ TEST_CASE("a mesh file above the limit is refused before it is read") {
     CHECK_THROWS_WITH(aula::import_mesh(file), Contains("1073741825 bytes; expected at most"));
 }
 
-TEST_CASE("a buffer beside the glTF is read, in a folder below, too") {
+TEST_CASE("buffers in the folder of the glTF and below are read") {
     const TemporaryFolder folder;
     std::filesystem::create_directory(folder.path() / "data");
     folder.write("data/a b.bin", aula::test::square_bytes());
@@ -204,13 +204,13 @@ TEST_CASE("a concave polygon of a mesh file is covered once") {
     CHECK(area == Approx(3));
 }
 
-TEST_CASE("a face with too few or repeated corners does not harm the others") {
+TEST_CASE("a face with too few or repeated corners does not affect the others") {
     const aula::ImportedMesh mesh =
         import("odd.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 1 1 1 1\nf 1 2\nf 1 2 3\nf 1 2 1 2\n");
     CHECK(mesh.triangles.size() == 1);
 }
 
-TEST_CASE("glTF is y up and the others z up unless the scene says otherwise") {
+TEST_CASE("glTF is y up and other formats are z up unless the scene specifies an axis") {
     const TemporaryFolder folder;
     folder.write("a.gltf", moved_square());
     folder.write("a.obj", kQuadObj);
@@ -223,7 +223,7 @@ TEST_CASE("glTF is y up and the others z up unless the scene says otherwise") {
     CHECK(has_vertex(vertices(R"("file": "a.obj", "up": "y")"), {0, 0, 3}));
 }
 
-TEST_CASE("mesh materials are mapped, else taken by name, else the default") {
+TEST_CASE("mesh materials are mapped, otherwise found by name, otherwise the default") {
     const TemporaryFolder folder;
     folder.write("a.obj", kQuadObj);
     const auto names = [&](const std::string& geometry) {
@@ -253,7 +253,7 @@ TEST_CASE("unmapped materials are one error that lists them all") {
     CHECK(load(folder, R"("file": "a.obj", "default_material": "soft")").warnings.empty());
 }
 
-TEST_CASE("unmapped materials that are near a known name are shown with it, whatever their case") {
+TEST_CASE("unmapped materials near a known name are listed with it, ignoring case") {
     const TemporaryFolder folder;
     folder.write("a.obj",
                  "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl GLASS\nf 1 2 3\nusemtl Softt\nf 1 2 3\n"
@@ -263,7 +263,7 @@ TEST_CASE("unmapped materials that are near a known name are shown with it, what
                         "you mean \"glass\" for \"GLASS\", \"soft\" for \"Softt\"?; expected"));
 }
 
-TEST_CASE("mapping a name that the mesh lacks is a warning with the names it has") {
+TEST_CASE("mapping a name that the mesh lacks is a warning that lists its names") {
     const TemporaryFolder folder;
     folder.write("a.obj", kQuadObj);
     const auto warnings =

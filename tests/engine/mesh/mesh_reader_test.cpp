@@ -29,7 +29,7 @@ std::string repeated(const std::string& part, std::size_t times) {
     return text;
 }
 
-/// What the error says; empty if there is none.
+/// The error message; empty if there is no error.
 template <class Read>
 std::string error_of(const Read& read) {
     try {
@@ -71,7 +71,7 @@ constexpr const char* kObjTriangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
 }  // namespace
 
-TEST_CASE("an OBJ may hold comments after data, any line ends, tabs and continued lines") {
+TEST_CASE("an OBJ may contain comments after data, any line ends, tabs and continued lines") {
     const ImportedMesh plain = aula::read_obj(kObjTriangle);
     for (const char* text : {
              "v 0 0 0 # Vertex 1\nv 1 0 0 #2\nv 0 1 0\nf 1 2 3 # the face\n",
@@ -91,16 +91,16 @@ TEST_CASE("an OBJ may hold comments after data, any line ends, tabs and continue
     }
 }
 
-TEST_CASE("numbers of an OBJ have a decimal point whatever the locale") {
+TEST_CASE("numbers of an OBJ have a decimal point in every locale") {
     const char* const before = std::setlocale(LC_NUMERIC, nullptr);
     const std::string restored = before == nullptr ? "C" : before;
-    std::setlocale(LC_NUMERIC, "de_DE.UTF-8");  // where it is installed
+    std::setlocale(LC_NUMERIC, "de_DE.UTF-8");  // if installed
     const ImportedMesh mesh = aula::read_obj("v 0.5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     std::setlocale(LC_NUMERIC, restored.c_str());
     CHECK(mesh.vertices[0].x == 0.5F);
 }
 
-TEST_CASE("coordinates that are no finite numbers are refused, never read as others") {
+TEST_CASE("coordinates that are not finite are refused") {
     CHECK_THAT(obj_error("v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), Contains("not finite"));
     CHECK_THAT(obj_error("v 0 inf 0\n"), Contains("vertex 1 is not finite"));
     CHECK_THAT(obj_error("v 0 0 1e39\n"), Contains("vertex 1 is not finite"));
@@ -109,11 +109,11 @@ TEST_CASE("coordinates that are no finite numbers are refused, never read as oth
     CHECK_THAT(obj_error("v 0 0\n"), Contains("line 1: the line ends; expected a number"));
     CHECK_THAT(obj_error("v 0 0 # 0\n"), Contains("the line ends"));
     CHECK_THAT(obj_error("v 0x10 0 0\n"), Contains("0x10"));
-    // What is shown of a word is bounded.
+    // The message contains a bounded part of the word.
     CHECK(obj_error("v " + std::string(100'000, 'x') + "\n").size() < 200);
 }
 
-TEST_CASE("corners of an OBJ that name no vertex are refused with the line") {
+TEST_CASE("corners of an OBJ without a vertex are refused with the line") {
     const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     CHECK_THAT(obj_error(vertices + "f 1 2 3\nf 1 2 4\n"),
                Contains("face 2 refers to vertex 4 of 3"));
@@ -125,7 +125,7 @@ TEST_CASE("corners of an OBJ that name no vertex are refused with the line") {
     CHECK_THAT(obj_error(vertices + "f a b c\n"), Contains("line 4: \"a\""));
 }
 
-TEST_CASE("names of an OBJ's materials may hold spaces, number signs and bytes that are no UTF-8") {
+TEST_CASE("material names of an OBJ may contain spaces, number signs and invalid UTF-8") {
     const std::string vertices = "mtllib /dev/zero none.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n";
     const ImportedMesh mesh =
         aula::read_obj(vertices +
@@ -136,11 +136,11 @@ TEST_CASE("names of an OBJ's materials may hold spaces, number signs and bytes t
     CHECK(mesh.triangle_materials == std::vector<std::uint32_t>{0, 1, 2, 2, 3});
 }
 
-TEST_CASE("a face of more corners than the limit is refused, one at the limit is cut") {
+TEST_CASE("a face of more corners than the limit is refused, one at the limit is triangulated") {
     std::string vertices;
     std::string face = "f";
     for (std::size_t i = 0; i < aula::kMostCorners; ++i) {
-        // A comb: every second corner is blocked by its neighbours.
+        // A comb: neighbours prevent cutting off every second corner.
         vertices += "v " + std::to_string(i) + (i % 2 == 0 ? " 100 0\n" : " 200 0\n");
         face += " " + std::to_string(i + 1);
     }
@@ -149,12 +149,12 @@ TEST_CASE("a face of more corners than the limit is refused, one at the limit is
     CHECK_THAT(obj_error(comb + " 4097 4098\n"), Contains("face 1 has 4098 corners"));
     const std::size_t cut = comb.rfind(" 4095");
     const ImportedMesh mesh = aula::read_obj(comb.substr(0, cut) + " 4097 4098\n");
-    // Teeth of mean height 150 over 4093 m, and both ends' triangles. Rounding of 4093 areas.
+    // Teeth of mean height 150 over 4093 m, and the triangles of both ends. Rounding of 4093 areas.
     CHECK(area(mesh) == Approx(4093 * 150 + 300 + 50));
     CHECK(obj_error(vertices + "f" + repeated(" 1", 3'000'000) + "\n").size() < 200);
 }
 
-TEST_CASE("a PLY is the same triangles as text and in both byte orders") {
+TEST_CASE("a PLY gives the same triangles as text and in both byte orders") {
     const auto header = [](const std::string& format) {
         return "ply\nformat " + format +
                " 1.0\ncomment c\nelement vertex 4\nproperty double y\nproperty float x\n"
@@ -184,7 +184,7 @@ TEST_CASE("a PLY is the same triangles as text and in both byte orders") {
     }
 }
 
-TEST_CASE("a PLY with lines that end in carriage returns may begin its data with a line feed") {
+TEST_CASE("the data of a PLY with carriage returns as line ends may begin with a line feed") {
     const auto file = [](const std::string& end) {
         std::string text;
         for (const char* line :
@@ -207,7 +207,7 @@ TEST_CASE("a PLY with lines that end in carriage returns may begin its data with
     }
 }
 
-TEST_CASE("PLY files with a broken header or short data are refused, and soon") {
+TEST_CASE("PLY files with an invalid header or short data are refused quickly") {
     const std::string ascii = "ply\nformat ascii 1.0\n";
     CHECK_THAT(ply_error("PLY\nformat ascii 1.0\nelement vertex 3\n"), Contains("no PLY file"));
     CHECK_THAT(ply_error(ascii + "element vertex 3\nend_headers\n"), Contains("end_header"));
@@ -227,7 +227,7 @@ TEST_CASE("PLY files with a broken header or short data are refused, and soon") 
     CHECK_THAT(ply_error(ascii + face + "end_header\n3 0 1 -2\n"), Contains("whole number"));
 }
 
-TEST_CASE("a binary STL is known by its size, though it may begin with \"solid\"") {
+TEST_CASE("a binary STL is identified by its size even if it begins with \"solid\"") {
     std::string triangle;
     for (const float x : {0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F, 0.F}) {
         triangle += bytes_of(x);
@@ -246,7 +246,7 @@ TEST_CASE("a binary STL is known by its size, though it may begin with \"solid\"
     CHECK_THAT(stl_error(""), Contains("0 bytes"));
 }
 
-TEST_CASE("an STL in text may be in capitals, of several solids, with any normal") {
+TEST_CASE("a text STL may have capitals, several solids and any normals") {
     const std::string facet =
         "  FACET NORMAL nan nan nan\n OUTER LOOP\n VERTEX 0 0 0\n VERTEX 1 0 0\n vertex 0 1e0 0\n"
         " ENDLOOP\n ENDFACET\n";
@@ -262,8 +262,8 @@ TEST_CASE("an STL in text may be in capitals, of several solids, with any normal
     CHECK_THAT(stl_error("solid\n"), Contains("no triangle"));
 }
 
-TEST_CASE("a face that crosses itself is a fan round its first corner") {
-    // A square's corners in the order of an hourglass, and a fifth that closes it.
+TEST_CASE("a face that intersects itself is a fan about its first corner") {
+    // The corners of a square in the order of an hourglass, and a fifth one that closes it.
     const ImportedMesh mesh =
         aula::read_obj("v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\nv -1 0.5 0\nf 1 2 3 4\nf 5 3 2 1 4\n");
     REQUIRE(

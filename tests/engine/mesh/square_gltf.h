@@ -14,7 +14,7 @@ inline std::string square_bytes() {
            std::string(reinterpret_cast<const char*>(indices), sizeof indices);
 }
 
-/// A scene of one node with the square of the material "stone", its bytes in "square.bin".
+/// A scene with one node: the square of material "stone", with its bytes in "square.bin".
 inline nlohmann::json square_gltf() {
     return nlohmann::json::parse(R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}],
         "nodes": [{"mesh": 0}], "materials": [{"name": "stone"}],

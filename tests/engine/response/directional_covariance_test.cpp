@@ -15,7 +15,7 @@ namespace {
 
 using Matrix = std::vector<std::vector<double>>;
 
-/// Evenly spread directions.
+/// Uniformly distributed directions.
 std::vector<Vec3> lattice(int count) {
     std::vector<Vec3> directions;
     for (int i = 0; i < count; ++i) {
@@ -27,7 +27,7 @@ std::vector<Vec3> lattice(int count) {
     return directions;
 }
 
-/// The covariance that the field gives its channels.
+/// The covariance of the channels for a mean direction.
 Matrix covariance(const DirectionalCovariance& field, const Vec3& mean) {
     std::vector<float> triangle(field.triangle());
     field.mixing(mean, triangle.data());
@@ -54,7 +54,7 @@ double worst_difference(const Matrix& a, const Matrix& b) {
 
 }  // namespace
 
-TEST_CASE("harmonics are those of AmbiX and orthogonal with energies 1 / (2 l + 1)") {
+TEST_CASE("harmonics have the AmbiX convention and are orthogonal with energies 1 / (2 l + 1)") {
     const auto directions = lattice(20000);
     Matrix products(49, std::vector<double>(49));
     for (const Vec3& u : directions) {
@@ -96,7 +96,7 @@ TEST_CASE("a diffuse field's channels are uncorrelated with energies 1 / (2 l + 
     }
 }
 
-TEST_CASE("sound from one direction is that plane wave in every channel") {
+TEST_CASE("sound from one direction has the covariance of a plane wave") {
     const DirectionalCovariance field(3);
     for (const Vec3& u : lattice(50)) {
         std::array<double, 16> y;
@@ -109,7 +109,7 @@ TEST_CASE("sound from one direction is that plane wave in every channel") {
     }
 }
 
-TEST_CASE("in between, the covariance is that of sound from directions around the mean") {
+TEST_CASE("partly directed sound has the covariance of a von Mises-Fisher distribution") {
     const DirectionalCovariance field(3);
     const auto directions = lattice(20000);
     for (const double concentration : {0.3, 2.0, 9.0, 40.0}) {
@@ -131,13 +131,13 @@ TEST_CASE("in between, the covariance is that of sound from directions around th
         CAPTURE(concentration);
         // The table over |mean| has 256 steps.
         CHECK(worst_difference(covariance(field, mean / static_cast<float>(sum)), expected) < 3e-3);
-        // The companion: another spread is told from this one.
+        // Companion: a different spread is detected.
         CHECK(worst_difference(covariance(field, mean / static_cast<float>(0.9 * sum)), expected) >
               3e-3);
     }
 }
 
-TEST_CASE("the mean of the channels' products with W is the mean direction") {
+TEST_CASE("the covariance of the first-order channels with W is the mean direction") {
     const DirectionalCovariance field(2);
     const Vec3 mean(0.2F, 0.5F, -0.3F);
     const Matrix c = covariance(field, mean);
@@ -145,12 +145,12 @@ TEST_CASE("the mean of the channels' products with W is the mean direction") {
     CHECK(c[1][0] == Approx(0.5).margin(1e-6));
     CHECK(c[2][0] == Approx(-0.3).margin(1e-6));
     CHECK(c[3][0] == Approx(0.2).margin(1e-6));
-    // Each order's energies sum to that of W, whatever the directions.
+    // The energies of each order sum to that of W for any directions.
     CHECK(c[1][1] + c[2][2] + c[3][3] == Approx(1).margin(1e-6));
     CHECK(c[4][4] + c[5][5] + c[6][6] + c[7][7] + c[8][8] == Approx(1).margin(1e-6));
 }
 
-TEST_CASE("a lower order's channels are the first of a higher order's") {
+TEST_CASE("the channels of a lower order are the first channels of a higher order") {
     EnergyResponse r;
     r.bins = TimeBins(0.3);
     for (std::size_t i = 0; i < r.bins.count(); ++i) {

@@ -8,7 +8,7 @@ using aula::TimeBins;
 
 namespace {
 
-/// Bins that count up, and two paths: one inside the response, one after its end.
+/// Bins with ascending energies, and two paths: one within the response, one after its end.
 EnergyResponse example() {
     EnergyResponse r;
     r.bins = TimeBins(0.3);
@@ -24,14 +24,14 @@ EnergyResponse example() {
 
 }  // namespace
 
-TEST_CASE("the total counts bins and the paths that arrive before the end") {
+TEST_CASE("the total includes bins and paths that arrive before the end") {
     const EnergyResponse r = example();
     const auto n = static_cast<double>(r.bins.count());
-    // Exact: whole numbers below 2^24.
+    // Exact: integers below 2^24.
     CHECK(r.total(0) == n * (n + 1) / 2 + 1000);
 }
 
-TEST_CASE("uniform bins keep the energy at any width") {
+TEST_CASE("uniform bins preserve the energy for any width") {
     const EnergyResponse r = example();
     for (const double width_s : {0.0003, 0.001, 0.0017, 0.01, 1.0}) {
         double sum = 0;
@@ -40,14 +40,14 @@ TEST_CASE("uniform bins keep the energy at any width") {
     }
 }
 
-TEST_CASE("uniform bins of a bin's own width are the bins") {
+TEST_CASE("uniform bins of the original width equal the original bins") {
     const EnergyResponse r = example();
     const std::vector<Bands> u = r.uniform(0.001);
     for (std::size_t i = 0; i < 64; ++i) {
         const float path = i == 10 ? 1000.0F : 0.0F;
-        CHECK(u[i][0] == r.energy[i][0] + path);  // exact: not a rounding's worth leaks
+        CHECK(u[i][0] == r.energy[i][0] + path);  // exact: no energy leaks
     }
-    // A bin of 2 ms gives each of its milliseconds half.
+    // A bin of 2 ms gives half of its energy to each millisecond.
     CHECK(u[64][0] == Approx(r.energy[64][0] / 2).epsilon(1e-6));
     CHECK(u[65][0] == Approx(r.energy[64][0] / 2).epsilon(1e-6));
 }

@@ -59,7 +59,7 @@ double product_of(const std::vector<float>& a, const std::vector<float>& b) {
     return sum;
 }
 
-/// Energy per octave of a signal, with what rings on after its end.
+/// Energy per octave of a signal, including the decay of the filters after its end.
 BandSums octaves(const std::vector<float>& samples) {
     OctaveBank bank(kRate_hz);
     BandSums sum{};
@@ -70,7 +70,7 @@ BandSums octaves(const std::vector<float>& samples) {
     return sum;
 }
 
-/// Energy per octave of a unit impulse: the bands' shares of white noise.
+/// Energy per octave of a unit impulse: the share of white noise in each band.
 BandSums shares() { return octaves({1.0F}); }
 
 /// The carriers of a seed, made once.
@@ -92,7 +92,7 @@ double db(double ratio) { return 10 * std::log10(ratio); }
 
 }  // namespace
 
-TEST_CASE("each band's energy is its share of white noise times 4 pi of the energy response") {
+TEST_CASE("the energy of a band is 4 pi times its energy response times its share of white noise") {
     const BandSums share = shares();
     ImpulseResponseBuilder builder(carriers(1), 1.0, "source");
     for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -120,12 +120,12 @@ TEST_CASE("a flat energy response has the octave spectrum of an impulse of its e
         for (std::size_t b = 0; b < kBandCount; ++b) sum[b] += one[b] / kSources;
     }
     for (std::size_t b = 0; b < kBandCount; ++b) {
-        // Statistical, fixed seed: a band's own energy is exact; what it takes from and gives to
-        // its neighbours at the edges has some 5 degrees of freedom in the lowest octaves (88 Hz
-        // for 36 ms) and is 5 to 10 % of it, 0.4 dB for one source: 4 standard errors of 16.
+        // Statistical, fixed seed: the energy of a band is exact, but the exchange with its
+        // neighbours at the edges has about 5 degrees of freedom in the lowest octaves (88 Hz for
+        // 36 ms) and is 5 to 10 % of it, 0.4 dB for one source: 4 standard errors of 16.
         CHECK(db(sum[b] / (kFourPi * r.total(b) * share[b])) == Approx(0).margin(0.4));
     }
-    // The companion: against another octave's share the same check fails.
+    // Companion: the check fails with the share of another octave.
     CHECK(std::abs(db(sum[4] / (kFourPi * r.total(4) * share[3]))) > 0.4);
 }
 
@@ -142,11 +142,11 @@ TEST_CASE("octave levels follow the energy response within 0.5 dB") {
     for (std::size_t b = 0; b < kBandCount; ++b) {
         CHECK(db(sum[b] / (kFourPi * r.total(b) * share[b])) == Approx(0).margin(0.5));
     }
-    // The companion: against another spectrum the same check fails.
+    // Companion: the check fails with another spectrum.
     CHECK(std::abs(db(sum[3] / (kFourPi * r.total(4) * share[3]))) > 0.5);
 }
 
-TEST_CASE("each octave decays at its own rate") {
+TEST_CASE("each octave has its own decay rate") {
     const std::array<double, kBandCount> time_s{0.9, 0.9, 0.9, 0.9, 0.9, 0.7, 0.6, 0.5};
     const ImpulseResponse ir = build(decay(1.5, time_s, all(1), 0.012), 1.5);
     OctaveBank bank(kRate_hz);
@@ -164,14 +164,14 @@ TEST_CASE("each octave decays at its own rate") {
         while (schroeder[begin][b] > schroeder[0][b] - 5) ++begin;
         while (schroeder[end][b] > schroeder[0][b] - 35) ++end;
         const double t30_s = 2 * static_cast<double>(end - begin) / kRate_hz;
-        // Statistical, fixed seed: over 24 seeds the standard deviation of the fitted T30 is 0.7%
-        // at 1 kHz; two points of the curve in place of the fit have twice that. 3 of them.
+        // Statistical, fixed seed: over 24 seeds the standard deviation of the fitted T30 is 0.7 %
+        // at 1 kHz; that of two points of the curve is twice as large. 3 standard deviations.
         CHECK(t30_s == Approx(time_s[b]).epsilon(0.04));
     }
 }
 
-TEST_CASE("bins keep their energy under the smooth envelope") {
-    // Steps of 6 dB up and down and gaps; 8 kHz only, where the carrier averages well.
+TEST_CASE("the smooth envelope preserves the energy of bins") {
+    // Steps of +-6 dB and gaps; 8 kHz only, where the carrier has many degrees of freedom.
     EnergyResponse r;
     r.bins = TimeBins(1.0);
     r.energy.resize(r.bins.count());
@@ -191,8 +191,8 @@ TEST_CASE("bins keep their energy under the smooth envelope") {
         }
     }
     for (std::size_t i = r.bins.index(0.3); i < r.bins.count(); ++i) {
-        // Statistical: 8 seeds of 8 ms of 18 kHz, 2300 degrees of freedom: 3% and with the
-        // envelope's own peaks 4%; 4 standard deviations. A period of 8 kHz lingers, 1.5% of 8 ms.
+        // Statistical: 8 seeds of 8 ms of 18 kHz, 2300 degrees of freedom: 3 %, with the peaks of
+        // the envelope 4 %; 4 standard deviations. Spreading by a period of 8 kHz adds 1.5 %.
         const double wanted = kFourPi * double{r.energy[i][7]} * share[7];
         CHECK(sum[i] == Approx(wanted).epsilon(0.16).margin(0.1 * share[7] * kFourPi));
     }
@@ -211,14 +211,14 @@ TEST_CASE("sound from one direction is a plane wave") {
         leak = std::max(
             {leak, std::abs(double{ir.channels[2][n]}), std::abs(double{ir.channels[3][n]})});
     }
-    // Rounding of v: |v| may fall short of 1 by 1e-7, and sqrt(1e-7 / 3) is 2e-4 of W's peak.
+    // Rounding of v: 1 - |v| is up to 1e-7, and sqrt(1e-7 / 3) is 2e-4 of the peak of W.
     CHECK(worst < 1e-3);
     CHECK(leak < 1e-3);
     CHECK(energy_of(ir.channels[0]) > 0.1);
 }
 
-TEST_CASE("what lingers after a bin comes from where it came from") {
-    // Bins with gaps; a period of 63 Hz is as long as 16 of them.
+TEST_CASE("energy spread beyond a bin keeps its direction") {
+    // Bins with gaps; a period of 63 Hz is as long as 16 bins.
     EnergyResponse r;
     r.bins = TimeBins(0.2);
     r.energy.resize(r.bins.count());
@@ -237,8 +237,8 @@ TEST_CASE("what lingers after a bin comes from where it came from") {
     CHECK(worst < 2e-3 * peak);  // rounding, as for one direction
 }
 
-TEST_CASE("a band's energy is spread over a period of its centre, not cut") {
-    // 1 ms at 63 Hz, of which a cut carrier would spill into all octaves.
+TEST_CASE("the energy of a bin is spread over a period of the band's centre frequency") {
+    // 1 ms at 63 Hz; a carrier truncated to it would have energy in all octaves.
     EnergyResponse r;
     r.bins = TimeBins(0.1);
     r.energy.resize(r.bins.count());
@@ -255,24 +255,24 @@ TEST_CASE("a band's energy is spread over a period of its centre, not cut") {
             const double energy = double{w[n]} * double{w[n]};
             all += energy;
             if (n < 21 * 48) early += energy;
-            // From the bin's start to a period, 15.9 ms, after its end, in whole bins.
+            // From the start of the bin to a period, 15.9 ms, after its end, in whole bins.
             if (n < 20 * 48 || n >= 37 * 48) CHECK(w[n] == 0);
         }
         const BandSums one = octaves(w);
         for (std::size_t b = 0; b < kBandCount; ++b) sum[b] += one[b];
     }
-    // A seventeenth, less what the smooth start takes; four times that leaves room for chance.
+    // 1 / 17, less the smooth start; a margin of a factor of four for the random carrier.
     CHECK(early / all < 4.0 / 17);
-    // A stretch of T has the share 1 / (pi^2 f T) of its energy above f: above 700 Hz 0.8 % for
-    // 17 ms, 14 % for the bin alone.
+    // A rectangle of duration T has the share 1 / (pi^2 f T) of its energy above f: above 700 Hz
+    // 0.8 % for 17 ms, 14 % for the bin alone.
     double above = 0;
     for (std::size_t b = 4; b < kBandCount; ++b) above += sum[b];
     CHECK(above / all < 0.03);
 }
 
 TEST_CASE("the envelope starts where its first bin starts, to a hundredth of a sample") {
-    // One band, so that the ratio to a steady response is free of the carrier. From silence the
-    // envelope rises in proportion to time, and a sample has its value in the sample's middle.
+    // One band, so that the carrier cancels in the ratio to a steady response. After silence the
+    // envelope is proportional to time; a sample has the envelope's value at the sample's centre.
     for (const double rate_hz : {48000.0, 44100.0}) {
         const auto noise = std::make_shared<const NoiseCarriers>(rate_hz, 1);
         const auto built = [&](const EnergyResponse& r) {
@@ -296,7 +296,7 @@ TEST_CASE("the envelope starts where its first bin starts, to a hundredth of a s
             const std::vector<float> heard = built(r);
             const double begin = r.bins.begin_s(bin) * rate_hz;
             const double centre = 0.5 * (begin + r.bins.end_s(bin) * rate_hz);
-            // The line through (middle of a sample, ratio), where the carrier is not near 0.
+            // Least-squares line of the ratio over time, where the carrier is not near 0.
             double n = 0, t1 = 0, t2 = 0, y1 = 0, ty = 0;
             for (auto k = static_cast<std::size_t>(begin) + 2; static_cast<double>(k) + 2 < centre;
                  ++k) {
@@ -314,15 +314,15 @@ TEST_CASE("the envelope starts where its first bin starts, to a hundredth of a s
             CAPTURE(rate_hz, time_s, n, start);
             REQUIRE(n >= 8);
             CHECK(slope > 0);
-            // Rounding of floats, 1e-6 of some hundred samples. The companion is in the line: half
-            // a sample would be 0.5.
+            // Rounding of floats, 1e-6 of some hundred samples. An offset of half a sample would
+            // give 0.5.
             CHECK(start == Approx(0).margin(0.01));
         }
     }
 }
 
-TEST_CASE("between two bins the direction is the mean of both, by their energies") {
-    // At 8 kHz, where the carrier averages well; in front of each other, three to one.
+TEST_CASE("between two bins the direction is the energy-weighted mean of both") {
+    // At 8 kHz, where the carrier has many degrees of freedom; energies three to one.
     EnergyResponse r;
     r.bins = TimeBins(0.4);
     r.energy.resize(r.bins.count());
@@ -351,15 +351,15 @@ TEST_CASE("between two bins the direction is the mean of both, by their energies
             }
         }
     }
-    // Statistical: some 600 independent samples, 3.5 % of sqrt(1/3 - 1/4 + ...) and the way of 4
-    // samples of 192 to either side; 0.15 is four of these. Plane waves in the middles.
+    // Statistical: about 600 independent samples, 3.5 % of sqrt(1/3 - 1/4 + ...), and the change
+    // over 4 of 192 samples to either side; 0.15 is four times that. Plane waves at the centres.
     CHECK(front[0] / all[0] == Approx(1).margin(0.05));
     CHECK(front[1] / all[1] == Approx(0.5).margin(0.15));
     CHECK(front[2] / all[2] == Approx(-1).margin(0.05));
 }
 
-TEST_CASE("responses of more than four seconds have no holes, and the energy of each stretch") {
-    // Bins of 64 ms, whose halves are more samples than are shaped at a time.
+TEST_CASE("responses longer than four seconds have no gaps and the right energy over time") {
+    // Bins of 64 ms: half of one has more samples than are shaped at a time.
     constexpr double kLength_s = 5.5;
     const EnergyResponse r = decay(kLength_s, all(20), all(1));
     ImpulseResponse ir;
@@ -386,36 +386,37 @@ TEST_CASE("responses of more than four seconds have no holes, and the energy of 
         wanted += exact;
         least = std::min(least, energy / exact);
     }
-    // Statistical: 360 degrees of freedom a window, 7.5 %, of which the least of 150 lies within
-    // four; together, levelled as they are, half a per cent.
+    // Statistical: 360 degrees of freedom per window, 7.5 %; the smallest of 150 windows is within
+    // four standard deviations. The total of levelled carriers is within 0.5 %.
     CHECK(least > 0.7);
     CHECK(heard / wanted == Approx(1).epsilon(0.02));
 }
 
-TEST_CASE("a diffuse field has a third of W's energy on each axis, all independent") {
+TEST_CASE("a diffuse field has a third of the energy of W on each axis, all independent") {
     const ImpulseResponse ir = build(decay(1.0, all(2.0), all(1)), 1.0);
     for (std::size_t c = 1; c < 4; ++c) {
-        // Rounding only: each channel is normalised by itself (bands overlap, hence per cent).
+        // Each channel is normalised separately; bands overlap, hence per cent.
         CHECK(energy_of(ir.channels[c]) / energy_of(ir.channels[0]) ==
               Approx(1.0 / 3).epsilon(0.02));
         for (std::size_t d = 0; d < c; ++d) {
             const double correlation =
                 product_of(ir.channels[c], ir.channels[d]) /
                 std::sqrt(energy_of(ir.channels[c]) * energy_of(ir.channels[d]));
-            // Statistical: 48000 * 0.14 effective samples, 1.2%; 4 standard deviations.
+            // Statistical: 48000 * 0.14 effective samples, 1.2 %; 4 standard deviations.
             CHECK(std::abs(correlation) < 0.05);
         }
     }
 }
 
-TEST_CASE("a partly directed field keeps its mean direction and its energy") {
+TEST_CASE("a partly directed field has the mean direction and the energy of the response") {
     EnergyResponse r = decay(1.0, all(2.0), all(1));
     for (std::size_t i = 0; i < r.bins.count(); ++i) {
         r.direction[i] = Vec3(0.4F, 0, -0.3F) * r.energy[i].sum();
     }
     const ImpulseResponse ir = build(r, 1.0);
     const double w = energy_of(ir.channels[0]);
-    // Statistical: correlations of 1.2% times the diffuse part's share; 4 standard deviations.
+    // Statistical: correlations of 1.2 % times the share of the diffuse part; 4 standard
+    // deviations.
     CHECK(product_of(ir.channels[0], ir.channels[3]) / w == Approx(0.4).margin(0.03));
     CHECK(product_of(ir.channels[0], ir.channels[1]) / w == Approx(0).margin(0.03));
     CHECK(product_of(ir.channels[0], ir.channels[2]) / w == Approx(-0.3).margin(0.03));
@@ -424,7 +425,7 @@ TEST_CASE("a partly directed field keeps its mean direction and its energy") {
     CHECK(axes / w == Approx(1).margin(0.05));
 }
 
-TEST_CASE("the same seed gives the same bits, another seed other noise") {
+TEST_CASE("equal seeds give equal responses to the bit, different seeds different noise") {
     const EnergyResponse r = decay(0.2, all(0.5), all(1));
     CHECK(build(r, 0.2, 7).channels == build(r, 0.2, 7).channels);
     CHECK(build(r, 0.2, 7).channels != build(r, 0.2, 8).channels);
@@ -442,7 +443,7 @@ TEST_CASE("tails of sources of the same energy are uncorrelated and add by 3 dB"
                 const std::vector<float>& one = tails[i].channels[c];
                 const std::vector<float>& other = tails[k].channels[c];
                 // Statistical: 24 kHz for 1 / 6.9 of a second, 7000 degrees of freedom, 1.2 %; 4
-                // standard deviations, half of what is asked.
+                // standard deviations, half of the requirement.
                 CHECK(std::abs(product_of(one, other)) <
                       0.05 * std::sqrt(energy_of(one) * energy_of(other)));
                 std::vector<float> both(one.size());
@@ -451,12 +452,12 @@ TEST_CASE("tails of sources of the same energy are uncorrelated and add by 3 dB"
             }
         }
     }
-    // The companion: of one name they are the same, and add by 6 dB.
+    // Companion: with equal names they are equal and add by 6 dB.
     CHECK(build(r, 1.0, 1, "left").channels == tails[0].channels);
 }
 
-TEST_CASE("tails of different sources have no lag at which they agree") {
-    // White and steady, so that a shift of the same noise would be found at any lag.
+TEST_CASE("tails of different sources are uncorrelated at every lag") {
+    // White and stationary: a shift of the same noise would be detected at any lag.
     EnergyResponse r;
     r.bins = TimeBins(0.5);
     for (std::size_t i = 0; i < r.bins.count(); ++i) {
@@ -479,23 +480,24 @@ TEST_CASE("tails of different sources have no lag at which they agree") {
                              std::abs(at_lag(right.channels[c], left.channels[0], lag))});
         }
     }
-    // Statistical: 19,200 degrees of freedom, 0.7 %; the largest of 9600 lies within 5 of these.
+    // Statistical: 19,200 degrees of freedom, 0.7 %; the largest of 9600 is within 5 standard
+    // deviations.
     CHECK(most < 0.04);
 }
 
-TEST_CASE("what a source adds to the shared carriers is below 2 MB at 2 s, whatever the order") {
+TEST_CASE("a source uses less than 2 MB besides the shared carriers at 2 s and any order") {
     const EnergyResponse r = decay(2.0, all(1.0), all(1));
     for (int order = 0; order <= 3; ++order) {
         ImpulseResponseBuilder builder(carriers(1), 2.0, "source", order);
         ImpulseResponse ir;
         builder.build(r, ir);
         CHECK(builder.memory_bytes() < 2'000'000);
-        CHECK(builder.memory_bytes() > r.bins.count());  // it is counted once built
+        CHECK(builder.memory_bytes() > r.bins.count());  // includes the moments of the bins
     }
     CHECK(carriers(1)->memory_bytes() < 7'000'000);
 }
 
-TEST_CASE("a builder takes responses of other bins in turn") {
+TEST_CASE("a builder accepts responses with different bins alternately") {
     ImpulseResponseBuilder builder(carriers(1), 0.5, "source");
     EnergyResponse fine = decay(0.5, all(0.5), all(1));
     EnergyResponse coarse;
@@ -512,7 +514,7 @@ TEST_CASE("a builder takes responses of other bins in turn") {
     CHECK(energy_of(alone.channels[0]) > 0);
 }
 
-TEST_CASE("nothing is heard before the first arrival and paths pass untouched") {
+TEST_CASE("the response is silent before the first arrival and paths are unchanged") {
     EnergyResponse r = decay(0.2, all(0.5), all(1), 0.05);
     r.paths.push_back({.length_m = 3, .energy = Bands::filled(1), .id = 5});
     const ImpulseResponse ir = build(r, 0.2);
@@ -523,7 +525,7 @@ TEST_CASE("nothing is heard before the first arrival and paths pass untouched") 
     CHECK(ir.paths[0].id == 5);
 }
 
-TEST_CASE("responses longer and shorter than the builder's length are cut and padded") {
+TEST_CASE("responses longer or shorter than the builder's length are truncated or padded") {
     const EnergyResponse r = decay(1.0, all(1.0), all(1));
     ImpulseResponseBuilder builder(carriers(1), 0.3001, "source");
     ImpulseResponse ir;
@@ -532,24 +534,24 @@ TEST_CASE("responses longer and shorter than the builder's length are cut and pa
     CHECK(ir.channels[0].size() == 14405);
     const double heard = 1 - std::exp(-6 * std::log(10.0) * 0.3001);
     const double whole = 1 - std::exp(-6 * std::log(10.0) * r.bins.length_s());
-    // Per cent: bands overlap; of the bin that is cut its share in time counts.
+    // Per cent: bands overlap. The truncated bin counts by its duration.
     CHECK(energy_of(ir.channels[0]) == Approx(kFourPi * r.total(0) * heard / whole).epsilon(0.02));
 
     const EnergyResponse brief = decay(0.1, all(1.0), all(1));
-    builder.build(brief, ir);  // over what the longer one left
+    builder.build(brief, ir);  // overwrites the longer one
     CHECK(ir.channels[0].size() == 14405);
     CHECK(std::all_of(ir.channels[0].begin() + 4800, ir.channels[0].end(),
                       [](float x) { return x == 0; }));
     CHECK(energy_of(ir.channels[0]) == Approx(kFourPi * brief.total(0)).epsilon(0.02));
 }
 
-TEST_CASE("silence stays silent") {
+TEST_CASE("a silent energy response gives a silent impulse response") {
     EnergyResponse r = decay(0.1, all(1.0), all(0));
     CHECK(energy_of(build(r, 0.1).channels[0]) == 0);
     CHECK(energy_of(build(EnergyResponse{}, 0.1).channels[0]) == 0);
 }
 
-TEST_CASE("other sample rates work") {
+TEST_CASE("the impulse response has the right energy at other sample rates") {
     const EnergyResponse r = decay(0.3, all(0.5), all(1));
     for (const double rate_hz : {8000.0, 22050.0, 44100.0, 96000.0}) {
         ImpulseResponse ir;
@@ -560,18 +562,18 @@ TEST_CASE("other sample rates work") {
     }
 }
 
-TEST_CASE("of a bin in which the response ends only the part before the end is heard") {
+TEST_CASE("of a bin that the response truncates only the part before the end remains") {
     const BandSums share = shares();
     ImpulseResponseBuilder builder(carriers(1), 0.0025, "source");
     for (std::size_t b = 0; b < kBandCount; ++b) {
-        // Bins of 1 ms, of which the last is heard for half a millisecond; 100 s: no decay.
+        // Bins of 1 ms, the last one truncated to 0.5 ms; 100 s: no decay.
         std::array<double, kBandCount> start{};
         start[b] = 1;
         const EnergyResponse r = decay(0.003, all(100), start);
         ImpulseResponse ir;
         builder.build(r, ir);
         REQUIRE(ir.channels[0].size() == 120);
-        // Rounding. The whole of the bin would be 1.2 times as much.
+        // Rounding. The whole bin would have 1.2 times the energy.
         CHECK(energy_of(ir.channels[0]) ==
               Approx(kFourPi * r.total(b) * share[b] * 2.5 / 3).epsilon(1e-3));
     }

@@ -22,15 +22,15 @@ int second_difference(const std::int16_t* x) { return std::abs(x[0] - 2 * x[1] +
 
 }  // namespace
 
-TEST_CASE("the carriers repeat without a gap") {
+TEST_CASE("the carriers are periodic without a discontinuity") {
     constexpr std::size_t kBefore = 100;
     for (std::size_t b = 0; b < kBandCount; ++b) {
         const std::int16_t* const over_end = carriers().read(b, kPeriod_samples - kBefore, 0);
         const std::int16_t* const start = carriers().read(b, 0, kPeriod_samples);
         CHECK(std::equal(start, start + NoiseCarriers::kMostRead_samples - kBefore,
                          over_end + kBefore));
-        // A period that did not close would be a step, and its second difference far above those
-        // of a low band's noise.
+        // A discontinuity would be a step, whose second difference is far above those of the noise
+        // in a low band.
         if (b > 2) continue;
         int at_end = 0;
         for (std::size_t n = 0; n < 2 * kBefore; ++n) {
@@ -44,7 +44,7 @@ TEST_CASE("the carriers repeat without a gap") {
             }
         }
         CHECK(at_end <= elsewhere);
-        // The companion: ends that do not belong together are found.
+        // Companion: a splice of different positions is detected.
         int splices = 0;
         for (std::size_t n = 0; n < kPeriod_samples; n += 5000) {
             const std::int16_t* const x = carriers().read(b, 0, n);
@@ -66,14 +66,14 @@ TEST_CASE("the carriers have the power of their bands") {
             const double x = unit * *carriers().read(b, 0, n);
             energy += x * x;
         }
-        // Levelling divides by a mean in which the sample itself weighs most: some per cent low in
-        // the lowest octaves. Levels do not depend on it, as responses are scaled to be exact.
+        // Levelling divides by a mean in which the sample itself weighs most, which lowers the
+        // lowest octaves by some per cent. Responses are scaled to exact levels afterwards.
         CHECK(energy / kPeriod_samples == Approx(power).epsilon(0.05));
     }
     CHECK(sum == Approx(1).epsilon(1e-6));  // rounding
 }
 
-TEST_CASE("a source's place is a function of its name and the seed") {
+TEST_CASE("the place of a source depends on its name and the seed only") {
     const NoiseCarriers again(48000, 1);
     const NoiseCarriers other(48000, 2);
     CHECK(carriers().place("violin", 0) == again.place("violin", 0));
@@ -89,7 +89,7 @@ TEST_CASE("the channels of a source are at least half a second apart") {
         for (std::size_t d = 0; d < c; ++d) {
             const std::size_t apart = (places[c] + kPeriod_samples - places[d]) % kPeriod_samples;
             CHECK(std::min(apart, kPeriod_samples - apart) >= 24000);
-            // Those of the first order lie farther apart.
+            // Those of the first order are farther apart.
             if (c < 4) CHECK(std::min(apart, kPeriod_samples - apart) >= 48000);
         }
     }

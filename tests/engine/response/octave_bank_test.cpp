@@ -12,8 +12,8 @@ namespace {
 
 using Spectrum = std::array<std::complex<double>, kBandCount>;
 
-/// Frequency responses of the bands, from two seconds of their impulse responses: what is left
-/// out is below 1e-12 (the slowest pole's time constant is 17 ms).
+/// Frequency responses of the bands from two seconds of their impulse responses. The truncation
+/// error is below 1e-12 (the slowest pole has a time constant of 17 ms).
 class Responses {
  public:
     explicit Responses(double sample_rate_hz) : sample_rate_hz_(sample_rate_hz) {
@@ -44,7 +44,7 @@ constexpr std::array<double, 12> kFrequencies_hz{0,   20,   44.2, 88.4, 100,  17
 
 }  // namespace
 
-TEST_CASE("the octave bands' powers sum to 1 at every frequency") {
+TEST_CASE("the power responses of the octave bands sum to 1 at every frequency") {
     const Responses responses(48000);
     for (const double f : kFrequencies_hz) {
         double power = 0;
@@ -69,19 +69,19 @@ TEST_CASE("an octave band passes its own octave and nothing else") {
         const Spectrum h = responses.at(centre_hz);
         // Order 15, half an octave from both edges: 1/(1 + 2^-15) at each.
         CHECK(std::norm(h[b]) > 0.9999);
-        // One and a half octaves from the next edge and more: 2^(-15 * 3), and rounding.
+        // 1.5 octaves or more from the next edge: 2^(-15 * 3), and rounding.
         for (std::size_t o = 0; o < kBandCount; ++o) {
             if (o + 1 < b || o > b + 1) CHECK(std::norm(h[o]) < 1e-12);
         }
-        // The edge itself is shared half and half.
+        // At the edge both bands have half of the power.
         if (b > 0)
             CHECK(std::norm(responses.at(centre_hz / std::sqrt(2.0))[b]) ==
                   Approx(0.5).epsilon(0.01));
     }
 }
 
-TEST_CASE("bands above half the sample rate are silent and the rest is complete") {
-    const Responses responses(8000);  // half of it is 4 kHz: the 8 kHz octave has nothing
+TEST_CASE("bands above the Nyquist frequency are silent and the others sum to 1") {
+    const Responses responses(8000);  // Nyquist frequency 4 kHz: the 8 kHz octave is silent
     for (const double f : {50.0, 1000.0, 2828.0, 3900.0}) {
         const Spectrum h = responses.at(f);
         double power = 0;

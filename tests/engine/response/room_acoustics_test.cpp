@@ -18,7 +18,7 @@ constexpr double kArrival_s = 0.0123;
 
 double rate(double time_s) { return 6 * std::log(10.0) / time_s; }
 
-/// Adds late energy that falls by 60 dB in `decay_s`, from the direct sound on, in all bands.
+/// Adds late energy that decays by 60 dB in `decay_s`, from the direct sound on, in all bands.
 void add_decay(EnergyResponse& r, double energy, double decay_s) {
     const auto left = [&](double t) {
         return energy * std::exp(-rate(decay_s) * std::max(t - kArrival_s, 0.0));
@@ -38,7 +38,7 @@ EnergyResponse silence(double length_s) {
     return r;
 }
 
-/// Direct sound of an energy and a decay.
+/// Direct sound and an exponential decay.
 EnergyResponse example(double length_s, double direct, double late, double decay_s) {
     EnergyResponse r = silence(length_s);
     add_decay(r, late, decay_s);
@@ -57,10 +57,10 @@ bool all_empty(const BandParameters& p) {
 
 }  // namespace
 
-// The tolerances of the closed forms: energy is uniform inside a bin, 1 ms wide at the boundaries'
-// times (2 ms at 80 ms): of a decay of 1 s second order in 13.8 * 2 ms, 1e-4; and floats.
+// Tolerances of the closed forms: energy is uniform within a bin of 1 ms (2 ms at 80 ms). For a
+// decay of 1 s the error is of second order in 13.8 * 2 ms, 1e-4; plus rounding of floats.
 
-TEST_CASE("a decay with direct sound has the closed form's parameters") {
+TEST_CASE("a decay with direct sound has the parameters of the closed form") {
     const double t = 1.0;
     const double direct = 0.02;
     const double late = 0.05;
@@ -76,12 +76,12 @@ TEST_CASE("a decay with direct sound has the closed form's parameters") {
     CHECK(p.ts_s.value() == Approx(late / rate(t) / (direct + late)).epsilon(0.002));
     CHECK(p.g_db.value() ==
           Approx(10 * std::log10((direct + late) * 400 * std::numbers::pi)).margin(0.005));
-    // The curve starts after the direct sound's step at x0 dB and is straight from there on.
+    // After the step of the direct sound the curve starts at x0 dB and is straight.
     CHECK(p.edt_s.value() == Approx(t).epsilon(0.002));
 }
 
 TEST_CASE("without direct sound time zero is the first arrival") {
-    // Seen at the start of its bin, 0.3 ms early.
+    // Time zero is the start of its bin, 0.3 ms early.
     const double t = 0.8;
     const BandParameters p = aula::room_parameters(example(2.0, 0, 0.05, t))[0];
     CHECK(p.t30_s.value() == Approx(t).epsilon(0.002));
@@ -96,7 +96,7 @@ TEST_CASE("without direct sound time zero is the first arrival") {
     CHECK(aula::room_parameters(r)[0].ts_s.value() == Approx(0.5 / rate(t)).margin(0.0003));
 }
 
-TEST_CASE("the direct sound's own arrival is time zero, not its bin's start") {
+TEST_CASE("time zero is the arrival of the direct sound, not the start of its bin") {
     EnergyResponse r = silence(0.5);
     const auto path = [&](double time_s, int order) {
         r.paths.push_back({.order = order,
@@ -104,19 +104,19 @@ TEST_CASE("the direct sound's own arrival is time zero, not its bin's start") {
                            .energy = Bands::filled(1)});
     };
     path(0.0109, 0);
-    path(0.0109 + 0.0499, 1);  // both bounds of D50 lie inside this reflection's bin
+    path(0.0109 + 0.0499, 1);  // the bound of D50 lies within this reflection's bin
     CHECK(aula::room_parameters(r)[0].d50.value() == Approx(1));
     r.paths.pop_back();
     path(0.0109 + 0.0501, 1);
     CHECK(aula::room_parameters(r)[0].d50.value() == Approx(0.5));
 }
 
-TEST_CASE("of two slopes each parameter fits its own range") {
+TEST_CASE("with two slopes each parameter is fitted over its range") {
     EnergyResponse r = silence(4.0);
     add_decay(r, 1.0, 0.3);
     add_decay(r, 0.01, 2.0);
     const BandParameters p = aula::room_parameters(r)[2];
-    // The line of least squares through the closed form of the curve, 0.1 ms apart.
+    // The least-squares line through the closed form of the curve, sampled every 0.1 ms.
     const auto fit = [](double from_db, double to_db) {
         double n = 0, t1 = 0, t2 = 0, l1 = 0, tl = 0;
         for (int i = 0; i < 40000; ++i) {
@@ -129,15 +129,15 @@ TEST_CASE("of two slopes each parameter fits its own range") {
         }
         return -60 / ((n * tl - t1 * l1) / (n * t2 - t1 * t1));
     };
-    // 1%: time zero is its bin's start, 0.3 ms early.
+    // 1 %: time zero is the start of its bin, 0.3 ms early.
     CHECK(p.edt_s.value() == Approx(fit(0, -10)).epsilon(0.01));
     CHECK(p.t20_s.value() == Approx(fit(-5, -25)).epsilon(0.01));
     CHECK(p.t30_s.value() == Approx(fit(-5, -35)).epsilon(0.01));
     CHECK(p.t30_s.value() > 2 * p.edt_s.value());
 }
 
-TEST_CASE("a decay time is empty where the end is not 10 dB below its range") {
-    // A decay of 1 s falls 60 dB per second, less 0.74 dB for the 12.3 ms to its start.
+TEST_CASE("a decay time is empty unless the end is 10 dB below its range") {
+    // A decay of 1 s falls by 60 dB per second, less 0.74 dB for the 12.3 ms before its start.
     const auto at = [](double length_s) {
         return aula::room_parameters(example(length_s, 0, 1, 1.0))[0];
     };
@@ -152,27 +152,27 @@ TEST_CASE("a decay time is empty where the end is not 10 dB below its range") {
     CHECK(all_empty(at(0.17)));  // 9.5 dB
 }
 
-TEST_CASE("what the end cuts off does not bend the decay") {
-    // 46 dB: a Schroeder curve without its tail would give a T30 2% short.
+TEST_CASE("truncation of the response does not bend the decay curve") {
+    // 46 dB: a Schroeder curve without the tail would give a T30 too short by 2 %.
     const BandParameters p = aula::room_parameters(example(0.788, 0, 1, 1.0))[0];
     CHECK(p.t30_s.value() == Approx(1.0).epsilon(0.003));
     CHECK(p.ts_s.value() == Approx(1 / rate(1.0)).margin(0.0005));
 }
 
-TEST_CASE("the centre time counts what the end cuts off at its own time") {
-    // A decay of 1 s cut off after some 0.24 s, 14 dB down: the 4 % that are cut off have their
-    // mean 72 ms after the end and make a seventh of the centre time.
+TEST_CASE("the centre time includes the truncated tail at its mean time") {
+    // A decay of 1 s truncated after about 0.24 s, at -14 dB. The tail has 4 % of the energy and
+    // its mean 72 ms after the end; it contributes a seventh of the centre time.
     EnergyResponse r = example(0.24, 1e-9, 1, 1.0);
     const double ts_s = aula::room_parameters(r)[0].ts_s.value();
-    // The tail of an exponential decay is exact, but for bins of 4 ms in place of the curve.
+    // The tail of an exponential decay is exact except for the bin width of 4 ms.
     CHECK(ts_s == Approx(1 / rate(1.0)).epsilon(0.005));
-    // The companion: without the tail, and with one four times as late.
+    // Companion: without the tail, and with one four times as late.
     const double cut = std::exp(-rate(1.0) * (r.bins.length_s() - kArrival_s));
     CHECK(cut * (r.bins.length_s() - kArrival_s + 1 / rate(1.0)) > 0.05 * ts_s);
     CHECK(cut * 3 / rate(1.0) > 0.05 * ts_s);
 }
 
-TEST_CASE("sound that does not decay has no parameters") {
+TEST_CASE("a response without decay has no parameters") {
     EnergyResponse r = silence(1.0);
     for (std::size_t i = 0; i < r.bins.count(); ++i) {
         r.energy[i] = Bands::filled(static_cast<float>(r.bins.end_s(i) - r.bins.begin_s(i)));
@@ -194,7 +194,7 @@ TEST_CASE("a silent band has no parameters while the others have") {
     CHECK(p[2].t30_s.has_value());
 }
 
-TEST_CASE("direct sound alone has a level and full definition but no decay") {
+TEST_CASE("direct sound alone has a strength and full definition but no decay") {
     EnergyResponse r = silence(1.0);
     r.paths.push_back({.order = 0,
                        .length_m = 10,
@@ -238,7 +238,7 @@ TEST_CASE("no response gives NaN or infinity") {
     }
 }
 
-TEST_CASE("Eyring's time with absorbing walls and air") {
+TEST_CASE("Eyring's reverberation time includes absorption by walls and air") {
     // 5 x 4 x 3 m, absorption 0.2, c = 343: 24 ln(10) V / (c S 0.22314).
     const Bands t = aula::eyring_time_s(60, 94, Bands::filled(0.2F), Bands{}, 343);
     CHECK(t[0] == Approx(0.4609).margin(5e-5));
@@ -248,15 +248,15 @@ TEST_CASE("Eyring's time with absorbing walls and air") {
     CHECK(aula::eyring_time_s(60, 94, Bands::filled(1), Bands{}, 343)[0] == 0);
 }
 
-TEST_CASE("clarity and definition count what the end cuts off as late") {
-    // A decay of 1 s cut off after some 0.24 s, 14 dB down: without the 4 % that are cut off C80
-    // would be 0.6 dB too high.
+TEST_CASE("clarity and definition count the truncated tail as late energy") {
+    // A decay of 1 s truncated after about 0.24 s, at -14 dB: without the tail of 4 % C80 would be
+    // 0.6 dB too high.
     const BandParameters p = aula::room_parameters(example(0.24, 1e-9, 1, 1.0))[0];
     const auto late = [](double limit_s) { return std::exp(-rate(1.0) * limit_s); };
     const auto clarity_db = [&](double limit_s) {
         return 10 * std::log10((1 - late(limit_s)) / late(limit_s));
     };
-    // The tail of an exponential decay is exact, but for bins of 4 ms in place of the curve.
+    // The tail of an exponential decay is exact except for the bin width of 4 ms.
     CHECK(p.c50_db.value() == Approx(clarity_db(0.05)).margin(0.03));
     CHECK(p.c80_db.value() == Approx(clarity_db(0.08)).margin(0.03));
     CHECK(p.d50.value() == Approx(1 - late(0.05)).margin(0.002));
