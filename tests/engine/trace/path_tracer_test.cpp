@@ -554,7 +554,8 @@ TEST_CASE("a specular ray has the key of the path that an image source counts, f
     REQUIRE(images.listed_order() == 4);
     for (std::uint64_t frame = 0; frame < 100; ++frame) images.discover(listener, frame);
     std::map<std::uint64_t, float> lengths_m;
-    for (const SpecularPath& path : images.find(source, listener, false, Bands{}))
+    const SpecularSound sound = images.find(source, listener, false, Bands{});
+    for (const SpecularPath& path : sound.paths)
         if (path.order == 5) lengths_m[path.id] = path.length_m;
     REQUIRE(lengths_m.size() > 50);
 
@@ -578,7 +579,7 @@ TEST_CASE("a specular ray has the key of the path that an image source counts, f
                     glm::distance(target, segment.origin + along * segment.direction);
                 if (along < 0 || along > segment.length_m || beside > 0.15F) continue;
                 ++crossing;
-                const auto found = lengths_m.find(batch.segment_energies[i].sequence);
+                const auto found = lengths_m.find(batch.segment_energies[i].image);
                 // A ray 15 cm beside the target is shorter by that at most.
                 known += found != lengths_m.end() &&
                          std::abs(found->second - segment.before_m - along) < 0.15F;
@@ -627,7 +628,7 @@ TEST_CASE("what a ray brings does not depend on the other rays of its batch") {
                      all.segments[k].direction == few.segments[i].direction &&
                      all.segments[k].before_m == few.segments[i].before_m &&
                      all.segment_energies[k].energy.value == few.segment_energies[i].energy.value &&
-                     all.segment_energies[k].sequence == few.segment_energies[i].sequence &&
+                     all.segment_energies[k].image == few.segment_energies[i].image &&
                      all.segment_identifiers[k] == few.segment_identifiers[i]);
             }
             if (!found) FAIL("batch " << batch << ", segment " << i << " is another");
