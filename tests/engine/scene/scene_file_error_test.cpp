@@ -217,9 +217,9 @@ TEST_CASE("names must be known, unique and lead to files that exist") {
         {"\"material\": \"wood\"", "\"material\": \"woot\"", "/geometry/1/material",
          "did you mean \"wood\"?"},
         {"\"material\": \"wood\"", "\"material\": \"cheese\"", "/geometry/1/material",
-         "one of \"plaster\", \"acoustic_"},
+         "unknown material \"cheese\"; expected a material of the scene"},
         {"\"noise\"", "\"voice.wav\"", "/sources/0/signal", "no such file"},
-        {"\"noise\"", "\"\"", "/sources/0/signal", "no such file"},
+        {"\"noise\"", "\"\"", "/sources/0/signal", "a folder"},
     });
     std::string text = kValid;
     const std::size_t begin = text.find("[{\"name\": \"a\"");

@@ -552,9 +552,12 @@ TEST_CASE("a specular ray has the key of the path that an image source counts, f
     const Vec3 listener = room.listener.pose.position;
     SpecularPaths images(rays, 5, 0.5F, 1);
     REQUIRE(images.listed_order() == 4);
-    for (std::uint64_t frame = 0; frame < 100; ++frame) images.discover(listener, frame);
+    SpecularSound sound;
+    for (std::uint64_t frame = 0; frame < 100; ++frame) {
+        images.discover(listener, frame);
+        sound = images.find(source, listener, false, Bands{});
+    }
     std::map<std::uint64_t, float> lengths_m;
-    const SpecularSound sound = images.find(source, listener, false, Bands{});
     for (const SpecularPath& path : sound.paths)
         if (path.order == 5) lengths_m[path.id] = path.length_m;
     REQUIRE(lengths_m.size() > 50);
@@ -587,7 +590,7 @@ TEST_CASE("a specular ray has the key of the path that an image source counts, f
         }
         CAPTURE(from_listener, crossing, known);
         CHECK(crossing > 30);
-        // Near an edge a ray beside the target may meet its two walls in the other order.
+        // A ray beside the target may follow an image that is heard only there.
         CHECK(known > 0.9 * crossing);
     }
 }
