@@ -225,9 +225,12 @@ int run(int argc, char** argv) {
         "all", "noise, trace, and with a path tracking and sources, of each scene; convolve");
     all->add_option("SCENE", scenes, "scene files")->required();
     for (CLI::App* command : {convolve, all}) {
+        const bool many = command == convolve;  // else the next word may be a scene
         command->add_option("--ir-length", convolution_sweep.responses_s, "of filters, s (1 2 4)")
+            ->allow_extra_args(many)
             ->check(CLI::Range(0.01, 10.0));
         command->add_option("--block", convolution_sweep.blocks, "samples (64 128 256 512)")
+            ->allow_extra_args(many)
             ->check(CLI::Range(64, 4096));
         command
             ->add_option("--rounds", convolution_sweep.rounds,

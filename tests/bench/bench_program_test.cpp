@@ -137,8 +137,8 @@ TEST_CASE("bench_smoke: a scene without paths is measured but for moving ends") 
           "simulation": {"rays": 50, "response_time_s": 0.1, "ir_length_s": 0.3, "threads": 1}})")
             .string();
     REQUIRE(run("all --quick --restarts 2 --reference-rays 1 --estimator patch --ir-length 0.05 "
-                "--block 512 --rounds 1 --json " +
-                json_in(folder) + " " + scene)
+                "--json " +
+                json_in(folder) + " --rounds 1 --block 512 " + scene)
                 .status == 0);
     std::set<std::string> benches;
     const nlohmann::json rows = rows_in(folder).at("rows");

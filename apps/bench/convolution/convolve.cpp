@@ -134,7 +134,7 @@ std::string text_of(const ConvolutionCase& c) {
 }
 
 /// One convolver of a case and its times.
-struct Contestant {
+struct TimedConvolver {
     std::string name;
     double exchange_hz;
     bool all_threads;
@@ -149,8 +149,8 @@ void measure_case(const ConvolutionCase& c, std::uint64_t seed, int rounds,
     const ConvolutionSignals signals(c, seed);
     // Whole segments of the longest partitions. Uniform convolvers need few blocks.
     constexpr std::size_t kLongest = 8192;
-    const std::size_t frame = kLongest / c.block;
-    std::vector<Contestant> contestants;
+    const std::size_t segment_blocks = kLongest / c.block;
+    std::vector<TimedConvolver> convolvers;
     std::array<std::vector<ConvolutionFilter>, 2> filters;
     std::array<std::vector<ConvolutionFilter>, 2> one;
     for (const bool half : {false, true}) {
@@ -161,48 +161,48 @@ void measure_case(const ConvolutionCase& c, std::uint64_t seed, int rounds,
             read_time_us(footprint_bytes(shape), bytes_of_block(shape, c.block));
         for (const bool exchanging : {false, true}) {
             const auto& used = exchanging ? filters[half] : one[half];
-            contestants.push_back(
-                {half ? "aula, half" : "aula", exchanging ? kExchange_hz : 0, false, 4 * frame,
-                 BlockTimes(8 * frame),
+            convolvers.push_back(
+                {half ? "aula, half" : "aula", exchanging ? kExchange_hz : 0, false,
+                 4 * segment_blocks, BlockTimes(8 * segment_blocks),
                  [&c, shape, &used, &signals] { return start_aula(c, shape, used, signals); },
                  memory_us});
         }
     }
     const ConvolutionFilters responses = decaying_noise(c, seed);
     for (const ConvolutionPeer& peer : convolution_peers()) {
-        const std::size_t blocks = peer.uses_threads ? 8 * frame : 32;
-        contestants.push_back(
+        const std::size_t blocks = peer.uses_threads ? 8 * segment_blocks : 32;
+        convolvers.push_back(
             {peer.name, 0, peer.uses_threads, blocks / 2, BlockTimes(blocks),
              [&c, &responses, &signals, peer] { return peer.start(c, responses, signals); },
              Value{}});
     }
     for (int round = 0; round < rounds; ++round) {
-        for (Contestant& contestant : contestants) {
-            contestant.times.round(contestant.all_threads, contestant.warm_up, contestant.start());
+        for (TimedConvolver& convolver : convolvers) {
+            convolver.times.round(convolver.all_threads, convolver.warm_up, convolver.start());
         }
     }
     std::array<double, 2> aula_us{};
-    for (const Contestant& contestant : contestants) {
-        if (contestant.exchange_hz > 0) continue;
-        if (contestant.name == "aula") aula_us[0] = contestant.times.mean_us();
-        if (contestant.name == "aula, half") aula_us[1] = contestant.times.mean_us();
+    for (const TimedConvolver& convolver : convolvers) {
+        if (convolver.exchange_hz > 0) continue;
+        if (convolver.name == "aula") aula_us[0] = convolver.times.mean_us();
+        if (convolver.name == "aula, half") aula_us[1] = convolver.times.mean_us();
     }
-    for (const Contestant& contestant : contestants) {
-        const double mean_us = contestant.times.mean_us();
-        const double worst = contestant.times.worst_over_mean();
-        const bool own = contestant.name.rfind("aula", 0) == 0;
-        Row row = row_of("convolve", contestant.name, c);
+    for (const TimedConvolver& convolver : convolvers) {
+        const double mean_us = convolver.times.mean_us();
+        const double worst = convolver.times.worst_over_mean();
+        const bool own = convolver.name.rfind("aula", 0) == 0;
+        Row row = row_of("convolve", convolver.name, c);
         row.figures.insert(
             row.figures.end(),
-            {{"exchange_hz", contestant.exchange_hz},
+            {{"exchange_hz", convolver.exchange_hz},
              {"mean_us", mean_us},
              // Separate threads compute at times of the scheduler's choice.
-             {"worst_us", contestant.all_threads ? Value{} : Value{worst * mean_us}},
+             {"worst_us", convolver.all_threads ? Value{} : Value{worst * mean_us}},
              {"ratio", own ? 1.0 : aula_us[0] / mean_us},
              {"half_ratio", own ? Value{} : Value{aula_us[1] / mean_us}},
-             {"worst_over_mean", contestant.all_threads ? Value{} : Value{worst}},
+             {"worst_over_mean", convolver.all_threads ? Value{} : Value{worst}},
              {"load_percent", mean_us * 1e-4 * kConvolutionRate_hz / static_cast<double>(c.block)},
-             {"memory_us", contestant.memory_us}});
+             {"memory_us", convolver.memory_us}});
         rows.push_back(row);
     }
 }
