@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <glm/geometric.hpp>
+#include <numeric>
 #include <optional>
 #include <thread>
 
@@ -105,7 +106,9 @@ struct Propagation::State {
     std::vector<EnergyResponse> responses;  // [source * listener_count + listener]
     std::uint64_t seed;
     std::uint64_t frame = 0;
-    double travel_m = 0;  // how far anything in the scene has moved since the start
+    double travel_m = 0;                  // how far anything in the scene has moved since the start
+    std::vector<std::size_t> source_ids;  // [source] of its random numbers and path identifiers
+    std::size_t next_source_id;
     FrameStatistics statistics;
 
     State(const Scene& given, const Simulation& settings, std::size_t listeners)
@@ -120,7 +123,10 @@ struct Propagation::State {
           bins(response_length_s()),
           specular(rays, image_source_order(), settings.listener_radius_m,
                    derive_seed(settings.seed, SeedPurpose::specular)),
-          seed(settings.seed) {
+          seed(settings.seed),
+          source_ids(scene.sources.size()),
+          next_source_id(scene.sources.size() + listeners) {
+        std::iota(source_ids.begin(), source_ids.end(), std::size_t{0});
         TraceSettings trace;
         trace.rays = simulation.rays;
         trace.order = simulation.order;
@@ -162,33 +168,77 @@ struct Propagation::State {
         return std::clamp(length_s, kShortestDefaultResponse_s, kLongestDefaultResponse_s);
     }
 
+    EnergyResponse silent_response() const {
+        EnergyResponse response;
+        response.bins = bins;
+        response.speed_of_sound_m_s = speed_of_sound_m_s;
+        response.energy.resize(bins.count());
+        response.direction.resize(bins.count());
+        return response;
+    }
+
+    /// Bytes of the diffuse path cache of a pair.
+    std::size_t path_cache_bytes() const {
+        const std::size_t pairs = std::max<std::size_t>(1, source_ids.size() * listener_count);
+        return static_cast<std::size_t>(simulation.memory_mb * 1e6 / static_cast<double>(pairs));
+    }
+
+    DiffusePathCache make_path_cache() const {
+        return {simulation.estimator == Estimator::dpc ? DiffusePathCache::Readout::windowed
+                                                       : DiffusePathCache::Readout::published,
+                simulation.window_frames(), path_cache_bytes()};
+    }
+
+    void add_source(const Vec3& position) {
+        source_ids.push_back(next_source_id++);
+        responses.resize(source_ids.size() * listener_count, silent_response());
+        images.resize(responses.size());
+        if (patches) return patches->add_source(source_ids.back(), position);
+        batches.emplace_back(static_cast<std::size_t>(tracer->batch_count()));
+        if (simulation.estimator == Estimator::pt) return;
+        for (DiffusePathCache& cache : path_caches) cache.set_memory_bytes(path_cache_bytes());
+        for (std::size_t l = 0; l < listener_count; ++l) path_caches.push_back(make_path_cache());
+    }
+
+    void remove_source(std::size_t source) {
+        const auto erase_pairs = [&](auto& pairs) {
+            const auto first = pairs.begin() + static_cast<std::ptrdiff_t>(source * listener_count);
+            pairs.erase(first, first + static_cast<std::ptrdiff_t>(listener_count));
+        };
+        const auto place = static_cast<std::ptrdiff_t>(source);
+        source_ids.erase(source_ids.begin() + place);
+        erase_pairs(responses);
+        erase_pairs(images);
+        if (patches) return patches->remove_source(source);
+        batches.erase(batches.begin() + place);
+        if (path_caches.empty()) return;
+        erase_pairs(path_caches);
+        for (DiffusePathCache& cache : path_caches) cache.set_memory_bytes(path_cache_bytes());
+    }
+
+    /// No frame from before a change of materials holds.
+    void materials_changed() {
+        // Farther than any frame reaches; too little to round the movements that come.
+        constexpr double kFar_m = 1000;
+        travel_m += kFar_m;
+        specular.materials_changed();
+        if (patches) patches->materials_changed();
+    }
+
     /// Forgets everything cached.
     void restart() {
-        const std::size_t pairs = scene.sources.size() * listener_count;
+        const std::size_t pairs = source_ids.size() * listener_count;
         frame = 0;
         specular.restart(derive_seed(seed, SeedPurpose::specular));
         path_caches.clear();
         images.assign(pairs, {});
-        responses.assign(pairs, EnergyResponse{});
-        for (EnergyResponse& response : responses) {
-            response.bins = bins;
-            response.speed_of_sound_m_s = speed_of_sound_m_s;
-            response.energy.resize(bins.count());
-            response.direction.resize(bins.count());
-        }
-        const auto share_bytes =
-            static_cast<std::size_t>(simulation.memory_mb * 1e6 / static_cast<double>(pairs));
+        responses.assign(pairs, silent_response());
         switch (simulation.estimator) {
             case Estimator::pt:
                 break;
             case Estimator::dpc_published:
             case Estimator::dpc:
-                for (std::size_t i = 0; i < pairs; ++i) {
-                    path_caches.emplace_back(simulation.estimator == Estimator::dpc
-                                                 ? DiffusePathCache::Readout::windowed
-                                                 : DiffusePathCache::Readout::published,
-                                             simulation.window_frames(), share_bytes);
-                }
+                for (std::size_t i = 0; i < pairs; ++i) path_caches.push_back(make_path_cache());
                 break;
             case Estimator::patch:
                 patches->restart();
@@ -220,8 +270,8 @@ struct Propagation::State {
             const std::size_t s = job / batch_count;
             const std::size_t b = job % batch_count;
             batches[s][b].clear();
-            tracer->trace({s, f.input.sources[s]}, receivers, f.seed, static_cast<int>(b),
-                          batches[s][b]);
+            tracer->trace({source_ids[s], f.input.sources[s]}, receivers, f.seed,
+                          static_cast<int>(b), batches[s][b]);
         });
         for (std::vector<TraceBatch>& of_source : batches) size_spheres(of_source);
         workers.run(batches.size() * batch_count, [&](std::size_t job) {
@@ -274,14 +324,31 @@ Propagation::Propagation(const Scene& scene, const Simulation& simulation,
 
 Propagation::~Propagation() = default;
 
+void Propagation::add_source(const Vec3& position) { state_->add_source(position); }
+
+void Propagation::remove_source(std::size_t source) { state_->remove_source(source); }
+
+std::size_t Propagation::source_count() const { return state_->source_ids.size(); }
+
+void Propagation::set_object_material(std::size_t object, const Material& material) {
+    state_->rays.set_material(object, material);
+    state_->materials_changed();
+}
+
+void Propagation::change_material(std::size_t material, const Material& coefficients) {
+    state_->rays.change_material(material, coefficients);
+    state_->materials_changed();
+}
+
 void Propagation::step(const FrameInput& given) {
     State& s = *state_;
-    assert(given.sources.size() == s.scene.sources.size());
+    assert(given.sources.size() == s.source_ids.size());
     assert(given.listeners.size() == s.listener_count);
     s.statistics = {};
 
     // Move what moves.
-    const float moved_m = s.rays.move(given.time_s);
+    const float moved_m =
+        given.objects.empty() ? s.rays.move(given.time_s) : s.rays.move(given.objects);
     if (moved_m > 0) {
         s.travel_m += double{moved_m};
         s.specular.scene_moved();
@@ -314,7 +381,7 @@ std::vector<Ray> Propagation::rays(const FrameInput& given) const {
     for (std::size_t source = 0; source < input.sources.size(); ++source) {
         for (int batch = 0; batch < s.tracer->batch_count(); ++batch) {
             const std::vector<Ray> more =
-                s.tracer->rays({source, input.sources[source]}, frame.seed, batch);
+                s.tracer->rays({s.source_ids[source], input.sources[source]}, frame.seed, batch);
             all.insert(all.end(), more.begin(), more.end());
         }
     }
@@ -340,7 +407,7 @@ std::vector<PathLine> Propagation::path_lines(const FrameInput& given, std::size
     const int most = s.simulation.order > 0 ? std::min(order, s.simulation.order) : order;
     const PropagationFrame newest = s.frame_of(input, s.frame - 1);
     if (s.patches) return s.patches->path_lines(newest, source, count, most);
-    return s.tracer->lines({source, input.sources[source]}, newest.seed, count, most);
+    return s.tracer->lines({s.source_ids[source], input.sources[source]}, newest.seed, count, most);
 }
 
 std::vector<PatchEnergy> Propagation::patch_energies(std::size_t source, double begin_s,

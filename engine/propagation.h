@@ -23,6 +23,22 @@ class Propagation {
     Propagation(const Propagation&) = delete;
     Propagation& operator=(const Propagation&) = delete;
 
+    /// Adds a source behind the others, at its place in the next frame. Its responses are silent
+    /// until then. Bounds of the caches' memory are divided anew; patches keep their size, which
+    /// was chosen for the sources of the scene.
+    void add_source(const Vec3& position);
+
+    /// Removes a source; the index of each behind it falls by one.
+    void remove_source(std::size_t source);
+
+    std::size_t source_count() const;
+
+    /// Gives an object of the scene another material from the next frame on, or a material of the
+    /// scene other coefficients. What is cached of the old one is forgotten, as after a large
+    /// movement; the responses keep their length.
+    void set_object_material(std::size_t object, const Material& material);
+    void change_material(std::size_t material, const Material& coefficients);
+
     /// Propagates one frame. Results are valid until the next step.
     void step(const FrameInput& input);
 

@@ -19,10 +19,10 @@ class Session {
  public:
     Session(Scene scene, SessionOptions options);
 
-    /// Renders the walk to a WAV file. The sources and the listener follow their paths; a frame's
-    /// pose takes effect in the block that contains its time. Returns false, and leaves no file,
-    /// if `progress` asked to stop. The same scene, seed and options give the same bytes with any
-    /// number of threads. Throws Error, AudioInputError, AudioFailure.
+    /// Renders the walk to a WAV file. Sources, listener and objects follow their paths; a frame's
+    /// pose takes effect at the first sample at or after its time. Returns false, and leaves no
+    /// file, if `progress` asked to stop. The same scene, seed and options give the same bytes with
+    /// any block and any number of threads. Throws Error, AudioInputError, AudioFailure.
     bool render(const std::filesystem::path& file, const Progress& progress = {});
 
     /// Plays on the output device until the end of the walk; never returns if it has none. For more

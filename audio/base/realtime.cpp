@@ -50,6 +50,15 @@ void give_way(int nice) noexcept {
     if (syscall(SYS_sched_setattr, 0, &attributes, 0U) != 0) setpriority(PRIO_PROCESS, 0, nice);
 }
 
+void leave_realtime() noexcept {
+    int policy = SCHED_OTHER;
+    sched_param parameters{};
+    if (pthread_getschedparam(pthread_self(), &policy, &parameters) != 0) return;
+    if (policy == SCHED_OTHER || policy == SCHED_BATCH || policy == SCHED_IDLE) return;
+    parameters.sched_priority = 0;
+    pthread_setschedparam(pthread_self(), SCHED_OTHER, &parameters);
+}
+
 RealtimePriority::RealtimePriority() noexcept {
     sched_param before{};
     pthread_getschedparam(pthread_self(), &policy_, &before);

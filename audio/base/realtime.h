@@ -20,6 +20,10 @@ bool take_realtime_priority() noexcept;
 /// privileges.
 void give_way(int nice) noexcept;
 
+/// Gives up real-time priority that this thread has inherited. A thread starts with the scheduling
+/// of the thread that starts it: call this first in a thread that computes.
+void leave_realtime() noexcept;
+
 /// Nice value of the threads that compute propagation frames.
 inline constexpr int kNiceOfFrames = 10;
 

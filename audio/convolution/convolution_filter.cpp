@@ -58,6 +58,16 @@ void FilterTransform::transform(std::span<const std::span<const float>> response
     }
 }
 
+void FilterTransform::repeat(std::size_t input, ConvolutionFilter& filter) const {
+    for (std::size_t l = 0; l < levels_.size(); ++l) {
+        const std::size_t count = levels_[l].partitioning.count;
+        for (std::size_t place = input * count; place < (input + 1) * count; ++place) {
+            filter.levels_[l].memory[place] = levels_[l].newest.memory[place];
+            filter.levels_[l].partitions[place] = levels_[l].newest.partitions[place];
+        }
+    }
+}
+
 /// Stores the taps of a partition. Returns whether they differ from those stored before.
 bool FilterTransform::store_taps(std::span<const std::span<const float>> responses,
                                  std::size_t input, std::size_t first, std::size_t count) {

@@ -53,6 +53,9 @@ class FilterTransform {
     void transform(std::span<const std::span<const float>> responses, std::size_t input,
                    ConvolutionFilter& filter);
 
+    /// Sets an input's impulse responses to those of the call before.
+    void repeat(std::size_t input, ConvolutionFilter& filter) const;
+
  private:
     /// Memory for the spectra of a partition. It is in use if its use count is above 1 (the pool).
     using Spectra = std::shared_ptr<void>;

@@ -35,6 +35,8 @@ class Fade {
         return at < curve_->size() ? (*curve_)[at] : 1.0F;
     }
 
+    std::size_t remaining() const noexcept AULA_NONBLOCKING { return curve_->size() - position_; }
+
     void advance(std::size_t samples) noexcept AULA_NONBLOCKING {
         position_ = std::min(curve_->size(), position_ + samples);
     }

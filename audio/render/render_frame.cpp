@@ -82,9 +82,7 @@ RenderShape::RenderShape(const RendererConfig& config, const Hrtf* hrtf) {
     path.block = block;
     path.frame_samples = static_cast<std::size_t>(frame_samples(config));
     path.turn_samples = std::max(block, kShortestTurn_samples);
-    moving_paths =
-        1 + std::clamp<std::size_t>(kMovingEarly / std::max<std::size_t>(1, config.sources), 1,
-                                    kMostMovingEarly);
+    moving_paths = 1 + moving_early_paths(1);
     longest_delay_samples =
         std::max(config.response_samples, to_samples(config.longest_delay_s, rate));
 
@@ -92,6 +90,11 @@ RenderShape::RenderShape(const RendererConfig& config, const Hrtf* hrtf) {
     // have to wait, since a shorter fade would be audible.
     const std::size_t frame_left = path.frame_samples > block ? path.frame_samples - block : 0;
     fade_samples = std::max(kShortestFade_samples, std::min(to_samples(kFade_s, rate), frame_left));
+}
+
+std::size_t moving_early_paths(std::size_t sources) {
+    return std::clamp<std::size_t>(kMovingEarly / std::max<std::size_t>(1, sources), 1,
+                                   kMostMovingEarly);
 }
 
 RenderFrame::Parts::Parts(const RenderShape& shape)

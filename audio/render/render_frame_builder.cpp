@@ -24,7 +24,8 @@ struct RenderFrameBuilder::State {
           path_bands(config.sample_rate_hz, shape.path.filter_taps),
           early_filter(kInterpolationTaps - 1 + shape.early_taps + kInterpolationTaps - 1),
           delayed(shape.early_taps + kInterpolationTaps - 1),
-          moving(config.sources, std::vector<std::uint64_t>(shape.moving_paths - 1)) {
+          moving(config.sources, std::vector<std::uint64_t>(shape.moving_paths - 1)),
+          absent(config.sources, 1) {
         for (std::size_t c = 0; c < shape.reverberation.outputs; ++c) {
             responses.emplace_back(shape.reverberation.taps);
         }
@@ -42,8 +43,10 @@ struct RenderFrameBuilder::State {
     AlignedVector<float> early_filter;            ///< band filter, zero-padded at both ends
     AlignedVector<float> delayed;
     std::vector<std::vector<std::uint64_t>> moving;  ///< [source][slot] moving early paths, 0: none
+    std::vector<char> absent;                        ///< [source] in the frame before
 
-    void choose_moving(std::size_t source, std::span<const DiscretePath> early);
+    void choose_moving(std::size_t source, std::span<const DiscretePath> early, std::size_t most);
+    void leave_out(std::size_t source, RenderFrame& frame);
     void add_early(const DiscretePath& path, float gain);
     void prepare_path(const DiscretePath& path, float gain, PathSound& sound);
 };
@@ -61,8 +64,15 @@ std::unique_ptr<RenderFrame> RenderFrameBuilder::make_frame() const {
 void RenderFrameBuilder::prepare(std::span<const SourceSound> sources, RenderFrame& frame) {
     State& s = *state_;
     assert(sources.size() == s.config.sources);
+    const auto present = static_cast<std::size_t>(std::count_if(
+        sources.begin(), sources.end(), [](const auto& source) { return !source.absent; }));
     for (std::size_t i = 0; i < sources.size(); ++i) {
         const SourceSound& source = sources[i];
+        if (source.absent) {
+            s.leave_out(i, frame);
+            continue;
+        }
+        s.absent[i] = 0;
         for (std::size_t c = 0; c < s.responses.size(); ++c) {
             const std::span<const float> in = source.ambisonics[c];
             assert(in.size() <= s.config.response_samples);
@@ -82,7 +92,7 @@ void RenderFrameBuilder::prepare(std::span<const SourceSound> sources, RenderFra
         std::vector<PathSound>& paths = frame.parts->paths[i];
         for (PathSound& path : paths) path.present = false;
         if (source.direct) s.prepare_path(*source.direct, source.gain, paths[0]);
-        s.choose_moving(i, source.early);
+        s.choose_moving(i, source.early, moving_early_paths(present));
         for (const DiscretePath& path : source.early) {
             const auto slot = std::find(s.moving[i].begin(), s.moving[i].end(), path.id);
             if (path.id != 0 && slot != s.moving[i].end()) {
@@ -97,10 +107,23 @@ void RenderFrameBuilder::prepare(std::span<const SourceSound> sources, RenderFra
     }
 }
 
-/// Assigns the strongest early paths to slots of moving paths. A path keeps its slot while it
-/// moves.
+void RenderFrameBuilder::State::leave_out(std::size_t source, RenderFrame& frame) {
+    for (PathSound& path : frame.parts->paths[source]) path.present = false;
+    std::fill(moving[source].begin(), moving[source].end(), 0);
+    if (absent[source]) {
+        transform.repeat(source, frame.parts->reverberation);
+        return;
+    }
+    absent[source] = 1;
+    const std::vector<std::span<const float>> silence(responses.size());
+    transform.transform(silence, source, frame.parts->reverberation);
+}
+
+/// Assigns the strongest early paths, `most` of them, to slots of moving paths. A path keeps its
+/// slot while it moves.
 void RenderFrameBuilder::State::choose_moving(std::size_t source,
-                                              std::span<const DiscretePath> early) {
+                                              std::span<const DiscretePath> early,
+                                              std::size_t most) {
     // Hysteresis: a moving path is replaced only by one of twice its energy.
     constexpr float kHysteresis = 2;
     std::vector<std::uint64_t>& slots = moving[source];
@@ -113,7 +136,7 @@ void RenderFrameBuilder::State::choose_moving(std::size_t source,
         strongest.emplace_back(energy, path.id);
     }
     std::sort(strongest.begin(), strongest.end(), std::greater<>());
-    strongest.resize(std::min(strongest.size(), slots.size()));
+    strongest.resize(std::min(strongest.size(), most));
     const auto chosen = [&](std::uint64_t id) {
         return std::any_of(strongest.begin(), strongest.end(),
                            [&](const auto& s) { return s.second == id; });

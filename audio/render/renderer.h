@@ -9,16 +9,12 @@
 #include <vector>
 
 #include "audio/base/mailbox.h"
+#include "audio/base/output_format.h"
 #include "audio/base/realtime.h"
 #include "audio/spatial/ambisonics.h"
 #include "audio/spatial/hrtf.h"
 
 namespace aula {
-
-enum class OutputFormat { binaural, mono, foa };
-
-/// Number of channels of an output format: binaural 2, mono 1, foa 4.
-std::size_t channel_count(OutputFormat format);
 
 /// A discrete arrival at the listener, in world axes (x front, y left, z up).
 struct DiscretePath {
@@ -39,12 +35,13 @@ struct SourceSound {
     std::vector<DiscretePath> early;
     std::optional<DiscretePath> direct;  ///< rendered through a delay line with continuous motion
     float gain = 1;                      ///< linear gain of the source
+    bool absent = false;                 ///< nothing is heard; the other members are not read
 };
 
 struct RendererConfig {
     double sample_rate_hz = 48000;
     int block = 256;  ///< largest number of samples per call
-    std::size_t sources = 1;
+    std::size_t sources = 1;               ///< at most; SourceSound::absent leaves one out
     std::size_t response_samples = 48000;  ///< length of the longest reverberation
     double frame_s = 1.0 / 30;             ///< propagation frame interval
     OutputFormat output = OutputFormat::binaural;
@@ -73,7 +70,8 @@ struct RenderFrame {
 
 /// Prepares frames. The direct sound and the strongest early paths become a delay and a short
 /// filter. The other early paths are added to the reverberation, with fractional delays and
-/// minimum-phase octave-band filters. Partitions of the reverberation are transformed.
+/// minimum-phase octave-band filters. Partitions of the reverberation are transformed. Absent
+/// sources cost next to nothing.
 /// [propagation thread]
 class RenderFrameBuilder {
  public:

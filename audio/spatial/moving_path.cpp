@@ -223,6 +223,7 @@ void MovingPath::process(const DelayLine& line, const HeadRotation& head,
                          std::span<float* const> outputs, std::size_t samples) noexcept {
     const bool current_audible = current_.audible();
     const bool next_audible = next_.audible();
+    if (!current_audible && !next_audible) return advance_fade(samples);
     std::array<bool, 2> active{};
     if (current_audible) active[current_.track] = true;
     if (next_audible) active[next_.track] = true;
@@ -241,6 +242,10 @@ void MovingPath::process(const DelayLine& line, const HeadRotation& head,
     for (std::size_t t = 0; t < 2; ++t) {
         if (active[t]) tracks_[t].finish(outputs, samples);
     }
+    advance_fade(samples);
+}
+
+void MovingPath::advance_fade(std::size_t samples) noexcept {
     if (!fading()) return;
     fade_.advance(samples);
     if (!fade_.done()) return;

@@ -150,6 +150,8 @@ class MovingPath {
                  std::size_t samples) noexcept AULA_NONBLOCKING;
 
  private:
+    void advance_fade(std::size_t samples) noexcept AULA_NONBLOCKING;
+
     /// A sound rendered by one of the two tracks.
     struct Voice {
         const PathSound* sound = nullptr;

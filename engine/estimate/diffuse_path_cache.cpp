@@ -100,7 +100,13 @@ DiffusePathCache::DiffusePathCache(Readout readout, int window_frames, std::size
 }
 
 DiffusePathCache::~DiffusePathCache() = default;
+
+void DiffusePathCache::set_memory_bytes(std::size_t memory_bytes) {
+    state_->memory_bytes = memory_bytes;
+}
+
 DiffusePathCache::DiffusePathCache(DiffusePathCache&&) noexcept = default;
+DiffusePathCache& DiffusePathCache::operator=(DiffusePathCache&&) noexcept = default;
 
 std::int64_t DiffusePathCache::to_fixed(float energy) {
     return std::llrint(double{energy} / kEnergyUnit);

@@ -35,6 +35,10 @@ class DiffusePathCache {
     DiffusePathCache(Readout readout, int window_frames, std::size_t memory_bytes);
     ~DiffusePathCache();
     DiffusePathCache(DiffusePathCache&&) noexcept;
+    DiffusePathCache& operator=(DiffusePathCache&&) noexcept;
+
+    /// Another bound for the memory, from the next frame on.
+    void set_memory_bytes(std::size_t memory_bytes);
 
     /// One frame: expires what is too old, takes the frame's arrivals and ages every entry by the
     /// number of rays that the source emitted in this frame.

@@ -4,15 +4,16 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/base/vec3.h"
+#include "engine/scene/scene.h"
 
 namespace aula {
 
-/// Where everything is in one frame. Moving geometry follows its own path to `time_s`.
+/// Where everything is in one frame.
 struct FrameInput {
-    double time_s = 0;
-    std::vector<Vec3> sources;    ///< one for each source of the scene
+    double time_s = 0;            ///< to which objects follow their paths without `objects`
+    std::vector<Vec3> sources;    ///< one for each source
     std::vector<Vec3> listeners;  ///< as many as in every other frame, at least one
+    std::vector<RigidTransform> objects{};  ///< one for each object of the scene, or empty
 };
 
 /// What a frame cost and what the caches hold.

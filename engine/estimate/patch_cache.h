@@ -56,6 +56,9 @@ class PatchCache {
     PatchCache(PatchCache&&) = default;
     PatchCache& operator=(PatchCache&&) = default;
 
+    /// Another bound for the memory, from the next frame on.
+    void set_memory_bytes(std::size_t memory_bytes) { memory_bytes_ = memory_bytes; }
+
     /// Bytes of one patch's row.
     static std::size_t row_bytes(std::size_t bin_count, bool directed);
 

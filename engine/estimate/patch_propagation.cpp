@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <numeric>
 
 #include "engine/base/sampling.h"
 #include "engine/base/stopwatch.h"
@@ -58,12 +59,10 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const SpecularPaths& i
                                    source_count * PatchCache::row_bytes(bins.count(), false) +
                                    listener_count * PatchCache::row_bytes(bins.count(), true)))),
       tracer_(scene, grid_, bins_, images, trace) {
-    if (simulation.specular || simulation.order > 0) {
-        mirrors_ = std::any_of(scene.triangles().begin(), scene.triangles().end(),
-                               [&](const RayScene::Triangle& t) {
-                                   return complement(scene.material(t).scattering).max() > 0;
-                               });
-    }
+    rays_may_mirror_ = simulation.specular || simulation.order > 0;
+    materials_changed();
+    ids_.resize(emitter_count());
+    std::iota(ids_.begin(), ids_.end(), std::size_t{0});
     // A patch does not know the order of what it radiates: under a limit the tracer finds what ends
     // in a mirror.
     gather_settings_.mirrors = simulation.order == 0;
@@ -81,42 +80,115 @@ void PatchPropagation::set_rays(int rays) {
     }
 }
 
-void PatchPropagation::restart() {
-    const auto row_bytes = [&](bool directed) {
-        return static_cast<double>(PatchCache::row_bytes(bins_.count(), directed));
+/// Whether paths that end in a mirror are left to the rays.
+void PatchPropagation::materials_changed() {
+    mirrors_ = rays_may_mirror_ &&
+               std::any_of(scene_.triangles().begin(), scene_.triangles().end(),
+                           [&](const RayScene::Triangle& t) {
+                               return complement(scene_.material(t).scattering).max() > 0;
+                           });
+}
+
+/// The share of one cache in the memory, in proportion to its rows.
+std::size_t PatchPropagation::cache_bytes(bool directed) const {
+    const auto row_bytes = [&](bool of_listener) {
+        return static_cast<double>(PatchCache::row_bytes(bins_.count(), of_listener));
     };
     const double all_rows_bytes = static_cast<double>(source_count_) * row_bytes(false) +
                                   static_cast<double>(listener_count_) * row_bytes(true);
-    caches_.clear();
-    segment_caches_.clear();
-    for (std::size_t id = 0; id < emitter_count(); ++id) {
-        const bool directed = id >= source_count_;
-        const double bytes =
-            (1 - kSegmentShare) * memory_bytes_ * row_bytes(directed) / all_rows_bytes;
-        caches_.emplace_back(bins_.count(), window_frames_, grid_.patch_size_m(),
-                             static_cast<std::size_t>(bytes), directed);
-        segment_caches_.emplace_back(
-            window_frames_, listener_radius_m_, gather_settings_.attenuation_per_m,
-            kMaxSegments / (directed ? listener_count_ : source_count_),
-            static_cast<std::size_t>(kSegmentShare * memory_bytes_ /
-                                     static_cast<double>(emitter_count())));
-    }
-    status_.assign(emitter_count(), {});
-    last_move_.reset();
-    positions_.clear();
-    const std::size_t pairs = source_count_ * listener_count_;
-    pairs_.clear();
+    return static_cast<std::size_t>((1 - kSegmentShare) * memory_bytes_ * row_bytes(directed) /
+                                    all_rows_bytes);
+}
+
+std::size_t PatchPropagation::max_segments(bool directed) const {
+    return kMaxSegments / (directed ? listener_count_ : source_count_);
+}
+
+std::size_t PatchPropagation::leg_bytes() const {
+    return static_cast<std::size_t>(kSegmentShare * memory_bytes_ /
+                                    static_cast<double>(emitter_count()));
+}
+
+PatchCache PatchPropagation::make_cache(bool directed) const {
+    return {bins_.count(), window_frames_, grid_.patch_size_m(), cache_bytes(directed), directed};
+}
+
+SegmentCache PatchPropagation::make_legs(bool directed) const {
+    return {window_frames_, listener_radius_m_, gather_settings_.attenuation_per_m,
+            max_segments(directed), leg_bytes()};
+}
+
+PatchPropagation::Pair PatchPropagation::silent_pair() const {
     EnergyResponse empty;
     empty.bins = bins_;
     empty.speed_of_sound_m_s = speed_of_sound_m_s_;
     empty.energy.resize(bins_.count());
     empty.direction.resize(bins_.count());
-    pairs_.assign(pairs, {.mean = empty, .newest = empty, .specular = SpecularSum(empty)});
+    return {.mean = empty, .newest = empty, .specular = SpecularSum(empty)};
+}
+
+void PatchPropagation::restart() {
+    caches_.clear();
+    segment_caches_.clear();
+    for (std::size_t id = 0; id < emitter_count(); ++id) {
+        const bool directed = id >= source_count_;
+        caches_.push_back(make_cache(directed));
+        segment_caches_.push_back(make_legs(directed));
+    }
+    status_.assign(emitter_count(), {});
+    last_move_.reset();
+    positions_.clear();
+    pairs_.clear();
+    pairs_.assign(source_count_ * listener_count_, silent_pair());
+}
+
+/// Gives each emitter its share after their number has changed.
+void PatchPropagation::divide_memory() {
+    for (std::size_t id = 0; id < emitter_count(); ++id) {
+        const bool directed = id >= source_count_;
+        caches_[id].set_memory_bytes(cache_bytes(directed));
+        segment_caches_[id].set_bounds(max_segments(directed), leg_bytes());
+    }
+}
+
+void PatchPropagation::add_source(std::size_t id, const Vec3& position) {
+    const auto place = static_cast<std::ptrdiff_t>(source_count_);
+    ++source_count_;
+    ids_.insert(ids_.begin() + place, id);
+    caches_.insert(caches_.begin() + place, make_cache(false));
+    segment_caches_.insert(segment_caches_.begin() + place, make_legs(false));
+    status_.insert(status_.begin() + place, EmitterStatus{});
+    batches_.emplace(batches_.begin() + place, static_cast<std::size_t>(tracer_.batch_count()));
+    if (!positions_.empty()) {
+        positions_.insert(positions_.begin() + place, position);
+        receivers_.insert(receivers_.begin() + place,
+                          make_receiver(scene_, position, listener_radius_m_));
+    }
+    pairs_.resize(source_count_ * listener_count_, silent_pair());
+    divide_memory();
+}
+
+void PatchPropagation::remove_source(std::size_t source) {
+    const auto place = static_cast<std::ptrdiff_t>(source);
+    const auto erase = [&](auto& of_emitters) { of_emitters.erase(of_emitters.begin() + place); };
+    --source_count_;
+    erase(ids_);
+    erase(caches_);
+    erase(segment_caches_);
+    erase(status_);
+    erase(batches_);
+    if (!positions_.empty()) {
+        erase(positions_);
+        erase(receivers_);
+    }
+    const auto first = pairs_.begin() + static_cast<std::ptrdiff_t>(source * listener_count_);
+    pairs_.erase(first, first + static_cast<std::ptrdiff_t>(listener_count_));
+    divide_memory();
 }
 
 Emitter PatchPropagation::emitter(std::size_t id, const FrameInput& input) const {
-    if (id < source_count_) return {id, input.sources[id], false};
-    return {id, input.listeners[id - source_count_], true};
+    if (id < source_count_) return {ids_[id], input.sources[id], false};
+    return {ids_[id], input.listeners[id - source_count_], true};
 }
 
 /// Forgets what has become wrong since the last frame.
@@ -203,6 +275,7 @@ std::vector<std::uint64_t> PatchPropagation::emitted() const {
 /// which a few have their turn.
 std::vector<char> PatchPropagation::pairs_to_gather(std::uint64_t frame) const {
     const std::size_t count = pairs_.size();
+    if (count == 0) return {};
     const std::size_t turn = frame * kSettledPairs % count;
     std::vector<char> wanted(count, 0);
     for (std::size_t i = 0; i < count; ++i) {

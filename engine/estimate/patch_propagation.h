@@ -46,6 +46,13 @@ class PatchPropagation {
     /// Forgets everything cached.
     void restart();
 
+    /// Adds a source behind the others; `id` is that of its random numbers.
+    void add_source(std::size_t id, const Vec3& position);
+    void remove_source(std::size_t source);
+
+    /// Follows a change of the scene's materials.
+    void materials_changed();
+
     /// Brings the patches up to date after RayScene::move.
     void scene_moved() { grid_.scene_moved(window_frames_); }
 
@@ -95,6 +102,13 @@ class PatchPropagation {
     };
 
     std::size_t emitter_count() const { return source_count_ + listener_count_; }
+    std::size_t cache_bytes(bool directed) const;
+    std::size_t max_segments(bool directed) const;
+    std::size_t leg_bytes() const;
+    void divide_memory();
+    Pair silent_pair() const;
+    PatchCache make_cache(bool directed) const;
+    SegmentCache make_legs(bool directed) const;
     Emitter emitter(std::size_t id, const FrameInput& input) const;
     void advance(const PropagationFrame& frame);
     std::vector<int> plan_batches(std::span<const EmitterStatus> status) const;
@@ -119,6 +133,7 @@ class PatchPropagation {
     WorkerPool& workers_;
     TimeBins bins_;
     int window_frames_;
+    bool rays_may_mirror_ = false;
     bool mirrors_ = false;  ///< paths that end in a mirror are left to the rays
     float listener_radius_m_;
     float speed_of_sound_m_s_;
@@ -130,6 +145,7 @@ class PatchPropagation {
     GatherSettings gather_settings_;
 
     // [emitter], sources before listeners
+    std::vector<std::size_t> ids_;  // of their random numbers
     std::vector<PatchCache> caches_;
     std::vector<SegmentCache> segment_caches_;
     std::vector<EmitterStatus> status_;

@@ -47,6 +47,12 @@ class SegmentCache {
           max_segments_(max_segments),
           memory_bytes_(memory_bytes) {}
 
+    /// Other bounds, from the next frame on.
+    void set_bounds(std::size_t max_segments, std::size_t memory_bytes) {
+        max_segments_ = max_segments;
+        memory_bytes_ = memory_bytes;
+    }
+
     /// Forgets what no longer holds. Call once for each frame, in order.
     void advance(const State& now);
 

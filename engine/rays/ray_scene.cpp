@@ -86,8 +86,8 @@ struct RayScene::Embree {
     template <class IsLeftOut>
     void add(const Object& object, const std::vector<Vec3>& world, const IsLeftOut& is_left_out) {
         RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-        rtcSetGeometryBuildQuality(geometry,
-                                   object.path ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_MEDIUM);
+        rtcSetGeometryBuildQuality(
+            geometry, object.moves() ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_MEDIUM);
         auto* vertex_buffer = static_cast<float*>(
             rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                     3 * sizeof(float), world.size()));
@@ -116,11 +116,14 @@ struct RayScene::Embree {
 };
 
 RayScene::RayScene(const Scene& scene, double time_s)
-    : embree_(std::make_unique<Embree>()), objects_(scene.objects), materials_(scene.materials) {
+    : embree_(std::make_unique<Embree>()),
+      objects_(scene.objects),
+      materials_(scene.materials),
+      own_material_(scene.objects.size()) {
     bool any_moves = false;
     for (std::uint32_t o = 0; o < objects_.size(); ++o) {
         const Object& object = objects_[o];
-        any_moves |= object.path.has_value();
+        any_moves |= object.moves();
         embree_->first_triangle.push_back(static_cast<std::uint32_t>(triangles_.size()));
         embree_->vertices.push_back(object.world_vertices(time_s));
         triangles_.resize(triangles_.size() + object.triangles.size());
@@ -132,7 +135,7 @@ RayScene::RayScene(const Scene& scene, double time_s)
         const Object& object = objects_[o];
         embree_->add(object, embree_->vertices[o],
                      [&](std::size_t t) { return repeated[embree_->first_triangle[o] + t]; });
-        if (!object.path) {
+        if (!object.moves()) {
             // Only moving objects are needed again, for their local vertices.
             objects_[o].vertices.clear();
             objects_[o].vertices.shrink_to_fit();
@@ -170,10 +173,17 @@ void RayScene::update_few() {
 }
 
 float RayScene::move(double time_s) {
+    std::vector<RigidTransform> transforms;
+    for (const Object& object : objects_) transforms.push_back(object.transform_at(time_s));
+    return move(transforms);
+}
+
+float RayScene::move(std::span<const RigidTransform> transforms) {
+    assert(transforms.size() == objects_.size());
     float moved_m = 0;
     for (std::uint32_t o = 0; o < objects_.size(); ++o) {
-        if (!objects_[o].path) continue;
-        std::vector<Vec3> world = objects_[o].world_vertices(time_s);
+        if (!objects_[o].moves()) continue;
+        std::vector<Vec3> world = objects_[o].world_vertices(transforms[o]);
         float object_moved_m = 0;
         for (std::size_t v = 0; v < world.size(); ++v) {
             object_moved_m =
@@ -194,6 +204,26 @@ float RayScene::move(double time_s) {
         update_few();
     }
     return moved_m;
+}
+
+void RayScene::set_material(std::size_t object, const Material& material) {
+    if (!own_material_[object]) {
+        own_material_[object] = static_cast<std::uint32_t>(materials_.size());
+        materials_.push_back(material);
+    }
+    const std::uint32_t index = *own_material_[object];
+    materials_[index] = material;
+    std::fill(objects_[object].triangle_materials.begin(),
+              objects_[object].triangle_materials.end(), index);
+    const std::uint32_t first = embree_->first_triangle[object];
+    for (std::size_t t = 0; t < objects_[object].triangles.size(); ++t) {
+        triangles_[first + t].material = index;
+        surfaces_[first + t].material = index;
+    }
+}
+
+void RayScene::change_material(std::size_t index, const Material& material) {
+    materials_[index] = material;
 }
 
 void RayScene::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {

@@ -60,9 +60,18 @@ class RayScene {
     RayScene(const RayScene&) = delete;
     RayScene& operator=(const RayScene&) = delete;
 
-    /// Takes the moving objects to where they are at a time. Returns the largest distance in
-    /// metres that a vertex moved (0: nothing changed).
+    /// Takes the moving objects to where their paths are at a time. Returns the largest distance
+    /// in metres that a vertex moved (0: nothing changed).
     float move(double time_s);
+
+    /// The same by a transform for each object; those of objects that do not move are ignored.
+    float move(std::span<const RigidTransform> transforms);
+
+    /// Gives all triangles of an object another material.
+    void set_material(std::size_t object, const Material& material);
+
+    /// Gives a material other coefficients.
+    void change_material(std::size_t index, const Material& material);
 
     /// Nearest hit of each ray beyond distance 0 (give origins that are off the surface).
     void intersect(std::span<const Ray> rays, std::span<Hit> hits) const;
@@ -86,10 +95,8 @@ class RayScene {
     }
     const std::vector<Triangle>& triangles() const { return triangles_; }
 
-    /// True for a triangle of an object that has a path.
-    bool moves(const Triangle& triangle) const {
-        return objects_[triangle.object].path.has_value();
-    }
+    /// True for a triangle of a movable object.
+    bool moves(const Triangle& triangle) const { return objects_[triangle.object].moves(); }
 
     /// The hit point from the triangle's own vertices (more exact than along the ray, but each lies
     /// elsewhere in memory: not for the innermost loops), moved kOffset_m along the normal to the
@@ -133,6 +140,7 @@ class RayScene {
     std::vector<Surface> surfaces_;             ///< [triangle]
     std::optional<BruteForceIntersector> few_;  ///< in place of Embree where that is faster
     std::vector<Material> materials_;
+    std::vector<std::optional<std::uint32_t>> own_material_;  ///< [object] by set_material
 };
 
 }  // namespace aula

@@ -28,6 +28,11 @@ Point normal_of(const RayScene::Triangle& t) {
     return glm::normalize(glm::cross(Point(t.vertices[1]) - a, Point(t.vertices[2]) - a));
 }
 
+/// True if some of the sound is reflected specularly in some band.
+bool reflects(const Material& material) {
+    return (complement(material.absorption) * complement(material.scattering)).max() > 0;
+}
+
 double twice_area_m2(const RayScene::Triangle& t) {
     const Point a(t.vertices[0]);
     return glm::length(glm::cross(Point(t.vertices[1]) - a, Point(t.vertices[2]) - a));
@@ -177,8 +182,7 @@ void ScenePlanes::include(Plane& plane, std::uint32_t triangle) const {
         plane.low = glm::min(plane.low, v);
         plane.high = glm::max(plane.high, v);
     }
-    const Material& m = scene_.material(t);
-    plane.reflects |= (complement(m.absorption) * complement(m.scattering)).max() > 0;
+    plane.reflects |= reflects(scene_.material(t));
     if (plane.object != t.object) plane.object = kManyObjects;
 }
 
@@ -190,6 +194,14 @@ void ScenePlanes::scene_moved() {
         if (object.vertices == now) continue;
         object.vertices = now;
         follow(o);
+    }
+}
+
+void ScenePlanes::materials_changed() {
+    for (Plane& plane : planes_) plane.reflects = false;
+    for (std::uint32_t t = 0; t < plane_of_triangle_.size(); ++t) {
+        if (plane_of_triangle_[t] == kNoPlane) continue;
+        planes_[plane_of_triangle_[t]].reflects |= reflects(scene_.material(scene_.triangle(t)));
     }
 }
 

@@ -39,6 +39,9 @@ class ScenePlanes {
     /// that it shared.
     void scene_moved();
 
+    /// Follows a change of the scene's materials.
+    void materials_changed();
+
     std::size_t count() const { return planes_.size(); }
     const Plane& operator[](std::uint32_t plane) const { return planes_[plane]; }
 

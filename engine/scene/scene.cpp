@@ -7,6 +7,10 @@
 #include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
 #include <iterator>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "engine/scene/material_library.h"
 
 namespace aula {
 namespace {
@@ -59,12 +63,10 @@ Pose Trajectory::at(double time_s) const {
     return interpolate(previous.pose, next->pose, static_cast<float>(weight));
 }
 
-std::vector<Vec3> Object::world_vertices(double time_s) const {
-    const Pose pose = path ? path->at(time_s) : Pose{};
-    const glm::mat3 rotation = pose.rotation();
-    const Vec3 offset = pose.position + translation;
+std::vector<Vec3> Object::world_vertices(const RigidTransform& transform) const {
+    const Vec3 offset = transform.translation + translation;
     std::vector<Vec3> world = vertices;
-    for (Vec3& v : world) v = (path ? rotation * v : v) + offset;
+    for (Vec3& v : world) v = (moves() ? transform.rotation * v : v) + offset;
     return world;
 }
 
@@ -119,6 +121,33 @@ std::optional<Estimator> estimator_from_name(const std::string& name) {
 int Simulation::window_frames() const {
     constexpr float kMost = 1e9F;  // fits an int
     return static_cast<int>(std::clamp(std::round(response_time_s * frame_rate_hz), 1.0F, kMost));
+}
+
+Material Scene::find_material(const std::string& name) const {
+    for (const Material& material : materials)
+        if (material.name == name) return material;
+    for (const LibraryMaterial& known : material_library())
+        if (known.material.name == name) return known.material;
+    throw Error("there is no material \"" + name +
+                "\"; expected one of the scene or of the library");
+}
+
+std::size_t Scene::add_object(std::vector<Vec3> vertices,
+                              std::vector<std::array<std::uint32_t, 3>> triangles,
+                              const std::string& material, std::string name) {
+    const Material wanted = find_material(material);
+    const auto found = std::find_if(materials.begin(), materials.end(), [&](const Material& known) {
+        return known.name == wanted.name;
+    });
+    const auto index = static_cast<std::uint32_t>(found - materials.begin());
+    if (found == materials.end()) materials.push_back(wanted);
+    Object object;
+    object.name = std::move(name);
+    object.triangle_materials.assign(triangles.size(), index);
+    object.vertices = std::move(vertices);
+    object.triangles = std::move(triangles);
+    objects.push_back(std::move(object));
+    return objects.size() - 1;
 }
 
 }  // namespace aula

@@ -27,6 +27,20 @@ struct Pose {
     glm::mat3 rotation() const;
 };
 
+/// A rigid motion of an object: its local vertices are rotated about the local origin, then moved.
+struct RigidTransform {
+    glm::mat3 rotation{1};  ///< orthonormal, determinant 1
+    Vec3 translation{0};
+
+    RigidTransform() = default;
+    RigidTransform(const glm::mat3& rotation_in, const Vec3& translation_in)
+        : rotation(rotation_in), translation(translation_in) {}
+    explicit RigidTransform(const Pose& pose)
+        : rotation(pose.rotation()), translation(pose.position) {}
+
+    friend bool operator==(const RigidTransform&, const RigidTransform&) = default;
+};
+
 /// A walk: poses linear in time between points, the first before the first point, the last after
 /// the last; repeated when `loop`. Never empty.
 struct Trajectory {
@@ -59,10 +73,23 @@ struct Object {
     std::vector<std::filesystem::path> files;  ///< that a mesh was read from
     Vec3 translation{0};
     std::optional<Trajectory> path;
+    bool movable = false;  ///< transforms may be pushed; an object with a path is movable, too
 
-    /// Vertices in the world at a time: path rotation about the local origin, then path position
-    /// and translation.
-    std::vector<Vec3> world_vertices(double time_s) const;
+    bool moves() const { return movable || path.has_value(); }
+
+    /// The path's transform at a time; none without a path.
+    RigidTransform transform_at(double time_s) const {
+        return path ? RigidTransform(path->at(time_s)) : RigidTransform{};
+    }
+
+    /// Vertices in the world under a transform: rotation about the local origin, then the
+    /// transform's translation and the object's.
+    std::vector<Vec3> world_vertices(const RigidTransform& transform) const;
+
+    /// Vertices in the world at a time of the object's path.
+    std::vector<Vec3> world_vertices(double time_s) const {
+        return world_vertices(transform_at(time_s));
+    }
 };
 
 /// A box along the axes.
@@ -144,6 +171,15 @@ struct Scene {
     std::vector<Source> sources;
     Listener listener;
     Simulation simulation;
+
+    /// Adds an object of one material, one of `materials` or of the library by its name. Its index.
+    /// Throws Error if there is no such material.
+    std::size_t add_object(std::vector<Vec3> vertices,
+                           std::vector<std::array<std::uint32_t, 3>> triangles,
+                           const std::string& material, std::string name = {});
+
+    /// The material of that name: of the scene or else of the library. Throws Error.
+    Material find_material(const std::string& name) const;
 };
 
 }  // namespace aula

@@ -116,6 +116,12 @@ void SpecularPaths::add_mirrors() {
     }
 }
 
+void SpecularPaths::materials_changed() {
+    planes_.materials_changed();
+    list_sequences();
+    discovered_.clear();
+}
+
 /// All sequences, order by order, as long as they are few.
 void SpecularPaths::list_sequences() {
     std::vector<std::uint32_t> mirrors;

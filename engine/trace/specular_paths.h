@@ -48,6 +48,10 @@ class SpecularPaths {
     /// Brings the planes up to date after RayScene::move.
     void scene_moved();
 
+    /// Follows a change of the scene's materials: which planes reflect. Forgets all candidates that
+    /// rays have met.
+    void materials_changed();
+
     /// Traces chains from a listener and adds the sequences of planes they meet to the candidates.
     /// Call once for each listener and frame, before find().
     void discover(const Vec3& listener, std::uint64_t frame);

@@ -24,7 +24,7 @@ const std::array kParts = {
          {}},
     Part{"audio", {"base", "dsp", "convolution", "spatial", "render", "file", "device"}, {}},
     Part{"apps/session",
-         {"base", "frames", "offline", "edit", "live", "remote", ""},
+         {"base", "frames", "auralizer", "offline", "edit", "live", "remote", ""},
          {"engine", "audio"}},
     Part{"apps/window", {"model", ""}, {"apps/session", "engine", "audio"}},
     Part{"apps/bench",

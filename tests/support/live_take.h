@@ -3,6 +3,7 @@
 #include <functional>
 #include <vector>
 
+#include "apps/session/frames/play_controls.h"
 #include "apps/session/live/live_mixer.h"
 #include "apps/session/live/prepared_scene.h"
 
@@ -29,7 +30,7 @@ inline std::vector<float> take(LiveMixer& mixer, int blocks,
 /// Computes a prepared scene's first frame and hands its playback to the mixer.
 inline void begin(PreparedScene& prepared, LiveMixer& mixer, const PlayControls& controls = {}) {
     auto frame = prepared.maker.make_frame();
-    prepared.maker.fill(mixer.time_s(), controls, *frame);
+    prepared.maker.fill(controls.applied_to(prepared.scene, mixer.time_s()), {&frame, 1});
     prepared.frames.publish(std::move(frame));
     mixer.playbacks().publish(std::move(prepared.playback));
 }

@@ -9,100 +9,158 @@
 
 namespace aula {
 
-FrameMaker::FrameMaker(const Scene& scene, double sample_rate_hz, const SessionOptions& options,
-                       std::shared_ptr<const Hrtf> hrtf)
-    : scene_(scene),
-      propagation_(scene, scene.simulation),
-      config_(renderer_config(scene, propagation_.response_length_s(), sample_rate_hz, options)),
-      builder_(config_, std::move(hrtf)),
-      rays_(scene.simulation.rays),
-      responses_(scene.sources.size()),
-      sounds_(scene.sources.size()) {
-    input_.sources.resize(scene.sources.size());
-    input_.listeners.resize(1);
-    const auto carriers =
-        std::make_shared<const NoiseCarriers>(sample_rate_hz, scene.simulation.seed);
-    for (const Source& source : scene.sources)
-        impulse_responses_.emplace_back(carriers, propagation_.response_length_s(), source.name,
-                                        field_order(config_));
-}
+namespace {
 
-int FrameMaker::rays_wanted(const PlayControls& controls) const {
-    if (controls.frame_share && frame_s_ > 0)
-        return rays_within_budget(rays_, statistics(), frame_s_,
-                                  *controls.frame_share * config_.frame_s);
-    return controls.rays.value_or(scene_.simulation.rays);
-}
-
-void FrameMaker::propagate(double time_s, const PlayControls& controls) {
-    if (const int wanted = rays_wanted(controls); wanted != rays_) {
-        propagation_.set_rays(wanted);
-        rays_ = wanted;
-    }
-    listener_ = controls.listener_at(scene_, time_s);
-    input_.time_s = time_s;
-    input_.listeners[0] = listener_.position;
-    for (std::size_t s = 0; s < scene_.sources.size(); ++s)
-        input_.sources[s] =
-            controls.source(s).position.value_or(scene_.sources[s].position_at(time_s));
-    propagation_.step(input_);
-}
-
-void FrameMaker::warm_up(double time_s, const PlayControls& controls, double longest_s) {
-    const auto end = std::chrono::steady_clock::now() +
-                     std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-                         std::chrono::duration<double>(longest_s));
-    for (int frame = 0; frame < scene_.simulation.window_frames(); ++frame) {
-        if (std::chrono::steady_clock::now() >= end) break;
-        propagate(time_s, controls);
-    }
-    // A builder's first response takes longer than others.
-    for (std::size_t s = 0; s < scene_.sources.size(); ++s)
-        impulse_responses_[s].build(propagation_.response(s), responses_[s]);
-}
-
-/// The newest response of a source as it is to be heard.
-SourceSound FrameMaker::sound_of(std::size_t source, const PlayControls& controls) {
-    const EnergyResponse& energy = propagation_.response(source);
-    ImpulseResponse& response = responses_[source];
-    impulse_responses_[source].build(energy, response);
-    const float wet = controls.wet_gain();
-    if (const float late = controls.late ? wet : 0; late != 1) {
-        for (std::vector<float>& channel : response.channels)
-            for (float& sample : channel) sample *= late;
-    }
-    SourceSound sound =
-        source_sound(response, static_cast<double>(energy.speed_of_sound_m_s),
-                     controls.source(source).gain_db.value_or(scene_.sources[source].gain_db));
-    if (!controls.heard(source)) sound.gain = 0;
-    const auto scale = [](DiscretePath& path, float gain) {
-        for (float& band : path.band_gain) band *= gain;
-    };
-    if (sound.direct) scale(*sound.direct, controls.dry_gain());
-    for (DiscretePath& path : sound.early) scale(path, controls.early ? wet : 0);
+SourceSound absent_sound() {
+    SourceSound sound;
+    sound.absent = true;
     return sound;
 }
 
-void FrameMaker::fill(double time_s, const PlayControls& controls, RenderFrame& frame) {
+}  // namespace
+
+FrameMaker::FrameMaker(const Scene& scene, const FrameSettings& settings,
+                       std::shared_ptr<const Hrtf> hrtf)
+    : simulation_(scene.simulation),
+      propagation_(scene, scene.simulation, settings.listeners),
+      config_(renderer_config(scene, propagation_.response_length_s(), settings)),
+      carriers_(
+          std::make_shared<const NoiseCarriers>(settings.sample_rate_hz, scene.simulation.seed)),
+      speed_of_sound_m_s_(scene.medium.speed_of_sound_m_s()),
+      rays_(scene.simulation.rays),
+      listeners_(settings.listeners),
+      sounds_(settings.listeners, std::vector<SourceSound>(config_.sources, absent_sound())) {
+    for (std::size_t l = 0; l < settings.listeners; ++l)
+        builders_.push_back(std::make_unique<RenderFrameBuilder>(config_, hrtf));
+    input_.listeners.resize(settings.listeners);
+    for (const SourceState& source : room_state(scene, 0).sources)
+        voices_.push_back(make_voice(source));
+}
+
+FrameMaker::Voice FrameMaker::make_voice(const SourceState& source) const {
+    return {source,
+            std::make_unique<ImpulseResponseBuilder>(carriers_, propagation_.response_length_s(),
+                                                     source.name, field_order(config_)),
+            std::vector<ImpulseResponse>(builders_.size())};
+}
+
+int FrameMaker::rays_wanted(const RoomState& room) const {
+    if (room.frame_share && frame_s_ > 0)
+        return rays_within_budget(rays_, statistics(), frame_s_,
+                                  *room.frame_share * config_.frame_s);
+    return room.rays.value_or(simulation_.rays);
+}
+
+/// Begins and ends voices until they are those of the sources.
+void FrameMaker::take_sources(const std::vector<SourceState>& sources) {
+    const auto find = [&](std::uint64_t id) {
+        return std::find_if(sources.begin(), sources.end(),
+                            [&](const SourceState& source) { return source.id == id; });
+    };
+    for (std::size_t v = voices_.size(); v-- > 0;) {
+        const auto source = find(voices_[v].state.id);
+        if (source != sources.end() && !source->ringing) continue;
+        propagation_.remove_source(v);
+        if (source != sources.end()) ringing_.push_back(std::move(voices_[v]));
+        voices_.erase(voices_.begin() + static_cast<std::ptrdiff_t>(v));
+    }
+    std::erase_if(ringing_,
+                  [&](const Voice& voice) { return find(voice.state.id) == sources.end(); });
+    for (const SourceState& source : sources) {
+        const auto voice = std::find_if(voices_.begin(), voices_.end(),
+                                        [&](const Voice& v) { return v.state.id == source.id; });
+        if (voice != voices_.end()) {
+            voice->state = source;
+        } else if (!source.ringing) {
+            propagation_.add_source(source.position);
+            voices_.push_back(make_voice(source));
+        }
+    }
+}
+
+void FrameMaker::propagate(const RoomState& room) {
+    if (const int wanted = rays_wanted(room); wanted != rays_) {
+        propagation_.set_rays(wanted);
+        rays_ = wanted;
+    }
+    take_sources(room.sources);
+    listeners_ = room.listeners;
+    input_.time_s = room.time_s;
+    input_.objects = room.objects;
+    for (std::size_t l = 0; l < room.listeners.size(); ++l)
+        input_.listeners[l] = room.listeners[l].position;
+    input_.sources.clear();
+    for (const Voice& voice : voices_) input_.sources.push_back(voice.state.position);
+    propagation_.step(input_);
+}
+
+void FrameMaker::warm_up(const RoomState& room, double longest_s) {
+    const auto end = std::chrono::steady_clock::now() +
+                     std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                         std::chrono::duration<double>(longest_s));
+    for (int frame = 0; frame < simulation_.window_frames(); ++frame) {
+        if (std::chrono::steady_clock::now() >= end) break;
+        propagate(room);
+    }
+    // A builder's first response takes longer than others.
+    for (std::size_t v = 0; v < voices_.size(); ++v)
+        voices_[v].impulse_responses->build(propagation_.response(v), voices_[v].responses[0]);
+}
+
+/// The newest response of a voice as it is to be heard.
+SourceSound FrameMaker::sound_of(const Voice& voice, std::size_t listener,
+                                 const RoomState& room) const {
+    SourceSound sound = source_sound(voice.responses[listener],
+                                     static_cast<double>(speed_of_sound_m_s_), voice.state.gain_db);
+    if (!voice.state.heard) sound.gain = 0;
+    const auto scale = [](DiscretePath& path, float gain) {
+        for (float& band : path.band_gain) band *= gain;
+    };
+    if (sound.direct) scale(*sound.direct, room.direct_gain);
+    for (DiscretePath& path : sound.early) scale(path, room.early_gain);
+    return sound;
+}
+
+void FrameMaker::fill(const RoomState& room, std::span<const std::unique_ptr<RenderFrame>> frames) {
     const auto begin = std::chrono::steady_clock::now();
-    propagate(time_s, controls);
-    for (std::size_t s = 0; s < scene_.sources.size(); ++s) sounds_[s] = sound_of(s, controls);
-    builder_.prepare(sounds_, frame);
+    propagate(room);
+    for (std::vector<SourceSound>& of_listener : sounds_)
+        std::fill(of_listener.begin(), of_listener.end(), absent_sound());
+    for (std::size_t l = 0; l < frames.size(); ++l) {
+        for (const Voice& voice : ringing_) sounds_[l][voice.state.slot] = sound_of(voice, l, room);
+        for (std::size_t v = 0; v < voices_.size(); ++v) {
+            Voice& voice = voices_[v];
+            ImpulseResponse& response = voice.responses[l];
+            voice.impulse_responses->build(propagation_.response(v, l), response);
+            if (room.late_gain != 1) {
+                for (std::vector<float>& channel : response.channels)
+                    for (float& sample : channel) sample *= room.late_gain;
+            }
+            sounds_[l][voice.state.slot] = sound_of(voice, l, room);
+        }
+        builders_[l]->prepare(sounds_[l], *frames[l]);
+    }
     frame_s_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+const SourceSound* FrameMaker::sound(std::uint64_t id, std::size_t listener) const {
+    for (const Voice& voice : voices_)
+        if (voice.state.id == id) return &sounds_[listener][voice.state.slot];
+    return nullptr;
 }
 
 FrameView FrameMaker::view(const ViewRequest& request) const {
     FrameView view;
-    if (scene_.sources.empty()) return view;
-    view.source = std::min(request.source, scene_.sources.size() - 1);
-    view.listener = listener_;
+    if (voices_.empty()) return view;
+    view.source = std::min(request.source, voices_.size() - 1);
+    view.listener = listeners_[0];
     view.sources = input_.sources;
-    view.simulation = scene_.simulation;
+    view.simulation = simulation_;
     view.simulation.rays = rays_;
     view.response = propagation_.response(view.source);
     view.length_s = response_length_s();
     view.impulse_response.assign(request.columns, 0);
-    const std::vector<float>& pressure = responses_[view.source].channels[0];
+    const std::vector<float>& pressure = voices_[view.source].responses[0].channels[0];
     for (std::size_t i = 0; i < pressure.size(); ++i) {
         float& column = view.impulse_response[i * request.columns / pressure.size()];
         column = std::max(column, std::abs(pressure[i]));

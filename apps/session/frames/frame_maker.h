@@ -1,11 +1,12 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
-#include "apps/session/base/session_options.h"
 #include "apps/session/frames/frame_view.h"
-#include "apps/session/frames/play_controls.h"
+#include "apps/session/frames/room_state.h"
+#include "apps/session/frames/sound_at_listener.h"
 #include "audio/render/renderer.h"
 #include "engine/propagation.h"
 #include "engine/response/impulse_response.h"
@@ -14,26 +15,33 @@
 namespace aula {
 
 /// The way from poses to what the audio thread needs: one propagation step, the energy responses
-/// turned into impulse responses, those into a frame for the renderer. [propagation thread]
+/// turned into impulse responses, those into a frame for the renderer of each listener.
+/// [propagation thread]
 class FrameMaker {
  public:
-    /// Keeps a reference to the scene. The HRTF is needed for binaural output only. Throws Error if
-    /// the scene's settings cannot be used. Of the options block, output and order are used.
-    FrameMaker(const Scene& scene, double sample_rate_hz, const SessionOptions& options,
-               std::shared_ptr<const Hrtf> hrtf);
+    /// The HRTF is needed for binaural output only. Throws Error if the scene's settings cannot be
+    /// used.
+    FrameMaker(const Scene& scene, const FrameSettings& settings, std::shared_ptr<const Hrtf> hrtf);
 
     const RendererConfig& config() const { return config_; }
 
     /// An empty frame with all memory in place.
-    std::unique_ptr<RenderFrame> make_frame() const { return builder_.make_frame(); }
+    std::unique_ptr<RenderFrame> make_frame() const { return builders_[0]->make_frame(); }
 
-    /// Fills a frame with what is heard at a time: the listener and the sources on their paths, or
-    /// where and as the controls say.
-    void fill(double time_s, const PlayControls& controls, RenderFrame& frame);
+    /// Materials from the next frame on, see Propagation.
+    void set_object_material(std::size_t object, const Material& material) {
+        propagation_.set_object_material(object, material);
+    }
+    void change_material(std::size_t material, const Material& coefficients) {
+        propagation_.change_material(material, coefficients);
+    }
 
-    /// Fills the caches with what a frame at that time finds: propagates up to a window of frames,
-    /// for not much longer than a time, and plays none.
-    void warm_up(double time_s, const PlayControls& controls, double longest_s);
+    /// Fills a frame for each listener with what is heard there.
+    void fill(const RoomState& room, std::span<const std::unique_ptr<RenderFrame>> frames);
+
+    /// Fills the caches with what such a frame finds: propagates up to a window of frames, for not
+    /// much longer than a time, and plays none.
+    void warm_up(const RoomState& room, double longest_s);
 
     /// Copies what is to be looked at of the newest frame. Counts are left to the caller.
     FrameView view(const ViewRequest& request) const;
@@ -47,22 +55,39 @@ class FrameMaker {
     /// Where the sources were in the newest frame.
     const std::vector<Vec3>& source_positions() const { return input_.sources; }
 
- private:
-    int rays_wanted(const PlayControls& controls) const;
-    void propagate(double time_s, const PlayControls& controls);
-    SourceSound sound_of(std::size_t source, const PlayControls& controls);
+    /// Where a listener was in the newest frame.
+    const Pose& listener(std::size_t index) const { return listeners_[index]; }
 
-    const Scene& scene_;
+    /// What the newest frame has of a source, by its id; null if it is not in it.
+    const SourceSound* sound(std::uint64_t id, std::size_t listener) const;
+
+ private:
+    /// A source that is in the frames.
+    struct Voice {
+        SourceState state;
+        std::unique_ptr<ImpulseResponseBuilder> impulse_responses;
+        std::vector<ImpulseResponse> responses;  ///< [listener]
+    };
+
+    Voice make_voice(const SourceState& source) const;
+    int rays_wanted(const RoomState& room) const;
+    void take_sources(const std::vector<SourceState>& sources);
+    void propagate(const RoomState& room);
+    SourceSound sound_of(const Voice& voice, std::size_t listener, const RoomState& room) const;
+
+    Simulation simulation_;
     Propagation propagation_;
     RendererConfig config_;
-    std::vector<ImpulseResponseBuilder> impulse_responses_;  ///< one for each source
-    RenderFrameBuilder builder_;
+    std::shared_ptr<const NoiseCarriers> carriers_;
+    std::vector<std::unique_ptr<RenderFrameBuilder>> builders_;  ///< [listener]
+    float speed_of_sound_m_s_;
     FrameInput input_;
     int rays_;            ///< of the newest frame
     double frame_s_ = 0;  ///< that the newest frame took
-    Pose listener_;
-    std::vector<ImpulseResponse> responses_;  ///< one for each source
-    std::vector<SourceSound> sounds_;
+    std::vector<Pose> listeners_;
+    std::vector<Voice> voices_;                     ///< in the propagation's order
+    std::vector<Voice> ringing_;                    ///< removed, and not rung out yet
+    std::vector<std::vector<SourceSound>> sounds_;  ///< [listener][slot]
 };
 
 }  // namespace aula

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "apps/session/frames/room_state.h"
 #include "engine/scene/scene.h"
 
 namespace aula {
@@ -42,6 +43,9 @@ struct PlayControls {
 
     /// Whether a source is heard, given mutes and solos.
     bool heard(std::size_t s) const;
+
+    /// A scene with these changes at a time.
+    RoomState applied_to(const Scene& scene, double time_s) const;
 
     /// Gains of direct sound and of the rest.
     float dry_gain() const { return direct ? std::min(1.0F, 2 * (1 - wet)) : 0; }

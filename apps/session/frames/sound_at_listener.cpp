@@ -28,6 +28,9 @@ float towards(float from_rad, float to_rad, float share) {
     return from_rad + share * std::remainder(to_rad - from_rad, kTurn_rad);
 }
 
+/// For what filters add behind the last arrival.
+constexpr double kFilterTail_s = 0.05;
+
 }  // namespace
 
 SourceSound source_sound(const ImpulseResponse& response, double speed_of_sound_m_s,
@@ -59,18 +62,62 @@ double longest_delay_s(const Scene& scene) {
                                scene.medium.speed_of_sound_m_s());
 }
 
-RendererConfig renderer_config(const Scene& scene, double response_length_s, double sample_rate_hz,
-                               const SessionOptions& options) {
-    return {
-        .sample_rate_hz = sample_rate_hz,
-        .block = options.block,
-        .sources = scene.sources.size(),
-        .response_samples = static_cast<std::size_t>(std::ceil(response_length_s * sample_rate_hz)),
-        .frame_s = 1.0 / static_cast<double>(scene.simulation.frame_rate_hz),
-        .output = options.output,
-        .ambisonic_order = options.ambisonic_order,
-        .half_precision_tail = options.half_precision_tail,
-        .longest_delay_s = longest_delay_s(scene)};
+FrameSettings frame_settings(const SessionOptions& options, double sample_rate_hz) {
+    return {.sample_rate_hz = sample_rate_hz,
+            .block = options.block,
+            .output = options.output,
+            .ambisonic_order = options.ambisonic_order,
+            .half_precision_tail = options.half_precision_tail};
+}
+
+RendererConfig renderer_config(const Scene& scene, double response_length_s,
+                               const FrameSettings& settings) {
+    return {.sample_rate_hz = settings.sample_rate_hz,
+            .block = settings.block,
+            .sources = std::max(settings.most_sources, scene.sources.size()),
+            .response_samples =
+                static_cast<std::size_t>(std::ceil(response_length_s * settings.sample_rate_hz)),
+            .frame_s = 1.0 / static_cast<double>(scene.simulation.frame_rate_hz),
+            .output = settings.output,
+            .ambisonic_order = settings.ambisonic_order,
+            .half_precision_tail = settings.half_precision_tail,
+            .longest_delay_s = longest_delay_s(scene)};
+}
+
+std::vector<std::vector<float>> render_response(const SourceSound& sound, RendererConfig config,
+                                                double length_s, const Pose& head,
+                                                const std::shared_ptr<const Hrtf>& hrtf) {
+    const FlushDenormals flush;
+    config.sources = 1;
+    const double rate_hz = config.sample_rate_hz;
+    const HeadRotation rotation = head_rotation(head);
+    Renderer renderer(config, hrtf);
+    RenderFrameBuilder frames(config, hrtf);
+    auto frame = frames.make_frame();
+    frames.prepare({&sound, 1}, *frame);
+    renderer.mailbox().publish(std::move(frame));
+
+    auto length = static_cast<std::size_t>(std::ceil(length_s * rate_hz));
+    if (sound.direct && sound.direct->delay_s > length_s - kFilterTail_s)
+        length = std::max(
+            length, static_cast<std::size_t>((sound.direct->delay_s + kFilterTail_s) * rate_hz));
+    const auto block = static_cast<std::size_t>(config.block);
+    const std::size_t blocks = (length + block - 1) / block;
+    std::vector<std::vector<float>> channels(channel_count(config.output),
+                                             std::vector<float>(blocks * block));
+    std::vector<float> input(block);
+    input[0] = 1;
+    std::vector<float*> outputs;
+    outputs.reserve(channels.size());
+    for (std::size_t first = 0; first < length; first += block) {
+        outputs.clear();
+        for (auto& channel : channels) outputs.push_back(channel.data() + first);
+        const std::array<const float*, 1> inputs{input.data()};
+        renderer.render(inputs, rotation, outputs, config.block);
+        input[0] = 0;
+    }
+    for (auto& channel : channels) channel.resize(length);
+    return channels;
 }
 
 HeadRotation head_rotation(const Pose& pose) noexcept {

@@ -16,9 +16,30 @@ SourceSound source_sound(const ImpulseResponse& response, double speed_of_sound_
 /// every place of the listener, with a kilometre to spare for walks by hand.
 double longest_delay_s(const Scene& scene);
 
-/// The renderer's settings for a scene; of the options what concerns the output is used.
-RendererConfig renderer_config(const Scene& scene, double response_length_s, double sample_rate_hz,
-                               const SessionOptions& options);
+/// What of a sound at a listener is not simulated.
+struct FrameSettings {
+    double sample_rate_hz = 48000;
+    int block = 256;  ///< samples
+    OutputFormat output = OutputFormat::binaural;
+    int ambisonic_order = 1;           ///< of the reverberation in binaural output, 1 to 3
+    bool half_precision_tail = false;  ///< of late reverberation, see RendererConfig
+    std::size_t most_sources = 0;      ///< with those that ring out; at least the scene's
+    std::size_t listeners = 1;
+};
+
+/// Those of a session, for the sources of its scene.
+FrameSettings frame_settings(const SessionOptions& options, double sample_rate_hz);
+
+/// The renderer's settings for a scene.
+RendererConfig renderer_config(const Scene& scene, double response_length_s,
+                               const FrameSettings& settings);
+
+/// The impulse response of what a source sounds like at a listener, as the renderer plays it:
+/// [channel][sample], sample 0 is emission, `length_s` long, or as long as direct sound from
+/// farther away needs. Of the config the number of sources is not used.
+std::vector<std::vector<float>> render_response(const SourceSound& sound, RendererConfig config,
+                                                double length_s, const Pose& head,
+                                                const std::shared_ptr<const Hrtf>& hrtf);
 
 /// The head's axes as the renderer takes them.
 HeadRotation head_rotation(const Pose& pose) noexcept AULA_NONBLOCKING;

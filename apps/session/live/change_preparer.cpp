@@ -89,7 +89,8 @@ std::unique_ptr<PreparedScene> ChangePreparer::prepare(const Change& change) con
         playing = {{{}, {}, playing.reusable.options, playing.reusable.hrtf}, {}, 0};
     auto prepared = std::make_unique<PreparedScene>(change.scene, change.options, rate_hz_,
                                                     change.starts_anew, playing.reusable);
-    prepared->maker.warm_up(playing.scene_time_s, playing.controls, kWarmUp_s);
+    prepared->maker.warm_up(playing.controls.applied_to(prepared->scene, playing.scene_time_s),
+                            kWarmUp_s);
     return prepared;
 }
 

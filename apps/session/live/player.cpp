@@ -9,8 +9,8 @@
 #include <optional>
 #include <thread>
 
+#include "apps/session/auralizer/frame_clock.h"
 #include "apps/session/live/change_preparer.h"
-#include "apps/session/live/frame_clock.h"
 #include "apps/session/live/live_load.h"
 #include "apps/session/live/live_mixer.h"
 #include "apps/session/live/prepared_scene.h"
@@ -207,7 +207,7 @@ void Player::State::compute() {
     computed_pose = with.listener_at(playing->scene, at_s);
     computed = playing->frames.reclaim();
     if (!computed) computed = playing->maker.make_frame();
-    playing->maker.fill(at_s, with, *computed);
+    playing->maker.fill(with.applied_to(playing->scene, at_s), {&computed, 1});
 
     const double took_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
     clock.took(took_ms / 1000);

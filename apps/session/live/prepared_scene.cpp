@@ -45,7 +45,7 @@ PreparedScene::PreparedScene(const Scene& scene_in, const SessionOptions& option
       starts_anew(starts_anew_in),
       signals(signals_of(scene, sample_rate_hz, before)),
       hrtf(hrtf_after(options, sample_rate_hz, before)),
-      maker(scene, sample_rate_hz, options, hrtf),
+      maker(scene, frame_settings(options, sample_rate_hz), hrtf),
       timeline(live_timeline({.scene = scene,
                               .signals = signals,
                               .sample_rate_hz = sample_rate_hz,

@@ -29,8 +29,6 @@ constexpr double kGrowth = 1.25;
 /// Frames of a window where the estimator has none of its own. A response of `patch` that few
 /// frames add to is as good for its frames as one of many; more windows judge the error better.
 constexpr int kWindowFrames = 8;
-/// For what filters add behind the last arrival.
-constexpr double kFilterTail_s = 0.05;
 
 constexpr const char* kNotConnected = "no way leads there";
 constexpr const char* kTooQuiet = "in every octave more than 60 dB below its level at 1 m";
@@ -191,11 +189,10 @@ std::vector<std::vector<float>> impulse_response(const Scene& scene, std::size_t
                                                  const Measurement& measurement,
                                                  const SessionOptions& options,
                                                  const std::shared_ptr<const Hrtf>& hrtf) {
-    const FlushDenormals flush;
     const double rate_hz = options.sample_rate_hz;
     const EnergyResponse& energy = measurement.responses[source];
-    RendererConfig config = renderer_config(scene, measurement.length_s, rate_hz, options);
-    config.sources = 1;
+    const RendererConfig config =
+        renderer_config(scene, measurement.length_s, frame_settings(options, rate_hz));
     ImpulseResponseBuilder builder(
         std::make_shared<const NoiseCarriers>(rate_hz, scene.simulation.seed), measurement.length_s,
         scene.sources[source].name, field_order(config));
@@ -204,34 +201,7 @@ std::vector<std::vector<float>> impulse_response(const Scene& scene, std::size_t
     const SourceSound sound = source_sound(response, static_cast<double>(energy.speed_of_sound_m_s),
                                            scene.sources[source].gain_db);
 
-    const HeadRotation head = head_rotation(scene.listener.pose_at(0));
-    Renderer renderer(config, hrtf);
-    RenderFrameBuilder frames(config, hrtf);
-    auto frame = frames.make_frame();
-    frames.prepare({&sound, 1}, *frame);
-    renderer.mailbox().publish(std::move(frame));
-
-    auto length = static_cast<std::size_t>(std::ceil(measurement.length_s * rate_hz));
-    if (sound.direct && sound.direct->delay_s > measurement.length_s - kFilterTail_s)
-        length = std::max(
-            length, static_cast<std::size_t>((sound.direct->delay_s + kFilterTail_s) * rate_hz));
-    const auto block = static_cast<std::size_t>(options.block);
-    const std::size_t blocks = (length + block - 1) / block;
-    std::vector<std::vector<float>> channels(channel_count(options.output),
-                                             std::vector<float>(blocks * block));
-    std::vector<float> input(block);
-    input[0] = 1;
-    std::vector<float*> outputs;
-    outputs.reserve(channels.size());
-    for (std::size_t first = 0; first < length; first += block) {
-        outputs.clear();
-        for (auto& channel : channels) outputs.push_back(channel.data() + first);
-        const std::array<const float*, 1> inputs{input.data()};
-        renderer.render(inputs, head, outputs, options.block);
-        input[0] = 0;
-    }
-    for (auto& channel : channels) channel.resize(length);
-    return channels;
+    return render_response(sound, config, measurement.length_s, scene.listener.pose_at(0), hrtf);
 }
 
 }  // namespace aula

@@ -418,10 +418,29 @@ TEST_CASE("A crossfade ends before the next frame unless frames are shorter than
 TEST_CASE("Twelve reflections of all sources move, one to six of each source") {
     for (const auto& [sources, moving] : {std::pair(1, 6), std::pair(2, 6), std::pair(3, 4),
                                           std::pair(4, 3), std::pair(12, 1), std::pair(50, 1)}) {
-        const RendererConfig config =
-            config_for(OutputFormat::mono, static_cast<std::size_t>(sources));
-        // Plus the direct sound.
-        CHECK(RenderShape(config, nullptr).moving_paths == static_cast<std::size_t>(moving + 1));
+        // Whether or not there is room for more sources.
+        for (const int room : {sources, 50}) {
+            const RendererConfig config =
+                config_for(OutputFormat::mono, static_cast<std::size_t>(room));
+            RenderFrameBuilder builder(config, nullptr);
+            const std::unique_ptr<RenderFrame> frame = builder.make_frame();
+            std::vector<SourceSound> sounds(config.sources);
+            for (std::size_t s = 0; s < sounds.size(); ++s) {
+                sounds[s].absent = s >= static_cast<std::size_t>(sources);
+                for (unsigned k = 0; k < 7; ++k) {
+                    sounds[s].early.push_back(path_of(400 + 10 * k, 1));
+                    sounds[s].early.back().id = 100 + k;
+                }
+            }
+            builder.prepare(sounds, *frame);
+            for (std::size_t s = 0; s < sounds.size(); ++s) {
+                const auto& paths = frame->parts->paths[s];
+                const auto present = std::count_if(
+                    paths.begin(), paths.end(), [](const PathSound& path) { return path.present; });
+                CAPTURE(sources, room, s);
+                CHECK(present == (sounds[s].absent ? 0 : moving));
+            }
+        }
     }
 }
 

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "apps/session/auralizer/auralizer.h"
+#include "apps/session/frames/sound_at_listener.h"
+#include "audio/dsp/fade.h"
+#include "audio/render/renderer.h"
+
+namespace aula {
+
+/// The audio thread's part of an auralizer: the signals of the sources, each in its slot, through a
+/// renderer for each listener. [audio thread, but for the constructor]
+class RoomRenderer {
+ public:
+    RoomRenderer(const RendererConfig& config, std::size_t listeners,
+                 const std::shared_ptr<const Hrtf>& hrtf);
+
+    /// Where the frames of a listener come from.
+    Mailbox<RenderFrame>& frames(std::size_t listener) noexcept {
+        return listeners_[listener]->renderer.mailbox();
+    }
+
+    std::size_t slots() const noexcept { return slots_.size(); }
+
+    /// What a slot plays from the next sample on; number 0 is nothing. What begins after the first
+    /// sample fades in, what ends fades out.
+    void set_source(std::size_t slot, SourceId source) noexcept AULA_NONBLOCKING;
+
+    /// Turns a listener's head from the next sample on.
+    void turn_head(std::size_t listener, const Pose& pose) noexcept AULA_NONBLOCKING;
+
+    /// Renders the samples of the signals from `offset` on, at most a block, each with its weight
+    /// unless there are none.
+    void render(std::span<const SourceSignal> inputs, int offset, std::span<const float> weights,
+                std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
+
+ private:
+    struct Slot {
+        SourceId source;
+        bool open = false;  ///< else it fades out, or is silent
+        Fade fade;
+        std::vector<float> faded;
+    };
+    struct Listener {
+        Listener(const RendererConfig& config, std::shared_ptr<const Hrtf> hrtf)
+            : renderer(config, std::move(hrtf)), head(frame_samples(config)) {}
+        Renderer renderer;
+        HeadMotion head;
+    };
+
+    const float* read(Slot& slot, std::span<const SourceSignal> inputs, int offset,
+                      std::span<const float> weights,
+                      std::size_t samples) noexcept AULA_NONBLOCKING;
+
+    std::size_t channels_;  ///< of a listener
+    bool started_ = false;
+    std::vector<Slot> slots_;
+    std::vector<std::unique_ptr<Listener>> listeners_;
+    std::vector<float> silence_;
+    std::vector<const float*> inputs_;  ///< [slot]
+};
+
+}  // namespace aula

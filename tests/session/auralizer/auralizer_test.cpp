@@ -1,0 +1,439 @@
+#include "apps/session/auralizer/auralizer.h"
+
+#include <sched.h>
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <numeric>
+#include <set>
+
+#include "audio/base/realtime.h"
+#include "engine/base/error.h"
+#include "tests/support/test_scenes.h"
+#include "tests/support/tone.h"
+#include "tests/support/wait.h"
+
+namespace {
+
+using namespace aula;
+using test::free_field;
+using test::kRate_hz;
+using test::share_off_tone;
+
+AuralizerOptions mono(RenderClock clock = RenderClock::exact) {
+    AuralizerOptions options;
+    options.clock = clock;
+    options.output = OutputFormat::mono;
+    return options;
+}
+
+/// The small room without its source, with a movable panel before the listener.
+Scene room_with_panel() {
+    Scene scene = test::small_room();
+    scene.simulation.rays = 100;
+    scene.simulation.ir_length_s = 0.3F;
+    scene.sources.clear();
+    Object panel;
+    panel.name = "panel";
+    panel.vertices = {{0, -1, 0}, {0, 1, 0}, {0, 1, 2}, {0, -1, 2}};
+    panel.triangles = {{0, 1, 2}, {0, 2, 3}};
+    panel.triangle_materials = {0, 0};
+    panel.translation = {2.5F, 2, 0};
+    panel.movable = true;
+    scene.objects.push_back(panel);
+    return scene;
+}
+
+Pose at(float x, float y, float z, float yaw_rad = 0) {
+    Pose pose;
+    pose.position = {x, y, z};
+    pose.yaw_rad = yaw_rad;
+    return pose;
+}
+
+/// A swelling tone, then silence.
+float tone_at(std::int64_t n) {
+    static const std::vector<float> tone = test::tone();
+    return n >= 0 && n < static_cast<std::int64_t>(tone.size()) ? tone[static_cast<std::size_t>(n)]
+                                                                : 0;
+}
+
+float noise_at(std::int64_t n) {
+    auto x = static_cast<std::uint64_t>(n + 1) * 0x9E3779B97F4A7C15ULL;
+    x ^= x >> 31;
+    x *= 0xBF58476D1CE4E5B9ULL;
+    return 0.1F * static_cast<float>(static_cast<double>(x >> 40) * 0x1p-23 - 1);
+}
+
+using Signal = std::function<float(std::int64_t)>;
+
+/// Renders with calls of the given sizes, over and over, every source playing the signal;
+/// `before(position)` is called before each call. The channels, one after another.
+std::vector<float> rendered(Auralizer& auralizer, std::int64_t length,
+                            const std::vector<int>& sizes, const Signal& signal,
+                            const std::function<void(std::int64_t)>& before = {},
+                            int most_sources = 8) {
+    std::vector<std::vector<float>> channels(auralizer.output_channels(),
+                                             std::vector<float>(static_cast<std::size_t>(length)));
+    std::vector<float> input(4096);
+    std::size_t call = 0;
+    for (std::int64_t position = 0; position < length;) {
+        const int size = static_cast<int>(
+            std::min<std::int64_t>(sizes[call++ % sizes.size()], length - position));
+        if (before) before(position);
+        for (int n = 0; n < size; ++n) input[static_cast<std::size_t>(n)] = signal(position + n);
+        std::vector<SourceSignal> inputs;
+        for (int number = 1; number <= most_sources; ++number)
+            inputs.push_back({{static_cast<std::uint64_t>(number)}, input.data()});
+        std::vector<float*> outputs;
+        for (auto& channel : channels) outputs.push_back(channel.data() + position);
+        auralizer.render(inputs, outputs, size);
+        position += size;
+    }
+    std::vector<float> all;
+    for (const auto& channel : channels) all.insert(all.end(), channel.begin(), channel.end());
+    return all;
+}
+
+/// Two listeners in the room, with changes of every kind.
+std::vector<float> eventful(const std::vector<int>& sizes, int threads, OutputFormat output) {
+    Scene scene = room_with_panel();
+    scene.simulation.threads = threads;
+    AuralizerOptions options = mono();
+    options.output = output;
+    options.listeners = 2;
+    options.most_sources = 3;
+    Auralizer auralizer(scene, options);
+    auralizer.set_listener(1, at(1, 3, 1.5F), 0);
+    const SourceId first = auralizer.add_source({.position = {1, 1, 1}}, 0);
+    auralizer.set_listener(at(4, 2, 1, 0.7F), 1001);
+    auralizer.set_transform(1, RigidTransform(at(0.3F, 0, 0, 0.5F)), 2003);
+    const SourceId second =
+        auralizer.add_source({.position = {1, 3, 2}, .gain_db = -3, .name = "second"}, 3007);
+    auralizer.set_material(0, "curtain", 4999);
+    auralizer.set_source(first, at(1.5F, 1, 1), 5003);
+    auralizer.set_gain(second, -9, 6007);
+    auralizer.remove_source(first, 7001);
+    auralizer.add_source({.position = {2, 3, 2}}, 8009);
+    return rendered(auralizer, 12000, sizes, noise_at);
+}
+
+/// How many samples from the start on are the same.
+std::int64_t same_until(const std::vector<float>& a, const std::vector<float>& b) {
+    return std::mismatch(a.begin(), a.end(), b.begin()).first - a.begin();
+}
+
+std::set<std::string> thread_ids() {
+    std::set<std::string> ids;
+    for (const auto& entry : std::filesystem::directory_iterator("/proc/self/task"))
+        ids.insert(entry.path().filename());
+    return ids;
+}
+
+}  // namespace
+
+TEST_CASE("On the exact clock any blocks and any number of threads give the same bytes") {
+    const OutputFormat output = GENERATE(OutputFormat::mono, OutputFormat::binaural);
+    const std::vector<float> reference = eventful({256}, 1, output);
+    REQUIRE(std::any_of(reference.begin(), reference.end(), [](float x) { return x != 0; }));
+    for (const std::vector<int>& sizes :
+         {std::vector<int>{1}, {17}, {64}, {4096}, {1, 300, 17, 4096, 2, 255, 257}}) {
+        INFO("calls of " << sizes[0]);
+        CHECK((eventful(sizes, 1, output) == reference));
+    }
+    CHECK((eventful({256}, 3, output) == reference));
+    // Nor does it matter how the thread that calls computes.
+    const FlushDenormals flush;
+    CHECK((eventful({256}, 1, output) == reference));
+}
+
+TEST_CASE("A pause on the exact clock is the same for any blocks, and time stands still in it") {
+    const auto play = [](const std::vector<int>& sizes) {
+        Auralizer auralizer(room_with_panel(), mono());
+        auralizer.add_source({.position = {1, 1, 1}}, 0);
+        std::vector<float> all;
+        for (int part = 0; part < 3; ++part) {
+            const auto heard = rendered(auralizer, 3000, sizes, noise_at);
+            all.insert(all.end(), heard.begin(), heard.end());
+            if (part == 0) auralizer.pause();
+            if (part == 1) CHECK(auralizer.status().paused);
+            if (part == 1) auralizer.resume();
+        }
+        // The fade lasts 960 samples.
+        CHECK(auralizer.status().samples == 6960);
+        CHECK(std::all_of(all.begin() + 3960, all.begin() + 6000, [](float x) { return x == 0; }));
+        return all;
+    };
+    const std::vector<float> reference = play({256});
+    CHECK((play({1}) == reference));
+    CHECK((play({1000, 17}) == reference));
+}
+
+TEST_CASE("Changes that are made right before their sample time give the bytes of early ones") {
+    const auto play = [](bool early, int size) {
+        Auralizer auralizer(room_with_panel(), mono());
+        const SourceId source = auralizer.add_source({.position = {1, 1, 1}}, 0);
+        const auto change = [&](std::int64_t time) {
+            auralizer.set_listener(at(4, 2, 1), time);
+            auralizer.set_gain(source, -6, time);
+            auralizer.set_transform(1, RigidTransform(at(0.3F, 0, 0)), time);
+        };
+        if (early) change(3000);
+        return rendered(auralizer, 6000, {size}, noise_at, [&](std::int64_t position) {
+            if (!early && position == 3000) change(kNow);
+        });
+    };
+    const std::vector<float> early = play(true, 256);
+    CHECK((play(false, 1000) == early));
+    CHECK((play(false, 250) == early));
+}
+
+TEST_CASE("Frames that are computed ahead give the same bytes") {
+    const auto play = [](bool ahead) {
+        Scene scene = room_with_panel();
+        scene.sources = test::small_room().sources;
+        Trajectory path{{{0, at(1, 1, 1)}, {0.2, at(2, 1, 1)}}, false};
+        scene.sources[0].path = path;
+        scene.objects[1].path = Trajectory{{{0, at(0, 0, 0)}, {0.2, at(0.5F, 0, 0, 1)}}, false};
+        AuralizerOptions options = mono();
+        options.before_frame = follow_paths(scene);
+        Auralizer auralizer(scene, options);
+        if (ahead) auralizer.commit(1'000'000);
+        return rendered(auralizer, 9000, {256}, noise_at);
+    };
+    CHECK((play(true) == play(false)));
+}
+
+TEST_CASE("A change takes effect at its sample time, a place in the first frame from there on") {
+    // Frames begin every 1600 samples.
+    const auto play = [](const std::function<void(Auralizer&, SourceId)>& change) {
+        Auralizer auralizer(free_field({1, 0, 0}), mono());
+        if (change) change(auralizer, auralizer.sources()[0]);
+        return rendered(auralizer, 8000, {256}, noise_at);
+    };
+    const std::vector<float> plain = play({});
+    const std::int64_t latency = 256;
+    const auto differs = [&](const std::function<void(Auralizer&, SourceId)>& change) {
+        return same_until(plain, play(change)) - latency;
+    };
+    CHECK(differs([](Auralizer& a, SourceId s) { a.set_source(s, at(2, 0, 0), 3200); }) == 3200);
+    // The second sample of a fade may round to the one before.
+    CHECK(differs([](Auralizer& a, SourceId s) { a.set_source(s, at(2, 0, 0), 3201); }) ==
+          Approx(4800).margin(2));
+    CHECK(differs([](Auralizer& a, SourceId s) { a.set_gain(s, -6, 3201); }) ==
+          Approx(4800).margin(2));
+    // The fade's first weights are 6e-6 of a sample: some rounding; and the sound takes 140 samples
+    // to come.
+    CHECK(differs([](Auralizer& a, SourceId s) { a.remove_source(s, 3333); }) ==
+          Approx(3333 + 140).margin(20));
+    CHECK(differs([](Auralizer& a, SourceId) {
+              a.add_source({.position = {0, 1, 0}}, 3333);
+          }) == Approx(4800).margin(20));
+}
+
+TEST_CASE("A source at first plays its first sample at once, after its way, as loud as it is") {
+    Auralizer auralizer(free_field({3.432F, 0, 0}), mono());
+    const auto heard =
+        rendered(auralizer, 2000, {100}, [](std::int64_t n) { return n == 0 ? 1.0F : 0.0F; });
+    // 3.432 m at 343.2 m/s are 480 samples. 0.1 dB: rounding in the design of the filters.
+    REQUIRE(static_cast<double>(heard[480 + 256]) == Approx(1 / 3.432).epsilon(0.0116));
+    CHECK(auralizer.latency_samples() == 256);
+}
+
+TEST_CASE("A tone stays a tone while all that can change does: no click") {
+    const std::string what =
+        GENERATE("nothing", "add", "remove", "transform", "material", "gain", "pause", "listener");
+    Scene scene = room_with_panel();
+    scene.sources = test::small_room().sources;
+    Auralizer auralizer(scene, mono());
+    const SourceId source = auralizer.sources()[0];
+    if (what == "add") auralizer.add_source({.position = {1, 3, 2}}, 20011);
+    if (what == "remove") auralizer.remove_source(source, 24001);
+    if (what == "material") auralizer.set_material(0, "curtain", 20011);
+    if (what == "gain") auralizer.set_gain(source, -12, 20011);
+    if (what == "transform") {
+        for (int k = 0; k < 30; ++k)
+            auralizer.set_transform(1,
+                                    RigidTransform(at(0.02F * static_cast<float>(k), 0, 0,
+                                                      0.05F * static_cast<float>(k))),
+                                    10000 + 1000 * k);
+    }
+    if (what == "listener") {
+        for (int k = 0; k < 30; ++k)
+            auralizer.set_listener(at(3.7F - 0.04F * static_cast<float>(k), 2.9F, 1.2F),
+                                   10000 + 1000 * k);
+    }
+    const auto heard = rendered(auralizer, 96000, {490}, tone_at, [&](std::int64_t position) {
+        if (what == "pause" && position == 24500) auralizer.pause();
+        if (what == "pause" && position == 30870) auralizer.resume();
+    });
+    const double share = share_off_tone(heard);
+    INFO(what << ", off the tone: " << 10 * std::log10(share) << " dB");
+    // The requirement is -60 dB; an abrupt begin is at -36 dB.
+    CHECK(share < 1e-6);
+    // The companion: what is cut off in the middle is found.
+    auto cut = heard;
+    std::fill(cut.begin() + 24000, cut.end(), 0.0F);
+    CHECK(share_off_tone(cut) > 1e-5);
+}
+
+TEST_CASE("A source that was removed rings out, and its place is taken by others") {
+    Scene scene = room_with_panel();
+    AuralizerOptions options = mono();
+    options.most_sources = 1;
+    Auralizer auralizer(scene, options);
+    const SourceId first = auralizer.add_source({.position = {1, 1, 1}}, 0);
+    CHECK_THROWS_AS(auralizer.add_source({}), Error);
+    auralizer.remove_source(first, 4800);
+    const auto heard = rendered(auralizer, 48000, {256}, noise_at);
+    const auto energy = [&](std::int64_t from, std::int64_t to) {
+        return std::inner_product(heard.begin() + from, heard.begin() + to, heard.begin() + from,
+                                  0.0F);
+    };
+    // Its fade lasts 960 samples, the response 14400.
+    CHECK(energy(6100, 7000) > 0);
+    CHECK(energy(24000, 48000) == 0);
+    CHECK(auralizer.sources().empty());
+    const SourceId second = auralizer.add_source({.position = {1, 3, 1}});
+    CHECK(second.number != first.number);
+    CHECK(auralizer.sources() == std::vector<SourceId>{second});
+    const auto again = rendered(auralizer, 9600, {256}, noise_at);
+    CHECK(std::any_of(again.begin(), again.end(), [](float x) { return std::abs(x) > 0.001F; }));
+}
+
+TEST_CASE("A room without sources is silent, and 64 sources are heard") {
+    Scene scene = room_with_panel();
+    scene.simulation.estimator =
+        GENERATE(Estimator::patch, Estimator::pt, Estimator::dpc, Estimator::dpc_published);
+    scene.simulation.rays = 20;
+    AuralizerOptions options = mono();
+    options.most_sources = 64;
+    Auralizer auralizer(scene, options);
+    const auto silent = rendered(auralizer, 4800, {256}, noise_at);
+    CHECK(std::all_of(silent.begin(), silent.end(), [](float x) { return x == 0; }));
+    for (int s = 0; s < 64; ++s)
+        auralizer.add_source({.position = {0.5F + 0.06F * static_cast<float>(s), 1, 1}});
+    CHECK_THROWS_AS(auralizer.add_source({}), Error);
+    const auto heard = rendered(auralizer, 9600, {256}, noise_at, {}, 64);
+    CHECK(std::any_of(heard.begin(), heard.end(), [](float x) { return std::abs(x) > 0.01F; }));
+    CHECK(std::all_of(heard.begin(), heard.end(), [](float x) { return std::isfinite(x); }));
+    for (const SourceId source : auralizer.sources())
+        if (source.number % 2 == 0) auralizer.remove_source(source);
+    const auto less = rendered(auralizer, 9600, {256}, noise_at, {}, 64);
+    CHECK(std::all_of(less.begin(), less.end(), [](float x) { return std::isfinite(x); }));
+    CHECK(auralizer.sources().size() == 32);
+}
+
+TEST_CASE("What is heard of a source is its impulse response") {
+    Scene scene = room_with_panel();
+    const OutputFormat output =
+        GENERATE(OutputFormat::mono, OutputFormat::binaural, OutputFormat::foa);
+    AuralizerOptions options = mono();
+    options.output = output;
+    Auralizer auralizer(scene, options);
+    const SourceId source = auralizer.add_source({.position = {1, 1, 1}, .gain_db = -6}, 0);
+    CHECK(auralizer.impulse_response(source).empty());
+    // One frame only, so that it holds for all that is heard.
+    const auto heard =
+        rendered(auralizer, 1536, {256}, [](std::int64_t n) { return n == 0 ? 1.0F : 0.0F; });
+    const auto response = auralizer.impulse_response(source);
+    REQUIRE(response.size() == auralizer.output_channels());
+    double largest = 0;
+    double worst = 0;
+    for (std::size_t c = 0; c < response.size(); ++c) {
+        for (std::size_t n = 0; n < 1280; ++n) {
+            largest = std::max(largest, std::abs(static_cast<double>(response[c][n])));
+            worst = std::max(
+                worst, std::abs(static_cast<double>(response[c][n] - heard[c * 1536 + 256 + n])));
+        }
+    }
+    REQUIRE(largest > 0.01);
+    // Rounding: transforms and filters of single precision, some hundred operations of 6e-8.
+    CHECK(worst < 2e-5 * largest);
+    CHECK(auralizer.impulse_response({77}).empty());
+}
+
+TEST_CASE("A panel hides a source while it is in the way, and a material changes the level") {
+    Scene scene = room_with_panel();
+    Auralizer auralizer(scene, mono());
+    auralizer.set_listener(at(4, 2, 1), 0);
+    const SourceId source = auralizer.add_source({.position = {1, 2, 1}}, 0);
+    const auto frame = [&] { rendered(auralizer, 1600, {256}, noise_at); };
+    frame();
+    frame();
+    CHECK_FALSE(auralizer.visible(source));
+    auralizer.set_transform(1, RigidTransform(at(0, 0, 5)));
+    frame();
+    frame();
+    CHECK(auralizer.visible(source));
+    CHECK_FALSE(auralizer.visible({99}));
+    const auto late_energy = [&] {
+        const auto response = auralizer.impulse_response(source)[0];
+        return std::inner_product(response.begin() + 4800, response.end(), response.begin() + 4800,
+                                  0.0);
+    };
+    for (int f = 0; f < 10; ++f) frame();
+    const double before = late_energy();
+    auralizer.set_material(0, Material{"felt", Bands::filled(0.9F), Bands::filled(0.5F)});
+    frame();
+    frame();
+    // From 0.1 s on, more than ten reflections in the mean: at 0.1 instead of 0.7 each.
+    CHECK(late_energy() < 1e-4 * before);
+    auralizer.set_material(0, Material{"wall", Bands::filled(0.3F), Bands::filled(0.5F)});
+    for (int f = 0; f < 12; ++f) frame();
+    // As before: 1200 rays in ten frames leave some tenths of a decibel.
+    CHECK(10 * std::log10(late_energy() / before) == Approx(0).margin(1));
+}
+
+TEST_CASE("What cannot be done throws one line, and all plays on") {
+    Scene scene = room_with_panel();
+    Auralizer auralizer(scene, mono());
+    CHECK_THROWS_AS(auralizer.set_transform(0, {}), Error);  // not movable
+    CHECK_THROWS_AS(auralizer.set_transform(2, {}), Error);  // no such object
+    CHECK_THROWS_AS(auralizer.set_material(0, "cheese"), Error);
+    CHECK_THROWS_AS(auralizer.set_material(9, "wall"), Error);
+    CHECK_THROWS_AS(auralizer.set_listener(1, Pose{}), Error);
+    auralizer.remove_source({5});
+    auralizer.set_source({5}, Pose{});
+    rendered(auralizer, 600, {256}, noise_at);
+    AuralizerOptions bad = mono();
+    bad.block = 0;
+    CHECK_THROWS_AS(Auralizer(scene, bad), Error);
+    scene.simulation.rays = 0;
+    CHECK_THROWS_AS(Auralizer(scene, mono()), Error);
+}
+
+TEST_CASE("Threads of an auralizer have ordinary priority, and end with it") {
+    const std::set<std::string> before = thread_ids();
+    const RenderClock clock = GENERATE(RenderClock::exact, RenderClock::real_time);
+    {
+        Scene scene = room_with_panel();
+        scene.simulation.threads = 3;
+        const RealtimePriority priority;
+        Auralizer auralizer(scene, mono(clock));
+        REQUIRE(thread_ids().size() >= before.size() + 3);
+        for (const std::string& id : thread_ids())
+            if (before.count(id) == 0) CHECK(sched_getscheduler(std::stoi(id)) == SCHED_OTHER);
+    }
+    CHECK(thread_ids() == before);
+}
+
+TEST_CASE(
+    "On the real-time clock a new source is in the second frame that is begun at the latest") {
+    Auralizer auralizer(free_field({1, 0, 0}), mono(RenderClock::real_time));
+    REQUIRE(test::comes([&] { return auralizer.status().frames > 2; }));
+    const std::uint64_t added_at = auralizer.status().frames;
+    const SourceId source = auralizer.add_source({.position = {0, 2, 0}});
+    std::uint64_t frames = added_at;
+    REQUIRE(test::comes([&] {
+        const std::uint64_t seen = auralizer.status().frames;
+        if (!auralizer.visible(source)) frames = seen;
+        return auralizer.visible(source);
+    }));
+    // One was being computed; the one after it has the source.
+    CHECK(frames <= added_at + 1);
+    const auto heard = rendered(auralizer, 4800, {256}, noise_at);
+    CHECK(std::any_of(heard.begin(), heard.end(), [](float x) { return std::abs(x) > 0.001F; }));
+}
