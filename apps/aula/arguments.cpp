@@ -18,7 +18,7 @@ namespace {
     throw Error(option, "", "\"" + text + "\" is not usable; expected " + expected);
 }
 
-/// The whole text as a number within bounds, else an Error that says what was expected.
+/// The whole text as a number in [least, most]. Throws Error with what was expected.
 template <typename T>
 T read_number(const std::string& option, const std::string& text, T least, T most,
               const std::string& expected) {
@@ -71,7 +71,7 @@ void place_source(Scene& scene, const std::string& name, const Vec3& position) {
                 "the scene has no source \"" + name + "\"; expected one of " + names);
 }
 
-/// CLI11's messages in our words; they begin or end with the option's name.
+/// A message in Aula's form. CLI11's messages begin or end with the option's name.
 std::string parse_message(const CLI::ParseError& error) {
     const std::string text = error.what();
     const std::string name = text.substr(0, text.find(':'));
@@ -88,8 +88,8 @@ std::string parse_message(const CLI::ParseError& error) {
     return text + "; expected what aula --help lists";
 }
 
-/// The options of the program, each with its reader. CLI11 finds them on the command line; what
-/// their values mean is read here, so that every message says what was expected.
+/// The options of the program. CLI11 finds them on the command line. Their values are parsed here,
+/// so that each message says what was expected.
 class Options {
  public:
     explicit Options(Arguments& arguments) : arguments_(arguments) {
@@ -163,7 +163,7 @@ class Options {
         });
     }
 
-    /// An option that changes the scene's simulation.
+    /// A callback that changes a member of the scene's simulation.
     auto simulation(auto Simulation::*member) {
         return [this, member](auto value) {
             arguments_.scene_changes.push_back([member, value](Scene& scene) {
@@ -177,7 +177,7 @@ class Options {
         path("--offline", offline_);
         path("--ir", arguments_.ir);
         path("--echogram", arguments_.echogram);
-        // A flag, so that `--report SCENE` leaves SCENE alone; "" stands for no file.
+        // A flag: `--report SCENE` must not consume SCENE. An empty string means no file.
         app_.add_flag("--report{}", report_);
         integer<int>("--frames", 1, 1'000'000, [this](int n) { arguments_.frames = n; });
         constexpr double kNarrowestBin_ms = 0.01;
@@ -198,7 +198,7 @@ class Options {
         app_.add_option("--source-position", source_positions_)->allow_extra_args(false);
     }
 
-    // The bounds are those of the scene file.
+    // The limits are those of the scene file.
     void add_simulation() {
         std::vector<std::pair<std::string, Estimator>> estimators;
         for (const auto e :
@@ -292,13 +292,13 @@ class Options {
         arguments_.scene = words_.back();
         arguments_.window = !no_window_;
         if (after_given_ && !arguments_.screenshot)
-            throw Error("--after: there is nothing to wait for; expected --screenshot, too");
+            throw Error("--after: is used without --screenshot; expected both");
         if (arguments_.screenshot && no_window_)
             throw Error(
                 "--screenshot cannot be combined with --no-window; expected one or the other");
         if (arguments_.screenshot && arguments_.screenshot->extension() != ".png")
             throw Error("--screenshot: \"" + arguments_.screenshot->string() +
-                        "\" is no name of a PNG file; expected FILE.png");
+                        "\" is not the name of a PNG file; expected FILE.png");
         if (word != Command::play) return word;
 
         arguments_.report = report_.has_value();
@@ -314,7 +314,7 @@ class Options {
         return measures ? Command::measure : offline_ ? Command::render : Command::play;
     }
 
-    /// materials, materials list, materials show NAME.
+    /// Parses `materials`, `materials list` and `materials show NAME`.
     Arguments::Command materials_command() {
         const std::string what = words_.size() > 1 ? words_[1] : "list";
         if (what == "show" && words_.size() == 3) {

@@ -11,7 +11,7 @@
 
 namespace aula {
 
-/// What the command line asks for.
+/// The parsed command line.
 struct Arguments {
     enum class Command {
         help,
@@ -27,9 +27,9 @@ struct Arguments {
 
     Command command = Command::play;
     std::filesystem::path scene;
-    std::optional<std::string> material;      ///< of materials: the one to show
-    std::filesystem::path offline;            ///< of render
-    std::optional<std::filesystem::path> ir;  ///< of measure, as the next three
+    std::optional<std::string> material;      ///< `materials show`: its name
+    std::filesystem::path offline;            ///< output of Command::render
+    std::optional<std::filesystem::path> ir;  ///< outputs of Command::measure
     std::optional<std::filesystem::path> echogram;
     std::optional<std::filesystem::path> report_json;
     bool report = false;
@@ -38,17 +38,17 @@ struct Arguments {
     SessionOptions session;
     bool rays_given = false;
     bool quiet = false;
-    bool window = true;                              ///< if there can be one
-    std::optional<std::filesystem::path> scene_dir;  ///< of scenes to switch among
+    bool window = true;                              ///< open one where possible
+    std::optional<std::filesystem::path> scene_dir;  ///< of scenes for page up and down
     std::optional<std::filesystem::path> screenshot;
     double screenshot_after_s = 5;
-    std::optional<std::string> osc;  ///< where OSC messages are listened for
+    std::optional<std::string> osc;  ///< [ADDRESS:]PORT to receive OSC messages on
 
-    /// What options change in a scene, in the order given. Throws Error.
+    /// Changes of the scene by options, in command-line order. Each throws Error.
     std::vector<std::function<void(Scene&)>> scene_changes;
 };
 
-/// Reads the command line. Throws Error: one line that begins with the option.
+/// Parses the command line. Throws Error: one line that begins with the option.
 Arguments read_arguments(int argc, const char* const* argv);
 
 /// The text of --help.

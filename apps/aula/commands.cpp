@@ -18,27 +18,28 @@
 #include "engine/rays/ray_scene.h"
 #include "engine/rays/room_survey.h"
 #include "engine/scene/material_library.h"
+#include "engine/scene/places.h"
 #include "engine/scene/scene_file.h"
 
 namespace aula {
 
 namespace {
 
-/// More patches than caches of a gigabyte hold are not counted.
+/// Upper limit of the patch count: more than the caches hold in 1 GB.
 constexpr double kMostPatches = 1e5;
 
 constexpr std::uint64_t kSeed = 1;
 
 constexpr const char* kMeasuring = "measuring the room";
 
-/// Somewhere that a listener or a source is.
+/// A position of the listener or of a source.
 struct Place {
-    std::string who;
+    std::string name;
     Vec3 position{0};
-    std::optional<double> time_s;  ///< of a path
+    std::optional<double> time_s;  ///< on the path; empty at rest or at its start
 };
 
-/// The places at the start: of the listener, then of the sources.
+/// Initial places of the listener, then of the sources.
 std::vector<Place> first_places(const Scene& scene) {
     std::vector<Place> places{{"the listener", scene.listener.pose_at(0).position, {}}};
     for (const Source& source : scene.sources)
@@ -46,8 +47,8 @@ std::vector<Place> first_places(const Scene& scene) {
     return places;
 }
 
-/// Adds places along a path, half a metre apart, or farther apart on long ones.
-void add_along(const std::string& who, const Trajectory& path, std::vector<Place>& places) {
+/// Adds places along a path, 0.5 m apart, or farther apart on paths longer than 128 m.
+void add_along(const std::string& name, const Trajectory& path, std::vector<Place>& places) {
     constexpr double kMostPlaces = 256;
     double length_m = 0;
     const auto step_m = [&](std::size_t i) {
@@ -63,13 +64,13 @@ void add_along(const std::string& who, const Trajectory& path, std::vector<Place
             const double share = (next_m - passed_m) / step_m(i);
             const double time_s =
                 std::lerp(path.points[i - 1].time_s, path.points[i].time_s, share);
-            places.push_back({who, path.at(time_s).position, time_s});
+            places.push_back({name, path.at(time_s).position, time_s});
         }
         passed_m += step_m(i);
     }
 }
 
-/// All places, those along paths included.
+/// The initial places and places along all paths.
 std::vector<Place> all_places(const Scene& scene) {
     std::vector<Place> places = first_places(scene);
     if (scene.listener.path) add_along("the listener", *scene.listener.path, places);
@@ -84,44 +85,46 @@ std::vector<Vec3> positions(const std::vector<Place>& places) {
     return points;
 }
 
-/// The places that are outside the room, and those inside.
-struct Sides {
+/// Places outside and inside the room.
+struct SortedPlaces {
     std::vector<Place> outside;
     std::vector<Vec3> inside;
 };
 
-/// The result of work that may take long, which is said on the terminal meanwhile.
+/// The result of `work`. If it takes long, a status line on the terminal shows `what`.
 template <typename Work>
 auto result_of(const std::string& what, const Arguments& arguments, const Work& work) {
     const TaskLine line(what, !arguments.quiet);
     return work();
 }
 
-Sides part(const RayScene& rays, const std::vector<Place>& places) {
+SortedPlaces sort_places(const RayScene& rays, const std::vector<Place>& places) {
     const std::vector<char> outside = outside_room(rays, positions(places), kSeed);
-    Sides sides;
+    SortedPlaces sorted;
     for (std::size_t i = 0; i < places.size(); ++i) {
         if (outside[i]) {
-            sides.outside.push_back(places[i]);
+            sorted.outside.push_back(places[i]);
         } else {
-            sides.inside.push_back(places[i].position);
+            sorted.inside.push_back(places[i].position);
         }
     }
-    return sides;
+    return sorted;
 }
 
-/// By how much escaping shortens the reverberation time, 0..1, where it does so most.
-double shortening(const RoomSurvey& survey, double escape, const Medium& medium) {
-    RoomSurvey with = survey;
+/// Largest relative decrease of Sabine's reverberation time over the bands, 0..1, if the share
+/// `escape` of the reflections leaves the room.
+double reverberation_decrease(const RoomSurvey& survey, double escape, const Medium& medium) {
+    RoomSurvey leaky = survey;
     for (std::size_t b = 0; b < kBandCount; ++b)
-        with.mean_absorption[b] +=
+        leaky.mean_absorption[b] +=
             static_cast<float>(escape * (1 - double{survey.mean_absorption[b]}));
     const Bands tight_s = sabine_time_s(survey, medium);
-    const Bands open_s = sabine_time_s(with, medium);
-    double most = 0;
+    const Bands leaky_s = sabine_time_s(leaky, medium);
+    double largest = 0;
     for (std::size_t b = 0; b < kBandCount; ++b)
-        if (std::isfinite(tight_s[b])) most = std::max(most, 1 - double{open_s[b] / tight_s[b]});
-    return most;
+        if (std::isfinite(tight_s[b]))
+            largest = std::max(largest, 1 - double{leaky_s[b] / tight_s[b]});
+    return largest;
 }
 
 void print_row(const char* label, const Bands& values, int decimals) {
@@ -157,13 +160,13 @@ std::string describe(const Trajectory& path) {
     return text.data();
 }
 
-/// A warning for everything that options have put outside the bounds of the geometry.
+/// Warnings for a listener and sources that options place outside the bounds of the geometry.
 std::vector<std::string> moved_outside(const Scene& before, const Scene& scene) {
     const Bounds bounds = geometry_bounds(scene.objects);
     std::vector<std::string> warnings;
-    const auto check = [&](const std::string& who, const Vec3& was, const Vec3& is) {
-        if (scene.objects.empty() || was == is || bounds.contains(is)) return;
-        warnings.push_back(who + " is outside the bounds of the geometry");
+    const auto check = [&](const std::string& name, const Vec3& from, const Vec3& to) {
+        if (scene.objects.empty() || from == to || bounds.contains(to)) return;
+        warnings.push_back(name + " is outside the bounds of the geometry");
     };
     check("--position: the listener", before.listener.pose_at(0).position,
           scene.listener.pose_at(0).position);
@@ -221,7 +224,7 @@ int list_devices() {
     return 0;
 }
 
-/// Percent, one cell for each tenth: a glance at a curve.
+/// Prints band values 0..1 in percent, each with a bar of up to 40 characters.
 void print_curve(const char* label, const Bands& shares) {
     std::printf("%s\n", label);
     for (std::size_t band = 0; band < kBandCount; ++band) {
@@ -261,10 +264,10 @@ int show_info(const Arguments& arguments) {
     const Scene scene = read_scene(arguments);
     const RayScene rays(scene);
     std::printf("%-16s%zu\n", "triangles", rays.triangle_count());
-    const Sides sides =
-        result_of(kMeasuring, arguments, [&] { return part(rays, first_places(scene)); });
+    const SortedPlaces sorted =
+        result_of(kMeasuring, arguments, [&] { return sort_places(rays, first_places(scene)); });
     const RoomGeometry room =
-        result_of(kMeasuring, arguments, [&] { return measure_room(rays, sides.inside, kSeed); });
+        result_of(kMeasuring, arguments, [&] { return measure_room(rays, sorted.inside, kSeed); });
     if (rays.triangle_count() > 0) {
         const Bounds bounds = geometry_bounds(scene.objects);
         print_point("from", bounds.min);
@@ -286,20 +289,20 @@ int show_info(const Arguments& arguments) {
     if (scene.listener.path) std::printf("%-16s%s\n", "", describe(*scene.listener.path).c_str());
     if (rays.triangle_count() == 0) return 0;
     const PatchGrid::Extent patches = result_of("counting patches", arguments, [&] {
-        return PatchGrid::extent(rays, scene.simulation.patch_size_m, sides.inside,
+        return PatchGrid::extent(rays, scene.simulation.patch_size_m, places(scene),
                                  scene.simulation.seed, kMostPatches);
     });
     std::printf("%-16s%zu of %.2f m\n", "patches", patches.reached,
                 static_cast<double>(patches.patch_size_m));
     const double escape = result_of(
-        kMeasuring, arguments, [&] { return escape_per_reflection(rays, sides.inside, kSeed); });
+        kMeasuring, arguments, [&] { return escape_per_reflection(rays, sorted.inside, kSeed); });
     if (escape == 0) {
         std::printf("%-16snone: tight\n", "leaks");
     } else {
         std::printf("%-16s%.2g %% of the reflections\n", "leaks", 100 * escape);
     }
-    for (const Place& place : sides.outside)
-        std::printf("%-16s%s is outside the room\n", "", printable(place.who).c_str());
+    for (const Place& place : sorted.outside)
+        std::printf("%-16s%s is outside the room\n", "", printable(place.name).c_str());
     std::printf("\n");
     for (std::size_t m = 0; m < room.area_m2.size(); ++m) {
         if (room.area_m2[m] == 0) continue;
@@ -315,7 +318,7 @@ int show_info(const Arguments& arguments) {
     return 0;
 }
 
-/// Sound files are read as far as they can be. Throws SceneErrors, one for each that cannot.
+/// Reads the signals of all sources. Throws SceneErrors: one message for each that fails.
 void check_signals(const Scene& scene, const Arguments& arguments) {
     SignalSet signals;
     std::vector<std::string> errors;
@@ -332,35 +335,36 @@ void check_signals(const Scene& scene, const Arguments& arguments) {
     warn(warnings_of(signals), arguments.quiet);
 }
 
-/// Who is outside the room, once each.
-void check_places(const Scene& scene, const Sides& sides, const Arguments& arguments) {
+/// Warns of the listener and the sources outside the room, once each.
+void check_places(const Scene& scene, const SortedPlaces& sorted, const Arguments& arguments) {
     const Bounds bounds = geometry_bounds(scene.objects);
-    std::vector<std::string> known;
-    for (const Place& place : sides.outside) {
-        if (std::find(known.begin(), known.end(), place.who) != known.end()) continue;
-        known.push_back(place.who);
-        // Outside the bounds, too, has been said already.
+    std::vector<std::string> reported;
+    for (const Place& place : sorted.outside) {
+        if (std::find(reported.begin(), reported.end(), place.name) != reported.end()) continue;
+        reported.push_back(place.name);
+        // Reading the scene has warned of places outside the bounds.
         if (!bounds.contains(place.position)) continue;
         const Vec3& p = place.position;
-        warn({arguments.scene.string() + ": " + place.who + " is outside the room" +
+        warn({arguments.scene.string() + ": " + place.name + " is outside the room" +
               (place.time_s ? formatted(" after %.1f s", *place.time_s) : "") +
               formatted(", at (%g, %g, %g)", double{p.x}, double{p.y}, double{p.z})},
              arguments.quiet);
     }
 }
 
-/// What escapes, and whether that matters.
-void check_leaks(const Scene& scene, const RayScene& rays, const Sides& sides,
+/// Reports the share of reflections that escape and their effect on the reverberation time.
+void check_leaks(const Scene& scene, const RayScene& rays, const SortedPlaces& sorted,
                  const Arguments& arguments) {
-    // An error of the reverberation time that no listener notices; its threshold is 5 %.
+    // Relative error of the reverberation time; the just noticeable difference is 5 %.
     constexpr double kHarmless = 0.01;
-    // Of reflections: what lets more out is open rather than leaking.
+    // Share of escaping reflections above which the room counts as open, not as leaking.
     constexpr double kOpen = 0.01;
     const double escape = result_of(
-        kMeasuring, arguments, [&] { return escape_per_reflection(rays, sides.inside, kSeed); });
+        kMeasuring, arguments, [&] { return escape_per_reflection(rays, sorted.inside, kSeed); });
     if (escape == 0 || escape > kOpen) return;
     const double shorter = result_of(kMeasuring, arguments, [&] {
-        return shortening(measure_room(rays, sides.inside, kSeed).field, escape, scene.medium);
+        return reverberation_decrease(measure_room(rays, sorted.inside, kSeed).field, escape,
+                                      scene.medium);
     });
     const std::string line =
         arguments.scene.string() +
@@ -377,10 +381,10 @@ int check_scene(const Arguments& arguments) {
     const Scene scene = read_scene(arguments);
     check_signals(scene, arguments);
     const RayScene rays(scene);
-    const Sides sides =
-        result_of(kMeasuring, arguments, [&] { return part(rays, all_places(scene)); });
-    check_leaks(scene, rays, sides, arguments);
-    check_places(scene, sides, arguments);
+    const SortedPlaces sorted =
+        result_of(kMeasuring, arguments, [&] { return sort_places(rays, all_places(scene)); });
+    check_leaks(scene, rays, sorted, arguments);
+    check_places(scene, sorted, arguments);
     std::size_t triangles = 0;
     for (const Object& object : scene.objects) triangles += object.triangles.size();
     std::printf("%s: ok, %s, %s, %s\n", printable(arguments.scene.string()).c_str(),

@@ -5,8 +5,8 @@
 
 namespace aula {
 
-// What the program does, one function a mode. Each returns the exit status; throws Error,
-// AudioInputError or AudioFailure.
+// Commands of the program. Each returns the exit status. Each throws Error, AudioInputError or
+// AudioFailure.
 
 int list_devices();
 int list_materials(const Arguments& arguments);
@@ -16,19 +16,21 @@ int play(const Arguments& arguments);
 int render(const Arguments& arguments);
 int measure(const Arguments& arguments);
 
-/// Reads a scene file. Warnings go to standard error, here and below. Throws Error.
+/// Reads a scene file; prints its warnings to standard error. Throws Error.
 LoadedScene read_scene_file(const std::filesystem::path& file, const Arguments& arguments);
 
-/// Applies the command line to a scene. Throws Error.
+/// Applies the options of the command line to a scene; prints warnings to standard error. Throws
+/// Error.
 void change_scene(Scene& scene, const Arguments& arguments);
 
-/// Both, for the scene of the command line.
+/// Reads the scene of the command line, applies the options and checks the output files. Throws
+/// Error.
 Scene read_scene(const Arguments& arguments);
 
-/// "aula: warning: ..." on standard error, unless quiet.
+/// Prints each warning as "aula: warning: ..." to standard error, unless quiet.
 void warn(const std::vector<std::string>& warnings, bool quiet);
 
-/// 128 and the number of the signal that arrived, as shells do.
+/// Exit status of an interrupted program: 128 + signal number.
 int interrupted_status();
 
 }  // namespace aula

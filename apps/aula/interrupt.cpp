@@ -17,25 +17,25 @@ namespace aula {
 
 namespace {
 
-/// Far more than a fade and the end of a recording take.
+/// Time for an orderly end. A fade-out and the end of a recording take far less.
 constexpr timespec kOrderlyEnd{.tv_sec = 0, .tv_nsec = 800'000'000};
 
-std::atomic<int> noted_signal = 0;
+std::atomic<int> first_signal = 0;
 
 void open_standard_descriptors() {
     for (int descriptor = STDIN_FILENO; descriptor <= STDERR_FILENO; ++descriptor) {
         if (fcntl(descriptor, F_GETFD) >= 0 || errno != EBADF) continue;
-        // The lowest that is free is taken, which is this one.
+        // open() returns the lowest free descriptor, which is this one.
         if (open("/dev/null", O_RDWR) != descriptor) _exit(1);
     }
 }
 
-/// Waits for a signal, then gives the program some time to end.
-[[noreturn]] void end_when_told(const sigset_t& signals) {
+/// Records the first signal. Ends the process after kOrderlyEnd or at a second signal.
+[[noreturn]] void handle_signals(const sigset_t& signals) {
     int signal = 0;
     while (sigwait(&signals, &signal) != 0) {
     }
-    noted_signal = signal;
+    first_signal = signal;
     sigtimedwait(&signals, nullptr, &kOrderlyEnd);
     PartFile::abandon_all();
     _exit(128 + signal);
@@ -49,12 +49,12 @@ void set_up_process() {
     sigset_t signals;
     sigemptyset(&signals);
     for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&signals, signal);
-    // Here and in all threads that begin from now on: what comes waits for this one, which may do
-    // more than a signal handler.
+    // Blocked in this thread and in all later ones. One thread waits for the signals: unlike a
+    // signal handler it may call any function.
     pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-    std::thread(end_when_told, signals).detach();
+    std::thread(handle_signals, signals).detach();
 }
 
-int interrupt_signal() { return noted_signal; }
+int interrupt_signal() { return first_signal; }
 
 }  // namespace aula

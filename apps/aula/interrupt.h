@@ -2,15 +2,17 @@
 
 namespace aula {
 
-/// Sets up the process, before any thread begins:
-/// * Ctrl-C, SIGTERM and SIGHUP are noted, so that the program can end in order. A program that has
-///   not ended within 0.8 s, or gets a second signal, is ended: what it was writing is removed, the
-///   exit status is 128 and the number of the first signal.
-/// * A write to a closed pipe, or beyond the limit of file sizes, fails like any other.
-/// * Descriptors 0 to 2 are open, so that no file of ours takes their places.
+/// Sets up the process. Call it before any thread starts.
+/// * SIGINT, SIGTERM and SIGHUP are recorded, so that the program can end in order. After 0.8 s, or
+///   at a second signal, the process removes unfinished output files and exits with 128 + the
+///   number of the first signal.
+/// * SIGPIPE and SIGXFSZ are ignored: a write to a closed pipe or beyond the file size limit
+/// returns
+///   an error.
+/// * Closed descriptors among 0 to 2 are opened, so that no output file takes their numbers.
 void set_up_process();
 
-/// The signal that arrived, or 0. [any thread]
+/// Number of the first signal that has arrived, or 0. [any thread]
 int interrupt_signal();
 
 }  // namespace aula

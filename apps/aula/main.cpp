@@ -17,19 +17,19 @@ namespace aula {
 
 namespace {
 
-/// A signal that came meanwhile has the last word.
+/// The exit status of an interrupt if a signal has arrived, else `status`.
 int unless_interrupted(int status) {
     return interrupt_signal() != 0 ? interrupted_status() : status;
 }
 
-/// One line on standard error, whatever the message holds.
+/// Prints a message to standard error as one line; returns `status`.
 int fail(std::string message, int status) {
     std::replace(message.begin(), message.end(), '\n', ' ');
     std::fprintf(stderr, "aula: %s\n", printable(message).c_str());
     return status;
 }
 
-/// Says all errors of a scene, one a line.
+/// Checks a scene; prints all its errors, one per line.
 int check(const Arguments& arguments) {
     try {
         return unless_interrupted(check_scene(arguments));
@@ -66,7 +66,7 @@ int run(const Arguments& arguments) {
     return 1;
 }
 
-/// What the system did not grant.
+/// The message for a resource that the system refused.
 std::string refusal(const std::error_code& code) {
     if (code == std::errc::resource_unavailable_try_again)
         return "the system allows no more threads; --threads N starts fewer";
@@ -81,7 +81,7 @@ int main(int argc, char** argv) {
     try {
         aula::set_up_process();
         const int status = aula::run(aula::read_arguments(argc, argv));
-        // A full disk may be noticed only now.
+        // Buffered output may fail only when it is flushed, as on a full disk.
         if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
             throw aula::AudioFailure("standard output: cannot write");
         return status;
@@ -95,7 +95,7 @@ int main(int argc, char** argv) {
                               "--offline OUT.wav",
                           1);
     } catch (const std::bad_alloc&) {
-        return aula::fail("there is not enough memory", 1);
+        return aula::fail("out of memory", 1);
     } catch (const std::system_error& error) {
         return aula::fail(aula::refusal(error.code()), 1);
     } catch (const std::exception& error) {

@@ -12,10 +12,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Whether two names are of one file, which need not be there yet.
+/// Whether two paths name the same file, which need not exist yet.
 bool same_file(const fs::path& a, const fs::path& b) {
     std::error_code error;
-    // By device and inode.
+    // Compares device and inode.
     if (fs::equivalent(a, b, error)) return true;
     if (fs::exists(a, error) || fs::exists(b, error)) return false;
     const fs::path first = fs::weakly_canonical(a, error);
@@ -24,7 +24,8 @@ bool same_file(const fs::path& a, const fs::path& b) {
     return !error && first == second;
 }
 
-/// Devices and pipes are written as they go, and may be written twice.
+/// Whether the output replaces the file. Devices and pipes are written directly, and may be the
+/// target of several outputs.
 bool is_replaced(const fs::path& file) {
     std::error_code error;
     return !fs::exists(file, error) || fs::is_regular_file(file, error);
@@ -73,12 +74,12 @@ void check_outputs(const Arguments& arguments, const Scene& scene) {
         if (!is_replaced(outputs[i])) continue;
         for (const fs::path& input : inputs)
             if (same_file(outputs[i], input))
-                throw Error(outputs[i].string() + ": would replace " + input.string() +
-                            ", which is read; expected the name of another file");
+                throw Error(outputs[i].string() + ": would replace the input " + input.string() +
+                            "; expected the name of another file");
         for (std::size_t k = 0; k < i; ++k)
             if (same_file(outputs[i], outputs[k]))
                 throw Error(outputs[i].string() +
-                            ": two results would be written there; expected a file for each "
+                            ": is the file of two outputs; expected a file for each "
                             "(sources need names that differ in [A-Za-z0-9._-])");
     }
 }

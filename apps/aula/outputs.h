@@ -6,13 +6,13 @@
 
 namespace aula {
 
-/// The file of a source's impulse response: of several sources OUT-NAME.wav, where characters
-/// outside [A-Za-z0-9._-] become '_'.
+/// The file of a source's impulse response: `file` for a single source, else OUT-NAME.wav, with
+/// characters outside [A-Za-z0-9._-] replaced by '_'.
 std::filesystem::path response_file(const std::filesystem::path& file, const Scene& scene,
                                     std::size_t source);
 
-/// Throws Error if a file that is to be written is one that is read, or is to be written twice,
-/// by whatever name or link.
+/// Throws Error if an output file is also an input file, or if two outputs are the same file.
+/// Names and links of one file count as the same.
 void check_outputs(const Arguments& arguments, const Scene& scene);
 
 }  // namespace aula

@@ -61,24 +61,24 @@ std::string summary_text(const PlayStatus& s) {
 std::string latency_text(const PoseLatency& l) {
     return formatted("pose to sound p50 %.1f ms p99 %.1f ms (frame period %.1f ms, ",
                      l.sound_p50_ms, l.sound_p99_ms, l.frame_period_ms) +
-           formatted("compute p50 %.1f ms p99 %.1f ms), head's turning p50 %.1f ms p99 %.1f ms, ",
+           formatted("compute p50 %.1f ms p99 %.1f ms), head rotation p50 %.1f ms p99 %.1f ms, ",
                      l.compute_p50_ms, l.compute_p99_ms, l.head_p50_ms, l.head_p99_ms) +
-           formatted("calls for sound p99 %.1f ms apart", l.call_p99_ms);
+           formatted("callback interval p99 %.1f ms", l.call_p99_ms);
 }
 
 const char* text_of(UnderrunCause cause) {
     switch (cause) {
         case UnderrunCause::ours:
-            return "ours: rendering took too long";
+            return "caused by Aula: rendering took too long";
         case UnderrunCause::machine:
-            return "the machine's: the audio thread was not run in time";
+            return "caused by the machine: the audio thread was scheduled late";
         case UnderrunCause::host:
             break;
     }
-    return "the host's";
+    return "caused by the audio server";
 }
 
-/// What was played, how late, and when it had gaps.
+/// Prints the duration, the latency and the underruns.
 void print_summary(const PlayStatus& s) {
     std::fprintf(stderr, "%s\n%s\n", summary_text(s).c_str(), latency_text(s.latency).c_str());
     if (const std::string text = reduction_text(s); !text.empty())
@@ -88,12 +88,12 @@ void print_summary(const PlayStatus& s) {
     for (const Underrun& underrun : s.first_underruns)
         std::fprintf(stderr, "underrun at %.2f s, %s\n", underrun.time_s, text_of(underrun.cause));
     if (s.underruns > s.first_underruns.size())
-        std::fprintf(stderr, "and %zu underruns more, %llu of all ours\n",
+        std::fprintf(stderr, "%zu more underruns; of all underruns %llu caused by Aula\n",
                      static_cast<std::size_t>(s.underruns) - s.first_underruns.size(),
                      static_cast<unsigned long long>(s.own_underruns));
 }
 
-/// Says in one line each what happens to the device.
+/// Prints changes of the output device's state, one line each.
 class DeviceNews {
  public:
     explicit DeviceNews(const Player& player) : name_(player.device().name) {}
@@ -102,12 +102,12 @@ class DeviceNews {
         if (!status.realtime && !told_priority_) {
             told_priority_ = true;
             say(line,
-                "sound runs without real-time priority, which the system refused "
+                "the audio thread runs without real-time priority, which the system refused "
                 "(\"ulimit -r 70\" or membership of the group audio allows it)");
         }
         if (status.muted_samples > 0 && !told_muted_) {
             told_muted_ = true;
-            say(line, "sound that is not finite is muted");
+            say(line, "samples that are not finite are muted");
         }
         const bool playing = status.device == DeviceState::playing;
         if (playing == played_) return;
@@ -131,7 +131,7 @@ class DeviceNews {
 };
 
 constexpr const char* kKeysText =
-    "w/s or up/down walk, a/d step aside, left/right turn, q quits, ? shows this";
+    "w/s or up/down: walk, a/d: step sideways, left/right: turn, q: quit, ?: these keys";
 
 std::vector<std::string> source_names(const Scene& scene) {
     std::vector<std::string> names;
@@ -139,7 +139,7 @@ std::vector<std::string> source_names(const Scene& scene) {
     return names;
 }
 
-/// Changes the materials that OSC messages asked for.
+/// Replaces materials as requested by OSC messages.
 void replace_materials(OscRemote& remote, Scene& scene, Player& player,
                        const SessionOptions& session) {
     for (const auto& [from, to] : remote.take_materials()) {
@@ -171,7 +171,7 @@ int play_in_terminal(const Arguments& arguments) {
         const bool walks = keys.active() && !scene.listener.path;
         if (line.visible())
             std::fprintf(stderr, "playing on %s; %s\n", printable(player.device().name).c_str(),
-                         walks ? kKeysText : "q or Ctrl-C ends");
+                         walks ? kKeysText : "q or Ctrl-C: quit");
         DeviceNews news(player);
         LoadNews load_news;
         Walker walker(scene.listener.pose_at(0));
@@ -211,7 +211,7 @@ int play_in_terminal(const Arguments& arguments) {
     return interrupt_signal() != 0 ? interrupted_status() : 0;
 }
 
-/// The scene files of a folder, in the order of their names.
+/// The scene files of a folder, sorted by name. Throws Error if there is none.
 std::vector<std::filesystem::path> scenes_in(const std::filesystem::path& folder) {
     std::vector<std::filesystem::path> files;
     std::error_code error;
@@ -248,7 +248,7 @@ int play_in_window(const Arguments& arguments, const std::vector<std::filesystem
     options.screenshot_after_s = arguments.screenshot_after_s;
     if (arguments.screenshot && arguments.session.device.empty() && list_output_devices().empty()) {
         options.session.device = AudioDevice::kNone;
-        warn({"there is no audio device: it plays in silence"}, arguments.quiet);
+        warn({"there is no audio device; playing in silence"}, arguments.quiet);
     }
     options.keeps_state = !arguments.screenshot && std::getenv("AULA_NO_STATE") == nullptr;
     options.interrupted = [] { return interrupt_signal() != 0; };
@@ -268,7 +268,7 @@ int play(const Arguments& arguments) {
     if (arguments.window && window_possible()) return play_in_window(arguments, scenes);
 #endif
     if (arguments.screenshot)
-        throw Error("--screenshot", "", "there is no window here; expected a display");
+        throw Error("--screenshot", "", "no window can be opened; expected a display");
     return play_in_terminal(arguments);
 }
 

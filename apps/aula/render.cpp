@@ -18,7 +18,7 @@ namespace aula {
 
 namespace {
 
-/// A bar on standard error, drawn ten times a second; asks to stop when a signal came.
+/// A progress bar on standard error, drawn ten times a second. Returns false after a signal.
 class ProgressBar {
  public:
     ProgressBar(const std::string& what, bool quiet) : what_(what), line_(!quiet) { (*this)(0); }
@@ -53,8 +53,9 @@ void print(const std::string& text) {
         throw AudioFailure("standard output: cannot write");
 }
 
-/// The files of --ir, --echogram and --report: all are opened before the long work and get their
-/// names after it, so that what cannot be written is said first and nothing is left half done.
+/// The output files of --ir, --echogram and --report. They are opened before the measurement and
+/// committed after it: a file that cannot be written is reported first, and no partial file
+/// remains.
 class MeasurementFiles {
  public:
     MeasurementFiles(const Arguments& arguments, const Scene& scene) : arguments_(arguments) {

@@ -16,7 +16,7 @@ namespace aula {
 
 namespace {
 
-/// What a press of a key sends.
+/// The bytes that a terminal sends for a key.
 struct KeySequence {
     std::string_view bytes;
     Key key;
@@ -42,9 +42,10 @@ constexpr std::array<KeySequence, 17> kSequences{{
     {"?", Key::help},
 }};
 
-bool input_is_ours() { return isatty(STDIN_FILENO) && tcgetpgrp(STDIN_FILENO) == getpgrp(); }
+bool in_foreground() { return isatty(STDIN_FILENO) && tcgetpgrp(STDIN_FILENO) == getpgrp(); }
 
-/// Bytes of the UTF-8 character that begins at `at`, which is no control character; 0 if none does.
+/// Length in bytes of the UTF-8 character at `at`. 0 if it is invalid, or a control character other
+/// than a line feed.
 std::size_t character_length(const std::string& text, std::size_t at) {
     const auto byte = [&](std::size_t i) {
         return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U;
@@ -80,7 +81,7 @@ std::string printable(const std::string& text) {
 
 KeyInput::KeyInput() {
     termios settings{};
-    if (!input_is_ours() || tcgetattr(STDIN_FILENO, &settings) != 0) return;
+    if (!in_foreground() || tcgetattr(STDIN_FILENO, &settings) != 0) return;
     saved_ = settings;
     settings.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
     settings.c_cc[VMIN] = 0;
@@ -94,12 +95,12 @@ KeyInput::~KeyInput() {
 
 std::optional<Key> KeyInput::read(int timeout_ms) const {
     pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
-    if (!active() || !input_is_ours()) {
+    if (!active() || !in_foreground()) {
         std::this_thread::sleep_for(std::chrono::milliseconds(timeout_ms));
         return std::nullopt;
     }
     if (poll(&input, 1, timeout_ms) <= 0) return std::nullopt;
-    // A key's sequence arrives at once; of several keys the rest is read next time.
+    // The sequence of one key arrives in one piece. Further keys remain for the next call.
     std::array<char, 3> bytes{};
     ssize_t count = ::read(STDIN_FILENO, bytes.data(), 1);
     if (count == 1 && bytes[0] == '\x1b' && poll(&input, 1, 0) > 0)
@@ -112,7 +113,7 @@ std::optional<Key> KeyInput::read(int timeout_ms) const {
     return std::nullopt;
 }
 
-StatusLine::StatusLine(bool wanted) : visible_(wanted && isatty(STDERR_FILENO)) {}
+StatusLine::StatusLine(bool enabled) : visible_(enabled && isatty(STDERR_FILENO)) {}
 
 StatusLine::~StatusLine() { clear(); }
 
@@ -130,8 +131,8 @@ void StatusLine::clear() {
     shown_ = false;
 }
 
-TaskLine::TaskLine(std::string what, bool wanted, std::chrono::steady_clock::duration after)
-    : what_(std::move(what)), line_(wanted) {
+TaskLine::TaskLine(std::string what, bool enabled, std::chrono::steady_clock::duration after)
+    : what_(std::move(what)), line_(enabled) {
     if (line_.visible()) thread_ = std::thread([this, after] { run(after); });
 }
 

@@ -11,14 +11,14 @@
 
 namespace aula {
 
-/// Text without control characters but line ends, which names in files may hold to change the
-/// terminal: those, and bytes that are not UTF-8, are shown as \x1b.
+/// Escapes control characters except line feeds, and bytes that are not UTF-8, as \xNN. Names from
+/// files then cannot control the terminal.
 std::string printable(const std::string& text);
 
 enum class Key { forward, back, left, right, turn_left, turn_right, help, quit };
 
-/// Single keys from standard input while alive, without echo; the terminal is as before
-/// afterwards. Does nothing where standard input is no terminal, or not ours to read.
+/// Reads single keys from standard input without echo. The destructor restores the terminal's
+/// settings. Inactive if standard input is not a terminal or the process is in the background.
 class KeyInput {
  public:
     KeyInput();
@@ -28,28 +28,29 @@ class KeyInput {
 
     bool active() const { return saved_.has_value(); }
 
-    /// The next key, waiting for it up to a time; empty if none of ours was pressed.
+    /// Waits for a key, at most `timeout_ms`. Empty at a timeout or an unknown key; Key::quit at
+    /// the end of input.
     std::optional<Key> read(int timeout_ms) const;
 
  private:
     std::optional<termios> saved_;
 };
 
-/// One line on standard error that is written over again and again; nothing where that is no
+/// A status line on standard error, overwritten in place. Invisible if standard error is not a
 /// terminal.
 class StatusLine {
  public:
-    explicit StatusLine(bool wanted);
+    explicit StatusLine(bool enabled);
     ~StatusLine();
     StatusLine(const StatusLine&) = delete;
     StatusLine& operator=(const StatusLine&) = delete;
 
     bool visible() const { return visible_; }
 
-    /// Shows a line, cut to the terminal's width.
+    /// Replaces the line; truncates it to the terminal's width.
     void show(const std::string& text);
 
-    /// Wipes it out, to make room for other output.
+    /// Erases the line before other output.
     void clear();
 
  private:
@@ -57,11 +58,11 @@ class StatusLine {
     bool shown_ = false;
 };
 
-/// Shows what is being done and for how many seconds on a status line, once it takes long. Nothing
-/// else may be printed meanwhile.
+/// While alive, shows a task and its elapsed seconds on a status line, from `after` on. Nothing
+/// else may be printed during its life.
 class TaskLine {
  public:
-    TaskLine(std::string what, bool wanted,
+    TaskLine(std::string what, bool enabled,
              std::chrono::steady_clock::duration after = std::chrono::seconds(2));
     ~TaskLine();
     TaskLine(const TaskLine&) = delete;

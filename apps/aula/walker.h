@@ -5,20 +5,21 @@
 
 namespace aula {
 
-/// A listener who walks by keys. A terminal only tells of presses, so each press is a short way to
-/// go, walked at an even pace; a key held down repeats and keeps the walker going.
+/// Listener movement by terminal keys. A terminal reports key presses only, not releases: each
+/// press adds a short distance or angle, covered at constant speed, and the repeats of a held key
+/// sustain the movement.
 class Walker {
  public:
     explicit Walker(const Pose& start) : pose_(start) {}
 
     void press(Key key);
 
-    /// Walks on for a time; returns where the listener is then.
+    /// Moves for `time_s` seconds; returns the new pose.
     const Pose& advance(double time_s);
 
  private:
     Pose pose_;
-    float ahead_m_ = 0;  ///< still to go, negative backwards
+    float ahead_m_ = 0;  ///< remaining, negative backwards
     float left_m_ = 0;
     float turn_rad_ = 0;
 };

@@ -10,7 +10,7 @@ namespace aula {
 
 namespace {
 
-/// Part of a name, and the colour of what is called so.
+/// Substrings of material names with their colours; the first match counts.
 constexpr std::array<std::pair<const char*, Colour>, 31> kNamed{{
     {"rubble", {0.70F, 0.64F, 0.55F}},    {"pew", {0.50F, 0.33F, 0.22F}},
     {"leather", {0.40F, 0.26F, 0.20F}},   {"plaster", {0.86F, 0.83F, 0.77F}},
@@ -44,7 +44,7 @@ Colour material_colour(const Material& material) {
     for (const auto& [part, colour] : kNamed)
         if (material.name.find(part) != std::string::npos) return colour;
     const std::size_t hash = std::hash<std::string>{}(material.name);
-    // Between red and green, little of either: walls, mostly.
+    // Hues from red to yellow-green at low saturation, as of most walls.
     return from_hue(static_cast<float>(hash % 100) / 360, 0.18F, 0.74F);
 }
 
@@ -65,8 +65,8 @@ Colour band_colour(std::size_t band) {
     return from_hue(0.78F * static_cast<float>(band) / (kBandCount - 1), 0.6F, 0.95F);
 }
 
-Colour heat_colour(float value) {
-    static constexpr std::array<Colour, 6> kHeat{{
+Colour energy_colour(float value) {
+    static constexpr std::array<Colour, 6> kMap{{
         {0.05F, 0.05F, 0.20F},
         {0.24F, 0.07F, 0.45F},
         {0.60F, 0.15F, 0.45F},
@@ -74,9 +74,9 @@ Colour heat_colour(float value) {
         {0.98F, 0.65F, 0.15F},
         {1.00F, 0.95F, 0.55F},
     }};
-    const float place = std::clamp(value, 0.0F, 1.0F) * static_cast<float>(kHeat.size() - 1);
-    const auto low = std::min(static_cast<std::size_t>(place), kHeat.size() - 2);
-    return glm::mix(kHeat[low], kHeat[low + 1], place - static_cast<float>(low));
+    const float place = std::clamp(value, 0.0F, 1.0F) * static_cast<float>(kMap.size() - 1);
+    const auto low = std::min(static_cast<std::size_t>(place), kMap.size() - 2);
+    return glm::mix(kMap[low], kMap[low + 1], place - static_cast<float>(low));
 }
 
 }  // namespace aula

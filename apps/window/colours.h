@@ -9,19 +9,19 @@
 
 namespace aula {
 
-/// 0..1 each.
+/// Red, green, blue: 0..1.
 using Colour = glm::vec3;
 
-/// The colour of a surface: that which one expects of a known material, a muted one otherwise.
+/// Display colour of a material: typical for known names, else a muted one derived from the name.
 Colour material_colour(const Material& material);
 
-/// Reflection order: 0 is the direct sound.
+/// Colour of a reflection order; 0 is the direct sound.
 Colour order_colour(int order);
 
-/// Octave bands, low ones red to high ones violet.
+/// Colour of an octave band, from red (low) to violet (high).
 Colour band_colour(std::size_t band);
 
-/// From dark blue to bright yellow, for 0..1.
-Colour heat_colour(float value);
+/// Colour map of energies: dark blue for 0 to bright yellow for 1.
+Colour energy_colour(float value);
 
 }  // namespace aula

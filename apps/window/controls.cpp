@@ -9,7 +9,7 @@
 #include "apps/window/colours.h"
 #include "apps/window/panels.h"
 
-// What can be changed: sources, surface, view, settings.
+// The controls of sources, surface, view and simulation.
 
 namespace aula {
 
@@ -30,7 +30,7 @@ void draw_source(Model& model, std::size_t s) {
         model.request.source = s;
         model.watch();
     }
-    tooltip("rays, patches and plots show this source");
+    tooltip("select for rays, patches and plots");
     ImGui::SameLine();
     if (toggle("M", control.muted)) {
         control.muted = !control.muted;
@@ -42,19 +42,21 @@ void draw_source(Model& model, std::size_t s) {
         control.solo = !control.solo;
         changed = true;
     }
-    tooltip("solo: only sources with S are heard");
+    tooltip("solo: mute all sources without S");
     float gain_db = control.gain_db.value_or(source.gain_db);
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.5F);
     if (ImGui::SliderFloat("##gain", &gain_db, -40, 20, "%.1f dB")) {
         control.gain_db = gain_db;
         changed = true;
     }
-    tooltip("gain: at 0 dB a full-scale signal is as loud in 1 m; ctrl and click to type a number");
+    tooltip(
+        "gain: at 0 dB a full-scale signal is at full scale at 1 m; ctrl and click to type a "
+        "number");
     ImGui::SameLine(0, 4);
     const std::string& chosen = model.other_signal(s);
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x);
-    if (ImGui::BeginCombo("##signal", chosen.empty() ? "its own signal" : chosen.c_str())) {
-        if (ImGui::Selectable("its own signal", chosen.empty())) model.play_own_signal(s);
+    if (ImGui::BeginCombo("##signal", chosen.empty() ? "scene's signal" : chosen.c_str())) {
+        if (ImGui::Selectable("scene's signal", chosen.empty())) model.play_own_signal(s);
         for (const TestSignal signal :
              {TestSignal::clap, TestSignal::noise_burst, TestSignal::noise, TestSignal::clicks}) {
             if (ImGui::Selectable(test_signal_name(signal), chosen == test_signal_name(signal)))
@@ -63,7 +65,7 @@ void draw_source(Model& model, std::size_t s) {
         if (ImGui::Selectable("microphone", chosen == "microphone")) model.play_microphone(s);
         ImGui::EndCombo();
     }
-    tooltip("what it plays; a sound file that is dropped onto the window is played, too");
+    tooltip("signal of the source; drop a sound file onto the window to play it");
     if (changed) model.hand_over();
     ImGui::PopID();
 }
@@ -71,19 +73,19 @@ void draw_source(Model& model, std::size_t s) {
 void draw_parts(Model& model) {
     PlayControls& controls = model.controls;
     bool changed = ImGui::Checkbox("direct", &controls.direct);
-    tooltip("what comes straight from the source (1)");
+    tooltip("direct sound (1)");
     ImGui::SameLine();
     changed |= ImGui::Checkbox("early", &controls.early);
-    tooltip("image sources: the first mirror reflections (2)");
+    tooltip("image sources: early specular reflections (2)");
     ImGui::SameLine();
     changed |= ImGui::Checkbox("late", &controls.late);
-    tooltip("reverberation, from the caches (3)");
+    tooltip("reverberation (3)");
     ImGui::SetNextItemWidth(-1);
     changed |= ImGui::SliderFloat("##wet", &controls.wet, 0, 1,
-                                  controls.wet == 0.5F  ? "dry - as it is - wet"
+                                  controls.wet == 0.5F  ? "dry - neutral - wet"
                                   : controls.wet < 0.5F ? "drier"
                                                         : "wetter");
-    tooltip("direct sound against reflections; right click: as it is");
+    tooltip("balance of direct sound and reflections; right click: neutral");
     if (ImGui::IsItemClicked(ImGuiMouseButton_Right)) {
         controls.wet = 0.5F;
         changed = true;
@@ -92,7 +94,7 @@ void draw_parts(Model& model) {
 }
 
 constexpr const char* kRaysMeaning =
-    "Rays of each source in a frame. More are smoother; ctrl and click to type a number.";
+    "Rays per source and frame. More rays reduce noise; ctrl and click to type a number.";
 
 struct Preset {
     const char* name;
@@ -101,7 +103,7 @@ struct Preset {
 };
 
 constexpr std::array<Preset, 4> kPresets{{
-    {"draft", "for slow machines: few rays, first-order image sources",
+    {"draft", "few rays and first-order image sources, for slow machines",
      [](Simulation& s) {
          s.estimator = Estimator::patch;
          s.rays = 300;
@@ -109,15 +111,15 @@ constexpr std::array<Preset, 4> kPresets{{
          s.patch_size_m = 1;
          s.response_time_s = 0.5F;
      }},
-    {"normal", "what a scene has if it says nothing",
+    {"normal", "the defaults of a scene",
      [](Simulation& s) {
-         const Simulation usual;
-         s.estimator = usual.estimator;
-         s.rays = usual.rays;
-         s.order = usual.order;
-         s.specular_order = usual.specular_order;
-         s.patch_size_m = usual.patch_size_m;
-         s.response_time_s = usual.response_time_s;
+         const Simulation defaults;
+         s.estimator = defaults.estimator;
+         s.rays = defaults.rays;
+         s.order = defaults.order;
+         s.specular_order = defaults.specular_order;
+         s.patch_size_m = defaults.patch_size_m;
+         s.response_time_s = defaults.response_time_s;
      }},
     {"fine", "small patches, many rays",
      [](Simulation& s) {
@@ -127,7 +129,7 @@ constexpr std::array<Preset, 4> kPresets{{
          s.patch_size_m = 0.35F;
          s.response_time_s = 1;
      }},
-    {"plain", "path tracing without a cache, to compare with",
+    {"plain", "path tracing without a cache, for comparison",
      [](Simulation& s) {
          s.estimator = Estimator::pt;
          s.rays = 1000;
@@ -140,7 +142,7 @@ void draw_settings(Model& model, Choices& choices) {
         if (toggle(slot == 0 ? " A " : " B ", model.active() == slot) && model.active() != slot)
             model.switch_setting();
     }
-    tooltip("two settings to compare; x goes to the other");
+    tooltip("two settings to compare; x switches");
     for (const Preset& preset : kPresets) {
         ImGui::SameLine(0, 4);
         if (ImGui::SmallButton(preset.name)) {
@@ -153,7 +155,7 @@ void draw_settings(Model& model, Choices& choices) {
         tooltip(preset.meaning);
     }
 
-    // What is being dragged is taken over when it is let go: it takes a moment to prepare.
+    // A dragged value applies at the release of the slider: preparing it takes time.
     Simulation s = choices.draft.value_or(model.setting().simulation);
     bool done = false;
     bool active = false;
@@ -176,8 +178,9 @@ void draw_settings(Model& model, Choices& choices) {
         ImGui::EndCombo();
     }
     tooltip(
-        "How reverberation is computed. patch: walls keep what they radiate. dpc: the diffuse path "
-        "cache, dpc-published: as it was published. pt: path tracing without a cache.");
+        "Estimator of the reverberation. patch: radiated energy cached per patch. dpc: diffuse "
+        "path "
+        "cache; dpc-published: as published. pt: path tracing without a cache.");
     bool automatic = model.controls.frame_share.has_value();
     if (automatic) {
         ImGui::BeginDisabled();
@@ -186,7 +189,7 @@ void draw_settings(Model& model, Choices& choices) {
         tooltip(kRaysMeaning);
         ImGui::EndDisabled();
     } else {
-        // Rays change from frame to frame, nothing has to be prepared.
+        // The number of rays applies in the next frame without preparation.
         int rays = model.controls.rays.value_or(model.status().rays);
         if (ImGui::SliderInt("rays", &rays, 100, 20000, "%d", ImGuiSliderFlags_Logarithmic))
             model.set_rays(rays);
@@ -197,32 +200,36 @@ void draw_settings(Model& model, Choices& choices) {
             automatic ? std::optional<double>(choices.budget) : std::nullopt;
         model.hand_over();
     }
-    tooltip("as many rays as a share of each frame's time allows");
+    tooltip("adapt the number of rays to a share of the frame period");
     ImGui::SameLine();
     ImGui::SetNextItemWidth(width - ImGui::GetCursorPosX() + ImGui::GetStyle().WindowPadding.x);
     if (ImGui::SliderFloat("budget", &choices.budget, 0.1F, 0.9F, "%.2f of a frame") && automatic) {
         model.controls.frame_share = choices.budget;
         model.hand_over();
     }
-    tooltip("the share of a frame's time that auto may take");
+    tooltip("share of the frame period for auto");
     ImGui::SliderInt("order", &s.order, 0, 50, s.order == 0 ? "no limit" : "%d");
-    item("highest order of reflection; no limit: a ray ends where the response does");
+    item("highest reflection order; no limit: rays end at the length of the response");
     ImGui::SliderInt("images", &s.specular_order, 0, 5, "order %d");
-    item("highest order of the image sources: mirror reflections that are computed exactly");
+    item("highest order of the image sources: exact specular reflections");
     ImGui::SliderFloat("tau", &s.response_time_s, 0.03F, 5, "%.2f s", ImGuiSliderFlags_Logarithmic);
-    item("How long the caches look back. Longer is smoother, and slower to follow a change.");
+    item(
+        "Averaging time of the caches. A longer time reduces noise and slows the response to "
+        "changes.");
     ImGui::SliderFloat("lambda", &s.patch_size_m, 0.2F, 2, "%.2f m", ImGuiSliderFlags_Logarithmic);
-    item("Size of the patches. Smaller is finer in space, and noisier with as many rays.");
-    ImGui::SliderFloat("frames", &s.frame_rate_hz, 5, 60, "%.0f a second");
-    item("How often sound is propagated anew. A move is heard a frame later.");
+    item("Size of the patches. Smaller patches resolve more detail, with more noise per ray.");
+    ImGui::SliderFloat("frame rate", &s.frame_rate_hz, 5, 60, "%.0f Hz");
+    item("Propagation frames per second. Movements take effect one frame later.");
     const auto view = model.view();
     float length_s = s.ir_length_s.value_or(view ? static_cast<float>(view->length_s) : 1.0F);
     if (ImGui::SliderFloat("length", &length_s, 0.1F, 6, "%.2f s")) s.ir_length_s = length_s;
-    item("Length of the response. Reverberation that lasts longer is cut off.");
+    item("Length of the response. Longer reverberation is truncated.");
     int ambisonic_order = model.setting().ambisonic_order;
     ImGui::SliderInt("ambisonics", &ambisonic_order, 1, 3, "order %d");
     tooltip(
-        "of the reverberation for the ears: a higher order is sharper in direction, and dearer");
+        "Ambisonic order of the binaural reverberation. A higher order resolves directions better "
+        "and "
+        "costs more.");
     if (ImGui::IsItemEdited()) {
         done = true;
         active = false;
@@ -235,7 +242,7 @@ void draw_settings(Model& model, Choices& choices) {
     }
 }
 
-/// Absorption as bars with its numbers and octaves, scattering as a line over them.
+/// Draws absorption as labelled bars per octave band, scattering as a line.
 void draw_absorption(const Material& material, ImVec2 size) {
     ImDrawList* draw = ImGui::GetWindowDrawList();
     ImGui::PushFont(ImGui::GetIO().Fonts->Fonts.back());
@@ -274,7 +281,8 @@ void draw_absorption(const Material& material, ImVec2 size) {
     }
 }
 
-/// A square in a material's colour, at the front of a line. `size` 0: as high as a field.
+/// Draws a square in a material's colour; the next item follows on the same line. `size` 0: frame
+/// height.
 void draw_swatch(const Material& material, float size) {
     const Colour colour = material_colour(material);
     ImGui::ColorButton(("##" + material.name).c_str(), {colour.x, colour.y, colour.z, 1},
@@ -298,7 +306,7 @@ void draw_search(std::string& search) {
         search = text.data();
 }
 
-/// Whether a material's name or source holds all words that are searched for.
+/// True if a material's name and source contain all words of the search.
 bool matches(const LibraryMaterial& entry, const std::string& search) {
     const auto lower = [](std::string text) {
         for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -313,19 +321,19 @@ bool matches(const LibraryMaterial& entry, const std::string& search) {
 
 void draw_surface(Model& model, Choices& choices) {
     if (!model.surface()) {
-        ImGui::TextWrapped("Click a surface in the picture to change what it is made of.");
+        ImGui::TextWrapped("Click a surface in the picture to change its material.");
     } else {
         const Material material = model.surface_material();
         draw_swatch(material, 0);
         ImGui::Text("%s, %.1f m2", material.name.c_str(),
                     static_cast<double>(model.surface()->area_m2));
         draw_absorption(material, {ImGui::GetContentRegionAvail().x, 3.2F * ImGui::GetFontSize()});
-        tooltip(("bars: absorption, the share of energy that does not come back, with its numbers; "
-                 "line: "
-                 "scattering, the share of the rest that leaves in all directions: " +
-                 scattering_text(material))
-                    .c_str());
-        ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - 7.5F * ImGui::GetFontSize());
+        tooltip(
+            ("bars: absorption coefficient; line: scattering coefficient, the diffuse share of the "
+             "reflected energy: " +
+             scattering_text(material))
+                .c_str());
+        ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - 8.5F * ImGui::GetFontSize());
         if (ImGui::BeginCombo("##material", "change to ...", ImGuiComboFlags_HeightLarge)) {
             draw_search(choices.material_search);
             for (const LibraryMaterial& entry : model.library()) {
@@ -335,7 +343,7 @@ void draw_surface(Model& model, Choices& choices) {
                                       entry.material.name == material.name))
                     model.give_material(entry.material, choices.everywhere);
                 if (ImGui::IsItemHovered()) {
-                    // Beside the list, which it would hide.
+                    // Beside the list, so as not to cover it.
                     ImGui::SetNextWindowPos(
                         {ImGui::GetWindowPos().x - 6, ImGui::GetItemRectMin().y}, ImGuiCond_Always,
                         {1, 0});
@@ -351,8 +359,8 @@ void draw_surface(Model& model, Choices& choices) {
             ImGui::EndCombo();
         }
         ImGui::SameLine();
-        ImGui::Checkbox("all alike", &choices.everywhere);
-        tooltip(("every surface of " + material.name + ", not this one only").c_str());
+        ImGui::Checkbox("all surfaces", &choices.everywhere);
+        tooltip(("apply to all surfaces of " + material.name).c_str());
     }
     ImGui::BeginDisabled(!model.can_undo());
     if (ImGui::SmallButton("undo")) model.undo();
@@ -363,35 +371,37 @@ void draw_surface(Model& model, Choices& choices) {
     ImGui::EndDisabled();
     ImGui::SameLine();
     if (ImGui::SmallButton("save scene")) model.save_scene();
-    tooltip("the scene file with what was changed, under another name; only comments are left out");
+    tooltip("write the edited scene to a new file, without comments");
     ImGui::SameLine();
     if (ImGui::SmallButton("save response")) model.save_response();
-    tooltip("impulse response as WAV and ISO 3382 report as JSON, of what is shown");
+    tooltip("write the shown impulse response as WAV and its ISO 3382 report as JSON");
 }
 
 void draw_view_choices(Model& model, Choices& choices) {
     ImGui::Checkbox("rays", &choices.rays);
-    tooltip("some of this frame's rays, coloured by order of reflection (p)");
+    tooltip("some rays of this frame, coloured by reflection order (p)");
     ImGui::SameLine();
-    ImGui::Checkbox("solid", &choices.look.solid);
-    tooltip("surfaces, or edges alone (g)");
+    ImGui::Checkbox("solid", &choices.style.solid);
+    tooltip("surfaces, or a wireframe (g)");
     ImGui::SameLine();
-    ImGui::Checkbox("edges", &choices.look.edges);
-    tooltip("where surfaces meet");
+    ImGui::Checkbox("edges", &choices.style.edges);
+    tooltip("edges of the surfaces");
     ImGui::SameLine();
-    ImGui::Checkbox("see in", &choices.look.cut_away);
-    tooltip("walls between the eye and the room are left out");
-    ImGui::TextUnformatted("energy on the walls");
-    for (const auto& [heat, name, meaning] :
-         {std::tuple{Heat::none, "off", "materials"},
-          std::tuple{Heat::whole, "all", "what the patches radiate altogether"},
-          std::tuple{Heat::pulse, "pulse", "a pulse spreading, slowed down 30 times"}}) {
+    ImGui::Checkbox("cut away", &choices.style.cut_away);
+    tooltip("omit walls between the camera and the room");
+    ImGui::TextUnformatted("radiated energy");
+    for (const auto& [overlay, name, meaning] :
+         {std::tuple{EnergyOverlay::off, "off", "colours of the materials"},
+          std::tuple{EnergyOverlay::total, "total",
+                     "energy that the patches radiate, summed over time"},
+          std::tuple{EnergyOverlay::pulse, "pulse",
+                     "propagation of a pulse, slowed down 30 times"}}) {
         ImGui::SameLine(0, 6);
-        if (toggle(name, choices.heat == heat)) choices.heat = heat;
+        if (toggle(name, choices.overlay == overlay)) choices.overlay = overlay;
         tooltip(meaning);
     }
-    ImGui::Checkbox("walls stop me", &model.collides);
-    tooltip("or you walk through them (c)");
+    ImGui::Checkbox("collisions", &model.collides);
+    tooltip("walls stop the listener (c)");
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 
 namespace aula {
 
-/// A linked pair of shaders. Throws Error if the driver cannot build it.
+/// A linked pair of shaders. The constructor throws Error if the driver cannot build it.
 class GlProgram {
  public:
     GlProgram(const char* vertex, const char* fragment);
@@ -24,10 +24,10 @@ class GlProgram {
     GLuint program_;
 };
 
-/// Vertices of floats in a buffer, drawn as triangles, lines or points.
+/// Vertex data in a buffer, drawn as triangles, lines or points.
 class GlVertices {
  public:
-    /// Sizes of the attributes, in floats, in the order of their locations.
+    /// Sizes of the vertex attributes in floats, in the order of their locations.
     explicit GlVertices(std::initializer_list<int> attributes);
     ~GlVertices();
     GlVertices(const GlVertices&) = delete;
@@ -40,7 +40,7 @@ class GlVertices {
  private:
     GLuint array_ = 0;
     GLuint buffer_ = 0;
-    std::size_t floats_ = 0;  ///< of a vertex
+    std::size_t floats_ = 0;  ///< per vertex
     GLsizei count_ = 0;
 };
 

@@ -20,7 +20,7 @@ struct Part {
     glm::vec3 colour;
 };
 
-/// A bar of parts side by side, with a mark, the label on it.
+/// A bar of adjacent parts (shares 0..1) with a label, and with a mark if `mark` is not negative.
 void bar(const std::string& label, std::initializer_list<Part> parts, double mark = -1) {
     ImDrawList* draw = ImGui::GetWindowDrawList();
     const ImVec2 corner = ImGui::GetCursorScreenPos();
@@ -44,7 +44,7 @@ void bar(const std::string& label, std::initializer_list<Part> parts, double mar
                   fitting(label, size.x - 12).c_str());
 }
 
-/// A line, or two where one is too short.
+/// A wrapped line of text.
 void line(const std::string& text, const ImVec4& colour = ImGui::GetStyleColorVec4(ImGuiCol_Text)) {
     ImGui::PushStyleColor(ImGuiCol_Text, colour);
     ImGui::TextWrapped("%s", text.c_str());
@@ -66,7 +66,7 @@ void Meters::draw(const Model& model) {
     constexpr double kHold_s = 1.5;
     const PlayStatus& s = model.status();
     const Loudness& loudness = model.heard().loudness;
-    // The level jumps up and falls slowly; its peak stays for a while.
+    // The level rises immediately and falls slowly; the peak is held.
     const double now_db = decibels(static_cast<double>(s.peak));
     level_db_ =
         std::max(now_db, level_db_ - kFalls_db_s * static_cast<double>(ImGui::GetIO().DeltaTime));
@@ -83,21 +83,22 @@ void Meters::draw(const Model& model) {
                                                    : kGreen}},
         level_share(peak_db_));
     tooltip(
-        "The level of what is heard against full scale, with its peak. Where it would go beyond, "
-        "the "
-        "limiter turns it down.");
+        "Output level relative to full scale, with the held peak. The limiter reduces levels "
+        "beyond "
+        "full scale.");
     line("LUFS " + level_text(loudness.momentary_lufs, "") + "now, " +
          level_text(loudness.short_term_lufs, "") + "3 s, " +
          level_text(loudness.integrated_lufs, "") + "all");
     tooltip(
-        "Loudness as EBU R 128 measures it: of the last 0.4 s, of the last 3 s, of all that was "
-        "heard. The scenes that ship with Aula lie at -23.");
+        "Loudness by EBU R 128: momentary (0.4 s), short-term (3 s), integrated. The scenes that "
+        "ship "
+        "with Aula are at -23 LUFS.");
     line("true peak " + level_text(decibels(loudness.true_peak), "dBTP"));
-    tooltip("the largest value between samples, too");
+    tooltip("largest level of the interpolated signal");
 
     bar(formatted("audio %.0f %%, worst %.0f %%", 100 * s.load, 100 * s.worst_load),
         {{s.load, load_colour(s.load)}}, s.worst_load);
-    tooltip("The share of a block's time that rendering takes. At 100 % sound has gaps.");
+    tooltip("Rendering time relative to the duration of a block. At 100 % the sound has gaps.");
     const double frame_s = 1 / static_cast<double>(model.setting().simulation.frame_rate_hz);
     const FrameStatistics& f = s.frame;
     const double took_s = s.frame_ms / 1000;
@@ -109,15 +110,15 @@ void Meters::draw(const Model& model) {
          {f.specular_s / frame_s, {0.80F, 0.75F, 0.25F}},
          {rest_s / frame_s, {0.35F, 0.60F, 0.55F}}});
     tooltip(
-        "What computing a propagation frame takes, and what it may. A frame that takes longer is "
-        "heard late; sound goes on. Tracing rays, keeping the cache, gathering what the walls send "
-        "to your place, image sources, making filters.");
+        "Computing time of a propagation frame and the frame period. A longer frame takes effect "
+        "late; the sound continues. Parts: tracing rays, updating the caches, gathering at the "
+        "listener, image sources, filters.");
     ImGui::PushFont(ImGui::GetIO().Fonts->Fonts.back());
     const float right = ImGui::GetCursorPosX() + ImGui::GetContentRegionAvail().x;
     bool first = true;
     const auto part = [&](const glm::vec3& colour, const char* name, double seconds) {
         const std::string text = formatted("%s %.1f", name, 1000 * seconds);
-        // On in the line where there is room.
+        // Continues the line if the text fits.
         if (!first) ImGui::SameLine(0, 6);
         if (!first && ImGui::GetCursorPosX() + ImGui::CalcTextSize(text.c_str()).x > right)
             ImGui::NewLine();
@@ -133,37 +134,37 @@ void Meters::draw(const Model& model) {
     line(formatted("%.2f M rays/s, %zu cache entries, %.0f MB",
                    static_cast<double>(f.segments) / std::max(took_s, frame_s) * 1e-6,
                    f.cache_entries, static_cast<double>(f.memory_bytes) * 1e-6));
-    tooltip(
-        "Segments of paths that are traced in a second, what the caches hold, and their memory.");
-    line(formatted("response %.0f ms old, %llu frames, %llu left out", 1000 * s.response_age_s,
+    tooltip("path segments traced per second, cache entries and cache memory");
+    line(formatted("response %.0f ms old, %llu frames, %llu skipped", 1000 * s.response_age_s,
                    static_cast<unsigned long long>(s.frames),
                    static_cast<unsigned long long>(s.late_frames)));
     tooltip(
-        "How long ago the newest response was made, how many there were, and how many frames were "
-        "left out because one before took too long.");
+        "Age of the newest response, number of frames, and frames skipped because an earlier one "
+        "took too long.");
     if (const std::string text = reduction_text(s); !text.empty()) {
         line(text, {0.9F, 0.75F, 0.45F, 1});
         tooltip(
-            "Frames took longer than their time, so that fewer rays are sent, or the response is "
-            "shorter. A number of rays and a length that are chosen stay as they are.");
+            "Frames took longer than the frame period: the number of rays or the response length "
+            "is "
+            "reduced. Explicitly set values are not reduced.");
     }
     if (s.underruns == 0) {
         line(formatted("no underrun in %.0f s", s.time_s), {0.5F, 0.85F, 0.6F, 1});
     } else {
-        // Gaps that the sound server made are no fault of the program.
+        // Gaps caused by the sound server are no fault of the program.
         const bool ours = s.own_underruns > 0;
         const std::string when = model.last_underrun_s() < 0
-                                     ? "before"
+                                     ? "earlier"
                                      : formatted("%.0f s ago", s.time_s - model.last_underrun_s());
-        line(formatted("underruns: %llu ours, %llu the machine's or the server's; last ",
+        line(formatted("underruns: %llu by Aula, %llu by machine or server; last ",
                        static_cast<unsigned long long>(s.own_underruns),
                        static_cast<unsigned long long>(s.underruns - s.own_underruns)) +
                  when,
              ours ? ImVec4{1, 0.5F, 0.4F, 1} : ImVec4{0.9F, 0.75F, 0.45F, 1});
     }
     tooltip(
-        "Gaps in the sound: ours, where rendering took longer than a block; the machine's or the "
-        "sound server's, where the audio thread was not run in time.");
+        "Gaps in the sound. By Aula: rendering took longer than a block. By machine or server: the "
+        "audio thread was scheduled late.");
 }
 
 }  // namespace aula

@@ -17,7 +17,7 @@ namespace aula {
 
 namespace {
 
-void no_message(int, const char*) {}
+void ignore_error(int, const char*) {}
 
 GLFWwindow* open_window(int width, int height, bool visible) {
     glfwDefaultWindowHints();
@@ -37,7 +37,7 @@ void set_style(float scale) {
     style.WindowRounding = 0;
     style.WindowBorderSize = 0;
     style.FrameRounding = 3;
-    style.FrameBorderSize = 1;  // an empty box is seen to be one
+    style.FrameBorderSize = 1;  // makes empty boxes visible
     style.GrabRounding = 3;
     style.ItemSpacing = {6, 4};
     style.FramePadding = {5, 2};
@@ -60,7 +60,7 @@ void set_style(float scale) {
     style.ScaleAllSizes(scale);
 }
 
-/// Text, headings, small text: in this order.
+/// Loads the fonts in the order of Gui's comment.
 void load_fonts(float scale) {
     ImFontAtlas* fonts = ImGui::GetIO().Fonts;
     fonts->Clear();
@@ -69,8 +69,7 @@ void load_fonts(float scale) {
                                      {"DejaVuSans-Bold.ttf", 17.0F},
                                      {"DejaVuSans.ttf", 11.5F}}) {
         const std::filesystem::path file = folder / name;
-        const bool there = std::filesystem::exists(file);
-        if (there)
+        if (std::filesystem::exists(file))
             fonts->AddFontFromFileTTF(file.c_str(), std::round(size * scale));
         else
             fonts->AddFontDefault();
@@ -80,7 +79,7 @@ void load_fonts(float scale) {
 }  // namespace
 
 Glfw::Glfw() {
-    glfwSetErrorCallback(no_message);
+    glfwSetErrorCallback(ignore_error);
     started_ = glfwInit() == GLFW_TRUE;
 }
 
@@ -102,13 +101,13 @@ NativeWindow::NativeWindow(int width, int height) : window_(open_window(width, h
         throw AudioFailure("the window cannot be opened; --no-window plays in the terminal");
     glfwSetWindowUserPointer(window_, this);
     glfwSetWindowSizeLimits(window_, kLeastWidth, kLeastHeight, GLFW_DONT_CARE, GLFW_DONT_CARE);
-    // Keys and clicks are noted as they come: a picture may take longer than a tap.
+    // Events are queued as they arrive: a frame may take longer than a tap.
     glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int, int action, int modifiers) {
         if (action == GLFW_REPEAT) return;
         of(window).keys_.push_back(
             {key, action == GLFW_PRESS, (modifiers & GLFW_MOD_CONTROL) != 0, glfwGetTime()});
     });
-    // glfwGetCursorPos() says where the mouse is now, not where it was at a click.
+    // glfwGetCursorPos() returns the present position, not that of the click.
     glfwSetCursorPosCallback(window_, [](GLFWwindow* window, double x, double y) {
         of(window).mouse_x_ = static_cast<float>(x);
         of(window).mouse_y_ = static_cast<float>(y);
@@ -122,7 +121,7 @@ NativeWindow::NativeWindow(int width, int height) : window_(open_window(width, h
     });
     glfwMakeContextCurrent(window_);
     glewExperimental = GL_TRUE;
-    // Without GLX (Wayland) GLEW complains of that alone.
+    // GLEW_ERROR_NO_GLX_DISPLAY is harmless: Wayland has no GLX.
     const GLenum loaded = glewInit();
     if (loaded != GLEW_OK && loaded != GLEW_ERROR_NO_GLX_DISPLAY)
         throw AudioFailure("OpenGL 3.3 cannot be used; --no-window plays in the terminal");
@@ -133,7 +132,7 @@ NativeWindow::NativeWindow(int width, int height) : window_(open_window(width, h
 
 NativeWindow::~NativeWindow() { glfwDestroyWindow(window_); }
 
-bool NativeWindow::attended() const {
+bool NativeWindow::is_active() const {
     return glfwGetWindowAttrib(window_, GLFW_FOCUSED) != 0 ||
            glfwGetWindowAttrib(window_, GLFW_HOVERED) != 0;
 }
@@ -161,7 +160,7 @@ void Gui::set_scale(float scale) {
     scale_ = scale;
     set_style(scale);
     load_fonts(scale);
-    ImGui_ImplOpenGL3_DestroyFontsTexture();  // the next frame makes it
+    ImGui_ImplOpenGL3_DestroyFontsTexture();  // the next frame rebuilds it
 }
 
 void Gui::begin_frame(MouseEvents& mouse) {

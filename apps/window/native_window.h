@@ -10,7 +10,7 @@ struct GLFWwindow;
 
 namespace aula {
 
-/// GLFW while alive; silent.
+/// The GLFW library, initialised while alive. Its error messages are discarded.
 class Glfw {
  public:
     Glfw();
@@ -23,13 +23,13 @@ class Glfw {
     bool started_;
 };
 
-/// Whether a window with OpenGL 3.3 can be opened.
+/// True if a window with OpenGL 3.3 can be opened.
 bool opens_window();
 
-/// A window with an OpenGL context, and what happened to it.
+/// A window with an OpenGL context, and its queued input events.
 class NativeWindow {
  public:
-    /// Throws AudioFailure if it cannot be opened, or has no OpenGL 3.3.
+    /// Size in screen coordinates. Throws AudioFailure if no window with OpenGL 3.3 can be opened.
     NativeWindow(int width, int height);
     ~NativeWindow();
     NativeWindow(const NativeWindow&) = delete;
@@ -39,19 +39,19 @@ class NativeWindow {
     static constexpr int kLeastHeight = 426;
 
     GLFWwindow* get() const { return window_; }
-    bool software() const { return software_; }  ///< drawn by the processor
-    bool attended() const;                       ///< has the focus, or the mouse is over it
+    bool software() const { return software_; }  ///< software rendering (llvmpipe)
+    bool is_active() const;                      ///< has the focus, or contains the mouse
 
-    /// A key that was pressed or released.
+    /// A press or release of a key.
     struct KeyEvent {
         int key;
         bool pressed;
-        bool control;  ///< is held, too
+        bool control;  ///< the control key is held
         double time_s;
     };
     std::vector<KeyEvent> take_keys() { return std::exchange(keys_, {}); }
-    /// The mouse's presses and releases.
     MouseEvents& mouse() { return mouse_; }
+    /// Paths of files dropped onto the window since the last call.
     std::vector<std::string> take_dropped() { return std::exchange(dropped_, {}); }
 
  private:
@@ -66,7 +66,7 @@ class NativeWindow {
     std::vector<std::string> dropped_;
 };
 
-/// Dear ImGui in a window while alive. Its fonts are text, headings, small text: in this order.
+/// Dear ImGui in a window while alive. Fonts by index: 0 text, 1 headings, 2 small text.
 class Gui {
  public:
     explicit Gui(const NativeWindow& window);
@@ -74,13 +74,13 @@ class Gui {
     Gui(const Gui&) = delete;
     Gui& operator=(const Gui&) = delete;
 
-    /// The display's own scale.
+    /// Content scale of the display.
     float display_scale() const;
 
-    /// Makes text and all that goes with it so many times larger. Between two frames.
+    /// Sets the scale of text and widgets. Call it between two frames.
     void set_scale(float scale);
 
-    /// Begins a frame with the mouse at its next press or release, if there is one.
+    /// Begins a frame with the next mouse event, if any.
     void begin_frame(MouseEvents& mouse);
 
  private:

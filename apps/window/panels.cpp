@@ -30,7 +30,7 @@ std::string fitting(const std::string& text, float width) {
     if (ImGui::CalcTextSize(text.c_str()).x <= width) return text;
     std::string cut = text;
     while (!cut.empty() && ImGui::CalcTextSize((cut + "...").c_str()).x > width) {
-        // Not within a character of several bytes.
+        // Removes whole UTF-8 characters.
         while (cut.size() > 1 && (static_cast<unsigned char>(cut.back()) & 0xC0U) == 0x80U)
             cut.pop_back();
         cut.pop_back();
@@ -40,7 +40,7 @@ std::string fitting(const std::string& text, float width) {
 
 namespace {
 
-/// What is heard, in a line; empty before the first view.
+/// Distance, visibility, T30 and C80 of the selected source in one line; empty before a view.
 std::string heard_text(const Model& model) {
     const auto view = model.view();
     if (!view || view->source >= view->sources.size()) return "";
@@ -65,8 +65,7 @@ void draw_top_bar(Model& model, Choices& choices, Camera& camera) {
         if (heard.lost_s > 0) recording += formatted(", %.2f s lost", heard.lost_s);
     }
     float buttons = 0;
-    for (const char* label :
-         {"walk by path", "from the ears", "freeze", recording.c_str(), "keys ?"})
+    for (const char* label : {"follow path", "first person", "freeze", recording.c_str(), "keys ?"})
         buttons += ImGui::CalcTextSize(label).x + 2 * ImGui::GetStyle().FramePadding.x +
                    ImGui::GetStyle().ItemSpacing.x;
     const float buttons_x = ImGui::GetWindowWidth() - buttons - ImGui::GetStyle().WindowPadding.x;
@@ -79,7 +78,7 @@ void draw_top_bar(Model& model, Choices& choices, Camera& camera) {
     const float room = buttons_x - ImGui::GetCursorPosX() - 8;
     const std::string busy = model.busy();
     if (status.preparing || !busy.empty()) {
-        // Dots that come and go: it is alive.
+        // Moving dots show activity.
         constexpr std::array<const char*, 4> kDots{"", " .", " ..", " ..."};
         const auto dots = static_cast<std::size_t>(3 * ImGui::GetTime()) % kDots.size();
         const std::string text =
@@ -87,59 +86,58 @@ void draw_top_bar(Model& model, Choices& choices, Camera& camera) {
         ImGui::TextColored({1, 0.8F, 0.3F, 1}, "%s%s", text.c_str(), kDots[dots]);
     } else if (const std::string text = heard_text(model); !text.empty()) {
         ImGui::TextUnformatted(fitting(text, room).c_str());
-        tooltip(
-            (text +
-             "\n\nOf the source that is shown, where you are, in the octave of 1 kHz. T30 is the "
-             "reverberation time, C80 the clarity: sound of the first 80 ms over the rest.")
-                .c_str());
+        tooltip((text + "\n\nSelected source at the listener, octave band of 1 kHz. T30: "
+                        "reverberation time. C80: "
+                        "clarity, the energy of the first 80 ms relative to the rest.")
+                    .c_str());
     }
     ImGui::SameLine(buttons_x);
     if (model.scene().listener.path) {
-        if (toggle("walk by path", model.follows_path())) {
+        if (toggle("follow path", model.follows_path())) {
             if (model.follows_path())
                 model.take_listener(status.listener);
             else
                 model.follow_path();
         }
-        tooltip("the scene's path leads you (t); w a s d and the arrow keys walk");
+        tooltip("The listener follows the scene's path (t). w a s d and the arrow keys leave it.");
         ImGui::SameLine();
     }
-    if (toggle("from the ears", camera.first_person)) camera.first_person = !camera.first_person;
-    tooltip("the picture from your own place (v)");
+    if (toggle("first person", camera.first_person)) camera.first_person = !camera.first_person;
+    tooltip("view from the listener's position (v)");
     ImGui::SameLine();
     if (toggle("freeze", model.frozen)) model.frozen = !model.frozen;
-    tooltip("the plots stay as they are; sound goes on (f)");
+    tooltip("hold the plots while the sound continues (f)");
     ImGui::SameLine();
     if (toggle(recording.c_str(), model.heard().recording)) model.toggle_recording();
-    tooltip("what is heard goes to a WAV file in the working directory (r)");
+    tooltip("record the output to a WAV file in the working directory (r)");
     ImGui::SameLine();
     if (toggle("keys ?", choices.help)) choices.help = !choices.help;
 }
 
 void draw_help(Choices& choices) {
     static constexpr std::array<std::pair<const char*, const char*>, 22> kKeys{{
-        {"w s a d", "walk, step aside (shift: run)"},
+        {"w s a d", "walk, step sideways (shift: run)"},
         {"arrows", "turn, look up and down"},
-        {"drag", "turn the view; right button: look around"},
-        {"wheel", "nearer, farther; middle button: shift"},
-        {"drag a source", "move it, the listener too"},
-        {"click a wall", "choose it, then a material"},
-        {"v", "from the ears, from outside"},
-        {"t", "walk by the scene's path again"},
-        {"c", "walls stop me, or not"},
-        {"1 2 3", "direct, early, late on and off"},
-        {"m", "mute, unmute"},
-        {"x", "to the other setting, A or B"},
-        {"f", "freeze the plots"},
-        {"p", "rays on and off"},
-        {"e", "energy on the walls: off, all, pulse"},
-        {"g", "solid, wire"},
+        {"drag", "turn the view; right button: turn the listener"},
+        {"wheel", "zoom; middle button: pan"},
+        {"drag a source", "move it; the listener likewise"},
+        {"click a wall", "select its surface"},
+        {"v", "first person on, off"},
+        {"t", "follow the scene's path"},
+        {"c", "collisions with walls on, off"},
+        {"1 2 3", "direct, early, late sound on, off"},
+        {"m", "mute, unmute all sources"},
+        {"x", "switch between settings A and B"},
+        {"f", "freeze the plots on, off"},
+        {"p", "rays on, off"},
+        {"e", "radiated energy: off, total, pulse"},
+        {"g", "solid, wireframe"},
         {"ctrl z, ctrl y", "undo, redo"},
-        {"r", "record what is heard"},
-        {"ctrl s", "save the scene as edited"},
-        {"page up, down", "another scene of the folder"},
-        {"ctrl + - 0", "text larger, smaller, as usual"},
-        {"?  ctrl q", "this; quit"},
+        {"r", "record the output on, off"},
+        {"ctrl s", "save the edited scene"},
+        {"page up, down", "previous, next scene"},
+        {"ctrl + - 0", "larger, smaller, default text"},
+        {"?  ctrl q", "these keys; quit"},
     }};
     ImGui::SetNextWindowPos(
         {0.5F * ImGui::GetIO().DisplaySize.x, 0.45F * ImGui::GetIO().DisplaySize.y},

@@ -11,36 +11,36 @@
 
 namespace aula {
 
-/// How the patches' energies are seen.
-enum class Heat { none, whole, pulse };
+/// Energies of the patches drawn on the walls: none, summed over time, or of a moving time window.
+enum class EnergyOverlay { off, total, pulse };
 
-/// What is shown, and how; kept from one session to the next.
+/// Display options. Most of them are kept between sessions.
 struct Choices {
-    RoomStyle look;
+    RoomStyle style;
     bool rays = true;
-    Heat heat = Heat::none;
+    EnergyOverlay overlay = EnergyOverlay::off;
     PlotChoice plots;
-    bool everywhere = false;  ///< a material goes to all surfaces of the same
+    bool everywhere = false;  ///< a material replaces that of all such surfaces
     bool help = false;
-    float budget = 0.6F;              ///< of a frame's time, for "auto"
-    int text_percent = 100;           ///< of the size that goes with the window's
-    std::string material_search;      ///< what names of materials are to hold
-    std::optional<Simulation> draft;  ///< a setting whose slider is being dragged
+    float budget = 0.6F;              ///< share of a frame's time for "auto"
+    int text_percent = 100;           ///< relative to the window's text scale
+    std::string material_search;      ///< words to find in names and sources
+    std::optional<Simulation> draft;  ///< while a slider is dragged
 
     float zoom() const { return static_cast<float>(text_percent) / 100; }
     void larger_text(int steps) { text_percent = std::clamp(text_percent + 10 * steps, 50, 300); }
 };
 
-/// A small button that looks pressed while something is on; whether it was clicked.
+/// A small button drawn as pressed while `on`. Returns true when clicked.
 bool toggle(const char* label, bool on);
 
-/// Scene, place, what one hears in a line, and buttons.
+/// Draws the scene's name, one line on the audible response, and buttons.
 void draw_top_bar(Model& model, Choices& choices, Camera& camera);
 
-/// Sources, parts, settings, surface, view.
+/// Draws the controls of sources, surface, view and simulation.
 void draw_controls(Model& model, Choices& choices);
 
-/// Levels, loads and counts. Keeps what falls slowly.
+/// Level and load meters. Keeps the decaying level and the held peak.
 class Meters {
  public:
     void draw(const Model& model);
@@ -51,16 +51,16 @@ class Meters {
     double peak_time_s_ = 0;
 };
 
-/// The keys.
+/// Draws the list of keys.
 void draw_help(Choices& choices);
 
-/// What there was to say, for some seconds.
+/// Draws recent messages, each for some seconds. `corner` is the lower left corner.
 void draw_messages(const Model& model, ImVec2 corner, float width, double now_s);
 
-/// What the last item means, while the mouse rests on it.
+/// Shows a text while the mouse rests on the last item.
 void tooltip(const char* text);
 
-/// A text, cut with "..." where it is wider than the room for it.
+/// The text, truncated with "..." if it is wider than `width`.
 std::string fitting(const std::string& text, float width);
 
 }  // namespace aula

@@ -9,13 +9,14 @@
 
 #include "apps/window/colours.h"
 #include "apps/window/model/sides.h"
+#include "engine/scene/places.h"
 
 namespace aula {
 
 namespace {
 
 constexpr int kRays = 64;
-constexpr double kPulseSlower = 30;
+constexpr double kPulseSlowdown = 30;
 constexpr double kPulse_s = 0.25;
 constexpr double kPulseWidth_s = 0.008;
 
@@ -25,7 +26,7 @@ const Colour kListener{0.35F, 0.80F, 1.0F};
 glm::vec2 to_glm(const ImVec2& v) { return {v.x, v.y}; }
 ImVec2 to_im(const glm::vec2& v) { return {v.x, v.y}; }
 
-/// Where a ray meets a level plane.
+/// Intersection of a ray with a horizontal plane; empty for nearly horizontal rays.
 std::optional<Vec3> on_level(const Ray& ray, float z) {
     if (std::abs(ray.direction.z) < 0.02F) return std::nullopt;
     const float distance = (z - ray.origin.z) / ray.direction.z;
@@ -41,8 +42,8 @@ Pose Picture::listener(const Model& model) const {
     return model.controls.listener.value_or(model.status().listener);
 }
 
-Screen Picture::screen(const Model& model, const Area& area) const {
-    return {camera, listener(model), to_glm(area.corner), to_glm(area.size)};
+Screen Picture::screen(const Model& model, const Box& area) const {
+    return {camera, listener(model), {area.x, area.y}, {area.width, area.height}};
 }
 
 Picture::Grip Picture::grip_at(const Model& model, const Screen& screen,
@@ -59,7 +60,7 @@ Picture::Grip Picture::grip_at(const Model& model, const Screen& screen,
     return {Grip::What::view, 0, false};
 }
 
-/// Moves what is held: on its level, or with shift up and down.
+/// Moves the dragged source or listener horizontally, with shift vertically.
 void Picture::drag(Model& model, const Screen& screen, const ImGuiIO& io) {
     const bool is_source = grip_.what == Grip::What::source;
     const Pose pose = listener(model);
@@ -81,7 +82,7 @@ void Picture::drag(Model& model, const Screen& screen, const ImGuiIO& io) {
     }
 }
 
-/// Picks the first surface under the mouse that is seen.
+/// Picks the first visible surface under the mouse.
 void Picture::pick(Model& model, const Screen& screen, const ImVec2& mouse, bool cut_away) const {
     Ray ray = screen.ray(to_glm(mouse));
     constexpr int kMostLayers = 64;
@@ -99,10 +100,10 @@ void Picture::pick(Model& model, const Screen& screen, const ImVec2& mouse, bool
     model.unpick();
 }
 
-void Picture::interact(Model& model, const Area& area, const Choices& choices) {
+void Picture::interact(Model& model, const Box& area, const Choices& choices) {
     const ImGuiIO& io = ImGui::GetIO();
     const Screen seen = screen(model, area);
-    const bool here = !io.WantCaptureMouse && area.contains(io.MousePos);
+    const bool here = !io.WantCaptureMouse && area.contains(io.MousePos.x, io.MousePos.y);
     if (here && ImGui::IsMouseClicked(ImGuiMouseButton_Left))
         grip_ = grip_at(model, seen, io.MousePos);
     const bool moves = io.MouseDelta.x != 0 || io.MouseDelta.y != 0;
@@ -112,14 +113,15 @@ void Picture::interact(Model& model, const Area& area, const Choices& choices) {
         if (grip_.moved && moves && grip_.what != Grip::What::view) drag(model, seen, io);
         if (grip_.moved && moves && grip_.what == Grip::What::view) {
             if (io.KeyShift && !camera.first_person)
-                camera.pan(-io.MouseDelta.x / area.size.y, io.MouseDelta.y / area.size.y);
+                camera.pan(-io.MouseDelta.x / area.height, io.MouseDelta.y / area.height);
             else if (!camera.first_person)
                 camera.turn(-kTurn_rad * io.MouseDelta.x, kTurn_rad * io.MouseDelta.y);
         }
     }
-    const bool looks = (here && io.MouseDown[1]) ||
-                       (camera.first_person && grip_.what == Grip::What::view && grip_.moved);
-    if (looks && moves) {
+    const bool turns_listener =
+        (here && io.MouseDown[1]) ||
+        (camera.first_person && grip_.what == Grip::What::view && grip_.moved);
+    if (turns_listener && moves) {
         Pose pose = listener(model);
         pose.yaw_rad -= 0.6F * kTurn_rad * io.MouseDelta.x;
         pose.pitch_rad =
@@ -127,23 +129,21 @@ void Picture::interact(Model& model, const Area& area, const Choices& choices) {
         model.take_listener(pose);
     }
     if (here && io.MouseDown[2] && !camera.first_person)
-        camera.pan(-io.MouseDelta.x / area.size.y, io.MouseDelta.y / area.size.y);
+        camera.pan(-io.MouseDelta.x / area.height, io.MouseDelta.y / area.height);
     if (here && io.MouseWheel != 0 && !camera.first_person)
         camera.zoom(std::pow(0.88F, io.MouseWheel));
     if (!io.MouseDown[0] && grip_.what != Grip::What::nothing) {
         if (grip_.what == Grip::What::source && grip_.moved) model.source_moved();
         if (grip_.what == Grip::What::view && !grip_.moved && here)
-            pick(model, seen, io.MousePos, choices.look.cut_away && !camera.first_person);
+            pick(model, seen, io.MousePos, choices.style.cut_away && !camera.first_person);
         grip_ = {};
     }
 }
 
-/// Brings the triangles up to date when the scene has changed or moves.
+/// Updates the triangles after a change of the scene or a movement.
 void Picture::follow_scene(Model& model) {
     if (geometry_version_ != model.geometry_version()) {
-        std::vector<Vec3> inside{model.scene().listener.pose_at(0).position};
-        for (const Source& source : model.scene().sources) inside.push_back(source.position_at(0));
-        sides_ = sounding_sides(model.rays(), inside);
+        sides_ = interior_sides(model.rays(), places(model.scene()));
         if (geometry_version_ != 0) {
             const bool first_person = camera.first_person;
             camera = Camera::around(model.low(), model.high());
@@ -171,26 +171,27 @@ void Picture::follow_scene(Model& model) {
 void Picture::follow_patches(Model& model, const Choices& choices, double dt_s) {
     ViewRequest request = model.request;
     request.lines = choices.rays ? kRays : 0;
-    request.patches = choices.heat != Heat::none;
+    request.patches = choices.overlay != EnergyOverlay::off;
     request.patches_begin_s = 0;
     request.patches_end_s = 10;
-    if (choices.heat == Heat::pulse) {
-        pulse_s_ = std::fmod(pulse_s_ + dt_s / kPulseSlower, kPulse_s);
+    if (choices.overlay == EnergyOverlay::pulse) {
+        pulse_s_ = std::fmod(pulse_s_ + dt_s / kPulseSlowdown, kPulse_s);
         request.patches_begin_s = std::max(0.0, pulse_s_ - kPulseWidth_s);
         request.patches_end_s = pulse_s_;
     }
     model.request = request;
     model.watch();
-    heat_ += (choices.heat == Heat::none ? -1.0F : 1.0F) * static_cast<float>(3 * dt_s);
-    heat_ = std::clamp(heat_, 0.0F, 1.0F);
+    overlay_opacity_ +=
+        (choices.overlay == EnergyOverlay::off ? -1.0F : 1.0F) * static_cast<float>(3 * dt_s);
+    overlay_opacity_ = std::clamp(overlay_opacity_, 0.0F, 1.0F);
     const auto view = model.view();
     if (!view || !request.patches || view->patch_size_m <= 0) return;
     if (view->patch_size_m != field_patch_m_) {
         field_patch_m_ = view->patch_size_m;
         field_.cover(model.low(), model.high(), field_patch_m_);
     }
-    if (view->patches.empty() && choices.heat == Heat::whole) return;
-    field_.follow(view->patches, choices.plots.band, dt_s);
+    if (view->patches.empty() && choices.overlay == EnergyOverlay::total) return;
+    field_.update(view->patches, choices.plots.band, dt_s);
     view_.set_patches(field_);
 }
 
@@ -210,7 +211,7 @@ void Picture::add_lines(const Model& model, const Choices& choices) {
         if (source.path) add_path(*source.path, kSource);
     if (!view || !choices.rays) return;
     view_.add_rays(view->lines);
-    // From where the image sources and the direct sound come.
+    // Directions of arrival of the direct sound and the image sources.
     if (camera.first_person) return;
     constexpr std::size_t kMost = 40;
     const Vec3 here = view->listener.position;
@@ -222,24 +223,23 @@ void Picture::add_lines(const Model& model, const Choices& choices) {
     }
 }
 
-void Picture::draw(Model& model, const Area& area, const Choices& choices, float scale, int height,
+void Picture::draw(Model& model, const Box& area, const Choices& choices, float scale, int height,
                    double dt_s) {
     follow_scene(model);
     follow_patches(model, choices, dt_s);
     add_lines(model, choices);
     const Screen seen = screen(model, area);
-    RoomStyle look = choices.look;
-    look.heat = heat_;
-    look.cut_away = look.cut_away && !camera.first_person;
+    RoomStyle style = choices.style;
+    style.overlay_opacity = overlay_opacity_;
+    style.cut_away = style.cut_away && !camera.first_person;
     const auto pixels = [&](float x) { return static_cast<int>(std::lround(x * scale)); };
-    view_.draw(seen.matrix(), seen.eye(), look, pixels(area.corner.x),
-               height - pixels(area.corner.y + area.size.y), pixels(area.size.x),
-               pixels(area.size.y));
+    view_.draw(seen.matrix(), seen.eye(), style, pixels(area.x),
+               height - pixels(area.y + area.height), pixels(area.width), pixels(area.height));
 }
 
-void Picture::draw_labels(const Model& model, const Area& area, const Choices& choices) const {
+void Picture::draw_labels(const Model& model, const Box& area, const Choices& choices) const {
     ImDrawList* draw = ImGui::GetBackgroundDrawList();
-    draw->PushClipRect(area.corner, {area.corner.x + area.size.x, area.corner.y + area.size.y});
+    draw->PushClipRect({area.x, area.y}, {area.x + area.width, area.y + area.height});
     const Screen seen = screen(model, area);
     const float em = ImGui::GetFontSize();
     const auto label = [&](const glm::vec2& at, const std::string& text, const Colour& colour) {
@@ -280,36 +280,36 @@ void Picture::draw_labels(const Model& model, const Area& area, const Choices& c
             draw->AddCircleFilled(
                 to_im(*at), std::clamp(size_m * seen.pixels_per_metre(pose.position), 6.0F, 30.0F),
                 packed(kListener), 24);
-            label(*at - glm::vec2(0, 0.5F * em), "you", kListener);
+            label(*at - glm::vec2(0, 0.5F * em), "listener", kListener);
         }
     }
-    ImVec2 corner{area.corner.x + 12, area.corner.y + area.size.y - 2.0F * em};
+    ImVec2 corner{area.x + 12, area.y + area.height - 2.0F * em};
     if (choices.rays) {
         const auto word = [&](const char* text, const Colour& colour) {
             draw->AddText({corner.x + 1, corner.y + 1}, packed({0, 0, 0}, 0.8F), text);
             draw->AddText(corner, packed(colour), text);
             corner.x += ImGui::CalcTextSize(text).x + 0.6F * em;
         };
-        word("reflections", {0.8F, 0.84F, 0.9F});
+        word("reflection order", {0.8F, 0.84F, 0.9F});
         for (const auto& [order, text] :
-             {std::pair{0, "none"}, {1, "1"}, {2, "2"}, {3, "3"}, {4, "4"}})
+             {std::pair{0, "0"}, {1, "1"}, {2, "2"}, {3, "3"}, {4, "4"}})
             word(text, order_colour(order));
-        corner = {area.corner.x + 12, corner.y - 1.6F * em};
+        corner = {area.x + 12, corner.y - 1.6F * em};
     }
-    if (choices.heat != Heat::none) {
+    if (choices.overlay != EnergyOverlay::off) {
         const float width = 12 * em;
         constexpr int kSteps = 24;
         for (int i = 0; i < kSteps; ++i)
             draw->AddRectFilled(
                 {corner.x + width * static_cast<float>(i) / kSteps, corner.y + 0.2F * em},
                 {corner.x + width * static_cast<float>(i + 1) / kSteps, corner.y + 0.9F * em},
-                packed(heat_colour(static_cast<float>(i) / (kSteps - 1))));
+                packed(energy_colour(static_cast<float>(i) / (kSteps - 1))));
         std::array<char, 64> text{};
-        if (choices.heat == Heat::pulse)
-            std::snprintf(text.data(), text.size(), "30 dB, %.0f ms after emission",
+        if (choices.overlay == EnergyOverlay::pulse)
+            std::snprintf(text.data(), text.size(), "range 30 dB, %.0f ms after emission",
                           1000 * pulse_s_);
         else
-            std::snprintf(text.data(), text.size(), "30 dB of energy radiated");
+            std::snprintf(text.data(), text.size(), "radiated energy, range 30 dB");
         draw->AddText({corner.x + width + 8, corner.y}, packed({0.85F, 0.88F, 0.93F}), text.data());
         const auto view = model.view();
         if (view && view->patch_size_m <= 0)

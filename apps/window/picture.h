@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/window/model/camera.h"
+#include "apps/window/model/layout.h"
 #include "apps/window/model/model.h"
 #include "apps/window/model/patch_field.h"
 #include "apps/window/panels.h"
@@ -15,37 +16,26 @@
 
 namespace aula {
 
-/// A rectangle of the window, in its coordinates.
-struct Area {
-    ImVec2 corner;
-    ImVec2 size;
-
-    bool contains(const ImVec2& p) const {
-        return p.x >= corner.x && p.y >= corner.y && p.x < corner.x + size.x &&
-               p.y < corner.y + size.y;
-    }
-};
-
-/// The picture of the scene: room, sources, listener, rays and energies, and what the mouse does in
-/// it.
+/// The 3D picture of the scene (room, sources, listener, rays, energies) and its mouse interaction.
 class Picture {
  public:
     explicit Picture(const Model& model);
 
     Camera camera;
 
-    /// Follows the mouse: turns the view, drags sources, picks surfaces.
-    void interact(Model& model, const Area& area, const Choices& choices);
+    /// Handles the mouse: turns the view, drags sources and listener, picks surfaces.
+    void interact(Model& model, const Box& area, const Choices& choices);
 
-    /// Draws the scene with OpenGL; `scale` is framebuffer pixels per unit of the window.
-    void draw(Model& model, const Area& area, const Choices& choices, float scale, int height,
+    /// Draws the scene with OpenGL. `scale`: framebuffer pixels per window unit; `height`: of the
+    /// framebuffer in pixels; `dt_s`: time since the last frame.
+    void draw(Model& model, const Box& area, const Choices& choices, float scale, int height,
               double dt_s);
 
-    /// Names, places and legends, over what draw() drew.
-    void draw_labels(const Model& model, const Area& area, const Choices& choices) const;
+    /// Draws names, symbols and legends over the picture of draw().
+    void draw_labels(const Model& model, const Box& area, const Choices& choices) const;
 
  private:
-    /// What a press of the mouse took hold of.
+    /// The object that the pressed left button moves.
     struct Grip {
         enum class What { nothing, view, source, listener };
         What what = What::nothing;
@@ -53,7 +43,7 @@ class Picture {
         bool moved = false;
     };
 
-    Screen screen(const Model& model, const Area& area) const;
+    Screen screen(const Model& model, const Box& area) const;
     Pose listener(const Model& model) const;
     Grip grip_at(const Model& model, const Screen& screen, const ImVec2& mouse) const;
     void drag(Model& model, const Screen& screen, const ImGuiIO& io);
@@ -70,7 +60,7 @@ class Picture {
     std::uint32_t picked_ = kNoTriangle;
     float field_patch_m_ = 0;
     double pulse_s_ = 0;
-    float heat_ = 0;
+    float overlay_opacity_ = 0;
     Grip grip_;
 };
 

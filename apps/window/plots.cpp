@@ -19,7 +19,7 @@ constexpr double kEarlyStep_s = 0.001;
 
 ImFont* small_font() { return ImGui::GetIO().Fonts->Fonts.back(); }
 
-/// A frame with axes, and what is drawn in it.
+/// A plot of levels in dB over time, with axes.
 class Plot {
  public:
     Plot(const char* title, const char* unit, ImVec2 size, double to_s, float bottom_db,
@@ -91,7 +91,7 @@ class Plot {
         draw_->AddLine({x(from_s), y(from_db)}, {x(to_s), y(to_db)}, colour, 2);
     }
 
-    /// A line of text, counted from above, at the right.
+    /// A right-aligned line of text; line 0 is the top.
     void note(int line, const std::string& text, ImU32 colour) {
         const float width = ImGui::CalcTextSize(text.c_str()).x;
         draw_->AddText(
@@ -184,19 +184,21 @@ void draw_energy(const Model& model, const FrameView& view, ImVec2 size, double 
                  std::size_t band) {
     const double step_s = to_s <= kEarly_s ? kEarlyStep_s : kStep_s;
     const EnergyCurve curve = energy_curve(view.response, band, step_s);
-    float loudest_db = kNothing_db;
+    float loudest_db = kSilence_db;
     for (const float level_db : curve.diffuse_db) loudest_db = std::max(loudest_db, level_db);
-    for (const Arrow& arrow : curve.arrows) loudest_db = std::max(loudest_db, arrow.level_db);
-    const float top_db = loudest_db > kNothing_db ? up_to_ten(loudest_db) : 0;
+    for (const DiscreteArrival& arrival : curve.arrivals)
+        loudest_db = std::max(loudest_db, arrival.level_db);
+    const float top_db = loudest_db > kSilence_db ? up_to_ten(loudest_db) : 0;
     const std::string title = "Energy, " + band_name(band);
     Plot plot(title.c_str(), to_s <= kEarly_s ? "dB in 1 ms" : "dB in 5 ms", size, to_s,
               top_db - 70, top_db);
     plot.area(curve.diffuse_db, step_s, packed(kDiffuse, 0.8F));
-    for (auto arrow = curve.arrows.rbegin(); arrow != curve.arrows.rend(); ++arrow)
-        plot.stem(arrow->time_s, arrow->level_db,
-                  packed(arrow->order == 0 ? kDirect : kSpecular, arrow->order == 0 ? 1 : 0.85F),
-                  arrow->order == 0 ? 2.0F : 1.0F);
-    plot.note(0, "noise " + noise_text(model.setting().noise, band) + " a frame",
+    for (auto arrival = curve.arrivals.rbegin(); arrival != curve.arrivals.rend(); ++arrival)
+        plot.stem(
+            arrival->time_s, arrival->level_db,
+            packed(arrival->order == 0 ? kDirect : kSpecular, arrival->order == 0 ? 1 : 0.85F),
+            arrival->order == 0 ? 2.0F : 1.0F);
+    plot.note(0, "frame noise " + noise_text(model.setting().noise, band),
               packed({0.8F, 0.84F, 0.9F}));
     const auto& other = model.other_setting();
     if (!other.view) return;
@@ -210,7 +212,7 @@ void draw_energy(const Model& model, const FrameView& view, ImVec2 size, double 
 void draw_decay(const Model& model, const FrameView& view, const RoomParameters& parameters,
                 ImVec2 size, double to_s, std::size_t band) {
     Plot plot("Decay", "dB, Schroeder", size, to_s, -70, 0);
-    // The octave chosen, or 1 kHz: what is seen is to be what the bar at the top says.
+    // The selected octave, else 1 kHz as in the bar at the top.
     const std::size_t of = band == kAllBands ? 4 : band;
     for (std::size_t b = 0; b < kBandCount; ++b)
         plot.line(decay_curve_db(view.response, b, kStep_s), kStep_s,
@@ -242,16 +244,16 @@ struct Row {
 
 constexpr std::array<Row, 6> kRows{{
     {"T30 s", "%.2f", &BandParameters::t30_s,
-     "reverberation time: that in which a decay like that from -5 to -35 dB falls by 60 dB"},
+     "reverberation time: time of a decay by 60 dB at the rate between -5 and -35 dB"},
     {"EDT s", "%.2f", &BandParameters::edt_s,
-     "early decay time: the same of the decay from 0 to -10 dB; how reverberant a room seems"},
+     "early decay time: the same for the rate between 0 and -10 dB; perceived reverberance"},
     {"C80 dB", "%.1f", &BandParameters::c80_db,
-     "clarity: energy of the first 80 ms over that of the rest"},
+     "clarity: energy of the first 80 ms relative to the rest"},
     {"D50", "%.2f", &BandParameters::d50,
-     "definition: share of the first 50 ms in the energy, 0 to 1"},
-    {"Ts ms", "%.0f", &BandParameters::ts_s, "centre time: the mean time at which energy arrives"},
+     "definition: energy of the first 50 ms relative to the total, 0 to 1"},
+    {"Ts ms", "%.0f", &BandParameters::ts_s, "centre time: energy-weighted mean arrival time"},
     {"G dB", "%.1f", &BandParameters::g_db,
-     "strength: level against that of the same source in 10 m in the open"},
+     "strength: level relative to that of the same source at 10 m in free field"},
 }};
 
 void cell_text(const std::string& text) {
@@ -266,7 +268,7 @@ void draw_table(const Model& model, const RoomParameters& parameters, ImVec2 siz
     ImGui::TextUnformatted("ISO 3382");
     ImGui::PushFont(small_font());
     ImGui::SameLine(0, 10);
-    ImGui::TextDisabled("click an octave to see it");
+    ImGui::TextDisabled("click an octave to select it");
     if (ImGui::BeginTable("iso", 9, ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingStretchProp,
                           {size.x, 0})) {
         ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed,
@@ -302,8 +304,9 @@ void draw_table(const Model& model, const RoomParameters& parameters, ImVec2 siz
             ImGui::TableNextColumn();
             ImGui::TextUnformatted(name);
             tooltip(
-                "how much windows of 20 ms differ from frame to frame while nothing moves: the "
-                "standard deviation over the mean");
+                "frame-to-frame noise while nothing moves: relative standard deviation of the "
+                "energy in "
+                "windows of 20 ms");
             for (std::size_t b = 0; b < kBandCount; ++b) {
                 ImGui::TableNextColumn();
                 const auto relative = noise.relative(b);
@@ -326,7 +329,7 @@ void draw_table(const Model& model, const RoomParameters& parameters, ImVec2 siz
     ImGui::EndGroup();
 }
 
-/// Which pane comes first where not all have room.
+/// Buttons that select the first pane if not all fit.
 void draw_pane_choice(PlotChoice& choice, const std::vector<PaneBox>& shown) {
     constexpr std::array<const char*, kPanes.size()> kNames{"response", "energy", "decay",
                                                             "ISO 3382"};
@@ -347,7 +350,7 @@ ImU32 packed(const glm::vec3& colour, float alpha) {
 void draw_plots(const Model& model, PlotChoice& choice) {
     const auto view = model.view();
     if (!view) {
-        ImGui::TextDisabled("the first frame is being computed");
+        ImGui::TextDisabled("computing the first frame");
         return;
     }
     const float gap = 10;
@@ -366,23 +369,25 @@ void draw_plots(const Model& model, PlotChoice& choice) {
                 draw_impulse_response(*view, size, to_s);
                 if (ImGui::IsItemClicked()) choice.early = !choice.early;
                 tooltip(
-                    "The sound pressure that a click of the source makes where you are, as a "
-                    "level: "
-                    "1 is that of the source in 1 m. Click: the first 150 ms, or all.");
+                    "Level of the sound pressure at the listener after an impulse of the source; 0 "
+                    "dB is "
+                    "the pressure at 1 m. Click: the first 150 ms, or all.");
                 break;
             case Pane::energy:
                 draw_energy(model, *view, size, to_s, choice.band);
                 if (ImGui::IsItemClicked()) choice.early = !choice.early;
                 tooltip(
-                    "The energy that arrives: lines are the direct sound and image sources, the "
-                    "area is reverberation. Click: the first 150 ms, or all.");
+                    "Energy that arrives at the listener. Lines: direct sound and image sources; "
+                    "area: "
+                    "reverberation. Click: the first 150 ms, or all.");
                 break;
             case Pane::decay:
                 draw_decay(model, *view, parameters, size, whole_s, choice.band);
                 tooltip(
-                    "How sound dies away when the source stops: the energy response summed up from "
-                    "its end (Schroeder), one curve for each octave. T30 is the slope from -5 to "
-                    "-35 dB, continued to -60 dB.");
+                    "Decay after the source stops: backward integral of the energy response "
+                    "(Schroeder), one curve per octave band. T30: extrapolated from the slope "
+                    "between "
+                    "-5 and -35 dB.");
                 break;
             case Pane::parameters:
                 draw_table(model, parameters, size, choice);

@@ -7,18 +7,18 @@
 
 namespace aula {
 
-/// How the plots show what there is.
+/// Options of the plots.
 struct PlotChoice {
     std::size_t band = kAllBands;
     bool early = false;           ///< only the first 150 ms
-    Pane first = Pane::response;  ///< where not all have room
+    Pane first = Pane::response;  ///< first pane if not all fit
 };
 
-/// Impulse response, energy response, decay curves and the table of room-acoustic parameters, side
-/// by side in the current window.
+/// Draws impulse response, energy response, decay curves and the table of room-acoustic parameters
+/// side by side into the current Dear ImGui window.
 void draw_plots(const Model& model, PlotChoice& choice);
 
-/// A colour as Dear ImGui packs it.
+/// A colour in Dear ImGui's packed format.
 ImU32 packed(const glm::vec3& colour, float alpha = 1);
 
 }  // namespace aula

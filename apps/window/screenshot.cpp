@@ -16,7 +16,7 @@ void write_screenshot(OutputFile& file, int width, int height) {
                                       static_cast<std::size_t>(height));
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, pixels.data());
-    // OpenGL's rows go up, those of a picture down.
+    // OpenGL's rows run upwards, those of PNG downwards.
     std::vector<unsigned char> rows;
     rows.reserve(pixels.size());
     for (int y = height; y-- > 0;) {

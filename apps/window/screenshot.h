@@ -4,8 +4,8 @@
 
 namespace aula {
 
-/// Writes the lower left part of the framebuffer that is drawn to, of a size in pixels, to a PNG
-/// file, whole or not at all. Throws AudioFailure.
+/// Writes the lower left part of the current framebuffer to a PNG file and commits it. Size in
+/// pixels. Throws AudioFailure.
 void write_screenshot(OutputFile& file, int width, int height);
 
 }  // namespace aula

@@ -14,14 +14,14 @@ namespace aula {
 
 namespace {
 
-/// Calls `each(name, value)` for everything that is kept: reading and writing are one list.
+/// Calls `each(name, value)` for each entry of the file, for both reading and writing.
 template <typename State, typename Each>
 void for_each_entry(State& state, const Each& each) {
     each("width", state.width);
     each("height", state.height);
-    each("solid", state.choices.look.solid);
-    each("edges", state.choices.look.edges);
-    each("see_in", state.choices.look.cut_away);
+    each("solid", state.choices.style.solid);
+    each("edges", state.choices.style.edges);
+    each("see_in", state.choices.style.cut_away);
     each("rays", state.choices.rays);
     each("early", state.choices.plots.early);
     each("everywhere", state.choices.everywhere);
@@ -54,7 +54,7 @@ WindowState read_state(const std::filesystem::path& file) {
     }
     state.choices.plots.first =
         kPanes[std::min(static_cast<std::size_t>(state.choices.plots.first), kPanes.size() - 1)];
-    state.choices.larger_text(0);  // within bounds
+    state.choices.larger_text(0);  // clamps
     state.width = std::clamp(state.width, NativeWindow::kLeastWidth, kLargest);
     state.height = std::clamp(state.height, NativeWindow::kLeastHeight, kLargest);
     return state;
@@ -72,7 +72,7 @@ void write_state(const WindowState& state, const std::filesystem::path& file) {
         out.write(text);
         out.commit();
     } catch (const std::runtime_error&) {
-        // The next window begins as the last one did.
+        // The next session uses the previous state.
     }
 }
 

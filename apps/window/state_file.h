@@ -7,20 +7,20 @@
 
 namespace aula {
 
-/// What a window looks like from one time to the next.
+/// The window's state that is kept between sessions.
 struct WindowState {
     int width = 1280;
     int height = 800;
     Choices choices;
 };
 
-/// $XDG_STATE_HOME/aula/window, or ~/.local/state/aula/window; empty where neither is known.
+/// $XDG_STATE_HOME/aula/window, or ~/.local/state/aula/window; empty without both variables.
 std::optional<std::filesystem::path> state_file();
 
-/// What a file says; what it does not say, or not rightly, is as usual.
+/// Reads a state file. Missing and invalid entries keep their defaults; no errors.
 WindowState read_state(const std::filesystem::path& file);
 
-/// Writes it, with its folder; what cannot be written is left.
+/// Writes the state, and creates its folder; ignores errors.
 void write_state(const WindowState& state, const std::filesystem::path& file);
 
 }  // namespace aula

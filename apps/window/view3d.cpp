@@ -31,8 +31,8 @@ void main() {
 }
 )";
 
-// A surface is lit from the eye and a little from above. Patches are looked up by place and by the
-// direction that the side which is seen faces.
+// Light comes from the eye and slightly from above. The energy of a patch is looked up by position
+// and by the facing direction of the visible side.
 constexpr const char* kRoomFragment = R"(#version 330 core
 in vec3 p;
 flat in vec3 n;
@@ -40,7 +40,7 @@ flat in vec3 c;
 flat in int s;
 uniform vec3 eye;
 uniform bool cut_away;
-uniform float heat;
+uniform float overlay;
 uniform sampler3D field;
 uniform sampler2D palette;
 uniform vec3 origin;
@@ -54,7 +54,7 @@ void main() {
     vec3 f = front ? n : -n;
     float light = 0.50 + 0.28 * dot(f, to_eye) + 0.10 * f.z + 0.07 * f.x + 0.03 * f.y;
     vec3 lit = c * light;
-    if (heat > 0.0) {
+    if (overlay > 0.0) {
         vec3 a = abs(f);
         float d = a.x >= a.y && a.x >= a.z ? (f.x > 0.0 ? 0.0 : 1.0)
                 : a.y >= a.z ? (f.y > 0.0 ? 2.0 : 3.0) : (f.z > 0.0 ? 4.0 : 5.0);
@@ -63,7 +63,7 @@ void main() {
         vec2 t = texture(field, q / vec3(size.xy, 6.0 * size.z)).rg;
         float level = t.g > 0.02 ? t.r / t.g : 0.0;
         vec3 glow = texture(palette, vec2(level, 0.5)).rgb * (0.75 + 0.25 * light);
-        lit = mix(lit, mix(lit * 0.35, glow, 0.85), heat);
+        lit = mix(lit, mix(lit * 0.35, glow, 0.85), overlay);
     }
     shown = vec4(lit, 1.0);
 }
@@ -111,7 +111,7 @@ void main() { shown = c; }
 
 void append(std::vector<float>& data, const Vec3& v) { data.insert(data.end(), {v.x, v.y, v.z}); }
 
-/// A place to the millimetre, so that corners of neighbours are the same.
+/// A position rounded to millimetres, so that adjacent triangles share vertices.
 struct Place {
     long x, y, z;
     explicit Place(const Vec3& v)
@@ -140,7 +140,7 @@ View3d::View3d()
     constexpr int kSteps = 256;
     std::vector<float> palette;
     for (int i = 0; i < kSteps; ++i)
-        append(palette, heat_colour(static_cast<float>(i) / (kSteps - 1)));
+        append(palette, energy_colour(static_cast<float>(i) / (kSteps - 1)));
     glBindTexture(GL_TEXTURE_2D, palette_texture_);
     glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, kSteps, 1, 0, GL_RGB, GL_FLOAT, palette.data());
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
@@ -167,7 +167,7 @@ void View3d::make_vertices(const RayScene& rays) {
     room_.set(scratch_);
 }
 
-/// Edges where a surface bends or ends, or another material begins.
+/// Edges at bends, borders and changes of material.
 void View3d::make_edges(const RayScene& rays) {
     constexpr float kBend = 0.9F;  // 26 degrees
     struct Edge {
@@ -283,7 +283,7 @@ void View3d::add_rays(const std::vector<PathLine>& lines) {
     }
 }
 
-void View3d::draw(const glm::mat4& matrix, const Vec3& eye, const RoomStyle& look, int x, int y,
+void View3d::draw(const glm::mat4& matrix, const Vec3& eye, const RoomStyle& style, int x, int y,
                   int width, int height) {
     glViewport(x, y, width, height);
     glScissor(x, y, width, height);
@@ -292,15 +292,15 @@ void View3d::draw(const glm::mat4& matrix, const Vec3& eye, const RoomStyle& loo
     glDepthMask(GL_TRUE);
     glClearColor(0.075F, 0.085F, 0.105F, 1);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-    if (look.solid) {
+    if (style.solid) {
         glDisable(GL_BLEND);
         glEnable(GL_POLYGON_OFFSET_FILL);
         glPolygonOffset(1, 1);
         room_program_.use();
         glUniformMatrix4fv(room_program_.uniform("matrix"), 1, GL_FALSE, glm::value_ptr(matrix));
         glUniform3fv(room_program_.uniform("eye"), 1, glm::value_ptr(eye));
-        glUniform1i(room_program_.uniform("cut_away"), look.cut_away ? 1 : 0);
-        glUniform1f(room_program_.uniform("heat"), has_field_ ? look.heat : 0.0F);
+        glUniform1i(room_program_.uniform("cut_away"), style.cut_away ? 1 : 0);
+        glUniform1f(room_program_.uniform("overlay"), has_field_ ? style.overlay_opacity : 0.0F);
         glUniform3fv(room_program_.uniform("origin"), 1, glm::value_ptr(field_origin_));
         glUniform1f(room_program_.uniform("cell"), field_cell_m_);
         const Vec3 size(field_size_);
@@ -317,14 +317,14 @@ void View3d::draw(const glm::mat4& matrix, const Vec3& eye, const RoomStyle& loo
     glEnable(GL_BLEND);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
     glDepthMask(GL_FALSE);
-    if (look.edges || !look.solid) {
+    if (style.edges || !style.solid) {
         edge_program_.use();
         glUniformMatrix4fv(edge_program_.uniform("matrix"), 1, GL_FALSE, glm::value_ptr(matrix));
         glUniform3fv(edge_program_.uniform("eye"), 1, glm::value_ptr(eye));
-        glUniform1i(edge_program_.uniform("cut_away"), look.cut_away ? 1 : 0);
-        glUniform1f(edge_program_.uniform("strength"), look.solid ? 0.55F : 0.7F);
-        const Vec3 tint =
-            look.solid && look.heat < 0.5F ? Vec3(0.10F, 0.11F, 0.13F) : Vec3(0.62F, 0.68F, 0.76F);
+        glUniform1i(edge_program_.uniform("cut_away"), style.cut_away ? 1 : 0);
+        glUniform1f(edge_program_.uniform("strength"), style.solid ? 0.55F : 0.7F);
+        const Vec3 tint = style.solid && style.overlay_opacity < 0.5F ? Vec3(0.10F, 0.11F, 0.13F)
+                                                                      : Vec3(0.62F, 0.68F, 0.76F);
         glUniform3fv(edge_program_.uniform("tint"), 1, glm::value_ptr(tint));
         edges_.draw(GL_LINES);
     }

@@ -14,15 +14,15 @@
 
 namespace aula {
 
-/// How the room is drawn.
+/// Drawing style of the room.
 struct RoomStyle {
     bool solid = true;
     bool edges = true;
-    bool cut_away = true;  ///< leaves out what faces away from the sound: one sees in
-    float heat = 0;        ///< how much of the patches' energies is seen, 0..1
+    bool cut_away = true;       ///< omits sides that face away from the sound
+    float overlay_opacity = 0;  ///< of the patches' energies, 0..1
 };
 
-/// Draws the room, what its patches radiate, and lines, with OpenGL.
+/// Draws the room, the energies of its patches and lines, with OpenGL.
 class View3d {
  public:
     View3d();
@@ -30,24 +30,25 @@ class View3d {
     View3d(const View3d&) = delete;
     View3d& operator=(const View3d&) = delete;
 
-    /// Takes the triangles as they are now; `sides` as of sounding_sides().
+    /// Uploads the triangles at their present positions. `sides`: of interior_sides().
     void set_room(const Scene& scene, const RayScene& rays, std::span<const std::uint8_t> sides);
 
-    /// Takes only their places, for a room in which something moves.
+    /// Uploads the present positions of moving triangles; materials and sides stay.
     void move_room(const RayScene& rays);
 
+    /// Uploads the energies of the patches.
     void set_patches(const PatchField& field);
 
-    /// Triangles to be shown as picked.
+    /// Highlights triangles.
     void set_picked(const RayScene& rays, std::span<const std::uint32_t> triangles);
 
-    /// Lines for this picture only, added until draw().
+    /// Adds a line to the next draw() only. Alpha 0..1 at both ends.
     void add_line(const Vec3& from, const Vec3& to, const Colour& colour, float from_alpha,
                   float to_alpha);
     void add_rays(const std::vector<PathLine>& lines);
 
-    /// Draws everything into a rectangle of the framebuffer, in pixels from its lower left corner.
-    void draw(const glm::mat4& matrix, const Vec3& eye, const RoomStyle& look, int x, int y,
+    /// Draws into a rectangle of the framebuffer, in pixels from its lower left corner.
+    void draw(const glm::mat4& matrix, const Vec3& eye, const RoomStyle& style, int x, int y,
               int width, int height);
 
  private:

@@ -26,10 +26,10 @@ namespace {
 
 constexpr double kFrame_s = 1.0 / 30;
 constexpr double kUnfocusedFrame_s = 1.0 / 6;
-/// The window may take this share of a processor, whatever its pictures cost.
+/// Upper limit of the share of a processor that drawing takes.
 constexpr double kShare = 0.4;
 
-/// The window: what is in it and what happens in it.
+/// The window's contents and its event loop.
 class App {
  public:
     App(const WindowOptions& options, Model& model, const WindowState& state)
@@ -74,13 +74,14 @@ class App {
                !model_.status().preparing && model_.view();
     }
 
-    /// Handles events until the next picture: not more often than the cap says, nor than leaves
-    /// most of the processor to the sound. A walk goes on meanwhile, in even steps.
+    /// Handles events until the next frame. The interval is at least that of the frame rate limit,
+    /// and at least the drawing time over kShare, which leaves most of the processor to the sound.
+    /// Walking continues meanwhile in even steps.
     void wait(double begin_s) {
         constexpr double kStep_s = 1.0 / 60;
         const double cost_s = glfwGetTime() - begin_s;
         const double cap_s =
-            native_.attended() || options_.screenshot ? kFrame_s : kUnfocusedFrame_s;
+            native_.is_active() || options_.screenshot ? kFrame_s : kUnfocusedFrame_s;
         const double next_s = begin_s + std::max(cap_s, cost_s / kShare);
         do {
             const double left_s = std::max(0.001, next_s - glfwGetTime());
@@ -97,7 +98,7 @@ class App {
             model_.play_file(model_.request.source, file);
     }
 
-    /// Walks for as long as keys were held since the last time.
+    /// Walks for the time that keys were held since the last call.
     void walk() {
         if (!keys_.any()) return;
         keys_.measure(glfwGetTime());
@@ -162,10 +163,11 @@ class App {
                 choices_.rays = !choices_.rays;
                 break;
             case GLFW_KEY_E:
-                choices_.heat = static_cast<Heat>((static_cast<int>(choices_.heat) + 1) % 3);
+                choices_.overlay =
+                    static_cast<EnergyOverlay>((static_cast<int>(choices_.overlay) + 1) % 3);
                 break;
             case GLFW_KEY_G:
-                choices_.look.solid = !choices_.look.solid;
+                choices_.style.solid = !choices_.style.solid;
                 break;
             case GLFW_KEY_R:
                 model_.toggle_recording();
@@ -218,14 +220,12 @@ class App {
         ImGui::End();
     }
 
-    /// Handles what happened to the mouse and lays out the window.
-    Area lay_out() {
+    /// Handles the next mouse event and lays out the window. Returns the picture's rectangle.
+    Box lay_out() {
         gui_.begin_frame(native_.mouse());
         const ImVec2 whole = ImGui::GetIO().DisplaySize;
         const Layout layout = window_layout(whole.x, whole.y, ImGui::GetFontSize(), meters_height_);
-        const Area area{{layout.picture.x, layout.picture.y},
-                        {layout.picture.width, layout.picture.height}};
-        picture_.interact(model_, area, choices_);
+        picture_.interact(model_, layout.picture, choices_);
 
         panel("bar", layout.bar, [&] { draw_top_bar(model_, choices_, picture_.camera); });
         panel("plots", layout.plots, [&] { draw_plots(model_, choices_.plots); });
@@ -239,11 +239,11 @@ class App {
             meters_height_ = ImGui::GetCursorPosY() + ImGui::GetStyle().WindowPadding.y;
         });
         if (choices_.help) draw_help(choices_);
-        picture_.draw_labels(model_, area, choices_);
+        picture_.draw_labels(model_, layout.picture, choices_);
         draw_messages(model_, {layout.picture.x + 12, layout.plots.y - 3.5F * ImGui::GetFontSize()},
                       layout.picture.width - 24, glfwGetTime());
         ImGui::Render();
-        return area;
+        return layout.picture;
     }
 
     void draw(double dt_s) {
@@ -256,10 +256,9 @@ class App {
         handle_keys();
         walk();
         for (const std::string& file : native_.take_dropped()) drop(file);
-        // Each press and release is seen, however many there were since the last picture.
-        // What the meters need is known when they were laid out once.
+        // The first layout finds the meters' height. Each mouse event takes one more.
         const float meters_height = meters_height_;
-        Area area = lay_out();
+        Box area = lay_out();
         if (meters_height_ != meters_height) area = lay_out();
         while (native_.mouse().pending()) area = lay_out();
 
@@ -282,7 +281,7 @@ class App {
     Gui gui_;
     Picture picture_;
     Meters meters_;
-    float meters_height_ = 0;  ///< that they needed when they were laid out
+    float meters_height_ = 0;  ///< of the last layout
     std::optional<OutputFile> screenshot_;
     HeldKeys keys_;
     int width_ = 0;
@@ -294,16 +293,16 @@ class App {
 bool window_possible() { return opens_window(); }
 
 PlayStatus show_window(const WindowOptions& options) {
-    // The player's threads are there already: they do not give way to pictures.
+    // The player's threads run already and keep their priority; drawing runs at a lower one.
     Model model(options);
     give_way(kNiceOfFrames + 5);
     const Glfw glfw;
     if (!glfw.started())
-        throw AudioFailure("there is no display; --no-window plays in the terminal");
+        throw AudioFailure("no display is available; --no-window plays in the terminal");
     const auto file = options.keeps_state ? state_file() : std::nullopt;
     App app(options, model, file ? read_state(*file) : WindowState{});
     app.run();
-    // Before the end waits for work in the background.
+    // Before the model's destructor waits for background jobs.
     model.player().stop_recording();
     if (file) write_state(app.state(), *file);
     return model.status();

@@ -5,11 +5,11 @@
 
 namespace aula {
 
-/// Whether a window can be opened here.
+/// True if a window with OpenGL 3.3 can be opened.
 bool window_possible();
 
-/// Plays a scene in a window until that is closed, the time that was asked for is over, or a
-/// screenshot has been written; how that went. Throws Error, AudioInputError, AudioFailure.
+/// Plays a scene in a window until the window is closed, the session's duration is over or the
+/// screenshot is written. Returns the last status. Throws Error, AudioInputError, AudioFailure.
 PlayStatus show_window(const WindowOptions& options);
 
 }  // namespace aula

@@ -20,7 +20,7 @@ TEST_CASE("The loudest patch is at full level, one 15 dB lower at half, and both
     PatchField field;
     field.cover({0, 0, 0}, {5, 4, 3}, 0.5F);
     const std::vector<PatchEnergy> patches{patch({1, 0, 0}, 1), patch({0, 0, 1}, 0.0316228F)};
-    for (int i = 0; i < 100; ++i) field.follow(patches, 2, 0.1);
+    for (int i = 0; i < 100; ++i) field.update(patches, 2, 0.1);
     const auto count = field.texels().size();
     const auto level = [&](std::size_t direction) {
         return field.texels()[direction * count / 6].level;
@@ -28,11 +28,11 @@ TEST_CASE("The loudest patch is at full level, one 15 dB lower at half, and both
     CHECK(int{level(0)} == 255);
     CHECK(int{level(4)} == Approx(127).margin(1));  // whole numbers
     CHECK(std::count_if(field.texels().begin(), field.texels().end(),
-                        [](const PatchField::Texel& t) { return t.there != 0; }) == 2 * 8);
-    field.follow({}, 2, 0.05);
+                        [](const PatchField::Texel& t) { return t.occupied != 0; }) == 2 * 8);
+    field.update({}, 2, 0.05);
     CHECK(int{level(0)} < 255);
     CHECK(int{level(0)} > 127);
-    for (int i = 0; i < 100; ++i) field.follow({}, 2, 0.1);
+    for (int i = 0; i < 100; ++i) field.update({}, 2, 0.1);
     CHECK(int{level(0)} == 0);
 }
 
@@ -48,7 +48,7 @@ TEST_CASE("Of a closed room the inner sides sound, the outer ones do not") {
     const RayScene rays(scene);
     const std::vector<Vec3> inside{scene.sources[0].position};
     const Vec3 middle(2.5F, 2, 1.5F);
-    const auto sides = sounding_sides(rays, inside);
+    const auto sides = interior_sides(rays, inside);
     for (std::uint32_t t = 0; t < rays.triangle_count(); ++t) {
         const auto& triangle = rays.triangle(t);
         const Vec3 inward = middle - triangle.vertices[0];

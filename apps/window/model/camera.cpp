@@ -13,8 +13,8 @@ namespace {
 
 constexpr float kNear_m = 0.05F;
 constexpr float kFar_m = 3000;
-constexpr float kHeight_rad = 0.9F;       ///< field of view around a point
-constexpr float kHeightOfEye_rad = 1.2F;  ///< from the listener's eyes
+constexpr float kHeight_rad = 0.9F;             ///< vertical field of view of the orbit camera
+constexpr float kFirstPersonHeight_rad = 1.2F;  ///< vertical field of view in first person
 
 Vec3 direction_of(float yaw_rad, float pitch_rad) {
     return {std::cos(pitch_rad) * std::cos(yaw_rad), std::cos(pitch_rad) * std::sin(yaw_rad),
@@ -27,7 +27,7 @@ Camera Camera::around(const Vec3& low, const Vec3& high) {
     Camera camera;
     camera.target = (low + high) * 0.5F;
     camera.distance_m = std::max(1.0F, 1.12F * glm::distance(low, high));
-    // Look along the longer side, from a corner.
+    // From a corner along the longer side.
     const Vec3 size = high - low;
     camera.yaw_rad = size.x > size.y ? -2.0F : -2.6F;
     return camera;
@@ -62,7 +62,8 @@ glm::mat4 Camera::view(const Pose& listener) const {
 }
 
 glm::mat4 Camera::projection(float aspect) const {
-    return glm::perspective(first_person ? kHeightOfEye_rad : kHeight_rad, aspect, kNear_m, kFar_m);
+    return glm::perspective(first_person ? kFirstPersonHeight_rad : kHeight_rad, aspect, kNear_m,
+                            kFar_m);
 }
 
 Screen::Screen(const Camera& camera, const Pose& listener, glm::vec2 corner, glm::vec2 size)

@@ -10,20 +10,20 @@
 
 namespace aula {
 
-/// From where the scene is looked at: around a point, or from the listener's eyes.
+/// The view of the scene: an orbit camera around a target, or first person at the listener.
 struct Camera {
     bool first_person = false;
     Vec3 target{0};
-    float yaw_rad = -2.2F;   ///< direction from the target to the eye
-    float pitch_rad = 0.8F;  ///< above the horizon
+    float yaw_rad = -2.2F;   ///< azimuth of the eye from the target
+    float pitch_rad = 0.8F;  ///< elevation of the eye from the target
     float distance_m = 10;
 
-    /// A place from which a box is seen as a whole.
+    /// A camera that shows the whole box from `low` to `high`.
     static Camera around(const Vec3& low, const Vec3& high);
 
     void turn(float yaw_step_rad, float pitch_step_rad);
     void zoom(float factor);
-    /// Moves the target along the screen, by shares of its height.
+    /// Moves the target in the image plane, by fractions of the image height.
     void pan(float right, float up);
 
     Vec3 eye(const Pose& listener) const;
@@ -31,7 +31,7 @@ struct Camera {
     glm::mat4 projection(float aspect) const;
 };
 
-/// A camera with a screen rectangle, in pixels from its upper left corner.
+/// The projection of a camera to a screen rectangle: corner and size in pixels, y down.
 class Screen {
  public:
     Screen(const Camera& camera, const Pose& listener, glm::vec2 corner, glm::vec2 size);
@@ -39,13 +39,13 @@ class Screen {
     const glm::mat4& matrix() const { return matrix_; }
     const Vec3& eye() const { return eye_; }
 
-    /// Where a point is seen; empty behind the eye.
+    /// Pixel of a point; empty behind the eye.
     std::optional<glm::vec2> project(const Vec3& point) const;
 
-    /// Pixels that a length has at a point.
+    /// Image scale at a point: pixels per metre across the line of sight; 0 behind the eye.
     float pixels_per_metre(const Vec3& point) const;
 
-    /// From the eye through a pixel.
+    /// The ray from the eye through a pixel.
     Ray ray(glm::vec2 pixel) const;
 
  private:

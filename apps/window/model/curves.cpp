@@ -12,7 +12,7 @@ constexpr double kNoiseWindow_s = 0.02;
 }  // namespace
 
 float energy_db(double energy) {
-    if (!(energy > 1e-20)) return kNothing_db;
+    if (!(energy > 1e-20)) return kSilence_db;
     return static_cast<float>(10 * std::log10(energy));
 }
 
@@ -28,7 +28,7 @@ EnergyCurve energy_curve(const EnergyResponse& response, std::size_t band, doubl
     for (const Bands& step : binned.uniform(step_s))
         curve.diffuse_db.push_back(energy_db(band_energy(step, band)));
     for (const SpecularPath& path : response.paths)
-        curve.arrows.push_back(
+        curve.arrivals.push_back(
             {response.arrival_s(path), energy_db(band_energy(path.energy, band)), path.order});
     return curve;
 }

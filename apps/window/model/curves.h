@@ -9,45 +9,46 @@
 
 namespace aula {
 
-/// All octaves together, where a band is asked for.
+/// Band index of the sum of all octave bands.
 inline constexpr std::size_t kAllBands = kBandCount;
 
-/// Energy in dB, and what stands for nothing.
-inline constexpr float kNothing_db = -200;
+/// Level of an energy of zero.
+inline constexpr float kSilence_db = -200;
+/// 10 log10 of an energy; kSilence_db below 1e-20.
 float energy_db(double energy);
 
-/// The energy of a band, or of all.
+/// Energy of a band, or of all bands for kAllBands.
 double band_energy(const Bands& bands, std::size_t band);
 
-/// A discrete arrival as a plot shows it.
-struct Arrow {
+/// A discrete arrival: direct sound or image source.
+struct DiscreteArrival {
     double time_s = 0;
     float level_db = 0;
-    int order = 0;  ///< 0 is the direct sound
+    int order = 0;  ///< reflection order; 0 is the direct sound
 };
 
-/// The energy response of a band in steps of equal length: what is binned in dB per step, and the
-/// discrete arrivals.
+/// The energy response of a band: the binned part in dB per step of `step_s`, and the discrete
+/// arrivals.
 struct EnergyCurve {
     double step_s = 0;
     std::vector<float> diffuse_db;
-    std::vector<Arrow> arrows;
+    std::vector<DiscreteArrival> arrivals;
 };
 EnergyCurve energy_curve(const EnergyResponse& response, std::size_t band, double step_s);
 
-/// Schroeder's backward integral in dB below the whole: [step].
+/// Schroeder's backward integral in dB relative to the total energy: [step].
 std::vector<float> decay_curve_db(const EnergyResponse& response, std::size_t band, double step_s);
 
-/// How much what is published differs from frame to frame while nothing moves: in windows of 20 ms
-/// the standard deviation over the mean, root mean square over the windows, weighted by their
-/// energy. What converges has less of it from frame to frame than from start to start.
+/// Frame-to-frame noise of the energy response while nothing moves: the relative standard deviation
+/// in windows of 20 ms, as root mean square weighted by the windows' energies. Converging
+/// estimators vary less between frames than between restarts.
 class FrameNoise {
  public:
-    /// Forgets the frames before if anything has moved or changed since.
+    /// Adds a frame. Discards earlier frames if a position or the change number differs.
     void add(const EnergyResponse& response, const Vec3& source, const Vec3& listener,
              std::uint64_t change);
 
-    /// Relative, of one band or the mean of all; empty before enough frames.
+    /// Relative standard deviation of a band, or of the sum of all; empty before kFewest frames.
     std::optional<double> relative(std::size_t band) const;
 
  private:

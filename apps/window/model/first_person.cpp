@@ -13,10 +13,10 @@ namespace {
 constexpr float kSpeed_m_s = 1.5F;
 constexpr float kTurn_rad_s = 0.5F * std::numbers::pi_v<float>;
 constexpr float kSteepest_rad = 1.4F;
-constexpr float kShoulder_m = 0.25F;
-/// A body is felt at the ears and at the hips.
+constexpr float kClearance_m = 0.25F;
+/// Heights of the collision probes relative to the ears: ears and hips.
 constexpr std::array<float, 2> kHeights_m{0.0F, -0.7F};
-constexpr int kFeelers = 16;
+constexpr int kProbes = 16;
 
 Hit nearest(const RayScene& walls, const Ray& ray) {
     Hit hit;
@@ -24,8 +24,8 @@ Hit nearest(const RayScene& walls, const Ray& ray) {
     return hit;
 }
 
-/// True if nothing stands between two places.
-bool free_way(const RayScene& walls, const Vec3& from, const Vec3& to) {
+/// True if no wall lies between two points, at all probe heights.
+bool is_free(const RayScene& walls, const Vec3& from, const Vec3& to) {
     const float distance_m = glm::distance(from, to);
     if (distance_m == 0) return true;
     const Vec3 direction = (to - from) / distance_m;
@@ -34,21 +34,21 @@ bool free_way(const RayScene& walls, const Vec3& from, const Vec3& to) {
     });
 }
 
-/// Where a body that wants to be somewhere has room: pushed off every wall that it would touch.
-Vec3 with_room(const RayScene& walls, Vec3 at) {
+/// The point `at`, pushed to kClearance_m from all walls that are closer.
+Vec3 push_off_walls(const RayScene& walls, Vec3 at) {
     for (const float height_m : kHeights_m) {
-        for (int i = 0; i < kFeelers; ++i) {
-            const float angle = 2 * std::numbers::pi_v<float> * static_cast<float>(i) / kFeelers;
-            const Vec3 feeler(std::cos(angle), std::sin(angle), 0);
-            const Hit hit = nearest(walls, {at + Vec3(0, 0, height_m), feeler, kShoulder_m});
+        for (int i = 0; i < kProbes; ++i) {
+            const float angle = 2 * std::numbers::pi_v<float> * static_cast<float>(i) / kProbes;
+            const Vec3 probe(std::cos(angle), std::sin(angle), 0);
+            const Hit hit = nearest(walls, {at + Vec3(0, 0, height_m), probe, kClearance_m});
             if (!hit.any()) continue;
-            Vec3 off = walls.facing_normal(hit, feeler);
+            Vec3 off = walls.facing_normal(hit, probe);
             off.z = 0;
             const float length = glm::length(off);
             if (length < 0.1F) continue;  // a floor or a ceiling
             off /= length;
-            const float distance_m = -glm::dot(off, feeler) * hit.distance_m;
-            at += std::max(0.0F, kShoulder_m - distance_m) * off;
+            const float distance_m = -glm::dot(off, probe) * hit.distance_m;
+            at += std::max(0.0F, kClearance_m - distance_m) * off;
         }
     }
     return at;
@@ -70,13 +70,13 @@ Pose walked(const Pose& from, const WalkInput& input, double time_s, const RaySc
         return pose;
     }
     if (step == Vec3(0)) return pose;
-    // Short steps: a slow machine's long ones must not jump over a corner.
+    // Short steps: a long step at a low frame rate must not cut a corner.
     constexpr float kLongestStep_m = 0.1F;
     const int steps = std::max(1, static_cast<int>(std::ceil(glm::length(step) / kLongestStep_m)));
     for (int i = 0; i < steps; ++i) {
         const Vec3 wanted =
-            with_room(*walls, pose.position + step * (1.0F / static_cast<float>(steps)));
-        if (!free_way(*walls, pose.position, wanted)) break;
+            push_off_walls(*walls, pose.position + step * (1.0F / static_cast<float>(steps)));
+        if (!is_free(*walls, pose.position, wanted)) break;
         pose.position = wanted;
     }
     return pose;

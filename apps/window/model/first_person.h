@@ -5,7 +5,7 @@
 
 namespace aula {
 
-/// What a walker wants: each -1..1, or more to run.
+/// Walking input: each component -1..1; larger values run.
 struct WalkInput {
     float ahead = 0;
     float left = 0;
@@ -15,8 +15,9 @@ struct WalkInput {
     bool any() const { return ahead != 0 || left != 0 || turn_left != 0 || look_up != 0; }
 };
 
-/// Where a walker is after `time_s`: at 1.5 m/s and 90 degrees a second, at the height they were.
-/// With `walls` they do not go through those, but along them, and keep a shoulder's width off.
+/// The pose after `time_s` seconds of walking: 1.5 m/s and 90 degrees/s per unit of input, at
+/// constant height. With `walls` the movement slides along them at a clearance of 0.25 m; null: no
+/// collisions.
 Pose walked(const Pose& from, const WalkInput& input, double time_s, const RayScene* walls);
 
 }  // namespace aula

@@ -7,22 +7,23 @@
 
 namespace aula {
 
-/// The mouse's buttons and place, one press or release at a time, however many there were since the
-/// last picture.
+/// A queue of mouse button events. Each frame of the user interface takes one press or release, so
+/// that none is lost between two frames.
 class MouseEvents {
  public:
     struct Mouse {
         std::array<bool, 3> down{};  ///< left, right, middle
-        /// Where a button was pressed or released; empty: the mouse is where it is.
+        /// Position of the press or release; empty without an event.
         std::optional<std::array<float, 2>> at;
     };
 
     void add(int button, bool pressed, float x, float y);
 
-    /// The mouse after the next press or release, or as it is if there is none.
+    /// Removes the next event and returns the buttons after it, or the present state without an
+    /// event.
     Mouse take();
 
-    /// Presses or releases are left.
+    /// True if events are left.
     bool pending() const { return !events_.empty(); }
 
  private:
@@ -36,19 +37,19 @@ class MouseEvents {
     std::array<bool, 3> down_{};
 };
 
-/// For how long keys were held, whenever that is asked.
+/// Durations for which keys are held, independent of the frame rate. Times are in seconds.
 class HeldKeys {
  public:
     void press(int key, double now_s);
     void release(int key, double now_s);
 
-    /// A key counts as held until `now_s`; begins the next measure.
+    /// Ends a measuring interval at `now_s` and begins the next.
     void measure(double now_s);
-    /// The seconds that a key was held in the last measure. A tap counts for kTap_s at least, and a
-    /// measure for kLongest_s at most: a release is read late after a long stall.
+    /// Time that a key was held in the last interval. A tap counts as at least kTap_s. An interval
+    /// counts as at most kLongest_s: after a stall the release event arrives late.
     double held_s(int key) const;
 
-    /// Some key is held, or has been since the last measure.
+    /// True if a key is held or was held since the last measure().
     bool any() const { return !keys_.empty(); }
 
     static constexpr double kTap_s = 0.08;
@@ -56,7 +57,7 @@ class HeldKeys {
 
  private:
     struct Key {
-        std::optional<double> since_s;  ///< of what was not measured yet; empty: not held
+        std::optional<double> since_s;  ///< start of the unmeasured time; empty: not held
         double pressed_s = 0;
         double to_measure_s = 0;
         double measured_s = 0;

@@ -21,7 +21,7 @@ Layout window_layout(float width, float height, float em, float meters_height) {
     const float bar = 2.3F * em;
     const float below = std::max(0.0F, height - bar);
     const float side = std::min(24 * em, 0.42F * width);
-    // A part of small windows, whatever is in them.
+    // At most half of a small window, whatever the content.
     const float plots = std::min(std::clamp(0.26F * height, 13.5F * em, 24 * em), 0.5F * below);
     const float meters = std::min(meters_height, 0.5F * below);
     const float left = width - side;
@@ -46,7 +46,7 @@ std::vector<PaneBox> panes_in(float width, float em, float gap, Pane first) {
         shown.push_back({pane, least});
         used += gap + least;
     }
-    // What is left goes to the plots; the table takes its share of a wide strip.
+    // The plots share the remaining width. The table takes its share of a wide strip.
     float left = width - used;
     for (PaneBox& box : shown) {
         if (box.pane != Pane::parameters) continue;
@@ -65,7 +65,7 @@ std::vector<PaneBox> panes_in(float width, float em, float gap, Pane first) {
 float text_scale(float width, float height, float display_scale, float zoom) {
     constexpr float kWidth = 1280;
     constexpr float kHeight = 800;
-    constexpr float kStep = 20;  // fonts are made anew for each step
+    constexpr float kStep = 20;  // fonts are rebuilt at each step
     const float of_window = std::min(width / kWidth, height / kHeight);
     const float scale = zoom * std::max({1.0F, display_scale, of_window});
     return std::clamp(std::round(kStep * scale) / kStep, 0.5F, 6.0F);

@@ -6,15 +6,19 @@
 
 namespace aula {
 
-/// A rectangle of the window, in its coordinates.
+/// A rectangle in window coordinates, from the upper left corner.
 struct Box {
     float x = 0;
     float y = 0;
     float width = 0;
     float height = 0;
+
+    bool contains(float px, float py) const {
+        return px >= x && py >= y && px < x + width && py < y + height;
+    }
 };
 
-/// The parts of the window, which cover it without overlaps.
+/// The parts of the window. They cover it without overlap.
 struct Layout {
     Box bar;
     Box picture;
@@ -23,10 +27,10 @@ struct Layout {
     Box meters;
 };
 
-/// `em` is the height of text, `meters_height` what the meters need.
+/// `em` is the text height, `meters_height` the height of the meters' content.
 Layout window_layout(float width, float height, float em, float meters_height);
 
-/// What the strip below the picture shows.
+/// The panes of the strip below the picture.
 enum class Pane { response, energy, decay, parameters };
 inline constexpr std::array<Pane, 4> kPanes{Pane::response, Pane::energy, Pane::decay,
                                             Pane::parameters};
@@ -36,12 +40,12 @@ struct PaneBox {
     float width;
 };
 
-/// The panes that have room side by side: all of them where they fit, else those from `first` on,
-/// at least one.
+/// The panes shown side by side in the strip: all of them where they fit, else as many as fit from
+/// `first` on, at least one.
 std::vector<PaneBox> panes_in(float width, float em, float gap, Pane first);
 
-/// How many times larger than at 1280 x 800 text is: it grows with the window, and with the
-/// display's own scale where that is larger. `zoom` is the user's factor.
+/// Text size relative to that of a window of 1280 x 800: the larger of the window's relative size
+/// and the display's content scale, at least 1, times the user's factor `zoom`.
 float text_scale(float width, float height, float display_scale, float zoom);
 
 }  // namespace aula

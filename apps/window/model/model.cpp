@@ -14,7 +14,7 @@ namespace aula {
 
 namespace {
 
-/// A window plays until it is closed, whatever the scene says.
+/// The window plays until it is closed, regardless of the scene's duration.
 constexpr double kWithoutEnd_s = 1e6;
 
 }  // namespace
@@ -87,7 +87,7 @@ void Model::update(double now_s) {
     heard_ = player_->monitor_status();
     if (opened_ && !status_.preparing) begin_scene();
     if (status_.muted_samples > 0 && muted_before_ == 0)
-        say("sound that is not finite is muted", true);
+        say("samples that are not finite are muted", true);
     muted_before_ = status_.muted_samples;
     if (status_.underruns > underruns) last_underrun_s_ = status_.time_s;
     if (status_.failed_changes > failed_changes_) {
@@ -105,13 +105,13 @@ void Model::update(double now_s) {
         recording_error_ = heard_.error;
         if (!recording_error_.empty()) say(recording_error_, true);
     }
-    // Until a change of the sources is heard the player knows others.
+    // The player reports the old sources until a change of them plays.
     if (status_.sources.size() > scene().sources.size())
         status_.sources.resize(scene().sources.size());
 
     Setting& now = settings_[active_];
     const auto newest = player_->view();
-    // A view of what played before the last change is not of this setting.
+    // A view from before the last change does not belong to this setting.
     const bool current = newest && newest->change == status_.heard_change && !status_.preparing &&
                          newest->source < scene().sources.size();
     if (current && newest != now.view) {
@@ -122,7 +122,7 @@ void Model::update(double now_s) {
         now.view = newest;
     }
     if (!frozen || !shown_) shown_ = now.view;
-    // Others may have moved something: OSC.
+    // OSC messages may have changed the controls.
     controls = player_->controls();
     controls.sources.resize(scene().sources.size());
     known_controls_ = controls;
@@ -135,7 +135,7 @@ void Model::update(double now_s) {
     watch_file();
 }
 
-/// How a scene is played, its order left to the setting.
+/// Session options of a scene; the ambisonic order is that of the setting.
 SessionOptions Model::session_of(const LoadedScene& read) const {
     SessionOptions session = options_.session;
     session.rays_fall = !options_.rays_given && !read.rays_given;
@@ -156,9 +156,9 @@ void Model::apply() {
     player_->change(scene_now, session);
 }
 
-/// Not while another scene is on its way.
+/// False, with a message, while another scene is being opened.
 bool Model::may_change() {
-    if (opened_) say("not now: " + opened_->file.filename().string() + " is being opened");
+    if (opened_) say("no changes while " + opened_->file.filename().string() + " is being opened");
     return !opened_;
 }
 
@@ -233,7 +233,7 @@ void Model::play_file(std::size_t source, const std::filesystem::path& file) {
     }
 }
 
-/// Opening a device may take a second. One is enough for all sources.
+/// Opens the microphone in the background, which may take a second. All sources share it.
 void Model::play_microphone(std::size_t source) {
     const auto listen = [this, source, opens = opens_](std::shared_ptr<Microphone> microphone) {
         if (opens != opens_ || source >= other_signals_.size()) return;
@@ -300,7 +300,7 @@ void Model::switch_setting() {
     controls.rays = setting().rays_given ? std::optional(setting().simulation.rays) : std::nullopt;
     hand_over();
     apply();
-    say(active_ == 0 ? "A is heard" : "B is heard");
+    say(active_ == 0 ? "playing setting A" : "playing setting B");
 }
 
 void Model::pick(std::uint32_t triangle) {
@@ -320,14 +320,14 @@ void Model::give_material(const Material& material, bool everywhere) {
     scene_edited(std::make_shared<const Scene>(with_material(scene(), triangles, material)));
 }
 
-/// Takes over a scene of other materials.
+/// Plays a scene with other materials.
 void Model::scene_edited(std::shared_ptr<const Scene> edited) {
     document_.change(document_with(std::move(edited)));
     scene_differs();
     apply();
 }
 
-/// What was seen of the other setting is of a room that is no more.
+/// Discards the other setting's view: it belongs to the previous room.
 void Model::scene_differs() {
     ++scene_version_;
     settings_[1 - active_].view.reset();
@@ -341,10 +341,10 @@ void Model::replace_materials() {
         if (auto next = with_material_replaced(*edited, from, to))
             edited = std::make_shared<const Scene>(std::move(*next));
         else
-            say("OSC: no material \"" + from + "\" here, or none \"" + to + "\"", true);
+            say("OSC: unknown material \"" + from + "\" or \"" + to + "\"", true);
     }
     if (edited == document_.now().scene) return;
-    // Messages in a row are one step to undo.
+    // Consecutive messages form one undo step.
     if (edited_remotely_ == document_.now().scene) document_.undo();
     scene_edited(edited);
     edited_remotely_ = edited;
@@ -362,7 +362,7 @@ void Model::step(void (Undo<Document>::*direction)()) {
     if (now.scene != before) apply();
 }
 
-/// Brings what goes with the scene into line with it; `rays` are made where they are missing.
+/// Updates all state that depends on the scene. Builds `rays` if null and the geometry changed.
 void Model::scene_taken(const Scene& before, std::unique_ptr<RayScene> rays) {
     const auto named = [](const Source& a, const Source& b) { return a.name == b.name; };
     if (!std::equal(scene().sources.begin(), scene().sources.end(), before.sources.begin(),

@@ -26,15 +26,15 @@
 
 namespace aula {
 
-/// Everything that a window shows and changes, without a window: the player, the scene as edited,
-/// two settings to compare, the surface in hand, what there is to say. [window's thread]
+/// State and actions of the window, independent of the toolkit: the player, the edited scene, two
+/// settings to compare, the selected surface, messages. [window's thread]
 class Model {
  public:
-    /// A setting, and how it did when it was last heard.
+    /// A simulation setting, with the newest view and noise measured while it played.
     struct Setting {
         Simulation simulation;
         int ambisonic_order = 1;
-        bool rays_given = false;  ///< by set_rays(): they do not fall where it does not keep up
+        bool rays_given = false;  ///< by set_rays(): not reduced under overload
         std::shared_ptr<const FrameView> view;
         FrameNoise noise;
     };
@@ -42,10 +42,10 @@ class Model {
     struct Message {
         std::string text;
         bool is_error = false;
-        double time_s = 0;  ///< of the window's clock
+        double time_s = 0;  ///< by the window's clock
     };
 
-    /// What was picked with the mouse.
+    /// A surface picked with the mouse.
     struct Surface {
         std::vector<std::uint32_t> triangles;
         std::uint32_t picked = 0;
@@ -54,7 +54,8 @@ class Model {
 
     explicit Model(const WindowOptions& options);
 
-    /// Takes in what has happened: status, views, files. `now_s` is the window's clock.
+    /// Updates status, views and watched files; call it once per frame. `now_s` is the window's
+    /// clock.
     void update(double now_s);
 
     Player& player() { return *player_; }
@@ -71,8 +72,8 @@ class Model {
     Vec3 high() const { return high_; }
     double scene_time_s() const { return status_.scene_time_s; }
 
-    // What is heard.
-    PlayControls controls;  ///< hand_over() after a change
+    // Playback.
+    PlayControls controls;  ///< call hand_over() after a change
     void hand_over();
     void walk(const WalkInput& input, double time_s);
     void take_listener(const Pose& pose);
@@ -80,12 +81,12 @@ class Model {
     bool follows_path() const { return scene().listener.path && !controls.listener; }
     bool collides = true;
     void move_source(std::size_t source, const Vec3& position);
-    void source_moved();  ///< the end of a move: a step to undo
+    void source_moved();  ///< ends a move: adds an undo step
     void play_own_signal(std::size_t source);
     void play_test_signal(std::size_t source, TestSignal signal);
     void play_microphone(std::size_t source);
     void play_file(std::size_t source, const std::filesystem::path& file);
-    /// What a source plays in place of its own signal; empty if that.
+    /// Name of the signal that replaces a source's signal; empty: none.
     const std::string& other_signal(std::size_t source) const { return other_signals_[source]; }
 
     // Settings.
@@ -94,11 +95,11 @@ class Model {
     std::size_t active() const { return active_; }
     bool compares() const { return settings_[1 - active_].view != nullptr; }
     void set_simulation(const Simulation& simulation, int ambisonic_order);
-    void set_rays(int rays);  ///< heard from the next frame on
+    void set_rays(int rays);  ///< takes effect in the next frame
     void switch_setting();
 
     // The view.
-    ViewRequest request;  ///< watch() after a change
+    ViewRequest request;  ///< call watch() after a change
     void watch() { player_->watch(request); }
     std::shared_ptr<const FrameView> view() const { return shown_; }
     bool frozen = false;
@@ -115,28 +116,28 @@ class Model {
     void undo();
     void redo();
 
-    // Files. What takes long is done in the background, while the old scene plays.
+    // Files. Long operations run in the background, while the old scene plays.
     void open(const std::filesystem::path& file);
     void open_next(int step);
     void toggle_recording();
     void save_scene();
-    void save_response();  ///< impulse response and report of what is shown
+    void save_response();  ///< impulse response and report of the shown view
 
-    /// What goes on in the background, such as "opening church.json"; empty if nothing.
+    /// Name of the background job, such as "opening church.json"; empty: none.
     std::string busy() const;
 
     const std::deque<Message>& messages() const { return messages_; }
     void say(const std::string& text, bool is_error = false);
 
  private:
-    /// What can be undone.
+    /// The state that undo restores.
     struct Document {
         std::shared_ptr<const Scene> scene;
-        std::shared_ptr<const LoadedScene> read;  ///< the file that it comes from
+        std::shared_ptr<const LoadedScene> read;  ///< the scene as read from its file
         std::vector<std::optional<Vec3>> source_positions;
     };
 
-    /// A scene as the window plays it: all sources go on for ever.
+    /// A scene as the window plays it: all signals loop.
     struct Loaded {
         std::shared_ptr<const Scene> scene;
         std::shared_ptr<const LoadedScene> read;
@@ -148,7 +149,7 @@ class Model {
     void load_in_background(std::string what, const std::filesystem::path& file,
                             std::function<bool()> is_newest, void (Model::*take)(Loaded));
 
-    /// Done by update(), on the window's thread.
+    /// The last part of a background job; update() calls it on the window's thread.
     using Result = std::function<void()>;
     struct Work {
         std::string what;
@@ -163,7 +164,7 @@ class Model {
     void begin_scene();
     void take_edit(Loaded loaded);
     bool may_change();
-    /// What is played becomes the scene and the setting of now; nothing is prepared where it is so.
+    /// Plays the present scene and setting; does nothing if they play already.
     void apply();
     struct Asked {
         std::shared_ptr<const Scene> scene;
@@ -185,18 +186,18 @@ class Model {
 
     WindowOptions options_;
     std::filesystem::path scene_file_;
-    std::filesystem::path wanted_file_;  ///< the last that was to be opened, whether it could be
+    std::filesystem::path wanted_file_;  ///< last file to open, including failures
     std::filesystem::file_time_type file_time_;
     Undo<Document> document_;
-    std::optional<NewFile> recording_;  ///< ends after the player that writes it
+    std::optional<NewFile> recording_;  ///< destroyed after the player that writes it
     std::unique_ptr<Player> player_;
-    std::unique_ptr<OscRemote> remote_;  ///< ends before the player that it moves
+    std::unique_ptr<OscRemote> remote_;  ///< destroyed before the player that it controls
     std::vector<Work> work_;
-    std::uint64_t opens_ = 0;                       ///< begun: the newest is taken
-    std::uint64_t edits_ = 0;                       ///< the same, of the scene that is shown
-    std::optional<Loaded> opened_;                  ///< to be shown as soon as it is heard
-    std::uint64_t opened_change_ = 0;               ///< its number
-    std::shared_ptr<const Scene> edited_remotely_;  ///< the last that OSC made
+    std::uint64_t opens_ = 0;          ///< number of opens begun; only the newest counts
+    std::uint64_t edits_ = 0;          ///< the same for reloads of the shown scene
+    std::optional<Loaded> opened_;     ///< shown once it plays
+    std::uint64_t opened_change_ = 0;  ///< its change number
+    std::shared_ptr<const Scene> edited_remotely_;  ///< newest scene made by OSC
     std::weak_ptr<Microphone> microphone_;
     std::unique_ptr<RayScene> rays_;
     std::uint64_t geometry_version_ = 0;
@@ -204,7 +205,7 @@ class Model {
     Vec3 low_{0};
     Vec3 high_{0};
     std::vector<LibraryMaterial> library_;
-    PlayControls known_controls_;  ///< as the player had them when they were read
+    PlayControls known_controls_;  ///< as last read from the player
     std::array<Setting, 2> settings_;
     std::size_t active_ = 0;
     std::optional<Surface> surface_;
@@ -215,8 +216,8 @@ class Model {
     double last_underrun_s_ = -1;
     std::uint64_t failed_changes_ = 0;
     std::int64_t muted_before_ = 0;
-    Setting good_;                ///< the last setting that was heard
-    std::optional<Asked> asked_;  ///< what the player was asked to play; empty if that failed
+    Setting good_;                ///< the last setting that played
+    std::optional<Asked> asked_;  ///< requested of the player; empty after a failure
     LoadNews load_news_;
     std::string recording_error_;
     double now_s_ = 0;

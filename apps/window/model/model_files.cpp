@@ -8,7 +8,7 @@
 #include "apps/session/offline/measurement_text.h"
 #include "apps/window/model/model.h"
 
-// The model's part that has to do with files.
+// File operations of the model.
 
 namespace aula {
 
@@ -32,14 +32,14 @@ Model::Loaded Model::load(const WindowOptions& options, const std::filesystem::p
             time};
 }
 
-/// Taken if it still is the newest when it is done.
+/// Loads a scene; passes it to `take` if `is_newest` still holds at the end.
 void Model::load_in_background(std::string what, const std::filesystem::path& file,
                                std::function<bool()> is_newest, void (Model::*take)(Loaded)) {
     in_background(std::move(what),
                   [this, file, take, is_newest = std::move(is_newest), options = options_,
                    rate_hz = player_->sample_rate_hz()]() -> Result {
                       auto loaded = std::make_shared<Loaded>(load(options, file));
-                      // What is wrong with a sound file is to be known before anything changes.
+                      // Errors of sound files must surface before anything changes.
                       read_signals(*loaded->scene, rate_hz);
                       return [this, take, is_newest, loaded] {
                           if (is_newest()) (this->*take)(std::move(*loaded));
@@ -54,7 +54,7 @@ void Model::open(const std::filesystem::path& file) {
         [this, open = ++opens_] { return open == opens_; }, &Model::play_scene);
 }
 
-/// Has another scene played; it is shown when it is heard.
+/// Starts another scene; begin_scene() shows it once it plays.
 void Model::play_scene(Loaded loaded) {
     SessionOptions session = session_of(*loaded.read);
     session.ambisonic_order = settings_[active_].ambisonic_order;
@@ -62,7 +62,7 @@ void Model::play_scene(Loaded loaded) {
     opened_ = std::move(loaded);
 }
 
-/// Shows the scene that was opened, unless it could not be played.
+/// Shows the opened scene, unless playing it failed.
 void Model::begin_scene() {
     Loaded loaded = std::move(*opened_);
     opened_.reset();
@@ -75,7 +75,7 @@ void Model::begin_scene() {
     active_ = 0;
     good_ = setting();
     asked_ = asked_now();
-    known_controls_ = controls = {};  // as the player begins anew
+    known_controls_ = controls = {};  // the player resets its controls, too
     controls.sources.resize(scene().sources.size());
     other_signals_.assign(scene().sources.size(), "");
     if (!scene().listener.path) controls.listener = scene().listener.pose;
@@ -85,7 +85,7 @@ void Model::begin_scene() {
     shown_.reset();
     geometry_changed(std::move(loaded.rays));
     if (remote_) remote_->set_sources(source_names());
-    say(scene_file_.filename().string() + " is heard");
+    say("playing " + scene_file_.filename().string());
 }
 
 void Model::open_next(int step_count) {
@@ -97,7 +97,7 @@ void Model::open_next(int step_count) {
     open(scenes[static_cast<std::size_t>((at % count + count) % count)]);
 }
 
-/// Takes over a scene file that was edited; what is wrong with it is said.
+/// Reloads the scene file after an edit; errors are shown as messages.
 void Model::watch_file() {
     constexpr double kInterval_s = 0.5;
     if (opened_ || now_s_ < file_looked_at_s_ + kInterval_s) return;
@@ -116,17 +116,17 @@ void Model::take_edit(Loaded loaded) {
     document_.change({loaded.scene, loaded.read, {}});
     settings_[active_].simulation = loaded.scene->simulation;
     scene_taken(*before, std::move(loaded.rays));
-    // What the file says of places and rays counts again.
+    // Positions and rays of the file apply again.
     for (SourceControl& source : controls.sources) source.position.reset();
     controls.rays.reset();
     hand_over();
     apply();
-    // What was wrong with the file before is not any more.
+    // Earlier errors of the file are obsolete.
     const std::string name = scene_file_.filename().string();
     std::erase_if(messages_, [&](const Message& message) {
         return message.is_error && message.text.find(name) != std::string::npos;
     });
-    say(name + " was edited: taken over");
+    say(name + " reloaded");
 }
 
 void Model::toggle_recording() {
@@ -134,7 +134,7 @@ void Model::toggle_recording() {
         if (heard_.recording) {
             player_->stop_recording();
             recording_.reset();
-            // What went wrong is said by update().
+            // update() shows errors.
             const MonitorStatus done = player_->monitor_status();
             if (done.error.empty() && done.lost_s == 0) say("recording written");
             if (done.lost_s > 0)
@@ -169,7 +169,7 @@ void Model::save_response() {
     measurement.length_s = shown_->length_s;
     measurement.frames = 1;
     const std::string stem = scene_file_.stem().string();
-    // The HRTF takes a second to read.
+    // Reading the HRTF takes a second.
     in_background(kSaving, [=, this]() -> Result {
         const NewFile response_file(stem + "-ir", ".wav");
         const NewFile report_file(stem + "-report", ".json");
@@ -206,7 +206,7 @@ void Model::save_scene() {
         if (source.path) left_out += " and the path of " + source.name + ", which was moved";
         source.path.reset();
     }
-    // A path leads the listener again when the scene is opened; a walk from it is not saved.
+    // A listener with a path follows it again in the saved scene; the walk is not saved.
     if (controls.listener && !saved.listener.path) saved.listener.pose = *controls.listener;
     try {
         const NewFile file(scene_file_.stem().string() + "-edited", ".json");

@@ -5,12 +5,12 @@
 
 namespace aula {
 
-/// A name in the working directory that was free: STEM.EXT, STEM-2.EXT and so on. The file is
-/// created empty and exclusively, so that no other program takes the name; the destructor removes
-/// it if it is still empty.
+/// A new file STEM.EXT, or STEM-2.EXT and so on if that exists. The constructor creates it empty
+/// and exclusively, which reserves the name against other programs. The destructor removes the file
+/// if it is still empty.
 class NewFile {
  public:
-    /// Throws Error if no file can be created there.
+    /// Throws Error if the file cannot be created.
     NewFile(const std::string& stem, const std::string& extension);
     ~NewFile();
     NewFile(const NewFile&) = delete;

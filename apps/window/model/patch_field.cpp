@@ -24,11 +24,11 @@ void PatchField::cover(const Vec3& low, const Vec3& high, float patch_size_m) {
     level_.assign(count, 0);
     texels_.assign(count, {});
     occupied_.clear();
-    top_db_ = kNothing_db;
+    top_db_ = kSilence_db;
 }
 
-/// Calls `visit(index)` for the texels of a cell's direction with their middle in the cell, and for
-/// the one in its middle.
+/// Calls `visit(index)` for the texels, of the cell's direction, whose centres lie in the cell, and
+/// for the texel at the cell's centre.
 template <typename Visit>
 void PatchField::for_each_texel(const PatchGrid::Cell& cell, const Visit& visit) const {
     const Vec3& d = cell.direction;
@@ -39,7 +39,8 @@ void PatchField::for_each_texel(const PatchGrid::Cell& cell, const Visit& visit)
                           size_ - 1);
     };
     const glm::ivec3 middle = texel((cell.low + cell.high) * 0.5F);
-    // The first texel whose middle is not below the low end, the last whose is below the high one.
+    // First texel with its centre at or above the low corner, last with its centre below the high
+    // one.
     const glm::ivec3 first = glm::min(middle, texel(cell.low + 0.4999F * cell_m_));
     const glm::ivec3 last = glm::max(middle, texel(cell.high - 0.5001F * cell_m_));
     for (int z = first.z; z <= last.z; ++z)
@@ -49,24 +50,24 @@ void PatchField::for_each_texel(const PatchGrid::Cell& cell, const Visit& visit)
                                                x));
 }
 
-void PatchField::follow(const std::vector<PatchEnergy>& patches, std::size_t band, double dt_s) {
-    constexpr double kFollow_s = 0.15;
+void PatchField::update(const std::vector<PatchEnergy>& patches, std::size_t band, double dt_s) {
+    constexpr double kSmoothing_s = 0.15;
     constexpr float kTopFalls_db_s = 6;
     for (const std::size_t i : occupied_) energy_[i] = 0;
-    float loudest_db = kNothing_db;
+    float loudest_db = kSilence_db;
     for (const PatchEnergy& patch : patches) {
         const auto energy = static_cast<float>(band_energy(patch.energy, band));
         for_each_texel(patch.cell, [&](std::size_t at) {
             energy_[at] = std::max(energy_[at], energy);
-            if (texels_[at].there != 0) return;
-            texels_[at].there = 255;
+            if (texels_[at].occupied != 0) return;
+            texels_[at].occupied = 255;
             occupied_.push_back(at);
         });
         loudest_db = std::max(loudest_db, energy_db(static_cast<double>(energy)));
     }
-    if (loudest_db > kNothing_db)
+    if (loudest_db > kSilence_db)
         top_db_ = std::max(loudest_db, top_db_ - kTopFalls_db_s * static_cast<float>(dt_s));
-    const auto weight = static_cast<float>(1 - std::exp(-dt_s / kFollow_s));
+    const auto weight = static_cast<float>(1 - std::exp(-dt_s / kSmoothing_s));
     for (const std::size_t i : occupied_) {
         const float wanted = 1 + (energy_db(static_cast<double>(energy_[i])) - top_db_) / kRange_db;
         level_[i] += weight * (std::clamp(wanted, 0.0F, 1.0F) - level_[i]);

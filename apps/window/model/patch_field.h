@@ -8,23 +8,24 @@
 
 namespace aula {
 
-/// What the patches radiate, as six boxes of cells, one for each direction that a surface can face,
-/// for a shader to look up by place and direction. Levels follow the energies with a short delay,
-/// so that what is gone fades. Cells are joined where there would be too many.
+/// The energies that the patches radiate, as six 3D textures, one per facing direction of a
+/// surface. A shader looks them up by position and direction. Levels are smoothed over time, so
+/// that past energies fade. The texels grow where a room would need too many.
 class PatchField {
  public:
-    /// A cell: level 0..255, and 255 where there is a patch.
+    /// Level 0..255; `occupied` is 255 where a patch lies, else 0.
     struct Texel {
         std::uint8_t level = 0;
-        std::uint8_t there = 0;
+        std::uint8_t occupied = 0;
     };
 
-    /// Covers a room with patches of about a size, by texels of half of it.
+    /// Covers the box from `low` to `high` with texels of half the patch size. Clears all levels.
     void cover(const Vec3& low, const Vec3& high, float patch_size_m);
 
-    /// Follows energies of a band, or of all (kBandCount), for `dt_s`. The loudest is at full
-    /// level, what is kRange_db lower at none; the loudest falls slowly when it gets quieter.
-    void follow(const std::vector<PatchEnergy>& patches, std::size_t band, double dt_s);
+    /// Moves the levels towards the energies of a band, or of all bands (kBandCount), over `dt_s`.
+    /// The largest energy maps to level 255, kRange_db below it to 0. The top of the range falls
+    /// slowly.
+    void update(const std::vector<PatchEnergy>& patches, std::size_t band, double dt_s);
 
     /// [direction][z][y][x], directions +x -x +y -y +z -z.
     const std::vector<Texel>& texels() const { return texels_; }
@@ -42,10 +43,10 @@ class PatchField {
     Vec3 origin_{0};
     float cell_m_ = 0.5F;
     float top_db_ = -200;
-    std::vector<float> energy_;  ///< [texel] sum of the newest patches
-    std::vector<float> level_;   ///< [texel] as shown, 0..1
+    std::vector<float> energy_;  ///< [texel] largest energy of the newest patches
+    std::vector<float> level_;   ///< [texel] smoothed, 0..1
     std::vector<Texel> texels_;
-    std::vector<std::size_t> occupied_;  ///< texels where there is a patch
+    std::vector<std::size_t> occupied_;  ///< indices of texels with a patch
 };
 
 }  // namespace aula

@@ -6,7 +6,7 @@
 
 namespace aula {
 
-std::vector<std::uint8_t> sounding_sides(const RayScene& rays, std::span<const Vec3> inside) {
+std::vector<std::uint8_t> interior_sides(const RayScene& rays, std::span<const Vec3> inside) {
     constexpr int kPaths = 4096;
     constexpr int kBounces = 24;
     constexpr float kSmall_m2 = 0.5F;

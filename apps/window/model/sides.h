@@ -8,9 +8,10 @@
 
 namespace aula {
 
-/// Which sides of every triangle face the space that sound is in: bit 0 the side of its normal, bit
-/// 1 the other. Looking from outside, what shows only other sides can be left out, so that one sees
-/// in. Small triangles that no ray met show both.
-std::vector<std::uint8_t> sounding_sides(const RayScene& rays, std::span<const Vec3> inside);
+/// The sides of each triangle that face the sound field: bit 0 is the side of the normal, bit 1 the
+/// opposite side. A cutaway view from outside omits triangles seen from other sides. The sides are
+/// found by random walks from the points `inside`; moving triangles and small triangles without a
+/// hit get both.
+std::vector<std::uint8_t> interior_sides(const RayScene& rays, std::span<const Vec3> inside);
 
 }  // namespace aula

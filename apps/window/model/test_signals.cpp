@@ -9,7 +9,7 @@ namespace aula {
 
 namespace {
 
-constexpr double kRound_s = 1.5;
+constexpr double kPeriod_s = 1.5;
 
 std::size_t samples_of(double seconds, double sample_rate_hz) {
     return static_cast<std::size_t>(std::lround(seconds * sample_rate_hz));
@@ -17,7 +17,7 @@ std::size_t samples_of(double seconds, double sample_rate_hz) {
 
 /// White noise, uniform in -peak..peak.
 std::vector<float> white(std::size_t count, float peak) {
-    std::mt19937 random(1);  // the same in every session
+    std::mt19937 random(1);  // a fixed seed
     std::uniform_real_distribution<float> uniform(-peak, peak);
     std::vector<float> samples(count);
     for (float& sample : samples) sample = uniform(random);
@@ -47,7 +47,7 @@ const char* test_signal_name(TestSignal signal) {
 }
 
 std::shared_ptr<const Signal> test_signal(TestSignal signal, double sample_rate_hz) {
-    const std::size_t round = samples_of(kRound_s, sample_rate_hz);
+    const std::size_t period = samples_of(kPeriod_s, sample_rate_hz);
     std::vector<float> samples;
     switch (signal) {
         case TestSignal::clap: {
@@ -56,7 +56,7 @@ std::shared_ptr<const Signal> test_signal(TestSignal signal, double sample_rate_
             for (std::size_t i = 0; i < samples.size(); ++i)
                 samples[i] *= static_cast<float>(
                     std::exp(-static_cast<double>(i) / (kDecay_s * sample_rate_hz)));
-            samples.resize(round);
+            samples.resize(period);
             break;
         }
         case TestSignal::noise_burst: {
@@ -70,7 +70,7 @@ std::shared_ptr<const Signal> test_signal(TestSignal signal, double sample_rate_
                 samples[i] *= weight;
                 samples[samples.size() - 1 - i] *= weight;
             }
-            samples.resize(round);
+            samples.resize(period);
             break;
         }
         case TestSignal::noise:

@@ -6,13 +6,13 @@
 
 namespace aula {
 
-/// What a source can be given to play in place of its own signal; peaks are below -6 dBFS.
+/// Signals that a source can play in place of the scene's. Peaks are at most -6 dBFS.
 enum class TestSignal { clap, noise_burst, noise, clicks };
 
 const char* test_signal_name(TestSignal signal);
 
-/// A clap: some milliseconds of noise that die away, every 1.5 s. A noise burst: a quarter of a
-/// second every 1.5 s. Noise: without end. Clicks: a unit impulse every half second.
+/// Clap: decaying noise of 40 ms, every 1.5 s. Noise burst: 0.25 s of noise, every 1.5 s. Noise:
+/// continuous. Clicks: one sample of amplitude 0.5, every 0.5 s.
 std::shared_ptr<const Signal> test_signal(TestSignal signal, double sample_rate_hz);
 
 }  // namespace aula

@@ -7,7 +7,7 @@
 
 namespace aula {
 
-/// A value and what it was before: a step back, and forward again until something else is done.
+/// A value with its history for undo and redo, limited to kMostSteps values.
 template <typename T>
 class Undo {
  public:
@@ -17,7 +17,7 @@ class Undo {
 
     const T& now() const { return *values_[at_]; }
 
-    /// Makes a new value the one of now; what was undone before is forgotten.
+    /// Appends a new value; discards the values that redo would restore.
     void change(T value) {
         values_.resize(at_ + 1);
         values_.push_back(std::make_shared<const T>(std::move(value)));
@@ -30,7 +30,7 @@ class Undo {
     void undo() { at_ -= can_undo() ? 1 : 0; }
     void redo() { at_ += can_redo() ? 1 : 0; }
 
-    /// Begins anew: nothing to undo.
+    /// Replaces the value and clears the history.
     void restart(T value) { *this = Undo(std::move(value)); }
 
  private:

@@ -11,19 +11,19 @@
 
 namespace aula {
 
-/// What a window plays and how it starts.
+/// The scene that the window plays and the window's initial state.
 struct WindowOptions {
     std::filesystem::path scene_file;
     SessionOptions session;
     std::function<LoadedScene(const std::filesystem::path&)> load;
-    std::function<void(Scene&)> change;               ///< what the command line changes in a scene
-    bool rays_given = false;                          ///< the command line says how many
-    std::vector<std::filesystem::path> scenes;        ///< to switch among
-    std::optional<std::filesystem::path> screenshot;  ///< PNG, written after a time
-    double screenshot_after_s = 5;
-    std::optional<std::string> osc;  ///< where OSC messages are listened for
-    bool keeps_state = true;         ///< size and what is shown, from one time to the next
-    std::function<bool()> interrupted;
+    std::function<void(Scene&)> change;               ///< applies command-line options
+    bool rays_given = false;                          ///< on the command line
+    std::vector<std::filesystem::path> scenes;        ///< for page up and page down
+    std::optional<std::filesystem::path> screenshot;  ///< output PNG file
+    double screenshot_after_s = 5;                    ///< time from the start
+    std::optional<std::string> osc;                   ///< [ADDRESS:]PORT to receive OSC messages on
+    bool keeps_state = true;                          ///< size and display options between sessions
+    std::function<bool()> interrupted;                ///< true: close the window
 };
 
 }  // namespace aula

@@ -14,7 +14,7 @@
 #include "audio/base/error.h"
 #include "audio/dsp/fade.h"
 #include "audio/file/sound_file.h"
-#include "tests/support/jack_ear.h"
+#include "tests/support/jack_receiver.h"
 #include "tests/support/jack_server.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/wait.h"
@@ -177,7 +177,7 @@ TEST_CASE("Sound starts without a fade, and fades in after a reconnection") {
         WARN("skipped: no JACK server can run here");
         return;
     }
-    auto ear = std::make_unique<JackEar>("ear");
+    auto ear = std::make_unique<JackReceiver>("ear");
     AudioDevice device("ear", kRate_hz, 1, kBlock,
                        [kLevel](std::span<float* const> outputs, int samples) {
                            std::fill_n(outputs[0], samples, kLevel);
@@ -196,7 +196,7 @@ TEST_CASE("Sound starts without a fade, and fades in after a reconnection") {
         server = std::make_unique<JackServer>(kBlock);
         REQUIRE(server->running());
         // The device becomes available again.
-        ear = std::make_unique<JackEar>("ear");
+        ear = std::make_unique<JackReceiver>("ear");
         REQUIRE(comes([&] { return ear->full(); }));
         if (!ear->in_time()) continue;
         const auto first = std::find_if(rise.begin(), rise.end(), [](float w) { return w > 0; });

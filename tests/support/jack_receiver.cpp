@@ -1,4 +1,4 @@
-#include "tests/support/jack_ear.h"
+#include "tests/support/jack_receiver.h"
 
 #include <jack/jack.h>
 
@@ -9,11 +9,11 @@
 
 namespace aula::test {
 
-struct JackEar::State {
+struct JackReceiver::State {
     jack_client_t* client = nullptr;
     jack_port_t* port = nullptr;
     std::vector<float> samples = std::vector<float>(24000);
-    std::size_t count = 0;  ///< of the server's thread
+    std::size_t count = 0;  ///< written by the server's thread
     std::atomic<bool> full = false;
     std::atomic<bool> late = false;
 
@@ -28,29 +28,29 @@ struct JackEar::State {
         s.full = s.count == s.samples.size();
         return 0;
     }
-    static int note_late(void* self) {
+    static int record_overrun(void* self) {
         static_cast<State*>(self)->late = true;
         return 0;
     }
 };
 
-JackEar::JackEar(const std::string& name) : state_(std::make_unique<State>()) {
+JackReceiver::JackReceiver(const std::string& name) : state_(std::make_unique<State>()) {
     State& s = *state_;
     jack_status_t status{};
     s.client = jack_client_open(name.c_str(), JackNoStartServer, &status);
     if (s.client == nullptr) throw std::runtime_error("no client of the JACK server");
     s.port = jack_port_register(s.client, "in", JACK_DEFAULT_AUDIO_TYPE, JackPortIsInput, 0);
     jack_set_process_callback(s.client, &State::process, &s);
-    jack_set_xrun_callback(s.client, &State::note_late, &s);
+    jack_set_xrun_callback(s.client, &State::record_overrun, &s);
     jack_activate(s.client);
 }
 
-JackEar::~JackEar() { jack_client_close(state_->client); }
+JackReceiver::~JackReceiver() { jack_client_close(state_->client); }
 
-bool JackEar::full() const { return state_->full; }
+bool JackReceiver::full() const { return state_->full; }
 
-const std::vector<float>& JackEar::samples() const { return state_->samples; }
+const std::vector<float>& JackReceiver::samples() const { return state_->samples; }
 
-bool JackEar::in_time() const { return !state_->late; }
+bool JackReceiver::in_time() const { return !state_->late; }
 
 }  // namespace aula::test

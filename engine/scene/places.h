@@ -1,0 +1,12 @@
+#pragma once
+
+#include <vector>
+
+#include "engine/scene/scene.h"
+
+namespace aula {
+
+/// Positions of the sources, then of the listener; for those with a path, of its keyframes.
+std::vector<Vec3> places(const Scene& scene);
+
+}  // namespace aula

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace aula::test {
+
+/// A client of the JACK server with one input, which others see as an output device of that name.
+/// Records 0.5 s from the first sample that is not zero.
+class JackReceiver {
+ public:
+    explicit JackReceiver(const std::string& name);
+    ~JackReceiver();
+    JackReceiver(const JackReceiver&) = delete;
+    JackReceiver& operator=(const JackReceiver&) = delete;
+
+    /// True once 0.5 s are recorded.
+    bool full() const;
+
+    /// The recording; valid once full().
+    const std::vector<float>& samples() const;
+
+    /// True if the server has reported no overrun.
+    bool in_time() const;
+
+ private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace aula::test
