@@ -26,8 +26,8 @@ std::string with(std::string scene, const std::string& from, const std::string& 
     return scene.replace(at, from.size(), to);
 }
 
-/// The program says one line that begins with "aula: " and holds all of `parts`, exits with 2 and
-/// leaves the folder as it was.
+/// The program prints one line that begins with "aula: " and contains all `parts`, exits with 2 and
+/// leaves the folder unchanged.
 void require_refused(const TemporaryFolder& folder, std::vector<std::string> arguments,
                      const std::vector<std::string>& parts) {
     const auto before = names_in(folder.path());
@@ -47,7 +47,7 @@ void require_refused(const TemporaryFolder& folder, std::vector<std::string> arg
 
 }  // namespace
 
-TEST_CASE("Who stands in a room without a ceiling does not stand outside") {
+TEST_CASE("Positions in a room without a ceiling are inside") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("yard.json", R"({
         "aula": 1,
@@ -60,7 +60,7 @@ TEST_CASE("Who stands in a room without a ceiling does not stand outside") {
     const ProgramResult inside = run_program({AULA_PROGRAM, "check", scene});
     CHECK(inside.status == 0);
     CHECK(inside.err.empty());
-    // Companion: above the walls there is nothing but the yard below.
+    // Companion: a position above the walls.
     const ProgramResult above =
         run_program({AULA_PROGRAM, "check", scene, "--source-position", "high=3,3,9"});
     CHECK(above.err.find("the source \"high\" is outside the bounds") != std::string::npos);
@@ -70,16 +70,17 @@ TEST_CASE("Who stands in a room without a ceiling does not stand outside") {
 }
 
 TEST_CASE(
-    "A place outside the room is a warning, and a full disk behind standard output status 1") {
+    "A position outside the room is a warning, and a full disk behind standard output gives status "
+    "1") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kSmallRoom);
     const ProgramResult outside =
         run_program({AULA_PROGRAM, "check", scene, "--position", "99,1,1"});
     CHECK(outside.status == 0);
     CHECK(outside.err.find("aula: warning: --position: the listener is outside") == 0);
-    // Said once.
+    // One line only.
     CHECK(std::count(outside.err.begin(), outside.err.end(), '\n') == 1);
-    // Within the bounds of two rooms, but in neither.
+    // Within the bounds of the geometry, between two rooms.
     const std::string two =
         folder.write("two.json", with(kSmallRoom, "[{\"box\"",
                                       R"([{"box": [5, 4, 3], "min": [20, 0, 0], "material": "wall"},
@@ -99,7 +100,7 @@ TEST_CASE(
     CHECK(full.err.find("cannot write") != std::string::npos);
 }
 
-TEST_CASE("The shipped scenes are checked without a warning, and one with a hole is not") {
+TEST_CASE("The shipped scenes pass the check without a warning, and a room with a hole does not") {
     const TemporaryFolder folder;
     const std::filesystem::path scenes = std::filesystem::path(AULA_SOURCE_DIR) / "scenes";
     for (const auto& entry : std::filesystem::directory_iterator(scenes)) {
@@ -109,7 +110,8 @@ TEST_CASE("The shipped scenes are checked without a warning, and one with a hole
         CHECK(result.status == 0);
         CHECK(result.err.empty());
     }
-    // Companion: a slit 10 cm wide along one wall. One of 2 mm is nothing to walls that absorb 0.3.
+    // Companion: a slit 10 cm wide along one wall. A slit of 2 mm is negligible beside walls with
+    // an absorption coefficient of 0.3.
     const auto slit = [&](const char* height) {
         const std::string faces = with(with(R"(
         {"vertices": [[0,0,0], [5,0,0], [5,4,0], [0,4,0], [0,0,3], [5,0,3], [5,4,3], [0,4,3],
@@ -125,7 +127,8 @@ TEST_CASE("The shipped scenes are checked without a warning, and one with a hole
     CHECK(slit("0.002").out.find("shorter: harmless\n") != std::string::npos);
 }
 
-TEST_CASE("Check says all errors of a scene, one a line, other commands the first") {
+TEST_CASE(
+    "The command check prints all errors of a scene, one per line, other commands the first") {
     const TemporaryFolder folder;
     const std::string scene = folder.write(
         "room.json", with(with(with(kSmallRoom, "\"absorption\": 0.3", "\"absorption\": 3"),
@@ -142,7 +145,7 @@ TEST_CASE("Check says all errors of a scene, one a line, other commands the firs
     const ProgramResult info = aula_with({"info", scene});
     CHECK(info.status == 2);
     CHECK(info.err == check.err.substr(0, check.err.find('\n') + 1));
-    // Sound files that cannot be read, too.
+    // Unreadable sound files.
     folder.write("none.wav", "no sound");
     const std::string mute = folder.write(
         "mute.json",
@@ -168,7 +171,7 @@ TEST_CASE("Each unknown material is one short line") {
                            expected);
 }
 
-TEST_CASE("A damaged file of a format that is not read prints one line, nothing on stdout") {
+TEST_CASE("A damaged file of an unsupported format prints one line, nothing on stdout") {
     const TemporaryFolder folder;
     // libsndfile's reader of SDS prints each block whose first byte is wrong.
     std::string sds = read_file(AULA_SOURCE_DIR "/tests/fuzz/corpus/sound/sds");
@@ -186,7 +189,7 @@ TEST_CASE("A damaged file of a format that is not read prints one line, nothing 
     }
 }
 
-TEST_CASE("Who is in the notch of an L-shaped room is outside, on a path as well") {
+TEST_CASE("Positions in the notch of an L-shaped room are outside, also those on a path") {
     const TemporaryFolder folder;
     const auto check = [&](const std::string& listener) {
         return aula_with(
@@ -201,7 +204,7 @@ TEST_CASE("Who is in the notch of an L-shaped room is outside, on a path as well
     CHECK(check(R"("position": [2, 5, 1.5])").err.empty());
     CHECK(check(R"("position": [5, 5, 1.5])")
               .err.find("the listener is outside the room, at (5, 5, 1.5)\n") != std::string::npos);
-    // From arm to arm straight through the notch; both ends are inside.
+    // From arm to arm through the notch; both ends are inside.
     const std::string path =
         R"("path": {"points": [{"t": 0, "position": [2, 5, 1.5]}, {"t": 4, "position": [5, 2, 1.5]}]})";
     CHECK(check(path).err.find("the listener is outside the room after ") != std::string::npos);
@@ -226,14 +229,14 @@ TEST_CASE("A source behind a wall is reported as not audible, without parameters
     CHECK(json.find("\"G\":null") != std::string::npos);
     CHECK(std::none_of(json.begin() + static_cast<std::ptrdiff_t>(json.find("\"T20\"")), json.end(),
                        [](char c) { return c == '.'; }));
-    // Companion: with the source in the listener's room there are numbers.
+    // Companion: a source in the listener's room has parameters.
     const ProgramResult heard = aula_with(
         {scene, "--report=" + out, "--frames", "2", "--source-position", "next door=1,1,1"});
     CHECK(heard.err.empty());
     CHECK(read_file(out).find("\"G\":null") == std::string::npos);
 }
 
-TEST_CASE("Bad arguments are refused in one line, with status 2") {
+TEST_CASE("Invalid arguments are refused with one line and status 2") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kSmallRoom);
     const std::string out = folder.path() / "out.wav";
@@ -275,7 +278,7 @@ TEST_CASE("Bad arguments are refused in one line, with status 2") {
     for (const Bad& bad : all) require_refused(folder, bad.arguments, bad.parts);
 }
 
-TEST_CASE("Bad scenes are refused in one line that names the place, with status 2") {
+TEST_CASE("Invalid scenes are refused with one line that names the place, and status 2") {
     const TemporaryFolder folder;
     folder.write("words.wav", "these are words, not sound");
     struct Bad {
@@ -326,7 +329,7 @@ TEST_CASE("Meshes that are pipes, devices, broken or of other formats are refuse
     }
 }
 
-TEST_CASE("A scene that is not there, or is a folder, is refused") {
+TEST_CASE("A scene file that does not exist, or is a folder, is refused") {
     const TemporaryFolder folder;
     require_refused(folder, {folder.path() / "none.json"}, {"none.json"});
     require_refused(folder, {folder.path()}, {folder.path()});
@@ -390,7 +393,8 @@ TEST_CASE("The manual page has the options that --help lists, and no others") {
     CHECK(options_in(manual) == listed);
 }
 
-TEST_CASE("What is read is not written to, by no name and no link, nor is a file written twice") {
+TEST_CASE(
+    "Output files that are inputs, or the same file twice, are refused under any name or link") {
     const TemporaryFolder folder;
     folder.write("box.obj",
                  "v 0 0 0\nv 9 0 0\nv 9 9 0\nv 0 9 0\nv 0 0 9\nv 9 0 9\nv 9 9 9\nv 0 9 9\n"
@@ -430,14 +434,14 @@ TEST_CASE("What is read is not written to, by no name and no link, nor is a file
     refused({"--echogram", in + "box.obj"});
     refused({"--echogram", in + "soft.csv"});
     refused({"--report=" + scene});
-    // What is not there yet has one place, too.
+    // New files under two names.
     refused({"--echogram", in + "new.csv", "--report=" + in + "sub/../new.csv"});
     refused({"--echogram", in + "sub/new.csv", "--report=" + in + "link/new.csv"});
     refused({"--ir", in + "same.wav", "--echogram", in + "same.csv"});
     for (const std::string option : {"--offline", "--ir", "--echogram", "--screenshot"})
         refused({option, "-"});
     refused({"--report=-"});
-    // Files of other places and names are written.
+    // Companion: files with different names and places are written.
     const ProgramResult written = aula_with(
         {scene, "--frames", "1", "--ir", in + "ir.wav", "--echogram", in + "sub/new.csv"});
     INFO(written.err);
@@ -446,7 +450,7 @@ TEST_CASE("What is read is not written to, by no name and no link, nor is a file
     CHECK(std::filesystem::exists(path / "ir-b.wav"));
 }
 
-TEST_CASE("Names in files are printed without what would change the terminal") {
+TEST_CASE("Names in files are printed without control characters") {
     const TemporaryFolder folder;
     const std::string scene = folder.write(
         "room.json", R"({"aula": 1, "sources": [{"name": "a\u001b[31m", "position": [1, 1, 1]}],
@@ -461,7 +465,7 @@ TEST_CASE("Names in files are printed without what would change the terminal") {
     }
 }
 
-TEST_CASE("A disk that is full is said so, with status 1") {
+TEST_CASE("A full disk is reported with status 1") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kFreeField);
     const ProgramResult result = aula_with({scene, "--frames", "1", "--echogram", "/dev/full"});
@@ -470,7 +474,7 @@ TEST_CASE("A disk that is full is said so, with status 1") {
     REQUIRE(result.err.rfind("aula: ", 0) == 0);
 }
 
-TEST_CASE("Words in place of the scene are commands, a file of that name is opened as ./info") {
+TEST_CASE("Words in place of the scene are commands; ./info opens a file of that name") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kSmallRoom);
     const ProgramResult info = aula_with({"info", scene});
@@ -491,7 +495,7 @@ TEST_CASE("Words in place of the scene are commands, a file of that name is open
     CHECK(file.status == 0);
 }
 
-TEST_CASE("One material is shown with its curves; an unknown one is named") {
+TEST_CASE("A material is printed with its curves; an unknown one is an error that names it") {
     const ProgramResult shown = aula_with({"materials", "show", "curtain"});
     CHECK(shown.status == 0);
     CHECK(shown.out.find("absorption") != std::string::npos);
@@ -503,7 +507,7 @@ TEST_CASE("One material is shown with its curves; an unknown one is named") {
     CHECK(aula_with({"materials", "show"}).status == 2);
 }
 
-TEST_CASE("What the window and remote control cannot use is refused") {
+TEST_CASE("Invalid options of the window and of remote control are refused") {
     const std::string scene = AULA_SOURCE_DIR "/scenes/shoebox.json";
     CHECK(aula_with({scene, "--after", "3"}).err.find("--screenshot") != std::string::npos);
     CHECK(aula_with({scene, "--after", "0", "--screenshot", "x.png"}).status == 2);
@@ -517,7 +521,7 @@ TEST_CASE("What the window and remote control cannot use is refused") {
     }
 }
 
-TEST_CASE("Info tells whether a room is tight, how many patches it has and what it is made of") {
+TEST_CASE("The command info prints leaks, the number of patches and the materials") {
     const ProgramResult info = aula_with({"info", AULA_SOURCE_DIR "/scenes/shoebox.json"});
     CHECK(info.status == 0);
     CHECK(info.out.find("tight") != std::string::npos);

@@ -25,7 +25,7 @@
 #include "tests/support/small_scenes.h"
 #include "tests/support/wait.h"
 
-// As audio/device/port_audio_output.cpp has it.
+// As declared in audio/device/port_audio_output.cpp.
 extern "C" [[gnu::weak]] void PaUtil_SetDebugPrintFunction(void (*print)(const char* message));
 
 namespace {
@@ -34,8 +34,8 @@ using namespace aula::test;
 
 constexpr double kRate_hz = 48000;
 
-/// The lag in samples at which `late` is most like `early`: first by their loudness in
-/// milliseconds, then by the samples themselves.
+/// The lag in samples that maximises the correlation of `late` with `early`: first of the envelopes
+/// in steps of 1 ms, then of the samples.
 std::size_t lag(const std::vector<float>& early, const std::vector<float>& late) {
     constexpr std::size_t kMillisecond = 48;
     const auto best = [](const std::vector<float>& a, const std::vector<float>& b, std::size_t from,
@@ -66,15 +66,15 @@ std::size_t lag(const std::vector<float>& early, const std::vector<float>& late)
     return best(early, late, from, coarse + 3 * kMillisecond);
 }
 
-/// More wants to run than there are processors.
+/// True if the load average exceeds the number of processors.
 bool machine_is_busy() {
     double load = 0;
     return getloadavg(&load, 1) == 1 && load > std::thread::hardware_concurrency();
 }
 
-/// Whether anything but silence is played on a server.
+/// True once the server plays samples that are not zero.
 bool sound_comes(const PulseServer& server, const TemporaryFolder& folder) {
-    constexpr std::streamoff kHeader = 4096;  // no WAV's is as long
+    constexpr std::streamoff kHeader = 4096;  // longer than any WAV header
     const std::filesystem::path heard = folder.path() / "heard.wav";
     std::filesystem::remove(heard);
     const auto recorder = server.record(heard);
@@ -87,7 +87,7 @@ bool sound_comes(const PulseServer& server, const TemporaryFolder& folder) {
 
 }  // namespace
 
-TEST_CASE("Without a device the program plays to nobody, as long as it was asked to") {
+TEST_CASE("Without a device the program plays for the requested duration") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kSmallRoom);
     const ProgramResult played =
@@ -99,7 +99,7 @@ TEST_CASE("Without a device the program plays to nobody, as long as it was asked
     CHECK(played.err.find("is gone") == std::string::npos);
 }
 
-TEST_CASE("Where there is no device the program says how to play without") {
+TEST_CASE("If no device exists, the error message names the option to play without one") {
     if (!aula::list_output_devices().empty()) {
         WARN("skipped: this machine has a sound device");
         return;
@@ -113,9 +113,9 @@ TEST_CASE("Where there is no device the program says how to play without") {
     CHECK(std::count(played.err.begin(), played.err.end(), '\n') == 1);
 }
 
-TEST_CASE("A PulseAudio server that dies and comes back is told of in a line each, and no more") {
+TEST_CASE("The end and the return of a PulseAudio server are reported with one line each") {
     if (PaUtil_SetDebugPrintFunction == nullptr) {
-        WARN("skipped: PortAudio's archive is not there, its messages cannot be silenced");
+        WARN("skipped: without PortAudio's archive its messages cannot be suppressed");
         return;
     }
     PulseServer server;
@@ -131,8 +131,8 @@ TEST_CASE("A PulseAudio server that dies and comes back is told of in a line eac
     const std::string scene = folder.write("room.json", kSmallRoom);
     Program program(
         {AULA_PROGRAM, scene, "--no-window", "--device", "pulse", "--duration", "1000"});
-    // Not before its sound is heard: a stream that is being started when a server dies is given up
-    // only seconds later.
+    // Wait for sound: PortAudio reports a server's end only seconds later if the stream is still
+    // being started.
     REQUIRE(sound_comes(server, folder));
     server.kill();
     const auto says = [&](const std::string& text) {
@@ -150,16 +150,16 @@ TEST_CASE("A PulseAudio server that dies and comes back is told of in a line eac
     CHECK(played.status == 130);
     std::istringstream lines(played.err);
     std::string line;
-    std::size_t told = 0;
+    std::size_t reports = 0;
     while (std::getline(lines, line) && !line.starts_with("played ")) {
         CHECK(line.starts_with("aula: warning: "));
-        if (line.find("the output device \"pulse\"") != std::string::npos) ++told;
+        if (line.find("the output device \"pulse\"") != std::string::npos) ++reports;
     }
-    CHECK(told == 2);
+    CHECK(reports == 2);
     CHECK(line.starts_with("played "));
 }
 
-TEST_CASE("What is heard live is what is rendered, and the program says how late it was") {
+TEST_CASE("Live sound equals the offline rendering, and the program reports its latency") {
     const JackServer server(256);
     if (!server.running()) {
         WARN("skipped: no JACK server can run here");
@@ -179,9 +179,8 @@ TEST_CASE("What is heard live is what is rendered, and the program says how late
                         &frames) == 2);
     CHECK(frames > 0);
 
-    // The player itself records the walk, so that gaps of the server's are not in it. A machine
-    // that is busy with other things slips now and then whatever it plays; a program that is at
-    // fault does so each time.
+    // The player records the walk, which excludes gaps caused by the server. A busy machine causes
+    // occasional underruns; a fault of the program causes them in each attempt.
     const auto heard_file = folder.path() / "heard.wav";
     const auto rendered_file = folder.path() / "rendered.wav";
     const aula::Scene scene = aula::load_scene(scene_file).scene;
@@ -197,7 +196,7 @@ TEST_CASE("What is heard live is what is rendered, and the program says how late
         player.stop_recording();
         if (status.own_underruns == 0) break;
     }
-    // Where propagation cannot keep up the walk is heard late, and no comparison is fair.
+    // If propagation is too slow, the walk takes effect late and the comparison is invalid.
     if (50 * status.late_frames > status.frames ||
         (status.own_underruns > 0 && machine_is_busy())) {
         WARN("skipped: this machine is too busy to play");
@@ -206,7 +205,7 @@ TEST_CASE("What is heard live is what is rendered, and the program says how late
     CHECK(status.own_underruns == 0);
     REQUIRE(aula::Session(scene, {}).render(rendered_file));
 
-    // It began to record a little after the beginning, or before the first sound by the limiter's
+    // The recording began slightly after playback, or before the first sound by the limiter's
     // delay.
     const auto rendered = aula::read_sound(rendered_file, kRate_hz).samples;
     auto heard = aula::read_sound(heard_file, kRate_hz).samples;
@@ -214,8 +213,8 @@ TEST_CASE("What is heard live is what is rendered, and the program says how late
     const std::size_t shift = lag(rendered, heard);
     REQUIRE(shift + rendered.size() / 2 < heard.size());
 
-    // The listener is heard one frame later live, 1/30 s: the walk is 5 cm behind. 1 dB is the
-    // just noticeable difference of level. What is 40 dB below the loudest half second is pauses.
+    // Live poses take effect one frame later, 1/30 s: the walk lags by 5 cm. 1 dB is the just
+    // noticeable difference of level. Half seconds 40 dB below the loudest one are pauses.
     constexpr std::size_t kHalfSecond = 24000;
     constexpr double kPauses = 1e-4;
     std::size_t compared = 0;

@@ -94,7 +94,7 @@ TEST_CASE("The echogram's direct sound is 1/(4 pi d^2) in the bin of d/c, withou
     }
 }
 
-TEST_CASE("The echogram's bins add up to the same energy, whatever their width") {
+TEST_CASE("The sum of the echogram's bins is independent of their width") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kSmallRoom);
     const auto total = [&](const std::string& bin_ms, std::size_t rows_expected) {
@@ -139,7 +139,7 @@ TEST_CASE("The report is a table of all bands, and JSON with a number or null fo
     }
 }
 
-TEST_CASE("Without enough decay the report says null and a dash") {
+TEST_CASE("Parameters without enough decay are null in JSON and a dash in the table") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("free.json", kFreeField);
     const std::string out = folder.path() / "out.json";
@@ -148,7 +148,7 @@ TEST_CASE("Without enough decay the report says null and a dash") {
     CHECK(result.out.find(" -") != std::string::npos);
 }
 
-TEST_CASE("Several sources have a response each, named after them") {
+TEST_CASE("Several sources give one response file each, with the source's name") {
     const TemporaryFolder folder;
     std::string text = kFreeField;
     const std::string second = R"({"name": "a b/c", "position": [6.864, 0, 0]}, )";
@@ -160,7 +160,7 @@ TEST_CASE("Several sources have a response each, named after them") {
     REQUIRE(aula::sound_info(folder.path() / "ir-click.wav").channels == 4);
 }
 
-TEST_CASE("the options --position and --source-position put listener and source where they say") {
+TEST_CASE("The options --position and --source-position set the positions of listener and source") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("free.json", kFreeField);
     const std::string out = folder.path() / "ir.wav";

@@ -21,7 +21,7 @@ void require_ok(const ProgramResult& result) {
     REQUIRE(result.status == 0);
 }
 
-/// Whether a file is being written in a folder.
+/// True once the program has created a file in a folder; false if it ends before.
 bool file_comes(const std::filesystem::path& folder, Program& program) {
     return comes([&] { return !names_in(folder).empty() || !program.running(); }) &&
            !names_in(folder).empty();
@@ -49,12 +49,12 @@ TEST_CASE("The same seed renders the same bytes, with one thread and with two") 
     REQUIRE_FALSE((one == other));
 }
 
-TEST_CASE("A rendered walk lasts as long as the walk and the tail, or exactly as long as asked") {
+TEST_CASE("A rendering lasts as long as the walk and the tail, or exactly the given duration") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kSmallRoom);
     const std::string out = folder.path() / "out.wav";
     require_ok(run_program({AULA_PROGRAM, scene, "--offline", out, "--output", "mono"}));
-    // The walk, the fade of the noise, and the response's length.
+    // The walk, the fade-out of the noise and the length of the response.
     REQUIRE(aula::sound_info(out).frames == Approx(48000 * (1 + 0.02 + 0.5)).margin(1));
     REQUIRE(aula::sound_info(out).channels == 1);
     require_ok(run_program({AULA_PROGRAM, scene, "--offline", out, "--output", "foa", "--duration",
@@ -64,7 +64,7 @@ TEST_CASE("A rendered walk lasts as long as the walk and the tail, or exactly as
     REQUIRE(aula::sound_info(out).sample_rate_hz == 44100);
 }
 
-TEST_CASE("Rendered PCM starts with the sound, not with the limiter's delay") {
+TEST_CASE("Rendered PCM is not delayed by the limiter") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("free.json", kFreeField);
     const auto first_sound = [&](const std::string& format) {
@@ -82,7 +82,7 @@ TEST_CASE("Rendered PCM starts with the sound, not with the limiter's delay") {
     REQUIRE(first_sound("pcm24") == 480);
 }
 
-TEST_CASE("A program that is interrupted leaves no file and says so in its status") {
+TEST_CASE("An interrupted program leaves no file and exits with 128 + signal number") {
     const TemporaryFolder scenes;
     const std::string scene = scenes.write("room.json", kSmallRoom);
     const auto interrupt = [&](const std::vector<std::string>& options, int signal) {
@@ -104,10 +104,10 @@ TEST_CASE("A program that is interrupted leaves no file and says so in its statu
     CHECK(interrupt({"--echogram", "OUT", "--frames", "1000000"}, SIGINT) == 130);
 }
 
-TEST_CASE("One signal ends the program in the middle of a frame, and no file is left either") {
+TEST_CASE("One signal ends the program within a frame, and leaves no file") {
     const TemporaryFolder folder;
     const TemporaryFolder outputs;
-    // Walls that reflect all: a frame of 200,000 rays takes minutes.
+    // Lossless walls: a frame of 200,000 rays takes minutes.
     std::string lossless = kSmallRoom;
     const std::string absorption = R"("absorption": 0.3)";
     lossless.replace(lossless.find(absorption), absorption.size(), R"("absorption": 0)");
@@ -129,7 +129,7 @@ TEST_CASE("One signal ends the program in the middle of a frame, and no file is 
     }
 }
 
-TEST_CASE("One signal ends a program that still reads its scene") {
+TEST_CASE("One signal ends a program that is reading its scene") {
     const TemporaryFolder folder;
     const TemporaryFolder outputs;
     const std::string out = outputs.path() / "out.wav";
@@ -139,7 +139,7 @@ TEST_CASE("One signal ends a program that still reads its scene") {
                                                       {scene, "--offline", out},
                                                       {scene, "--ir", out},
                                                       {scene, "--no-window", "--device", "none"}}) {
-        // A scene that comes through a pipe, and not to its end.
+        // The scene comes through a pipe that stays open.
         REQUIRE(mkfifo(scene.c_str(), 0600) == 0);
         std::vector<std::string> command{AULA_PROGRAM};
         command.insert(command.end(), arguments.begin(), arguments.end());
@@ -158,7 +158,7 @@ TEST_CASE("One signal ends a program that still reads its scene") {
     }
 }
 
-TEST_CASE("A reader that goes away, and a limit of file sizes, end the program in order") {
+TEST_CASE("A closed pipe and the file size limit end the program with one line") {
     const TemporaryFolder folder;
     const TemporaryFolder outputs;
     const std::string scene = folder.write("room.json", kSmallRoom);
@@ -177,7 +177,7 @@ TEST_CASE("A reader that goes away, and a limit of file sizes, end the program i
     in_shell(R"(ulimit -f 8; exec "$0" "$1" --offline "$2")");
 }
 
-TEST_CASE("A file does not take the place of a standard descriptor that is closed") {
+TEST_CASE("An output file does not take the number of a closed standard descriptor") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kSmallRoom);
     const auto response = [&](const std::string& name, const std::string& closed) {
@@ -193,9 +193,9 @@ TEST_CASE("A file does not take the place of a standard descriptor that is close
     CHECK((response("all.wav", "0<&- 1>&- 2>&-") == expected));
 }
 
-// The sanitizer needs more addresses than the limit allows.
+// The address sanitizer needs more address space than the limit allows.
 #ifndef __SANITIZE_ADDRESS__
-TEST_CASE("Threads that the system does not allow are said so in one line, and no file is left") {
+TEST_CASE("A refused thread is reported with one line, and leaves no file") {
     const TemporaryFolder folder;
     const TemporaryFolder outputs;
     const std::string scene = folder.write("room.json", kSmallRoom);

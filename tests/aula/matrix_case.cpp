@@ -18,10 +18,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Random values that are the same everywhere for the same seed.
-class Dice {
+/// Random values that depend on the seed only, on all platforms.
+class RandomValues {
  public:
-    explicit Dice(std::uint64_t seed) : bits_(seed) {}
+    explicit RandomValues(std::uint64_t seed) : bits_(seed) {}
 
     double uniform(double least, double most) {
         constexpr double kUnit = 1.0 / 9007199254740992.0;  // 2^-53
@@ -50,16 +50,16 @@ double distance(const Point& a, const Point& b) {
     return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
 }
 
-/// Where something is, moving or still.
+/// A position, or a path of positions.
 struct Course {
     std::vector<Point> points;
-    Json path;  ///< null: still at points[0]
+    Json path;  ///< null: static at points[0]
 };
 
 class CaseMaker {
  public:
     CaseMaker(std::uint64_t seed, std::filesystem::path folder)
-        : dice_(seed), folder_(std::move(folder)) {}
+        : random_(seed), folder_(std::move(folder)) {}
 
     MatrixCase make() {
         scene_["aula"] = 1;
@@ -79,7 +79,7 @@ class CaseMaker {
     }
 
  private:
-    /// A setting, in the scene file or on the command line.
+    /// Writes a setting to the scene file or to the command line.
     void place(const std::string& key, const Json& value) {
         static const std::vector<std::pair<std::string, std::string>> kOptions = {
             {"estimator", "--estimator"},
@@ -96,7 +96,7 @@ class CaseMaker {
             {"memory_mb", "--memory-mb"}};
         const auto option = std::find_if(kOptions.begin(), kOptions.end(),
                                          [&](const auto& entry) { return entry.first == key; });
-        if (option != kOptions.end() && dice_.chance(0.5)) {
+        if (option != kOptions.end() && random_.chance(0.5)) {
             case_.command.push_back(option->second);
             case_.command.push_back(value.is_string() ? value.get<std::string>() : value.dump());
             return;
@@ -105,22 +105,23 @@ class CaseMaker {
     }
 
     Json random_bands() {
-        if (dice_.chance(0.5)) return dice_.uniform(0, 1);
+        if (random_.chance(0.5)) return random_.uniform(0, 1);
         Json bands = Json::array();
         for (int b = 0; b < 8; ++b)
-            bands.push_back(dice_.chance(0.1) ? dice_.pick({0.0, 1.0}) : dice_.uniform(0, 1));
+            bands.push_back(random_.chance(0.1) ? random_.pick({0.0, 1.0}) : random_.uniform(0, 1));
         return bands;
     }
 
     std::string material() {
-        if (dice_.chance(0.4))
-            return dice_.pick<const char*>({"plaster", "concrete", "carpet", "glass", "curtain",
-                                            "wood", "audience", "marble"});
+        if (random_.chance(0.4))
+            return random_.pick<const char*>({"plaster", "concrete", "carpet", "glass", "curtain",
+                                              "wood", "audience", "marble"});
         const std::string name = "m" + std::to_string(++materials_);
         Json& made = scene_["materials"][name];
-        // Lossless walls cost most.
-        made["absorption"] = dice_.chance(0.07) ? Json(0) : random_bands();
-        if (dice_.chance(0.8)) made["scattering"] = dice_.chance(0.15) ? Json(0) : random_bands();
+        // Lossless walls take the longest time.
+        made["absorption"] = random_.chance(0.07) ? Json(0) : random_bands();
+        if (random_.chance(0.8))
+            made["scattering"] = random_.chance(0.15) ? Json(0) : random_bands();
         return name;
     }
 
@@ -131,9 +132,9 @@ class CaseMaker {
 
     void make_room() {
         for (std::size_t axis = 0; axis < 3; ++axis)
-            size_[axis] = dice_.log_uniform(2, axis == 2 ? 12 : 30);
-        for (double& corner : least_) corner = dice_.chance(0.5) ? 0 : dice_.uniform(-50, 50);
-        switch (dice_.integer(0, 9)) {
+            size_[axis] = random_.log_uniform(2, axis == 2 ? 12 : 30);
+        for (double& corner : least_) corner = random_.chance(0.5) ? 0 : random_.uniform(-50, 50);
+        switch (random_.integer(0, 9)) {
             case 0:  // free field
                 return;
             case 1:
@@ -150,9 +151,9 @@ class CaseMaker {
         }
     }
 
-    /// A box of uneven walls of many planes, about the room.
+    /// A box around the room with uneven walls of many planes.
     void make_cave() {
-        const int cells = dice_.integer(2, 9);
+        const int cells = random_.integer(2, 9);
         Json vertices = Json::array();
         Json faces = Json::array();
         for (std::size_t side = 0; side < 6; ++side) {
@@ -163,8 +164,8 @@ class CaseMaker {
                     const bool edge = i == 0 || k == 0 || i == cells || k == cells;
                     Point p;
                     p[normal] = side % 2 == 0 ? 0 : size_[normal];
-                    // Outwards: what was inside stays inside.
-                    const double out = edge ? 0 : dice_.uniform(0, 0.1 * size_[normal]);
+                    // Outwards: points in the room stay inside.
+                    const double out = edge ? 0 : random_.uniform(0, 0.1 * size_[normal]);
                     p[normal] += side % 2 == 0 ? -out : out;
                     p[(normal + 1) % 3] = size_[(normal + 1) % 3] * i / cells;
                     p[(normal + 2) % 3] = size_[(normal + 2) % 3] * k / cells;
@@ -183,7 +184,7 @@ class CaseMaker {
         add({{"vertices", vertices}, {"faces", faces}});
     }
 
-    /// An L-shaped room; all are in one of its arms, which is convex.
+    /// An L-shaped room; all positions are in one of its arms, which is convex.
     void make_angle() {
         const double x = size_[0];
         const double y = size_[1];
@@ -201,7 +202,7 @@ class CaseMaker {
         add({{"vertices", vertices}, {"faces", faces}});
     }
 
-    /// A few walls of a box.
+    /// Some walls of a box.
     void make_open() {
         Json vertices = Json::array();
         for (unsigned corner = 0; corner < 8; ++corner) {
@@ -215,24 +216,24 @@ class CaseMaker {
         Json faces = Json::array();
         faces.push_back(all[0]);
         for (std::size_t f = 1; f < all.size(); ++f)
-            if (dice_.chance(0.6)) faces.push_back(all[f]);
+            if (random_.chance(0.6)) faces.push_back(all[f]);
         add({{"vertices", vertices}, {"faces", faces}});
     }
 
     Point inside() {
         Point p;
         for (std::size_t axis = 0; axis < 3; ++axis)
-            p[axis] = least_[axis] + size_[axis] * dice_.uniform(0.05, 0.95);
+            p[axis] = least_[axis] + size_[axis] * random_.uniform(0.05, 0.95);
         return p;
     }
 
-    /// Screens that hide what is behind them, some of them moving.
+    /// Static and moving screens, which occlude positions.
     void make_screens() {
-        if (dice_.chance(0.6)) return;
-        screens_ = dice_.integer(1, 3);
+        if (random_.chance(0.6)) return;
+        screens_ = random_.integer(1, 3);
         for (int s = 0; s < screens_; ++s) {
-            const double width = dice_.uniform(0.2, 0.6) * size_[0];
-            const double height = dice_.uniform(0.2, 0.9) * size_[2];
+            const double width = random_.uniform(0.2, 0.6) * size_[0];
+            const double height = random_.uniform(0.2, 0.9) * size_[2];
             Json screen;
             screen["name"] = "screen " + std::to_string(s);
             screen["vertices"] = {{0, 0, 0}, {width, 0, 0}, {width, 0, height}, {0, 0, height}};
@@ -248,37 +249,37 @@ class CaseMaker {
     }
 
     void make_medium() {
-        if (dice_.chance(0.7)) return;
-        scene_["medium"] = {{"temperature_c", dice_.uniform(-10, 40)},
-                            {"humidity_percent", dice_.uniform(5, 100)},
-                            {"pressure_kpa", dice_.uniform(80, 108)},
-                            {"air_absorption", dice_.chance(0.7)}};
+        if (random_.chance(0.7)) return;
+        scene_["medium"] = {{"temperature_c", random_.uniform(-10, 40)},
+                            {"humidity_percent", random_.uniform(5, 100)},
+                            {"pressure_kpa", random_.uniform(80, 108)},
+                            {"air_absorption", random_.chance(0.7)}};
     }
 
     Course random_course(double moving) {
         Course course;
         course.points.push_back(inside());
-        if (!dice_.chance(moving)) return course;
+        if (!random_.chance(moving)) return course;
         Json points = Json::array();
-        double time_s = dice_.chance(0.7) ? 0 : dice_.uniform(0, 0.5);
-        const int count = dice_.integer(1, 5);
+        double time_s = random_.chance(0.7) ? 0 : random_.uniform(0, 0.5);
+        const int count = random_.integer(1, 5);
         for (int i = 0; i < count; ++i) {
             if (i > 0) course.points.push_back(inside());
             Json point{{"t", time_s}, {"position", course.points.back()}};
-            if (dice_.chance(0.5)) point["yaw_deg"] = dice_.uniform(-400, 400);
-            if (dice_.chance(0.2)) point["pitch_deg"] = dice_.uniform(-90, 90);
-            if (dice_.chance(0.2)) point["roll_deg"] = dice_.uniform(-180, 180);
+            if (random_.chance(0.5)) point["yaw_deg"] = random_.uniform(-400, 400);
+            if (random_.chance(0.2)) point["pitch_deg"] = random_.uniform(-90, 90);
+            if (random_.chance(0.2)) point["roll_deg"] = random_.uniform(-180, 180);
             points.push_back(point);
-            // Some at more than the speed of sound.
-            time_s += dice_.log_uniform(0.01, 3);
+            // Some move faster than sound.
+            time_s += random_.log_uniform(0.01, 3);
         }
         moves_ = true;
-        course.path = {{"points", points}, {"loop", count > 1 && dice_.chance(0.4)}};
+        course.path = {{"points", points}, {"loop", count > 1 && random_.chance(0.4)}};
         return course;
     }
 
     void make_sources() {
-        const int count = dice_.chance(0.5) ? dice_.integer(1, 2) : dice_.integer(1, 7);
+        const int count = random_.chance(0.5) ? random_.integer(1, 2) : random_.integer(1, 7);
         for (int s = 0; s < count; ++s) {
             Json source;
             source["name"] = s == 3 ? "naïve /source\\ 3" : "s" + std::to_string(s);
@@ -286,36 +287,36 @@ class CaseMaker {
             source["position"] = course.points[0];
             if (!course.path.is_null()) source["path"] = course.path;
             source_points_.push_back(course.points);
-            switch (dice_.integer(0, 3)) {
+            switch (random_.integer(0, 3)) {
                 case 0:
                     source["signal"] = "impulse";
-                    source["loop"] = dice_.chance(0.5);
+                    source["loop"] = random_.chance(0.5);
                     break;
                 case 1:
                     source["signal"] = sound_file();
-                    source["loop"] = dice_.chance(0.5);
+                    source["loop"] = random_.chance(0.5);
                     if (source["loop"] == false)
                         longest_unlooped_s_ = std::max(longest_unlooped_s_, sound_s_);
                     break;
                 default:
                     source["signal"] = "noise";
             }
-            if (dice_.chance(0.5)) source["gain_db"] = dice_.uniform(-20, 10);
+            if (random_.chance(0.5)) source["gain_db"] = random_.uniform(-20, 10);
             scene_["sources"].push_back(source);
         }
     }
 
-    /// Writes a file of noise, at any rate and of any number of channels.
+    /// Writes a file of noise with a random sample rate and number of channels.
     std::string sound_file() {
-        const double rate_hz = dice_.pick({8000.0, 22050.0, 44100.0, 48000.0, 96000.0});
-        const auto channels = static_cast<std::size_t>(dice_.integer(1, 3));
+        const double rate_hz = random_.pick({8000.0, 22050.0, 44100.0, 48000.0, 96000.0});
+        const auto channels = static_cast<std::size_t>(random_.integer(1, 3));
         const auto frames =
-            static_cast<std::size_t>(std::max(16.0, dice_.log_uniform(0.005, 2) * rate_hz));
+            static_cast<std::size_t>(std::max(16.0, random_.log_uniform(0.005, 2) * rate_hz));
         const std::string name = "sound" + std::to_string(++sounds_) + ".wav";
         WavWriter writer(folder_ / name, rate_hz, channels,
-                         dice_.pick({SampleFormat::float32, SampleFormat::pcm16}));
+                         random_.pick({SampleFormat::float32, SampleFormat::pcm16}));
         std::vector<float> samples(frames * channels);
-        for (float& sample : samples) sample = static_cast<float>(dice_.uniform(-0.3, 0.3));
+        for (float& sample : samples) sample = static_cast<float>(random_.uniform(-0.3, 0.3));
         writer.write(samples);
         writer.commit();
         sound_s_ = static_cast<double>(frames) / rate_hz;
@@ -324,14 +325,14 @@ class CaseMaker {
 
     void make_listener() {
         Course course = random_course(0.5);
-        // Now and then where a source is.
-        if (dice_.chance(0.05)) {
+        // Sometimes at the position of a source.
+        if (random_.chance(0.05)) {
             course.points = {source_points_[0][0]};
             course.path = nullptr;
         }
         Json listener;
         listener["position"] = course.points[0];
-        if (dice_.chance(0.5)) listener["yaw_deg"] = dice_.uniform(-180, 180);
+        if (random_.chance(0.5)) listener["yaw_deg"] = random_.uniform(-180, 180);
         if (!course.path.is_null()) listener["path"] = course.path;
         scene_["listener"] = listener;
         for (const auto& points : source_points_)
@@ -347,90 +348,90 @@ class CaseMaker {
 
     void choose_sound() {
         case_.sample_rate_hz =
-            dice_.chance(0.5)
+            random_.chance(0.5)
                 ? 48000
-                : dice_.pick({8000, 11025, 16000, 22050, 44100, 45678, 96000, 192000});
-        if (case_.sample_rate_hz != 48000 || dice_.chance(0.2))
+                : random_.pick({8000, 11025, 16000, 22050, 44100, 45678, 96000, 192000});
+        if (case_.sample_rate_hz != 48000 || random_.chance(0.2))
             option("--sample-rate", std::to_string(std::lround(case_.sample_rate_hz)));
-        if (dice_.chance(0.6)) option("--block", std::to_string(1 << dice_.integer(4, 13)));
-        const std::string output = dice_.pick<const char*>({"binaural", "mono", "foa"});
-        if (output != "binaural" || dice_.chance(0.3)) option("--output", output);
+        if (random_.chance(0.6)) option("--block", std::to_string(1 << random_.integer(4, 13)));
+        const std::string output = random_.pick<const char*>({"binaural", "mono", "foa"});
+        if (output != "binaural" || random_.chance(0.3)) option("--output", output);
         case_.channels = output == "binaural" ? 2 : output == "mono" ? 1 : 4;
         field_channels_ = output == "mono" ? 1 : 4;
-        if (output == "binaural" && dice_.chance(0.4)) {
-            const int order = dice_.integer(1, 3);
+        if (output == "binaural" && random_.chance(0.4)) {
+            const int order = random_.integer(1, 3);
             option("--ambisonic-order", std::to_string(order));
             field_channels_ = (order + 1) * (order + 1);
         }
-        if (dice_.chance(0.2)) case_.command.emplace_back("--half-precision-tail");
+        if (random_.chance(0.2)) case_.command.emplace_back("--half-precision-tail");
     }
 
-    /// All that costs time within what one core can do in a few seconds for a second of sound.
+    /// Limits the computing time to a few seconds on one core per second of sound.
     void choose_simulation() {
         const auto sources = static_cast<double>(source_points_.size());
-        if (dice_.chance(0.6))
+        if (random_.chance(0.6))
             simulation_["estimator"] =
-                dice_.pick<const char*>({"pt", "dpc-published", "dpc", "patch", "patch"});
-        if (dice_.chance(0.8)) {
-            ir_s_ = dice_.log_uniform(0.05, 6);
+                random_.pick<const char*>({"pt", "dpc-published", "dpc", "patch", "patch"});
+        if (random_.chance(0.8)) {
+            ir_s_ = random_.log_uniform(0.05, 6);
             simulation_["ir_length_s"] = ir_s_;
         }
-        // Transforms of all filters, in samples per second of sound.
+        // Filter updates, in samples per second of sound.
         const double filter_samples = sources * field_channels_ * ir_s_ * case_.sample_rate_hz;
         constexpr double kMostSamples = 1.5e8;
         frame_rate_hz_ =
-            std::max(5.0, std::min(dice_.log_uniform(5, 100), kMostSamples / filter_samples));
-        if (dice_.chance(0.9))
+            std::max(5.0, std::min(random_.log_uniform(5, 100), kMostSamples / filter_samples));
+        if (random_.chance(0.9))
             simulation_["frame_rate_hz"] = frame_rate_hz_;
         else
             frame_rate_hz_ = 30;
-        // Segments per second of sound, of walls that reflect all.
+        // Path segments per second of sound for lossless walls.
         const double mean_free_path_m = 2 / (1 / size_[0] + 1 / size_[1] + 1 / size_[2]);
         const double segments = 1 + ir_s_ * 343 / mean_free_path_m;
         constexpr double kMostSegments = 1.2e7;
         const double most_rays = kMostSegments / (sources * frame_rate_hz_ * segments);
         simulation_["rays"] =
-            std::max(1L, std::lround(std::min(dice_.log_uniform(1, 2000), most_rays)));
-        if (dice_.chance(0.3)) simulation_["order"] = dice_.integer(0, 60);
-        if (dice_.chance(0.5)) simulation_["specular_order"] = dice_.integer(0, 6);
-        if (dice_.chance(0.5))
-            simulation_["response_time_s"] = dice_.chance(0.1) ? 0 : dice_.log_uniform(0.01, 5);
-        if (dice_.chance(0.5)) simulation_["patch_size_m"] = dice_.log_uniform(0.15, 4);
-        if (dice_.chance(0.3)) simulation_["listener_radius_m"] = dice_.log_uniform(0.05, 2);
-        if (dice_.chance(0.5)) simulation_["seed"] = dice_.integer(0, 1 << 30);
-        simulation_["threads"] = dice_.integer(1, 3);
-        if (dice_.chance(0.5)) simulation_["memory_mb"] = dice_.integer(1, 256);
-        direct_ = !dice_.chance(0.1);
+            std::max(1L, std::lround(std::min(random_.log_uniform(1, 2000), most_rays)));
+        if (random_.chance(0.3)) simulation_["order"] = random_.integer(0, 60);
+        if (random_.chance(0.5)) simulation_["specular_order"] = random_.integer(0, 6);
+        if (random_.chance(0.5))
+            simulation_["response_time_s"] = random_.chance(0.1) ? 0 : random_.log_uniform(0.01, 5);
+        if (random_.chance(0.5)) simulation_["patch_size_m"] = random_.log_uniform(0.15, 4);
+        if (random_.chance(0.3)) simulation_["listener_radius_m"] = random_.log_uniform(0.05, 2);
+        if (random_.chance(0.5)) simulation_["seed"] = random_.integer(0, 1 << 30);
+        simulation_["threads"] = random_.integer(1, 3);
+        if (random_.chance(0.5)) simulation_["memory_mb"] = random_.integer(1, 256);
+        direct_ = !random_.chance(0.1);
         if (!direct_) scene_["simulation"]["direct"] = false;
-        if (dice_.chance(0.1)) scene_["simulation"]["specular"] = false;
+        if (random_.chance(0.1)) scene_["simulation"]["specular"] = false;
     }
 
     void choose_mode() {
         constexpr double kSlowest_m_s = 325;  // at -10 °C
         const double arrival_s = farthest_m_ / kSlowest_m_s;
-        const int mode = dice_.integer(0, 9);
+        const int mode = random_.integer(0, 9);
         const bool rendered = mode < 5;
         const bool measured = !rendered && mode < 8;
-        // For HRTF, patches and the first frame.
+        // HRTF, patches and the first frame.
         case_.cpu_limit_s = 20;
         if (measured) {
             measure();
         } else {
-            case_.duration_s = dice_.log_uniform(0.1, 1.2);
+            case_.duration_s = random_.log_uniform(0.1, 1.2);
             case_.cpu_limit_s += 30 * case_.duration_s;
             if (rendered) {
                 option("--offline", (folder_ / "out.wav").string());
-                if (dice_.chance(0.5))
-                    option("--format", dice_.pick<const char*>({"float", "pcm24", "pcm16"}));
+                if (random_.chance(0.5))
+                    option("--format", random_.pick<const char*>({"float", "pcm24", "pcm16"}));
             } else {
                 option("--device", "none");
                 case_.command.emplace_back("--no-window");
             }
             const bool short_signals = longest_unlooped_s_ > 0 && longest_unlooped_s_ < 0.6;
-            if (rendered && !moves_ && short_signals && ir_s_ < 1 && dice_.chance(0.6)) {
+            if (rendered && !moves_ && short_signals && ir_s_ < 1 && random_.chance(0.6)) {
                 case_.duration_given = false;
                 case_.duration_s = longest_unlooped_s_;
-                // What the filters add is far less.
+                // The margin exceeds the length that the filters add.
                 case_.longest_s = longest_unlooped_s_ + std::max(ir_s_, arrival_s) + 0.2;
                 case_.cpu_limit_s = 20 + 30 * case_.longest_s;
             } else {
@@ -440,7 +441,7 @@ class CaseMaker {
                 option("--duration", text.str());
             }
         }
-        // In convex rooms without screens the direct sound arrives.
+        // Rooms are convex around the positions: without screens the direct sound arrives.
         bool plays = measured;
         for (const Json& source : scene_["sources"]) plays |= source["signal"] == "noise";
         case_.must_be_heard =
@@ -448,19 +449,20 @@ class CaseMaker {
     }
 
     void measure() {
-        const int what = dice_.integer(1, 7);
-        option("--frames", std::to_string(dice_.integer(1, 8)));
+        const int what = random_.integer(1, 7);
+        option("--frames", std::to_string(random_.integer(1, 8)));
         if ((what & 1) != 0) option("--ir", (folder_ / "ir.wav").string());
         if ((what & 2) != 0) {
             option("--echogram", (folder_ / "echogram.csv").string());
-            if (dice_.chance(0.5)) option("--bin-ms", std::to_string(dice_.log_uniform(0.2, 100)));
+            if (random_.chance(0.5))
+                option("--bin-ms", std::to_string(random_.log_uniform(0.2, 100)));
         }
         if ((what & 4) != 0)
             case_.command.push_back("--report=" + (folder_ / "report.json").string());
         case_.cpu_limit_s += 30;
     }
 
-    Dice dice_;
+    RandomValues random_;
     std::filesystem::path folder_;
     MatrixCase case_;
     Json scene_;

@@ -28,11 +28,11 @@
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 
-// Random valid scenes and settings, each in a separate process: one that hangs or crashes is
-// reported with its seed and its command line, and the others go on.
+// Random valid scenes and settings, each in a separate process: a case that hangs or crashes is
+// reported with its seed and command line, and the other cases continue.
 //
-// AULA_MATRIX_CASES: how many (150). AULA_MATRIX_SEED: the first seed (1); with AULA_MATRIX_CASES=1
-// that case alone, whose files are kept.
+// AULA_MATRIX_CASES: number of cases (150). AULA_MATRIX_SEED: first seed (1). With
+// AULA_MATRIX_CASES=1 the files of the case are kept.
 
 namespace {
 
@@ -49,7 +49,8 @@ void require(bool holds, const std::string& what) {
     if (!holds) throw std::runtime_error(what);
 }
 
-/// The file has that many frames (from, to) of so many channels, all finite, and sounds if it must.
+/// Requires a duration in [least_s, most_s], the case's channels, finite samples and, if expected,
+/// sound. Throws.
 void check_sound(const std::filesystem::path& file, const MatrixCase& test, double least_s,
                  double most_s) {
     const SoundInfo info = sound_info(file);
@@ -76,7 +77,7 @@ void render(const Arguments& arguments, const Scene& scene, const MatrixCase& te
     require(session.render(arguments.offline), "rendering was stopped");
     check_sound(arguments.offline, test, test.duration_s,
                 test.duration_given ? test.duration_s : test.longest_s);
-    // The same bytes with any number of threads.
+    // The bytes are independent of the number of threads.
     if (scene.simulation.seed % 4 != 0) return;
     Scene other = scene;
     other.simulation.threads = scene.simulation.threads == 1 ? 3 : 1;
@@ -132,7 +133,7 @@ void measure_case(const Arguments& arguments, const Scene& scene, const MatrixCa
     }
 }
 
-/// Plays, with changes meanwhile, and records it.
+/// Plays and records the scene while controls and estimator change.
 void play(const Arguments& arguments, const Scene& scene, const MatrixCase& test,
           std::uint64_t seed, const std::filesystem::path& folder) {
     const auto file = folder / "heard.wav";
@@ -165,11 +166,11 @@ void play(const Arguments& arguments, const Scene& scene, const MatrixCase& test
         player.stop_recording();
         require(player.monitor_status().error.empty(), player.monitor_status().error);
     }
-    // It may have played for some time before it was recorded, and plays on after its end.
+    // The recording starts after playback and stops after its end: only its content is checked.
     check_sound(file, test, 0, 1e9);
 }
 
-/// Runs a case; throws what is wrong.
+/// Runs a case in this process. Throws if a result is wrong.
 void run(std::uint64_t seed, const std::filesystem::path& folder) {
     const MatrixCase test = make_case(seed, folder);
     std::vector<const char*> words;
@@ -210,7 +211,7 @@ class CaseProcess {
         _exit(status);
     }
 
-    /// Whether it has ended; ends it if all its threads wait for each other.
+    /// True if the process has ended. Kills a process whose threads are in a deadlock.
     bool ended() {
         int status = 0;
         rusage used{};
@@ -224,7 +225,7 @@ class CaseProcess {
         cpu_s = seconds(used.ru_utime) + seconds(used.ru_stime);
         memory_mb = used.ru_maxrss / 1024;
         if (stuck_) {
-            error = "hangs: its threads wait for each other";
+            error = "deadlock: all threads slept for a minute";
         } else if (WIFSIGNALED(status)) {
             error = std::string("ended by ") + strsignal(WTERMSIG(status)) + " after " +
                     std::to_string(cpu_s) + " s of CPU";
@@ -237,8 +238,8 @@ class CaseProcess {
 
     std::uint64_t seed() const { return seed_; }
 
-    /// What went wrong, and how to see it again.
-    std::string story() const {
+    /// The failure, and the command to reproduce it.
+    std::string failure() const {
         std::string text = "seed " + std::to_string(seed_) + ": " + error + "\n ";
         const TemporaryFolder again;
         for (const std::string& word : make_case(seed_, again.path()).command)
@@ -247,12 +248,12 @@ class CaseProcess {
                " test_matrix\n" + read_file(again.path() / "scene.json");
     }
 
-    std::string error;  ///< empty: all is well
+    std::string error;  ///< empty: passed
     double cpu_s = 0;
     long memory_mb = 0;
 
  private:
-    /// Whether a thread has work, be it that others keep the processor or the disk from it.
+    /// True if a thread is running, ready, or waiting for the disk.
     bool works() const {
         const std::string tasks = "/proc/" + std::to_string(pid_) + "/task";
         std::error_code ended;
@@ -265,7 +266,7 @@ class CaseProcess {
         return false;
     }
 
-    /// No program whose threads all sleep for so long works.
+    /// Kills a process whose threads have all slept for a minute.
     void end_if_stuck() {
         constexpr std::chrono::seconds kLongest{60};
         clockid_t clock{};
@@ -293,7 +294,7 @@ class CaseProcess {
 
 }  // namespace
 
-TEST_CASE("Random scenes and settings are rendered, measured and played to their end") {
+TEST_CASE("Random scenes and settings are rendered, measured and played without an error") {
     const auto cases = environment("AULA_MATRIX_CASES", 150);
     const auto first = static_cast<std::uint64_t>(environment("AULA_MATRIX_SEED", 1));
     if (cases == 1) {
@@ -302,7 +303,7 @@ TEST_CASE("Random scenes and settings are rendered, measured and played to their
         for (const std::string& word : make_case(first, folder).command) std::cout << word << ' ';
         std::cout << std::endl;
     }
-    // A process that ends is waited for.
+    // sigtimedwait() below waits for SIGCHLD.
     sigset_t child;
     sigemptyset(&child);
     sigaddset(&child, SIGCHLD);
@@ -328,7 +329,7 @@ TEST_CASE("Random scenes and settings are rendered, measured and played to their
             if (process->error.empty()) {
                 SUCCEED();
             } else {
-                FAIL_CHECK(process->story());
+                FAIL_CHECK(process->failure());
             }
             return true;
         });

@@ -15,7 +15,7 @@ using aula::TaskLine;
 
 namespace {
 
-/// A terminal as standard error while alive.
+/// Replaces standard error by a pseudo-terminal while alive.
 class TerminalOnStderr {
  public:
     TerminalOnStderr() : saved_(dup(STDERR_FILENO)) {
@@ -32,7 +32,7 @@ class TerminalOnStderr {
     TerminalOnStderr(const TerminalOnStderr&) = delete;
     TerminalOnStderr& operator=(const TerminalOnStderr&) = delete;
 
-    /// What appears next, within a time; empty if nothing does.
+    /// The next output of the terminal; empty after `timeout_ms`.
     std::string next(int timeout_ms) const {
         pollfd waiting{outside_, POLLIN, 0};
         if (poll(&waiting, 1, timeout_ms) <= 0) return {};
@@ -48,7 +48,7 @@ class TerminalOnStderr {
 
 }  // namespace
 
-TEST_CASE("A task that takes long is shown with its seconds, and wiped out when it is done") {
+TEST_CASE("A long task is shown with its elapsed seconds and erased at its end") {
     const TerminalOnStderr terminal;
     std::string seen;
     constexpr int kLong_ms = 10'000;
@@ -64,24 +64,24 @@ TEST_CASE("A task that takes long is shown with its seconds, and wiped out when 
     CHECK(terminal.next(kLong_ms) == "\r\x1b[K");
 }
 
-TEST_CASE("A short task, and one that is not wanted, show nothing") {
+TEST_CASE("Short tasks and disabled ones show nothing") {
     const TerminalOnStderr terminal;
     { const TaskLine line("reading hall.json", true, std::chrono::hours(1)); }
     { const TaskLine line("reading hall.json", false, std::chrono::seconds(0)); }
     CHECK(terminal.next(0).empty());
 }
 
-TEST_CASE("Names cannot change the terminal that they are printed on") {
+TEST_CASE("Printed names contain no control characters except line feeds") {
     CHECK(printable("hall \x1b[31mred\x07") == "hall \\x1b[31mred\\x07");
     CHECK(printable("a\rb\tc\x7f") == "a\\x0db\\x09c\\x7f");
-    // The control sequence introducer as one byte, and as U+009B.
+    // The control sequence introducer as one byte and as U+009B.
     CHECK(printable("\x9b"
                     "31m") == "\\x9b31m");
     CHECK(printable("\xc2\x9b"
                     "31m") == "\\xc2\\x9b31m");
     CHECK(printable("cut \xe2\x82") == "cut \\xe2\\x82");
     CHECK(printable(std::string("a\0b", 3)) == "a\\x00b");
-    // Other text, and the line ends of tables, stay as they are.
+    // Other text, and the line feeds of tables, stay unchanged.
     const std::string text = "Größe 5 m² → 漢字 🎵\nnext";
     CHECK(printable(text) == text);
 }

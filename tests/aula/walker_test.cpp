@@ -4,7 +4,8 @@
 
 using namespace aula;
 
-TEST_CASE("A key held down walks at 1.5 m/s, and stops soon after it is let go") {
+TEST_CASE(
+    "A held key moves the listener at 1.5 m/s, and the movement stops soon after its release") {
     Walker walker{Pose{}};
     // Two seconds of a key that repeats 30 times a second.
     for (int i = 0; i < 60; ++i) {
@@ -19,7 +20,7 @@ TEST_CASE("A key held down walks at 1.5 m/s, and stops soon after it is let go")
     REQUIRE(static_cast<double>(walker.advance(10).position.x) == stopped);
 }
 
-TEST_CASE("The walker goes where they look, and steps aside to the left") {
+TEST_CASE("The movement follows the heading, and the key for left moves to the left") {
     Walker walker{Pose{}};
     // 90 degrees a second.
     for (int i = 0; i < 30; ++i) {

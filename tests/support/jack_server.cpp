@@ -16,7 +16,7 @@ namespace {
 
 int run(const std::vector<std::string>& command) { return ChildProcess(command).wait(); }
 
-/// Whether a port of that client is there within five seconds.
+/// True if a port of that client appears within five seconds.
 bool appears(const std::string& client) {
     for (int turn = 0; turn < 50; ++turn) {
         if (run({"sh", "-c", "jack_lsp 2>/dev/null | grep -q '^" + client + "'"}) == 0) return true;

@@ -11,7 +11,7 @@
 
 namespace aula::test {
 
-/// A child process without input or output, ended by its id.
+/// A child process without input or output. The destructor ends it.
 class ChildProcess {
  public:
     explicit ChildProcess(const std::vector<std::string>& command);
@@ -19,16 +19,15 @@ class ChildProcess {
     ChildProcess(const ChildProcess&) = delete;
     ChildProcess& operator=(const ChildProcess&) = delete;
 
-    /// Waits for its end; the exit status, or -1 if it was killed or not started.
+    /// Waits for its end. Returns the exit status, or -1 if a signal ended it or it did not start.
     int wait();
 
  private:
     pid_t id_ = -1;
 };
 
-/// A JACK server of this process's own with a dummy device of two channels at 48 kHz that runs in
-/// real time; what this process opens while it is alive finds this server. running() is false where
-/// none can run.
+/// A private JACK server with a dummy device of two channels at 48 kHz in real time. Clients that
+/// this process opens connect to it. running() is false if no server can run here.
 class JackServer {
  public:
     explicit JackServer(int period_samples);
@@ -44,15 +43,15 @@ class JackServer {
     bool running_ = false;
 };
 
-/// Records for some seconds, as float, what goes to the server's outputs.
+/// Records the server's outputs as float for some seconds.
 class JackRecording {
  public:
     JackRecording(const std::filesystem::path& wav_file, int seconds);
 
-    /// False where nothing can be recorded.
+    /// False if the recorder did not start.
     bool running() const { return running_; }
 
-    /// Waits for the end. Whether the server was in time, and the recorder, all the while.
+    /// Waits for the end. True if neither server nor recorder had an overrun.
     bool in_time();
 
  private:

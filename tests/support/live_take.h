@@ -11,8 +11,8 @@ namespace aula::test {
 
 inline constexpr int kTakeBlock = 256;
 
-/// Plays performances through a live mixer as a device would, on one thread: `before(block)` runs
-/// ahead of every block and may hand over frames and playbacks. The first channel.
+/// Renders blocks of a live mixer on one thread, as a device would. `before(block)` runs before
+/// each block and may publish frames and playbacks. Returns the first channel.
 inline std::vector<float> take(LiveMixer& mixer, int blocks,
                                const std::function<void(int)>& before) {
     std::vector<std::vector<float>> channels(mixer.channels(), std::vector<float>(kTakeBlock));
@@ -27,7 +27,7 @@ inline std::vector<float> take(LiveMixer& mixer, int blocks,
     return heard;
 }
 
-/// Computes a prepared scene's first frame and hands its playback to the mixer.
+/// Computes a prepared scene's first frame and publishes its playback to the mixer.
 inline void begin(PreparedScene& prepared, LiveMixer& mixer, const PlayControls& controls = {}) {
     auto frame = prepared.maker.make_frame();
     prepared.maker.fill(controls.applied_to(prepared.scene, mixer.time_s()), {&frame, 1});

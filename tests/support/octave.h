@@ -7,14 +7,14 @@
 
 namespace aula::test {
 
-/// What a signal holds of the octave around a centre: two band-pass biquads in a row, each 3 dB
-/// down at the octave's edges.
+/// Filters a signal to the octave around a centre frequency: two cascaded band-pass biquads, each
+/// -3 dB at the octave's edges.
 inline std::vector<double> octave(const std::vector<float>& samples, double centre_hz,
                                   double sample_rate_hz) {
     const double w = 2 * std::numbers::pi * centre_hz / sample_rate_hz;
     const double alpha = std::sin(w) / (2 * std::numbers::sqrt2);
     std::vector<double> out(samples.begin(), samples.end());
-    for (int playback = 0; playback < 2; ++playback) {
+    for (int stage = 0; stage < 2; ++stage) {
         double x1 = 0;
         double x2 = 0;
         double y1 = 0;

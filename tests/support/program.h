@@ -10,12 +10,12 @@
 
 namespace aula::test {
 
-/// Names of what is in a folder, sorted.
+/// Names of the entries of a folder, sorted.
 std::vector<std::string> names_in(const std::filesystem::path& folder);
 
 std::string read_file(const std::filesystem::path& file);
 
-/// How a program ended and what it said.
+/// Exit status and output of a program.
 struct ProgramResult {
     int status = -1;  ///< exit status; 128 + signal if a signal ended it
     std::string out;
@@ -30,7 +30,7 @@ class Program {
 
     void signal(int number) const;
     bool running();
-    std::string err() const;  ///< what it has said so far
+    std::string err() const;  ///< standard error so far
     ProgramResult wait();
 
  private:

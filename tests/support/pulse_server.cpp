@@ -28,7 +28,7 @@ void PulseServer::kill() { server_.reset(); }
 void PulseServer::restart() {
     server_ = std::make_unique<ChildProcess>(std::vector<std::string>{
         "pulseaudio", "-n", "--daemonize=no", "--use-pid-file=no", "--exit-idle-time=-1", "-L",
-        // With rewinds the sink would rewrite what was played already.
+        // With rewinds the sink would rewrite samples that are already recorded.
         "module-null-sink sink_name=out rate=48000 channels=2 norewinds=1", "-L",
         "module-native-protocol-unix socket=" + socket_ + " auth-anonymous=1"});
     running_ = false;

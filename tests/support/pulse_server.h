@@ -9,9 +9,9 @@
 
 namespace aula::test {
 
-/// A PulseAudio server of this process's own with a null sink of two channels at 48 kHz that runs
-/// in real time; what this process opens while it is alive finds this server and no JACK. running()
-/// is false where none can run.
+/// A private PulseAudio server with a null sink of two channels at 48 kHz in real time. Clients
+/// that this process opens connect to it, and find no JACK server. running() is false if no server
+/// can run here.
 class PulseServer {
  public:
     PulseServer();
@@ -21,11 +21,11 @@ class PulseServer {
 
     bool running() const { return running_; }
 
-    /// Ends the server, starts it again.
+    /// Ends and restarts the server.
     void kill();
     void restart();
 
-    /// Records what would be heard until the process ends.
+    /// Records the sink's output until the returned process ends.
     std::unique_ptr<ChildProcess> record(const std::filesystem::path& wav_file) const;
 
  private:

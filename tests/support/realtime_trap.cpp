@@ -17,7 +17,7 @@ thread_local bool trapped = false;
 thread_local RealtimeViolations seen;
 thread_local RealtimeViolations at_start;
 
-/// What the system has counted of this thread so far.
+/// The system's counts for this thread so far.
 RealtimeViolations counted_by_system() {
     rusage usage{};
     getrusage(RUSAGE_THREAD, &usage);
@@ -73,7 +73,7 @@ void count(std::uint64_t RealtimeViolations::*kind) {
 using MutexLock = int (*)(pthread_mutex_t*);
 MutexLock next_mutex_lock = nullptr;
 
-// Before main: looking a symbol up locks and allocates itself.
+// Before main: dlsym() locks and allocates.
 __attribute__((constructor)) void find_next() {
     next_mutex_lock = reinterpret_cast<MutexLock>(dlsym(RTLD_NEXT, "pthread_mutex_lock"));
 }

@@ -4,25 +4,24 @@
 
 namespace aula::test {
 
-/// What a thread did that an audio thread must not do.
+/// Counts of operations that an audio thread must not perform.
 struct RealtimeViolations {
     std::uint64_t allocations = 0;
     std::uint64_t frees = 0;
     std::uint64_t locks = 0;
     std::uint64_t writes = 0;
     std::uint64_t page_faults = 0;
-    std::uint64_t voluntary_switches = 0;  ///< to another thread, by waiting
+    std::uint64_t voluntary_switches = 0;  ///< context switches by waiting
 
-    /// Of calls: what they do besides is counted only once.
+    /// Number of calls, without the system's counts.
     std::uint64_t total() const { return allocations + frees + locks + writes; }
 
     RealtimeViolations& operator+=(const RealtimeViolations& other);
 };
 
-/// Counts, on the thread that made it and while it is alive, every call to malloc and its kin,
-/// free, pthread_mutex_lock and write in this program: linking realtime_trap.cpp puts them in place
-/// of the C library's. What the system counts of the thread, faults and switches, is counted from
-/// one trap to the end of it. Traps do not nest.
+/// Counts calls of the malloc family, free, pthread_mutex_lock and write on its thread while alive.
+/// realtime_trap.cpp replaces these functions of the C library. Page faults and context switches
+/// are the system's counts for the thread since the trap's construction. Traps do not nest.
 class RealtimeTrap {
  public:
     RealtimeTrap();
@@ -32,7 +31,7 @@ class RealtimeTrap {
 
     RealtimeViolations violations() const;
 
-    /// False under sanitizers, which have these functions to themselves: nothing is counted.
+    /// False under sanitizers, which replace the same functions: nothing is counted.
     static bool available();
 };
 

@@ -5,9 +5,9 @@
 
 namespace aula::test {
 
-/// A file of the reference data that are not part of the project: looked for in the folder that the
-/// environment variable AULA_SHARED_DATA names, else in shared/data beside the project's own.
-/// Empty where it is absent; a test that needs it says so and is skipped.
+/// Path of a reference data file, which is not part of the project. The folder is that of the
+/// environment variable AULA_SHARED_DATA, else shared/data beside the project's folder. Empty if
+/// the file is absent; the test is then skipped.
 inline std::filesystem::path shared_data(const std::filesystem::path& file) {
     const char* given = std::getenv("AULA_SHARED_DATA");
     const std::filesystem::path folder =

@@ -4,7 +4,7 @@
 
 namespace aula::test {
 
-/// A source 3.432 m in front of the listener, 10 ms away, and nothing else.
+/// Free field with a source 3.432 m, or 10 ms, in front of the listener.
 inline const std::string kFreeField = R"({
   "aula": 1,
   "medium": {"air_absorption": false},
@@ -12,7 +12,7 @@ inline const std::string kFreeField = R"({
   "listener": {"position": [0, 0, 0]}
 })";
 
-/// A small lively room with noise, and a walk of one second.
+/// A small room with a source of noise and a listener path of one second.
 inline const std::string kSmallRoom = R"({
   "aula": 1,
   "geometry": [{"box": [5, 4, 3], "material": "wall"}],

@@ -7,7 +7,7 @@
 
 namespace aula::test {
 
-/// The seed of a statistical test: fixed, or from the environment variable AULA_TEST_SEED.
+/// The seed of a statistical test: the environment variable AULA_TEST_SEED, else 1.
 inline std::uint64_t test_seed() {
     const char* given = std::getenv("AULA_TEST_SEED");
     return given ? std::strtoull(given, nullptr, 10) : 1;
@@ -32,11 +32,11 @@ inline Estimate estimate(const std::vector<double>& samples) {
     return e;
 }
 
-/// A two-sided test of one in a family of up to 150 claims, at 1 % for the whole family
-/// (Bonferroni): |z| below this for at least 16 samples or so.
+/// Threshold of |z| for a two-sided test in a family of up to 150, at a significance of 1 % for the
+/// whole family (Bonferroni), with at least about 16 samples.
 inline constexpr double kFamilyZ = 4.0;
 
-/// Companions that must fail are refuted at least this clearly.
+/// Least |z| of a companion that must fail.
 inline constexpr double kRefutedZ = 6.0;
 
 }  // namespace aula::test

@@ -10,7 +10,7 @@
 
 namespace aula::test {
 
-/// A new folder that is removed with everything in it when the test ends.
+/// A new folder. The destructor removes it with its contents.
 class TemporaryFolder {
  public:
     TemporaryFolder() {
@@ -27,7 +27,7 @@ class TemporaryFolder {
 
     const std::filesystem::path& path() const { return path_; }
 
-    /// Writes a file into the folder and gives its path.
+    /// Writes a file into the folder; returns its path.
     std::filesystem::path write(const std::string& name, const std::string& content) const {
         const std::filesystem::path file = path_ / name;
         std::ofstream(file, std::ios::binary) << content;

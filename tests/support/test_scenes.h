@@ -4,7 +4,7 @@
 
 namespace aula::test {
 
-/// A unit impulse and a listener at the origin who looks along x, in free field without air
+/// A source of a unit impulse and a listener at the origin that faces +x, in free field without air
 /// absorption.
 inline Scene free_field(const Vec3& source) {
     Scene scene;
@@ -15,7 +15,7 @@ inline Scene free_field(const Vec3& source) {
     return scene;
 }
 
-/// A closed room of 5 x 4 x 3 m, half scattering, a third absorbing.
+/// A closed room of 5 x 4 x 3 m with absorption 0.3 and scattering 0.5.
 inline Scene small_room() {
     Scene scene = free_field({1.2F, 1.1F, 1.5F});
     scene.listener.pose.position = {3.7F, 2.9F, 1.2F};

@@ -9,26 +9,26 @@ namespace aula::test {
 inline constexpr double kRate_hz = 48000;
 inline constexpr double kTone_hz = 1000;
 
-/// A second of a tone that swells from nothing and dies away, so that its spectrum is narrow.
+/// One second of a tone with a sin^2 envelope, which keeps its spectrum narrow.
 inline std::vector<float> tone() {
     std::vector<float> samples(48000);
     for (std::size_t i = 0; i < samples.size(); ++i) {
         const double t = static_cast<double>(i) / kRate_hz;
-        const double swell = std::sin(std::numbers::pi * t);
-        samples[i] =
-            static_cast<float>(0.1 * swell * swell * std::sin(2 * std::numbers::pi * kTone_hz * t));
+        const double envelope = std::sin(std::numbers::pi * t);
+        samples[i] = static_cast<float>(0.1 * envelope * envelope *
+                                        std::sin(2 * std::numbers::pi * kTone_hz * t));
     }
     return samples;
 }
 
-/// Energy of a signal that begins and ends in silence within +-200 Hz of the tone, by its DFT.
+/// Energy within +-200 Hz of the tone by DFT, for a signal that begins and ends in silence.
 inline double energy_near_tone(const std::vector<float>& samples) {
     const auto n = static_cast<double>(samples.size());
     double energy = 0;
     const auto first = static_cast<int>(std::ceil((kTone_hz - 200) / kRate_hz * n));
     const auto last = static_cast<int>(std::floor((kTone_hz + 200) / kRate_hz * n));
     for (int bin = first; bin <= last; ++bin) {
-        // Goertzel: one multiplication a sample.
+        // Goertzel algorithm.
         const double w = 2 * std::numbers::pi * bin / n;
         const double twice_cos = 2 * std::cos(w);
         double s1 = 0;
@@ -43,6 +43,7 @@ inline double energy_near_tone(const std::vector<float>& samples) {
     return energy;
 }
 
+/// Share of the energy that lies beyond +-200 Hz of the tone, 0..1.
 inline double share_off_tone(const std::vector<float>& samples) {
     double total = 0;
     for (const float x : samples) total += static_cast<double>(x) * static_cast<double>(x);

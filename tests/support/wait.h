@@ -6,7 +6,7 @@
 
 namespace aula::test {
 
-/// Whether something becomes true within a time that is far more than it takes.
+/// Polls a condition every 10 ms. False if it does not hold within 30 s.
 inline bool comes(const std::function<bool()>& holds) {
     constexpr int kTurns = 3000;
     for (int turn = 0; turn < kTurns; ++turn) {

@@ -9,7 +9,7 @@
 
 using namespace aula;
 
-TEST_CASE("A walker goes 1.5 m a second where they look, and turns 90 degrees a second") {
+TEST_CASE("Walking moves along the heading at 1.5 m/s and turns by 90 degrees/s") {
     Pose pose;
     pose = walked(pose, {.ahead = 1}, 2, nullptr);
     CHECK(static_cast<double>(pose.position.x) == Approx(3));
@@ -21,25 +21,25 @@ TEST_CASE("A walker goes 1.5 m a second where they look, and turns 90 degrees a 
     CHECK(pose.position.z == 0);
 }
 
-TEST_CASE("Walls stop a walker a shoulder's width off, and are slid along") {
+TEST_CASE("Walking stops 0.25 m from a wall and slides along it") {
     const RayScene walls(test::small_room());  // 5 x 4 x 3 m
     Pose pose;
     pose.position = {2.5F, 2, 1.6F};
     pose.yaw_rad = 0.5F;
     for (int i = 0; i < 300; ++i) pose = walked(pose, {.ahead = 1}, 1.0 / 30, &walls);
-    // Slid into the corner: the shoulder's width of 0.25 m, felt in 16 directions, off both walls.
+    // Slid into the corner, 0.25 m from both walls. Tolerance: 16 probe directions.
     CHECK(static_cast<double>(pose.position.x) == Approx(4.75).margin(0.02));
     CHECK(static_cast<double>(pose.position.y) == Approx(3.75).margin(0.02));
     CHECK(pose.position.z == 1.6F);
 
-    // The companion: without walls they are gone.
+    // Companion: without walls the pose leaves the room.
     Pose free;
     free.position = {2.5F, 2, 1.6F};
     for (int i = 0; i < 300; ++i) free = walked(free, {.ahead = 1}, 1.0 / 30, nullptr);
     CHECK(free.position.x > 10);
 }
 
-TEST_CASE("However one walks, and however slow the machine, no wall is gone through") {
+TEST_CASE("Random walking at any frame rate stays within the walls") {
     const RayScene walls(test::small_room());
     std::mt19937 random(1);
     std::uniform_real_distribution<float> any(-3, 3);

@@ -4,12 +4,12 @@
 
 using namespace aula;
 
-TEST_CASE("A click between two pictures is a press and a release where they were") {
+TEST_CASE("A click between two frames gives a press and a release at their positions") {
     MouseEvents mouse;
     CHECK_FALSE(mouse.take().down[0]);
     mouse.add(0, true, 10, 20);
     mouse.add(0, false, 10, 21);
-    mouse.add(1, true, 300, 200);  // and the mouse is elsewhere by now
+    mouse.add(1, true, 300, 200);  // at another position
     REQUIRE(mouse.pending());
     const auto press = mouse.take();
     CHECK(press.down[0]);
@@ -22,11 +22,11 @@ TEST_CASE("A click between two pictures is a press and a release where they were
     CHECK_FALSE(mouse.pending());
     CHECK(mouse.take().down[1]);  // held
     CHECK_FALSE(mouse.take().at);
-    mouse.add(7, true, 0, 0);  // a button that nothing uses
+    mouse.add(7, true, 0, 0);  // an unused button
     CHECK_FALSE(mouse.pending());
 }
 
-TEST_CASE("A key is held for as long as it is, however often that is measured") {
+TEST_CASE("The measured hold time is independent of the measuring interval") {
     for (const double interval_s : {0.01, 0.09, 0.3, 0.7}) {
         INFO(interval_s);
         HeldKeys keys;
@@ -48,7 +48,7 @@ TEST_CASE("A key is held for as long as it is, however often that is measured") 
     }
 }
 
-TEST_CASE("A tap that nobody saw held is a short step, once") {
+TEST_CASE("A tap between two measurements counts once, for a short time") {
     HeldKeys keys;
     keys.press('w', 1);
     keys.release('w', 1);
@@ -58,7 +58,7 @@ TEST_CASE("A tap that nobody saw held is a short step, once") {
     CHECK(keys.held_s('s') == 0);
     keys.measure(1.4);
     CHECK(keys.held_s('w') == 0);
-    // Two taps are two steps, and one that was measured while it was held is not made longer.
+    // Two taps count twice. A press measured while held is not extended.
     for (const double at_s : {2.0, 2.1}) {
         keys.press('w', at_s);
         keys.release('w', at_s + 0.01);
@@ -72,7 +72,7 @@ TEST_CASE("A tap that nobody saw held is a short step, once") {
     CHECK(keys.held_s('w') == Approx(0.05));
 }
 
-TEST_CASE("What is held while nothing is read for long does not run away") {
+TEST_CASE("The hold time of a stalled interval is limited") {
     HeldKeys keys;
     keys.press('w', 1);
     keys.measure(60);

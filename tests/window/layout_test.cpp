@@ -15,14 +15,14 @@ struct Size {
 constexpr std::array<Size, 7> kSizes{
     {{640, 420}, {900, 600}, {1024, 768}, {1280, 800}, {1920, 1080}, {3840, 2160}, {1000, 2000}}};
 
-constexpr float kText = 14;  // the height of text at scale 1
+constexpr float kText = 14;  // text height at scale 1
 
 float em_of(const Size& size, float zoom = 1) {
     return kText * text_scale(size.width, size.height, 1, zoom);
 }
 
 bool overlap(const Box& a, const Box& b) {
-    // Sums of floats: edges meet within a thousandth of a pixel.
+    // Rounding of sums of floats: a thousandth of a pixel.
     constexpr float kMeet = 1e-3F;
     return a.x + kMeet < b.x + b.width && b.x + kMeet < a.x + a.width &&
            a.y + kMeet < b.y + b.height && b.y + kMeet < a.y + a.height;
@@ -54,7 +54,7 @@ TEST_CASE("The parts of a window of any size cover it and do not overlap") {
     }
 }
 
-TEST_CASE("From 900 x 600 meters have the height they need and the picture half of the width") {
+TEST_CASE("From 900 x 600 the meters fit and the picture has at least half of the width") {
     for (const Size& size : kSizes) {
         if (size.width < 900) continue;
         INFO(size.width << " x " << size.height);
@@ -66,7 +66,7 @@ TEST_CASE("From 900 x 600 meters have the height they need and the picture half 
     }
 }
 
-TEST_CASE("Plots are wide enough to be read in any window, and fill the strip") {
+TEST_CASE("Plots have their minimum width in any window, and fill the strip") {
     constexpr float kGap = 10;
     for (const Size& size : kSizes) {
         const float em = em_of(size);
@@ -85,19 +85,19 @@ TEST_CASE("Plots are wide enough to be read in any window, and fill the strip") 
             if (panes.size() < kPanes.size()) CHECK(panes[0].pane == first);
         }
     }
-    // All four where a window has its usual size or more; in a small one what was chosen.
+    // All four at the default window size; the selected ones in a small window.
     CHECK(panes_in(930, kText, kGap, Pane::decay).size() == 4);
     CHECK(panes_in(550, kText, kGap, Pane::response).size() == 2);
     CHECK(panes_in(550, kText, kGap, Pane::parameters)[0].pane == Pane::parameters);
     CHECK(panes_in(100, kText, kGap, Pane::energy).size() == 1);
 }
 
-TEST_CASE("Text grows with the window, the display's scale and the user's zoom") {
+TEST_CASE("The text scale grows with the window, the display's scale and the zoom") {
     CHECK(text_scale(1280, 800, 1, 1) == 1);
     CHECK(text_scale(900, 600, 1, 1) == 1);
     CHECK(text_scale(1920, 1080, 1, 1) == 1.35F);
     CHECK(text_scale(3840, 2160, 1, 1) == 2.7F);
-    // A display of twice the density makes the window twice as large as well: once is enough.
+    // Twice the display density doubles the window as well: the scale doubles once.
     CHECK(text_scale(2560, 1600, 2, 1) == 2);
     CHECK(text_scale(1280, 800, 1, 1.5F) == 1.5F);
     CHECK(text_scale(1280, 800, 1, 0.01F) == 0.5F);

@@ -17,7 +17,7 @@
 #include "tests/support/test_scenes.h"
 #include "tests/support/wait.h"
 
-// What the window shows and changes, played in silence.
+// The window's model, played without a device.
 
 using namespace aula;
 using namespace aula::test;
@@ -25,8 +25,8 @@ using namespace std::string_view_literals;
 
 namespace {
 
-/// Scenes by their file's name: "room", "two" with a second source, "wrong" that cannot be played,
-/// "broken" that cannot be read.
+/// Scenes by file name: "room"; "two" has a second source; "wrong" cannot be played; "broken"
+/// cannot be read.
 Scene scene_of(const std::filesystem::path& file) {
     if (file.filename() == "broken") throw Error(file, "/aula", "it is broken");
     Scene scene = small_room();
@@ -62,7 +62,7 @@ class Room {
     Model& model() { return *model_; }
     std::filesystem::path file(const char* name) const { return folder_.path() / name; }
 
-    /// Whether something becomes true while pictures are made.
+    /// Updates the model until a condition holds; false after a long time.
     bool shows(const std::function<bool()>& holds) {
         return comes([&] {
             model_->update(0.01 * ++pictures_);
@@ -70,7 +70,7 @@ class Room {
         });
     }
 
-    /// Until nothing is on its way.
+    /// Updates the model until no change is pending.
     bool rests() {
         return shows([&] { return model_->busy().empty() && !model_->status().preparing; });
     }
@@ -90,13 +90,13 @@ class Room {
 
 float absorption(const Model& model) { return material_of(model.scene(), 0).absorption[4]; }
 
-/// The port that a model said it listens on.
+/// The port in the model's message about OSC.
 int osc_port(const Model& model) {
     const std::string text = "OSC on port ";
     for (const auto& message : model.messages())
         if (const auto at = message.text.find(text); at != std::string::npos)
             return std::stoi(message.text.substr(at + text.size()));
-    FAIL("it does not say where it listens");
+    FAIL("no message names the OSC port");
     return 0;
 }
 
@@ -114,7 +114,7 @@ void send(int port, std::string_view packet) {
 
 }  // namespace
 
-TEST_CASE("A surface's material is changed, the change is heard, undone and made again") {
+TEST_CASE("A change of a surface's material plays, and is undone and redone") {
     Room room;
     Model& model = room.model();
     const float before = absorption(model);
@@ -134,7 +134,7 @@ TEST_CASE("A surface's material is changed, the change is heard, undone and made
     REQUIRE(room.shows([&] { return model.status().heard_change == 3; }));
 }
 
-TEST_CASE("A scene that cannot be read or played is said so, and the old one is shown and plays") {
+TEST_CASE("A scene that cannot be read or played gives a message, and the old one continues") {
     Room room;
     Model& model = room.model();
     model.open(room.file("broken"));
@@ -142,7 +142,7 @@ TEST_CASE("A scene that cannot be read or played is said so, and the old one is 
     CHECK(room.says("it is broken"));
     CHECK(model.scene_file() == room.file("room"));
 
-    // With a change before it that is heard while the scene is being opened.
+    // Another change starts to play while the scene is being opened.
     model.pick(0);
     model.give_material(model.library()[0].material, true);
     model.open(room.file("wrong"));
@@ -154,7 +154,7 @@ TEST_CASE("A scene that cannot be read or played is said so, and the old one is 
     CHECK(room.shows([&] { return model.status().frames > frames + 3; }));
 }
 
-TEST_CASE("A saved scene keeps the listener's path after a walk, and the source's new place") {
+TEST_CASE("A saved scene keeps the listener's path after a walk, and the source's new position") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "walk.json";
     std::ofstream(file) << R"({"aula": 1, "geometry": [{"box": [5, 4, 3], "material": "wood"}],
@@ -178,7 +178,7 @@ TEST_CASE("A saved scene keeps the listener's path after a walk, and the source'
     REQUIRE(saved.scene.listener.path);
     CHECK(saved.scene.listener.path->duration_s() == 100);
     CHECK(saved.scene.sources[0].position == Vec3(2, 1, 1.5F));
-    // The window plays all sources endlessly; the file does not say so.
+    // The window loops all signals; the saved file does not.
     CHECK_FALSE(saved.scene.sources[0].loop);
     CHECK(saved.scene.simulation == model.setting().simulation);
 }
@@ -200,14 +200,14 @@ TEST_CASE("Two windows that record at the same time write two files") {
         CHECK(a.says("recording to room-heard.wav"));
         CHECK(b.says("recording to room-heard-2.wav"));
         CHECK(std::filesystem::file_size("room-heard.wav") > 0);
-        // The other is written when its window closes.
+        // The other file is completed when its window closes.
     }
     CHECK(std::filesystem::file_size("room-heard-2.wav") > 0);
     CHECK(names_in(".").size() == 2);
     std::filesystem::current_path(before);
 }
 
-TEST_CASE("A name that was taken for a file and not used is free again") {
+TEST_CASE("A new file that stays empty is removed") {
     const TemporaryFolder folder;
     const std::string stem = (folder.path() / "a").string();
     {
@@ -220,7 +220,7 @@ TEST_CASE("A name that was taken for a file and not used is free again") {
     CHECK_THROWS_AS(NewFile((folder.path() / "none/a").string(), ".wav"), Error);
 }
 
-TEST_CASE("Another scene is opened with its own sources, and nothing of the old one's controls") {
+TEST_CASE("Opening a scene resets the sources' controls") {
     Room room;
     Model& model = room.model();
     model.controls.sources[0].muted = true;
@@ -238,7 +238,7 @@ TEST_CASE("Another scene is opened with its own sources, and nothing of the old 
     CHECK_FALSE(model.controls.sources[0].muted);
 }
 
-TEST_CASE("Two settings are compared: each keeps its estimator and what was seen of it") {
+TEST_CASE("Two settings each keep their estimator and view") {
     Room room;
     Model& model = room.model();
     model.watch();
@@ -259,7 +259,7 @@ TEST_CASE("Two settings are compared: each keeps its estimator and what was seen
         [&] { return model.view() && model.view()->simulation.estimator == Estimator::patch; }));
 }
 
-TEST_CASE("A switch between two equal settings prepares nothing, nor does what is set already") {
+TEST_CASE("Switching between equal settings, or setting the present one, prepares nothing") {
     Room room;
     Model& model = room.model();
     model.watch();
@@ -268,7 +268,7 @@ TEST_CASE("A switch between two equal settings prepares nothing, nor does what i
     CHECK_FALSE(model.player().status().preparing);
     model.set_simulation(model.setting().simulation, model.setting().ambisonic_order);
     CHECK_FALSE(model.player().status().preparing);
-    // The view goes on under the other setting.
+    // The view continues under the other setting.
     const auto frame = model.view()->frame;
     REQUIRE(room.shows([&] { return model.view()->frame > frame; }));
     CHECK(model.status().heard_change == 0);
@@ -278,7 +278,7 @@ TEST_CASE("A switch between two equal settings prepares nothing, nor does what i
     REQUIRE(room.shows([&] { return model.status().heard_change == 1; }));
 }
 
-TEST_CASE("A setting that failed is tried again when it is asked for again") {
+TEST_CASE("A setting that failed is tried again on request") {
     Room room;
     Model& model = room.model();
     Simulation wrong = model.setting().simulation;
@@ -290,7 +290,7 @@ TEST_CASE("A setting that failed is tried again when it is asked for again") {
     }
 }
 
-TEST_CASE("A room of other materials takes back what was seen of the other setting") {
+TEST_CASE("A change of material discards the other setting's view") {
     Room room;
     Model& model = room.model();
     model.watch();
@@ -302,8 +302,7 @@ TEST_CASE("A room of other materials takes back what was seen of the other setti
     CHECK_FALSE(model.compares());
 }
 
-TEST_CASE(
-    "However many materials OSC asks for at once, the newest is heard and one step undoes it") {
+TEST_CASE("Of many material messages in a row the newest plays, and one undo step reverts them") {
     Room room("0");
     Model& model = room.model();
     const float before = absorption(model);
@@ -320,12 +319,12 @@ TEST_CASE(
     CHECK_FALSE(model.can_undo());
 }
 
-TEST_CASE("OSC turns the head and mutes a source while the window moves the listener") {
+TEST_CASE("OSC and the window change different controls without overwriting each other") {
     Room room("0");
     Model& model = room.model();
     const int port = osc_port(model);
     room.shows([] { return true; });
-    // Yaw 90, pitch 0 and roll 0 degrees; then what the window does with a copy made before.
+    // The window's copy of the controls predates the message.
     send(port, "/aula/source/mute\0\0\0,si\0source\0\0\0\0\0\1"sv);
     REQUIRE(comes([&] { return model.player().controls().source(0).muted; }));
     model.take_listener({.position = {1, 1, 1}});

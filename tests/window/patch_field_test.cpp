@@ -16,7 +16,7 @@ PatchEnergy patch(const Vec3& direction, float energy) {
 
 }  // namespace
 
-TEST_CASE("The loudest patch is at full level, one 15 dB lower at half, and both fade") {
+TEST_CASE("The largest energy has full level, 15 dB below half of it, and both fade") {
     PatchField field;
     field.cover({0, 0, 0}, {5, 4, 3}, 0.5F);
     const std::vector<PatchEnergy> patches{patch({1, 0, 0}, 1), patch({0, 0, 1}, 0.0316228F)};
@@ -36,14 +36,14 @@ TEST_CASE("The loudest patch is at full level, one 15 dB lower at half, and both
     CHECK(int{level(0)} == 0);
 }
 
-TEST_CASE("A city is covered by larger cells") {
+TEST_CASE("A large model is covered by larger texels") {
     PatchField field;
     field.cover({0, 0, 0}, {800, 600, 90}, 0.5F);
     CHECK(field.texels().size() < 2'000'000);
     CHECK(field.cell_m() > 0.5F);
 }
 
-TEST_CASE("Of a closed room the inner sides sound, the outer ones do not") {
+TEST_CASE("The interior sides of a closed room are those that face inwards") {
     const Scene scene = test::small_room();
     const RayScene rays(scene);
     const std::vector<Vec3> inside{scene.sources[0].position};

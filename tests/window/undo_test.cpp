@@ -5,7 +5,7 @@
 
 using aula::Undo;
 
-TEST_CASE("What was undone comes back until something else is done") {
+TEST_CASE("Redo restores undone values until a new value is set") {
     Undo<std::string> undo("plaster");
     CHECK_FALSE(undo.can_undo());
     undo.undo();
@@ -26,7 +26,7 @@ TEST_CASE("What was undone comes back until something else is done") {
     CHECK(undo.now() == "plaster");
 }
 
-TEST_CASE("The oldest steps are forgotten, the newest value is kept") {
+TEST_CASE("The history drops its oldest values and keeps the newest") {
     Undo<int> undo(0);
     for (int i = 1; i <= 1000; ++i) undo.change(i);
     CHECK(undo.now() == 1000);

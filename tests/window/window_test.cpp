@@ -15,7 +15,7 @@ namespace {
 
 using namespace aula::test;
 
-/// A display of this process's own, in memory.
+/// A private X display in memory.
 class Display {
  public:
     Display()
@@ -54,15 +54,15 @@ std::pair<unsigned, unsigned> png_size(const std::string& file) {
 
 }  // namespace
 
-TEST_CASE("The window opens, plays and draws: a screenshot is written, and nothing else") {
+TEST_CASE("The window opens, plays and draws; it writes the screenshot only") {
     if (run_program({"sh", "-c", "command -v Xvfb"}).status != 0) {
-        WARN("skipped: there is no Xvfb here");
+        WARN("skipped: Xvfb is not installed");
         return;
     }
     const JackServer server(256);
     const Display display;
     if (!server.running() || !display.running()) {
-        WARN("skipped: neither sound nor display can be had here");
+        WARN("skipped: no JACK server or no display can run here");
         return;
     }
     const TemporaryFolder folder;
@@ -79,14 +79,14 @@ TEST_CASE("The window opens, plays and draws: a screenshot is written, and nothi
     }
     REQUIRE(result.status == 0);
     CHECK(png_size(picture) == std::pair{1280U, 800U});
-    // A picture of one colour would be a few kilobytes.
+    // A picture of one colour takes a few kilobytes.
     CHECK(std::filesystem::file_size(picture) > 50'000);
     CHECK(names_in(folder.path()).size() == 1);
 }
 
-TEST_CASE("Without a sound device a screenshot is taken in silence, and that is said in a line") {
+TEST_CASE("Without a sound device a screenshot is taken in silence, with a warning") {
     if (run_program({"sh", "-c", "command -v Xvfb"}).status != 0) {
-        WARN("skipped: there is no Xvfb here");
+        WARN("skipped: Xvfb is not installed");
         return;
     }
     const Display display;
@@ -103,7 +103,7 @@ TEST_CASE("Without a sound device a screenshot is taken in silence, and that is 
     INFO(result.err);
     if (!display.running() || devices.out != "no output devices\n" ||
         result.err.find("no window can be opened") != std::string::npos) {
-        WARN("skipped: no display can be had here, or there is a sound card");
+        WARN("skipped: no display can run here, or a sound device exists");
         return;
     }
     CHECK(result.status == 0);
@@ -111,7 +111,7 @@ TEST_CASE("Without a sound device a screenshot is taken in silence, and that is 
     CHECK(result.err.ends_with("playing in silence\n"));
 }
 
-TEST_CASE("Without a display the terminal plays, and a screenshot is refused") {
+TEST_CASE("Without a display a screenshot is refused") {
     unsetenv("DISPLAY");
     unsetenv("WAYLAND_DISPLAY");
     const ProgramResult result = run_program(
