@@ -15,8 +15,10 @@ namespace aula {
 
 namespace {
 
-/// Number of outputs whose sums stay in registers over all taps.
+/// Number of outputs whose sums stay in registers over all taps, where there are as many and where
+/// there are fewer.
 constexpr std::size_t kTile = 64;
+constexpr std::size_t kSmallTile = 16;
 
 }  // namespace
 
@@ -32,9 +34,27 @@ void filter(const float* __restrict x, const float* __restrict h, std::size_t ta
         }
         std::copy(sum.begin(), sum.end(), out + n);
     }
-    std::fill(out + n, out + samples, 0.0F);
-    for (std::size_t k = 0; k < taps; ++k) {
-        for (std::size_t i = n; i < samples; ++i) out[i] += h[k] * x[i - k];
+    for (; n + kSmallTile <= samples; n += kSmallTile) {
+        std::array<float, kSmallTile> sum{};
+        for (std::size_t k = 0; k < taps; ++k) {
+            const float* const delayed = x + n - k;
+            for (std::size_t i = 0; i < kSmallTile; ++i) sum[i] += h[k] * delayed[i];
+        }
+        std::copy(sum.begin(), sum.end(), out + n);
+    }
+    // Of the last outputs, too few for the lanes of a vector, each has the lanes for its taps.
+    constexpr std::size_t kLanes = 16;
+    for (; n < samples; ++n) {
+        std::array<float, kLanes> sum{};
+        std::size_t k = 0;
+        for (; k + kLanes <= taps; k += kLanes) {
+            const float* const oldest = x + n - k - (kLanes - 1);
+            for (std::size_t i = 0; i < kLanes; ++i) sum[i] += h[k + i] * oldest[kLanes - 1 - i];
+        }
+        for (; k < taps; ++k) sum[0] += h[k] * *(x + n - k);
+        for (std::size_t i = 0; i < 8; ++i) sum[i] += sum[i + 8];
+        for (std::size_t i = 0; i < 4; ++i) sum[i] += sum[i + 4];
+        out[n] = (sum[0] + sum[2]) + (sum[1] + sum[3]);
     }
 }
 

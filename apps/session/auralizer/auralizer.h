@@ -42,7 +42,7 @@ struct AuralizerOptions {
     RenderClock clock = RenderClock::real_time;
     double sample_rate_hz = 48000;
     /// Samples that are processed at a time on the real-time clock: longer calls are divided,
-    /// shorter ones cost nearly as much. Best is the size of most calls. The exact clock has a
+    /// shorter ones cost more per sample. Best is the size of most calls. The exact clock has a
     /// block of its own.
     int block = 256;
     OutputFormat output = OutputFormat::binaural;
