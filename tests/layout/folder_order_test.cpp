@@ -30,6 +30,7 @@ const std::array kParts = {
     Part{"apps/bench",
          {"base", "convolution", "propagation", ""},
          {"apps/session", "engine", "audio"}},
+    Part{"apps/examples", {""}, {"apps/session", "engine", "audio"}},
     Part{"apps/aula", {""}, {"apps/session", "apps/window", "engine", "audio"}},
 };
 
