@@ -15,7 +15,7 @@ constexpr double kEnergyUnit = 0x1p-32;
 constexpr double kLengthUnit_m = 0x1p-20;
 
 struct IdentifierHash {
-    // The identifier is well mixed already.
+    // The identifier is already well mixed.
     std::size_t operator()(const PathIdentifier& path) const { return path.low; }
 };
 
@@ -127,9 +127,9 @@ void DiffusePathCache::add_frame(std::span<const Arrival> arrivals, int rays) {
         s.window.push_back({{arrivals.begin(), arrivals.end()}, rays});
         s.emitted_in_window += rays;
         s.arrivals_in_window += arrivals.size();
-        // Differs from Eq. 3.2: one divisor for every entry, the rays emitted in the window
-        // whether or not they hit. Counting from the insertion divides by too few rays, as an
-        // entry is inserted because it was hit.
+        // Differs from Eq. 3.2: every entry has the same divisor, the rays emitted in the window
+        // whether or not they hit. Counting from the insertion divides by too few rays, because an
+        // entry is inserted on a hit.
     } else {
         for (auto entry = s.entries.begin(); entry != s.entries.end(); ++entry) {
             entry.value().emitted_count += rays;
@@ -144,7 +144,7 @@ void DiffusePathCache::add_to(const SpecularSound& images, EnergyResponse& respo
         if (images.has_tried(entry.image)) continue;
         const std::int64_t emitted =
             s.readout == Readout::windowed ? s.emitted_in_window : entry.emitted_count;
-        // Eq. 3.3: the mean length gives the delay.
+        // Eq. 3.3: the mean length determines the delay.
         const double length_m = static_cast<double>(entry.length_sum) * kLengthUnit_m /
                                 static_cast<double>(entry.arrival_count);
         const std::size_t bin = response.bins.index(length_m / double{response.speed_of_sound_m_s});

@@ -11,8 +11,8 @@
 namespace aula {
 
 /// The diffuse path cache of one source and one listener: a hash table from path identifiers to
-/// what is known of the sound along each path. All sums are 64-bit fixed point, so that adding and
-/// removing is exact. [propagation thread]
+/// sums over the arrivals along each path. All sums are 64-bit fixed point, so that addition and
+/// removal are exact. [propagation thread]
 class DiffusePathCache {
  public:
     enum class Readout {
@@ -30,28 +30,28 @@ class DiffusePathCache {
         std::uint64_t image = 0;  ///< see Arrival
     };
 
-    /// `window_frames` >= 1 is F, the lifetime of an entry or the length of the window. What does
-    /// not fit in `memory_bytes` is forgotten, oldest first.
+    /// `window_frames` >= 1 is F, the lifetime of an entry or the length of the window. If the
+    /// cache exceeds `memory_bytes`, the oldest data is removed first.
     DiffusePathCache(Readout readout, int window_frames, std::size_t memory_bytes);
     ~DiffusePathCache();
     DiffusePathCache(DiffusePathCache&&) noexcept;
     DiffusePathCache& operator=(DiffusePathCache&&) noexcept;
 
-    /// Another bound for the memory, from the next frame on.
+    /// Sets the memory limit from the next frame on.
     void set_memory_bytes(std::size_t memory_bytes);
 
-    /// One frame: expires what is too old, takes the frame's arrivals and ages every entry by the
-    /// number of rays that the source emitted in this frame.
+    /// Processes one frame: removes expired data, adds the arrivals, and adds `rays`, the number
+    /// emitted by the source in this frame, to every entry's emitted_count.
     void add_frame(std::span<const Arrival> arrivals, int rays);
 
-    /// Adds every entry that no image source counts as a delayed impulse to a response.
+    /// Adds every entry that no image source counts to a response, as a delayed impulse.
     void add_to(const SpecularSound& images, EnergyResponse& response) const;
 
     std::size_t size() const;
     std::size_t memory_bytes() const;
     const Entry* find(const PathIdentifier& path) const;
 
-    /// Energies in fixed point, 2^-32 1/m2.
+    /// Converts an energy to fixed point, in units of 2^-32 1/m2.
     static std::int64_t to_fixed(float energy);
 
  private:

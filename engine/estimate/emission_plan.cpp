@@ -6,20 +6,21 @@ namespace aula {
 
 namespace {
 
-constexpr int kShared = 2;  // times what one emitter sends at most
+constexpr int kShared = 2;  // times the limit of one emitter
 
 std::size_t count_changed(std::span<const EmitterStatus> emitters) {
     return static_cast<std::size_t>(std::count_if(
         emitters.begin(), emitters.end(), [](const EmitterStatus& e) { return e.changed; }));
 }
 
-/// An emitter that stands and is to send rays.
+/// A static emitter that needs rays.
 struct Standing {
     int* batches;
-    std::uint64_t emitted_rays;  // with what it is to send now
+    std::uint64_t emitted_rays;  // including those planned for this frame
 };
 
-/// Gives one batch to all that have nothing yet, then one after the other to who has least.
+/// Gives one batch to each emitter without rays, then batch by batch to the emitter with the
+/// fewest.
 void share(std::vector<Standing>& standing, int most, int batch_rays) {
     int left = kShared * most;
     const auto give = [&](Standing& to) {
@@ -55,7 +56,7 @@ EmissionPlan plan_emission(std::span<const EmitterStatus> sources,
             standing.push_back({&batches, emitter.emitted_rays});
         }
     };
-    // Listeners serve the sources that have moved.
+    // Listeners emit for the sources that have moved.
     bool all_listeners_send = changed_sources > 0;
     for (std::size_t l = 0; l < listeners.size(); ++l) {
         const bool fewer = changed_sources > changed_listeners;

@@ -6,28 +6,28 @@
 
 namespace aula {
 
-/// What the plan knows of an emitter in this frame.
+/// An emitter's state in this frame, as input to the plan.
 struct EmitterStatus {
-    bool changed = false;            ///< it or the scene has moved since the last frame
-    bool complete = false;           ///< more rays would bring nothing
-    std::uint64_t emitted_rays = 0;  ///< rays that its cache holds
+    bool changed = false;            ///< the emitter or the scene has moved since the last frame
+    bool complete = false;           ///< more rays would not reduce the error
+    std::uint64_t emitted_rays = 0;  ///< rays in its cache
 };
 
-/// From which ends rays are sent in a frame, and how many batches of them.
+/// The emitters of a frame and the number of batches of each.
 struct EmissionPlan {
     std::vector<int> sources;    ///< [source] batches
     std::vector<int> listeners;  ///< [listener] batches
 };
 
-/// Sound travels both ways alike, so that a source and a listener are joined by the rays of either.
-/// Best are rays from an end that stands, as they go on holding:
+/// Plans the emission of a frame. By reciprocity the rays of either end connect a source and a
+/// listener. Rays of a static end are preferable, because they remain valid:
 ///
-/// * a source that stands sends rays itself, wherever the listeners go;
-/// * for sources that have moved rays are sent by the listeners that stand;
-/// * where both ends have moved, by the fewer of them.
+///   * a static source emits, wherever the listeners move;
+///   * for moved sources the static listeners emit;
+///   * where both ends have moved, the end with fewer emitters emits.
 ///
-/// Whoever has moved sends `most` batches. Those that stand share twice as many, who has gathered
-/// least first; all of them begin at once. [propagation thread]
+/// A moved emitter traces `most` batches; static ones share twice that, fewest rays first. Every
+/// static emitter without rays gets one batch first. [propagation thread]
 EmissionPlan plan_emission(std::span<const EmitterStatus> sources,
                            std::span<const EmitterStatus> listeners, int most, int batch_rays);
 

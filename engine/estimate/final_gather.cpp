@@ -15,21 +15,21 @@ namespace aula {
 namespace {
 
 constexpr int kBatchRays = 128;
-constexpr std::size_t kChunks = 8;  // of hits, each summed by itself whatever the threads
+constexpr std::size_t kChunks = 8;  // of hits, each summed separately
 
-/// A mirror ray below this weight in every band plays roulette.
+/// Russian roulette applies to a mirror ray below this weight in every band.
 constexpr float kRouletteWeight = 0.7F;
 
-/// From here on, where the sound field is diffuse, the first kLateShare of the rays (of a
-/// low-discrepancy sequence, so evenly spread themselves) stand for all.
+/// From this time on, where the sound field is diffuse, the first kLateShare of the rays represents
+/// all. A prefix of a low-discrepancy sequence is itself evenly distributed.
 constexpr double kLate_s = 0.512;
 constexpr float kLateShare = 0.25F;
 
-/// Hits of a patch whose lengths differ by less than this share of its size are one: what the patch
-/// radiates is known no better.
+/// Hits of a patch whose lengths differ by less than this share of the patch size are merged: the
+/// radiated energy has no finer resolution.
 constexpr float kJoined = 0.5F;
 
-constexpr std::size_t kPrefetchDistance = 32;  // bins of a row that are asked for before their turn
+constexpr std::size_t kPrefetchDistance = 32;  // bins of a row
 
 struct MirrorRay {
     Ray ray;
@@ -44,7 +44,8 @@ std::size_t batch_count(const GatherSettings& settings) {
     return static_cast<std::size_t>((settings.rays + kBatchRays - 1) / kBatchRays);
 }
 
-/// Traces a batch wave by wave, a wave being the next segment of every ray; `sent` sees each.
+/// Traces a batch reflection by reflection; the lanes hold the next segment of every ray. `sent` is
+/// called with each set of lanes.
 template <typename Sent>
 void trace_batch(const RayScene& scene, const PatchGrid& grid, const Vec3& receiver,
                  const GatherSettings& settings, std::uint64_t frame_seed, int batch,
@@ -80,11 +81,11 @@ void trace_batch(const RayScene& scene, const PatchGrid& grid, const Vec3& recei
             const Material& material = scene.material(scene.surface(hits[i].triangle).material);
             r.length_m += hits[i].distance_m;
             r.weight *= transmission(settings.attenuation_per_m, hits[i].distance_m);
-            // Mirrors count as well where they share a patch with a surface that scatters.
+            // Mirrors count as well where they share a patch with a scattering surface.
             grid.find_radiators(hits[i].triangle, point, normal, radiators);
             for (const PatchGrid::Radiator& radiator : radiators) {
-                // A patch of area A that radiates B by Lambert's law has the radiance B / (pi A);
-                // fluence is radiance times solid angle, 4 pi / M for each of M rays:
+                // A patch of area A that radiates B by Lambert's law has the radiance B / (pi A).
+                // Fluence is radiance times solid angle, 4 pi / M for each of M rays:
                 // 4 pi / M * B / (pi A) = 4 / (M A) * B.
                 const float factor = 4 / static_cast<float>(settings.rays) * radiator.per_m2;
                 out.push_back(
@@ -106,7 +107,7 @@ void trace_batch(const RayScene& scene, const PatchGrid& grid, const Vec3& recei
     }
 }
 
-/// Bins of one width that follow each other.
+/// Consecutive bins of equal width.
 struct Region {
     std::size_t first_bin = 0;
     std::size_t end_bin = 0;
@@ -129,25 +130,27 @@ std::vector<Region> regions_of(const TimeBins& bins) {
 struct FloatRow {
     std::vector<float> energy;  // [bin][band]
     std::vector<float> sum;     // [bin], over bands
-    std::vector<float> moment;  // [bin][4], of a listener's cache
+    std::vector<float> moment;  // [bin][4], for a listener's cache
     Bands total;
     std::size_t first_bin = 0;
     std::size_t end_bin = 0;
 };
 
-/// What a chunk of hits adds; one bin more than the response, for what falls out at its end.
+/// The contribution of a chunk of hits. One bin more than the response receives the overflow at its
+/// end.
 struct Partial {
     std::vector<float> energy;     // [bin][band]
     std::vector<float> direction;  // [bin][4]
 };
 
-/// Bins [first_bin, end_bin) of a row as floats, with their sums over bands; adds to `total`.
+/// Converts bins [first_bin, end_bin) of a row to floats, with their sums over bands; adds to
+/// `total`.
 AULA_MULTIVERSION
 void convert_row(const std::int64_t* sums, std::size_t first_bin, std::size_t end_bin, double scale,
                  float* energy, float* sum, Bands& total) {
     BandVector all = load_bands(total);
     for (std::size_t k = first_bin; k < end_bin; ++k) {
-        // Ask for what comes soon: rows lie all over memory.
+        // Prefetch: rows are scattered in memory.
         __builtin_prefetch(sums + std::min(k + kPrefetchDistance, end_bin) * kBandCount);
         const BandVector e = to_bands(sums + k * kBandCount, scale);
         store_bands(e, energy + k * kBandCount);
@@ -157,7 +160,7 @@ void convert_row(const std::int64_t* sums, std::size_t first_bin, std::size_t en
     store_bands(all, total.value.data());
 }
 
-/// Bins [first_bin, end_bin) of moments as floats.
+/// Converts bins [first_bin, end_bin) of moments to floats.
 void convert_moments(const std::int64_t* moments, std::size_t first_bin, std::size_t end_bin,
                      double scale, float* moment) {
     for (std::size_t k = first_bin; k < end_bin; ++k) {
@@ -168,8 +171,8 @@ void convert_moments(const std::int64_t* moments, std::size_t first_bin, std::si
     }
 }
 
-/// Adds `count` bins that are as wide as the output's: each leaves the share `stays` in the output
-/// bin of its number and gives the rest to the next.
+/// Adds `count` bins of the output's width: each leaves the share `stays` in the output bin of its
+/// number and the rest in the next.
 inline void add_equal_bins(const float* in, std::size_t count, float stays, const float* weight,
                            float* out) {
     const BandVector keep = stays * load_bands(weight);
@@ -183,7 +186,7 @@ inline void add_equal_bins(const float* in, std::size_t count, float stays, cons
     store_bands(load_bands(out + count * kBandCount) + passed, out + count * kBandCount);
 }
 
-/// As add_equal_bins, one number of a bin times the four of a direction.
+/// As add_equal_bins, for one number per bin times the four components of a direction.
 inline void add_equal_sums(const float* sum, std::size_t count, float stays, const float* direction,
                            float* out) {
     const FourVector keep = stays * load_four(direction);
@@ -196,7 +199,7 @@ inline void add_equal_sums(const float* sum, std::size_t count, float stays, con
     store_four(load_four(out + count * 4) + passed, out + count * 4);
 }
 
-/// As add_equal_bins, of the three numbers of a direction and a fourth that is 0.
+/// As add_equal_bins, for the three components of a direction and a fourth that is 0.
 inline void add_equal_moments(const float* in, std::size_t count, float stays, const float* weight,
                               float* out) {
     const FourVector keep = stays * load_four(weight);
@@ -210,11 +213,11 @@ inline void add_equal_moments(const float* in, std::size_t count, float stays, c
     store_four(load_four(out + count * 4) + passed, out + count * 4);
 }
 
-/// Adds bins [bin, end) of one width, of which the first begins `x` of an output bin after the
-/// start of output bin `out`, until the output's width changes at out_end. An output bin is
-/// 1 / `ratio` times as wide, `ratio` <= 1. `direction` multiplies the moments, if given, or else
-/// the sums. Energy is uniform in time inside a bin: the share
-/// before the next output edge stays, the rest goes on. Returns the bin after the last one added.
+/// Adds bins [bin, end) of equal width until the output's width changes at out_end. The first
+/// begins `x` output bins after the start of output bin `out`. An output bin is 1 / `ratio` times
+/// as wide, `ratio` <= 1. `direction` multiplies the moments, if given, or else the sums. Energy is
+/// uniform in time inside a bin: the part before the next output edge stays, the rest goes to the
+/// next bin. Returns the bin after the last one added.
 AULA_MULTIVERSION
 std::size_t add_bins(const float* energy, const float* sum, const float* moment, std::size_t bin,
                      std::size_t end, float ratio, const float* weight, const float* direction,
@@ -254,11 +257,11 @@ std::size_t add_bins(const float* energy, const float* sum, const float* moment,
     return bin;
 }
 
-/// Adds bins [first_bin, end_bin) of a row, `factor` times, later by `shift_s`.
+/// Adds bins [first_bin, end_bin) of a row, multiplied by `factor` and delayed by `shift_s`.
 void add_row(const FloatRow& row, std::size_t first_bin, std::size_t end_bin, float factor,
              const GatherHit& hit, const TimeBins& bins, const std::vector<Region>& regions,
              double shift_s, Partial& partial) {
-    // The direction carries the energy of all bands: the mean weight by the row's own spectrum.
+    // The direction carries the energy of all bands: the mean weight over the row's own spectrum.
     const Bands weight = hit.weight * factor;
     float weighted = 0;
     for (std::size_t b = 0; b < kBandCount; ++b) weighted += weight[b] * row.total[b];
@@ -285,7 +288,7 @@ void add_row(const FloatRow& row, std::size_t first_bin, std::size_t end_bin, fl
     }
 }
 
-/// Takes in another hit of the same patch, by the mean of their lengths and directions.
+/// Merges another hit of the same patch by the weighted mean of their lengths and directions.
 void join(GatherHit& all, const GatherHit& hit) {
     const float more = hit.weight.sum();
     all.weight += hit.weight;
@@ -295,10 +298,10 @@ void join(GatherHit& all, const GatherHit& hit) {
     all.direction += share * (hit.direction - all.direction);
 }
 
-/// Hits by patch, the late ones first, those of about the same length as one.
+/// Sorts hits by patch, late ones first, and merges those of about the same length.
 std::vector<GatherHit> joined_by_patch(const std::vector<std::vector<GatherHit>>& batches,
                                        std::size_t patch_count, float patch_size_m) {
-    // Count them, then put them in order.
+    // Counting sort.
     std::vector<std::size_t> next(2 * patch_count + 1, 0);
     const auto place = [](const GatherHit& hit) { return 2 * hit.patch + (hit.late ? 0U : 1U); };
     for (const auto& batch : batches) {
@@ -313,7 +316,7 @@ std::vector<GatherHit> joined_by_patch(const std::vector<std::vector<GatherHit>>
     std::vector<GatherHit> joined;
     joined.reserve(ordered.size());
     std::size_t first = 0;        // of the same patch and kind
-    std::vector<float> length_m;  // [of those] that they were opened with
+    std::vector<float> length_m;  // [merged hit] length of its first hit
     for (const GatherHit* hit : ordered) {
         if (first == joined.size() || place(joined[first]) != place(*hit)) {
             first = joined.size();
@@ -390,7 +393,7 @@ void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, d
                 row.first_bin = row.end_bin = source.first_bin;
                 row.total = {};
             }
-            // Late hits come first among those of a patch, so that a row is converted once.
+            // Late hits come first within a patch, so that a row is converted once.
             const std::size_t end_bin =
                 hit.late ? source.end_bin : std::min<std::size_t>(source.end_bin, late_bin);
             if (row.end_bin < end_bin) {
@@ -421,7 +424,7 @@ void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, d
             direction += Vec3(partial.direction[k * 4], partial.direction[k * 4 + 1],
                               partial.direction[k * 4 + 2]);
         }
-        // Directions are weighted by a row's whole spectrum, which a bin's own may differ from.
+        // Directions are weighted by a row's whole spectrum, which may differ from that of one bin.
         const float length = glm::length(direction);
         if (length > energy.sum()) direction *= energy.sum() / length;
         response.energy[k] += energy;

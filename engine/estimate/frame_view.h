@@ -10,14 +10,14 @@
 
 namespace aula {
 
-/// What a patch radiates, to be looked at.
+/// The energy that a patch radiates, for display.
 struct PatchEnergy {
     PatchGrid::Cell cell;
     Bands energy;  ///< per unit emitted energy and m2 of the patch
 };
 
-/// What the patches radiate within a time after emission; those that sound does not reach, and
-/// those that radiate nothing, are left out. [propagation thread]
+/// Energies that the patches radiate within a time interval after emission. Patches that sound does
+/// not reach and patches that radiate nothing are omitted. [propagation thread]
 std::vector<PatchEnergy> patch_energies(const PatchGrid& grid, const PatchCache& cache,
                                         const TimeBins& bins, double begin_s, double end_s);
 

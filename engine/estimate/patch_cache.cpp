@@ -14,21 +14,21 @@ namespace aula {
 
 namespace {
 
-/// A frame holds while emitter and scene are within this share of the patch size of where they were
-/// then. At 1.5 m/s, 30 frames a second and patches of 0.5 m that is four frames, which is where
-/// tracking errors of a walking source are least.
+/// A frame is valid while emitter and scene are within this share of the patch size of their
+/// positions in it. At 1.5 m/s, 30 frames a second and patches of 0.5 m this is four frames, which
+/// minimises the tracking error of a walking source.
 constexpr double kReach = 0.4;
 
-/// The frame before is kept in any case, but after a jump.
+/// The previous frame is kept in any case, except after a jump.
 constexpr double kJump_m = 1;
 
-/// Clearing all sums costs as much as taking out so many frames.
+/// Clearing all sums costs as much as removing this number of frames.
 constexpr std::size_t kClearing = 2;
 
 constexpr std::size_t kAxes = 3;
-constexpr std::size_t kPrefetchDistance = 28;  // deposits that are asked for before their turn
+constexpr std::size_t kPrefetchDistance = 28;  // deposits
 
-/// Adds energies, or takes them out.
+/// Adds energies, or removes them (sign -1).
 inline void add_energy(const BandSums& units, std::int64_t sign, std::int64_t* sums) {
     BandSums sum;
     std::memcpy(&sum, sums, sizeof sum);
@@ -36,7 +36,7 @@ inline void add_energy(const BandSums& units, std::int64_t sign, std::int64_t* s
     std::memcpy(sums, &sum, sizeof sum);
 }
 
-/// Adds energy times direction, or takes it out.
+/// Adds energy times direction, or removes it (sign -1).
 inline void add_moment(const BandSums& units, const Vec3& departure, std::int64_t sign,
                        std::int64_t* moment) {
     std::int64_t all = 0;
@@ -80,7 +80,7 @@ void PatchCache::advance(const State& now, WorkerPool& workers) {
     now_ = now;
     if (summed_frames_ == 0) return;
     if (changed) fresh_frames_ = 0;
-    // Of the frames from before the last change the oldest go first.
+    // Of the frames before the last change the oldest are removed first.
     std::size_t keep = fresh_frames_;
     while (keep < std::min(summed_frames_, log_.size()) && holds(log_[log_.size() - 1 - keep])) {
         ++keep;
@@ -107,7 +107,8 @@ void PatchCache::keep_newest(std::size_t frames, WorkerPool& workers) {
             apply(log_[i], -1, workers);
         }
     } else {
-        // Most frames go, or older ones than the log holds: begin anew with those that stay.
+        // Most frames are removed, or frames older than the log: rebuild the sums from the
+        // remaining ones.
         for (Row& row : rows_) {
             if (row.deposits == 0) continue;
             std::fill_n(row.sum, bin_count_ * kBandCount, 0);
@@ -140,17 +141,17 @@ void PatchCache::add_frame(int rays, std::size_t patch_count, std::span<TraceBat
     log_.push_back(std::move(frame));
     ++summed_frames_;
     ++fresh_frames_;
-    // While nothing changes a frame from before the change makes room for each new one: the window
-    // grows with those alone that are right.
+    // While nothing changes, each new frame replaces one from before the change. The window then
+    // grows with valid frames only.
     if (fresh_frames_ == 1) window_then_ = summed_frames_;
     const std::size_t most = std::max(fresh_frames_, window_then_);
     if (summed_frames_ > most) keep_newest(most, workers);
     trim_log(workers);
 }
 
-/// Forgets logged frames that nothing will ask for, and the oldest that do not fit in memory.
-/// Frames of the sums from before the last change stay logged, or are taken out: without the log
-/// they no longer could be. Where newer ones of the sums are forgotten a change begins anew.
+/// Removes logged frames that cannot be needed, and the oldest that exceed the memory. Frames in
+/// the sums from before the last change stay logged or are removed from the sums, because without
+/// the log they could not be removed later. Removing newer ones of the sums counts as a change.
 void PatchCache::trim_log(WorkerPool& workers) {
     if (log_.size() > window_frames_) {
         spare_ = std::move(log_.front().batches);
@@ -181,13 +182,13 @@ void PatchCache::apply(const Frame& frame, std::int64_t sign, WorkerPool& worker
     emitted_ += static_cast<std::uint64_t>(sign) * frame.rays;
 }
 
-/// Adds or takes out the deposits on one part of the patches; returns how many rows are new.
+/// Adds or removes the deposits on one part of the patches; returns the number of new rows.
 AULA_MULTIVERSION
 std::size_t PatchCache::apply_batch(const Batch& batch, std::size_t part, std::int64_t sign) {
     std::size_t allocated = 0;
     const std::vector<Deposit>& deposits = batch.deposits.part[part];
     for (std::size_t i = 0; i < deposits.size(); ++i) {
-        // Sums lie scattered in memory: ask for those that come soon.
+        // Prefetch: sums are scattered in memory.
         if (i + kPrefetchDistance < deposits.size()) {
             const Deposit& soon = deposits[i + kPrefetchDistance];
             const std::int64_t* sum = rows_[soon.patch].sum;
@@ -213,8 +214,8 @@ std::size_t PatchCache::apply_batch(const Batch& batch, std::size_t part, std::i
     return allocated;
 }
 
-/// Leaves out bins that have become empty at both ends: a row then is as if what was taken out had
-/// never been, to the last bit of all that is computed from it.
+/// Removes empty bins at both ends. After a removal the row, and every value computed from it, is
+/// then bit-identical to one without the removed deposits.
 void PatchCache::trim(Row& row) const {
     const auto empty = [&](std::uint32_t bin) {
         const std::int64_t* sum = &row.sum[bin * kBandCount];

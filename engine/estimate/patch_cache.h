@@ -12,26 +12,27 @@
 
 namespace aula {
 
-/// The energy that every patch radiates for one emitter, B(patch, arrival-time bin), whoever is at
-/// the other end. For a listener it keeps the arrival direction, too: that in which the rays left.
-/// While neither emitter nor scene changes it gathers for ever; once something has changed it keeps
-/// a window of frames: none older than tau, none from which the emitter or the scene has moved far
-/// against the patch size. Sums are 64-bit fixed point, so that removing is exact.
+/// The energy that every patch radiates for one emitter, B(patch, arrival-time bin), independent of
+/// the other end. For a listener it also stores the arrival direction, which is the direction of
+/// emission of the rays. While neither emitter nor scene changes, all frames accumulate. After a
+/// change it keeps a window of frames: none older than tau, and none from which emitter or scene
+/// has moved far relative to the patch size. Sums are 64-bit fixed point, so that removal is exact.
 /// [propagation thread]
 class PatchCache {
  public:
-    /// Energies are sums in these units of a ray's energy.
+    /// Unit of the energy sums, relative to a ray's initial energy.
     static constexpr double kUnit = Deposit::kUnit;
 
-    /// So many rays leave less noise than the gather has. Their sums, of all bands for moments,
-    /// stay below 2^63 units even where each ray meets a patch forty times in one bin.
+    /// From this number of rays on, their noise is below that of the gather. Their sums (of all
+    /// bands for moments) stay below 2^63 units even if each ray meets a patch forty times in one
+    /// bin.
     static constexpr std::uint64_t kEnoughRays = 1ULL << 20;
 
-    /// What the rays of a frame depend on.
+    /// The state on which the rays of a frame depend.
     struct State {
         std::uint64_t frame = 0;
         Vec3 emitter{0};
-        double travel_m = 0;  ///< how far anything in the scene has moved since the start
+        double travel_m = 0;  ///< accumulated movement of the scene since the start
 
         bool changed_since(const State& older) const {
             return emitter != older.emitter || travel_m != older.travel_m;
@@ -39,40 +40,41 @@ class PatchCache {
         double moved_m(const State& older) const;
     };
 
-    /// The radiated energy of one patch, zero outside [first_bin, end_bin), but not at its ends.
+    /// The radiated energy of one patch, zero outside [first_bin, end_bin) and nonzero in the first
+    /// and last bin of it.
     struct alignas(64) Row {
         std::int64_t* sum = nullptr;     ///< [bin][band]
-        std::int64_t* moment = nullptr;  ///< [bin][axis] energy of all bands times the
-                                         ///< unit direction; none for a source
+        std::int64_t* moment = nullptr;  ///< [bin][axis] sum over bands of energy times the
+                                         ///< unit direction; null for a source
         std::uint64_t deposits = 0;
         std::uint32_t first_bin = ~0U;
         std::uint32_t end_bin = 0;
     };
 
-    /// `window_frames` is F >= 1. Frames are logged, to be taken out again, in what the sums leave
-    /// of `memory_bytes`. `directed`: keeps moments.
+    /// `window_frames` is F >= 1. Frames are logged for later removal in the part of `memory_bytes`
+    /// that the sums leave. `directed`: stores moments.
     PatchCache(std::size_t bin_count, int window_frames, float patch_size_m,
                std::size_t memory_bytes, bool directed = false);
     PatchCache(PatchCache&&) = default;
     PatchCache& operator=(PatchCache&&) = default;
 
-    /// Another bound for the memory, from the next frame on.
+    /// Sets the memory limit from the next frame on.
     void set_memory_bytes(std::size_t memory_bytes) { memory_bytes_ = memory_bytes; }
 
     /// Bytes of one patch's row.
     static std::size_t row_bytes(std::size_t bin_count, bool directed);
 
-    /// True once so many rays have been gathered that more would change nothing.
+    /// True at kEnoughRays or more.
     bool complete() const;
 
-    /// True if every frame held is as the present one: none is from before a change.
+    /// True if no stored frame precedes the last change.
     bool is_current() const { return fresh_frames_ == summed_frames_; }
 
-    /// Forgets what no longer holds. Call once for each frame, in ascending order.
+    /// Removes frames that are no longer valid. Call once for each frame, in ascending order.
     void advance(const State& now, WorkerPool& workers);
 
-    /// Takes the deposits of one frame, after advance(), all on patches below `patch_count`. Takes
-    /// the batches' memory over; what is left in them is to be cleared.
+    /// Adds the deposits of one frame, after advance(), all on patches below `patch_count`. Takes
+    /// over the batches' memory; clear the batches before reuse.
     void add_frame(int rays, std::size_t patch_count, std::span<TraceBatch> batches,
                    WorkerPool& workers);
 
@@ -81,7 +83,7 @@ class PatchCache {
     std::size_t row_count() const { return rows_.size(); }
     bool directed() const { return directed_; }
 
-    /// Rays of the frames that the sums hold.
+    /// Number of rays of the frames in the sums.
     std::uint64_t emitted() const { return emitted_; }
 
     std::size_t occupied() const;
@@ -116,10 +118,10 @@ class PatchCache {
     std::vector<Row> rows_;
     std::uint64_t emitted_ = 0;
     std::size_t allocated_rows_ = 0;
-    std::size_t summed_frames_ = 0;  ///< frames that the sums hold, the newest ones
-    std::size_t fresh_frames_ = 0;   ///< of them, those since emitter and scene last changed
-    std::size_t window_then_ = 0;    ///< frames that the sums held right after that change
-    std::vector<Batch> spare_;       ///< memory of a forgotten frame
+    std::size_t summed_frames_ = 0;  ///< frames in the sums, the newest ones
+    std::size_t fresh_frames_ = 0;   ///< of them, those since the last change of emitter or scene
+    std::size_t window_then_ = 0;    ///< frames in the sums right after that change
+    std::vector<Batch> spare_;       ///< memory of a removed frame, for reuse
     std::deque<Frame> log_;          ///< newest last; may be shorter than summed_frames_
 };
 

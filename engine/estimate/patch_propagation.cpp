@@ -15,23 +15,23 @@ namespace {
 
 constexpr int kGatherRays = 1024;
 
-/// After the scene has moved, for as long as a window of frames: most of the sound may come through
-/// what a door has left open, which few rays find, and no mean of frames may help.
+/// Gather rays after a movement of the scene, for one window of frames: most of the sound may pass
+/// a narrow opening such as that of a door. Few rays find it, and no mean over frames is available
+/// yet.
 constexpr int kGatherRaysAfterMove = 4096;
 
-/// Shares of the memory for caches: the patches' sums at most; segments that end in mirrors. What
-/// the sums leave holds the frames that may be taken out again.
+/// Shares of the cache memory: the upper limit of the patches' sums, and segments that end in
+/// mirrors. The rest of the sums' memory stores frames for later removal.
 constexpr double kTableShare = 0.8;
 constexpr double kSegmentShare = 0.05;
 
-/// Segments of all sources, or listeners, together: some 0.2 ms a frame to look through.
+/// Segments of all sources, or listeners, together: a search takes some 0.2 ms a frame.
 constexpr std::size_t kMaxSegments = 1 << 16;
 
-/// An end with less than this share of the rays is not heard: it would cost a gather.
+/// An end with less than this share of the rays is not used: it would cost a gather.
 constexpr double kLeastShare = 0.1;
 
-/// So many of the pairs that have stood for a window's time are gathered again in a frame, turn by
-/// turn.
+/// Number of pairs static for longer than a window that are gathered again in a frame, in turn.
 constexpr std::size_t kSettledPairs = 2;
 
 enum class SeedPurpose : std::uint64_t { grid = 2, gather = 4 };
@@ -63,8 +63,8 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const SpecularPaths& i
     materials_changed();
     ids_.resize(emitter_count());
     std::iota(ids_.begin(), ids_.end(), std::size_t{0});
-    // A patch does not know the order of what it radiates: under a limit the tracer finds what ends
-    // in a mirror.
+    // A patch does not store the order of its energy: under a limit the tracer finds the paths that
+    // end in a mirror.
     gather_settings_.mirrors = simulation.order == 0;
     gather_settings_.max_length_m = trace.max_length_m;
     gather_settings_.attenuation_per_m = trace.attenuation_per_m;
@@ -80,7 +80,7 @@ void PatchPropagation::set_rays(int rays) {
     }
 }
 
-/// Whether paths that end in a mirror are left to the rays.
+/// Decides whether paths that end in a mirror are left to the rays.
 void PatchPropagation::materials_changed() {
     mirrors_ = rays_may_mirror_ &&
                std::any_of(scene_.triangles().begin(), scene_.triangles().end(),
@@ -89,7 +89,7 @@ void PatchPropagation::materials_changed() {
                            });
 }
 
-/// The share of one cache in the memory, in proportion to its rows.
+/// The memory of one cache, in proportion to its row size.
 std::size_t PatchPropagation::cache_bytes(bool directed) const {
     const auto row_bytes = [&](bool of_listener) {
         return static_cast<double>(PatchCache::row_bytes(bins_.count(), of_listener));
@@ -142,7 +142,7 @@ void PatchPropagation::restart() {
     pairs_.assign(source_count_ * listener_count_, silent_pair());
 }
 
-/// Gives each emitter its share after their number has changed.
+/// Divides the memory among the emitters after their number has changed.
 void PatchPropagation::divide_memory() {
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         const bool directed = id >= source_count_;
@@ -191,7 +191,7 @@ Emitter PatchPropagation::emitter(std::size_t id, const FrameInput& input) const
     return {ids_[id], input.listeners[id - source_count_], true};
 }
 
-/// Forgets what has become wrong since the last frame.
+/// Removes data that is invalid since the last frame.
 void PatchPropagation::advance(const PropagationFrame& frame) {
     const bool scene_moved = frame.travel_m != travel_m_;
     if (scene_moved) last_move_ = frame.number;
@@ -204,13 +204,13 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
         caches_[id].advance(now, workers_);
         segment_caches_[id].advance(now);
         status_[id].changed = !positions_.empty() && (scene_moved || positions_[id] != position);
-        // Rays are wanted as well for what no gather finds.
+        // Rays are also needed for paths that no gather finds.
         status_[id].complete = caches_[id].complete() && (!mirrors_ || segment_caches_[id].full());
         status_[id].emitted_rays = caches_[id].emitted();
     }
     receivers_.resize(emitter_count());
     for (std::size_t id = 0; id < emitter_count(); ++id) {
-        // Only paths that end in a mirror need to know what is seen.
+        // Only paths that end in a mirror use the visible share of a receiver's spheres.
         if (!mirrors_) receivers_[id] = {positions[id], listener_radius_m_};
         if (mirrors_ && (positions_.empty() || status_[id].changed)) {
             receivers_[id] = make_receiver(scene_, positions[id], listener_radius_m_);
@@ -224,7 +224,7 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
     }
 }
 
-/// Batches that every emitter is to trace.
+/// Number of batches that each emitter traces.
 std::vector<int> PatchPropagation::plan_batches(std::span<const EmitterStatus> status) const {
     const EmissionPlan plan =
         plan_emission(status.first(source_count_), status.subspan(source_count_),
@@ -251,7 +251,7 @@ void PatchPropagation::trace(const PropagationFrame& frame, const std::vector<in
     }
 }
 
-/// Takes what has been traced into caches and windows of segments.
+/// Adds the traced batches to patch and segment caches.
 void PatchPropagation::update(const std::vector<int>& batches) {
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         if (batches[id] == 0) continue;
@@ -264,15 +264,14 @@ void PatchPropagation::update(const std::vector<int>& batches) {
     }
 }
 
-/// Rays that the caches hold.
+/// Number of rays in each cache.
 std::vector<std::uint64_t> PatchPropagation::emitted() const {
     std::vector<std::uint64_t> rays;
     for (const PatchCache& cache : caches_) rays.push_back(cache.emitted());
     return rays;
 }
 
-/// Pairs whose response is to be brought up to date: all but those whose mean has many frames, of
-/// which a few have their turn.
+/// Pairs to update: all but those whose mean has many frames, of which a few are updated in turn.
 std::vector<char> PatchPropagation::pairs_to_gather(std::uint64_t frame) const {
     const std::size_t count = pairs_.size();
     if (count == 0) return {};
@@ -300,7 +299,8 @@ std::uint64_t PatchPropagation::gather_seed(const PropagationFrame& frame,
     return derive_seed(frame.seed, SeedPurpose::gather, receiver);
 }
 
-/// Who hears what from where. The rays of one receiver serve all emitters at the other end.
+/// Assigns each pair's shares and the receivers to gather at. The rays of one receiver serve all
+/// emitters of the other end.
 PatchPropagation::GatherPlan PatchPropagation::plan_gather(
     const std::vector<char>& wanted, const std::vector<std::uint64_t>& emitted) const {
     GatherPlan plan;
@@ -347,21 +347,21 @@ void PatchPropagation::gather(const PropagationFrame& frame, const std::vector<c
     }
 }
 
-/// True if the windows of segments hold nothing from before a change.
+/// True if the segment caches hold nothing from before a change.
 bool PatchPropagation::segments_current(std::size_t i) const {
     return segment_caches_[i / listener_count_].is_current() &&
            segment_caches_[source_count_ + i % listener_count_].is_current();
 }
 
-/// True if caches and windows hold nothing from before a change.
+/// True if patch and segment caches hold nothing from before a change.
 bool PatchPropagation::is_current(std::size_t i) const {
     return caches_[i / listener_count_].is_current() &&
            caches_[source_count_ + i % listener_count_].is_current() && segments_current(i);
 }
 
-/// Takes what has been gathered into the mean of all frames since the last change, each with the
-/// weight of its rays: an early one knows less. Each alone is right in the mean, so all together
-/// are.
+/// Adds the gathered response to the mean of all frames since the last change, weighted by the rays
+/// of each frame, because early frames are noisier. Each frame alone is unbiased, hence so is the
+/// mean.
 void PatchPropagation::take_in(std::size_t i) {
     Pair& pair = pairs_[i];
     const auto rays = static_cast<double>(caches_[i / listener_count_].emitted() +
@@ -386,12 +386,12 @@ void PatchPropagation::take_in(std::size_t i) {
     ++pair.frames;
 }
 
-/// Brings up to date what a pair detects of segments, of the rays of both ends.
+/// Updates a pair's detections on segments of the rays of both ends.
 void PatchPropagation::detect_segments(std::size_t i) {
     Pair& pair = pairs_[i];
     const std::size_t source = i / listener_count_;
     const std::size_t listener = source_count_ + i % listener_count_;
-    // The segments of the present frame are added to those before, or all begin anew.
+    // The segments of the present frame are added to the sum, or the sum restarts.
     const bool continues = !pair.changed && pair.segments_current && !pair.specular.full();
     pair.segments_current = segments_current(i);
     if (!continues) pair.specular.clear();
@@ -401,7 +401,7 @@ void PatchPropagation::detect_segments(std::size_t i) {
     segment_caches_[listener].add_to(scene_, receivers_[source], continues, rays, pair.specular);
 }
 
-/// The response of what is gathered and of the segments whose paths no image source counts now.
+/// Sums the gathered response and the segments whose paths no image source counts now.
 void PatchPropagation::sum_up(std::size_t i, const SpecularSound& images,
                               EnergyResponse& response) const {
     const Pair& pair = pairs_[i];

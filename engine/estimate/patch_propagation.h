@@ -18,24 +18,29 @@
 
 namespace aula {
 
-/// A frame as the estimators see it.
+/// A frame as input to the estimators.
 struct PropagationFrame {
     const FrameInput& input;
     std::uint64_t number = 0;  ///< since the start
     std::uint64_t seed = 0;    ///< of this frame
-    double travel_m = 0;       ///< how far anything in the scene has moved since the start
+    double travel_m = 0;       ///< accumulated movement of the scene since the start
 };
 
-/// The estimator `patch`. Every source and every listener has a cache of what the patches radiate
-/// of its rays; rays are sent from the ends that serve best (plan_emission), and gathered at the
-/// other end. Where the caches of both ends hold rays, each answers with a share in proportion to
-/// its rays, so that a change of end is never heard. While source, listener and scene stand, what
-/// is gathered is the mean of all frames since, each with the weight of its rays. Purely specular
-/// paths whose image sources are not tried come from the rays' segments. [propagation thread]
+/// The estimator `patch`: time-resolved radiosity by particle tracing with final gather (Jensen
+/// 1996). As in acoustic radiance transfer (Siltanen et al. 2007), surfaces store time-dependent
+/// energy that is gathered at the receiver; here rays deposit it, and no patch-to-patch transfer is
+/// computed.
+///
+/// Every source and every listener has a cache of the energy that patches radiate for its rays.
+/// plan_emission() selects the ends that emit; the other end gathers. If the caches of both ends
+/// hold rays, each contributes in proportion to its rays, so that a change of the emitting end is
+/// inaudible. While source, listener and scene are static, the gathered response is the mean of all
+/// frames since the last change, weighted by their rays. Purely specular paths whose image sources
+/// are not tried come from the rays' segments. [propagation thread]
 class PatchPropagation {
  public:
-    /// `inside`: points in the space that sound can reach. Patches are as large as `simulation`
-    /// says, or larger where memory asks for it.
+    /// `inside`: points in the space that sound can reach. The patch size is that of `simulation`,
+    /// or larger if memory requires it.
     PatchPropagation(const RayScene& scene, const SpecularPaths& images,
                      const Simulation& simulation, const TraceSettings& trace, const TimeBins& bins,
                      std::span<const Vec3> inside, std::size_t source_count,
@@ -43,62 +48,61 @@ class PatchPropagation {
     PatchPropagation(const PatchPropagation&) = delete;
     PatchPropagation& operator=(const PatchPropagation&) = delete;
 
-    /// Forgets everything cached.
+    /// Clears all caches.
     void restart();
 
-    /// Adds a source behind the others; `id` is that of its random numbers.
+    /// Appends a source; `id` selects its random numbers.
     void add_source(std::size_t id, const Vec3& position);
     void remove_source(std::size_t source);
 
-    /// Follows a change of the scene's materials.
+    /// Updates the estimator after a change of the scene's materials.
     void materials_changed();
 
-    /// Brings the patches up to date after RayScene::move.
+    /// Updates the patches after RayScene::move.
     void scene_moved() { grid_.scene_moved(window_frames_); }
 
-    /// Traces a frame and brings `responses` ([source * listener count + listener], without their
-    /// paths) up to date; `images` are the frame's, in the same order. Adds to `statistics`.
+    /// Traces a frame and updates `responses` ([source * listener count + listener], without their
+    /// paths). `images` are those of the frame, in the same order. Adds to `statistics`.
     void step(const PropagationFrame& frame, std::span<const SpecularSound> images,
               std::vector<EnergyResponse>& responses, FrameStatistics& statistics);
 
     /// The rays of the next step if nothing moves.
     std::vector<Ray> rays(const PropagationFrame& frame) const;
 
-    /// The first `count` paths from a source in that frame, up to a reflection order.
+    /// The first `count` paths from a source in that frame, up to reflection order `order`.
     std::vector<PathLine> path_lines(const PropagationFrame& frame, std::size_t source, int count,
                                      int order) const;
 
-    /// What every patch radiates of a source's sound within a time after emission; where only
-    /// listeners send rays, what the first one would hear of it.
+    /// The energy that every patch radiates for a source within a time interval after emission. If
+    /// only listeners emit, the part that would reach the first listener.
     std::vector<PatchEnergy> patch_energies(std::size_t source, double begin_s, double end_s) const;
 
     float patch_size_m() const { return grid_.patch_size_m(); }
 
-    /// Other rays per emitter from the next frame on.
+    /// Sets the rays per emitter from the next frame on.
     void set_rays(int rays);
 
  private:
     /// A source and a listener.
     struct Pair {
-        bool changed = false;  ///< since the last frame
-        bool is_current =
-            false;            ///< what its response has been made of is all of this place and scene
-        int frames = 0;       ///< of the mean
-        double weight = 0;    ///< of the mean, in rays
-        EnergyResponse mean;  ///< of what is gathered
-        EnergyResponse newest;  ///< what is gathered in the present frame
-        bool segments_current =
-            false;  ///< all segments of the last frame were of this place and scene
+        bool changed = false;           ///< since the last frame
+        bool is_current = false;        ///< the response holds nothing from before the last change
+        int frames = 0;                 ///< in the mean
+        double weight = 0;              ///< of the mean, in rays
+        EnergyResponse mean;            ///< of the gathered responses
+        EnergyResponse newest;          ///< gathered in the present frame
+        bool segments_current = false;  ///< all segments of the last frame were valid for these
+                                        ///< positions and this scene
         SpecularSum specular;
     };
-    /// What a pair hears from the cache of each end.
+    /// Weights of the caches of both ends in a pair's response.
     struct Shares {
         double source = 0;
         double listener = 0;
     };
     struct GatherPlan {
         std::vector<Shares> shares;                      ///< [pair]
-        std::vector<std::vector<std::size_t>> pairs_at;  ///< [receiver] that hear there
+        std::vector<std::vector<std::size_t>> pairs_at;  ///< [receiver] pairs that gather there
     };
 
     std::size_t emitter_count() const { return source_count_ + listener_count_; }
@@ -145,7 +149,7 @@ class PatchPropagation {
     GatherSettings gather_settings_;
 
     // [emitter], sources before listeners
-    std::vector<std::size_t> ids_;  // of their random numbers
+    std::vector<std::size_t> ids_;  // select the random numbers
     std::vector<PatchCache> caches_;
     std::vector<SegmentCache> segment_caches_;
     std::vector<EmitterStatus> status_;
@@ -153,7 +157,7 @@ class PatchPropagation {
     std::vector<Vec3> positions_;                   // in the last frame
     std::vector<Receiver> receivers_;
     double travel_m_ = 0;
-    std::optional<std::uint64_t> last_move_;  // the frame in which the scene did
+    std::optional<std::uint64_t> last_move_;  // the last frame in which the scene moved
 
     std::vector<Pair> pairs_;  // [source * listener_count + listener]
 };

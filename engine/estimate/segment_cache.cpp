@@ -8,8 +8,7 @@ namespace aula {
 
 namespace {
 
-/// Numbers of the segments on straight lines that cross a receiver's sphere, most of which it
-/// hears.
+/// Finds the segments on straight lines that cross a receiver's sphere; most of them are detected.
 AULA_MULTIVERSION
 void find_near(const std::vector<SegmentLanes>& segments, const Receiver& receiver,
                float wave_front_1_m2, std::vector<std::uint32_t>& near) {

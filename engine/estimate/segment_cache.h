@@ -13,7 +13,7 @@
 
 namespace aula {
 
-/// Segments side by side, as vector units take them; the last may have no length.
+/// Segments as a structure of arrays for vector units; unused lanes have zero length.
 struct SegmentLanes {
     static constexpr std::size_t kCount = 16;
     using Lanes = std::array<float, kCount>;
@@ -28,17 +28,17 @@ struct SegmentLanes {
     PathSegment at(std::size_t lane) const;
 };
 
-/// The segments of an emitter's paths that no gather finds, over many frames: a receiver hears
-/// those that cross its sphere, wherever it is. No receiver is in them, so that they stay right
-/// while receivers move: while emitter and scene stand a frame holds until newer ones need its
-/// room. Once either has moved, those frames are left out from which they have moved by more than
-/// `reach_m` together, or that are older than the window. [propagation thread]
+/// Cached last segments of paths that no gather finds, over many frames; independent of the
+/// receiver. A receiver detects those that cross its sphere, so they remain valid while receivers
+/// move. While emitter and scene are static, frames are evicted only when newer ones need their
+/// memory. After a movement, frames are removed from which emitter and scene have moved by more
+/// than `reach_m` in total, or which are older than the window. [propagation thread]
 class SegmentCache {
  public:
     using State = PatchCache::State;
 
-    /// `window_frames` >= 1 are held though their segments be more than `max_segments`, but never
-    /// more than fit in `memory_bytes`.
+    /// `window_frames` >= 1 frames are kept even if they exceed `max_segments`, but never more than
+    /// fit in `memory_bytes`.
     SegmentCache(int window_frames, float reach_m, const Bands& attenuation_per_m,
                  std::size_t max_segments, std::size_t memory_bytes)
         : window_frames_(static_cast<std::size_t>(window_frames)),
@@ -47,29 +47,29 @@ class SegmentCache {
           max_segments_(max_segments),
           memory_bytes_(memory_bytes) {}
 
-    /// Other bounds, from the next frame on.
+    /// Sets the limits from the next frame on.
     void set_bounds(std::size_t max_segments, std::size_t memory_bytes) {
         max_segments_ = max_segments;
         memory_bytes_ = memory_bytes;
     }
 
-    /// Forgets what no longer holds. Call once for each frame, in order.
+    /// Removes frames that are no longer valid. Call once for each frame, in order.
     void advance(const State& now);
 
-    /// Takes the segments of the present frame's rays, after advance().
+    /// Adds the segments of the present frame's rays, after advance().
     void add(std::span<const TraceBatch> batches, int rays);
 
-    /// True if every frame held is as the present one: none is from before a change.
+    /// True if no stored frame precedes the last change.
     bool is_current() const;
 
-    /// True if more rays would hardly make what is held more certain.
+    /// True if more rays would hardly reduce the error.
     bool full() const { return evicted_ || rays_ >= PatchCache::kEnoughRays; }
 
-    /// Rays of the frames held.
+    /// Number of rays of the stored frames.
     std::uint64_t rays() const { return rays_; }
 
-    /// Adds what a receiver detects of the frames' segments, or only of the present frame's. `rays`
-    /// is the number that decides how far detection spheres grow.
+    /// Adds a receiver's detections on the segments of all frames, or only of the present frame.
+    /// `rays` determines the maximum size of the detection spheres.
     void add_to(const RayScene& scene, const Receiver& receiver, bool only_present,
                 std::uint64_t rays, SpecularSum& sum) const;
 
@@ -99,7 +99,7 @@ class SegmentCache {
     std::size_t segment_caches_ = 0;
     std::size_t bytes_ = 0;
     std::uint64_t rays_ = 0;
-    bool evicted_ = false;  ///< frames that still held have made room for newer ones
+    bool evicted_ = false;  ///< frames that were still valid have been evicted for newer ones
 };
 
 }  // namespace aula

@@ -12,25 +12,25 @@
 
 namespace aula {
 
-/// Diffusely leaving energy s (1 - alpha) E at one reflection of a ray that started with energy 1.
-/// Millions are written, kept and read again, so each is as short as it can be: whole units, one
-/// exponent for all bands and 15 bits for each, rounded at random so that no band is louder or
-/// quieter in the mean, however far below the strongest.
+/// Energy s (1 - alpha) E that leaves diffusely at one reflection, relative to the ray's initial
+/// energy. Millions are written, stored and read again, so the format is compact: integer units,
+/// one exponent for all bands and 15 bits per band. Rounding is stochastic, which leaves every band
+/// unbiased however far it is below the strongest.
 struct Deposit {
-    /// Of a ray's first energy.
+    /// Relative to a ray's initial energy.
     static constexpr double kUnit = 0x1p-34;
 
     std::array<std::uint16_t, kBandCount> mantissa{};
     std::uint32_t patch = 0;
-    std::uint16_t bin = 0;      ///< of TimeBins, by the ray's own length
-    std::uint8_t ray = 0;       ///< of its batch
+    std::uint16_t bin = 0;      ///< of TimeBins, by the path length
+    std::uint8_t ray = 0;       ///< index in its batch
     std::uint8_t exponent = 0;  ///< units are mantissa * 2^exponent
 
-    /// `u` is uniform in [0, 1) and has nothing to do with the energies, which are below 2^16.
+    /// `energy` is below 2^16. `u` is uniform in [0, 1) and independent of the energies.
     void set_energy(const BandVector& energy, float u) {
         const float strongest = max_of_bands(energy)[0];
         const std::int32_t log2 = (std::bit_cast<std::int32_t>(strongest) >> 23) - 127;
-        // The strongest is below 2^15, so that rounding cannot take it to 2^16.
+        // The strongest mantissa is below 2^15, so that rounding cannot reach 2^16.
         const std::int32_t shift = std::max(0, log2 + 1 + 34 - 15);
         const auto scale = std::bit_cast<float>((34 - shift + 127) << 23);
         const auto whole = __builtin_convertvector(energy * scale + u, BandIntegers);
@@ -57,8 +57,8 @@ struct Deposit {
 
 static_assert(sizeof(Deposit) == 24);
 
-/// Deposits of several parts of the patches, in the order in which they came. Threads add one part
-/// each to its patches' sums, so that no two meet and none looks through what is another's.
+/// Deposits of disjoint parts of the patches, in order of insertion. Each thread adds one part to
+/// the sums of its patches, so that threads share no sums and read no other part's deposits.
 struct DepositParts {
     static constexpr std::uint32_t kCount = 8;
 
@@ -68,7 +68,7 @@ struct DepositParts {
 
     void add(const Deposit& deposit) {
         std::vector<Deposit>& all = part[part_of(deposit.patch)];
-        // Frames are kept: no more memory than they need.
+        // Frames are stored, so capacity grows by one eighth to limit the memory in use.
         if (all.size() == all.capacity()) all.reserve(all.size() + all.size() / 8 + 8);
         all.push_back(deposit);
     }

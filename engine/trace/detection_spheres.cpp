@@ -10,13 +10,13 @@ namespace aula {
 
 namespace {
 
-/// Segments with up to so many times the mean energy keep sphere 0.
+/// Segments of up to this multiple of the mean energy keep sphere 0.
 constexpr float kEven = 4;
 
-/// Bands with a lower mean (-100 dB) have no say.
+/// Bands with a lower mean (-100 dB) are ignored.
 constexpr float kLeastMean = 1e-10F;
 
-/// What the segments that begin after about the same length have together.
+/// Sums over the segments that begin at about the same path length.
 struct LengthBin {
     Bands energy;
     float count = 0;
@@ -33,7 +33,7 @@ void add_energies(const TraceBatch& batch, float bins_per_m, std::vector<LengthB
     }
 }
 
-/// The largest ratio of all bands decides, as each may be heard by itself.
+/// The largest ratio over all bands decides, as each band may be audible alone.
 AULA_MULTIVERSION
 void set_growth(const std::vector<Bands>& inverse, float bins_per_m, TraceBatch& batch) {
     for (std::size_t i = 0; i < batch.segments.size(); ++i) {
@@ -48,7 +48,7 @@ void set_growth(const std::vector<Bands>& inverse, float bins_per_m, TraceBatch&
 }  // namespace
 
 void size_spheres(std::span<TraceBatch> batches) {
-    // Bins of the segments' mean length hold about one segment of each ray.
+    // Bins as wide as the mean segment hold about one segment of each ray.
     double length_m = 0;
     double count = 0;
     for (const TraceBatch& batch : batches) {
@@ -84,7 +84,7 @@ void collect_segment_arrivals(const RayScene& scene, std::span<const Receiver> r
             const SegmentEnergy& sound = batch.segment_energies[i];
             const Bands energy =
                 sound.energy * transmission(attenuation_per_m, chord->at_m) * chord->share_1_m2;
-            // Paths that an image source may count have entries of their own.
+            // Paths that an image source may count have separate entries.
             PathIdentifier path = batch.segment_identifiers[i].ended(r);
             path.low ^= sound.image;
             batch.arrivals.push_back(

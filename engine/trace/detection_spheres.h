@@ -7,29 +7,30 @@
 
 namespace aula {
 
-/// Detection spheres of purely specular paths. A ray that has lost little stands alone for much of
-/// the late response: on a sphere of half a metre such rays are rare and loud. Each segment
-/// therefore has a sphere with a cross-section in proportion to its energy, which makes all hits at
-/// one time about equally loud, but not larger than the ray's share of its wave front: then its
-/// neighbours cross the sphere as well.
+/// Detection spheres of purely specular paths. A ray with little loss is isolated in much of the
+/// late response: in a sphere of half a metre such detections are rare and loud. The sphere of each
+/// segment therefore has a cross-section in proportion to the segment's energy, which makes all
+/// hits at one time about equally loud. The cross-section is limited to the ray's share of its wave
+/// front, where neighbouring rays begin to cross the sphere as well.
 
-/// Sets PathSegment::growth of a frame's segments from their energies beside those of all segments
-/// at about the same path length.
+/// Sets PathSegment::growth of a frame's segments: the ratio of their energies to the mean energy
+/// of all segments at about the same path length.
 void size_spheres(std::span<TraceBatch> batches);
 
-/// The largest useful growth is this times the square of the path's length in m, where `rays` are
-/// emitted: at R^2 growth = 4 L^2 / N one ray of each wave front is expected to cross the sphere.
+/// The largest useful growth is this value times the square of the path length in m, for `rays`
+/// emitted rays: at R^2 growth = 4 L^2 / N one ray of each wave front is expected to cross the
+/// sphere.
 inline float wave_front_growth_1_m2(double rays, float radius_m) {
     return static_cast<float>(4 / (rays * double{radius_m} * double{radius_m}));
 }
 
-/// The cross-section of a segment's sphere over that of sphere 0.
+/// Ratio of the cross-sections of a segment's sphere and sphere 0.
 inline float sphere_growth(float segment_growth, float before_m, float wave_front_1_m2) {
     return std::max(1.0F, std::min(segment_growth, wave_front_1_m2 * before_m * before_m));
 }
 
-/// Adds to a batch's arrivals what receivers detect of its segments, `rays` being those of the
-/// frame. Needs the segments' path identifiers.
+/// Adds the arrivals that receivers detect on a batch's segments. `rays` is the number of rays of
+/// the frame. Requires the segments' path identifiers.
 void collect_segment_arrivals(const RayScene& scene, std::span<const Receiver> receivers,
                               const Bands& attenuation_per_m, int rays, TraceBatch& batch);
 

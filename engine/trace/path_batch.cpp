@@ -10,7 +10,8 @@ namespace aula {
 
 namespace {
 
-/// Goes to the hits; `normal` holds those of the triangles before and the facing ones after.
+/// Moves to the hits. `normal` holds the triangles' normals on entry and the facing normals on
+/// exit.
 AULA_MULTIVERSION
 void find_points(std::size_t count, PathBatch& paths) {
     const LanePoints& origin = paths.rays.origin;
@@ -33,20 +34,20 @@ void find_points(std::size_t count, PathBatch& paths) {
     }
 }
 
-/// Draws what decides on lobe and roulette.
+/// Draws the random numbers for lobe and roulette.
 AULA_MULTIVERSION
 void draw_choices(std::size_t count, PathBatch& paths) {
     for (std::size_t i = 0; i < padded_lanes(count); ++i) {
         RandomStream random(paths.random[i]);
         const auto u = random.uniform_2d();
-        // Above 0: below any share there is, a lobe would be chosen that has next to nothing.
+        // Above 0: at 0 a lobe of nearly zero energy could be selected.
         paths.choice[i] = std::max(u[0], 0x1p-25F);
         paths.roulette[i] = u[1];
         paths.random[i] = random.state();
     }
 }
 
-/// Eight paths at a time, so that what is one number for a path fills vectors, too.
+/// Processes eight paths together, so that values with one number per path fill vectors as well.
 AULA_MULTIVERSION
 void scatter_energies(const RayScene& scene, const Bands& attenuation_per_m, PathBatch& paths) {
     constexpr std::size_t kPaths = 8;
@@ -63,8 +64,9 @@ void scatter_energies(const RayScene& scene, const Bands& attenuation_per_m, Pat
             scattered[k] = energy[k] * load_bands(material.scattering);
             store_bands(scattered[k], paths.scattered[i].value.data());
         }
-        // One ray carries all bands: choose the lobe with p, the energy-weighted mean of s, and
-        // weigh each band by s_b / p or (1 - s_b) / (1 - p).
+        // One ray carries all bands (broad-spectrum diffusion, Embrechts 2000): choose the diffuse
+        // lobe with probability p, the energy-weighted mean of s, and weight each band by s_b / p
+        // or (1 - s_b) / (1 - p).
         const BandVector total = sums_over_bands(energy);
         const BandVector to_diffuse = sums_over_bands(scattered);
         const BandIntegers diffuse = load_bands(&paths.choice[first]) * total < to_diffuse;
@@ -86,7 +88,7 @@ void scatter_energies(const RayScene& scene, const Bands& attenuation_per_m, Pat
     }
 }
 
-/// Lambert's or the mirror's direction.
+/// Sets Lambert's or the specular direction.
 AULA_MULTIVERSION
 void turn_away(std::size_t count, float max_length_m, PathBatch& paths) {
     LanePoints& direction = paths.rays.direction;

@@ -8,8 +8,8 @@
 namespace aula {
 
 /// Identifies a path K = (source, patch sequence, listener) by a rolling 128-bit hash: two words
-/// mixed with different constants, O(1) per reflection. With n paths the odds that any two
-/// collide are n^2 / 2^129: 1.5e-25 for 10^7 cache entries.
+/// mixed with different constants, O(1) per reflection. The probability that any two of n paths
+/// collide is n^2 / 2^129: 1.5e-25 for 10^7 cache entries.
 struct PathIdentifier {
     std::uint64_t low = 0;
     std::uint64_t high = 0;
@@ -18,7 +18,7 @@ struct PathIdentifier {
         return {mix64(source + 0x243f6a8885a308d3ULL), mix64(source + 0x13198a2e03707344ULL)};
     }
 
-    /// The path with one more patch at its end.
+    /// The path extended by one patch.
     PathIdentifier extended(const Patch& patch) const {
         const std::uint64_t where = std::uint64_t{patch.triangle} << 1 | (patch.back ? 1 : 0);
         const std::uint64_t cell = std::uint64_t{patch.zeta} << 32 | patch.xi;
@@ -26,7 +26,7 @@ struct PathIdentifier {
                 mix64(mix64(high + where * 0xd1b54a32d192ed03ULL) ^ cell)};
     }
 
-    /// The path as it ends at a listener.
+    /// The path ended at a listener.
     PathIdentifier ended(std::size_t listener) const {
         return {mix64(low + (listener + 1) * 0xa0761d6478bd642fULL),
                 mix64(high ^ ((listener + 1) * 0xe7037ed1a0b428dbULL))};

@@ -27,7 +27,7 @@ void add_deposits(const PathBatch& paths, const std::array<std::uint32_t, kLanes
         deposit.patch = patch[i];
         deposit.bin = static_cast<std::uint16_t>(bin);
         deposit.ray = static_cast<std::uint8_t>(paths.ray[i]);
-        // What decides on roulette has nothing to do with what is left here.
+        // The random number of the roulette is independent of the diffuse energy.
         deposit.set_energy(factor[i] * load_bands(paths.scattered[i]), paths.roulette[i]);
         if (!deposit.empty()) out.add(deposit);
     }
@@ -91,7 +91,7 @@ std::vector<PathLine> PathTracer::lines(const Emitter& emitter, std::uint64_t fr
             for (std::size_t i = paths.count; i-- > 0;) {
                 PathLine& line = all[first + paths.ray[i]];
                 line.points.push_back(paths.point.at(i));
-                // What is absorbed wholly has no energy to speak of, not even a number.
+                // A completely absorbed path may have a NaN energy.
                 line.energy.push_back(paths.ended[i] != 0 ? 0 : paths.energy[i].sum() / kBandCount);
                 if (paths.ended[i] != 0) paths.remove(i);
             }
@@ -100,7 +100,8 @@ std::vector<PathLine> PathTracer::lines(const Emitter& emitter, std::uint64_t fr
     return all;
 }
 
-/// Traces a batch batch by paths, a batch being the next segment of every path; `sent` sees each.
+/// Traces a batch by reflection order; a PathBatch holds the next segment of every path. `sent` is
+/// called with each PathBatch.
 template <typename Sent>
 void PathTracer::trace_paths(const Emitter& emitter, std::span<const Receiver> receivers,
                              std::uint64_t frame_seed, int batch, TraceBatch& out,
@@ -119,7 +120,7 @@ void PathTracer::trace_paths(const Emitter& emitter, std::span<const Receiver> r
             if (paths.hits.triangle[i] == kNoTriangle) paths.remove(i);
         }
 
-        // Reflect at the hits; keep the paths that go on.
+        // Reflects at the hits; keeps the paths that continue.
         extend_images(paths, order, emitter);
         reflect(paths, out);
         for (std::size_t i = paths.count; i-- > 0;) {
@@ -128,7 +129,7 @@ void PathTracer::trace_paths(const Emitter& emitter, std::span<const Receiver> r
     }
 }
 
-/// Brings paths to their hits and sends them on.
+/// Advances paths to their hits and reflects them.
 void PathTracer::reflect(PathBatch& paths, TraceBatch& out) const {
     paths.arrive(scene_);
     paths.scatter(scene_, settings_.attenuation_per_m);
@@ -171,7 +172,7 @@ void PathTracer::start(const Emitter& emitter, std::uint64_t frame_seed, int bat
     }
 }
 
-/// Composes the reflections at the hits of paths that image sources may count.
+/// Composes the reflections of paths that image sources may count.
 void PathTracer::extend_images(PathBatch& paths, int order, const Emitter& emitter) const {
     if (order >= images_.order() || images_.listed_order() == images_.order()) return;
     for (std::size_t i = 0; i < paths.count; ++i) {
@@ -183,7 +184,7 @@ void PathTracer::extend_images(PathBatch& paths, int order, const Emitter& emitt
     }
 }
 
-/// Takes what of the present segments of diffusely reflected paths is heard at receivers.
+/// Collects the receivers' arrivals from the present segments of diffusely reflected paths.
 void PathTracer::collect_arrivals(const PathBatch& paths, int order, const Emitter& emitter,
                                   std::span<const Receiver> receivers, TraceBatch& out) const {
     if (order == 0) return;
@@ -205,10 +206,10 @@ void PathTracer::collect_arrivals(const PathBatch& paths, int order, const Emitt
     }
 }
 
-/// Takes the present segments of paths that no one else finds.
+/// Collects the present segments of paths that neither gather nor image sources find.
 void PathTracer::collect_segments(const PathBatch& paths, int order, const Emitter& emitter,
                                   TraceBatch& out) const {
-    // The direct sound and the listed sequences are found exactly, elsewhere.
+    // The direct sound and the listed sequences are found exactly, by SpecularPaths.
     const bool mirrors = settings_.specular && order > images_.listed_order();
     const bool limited = grid_ && settings_.order > 0;
     const bool may_be_image = order <= images_.order();

@@ -18,25 +18,24 @@
 
 namespace aula {
 
-/// The end of the paths that rays leave from: a source or, as sound travels both ways alike, a
-/// listener.
+/// The point that rays leave from: a source or, by reciprocity, a listener.
 struct Emitter {
-    std::size_t id = 0;  ///< every emitter has its own random numbers and path identifiers
+    std::size_t id = 0;  ///< selects the random numbers and path identifiers
     Vec3 position{0};
-    bool is_listener = false;  ///< it is a listener, and receivers are sources
+    bool is_listener = false;  ///< true: a listener emits and the receivers are sources
 };
 
 /// A ray that crossed a receiver's sphere after its last reflection.
 struct Arrival {
     PathIdentifier path;  ///< emitter, patches, receiver
     std::uint32_t receiver = 0;
-    float length_m = 0;  ///< of the path, to the middle of the chord
-    Vec3 direction{0};   ///< unit, from the listener to where sound comes from, at whichever end
-    Bands energy;        ///< energy * chord / sphere volume, 1/m2, for a ray of energy 1
+    float length_m = 0;  ///< path length to the middle of the chord
+    Vec3 direction{0};  ///< unit, from the listener to the origin of the sound, whichever end emits
+    Bands energy;       ///< energy * chord / sphere volume, 1/m2, for a ray of energy 1
     std::uint64_t image = 0;  ///< see SegmentEnergy
 };
 
-/// A segment of a path that no gather finds, on its way to whoever is there to hear it.
+/// A segment of a path that no gather finds; receivers detect it later.
 struct PathSegment {
     Vec3 origin{0};
     Vec3 direction{0};  ///< unit
@@ -45,29 +44,31 @@ struct PathSegment {
     float growth = 0;    ///< of its detection sphere, see size_spheres()
 };
 
-/// What a segment sounds like.
+/// Energy and direction of a segment.
 struct SegmentEnergy {
-    Bands energy;  ///< where it begins, of a ray of energy 1
-    Vec3 from{0};  ///< unit, from the listener to where sound comes from, at whichever end
-    /// ImageTransform::key of a purely specular path that an image source may count, else 0. It is
-    /// heard where that image is not tried (SpecularSound::tried).
+    Bands energy;  ///< at the segment's start, for a ray of energy 1
+    Vec3 from{0};  ///< unit, from the listener to the origin of the sound, whichever end emits
+    /// ImageTransform::key of a purely specular path that an image source may count, else 0. The
+    /// path contributes where that image is not tried (SpecularSound::tried).
     std::uint64_t image = 0;
 };
 
-/// The way of a ray, to be looked at.
+/// The polyline of a ray, for display.
 struct PathLine {
-    std::vector<Vec3> points;   ///< the source, then each reflection; in the open a last point
-    std::vector<float> energy;  ///< [point] mean of all bands when it leaves there, 1 at the source
+    std::vector<Vec3>
+        points;  ///< the source, then each reflection; an escaping ray has a last point in the open
+    std::vector<float> energy;  ///< [point] mean of all bands when it leaves, 1 at the source
 };
 
-/// What one batch of rays found, in the order of rays within each reflection.
+/// Results of one batch of rays, ordered by reflection, then by ray.
 struct TraceBatch {
     std::vector<Arrival> arrivals;
     DepositParts deposits;
     std::vector<PathSegment> segments;
-    std::vector<SegmentEnergy> segment_energies;      ///< [segment]
-    std::vector<PathIdentifier> segment_identifiers;  ///< [segment] of a tracer with a subdivision
-    std::vector<Vec3> departures;                     ///< [ray] the direction in which it left
+    std::vector<SegmentEnergy> segment_energies;  ///< [segment]
+    std::vector<PathIdentifier>
+        segment_identifiers;       ///< [segment] only of a tracer with a subdivision
+    std::vector<Vec3> departures;  ///< [ray] initial direction
     std::uint64_t segment_count = 0;
 
     void clear() {
@@ -82,54 +83,55 @@ struct TraceBatch {
 };
 
 struct TraceSettings {
-    int rays = 1000;       ///< of an emitter in a frame, at most
+    int rays = 1000;       ///< per emitter and frame, at most
     int order = 0;         ///< highest reflection order; 0: no limit
     bool specular = true;  ///< false leaves out purely specular paths of every order
     float max_length_m = 343;
     float speed_of_sound_m_s = 343.2F;
     Bands attenuation_per_m;
-    bool independent_rays = false;  ///< random first directions in place of stratified ones
+    bool independent_rays = false;  ///< random initial directions instead of stratified ones
 };
 
-/// Monte Carlo path tracing from an emitter: rays of energy 1 in every band, reflected diffusely or
-/// specularly by the scattering coefficient, until the response ends or unbiased roulette ends them
-/// below -80 dB. Const, so that several threads may trace batches together. Purely specular paths
-/// of the orders of which `images` tries every sequence are left to it; those of its higher orders
-/// carry their image's key, for the reader to leave out what it counts. [propagation thread]
+/// Monte Carlo path tracing from an emitter. Rays of energy 1 in every band are reflected diffusely
+/// or specularly by the scattering coefficient. They end with the response or, below -80 dB, by
+/// unbiased Russian roulette. Purely specular paths of the orders at which `images` tries every
+/// sequence are omitted; those of its higher orders carry their image's key, so that the reader can
+/// omit the paths that image sources count. trace() is const: several threads may trace batches in
+/// parallel. [propagation thread]
 class PathTracer {
  public:
-    /// Rays of a batch; batches do not depend on threads, so neither do results.
+    /// Rays per batch. Batches do not depend on the threads, so neither do the results.
     static constexpr int kBatchRays = static_cast<int>(kLanes);
 
-    /// Collects arrivals at receivers of paths that were reflected diffusely, and the segments of
-    /// all others, each with its path identifier.
+    /// Collects the arrivals of diffusely reflected paths at receivers, and the segments of all
+    /// other paths, each with its path identifier.
     PathTracer(const RayScene& scene, const PatchSubdivision& subdivision,
                const SpecularPaths& images, const TraceSettings& settings);
 
     /// Collects deposits on the cells of a grid, and the segments of paths that no gather finds:
-    /// the purely specular ones and, where the order has a limit, all that end in a mirror. (A
-    /// patch does not know the order of what it radiates, so that a gather ray cannot tell whether
-    /// it may go on.) Receivers are not asked for.
+    /// purely specular paths and, if the order is limited, all paths that end in a mirror. (A patch
+    /// does not store the order of its energy, so a gather ray cannot tell whether a further
+    /// reflection is within the limit.) Receivers are not used.
     PathTracer(const RayScene& scene, const PatchGrid& grid, const TimeBins& bins,
                const SpecularPaths& images, const TraceSettings& settings);
 
-    /// Other rays of an emitter from the next frame on.
+    /// Sets the rays per emitter from the next frame on.
     void set_rays(int rays) { settings_.rays = rays; }
 
     int batch_count() const { return (settings_.rays + kBatchRays - 1) / kBatchRays; }
 
-    /// Rays of the first batches together.
+    /// Number of rays in the first `batches` batches.
     int rays_of(int batches) const { return std::min(batches * kBatchRays, settings_.rays); }
 
-    /// Traces one batch of an emitter's rays. `frame_seed` is one for each frame.
+    /// Traces one batch of an emitter's rays. `frame_seed` is common to all batches of a frame.
     void trace(const Emitter& emitter, std::span<const Receiver> receivers,
                std::uint64_t frame_seed, int batch, TraceBatch& out) const;
 
-    /// The first `count` paths that trace() follows in a frame, up to a reflection order.
+    /// The first `count` paths that trace() follows in a frame, up to reflection order `order`.
     std::vector<PathLine> lines(const Emitter& emitter, std::uint64_t frame_seed, int count,
                                 int order) const;
 
-    /// The rays that trace() sends for a batch, in its order, to be traced elsewhere.
+    /// The rays that trace() emits for a batch, in the same order, for tracing by other code.
     std::vector<Ray> rays(const Emitter& emitter, std::uint64_t frame_seed, int batch) const;
 
  private:

@@ -21,17 +21,17 @@ constexpr std::size_t kMostDiscovered = 4096;
 constexpr std::uint32_t kChains = 512;
 constexpr double kNearest_m = 0.1;
 
-// Images are looked for this far beside where they are: in symmetric rooms their paths meet edges
-// and corners exactly, where rays may find no surface.
+// Images are tested at this offset from their position: in symmetric rooms their paths meet edges
+// and corners exactly, where a ray may miss the surfaces.
 constexpr Point kNudge_m(1.1e-4, 1.9e-4, 3.7e-4);
-// A nudge does not cross a plane that is farther away; off_surface moves places farther, too.
+// The nudge does not cross a plane beyond this distance; off_surface() moves points by more.
 constexpr double kOnPlane_m = 5e-4;
 
-// Merged triangles lie up to 1 mm beside their plane.
+// Merged triangles are up to 1 mm from their plane.
 constexpr double kBesidePlane_m = 2e-3;
 
-// exp(-attenuation d) / (4 pi d^2), the length of a path as it is, its spreading without the
-// singularity.
+// exp(-attenuation d) / (4 pi d^2). Attenuation uses the true path length; spreading is limited to
+// kNearest_m, without the singularity.
 Bands spread_over(double length_m, const Bands& attenuation_per_m) {
     const double d = std::max(length_m, kNearest_m);
     Bands energy;
@@ -65,9 +65,9 @@ struct SpecularPaths::Probe {
 
     std::uint64_t image;
     std::size_t order;
-    Point at;      ///< the last reflection point, the listener before it
-    Point target;  ///< the image source as seen from there
-    Vec3 origin;   ///< on the ray that came, before `at`: no surface is between it and the listener
+    Point at;      ///< the last reflection point, or the listener before the first
+    Point target;  ///< the image source as seen from `at`
+    Vec3 origin;  ///< on the incoming ray, before `at`: no surface lies between it and the listener
     Sequence planes;
     Bands energy = Bands::filled(1);
 };
@@ -102,7 +102,7 @@ void SpecularPaths::scene_moved() {
     list_sequences();
 }
 
-/// Brings mirrors_ to the number of planes. Those that are there stay as they are.
+/// Extends mirrors_ to the number of planes. Existing mirrors are not changed.
 void SpecularPaths::add_mirrors() {
     while (mirrors_.size() < planes_.count()) {
         const ScenePlanes::Plane& plane = planes_[static_cast<std::uint32_t>(mirrors_.size())];
@@ -122,7 +122,7 @@ void SpecularPaths::materials_changed() {
     discovered_.clear();
 }
 
-/// All sequences, order by order, as long as they are few.
+/// Lists all sequences, order by order, while their number is within the limit.
 void SpecularPaths::list_sequences() {
     std::vector<std::uint32_t> mirrors;
     for (std::uint32_t p = 0; p < planes_.count(); ++p) {
@@ -135,7 +135,7 @@ void SpecularPaths::list_sequences() {
     };
     listed_.clear();
     listed_order_ = 0;
-    std::size_t begin = 0;  // of the sequences of the order before
+    std::size_t begin = 0;  // of the sequences of the previous order
     while (listed_order_ < order_) {
         const std::size_t end = listed_.size();
         const std::size_t more = listed_order_ == 0 ? mirrors.size()
@@ -162,8 +162,8 @@ void SpecularPaths::discover(const Vec3& listener, std::uint64_t frame) {
     std::vector<ImageTransform> transforms(kChains);
     RandomStream random(derive_seed(seed_, frame, 1));
     for (std::uint32_t i = 0; i < kChains; ++i) {
-        // From all of the sphere: from its middle, sequences that are valid there would be met
-        // first, and those beside them be left to the rays as well.
+        // Start points fill the whole sphere. From its centre alone, sequences that are valid there
+        // would be met first, and their neighbours would be left to the rays as well.
         const auto radius_m = static_cast<float>(radius_m_) * std::cbrt(random.uniform());
         const Vec3 place = listener + radius_m * uniform_direction(random.uniform_2d());
         rays[i] = {.origin = scene_.visible(listener, place) ? place : listener,
@@ -206,9 +206,9 @@ void SpecularPaths::discover(const Vec3& listener, std::uint64_t frame) {
     evict();
 }
 
-/// Keeps the candidates that are new or near to a path, then those that were most recently; of
-/// equal ones the lowest orders and the smallest keys, which have nothing to do with where source
-/// and listener are.
+/// Keeps the candidates that are new or near a valid path, then those that were so most recently.
+/// Ties are broken by the lowest order and the smallest key, which do not depend on the positions
+/// of source and listener.
 void SpecularPaths::evict() {
     if (discovered_.size() <= kMostDiscovered) return;
     std::vector<std::tuple<std::uint64_t, std::size_t, std::uint64_t>> ranks;  // age, order, key
@@ -235,7 +235,7 @@ SpecularSound SpecularPaths::find(const Vec3& source, const Vec3& listener, bool
                                .id = 0});
     }
 
-    // Look at each image that may be heard.
+    // Tests each image that may be audible.
     std::unordered_set<std::uint64_t> images;
     std::vector<Probe> probes;
     std::vector<Point> work;
@@ -290,11 +290,10 @@ Point SpecularPaths::image_of(const Point& source, const Sequence& sequence) con
     return image;
 }
 
-/// Whether the path along a sequence may be valid at a place within `reach_m` of the listener:
-/// whether its reflection points lie beside the bounds of their planes by no more than what a
-/// sphere of that radius covers there. No ray is cast. The images of the source give the reflection
-/// points from the listener on: the segment to each points at the image through the planes that
-/// remain.
+/// Whether the path along a sequence may be valid at a point within `reach_m` of the listener: its
+/// reflection points are outside the bounds of their planes by no more than the projection of a
+/// sphere of that radius. No ray is traced. The images of the source give the reflection points in
+/// order from the listener: the segment to each points at the image through the remaining planes.
 bool SpecularPaths::is_near(const Sequence& sequence, const Point& source, const Point& listener,
                             double reach_m, std::vector<Point>& images) const {
     Point image = source;
@@ -313,7 +312,8 @@ bool SpecularPaths::is_near(const Sequence& sequence, const Point& source, const
         const double outside_m =
             std::max(largest(Point(plane.low) - at), largest(at - Point(plane.high)));
         if (outside_m > kBesidePlane_m) {
-            // A sphere that moves a reflection point by R across the path moves it by R / cos.
+            // A sphere that shifts a reflection point by R across the path shifts it by R / cos in
+            // the plane.
             const double cosine = (here_m + behind_m) / glm::distance(from, images[k]);
             if (outside_m * cosine > reach_m) return false;
         }
@@ -322,7 +322,7 @@ bool SpecularPaths::is_near(const Sequence& sequence, const Point& source, const
     return true;
 }
 
-/// Sends probes until they arrive at the source, and takes out those that do not.
+/// Traces probes until they reach the source, and removes those that do not.
 void SpecularPaths::follow(std::vector<Probe>& probes, const Vec3& source,
                            const Vec3& listener) const {
     std::vector<Probe> arrived;
@@ -361,7 +361,7 @@ void SpecularPaths::follow(std::vector<Probe>& probes, const Vec3& source,
     probes = std::move(arrived);
 }
 
-/// Takes a probe to its next segment. False if it has none.
+/// Moves a probe to its next segment. False if there is none.
 bool SpecularPaths::reflect(Probe& probe, const Ray& ray, const Hit& hit) const {
     if (!hit.any()) return false;
     const std::uint32_t index = planes_.of_triangle(hit.triangle);
@@ -371,7 +371,7 @@ bool SpecularPaths::reflect(Probe& probe, const Ray& ray, const Hit& hit) const 
     probe.energy *= mirrored_share(scene_.material(triangle));
     if (probe.energy.max() <= 0) return false;
 
-    // Where the straight line to the image crosses the plane.
+    // The intersection of the plane and the straight line to the image.
     const ScenePlanes::Plane& plane = planes_[index];
     const double here_m = plane.distance_m(probe.at);
     const double there_m = plane.distance_m(probe.target);
@@ -380,7 +380,8 @@ bool SpecularPaths::reflect(Probe& probe, const Ray& ray, const Hit& hit) const 
     probe.target = plane.mirror(probe.target);
     probe.planes.push_back(index);
 
-    // The next segment begins on this one, before the hit, so that none passes a wall at its edge.
+    // The next segment starts on this one, before the hit, so that no segment passes a wall at its
+    // edge.
     const float cosine = std::abs(glm::dot(ray.direction, triangle.normal));
     const float back_m =
         std::min(RayScene::offset_after(hit.distance_m) / cosine, hit.distance_m / 2);

@@ -15,12 +15,12 @@
 
 namespace aula {
 
-/// The direct sound and image sources that a listener hears of a source.
+/// The direct sound and image sources that are audible at a listener from a source.
 struct SpecularSound {
     std::vector<SpecularPath> paths;  ///< by ascending length
 
     /// ImageTransform::key of every image above listed_order() that was tried, ascending. Rays
-    /// along its paths do not count, whether it is heard or not.
+    /// along these paths do not count, whether or not the image is audible.
     std::vector<std::uint64_t> tried;
 
     /// False for key 0.
@@ -30,47 +30,47 @@ struct SpecularSound {
 };
 
 /// Direct sound and image sources up to a specular order. Candidates are sequences of the scene's
-/// planes: all of them up to the order at which they become many, beyond that those that specular
-/// chains of rays from the listeners meet, one for each image, kept while they stay near to a path.
-/// An image source is heard if a ray towards it is reflected to the source by planes with the
-/// image's isometry, in whatever order it meets them. For a pair of source and listener an image
-/// counts either by its image source or by the estimators' rays (SpecularSound::tried). Candidates
-/// depend on no random number of an estimator: what is left to the rays stays unbiased. The same
-/// calls give the same paths. [propagation thread]
+/// planes. Up to listed_order() all sequences are candidates. Above it they are the sequences met
+/// by specular chains of rays from the listeners, one per image, and are kept while they are near a
+/// valid path. An image source is audible if a ray towards it is reflected to the source by planes
+/// whose composed isometry is the image's, in any order. For each pair of source and listener an
+/// image is counted either by its image source or by the estimators' rays (SpecularSound::tried).
+/// Candidates do not depend on an estimator's random numbers, so that the rays' part remains
+/// unbiased. Equal calls give equal paths. [propagation thread]
 class SpecularPaths {
  public:
-    /// `order` 0: direct sound only. `radius_m` is that of the spheres in which rays are detected.
+    /// `order` 0: direct sound only. `radius_m` is the radius of the spheres that detect rays.
     SpecularPaths(const RayScene& scene, int order, float radius_m, std::uint64_t seed);
 
-    /// Forgets all candidates that rays have met.
+    /// Removes all discovered candidates.
     void restart(std::uint64_t seed);
 
-    /// Brings the planes up to date after RayScene::move.
+    /// Updates the planes after RayScene::move.
     void scene_moved();
 
-    /// Follows a change of the scene's materials: which planes reflect. Forgets all candidates that
-    /// rays have met.
+    /// Updates the reflecting planes after a change of materials. Removes all discovered
+    /// candidates.
     void materials_changed();
 
-    /// Traces chains from a listener and adds the sequences of planes they meet to the candidates.
-    /// Call once for each listener and frame, before find().
+    /// Traces chains from a listener and adds the sequences of planes that they meet to the
+    /// candidates. Call once per listener and frame, before find().
     void discover(const Vec3& listener, std::uint64_t frame);
 
     /// Highest order of the image sources.
     int order() const { return static_cast<int>(order_); }
 
-    /// Highest order of which every sequence is a candidate, at most order().
+    /// Highest order at which every sequence is a candidate, at most order().
     int listed_order() const { return static_cast<int>(listed_order_); }
 
-    /// The mirror that a triangle is part of, for an ImageTransform. That of an object that moves
-    /// is a stand-in that stays where it is, so that keys do; it has no symmetries.
+    /// The mirror plane of a triangle, for an ImageTransform. A moving object has a fixed
+    /// substitute without symmetries, which keeps the keys constant.
     const MirrorPlane& mirror_of_triangle(std::uint32_t triangle) const {
         return mirrors_[planes_.of_triangle(triangle)];
     }
 
-    /// The direct sound if `direct` and visible, and reflections: energy prod (1 - s)(1 - alpha) /
-    /// (4 pi d^2) times exp(-attenuation d) in each band, d at least 0.1 m. A source or listener
-    /// within 0.5 mm of a plane has no reflection in it. [several threads at once]
+    /// The direct sound, if `direct` and visible, and the reflections. The energy in each band is
+    /// prod (1 - s)(1 - alpha) / (4 pi d^2) times exp(-attenuation d), with d at least 0.1 m. A
+    /// source or listener within 0.5 mm of a plane has no reflection in it. [several threads]
     SpecularSound find(const Vec3& source, const Vec3& listener, bool direct,
                        const Bands& attenuation_per_m) const;
 
@@ -82,8 +82,8 @@ class SpecularPaths {
         std::uint64_t image;
     };
 
-    /// A sequence of an image that rays have met, and the frame up to which it is of use: one more
-    /// than that in which it was last near to a path.
+    /// A discovered sequence of an image, and the last frame in which it is useful: one after the
+    /// frame in which it was last near a valid path.
     struct Discovered {
         Discovered(Sequence planes, std::uint64_t frame)
             : sequence(std::move(planes)), last_frame(frame) {}
@@ -91,7 +91,7 @@ class SpecularPaths {
         mutable std::atomic<std::uint64_t> last_frame;
     };
 
-    /// A ray on its way to an image source.
+    /// A ray towards an image source.
     struct Probe;
 
     void add_mirrors();
@@ -110,7 +110,7 @@ class SpecularPaths {
     double radius_m_;
     std::uint64_t seed_;
     ScenePlanes planes_;
-    ScenePlanes::Point middle_;         ///< of the scene, the mirrors' origin
+    ScenePlanes::Point middle_;         ///< of the scene; origin of the mirrors
     std::vector<MirrorPlane> mirrors_;  ///< [plane]
     std::size_t listed_order_ = 0;
     std::vector<Listed> listed_;                                ///< all up to listed_order_

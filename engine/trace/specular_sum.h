@@ -9,17 +9,17 @@
 
 namespace aula {
 
-/// What one listener has detected of the segments of one source's rays, since the place of either
-/// or the scene last changed. Paths that an image source may count are kept apart by their image:
-/// each counts while that is not tried. [propagation thread]
+/// The sum of what one listener detected on the segments of one source's rays since source,
+/// listener or scene last changed. Paths that an image source may count are summed separately per
+/// image, and contribute while that image is not tried. [propagation thread]
 class SpecularSum {
  public:
     explicit SpecularSum(const EnergyResponse& empty) : sum_(empty) {}
 
-    /// Forgets everything.
+    /// Removes all contributions.
     void clear();
 
-    /// Adds rays that were emitted, then what was detected of them.
+    /// Adds emitted rays, then their detections.
     void add_rays(std::uint64_t rays) { rays_ += rays; }
     void add(const SegmentEnergy& sound, const Bands& energy, float length_m);
 
@@ -28,7 +28,7 @@ class SpecularSum {
 
     std::uint64_t rays() const { return rays_; }
 
-    /// True if no more images should be kept; clear() and begin again with the newest rays.
+    /// True if the limit of images is reached: clear() and restart with the newest rays.
     bool full() const { return by_image_.size() >= kMostImages; }
 
  private:
@@ -36,7 +36,7 @@ class SpecularSum {
 
     struct Detected {
         Bands energy;
-        Vec3 direction{0};  ///< sum of energies of all bands times directions
+        Vec3 direction{0};  ///< sum over all bands of energy times direction
         double length_m = 0;
         double count = 0;
     };
