@@ -27,33 +27,32 @@ namespace {
 /// The block of the exact clock, and its latency.
 constexpr int kExactBlock = 256;
 
-/// Frames that wait on the exact clock until they are rendered: a slow one is made up for by fast
-/// ones.
+/// Frames computed ahead on the exact clock, so that fast frames compensate for slow ones.
 constexpr std::size_t kFramesAhead = 2;
 
 constexpr double kPauseFade_s = 0.02;
 
-/// What is heard of a removed source after its response: its fade, and what filters add.
+/// Time by which a removed source is heard beyond its response: its fade and the filters' length.
 constexpr double kRingTail_s = 0.1;
 
 constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 
 using Frames = std::vector<std::unique_ptr<RenderFrame>>;  ///< [listener]
 
-/// What a frame is made for, and what happens to materials before.
+/// Input of a frame: the room, and the material changes before it.
 struct Room {
     RoomState state;
     std::vector<std::function<void(FrameMaker&)>> materials;
 };
 
-/// A change from a sample time on.
+/// A change and its sample time.
 template <typename Target>
 struct Change {
     std::int64_t at = 0;
     std::function<void(Target&)> apply;
 };
 
-/// Changes by their times, those of one time in the order in which they were made.
+/// Changes ordered by time; those of one time keep the order of their calls.
 template <typename Target>
 class Changes {
  public:
@@ -64,7 +63,7 @@ class Changes {
         changes_.insert(later, {at, std::move(apply)});
     }
 
-    /// Makes all changes up to a time.
+    /// Applies all changes up to a time.
     void apply(std::int64_t until, Target& target) {
         while (!changes_.empty() && changes_.front().at <= until) {
             changes_.front().apply(target);
@@ -174,7 +173,7 @@ struct Auralizer::State {
     };
     std::map<std::uint64_t, BlockInput> block_inputs;  ///< by the source's number
     std::vector<std::vector<float>> block_outputs;
-    int filled = 0;               ///< samples of the block in hand that are there
+    int filled = 0;               ///< samples present in the current block
     std::int64_t next_frame = 0;  ///< to be heard
     std::vector<SourceSignal> block_signals;
     std::vector<float*> block_pointers;
@@ -183,10 +182,10 @@ struct Auralizer::State {
     Mailbox<std::vector<SourceId>> routes{1};           ///< [slot]
     std::vector<std::unique_ptr<Mailbox<Pose>>> heads;  ///< [listener]
     std::atomic<bool> paused = false;
-    std::atomic<bool> silent = false;  ///< a pause is all there
+    std::atomic<bool> silent = false;  ///< the fade to a pause is complete
     std::atomic<std::int64_t> rendered = 0;
 
-    /// Held while a frame is computed, and by those who read what it was computed from.
+    /// Locked while a frame is computed, and to read its inputs.
     std::mutex frame_mutex;
 
     mutable std::mutex mutex;  ///< of what follows
@@ -277,7 +276,7 @@ Auralizer::State::~State() {
 /// [propagation thread]
 void Auralizer::State::run(Auralizer& self) {
     leave_realtime();
-    // Nor is the rounding, or the flushing of denormals, of the thread that began this one kept.
+    // The rounding and denormal modes of the starting thread are not inherited.
     std::fesetenv(FE_DFL_ENV);
     if (!exact) give_way(kNiceOfFrames);
     try {
@@ -534,7 +533,7 @@ int Auralizer::State::gate(std::span<float* const> outputs, int done, int sample
 }
 
 /// The weights of a part's samples, in and out, on the way to a pause or back; empty elsewhere.
-/// What is heard after a pause does not follow what was heard before: both are silent there.
+/// Inputs and outputs fade both, so that nothing from before a pause is heard after it.
 std::span<const float> Auralizer::State::pause_weights(int samples) noexcept {
     if (pause_fade.done()) return {};
     const auto count = static_cast<std::size_t>(samples);
@@ -573,7 +572,7 @@ void Auralizer::State::render_real_time(std::span<const SourceSignal> inputs,
     }
 }
 
-/// Samples go through blocks that begin at multiples of their size, whatever the size of the calls.
+/// Blocks begin at multiples of their size, independent of the size of the calls.
 void Auralizer::State::render_exact(std::span<const SourceSignal> inputs,
                                     std::span<float* const> outputs, int samples) {
     const FlushDenormals flush;
@@ -686,7 +685,7 @@ SourceId Auralizer::add_source(const NewSource& source, std::int64_t at) {
         .position = source.position,
         .gain_db = source.gain_db};
     s.changes.add(time, [state](Room& room) {
-        // What still rings in the slot gives way.
+        // The slot's ringing source ends.
         std::erase_if(room.state.sources,
                       [&](const SourceState& other) { return other.slot == state.slot; });
         room.state.sources.push_back(state);

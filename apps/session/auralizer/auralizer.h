@@ -19,21 +19,21 @@ namespace aula {
 
 /// When propagation frames are computed, and when changes take effect.
 enum class RenderClock {
-    /// The audio thread never waits. Frames are computed at even times of the clock on the wall,
-    /// the newest is heard, and a change takes effect as soon as it can.
+    /// The audio thread never waits. Frames are computed at regular wall-clock times and the newest
+    /// one is heard. A change takes effect as early as possible.
     real_time,
     /// render() waits for the frame of its sample time. The same changes give the same bytes for
     /// any sequence of block sizes and any number of threads.
     exact,
 };
 
-/// A source of an Auralizer; none has the number 0.
+/// Identifies a source of an Auralizer. No source has the number 0.
 struct SourceId {
     std::uint64_t number = 0;
     friend bool operator==(const SourceId&, const SourceId&) = default;
 };
 
-/// A change without a sample time takes effect as soon as it can.
+/// Sample time of a change that takes effect as early as possible.
 inline constexpr std::int64_t kNow = std::numeric_limits<std::int64_t>::min();
 
 class Auralizer;
@@ -41,30 +41,30 @@ class Auralizer;
 struct AuralizerOptions {
     RenderClock clock = RenderClock::real_time;
     double sample_rate_hz = 48000;
-    /// Samples that are processed at a time on the real-time clock: longer calls are divided,
-    /// shorter ones cost more per sample. Best is the size of most calls. The exact clock has a
-    /// block of its own.
+    /// Samples processed together on the real-time clock, best the size of most calls. Longer calls
+    /// are divided; shorter calls cost nearly as much. The exact clock ignores it.
     int block = 256;
     OutputFormat output = OutputFormat::binaural;
     int ambisonic_order = 1;           ///< of the reverberation in binaural output, 1 to 3
     std::filesystem::path hrtf;        ///< SOFA file; empty: libmysofa's default
     bool half_precision_tail = false;  ///< late reverberation in half the memory, error -74 dB
     std::size_t listeners = 1;
-    std::size_t most_sources = 16;  ///< at a time; at least as many as the scene has
-    /// Called before each frame with its time: poses that are set in it belong to that frame, the
-    /// orientations of heads, too. [propagation thread]
+    std::size_t most_sources = 16;  ///< present together; at least as many as the scene has
+    /// Called before each frame with the frame's time. Poses set in the call, orientations of heads
+    /// included, belong to that frame. [propagation thread]
     std::function<void(Auralizer&, double time_s)> before_frame;
 };
 
-/// A source that is added. Omnidirectional.
+/// An omnidirectional source to add.
 struct NewSource {
     Vec3 position{0};
     float gain_db = 0;
-    /// Of its reverberation's noise: sources of one name sound alike. Empty: its number.
+    /// Seeds the noise carriers of its reverberation: sources with equal names have equal carriers.
+    /// Empty: seeded by the source's number.
     std::string name{};
 };
 
-/// What a source plays in one call of render().
+/// Input samples of a source in one call of render().
 struct SourceSignal {
     SourceId source;
     const float* samples = nullptr;
@@ -72,10 +72,10 @@ struct SourceSignal {
 
 struct AuralizerStatus {
     std::int64_t samples = 0;       ///< rendered
-    bool paused = false;            ///< and faded out
+    bool paused = false;            ///< the fade to silence is complete
     std::uint64_t frames = 0;       ///< propagation frames
-    std::uint64_t late_frames = 0;  ///< frame times that passed while an earlier one was computed
-    double frame_ms = 0;            ///< that the newest frame took
+    std::uint64_t late_frames = 0;  ///< frame times missed while a frame was computed
+    double frame_ms = 0;            ///< computation time of the newest frame
     double frame_mean_ms = 0;
     double frame_worst_ms = 0;
     double frame_period_ms = 0;
@@ -83,36 +83,39 @@ struct AuralizerStatus {
     std::size_t memory_bytes = 0;  ///< of the propagation's caches
 };
 
-/// A room made audible block by block, without a device and without files: the propagation with
-/// its thread, and a renderer for each listener. Sources are added and removed, sources, listeners
-/// and objects moved, materials changed while it plays, without a click.
+/// A room made audible block by block, without device and files: the propagation on its own thread
+/// and a renderer for each listener. While it plays, sources can be added, removed and moved,
+/// listeners and objects moved and materials changed, without a click.
 ///
-/// Propagation frames lie at even times, Simulation::frame_rate_hz of them a second, the first at
-/// sample 0. Gains, places, objects and materials take effect in a frame; heads turn, and sources
-/// begin and end, at the sample of the change. On the exact clock a change with a sample time takes
-/// effect there, or in the first frame from there on; one without, or with a time that is past, at
-/// the next sample that is rendered. On the real-time clock sample times are ignored.
+/// Propagation frames are Simulation::frame_rate_hz apart, the first at sample 0. Gains, positions,
+/// object transforms and materials take effect in a frame. Heads turn, and sources begin and end,
+/// at the sample of the change.
 ///
-/// The commands may be called by any thread but the one that renders on the real-time clock: they
-/// lock. Threads that are started have ordinary priority, and end with the destructor.
+/// On the exact clock a change takes effect at its sample time, or in the first frame from there
+/// on. A change without a sample time, or with a past one, takes effect at the next sample to
+/// render. The real-time clock ignores sample times.
+///
+/// Commands lock: any thread may call them except, on the real-time clock, the thread that renders.
+/// Started threads have ordinary priority and end with the destructor.
 class Auralizer {
  public:
-    /// Keeps a copy of the scene; its sources are sources(), its paths are not followed (see
-    /// follow_paths()), its signals are not read. Throws Error, AudioInputError.
+    /// Copies the scene and adds its sources. Their paths are not followed (see follow_paths()) and
+    /// their signals not read. Throws Error, AudioInputError.
     explicit Auralizer(const Scene& scene, AuralizerOptions options = {});
     ~Auralizer();
     Auralizer(const Auralizer&) = delete;
     Auralizer& operator=(const Auralizer&) = delete;
 
-    /// Adds a source. It is heard from its first frame on, on the real-time clock at most two
-    /// frames later. A source that is added after the first sample fades in, for 20 ms. Throws
-    /// Error if there are too many.
+    /// Adds a source. It is heard from its first frame on; on the real-time clock after at most two
+    /// frames. After the first sample a source fades in over 20 ms. Throws Error for more than
+    /// AuralizerOptions::most_sources.
     SourceId add_source(const NewSource& source, std::int64_t at = kNow);
 
-    /// Fades a source out, for 20 ms, for which its signal should go on; the room rings out.
+    /// Fades a source out over 20 ms, during which its signal should continue. Its reverberation
+    /// decays naturally.
     void remove_source(SourceId source, std::int64_t at = kNow);
 
-    /// The sources that there are, those of the scene first, in the order in which they were added.
+    /// All present sources in the order of their addition, those of the scene first.
     std::vector<SourceId> sources() const;
 
     void set_source(SourceId source, const Pose& pose, std::int64_t at = kNow);
@@ -120,27 +123,26 @@ class Auralizer {
     void set_listener(const Pose& pose, std::int64_t at = kNow) { set_listener(0, pose, at); }
     void set_listener(std::size_t listener, const Pose& pose, std::int64_t at = kNow);
 
-    /// Moves an object, the one with that index in Scene::objects. Throws Error if it is not
-    /// movable.
+    /// Moves an object, given by its index in Scene::objects. Throws Error if it is not movable.
     void set_transform(std::size_t object, const RigidTransform& transform, std::int64_t at = kNow);
 
-    /// Gives an object another material: one of the scene or, by name, of the library. The
-    /// responses keep their length. Throws Error if there is none of that name.
+    /// Assigns a material to an object, by the name of one of the scene or the library. Responses
+    /// keep their length. Throws Error for an unknown name.
     void set_material(std::size_t object, const std::string& name, std::int64_t at = kNow);
     void set_material(std::size_t object, const Material& material, std::int64_t at = kNow);
 
-    /// Promises that all changes before a sample time have been made: frames are computed ahead, up
-    /// to there. Without, a frame is computed when render() has come to it. [exact clock]
+    /// Declares that all changes before a sample time have been made, so that frames up to there
+    /// are computed ahead. Without it a frame is computed when render() reaches it. [exact clock]
     void commit(std::int64_t until);
 
-    /// Fades to silence, where time stands still, and back.
+    /// Fades to silence, at which time stops; resume() fades back.
     void pause();
     void resume();
 
-    /// Renders samples, any number. A source without a signal is silent; signals of sources that
-    /// there are not are ignored. `outputs`: output_channels() signals, the channels of each
-    /// listener together, overwritten. They are latency_samples() behind the inputs. On the exact
-    /// clock throws what the propagation threw.
+    /// Renders any number of samples. A source without a signal is silent; signals of absent
+    /// sources are ignored. Overwrites `outputs`: output_channels() signals, [listener][channel],
+    /// which lag the inputs by latency_samples(). On the exact clock rethrows errors of the
+    /// propagation.
     /// [real time: audio thread, wait-free; exact: any one thread, waits]
     void render(std::span<const SourceSignal> inputs, std::span<float* const> outputs, int samples);
 
@@ -149,19 +151,19 @@ class Auralizer {
     double sample_rate_hz() const;
     double response_length_s() const;
 
-    /// For how long a sound is heard after its source has ended.
+    /// How long a source is heard after its signal has ended.
     std::int64_t tail_samples() const;
 
-    /// The newest frame's impulse response of a source as it is heard: [channel][sample], sample 0
-    /// is emission, gains are applied. Empty before the source's first frame.
+    /// Impulse response of a source in the newest frame, gains included: [channel][sample], sample
+    /// 0 is emission. Empty before the source's first frame.
     std::vector<std::vector<float>> impulse_response(SourceId source,
                                                      std::size_t listener = 0) const;
 
-    /// Whether nothing lies between a source and a listener in the newest frame. False where
-    /// Simulation::direct is.
+    /// True if no surface lies between a source and a listener in the newest frame; always false
+    /// if Simulation::direct is false.
     bool visible(SourceId source, std::size_t listener = 0) const;
 
-    /// Throws what the propagation thread threw.
+    /// Rethrows errors of the propagation thread.
     AuralizerStatus status() const;
 
  private:
@@ -169,8 +171,8 @@ class Auralizer {
     std::unique_ptr<State> state_;
 };
 
-/// Sets sources, listener and objects to where a scene's paths have them, frame by frame:
-/// AuralizerOptions::before_frame for the sources that the scene had at first.
+/// An AuralizerOptions::before_frame that moves the scene's initial sources, its listener and its
+/// objects along their paths.
 std::function<void(Auralizer&, double time_s)> follow_paths(const Scene& scene);
 
 }  // namespace aula

@@ -7,41 +7,40 @@
 
 namespace aula {
 
-/// When live frames are due: at even times of the sound, which a device plays by a clock of its
-/// own. Frame k is taken up in the time of frame k and due, to be handed over, a frame later.
-/// [propagation thread]
+/// Schedules live frames at regular times of the sound that a device plays by its own clock. Frame
+/// k is computed during its period and due at the end of it. [propagation thread]
 class FrameClock {
  public:
     using Clock = std::chrono::steady_clock;
 
-    /// The sound begins now.
+    /// Time 0 of the sound is `now`.
     explicit FrameClock(Clock::time_point now) : zero_(now) {}
 
-    /// On to the next frame, `frame_s` after the one before.
+    /// Advances to the next frame, `frame_s` later.
     void next(double frame_s);
 
-    /// The time of the frame in hand, of all sound that was played, in s.
+    /// Time of the current frame in the played sound, in s.
     double time_s() const { return time_s_; }
 
-    /// When the frame's time is.
+    /// Start of the current frame.
     Clock::time_point due() const { return at(time_s_); }
 
-    /// When it is to be handed over.
+    /// When the current frame has to be ready.
     Clock::time_point end() const { return at(time_s_ + frame_s_); }
 
-    /// When its computation begins: as late as it can, so that it knows the newest pose and still
-    /// is ready in time: before its end by the longest of the last frames and 2 ms.
+    /// When the computation begins: before end() by the longest of the recent frames and 2 ms, so
+    /// that it uses the newest pose.
     Clock::time_point begin() const;
 
-    /// Goes on to the newest frame whose time has come; how many were left out.
+    /// Skips to the newest frame whose time has come. Returns the number of skipped frames.
     std::uint64_t leave_out_missed(Clock::time_point now);
 
-    /// What a frame took to compute, in s.
+    /// Records the computation time of a frame, in s.
     void took(double seconds);
 
-    /// Follows the sound: `played_s` of it were played at `now`. A little at each call, as it is
-    /// played in blocks and no device's clock is quite this one; if they are far apart, because a
-    /// device is gone or has come back, at once: time waits for the sound.
+    /// Aligns the clock with the sound, of which `played_s` were played at `now`: gradually, since
+    /// sound is played in blocks and device clocks drift; in one step if they are far apart, as
+    /// after the loss of a device.
     void follow(double played_s, Clock::time_point now);
 
  private:

@@ -12,36 +12,36 @@
 
 namespace aula {
 
-/// The audio thread's part of an auralizer: the signals of the sources, each in its slot, through a
-/// renderer for each listener. [audio thread, but for the constructor]
+/// The audio thread's part of an auralizer: feeds the sources' signals, one slot each, to the
+/// renderer of each listener. [audio thread, except the constructor]
 class RoomRenderer {
  public:
     RoomRenderer(const RendererConfig& config, std::size_t listeners,
                  const std::shared_ptr<const Hrtf>& hrtf);
 
-    /// Where the frames of a listener come from.
+    /// The mailbox that delivers a listener's frames.
     Mailbox<RenderFrame>& frames(std::size_t listener) noexcept {
         return listeners_[listener]->renderer.mailbox();
     }
 
     std::size_t slots() const noexcept { return slots_.size(); }
 
-    /// What a slot plays from the next sample on; number 0 is nothing. What begins after the first
-    /// sample fades in, what ends fades out.
+    /// Assigns a source to a slot from the next sample on; number 0 clears the slot. A source that
+    /// begins after the first sample fades in; one that ends fades out.
     void set_source(std::size_t slot, SourceId source) noexcept AULA_NONBLOCKING;
 
     /// Turns a listener's head from the next sample on.
     void turn_head(std::size_t listener, const Pose& pose) noexcept AULA_NONBLOCKING;
 
-    /// Renders the samples of the signals from `offset` on, at most a block, each with its weight
-    /// unless there are none.
+    /// Renders at most a block of samples, from `offset` of the signals on. `weights`: a factor for
+    /// each sample, or empty.
     void render(std::span<const SourceSignal> inputs, int offset, std::span<const float> weights,
                 std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
 
  private:
     struct Slot {
         SourceId source;
-        bool open = false;  ///< else it fades out, or is silent
+        bool open = false;  ///< otherwise fading out or silent
         Fade fade;
         std::vector<float> faded;
     };

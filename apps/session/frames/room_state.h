@@ -10,11 +10,11 @@
 
 namespace aula {
 
-/// A source as a frame takes it.
+/// State of a source in a frame.
 struct SourceState {
-    std::uint64_t id = 0;  ///< another id is another source
+    std::uint64_t id = 0;  ///< unique for each source
     std::size_t slot = 0;  ///< of the renderer
-    std::string name;      ///< of its reverberation's noise: sources of one name sound alike
+    std::string name;      ///< seeds its noise carriers
     Vec3 position{0};
     float gain_db = 0;
     bool heard = true;
@@ -23,7 +23,7 @@ struct SourceState {
     std::int64_t rung_out_at = 0;  ///< the sample time; of those that ring
 };
 
-/// What a frame is made for.
+/// State of the room for which a frame is computed.
 struct RoomState {
     double time_s = 0;
     std::vector<SourceState> sources;
@@ -33,11 +33,10 @@ struct RoomState {
     float early_gain = 1;                   ///< of image sources
     float late_gain = 1;                    ///< of everything else
     std::optional<int> rays{};              ///< per source and frame; the scene's where absent
-    std::optional<double> frame_share{};    ///< of its time that a frame may take: as many rays
+    std::optional<double> frame_share{};    ///< of the frame period to spend; limits the rays
 };
 
-/// The scene's sources and listener at a time, each source in the slot of its index, with its index
-/// + 1 as its id.
+/// The scene's sources and listener at a time. Source i has slot i and id i + 1.
 RoomState room_state(const Scene& scene, double time_s);
 
 }  // namespace aula
