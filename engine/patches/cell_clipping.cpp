@@ -13,7 +13,7 @@ float ClippedPolygon::area_m2() const {
 }
 
 Vec3 ClippedPolygon::point(std::array<float, 2> u) const {
-    // A triangle of the fan by area, then a point in it.
+    // Selects a triangle of the fan by area, then a point in it.
     const auto area_of = [&](int corner) {
         return glm::length(glm::cross(at(corner - 1) - at(0), at(corner) - at(0))) / 2;
     };

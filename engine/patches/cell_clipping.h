@@ -9,16 +9,16 @@
 
 namespace aula {
 
-/// A cell of a grid: its number along each axis.
+/// A cell of a grid: its index along each axis.
 using CellIndex = std::array<std::int32_t, 3>;
 using Cuts = std::array<GridAxis, 3>;
 
-/// The cell of a point that is given from the grid's origin.
+/// The cell of a point relative to the grid's origin.
 inline CellIndex cell_at(const Cuts& cuts, const Vec3& point) {
     return {cuts[0].cell(point.x), cuts[1].cell(point.y), cuts[2].cell(point.z)};
 }
 
-/// A convex polygon that a triangle is clipped to: three corners and one more for each of six cuts.
+/// A triangle clipped to a convex polygon: three corners and one more for each of six cuts.
 class ClippedPolygon {
  public:
     void add(const Vec3& p) { corner_[static_cast<std::size_t>(count_++)] = p; }
@@ -27,7 +27,7 @@ class ClippedPolygon {
 
     float area_m2() const;
 
-    /// Uniform in the polygon for uniform u.
+    /// A uniformly distributed point of the polygon for uniform u.
     Vec3 point(std::array<float, 2> u) const;
 
     /// The part where sign * (x_axis - at_m) <= 0.
@@ -38,7 +38,7 @@ class ClippedPolygon {
     int count_ = 0;
 };
 
-/// Calls `visit(cell, polygon)` for the part of a polygon in every cell it meets.
+/// Calls `visit(cell, polygon)` for the part of a polygon in every cell that it intersects.
 template <typename Visit>
 void for_each_cell(const ClippedPolygon& polygon, const Cuts& cuts, std::size_t axis,
                    CellIndex cell, const Visit& visit) {

@@ -13,13 +13,13 @@ namespace aula {
 
 namespace {
 
-constexpr float kAxisAligned = 0.99999F;  // cosine: a wall that cuts cells is as straight as this
-constexpr float kWallCells = 4;           // and has the area of so many cells
+constexpr float kAxisAligned = 0.99999F;  // least cosine of a cutting wall's normal and an axis
+constexpr float kWallCells = 4;           // least area of such a wall, in cell faces
 
-constexpr int kDirectionBit = 60;  // of a key, the first one of the direction
+constexpr int kDirectionBit = 60;  // lowest bit of the direction in a key
 
-/// The key of a patch: 20 bits for each number of its cell and the dominant direction of a normal;
-/// without branches.
+/// The key of a patch: 20 bits for each index of its cell, and the dominant direction of a normal.
+/// Without branches.
 inline std::uint64_t cell_key(const CellIndex& cell, const Vec3& normal) {
     const Vec3 size(std::abs(normal.x), std::abs(normal.y), std::abs(normal.z));
     const bool along_x = size.x >= size.y && size.x >= size.z;
@@ -45,9 +45,8 @@ void cell_keys(const LanePoints& points, const LanePoints& normals, const Vec3& 
     }
 }
 
-/// The standing walls that lie straight across an axis, those within a millimetre as one at the
-/// place of its largest triangle: next to the walls, points off their surfaces would be on both
-/// sides of the cut.
+/// The static walls perpendicular to an axis. Walls within a millimetre are merged at the position
+/// of the largest triangle: otherwise points off their surfaces would be on both sides of the cut.
 std::vector<GridAxis::Wall> walls_across(const RayScene& scene, int axis, float from_m,
                                          float cell_m) {
     struct Slice {
@@ -85,7 +84,7 @@ CellGrid::CellGrid(const RayScene& scene, float wanted_m) : size_m_(wanted_m) {
     }
     if (scene.triangle_count() > 0) origin_ = low;
     const Vec3 extent = scene.triangle_count() > 0 ? high - low : Vec3(0);
-    // A key has 20 bits for each coordinate, of which moving objects may need some.
+    // A key has 20 bits per coordinate; moving objects may need some of them.
     size_m_ =
         std::max(wanted_m, std::max({extent.x, extent.y, extent.z}) / static_cast<float>(1 << 17));
     for (int axis = 0; axis < 3; ++axis) {

@@ -8,22 +8,22 @@
 
 namespace aula {
 
-/// A grid of cells over a scene, cut where large walls stand, each parted by the dominant direction
-/// of a normal. What a cell and a direction have in common is a key. [propagation thread]
+/// A grid of cells over a scene, cut at large walls; each cell is divided by the dominant direction
+/// of the normals. A key identifies a cell and a direction. [propagation thread]
 class CellGrid {
  public:
-    /// Cells of `wanted_m`, or larger in scenes of more than 2^17 of them across.
+    /// Cells of `wanted_m`, or larger in scenes of more than 2^17 such cells across.
     CellGrid(const RayScene& scene, float wanted_m);
 
-    /// Where a key's surfaces are.
+    /// The position of a key's surfaces.
     struct Cell {
-        Vec3 low{0};  ///< of the box that they lie in
+        Vec3 low{0};  ///< of the box that contains the surfaces
         Vec3 high{0};
-        Vec3 direction{0};  ///< dominant direction of the normals, a unit along an axis
+        Vec3 direction{0};  ///< dominant direction of the normals, a unit vector along an axis
     };
 
     float size_m() const { return size_m_; }
-    const Vec3& origin() const { return origin_; }  ///< cells count from here
+    const Vec3& origin() const { return origin_; }  ///< origin of the cell indices
     const Cuts& cuts() const { return cuts_; }
 
     static std::uint64_t key(const CellIndex& cell, const Vec3& normal);
@@ -33,7 +33,7 @@ class CellGrid {
     void keys_at(const LanePoints& points, const LanePoints& normals,
                  std::array<std::uint64_t, kLanes>& keys) const;
 
-    /// The cell of a key, of which `index` is the cell's number.
+    /// The cell of a key; `index` is the index of the cell.
     Cell cell(std::uint64_t key, const CellIndex& index) const;
 
  private:

@@ -7,7 +7,7 @@ namespace aula {
 
 namespace {
 
-constexpr float kLeastGap = 0.1F;  // between walls, of a cell's width
+constexpr float kLeastGap = 0.1F;  // between walls, as a share of a cell's width
 
 }  // namespace
 
@@ -28,7 +28,7 @@ GridAxis::GridAxis(float length_m, float cell_m, std::vector<Wall> walls)
     }
     std::sort(cuts.begin(), cuts.end());
 
-    // Equal cells between two cuts; a gap of whole cells stays so for all rounding.
+    // Equal cells between two cuts; a gap of whole cells remains so under rounding.
     edges_m_ = {0};
     float narrowest_m = length_m;
     for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {
@@ -39,8 +39,8 @@ GridAxis::GridAxis(float length_m, float cell_m, std::vector<Wall> walls)
         narrowest_m = std::min(narrowest_m, gap_m / parts);
     }
 
-    // Half as wide as the narrowest cell, a slot meets two cells at most. It counts from a hair
-    // before its start, as a place near that may be rounded into it.
+    // Half as wide as the narrowest cell, a slot intersects at most two cells. It starts slightly
+    // early, because a position near its start may be rounded into it.
     slots_ = std::ceil(2 * length_m / narrowest_m);
     slots_per_m_ = slots_ / length_m;
     first_.clear();

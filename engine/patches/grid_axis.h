@@ -7,11 +7,11 @@
 
 namespace aula {
 
-/// Cells along one axis: no wider than wanted and cut where walls stand, so that a cell does not
-/// reach through a wall. Beyond the ends all cells have the wanted width. [propagation thread]
+/// Cells along one axis, at most as wide as requested and cut at walls, so that no cell extends
+/// through a wall. Beyond the ends all cells have the requested width. [propagation thread]
 class GridAxis {
  public:
-    /// A wall: its place on the axis and its area.
+    /// A wall: its position on the axis and its area.
     struct Wall {
         float at_m = 0;
         double area_m2 = 0;
@@ -20,11 +20,12 @@ class GridAxis {
     GridAxis() = default;
 
     /// Cells from 0 to `length_m`. Of walls closer to each other than a tenth of a cell only the
-    /// largest cuts; the largest of all go first, until cells are twice as many as without walls.
+    /// largest cuts. The largest walls are considered first, until the number of cells is twice
+    /// that without walls.
     GridAxis(float length_m, float cell_m, std::vector<Wall> walls);
 
-    /// The cell of a place, negative before 0; what is no place (not a number, or more than 2^24
-    /// cells away) counts as 0. Without branches, so that a compiler does many at once.
+    /// The cell of a position, negative before 0. Invalid positions (NaN, or more than 2^24 cells
+    /// away) count as 0. The function has no branches, so that compilers can vectorise it.
     std::int32_t cell(float given_m) const {
         const float at_m = std::abs(given_m) < kFurthest_cells * cell_m_ ? given_m : 0;
         const auto slot = static_cast<std::int32_t>(std::clamp(at_m * slots_per_m_, 0.0F, slots_));
@@ -37,7 +38,7 @@ class GridAxis {
         return at_m < 0 ? before : at_m >= length_m_ ? beyond : inside;
     }
 
-    /// Where a cell begins.
+    /// The start of a cell.
     float begin_m(std::int32_t cell) const {
         if (cell < 0) return static_cast<float>(cell) * cell_m_;
         if (cell <= count()) return edges_m_[static_cast<std::size_t>(cell)];
@@ -51,10 +52,10 @@ class GridAxis {
 
     float cell_m_ = 1;
     float length_m_ = 0;
-    float slots_ = 0;  ///< slots divide the length, each less wide than any cell
+    float slots_ = 0;  ///< number of equal slots, each narrower than any cell
     float slots_per_m_ = 0;
     std::vector<float> edges_m_{0, 0};
-    std::vector<std::int32_t> first_{0};  ///< [slot] the cell that its start is in
+    std::vector<std::int32_t> first_{0};  ///< [slot] the cell that contains the start of the slot
 };
 
 }  // namespace aula

@@ -17,18 +17,17 @@ namespace aula {
 
 namespace {
 
-/// Triangles with an edge longer than this share of a patch are counted in pieces, as large as
-/// that.
+/// Triangles with an edge longer than this share of a patch are counted in pieces of this size.
 constexpr float kPiece = 0.25F;
 
-/// A group of small triangles grows until so many hits are to be expected in it.
+/// A group of small triangles grows until this number of hits is expected in it.
 constexpr float kGroupHits = 16;
 
-/// Hits at the patch's mean that are taken to be known beforehand of every part, so that one that
-/// few rays meet does not stray far from the mean.
+/// Prior: the number of hits at the patch's mean that every part is assumed to have, so that a part
+/// with few hits does not deviate far from the mean.
 constexpr float kKnownHits = 0.25F;
 
-/// Standard deviations by which the squares of the hits have to be above what chance makes of them.
+/// Significance threshold of the squared hit densities, in standard deviations of a uniform patch.
 constexpr double kSignificance = 6;
 
 constexpr std::uint32_t kNone = ~0U;
@@ -36,10 +35,10 @@ constexpr std::uint32_t kNone = ~0U;
 struct Part {
     float hits = 0;
     float area_m2 = 0;
-    std::uint32_t patch = kNone;  // one that it lies in
+    std::uint32_t patch = kNone;  // a patch that it lies in
 };
 
-/// A piece: the part of one side of a triangle in a cube.
+/// A piece: the part of one side of a triangle within a cube.
 struct Piece {
     std::uint32_t triangle = 0;
     bool back = false;
@@ -55,7 +54,7 @@ struct IrradianceMap::State {
     std::vector<std::uint32_t> part_of_face;  // [2 triangle + side] kNone: in pieces
     std::vector<Part> parts;
     tsl::robin_map<std::uint64_t, std::uint32_t, MixHash> part_of_piece;
-    std::vector<std::pair<std::uint32_t, Piece>> pieces;  // to know the areas by
+    std::vector<std::pair<std::uint32_t, Piece>> pieces;  // to compute the areas
     std::vector<float> hits;                              // [patch]
     std::vector<float> hits_per_m2;
     std::vector<char> uneven;
@@ -79,13 +78,13 @@ struct IrradianceMap::State {
                          glm::distance(t.vertices[2], t.vertices[0])}) < piece_m;
     }
 
-    /// Of triangles at the same place a ray meets now one and now another: they count as one.
+    /// Rays hit either of several coincident triangles: these count as one.
     void find_alike() {
         tsl::robin_map<std::uint64_t, std::uint32_t, MixHash> first;
         first.reserve(scene.triangle_count());
         for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
             std::uint64_t corners = 0;
-            // What moves does not stay at one place with anything.
+            // A moving triangle does not stay coincident with another.
             if (scene.moves(scene.triangle(t))) {
                 first_alike.push_back(t);
                 continue;
@@ -122,7 +121,7 @@ struct IrradianceMap::State {
         return polygon.count() > 2 ? polygon.area_m2() : 0;
     }
 
-    /// The piece that a point is in.
+    /// The piece that contains a point.
     Piece piece_at(std::uint32_t triangle, const Vec3& point, const Vec3& normal) const {
         const std::uint32_t t = first_alike[triangle];
         return {t, glm::dot(normal, scene.triangle(t).normal) < 0, cube_of(point)};
@@ -174,10 +173,11 @@ struct IrradianceMap::State {
         parts = std::move(joined);
     }
 
-    /// Of the square of the density of N hits n in parts a of the area A the mean over A,
-    /// relative to the squared mean, is A / N^2 sum n (n - 1) / a: a pair of hits for each.
-    /// Where all is even it is 1 but for chance, with the variance 2 S / N^2 for S parts. As parts
-    /// that lie in two patches are counted in one, one of the two N is the sum of the n.
+    /// The mean over the area A of the squared density of N hits, n of them in a part of area a,
+    /// relative to the squared mean density, is estimated by A / N^2 sum n (n - 1) / a, a sum over
+    /// pairs of hits. For uniform irradiance its expectation is 1 and its variance is 2 S / N^2 for
+    /// S parts. A part that lies in two patches is counted in one, so one of the two factors N is
+    /// the sum of the n.
     void find_uneven(std::span<const float> patch_area_m2) {
         std::vector<double> pairs(hits.size(), 0);
         std::vector<double> count(hits.size(), 0);
@@ -247,7 +247,7 @@ float IrradianceMap::relative(std::uint32_t patch, std::uint32_t triangle, const
     if (part == kNone) {
         const auto found = s.part_of_piece.find(State::key_of(piece));
         if (found == s.part_of_piece.end()) {
-            // No hit at all.
+            // A piece without hits.
             return kKnownHits / (s.area_of(piece) * s.hits_per_m2[patch] + kKnownHits);
         }
         part = found->second;

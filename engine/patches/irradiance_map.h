@@ -10,28 +10,28 @@
 
 namespace aula {
 
-/// How unevenly sound falls on the surface of a patch. Faces in the inside of furniture or behind
-/// a curtain share patches with those in front of them, and share what the patch radiates; in a
-/// cluttered cell those that much sound meets are those that are seen as well. So sound is counted
-/// where it falls, in small parts: pieces of large triangles, groups of small ones that follow each
-/// other. [propagation thread]
+/// The irradiance on parts of a patch relative to the patch's mean. Faces inside furniture or
+/// behind a curtain share patches with the faces in front of them, and share the radiated energy of
+/// the patch. In a cluttered cell the faces that receive much sound are also those that are
+/// visible. Hits are therefore counted on small parts: pieces of large triangles, and groups of
+/// consecutive small ones. [propagation thread]
 class IrradianceMap {
  public:
     IrradianceMap(const RayScene& scene, float patch_size_m);
     ~IrradianceMap();
     IrradianceMap(IrradianceMap&&) noexcept;
 
-    /// Counts a hit of sound in a patch, at a point with its facing normal.
+    /// Counts a hit in a patch, at a point with its facing normal.
     void add_hit(std::uint32_t patch, std::uint32_t triangle, const Vec3& point,
                  const Vec3& facing_normal);
 
-    /// Ends counting. `patch_of` gives the patch of a point, off the surface, with its normal.
+    /// Ends counting. `patch_of` returns the patch of a point, off the surface, with its normal.
     void finish(
         std::span<const float> area_m2,
         const std::function<std::uint32_t(const Vec3& point, const Vec3& facing_normal)>& patch_of);
 
-    /// Sound on an area round a point of a patch over the mean of the patch; 1 in patches where no
-    /// more than chance tells the parts apart.
+    /// Irradiance around a point of a patch relative to the mean of the patch; 1 in patches whose
+    /// parts do not differ significantly.
     float relative(std::uint32_t patch, std::uint32_t triangle, const Vec3& point,
                    const Vec3& facing_normal) const;
 

@@ -21,18 +21,18 @@ namespace aula {
 namespace {
 
 constexpr int kSamplesPerPatch = 16;   // on a full cell
-constexpr int kFineSamples = 64;       // where some samples count and others do not
+constexpr int kFineSamples = 64;       // where only some samples count
 constexpr int kSideSamples = 256;      // where panels of moving objects divide a patch
 constexpr float kAllReached = 0.999F;  // share of a patch's area, up to rounding
-constexpr int kReachRays = 4;          // tries to get from a sample to where sound has been
-/// Cells that a moving object meets, of each cell's area on it: it has two sides, which share out
-/// their area to about twice as many.
+constexpr int kReachRays = 4;          // attempts to reach the sound from a sample
+/// Number of cells that a moving object intersects, relative to its area in cell faces: it has two
+/// sides, each of which intersects about twice as many.
 constexpr double kCellsOfMoving = 4;
 
 constexpr int kFloodPaths = 4096;
 constexpr int kFloodBounces = 32;
 constexpr int kFloodRounds = 12;
-constexpr std::size_t kHitsPerPatch = 512;  // at most in the mean, to know how even they are
+constexpr std::size_t kHitsPerPatch = 512;  // mean upper limit, to estimate the irradiance
 constexpr std::size_t kChunk = 1024;        // samples of a job
 
 constexpr std::uint64_t kNoKey = ~0ULL;
@@ -45,17 +45,17 @@ struct PatchGrid::State {
     std::uint64_t seed;
     CellGrid grid;
     tsl::robin_map<std::uint64_t, std::uint32_t, MixHash> patch_of_cell;
-    std::vector<float> static_area_m2;  // of objects that stand
-    std::vector<float> area_m2;         // of all
-    std::vector<char> reached;          // by the random walks
+    std::vector<float> static_area_m2;  // of static objects
+    std::vector<float> area_m2;         // of all objects
+    std::vector<char> reached;          // by random walks
     std::vector<Cell> cells;
-    std::vector<std::uint64_t> keys;     // kNoKey: given up
-    std::vector<std::uint64_t> touched;  // the move at which a triangle was last in the patch
+    std::vector<std::uint64_t> keys;     // kNoKey: released
+    std::vector<std::uint64_t> touched;  // the last move at which a triangle was in the patch
     std::vector<std::uint32_t> given_up;
     std::vector<std::uint32_t> patch_of_row;
     std::vector<std::uint32_t> standing;  // triangles
     std::vector<std::uint32_t> moving;
-    std::size_t lasting = 0;  // patches of the start; those after come and go with what moves
+    std::size_t lasting = 0;  // initial patches; later ones are released after use
     std::uint64_t moves = 0;
     std::size_t reached_count = 0;
     IrradianceMap irradiance_map;
@@ -94,7 +94,7 @@ struct PatchGrid::State {
         return patch;
     }
 
-    /// The number of a row for a side of a patch.
+    /// The number of a new row for a side of a patch.
     std::uint32_t new_side(std::uint32_t patch) {
         const std::uint32_t row = new_number();
         cells[row] = cells[patch];
@@ -118,8 +118,8 @@ struct PatchGrid::State {
         return number;
     }
 
-    /// Gives up the patches that no moving object has met in the last `keep` moves, and the rows
-    /// of sides to which nothing was added in them.
+    /// Releases the patches that no moving object has intersected in the last `keep` moves, and the
+    /// rows of sides that received nothing in them.
     void give_up(std::uint64_t keep) {
         const auto release = [&](std::uint32_t row) { given_up.push_back(row); };
         sides.begin_move(keep, release);
@@ -132,8 +132,8 @@ struct PatchGrid::State {
         }
     }
 
-    /// Parts of a patch that are too small for a sample of their own: one of them, drawn by area,
-    /// has one for all, so that samples follow area and not the number of triangles.
+    /// Parts of a patch that are too small for a separate sample. One of them, drawn by area, has
+    /// one sample for all, so that samples follow area and not the number of triangles.
     struct Reservoir {
         float area_m2 = 0;
         Sample drawn;
@@ -158,8 +158,8 @@ struct PatchGrid::State {
         }
     }
 
-    /// Samples on both sides of triangles in proportion to area, `per_cell` of them where they
-    /// fill a cell, for patches that are `wanted(patch)`.
+    /// Samples both sides of triangles in proportion to area, with `per_cell` samples for a full
+    /// cell, in patches for which `wanted(patch)` is true.
     template <typename Wanted>
     std::vector<Sample> sample(const std::vector<std::uint32_t>& triangles, int per_cell,
                                const Wanted& wanted) {
@@ -205,8 +205,8 @@ struct PatchGrid::State {
         return samples;
     }
 
-    /// The patches of all triangles, and which of them sound from `inside` gets to. False if they
-    /// are more than `most`.
+    /// Finds the patches of all triangles, and marks those that sound from `inside` reaches. False
+    /// if there are more than `most`.
     bool find_patches(std::span<const Vec3> inside, double most) {
         double moving_m2 = 0;
         for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
@@ -225,8 +225,8 @@ struct PatchGrid::State {
             inside, most - kCellsOfMoving * moving_m2 / std::pow(double{grid.size_m()}, 2));
     }
 
-    /// Marks the patches that sound from `inside` gets to, until a round finds hardly more. False
-    /// if they are more than `most`.
+    /// Marks the patches that sound from `inside` reaches, until a round adds hardly any. False if
+    /// there are more than `most`.
     bool mark_reachable_from(std::span<const Vec3> inside, double most) {
         std::size_t hits = 0;
         for (int round = 0; round < kFloodRounds; ++round) {
@@ -241,7 +241,7 @@ struct PatchGrid::State {
                     const Vec3 normal = scene.facing_normal(hit, ray.direction);
                     const auto found = patch_of_cell.find(grid.key_at(point, normal));
                     if (found == patch_of_cell.end()) return;
-                    // Direct sound falls otherwise from every place.
+                    // Direct sound is omitted: its distribution depends on the start point.
                     if (reflections > 0) {
                         irradiance_map.add_hit(found->second, hit.triangle, point, normal);
                         ++hits;
@@ -259,7 +259,7 @@ struct PatchGrid::State {
         return static_cast<double>(reached_count) <= most;
     }
 
-    /// Areas, and how evenly sound falls on them.
+    /// Computes areas and irradiance.
     void find_areas() {
         add_reachable(standing, static_area_m2);
         irradiance_map.finish(static_area_m2, [&](const Vec3& point, const Vec3& normal) {
@@ -269,7 +269,7 @@ struct PatchGrid::State {
         scene_moved(0);
     }
 
-    /// Follows the moving objects.
+    /// Updates the moving objects' parts.
     void scene_moved(std::uint64_t keep) {
         ++moves;
         give_up(keep);
@@ -284,7 +284,7 @@ struct PatchGrid::State {
     /// Divides the patches of the cells that panels cross.
     void divide() {
         if (sides.panel_count() == 0) return;
-        std::vector<std::pair<std::uint32_t, std::uint64_t>> crossed;  // panel, key
+        std::vector<std::pair<std::uint32_t, std::uint64_t>> crossed;  // (panel, key)
         for (const std::uint32_t t : moving) {
             const std::uint32_t panel = sides.panel_of(t);
             for_each_part(
@@ -312,7 +312,7 @@ struct PatchGrid::State {
         }
     }
 
-    /// Many samples of the standing surface of patches, in ascending order, that sound can reach.
+    /// Many samples, in ascending order of patches, of the static surface that sound can reach.
     std::vector<Sample> standing_samples(const std::vector<std::uint32_t>& patches) {
         std::vector<std::uint32_t> triangles;
         for (const std::uint32_t patch : patches) {
@@ -328,7 +328,7 @@ struct PatchGrid::State {
             return static_area_m2[patch] > 0 &&
                    std::binary_search(patches.begin(), patches.end(), patch);
         });
-        // Where all of a patch can be reached no ray has to ask.
+        // Patches that are completely reached need no rays.
         std::map<std::uint32_t, float> all_m2;
         for (const Sample& s : samples) all_m2[s.patch] += s.area_m2;
         const auto in_part = std::partition(samples.begin(), samples.end(), [&](const Sample& s) {
@@ -343,8 +343,8 @@ struct PatchGrid::State {
         return samples;
     }
 
-    /// Adds the area of the given triangles that sound can reach. Where only a part of a patch can
-    /// be reached, many more samples tell how much.
+    /// Adds the area of the given triangles that sound can reach. Where only part of a patch can be
+    /// reached, many more samples estimate the share.
     void add_reachable(const std::vector<std::uint32_t>& triangles, std::vector<float>& areas) {
         std::vector<Sample> samples =
             sample(triangles, kSamplesPerPatch, [](std::uint32_t) { return true; });
@@ -391,7 +391,7 @@ struct PatchGrid::State {
 
     void test_samples(std::span<const Sample> samples, std::span<char> counts,
                       RandomStream random) const {
-        // Of faces that coincide only the one that a ray meets counts.
+        // Of coincident faces only the one that a ray hits counts.
         constexpr float kAbove_m = 2 * RayScene::kOffset_m;
         std::vector<Ray> rays(samples.size());
         std::vector<Hit> hits(samples.size());
@@ -400,7 +400,7 @@ struct PatchGrid::State {
             rays[i] = {samples[i].point + kAbove_m * n, -n, 2 * kAbove_m};
         }
         scene.intersect(rays, hits);
-        std::vector<std::size_t> open;  // samples that have not got to the sound yet
+        std::vector<std::size_t> open;  // samples that have not reached the sound yet
         for (std::size_t i = 0; i < samples.size(); ++i) {
             if (hits[i].triangle == samples[i].triangle) open.push_back(i);
         }
@@ -425,8 +425,7 @@ struct PatchGrid::State {
         }
     }
 
-    /// True if a ray got to where sound is: out into the open, to a reached patch, or to an object
-    /// that moves.
+    /// True if a ray reached sound: the open, a reached patch or a moving object.
     bool sound_at(const Ray& ray, const Hit& hit) const {
         if (!hit.any() || scene.moves(scene.triangle(hit.triangle))) return true;
         const auto found = patch_of_cell.find(
@@ -435,7 +434,7 @@ struct PatchGrid::State {
     }
 };
 
-/// The patches, enlarged until sound reaches at most so many, without their areas.
+/// The patches without their areas, enlarged until sound reaches at most `most_patches`.
 std::unique_ptr<PatchGrid::State> PatchGrid::with_at_most(double most_patches,
                                                           const RayScene& scene, float patch_size_m,
                                                           std::span<const Vec3> inside,
@@ -445,8 +444,8 @@ std::unique_ptr<PatchGrid::State> PatchGrid::with_at_most(double most_patches,
     for (const RayScene::Triangle& t : scene.triangles()) {
         (scene.moves(t) ? moving_m2 : standing_m2) += double{t.area_m2()};
     }
-    // Both sides of every standing triangle may be cells, of which only those in the room are
-    // reached. Those of what moves count in any case.
+    // Both sides of every static triangle may be cells, of which only those in the room are
+    // reached. Those of moving objects always count.
     const double least_m = std::max(std::sqrt(standing_m2 / (4 * most_patches)),
                                     std::sqrt(kCellsOfMoving * moving_m2 / most_patches));
     float size_m = std::max(patch_size_m, static_cast<float>(least_m));
@@ -525,7 +524,7 @@ float PatchGrid::per_m2(std::uint32_t row) const {
 
 float PatchGrid::relative_irradiance(std::uint32_t patch, std::uint32_t triangle, const Vec3& point,
                                      const Vec3& facing_normal) const {
-    // Not known where objects come and go.
+    // Unknown where objects move in and out.
     if (state_->area_m2[patch] != state_->static_area_m2[patch]) return 1;
     return state_->irradiance_map.relative(patch, triangle, point, facing_normal);
 }

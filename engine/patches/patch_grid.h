@@ -13,24 +13,24 @@
 
 namespace aula {
 
-/// Patches that follow area, whatever the triangles: cells of lambda x lambda x lambda, each
-/// parted by the dominant direction (+-x, +-y, +-z) of the surface normal on the side that faces
+/// Patches defined by area, independent of the triangles: cells of lambda x lambda x lambda, each
+/// divided by the dominant direction (+-x, +-y, +-z) of the surface normal on the side that faces
 /// the sound. A patch's area is its effective area: exact by clipping, times the share of sample
-/// points that sound can reach (of coincident faces one counts, of faces buried in solids none).
-/// [propagation thread]
+/// points that sound can reach (one of coincident faces, no faces buried in solids). [propagation
+/// thread]
 class PatchGrid {
  public:
     static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
     /// `inside`: points in the space that sound can reach, such as sources and listeners. Patches
-    /// are larger than wanted where sound would reach more than `most_patches` of them.
+    /// are larger than requested if sound would otherwise reach more than `most_patches` of them.
     PatchGrid(const RayScene& scene, float patch_size_m, std::span<const Vec3> inside,
               std::uint64_t seed, WorkerPool& workers,
               double most_patches = std::numeric_limits<double>::infinity());
     ~PatchGrid();
 
-    /// How many patches sound reaches in such a grid, and their size. Their areas, which take most
-    /// of the time, are left out.
+    /// The number of patches that sound reaches in such a grid, and their size. The areas, which
+    /// take most of the time, are not computed.
     struct Extent {
         std::size_t reached = 0;
         float patch_size_m = 0;
@@ -42,50 +42,52 @@ class PatchGrid {
     /// kNone.
     std::uint32_t find(const Vec3& point, const Vec3& facing_normal) const;
 
-    /// Rows of a cache to which the energies that leave the first `count` points are added, times
-    /// the factors: a patch's own row, which has its number, or, where panels of moving objects
-    /// cross its cell, that of the point's side of them (PatchSides). kNone for no row.
+    /// The cache rows for the energies that leave the first `count` points, and factors for the
+    /// energies. The row is the patch's own, which has the same number, or, where panels of moving
+    /// objects cross its cell, that of the point's side of the panels (PatchSides). kNone for no
+    /// row.
     void find_rows(const LanePoints& points, const LanePoints& facing_normals, std::size_t count,
                    std::array<std::uint32_t, kLanes>& rows,
                    std::array<float, kLanes>& factors) const;
 
-    /// A row whose energy is radiated at a point, with this share to the square metre.
+    /// A row whose energy is radiated at a point, with its share per square metre.
     struct Radiator {
         std::uint32_t row = kNone;
         float per_m2 = 0;
     };
 
-    /// The rows whose sum a point of a triangle radiates.
+    /// The rows whose sum is radiated at a point of a triangle.
     void find_radiators(std::uint32_t triangle, const Vec3& point, const Vec3& facing_normal,
                         std::vector<Radiator>& radiators) const;
 
-    /// Effective area; 0 if nothing of the patch can be reached.
+    /// Effective area; 0 if no part of the patch can be reached.
     float area_m2(std::uint32_t patch) const;
 
-    /// The share of a row's energy that a square metre of its patch radiates, in the mean of the
+    /// The share of a row's energy that a square metre of its patch radiates, as a mean over the
     /// patch.
     float per_m2(std::uint32_t row) const;
 
-    /// Sound on an area round a point of a patch over the mean of the patch, 1 where it is even.
+    /// Irradiance around a point of a patch relative to the mean of the patch; 1 where it is
+    /// uniform.
     float relative_irradiance(std::uint32_t patch, std::uint32_t triangle, const Vec3& point,
                               const Vec3& facing_normal) const;
 
-    /// Where a row's patch is.
+    /// The cell of a row's patch.
     using Cell = CellGrid::Cell;
     Cell cell(std::uint32_t row) const;
 
-    /// Brings the areas of moving objects up to date after RayScene::move. Patches that objects
-    /// came to and have left for more than `keep` such moves are given up, and so are the rows of
-    /// their sides; new ones take their numbers.
+    /// Updates the areas of moving objects after RayScene::move. Patches that only moving objects
+    /// occupied are released after `keep` such moves without them, as are the rows of their sides;
+    /// new patches reuse their numbers.
     void scene_moved(int keep);
 
-    /// Number of rows: of patches and of their sides.
+    /// Number of rows, of patches and of their sides.
     std::size_t size() const;
 
-    /// Number of patches that sound reached when the grid was made.
+    /// Number of patches that sound reached at construction.
     std::size_t reached() const;
 
-    /// As wanted; larger where there would be too many, or more than 2^17 across.
+    /// The requested size, or larger to limit the number of patches or the extent to 2^17 cells.
     float patch_size_m() const;
 
  private:

@@ -11,10 +11,10 @@ namespace aula {
 
 namespace {
 
-constexpr float kLeastPanel = 0.25F;  // area of a panel, of that of a full patch
+constexpr float kLeastPanel = 0.25F;  // least area of a panel, as a share of a full patch
 
-/// Rows of smaller areas, of a full patch's, count as so large: energies stay in range, at the cost
-/// of what leaves slits of this width.
+/// Smaller areas of rows are set to this share of a full patch. Energies stay in range, at the cost
+/// of part of the energy that leaves slits of this width.
 constexpr float kLeastArea = 1.0F / 256;
 
 }  // namespace
@@ -50,7 +50,7 @@ void PatchSides::find_panels() {
         }
         if (panel.area_m2 >= kLeastPanel * reference_m2_) found.emplace_back(panel, triangles);
     }
-    // Where many panels come together the largest are taken.
+    // Of many panels in a cell the largest are taken.
     std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) {
         return a.first.area_m2 > b.first.area_m2;
     });
@@ -72,7 +72,8 @@ void PatchSides::begin_move(std::uint64_t keep, const std::function<void(std::ui
     }
     for (auto& division : divisions_) {
         if (!division) continue;
-        // A panel's rows are older than its last crossing: none is left without its panel.
+        // A panel's rows are older than its last crossing, so that no row remains without its
+        // panel.
         std::erase_if(division->rows, [&](const Row& row) {
             if (moves_ - row.added <= keep) return false;
             release(row.number);

@@ -11,25 +11,25 @@
 
 namespace aula {
 
-/// Divides patches by the panels of moving objects. A panel is a plane face as large as a part of a
-/// patch, such as a side of a door's leaf or of a screen. In the cells that panels cross, a patch
+/// Divides patches by the panels of moving objects. A panel is a plane face as large as part of a
+/// patch, such as one side of a door leaf or of a screen. In the cells that panels cross, a patch
 /// has one row of energies for each combination of the panels' sides, so that the energy that falls
 /// on one side of a shut door does not leave on the other side.
 ///
-/// Such a row holds the energy per area times reference_m2(): it stays right while a panel moves
-/// and the areas beside it change. The panels that cross a cell change with time, too. Energy is
-/// added to the row of all panels that cross it now; a point receives the sum of all rows that its
-/// sides do not contradict, the undivided row of the patch included. Each frame's energy is in one
-/// of them. A panel that has left is asked for its sides until its rows hold nothing any more.
-/// [propagation thread; const functions may run on several threads]
+/// Such a row holds the energy per area times reference_m2(): it remains valid while a panel moves
+/// and the areas beside it change. The panels that cross a cell also change with time. Energy is
+/// added to the row of all panels that cross it now; a point receives the sum of all rows whose
+/// sides do not contradict its own, including the undivided row of the patch. Each frame's energy
+/// is in exactly one of them. After a panel has left, its sides are evaluated until its rows hold
+/// no energy. [propagation thread; const functions may run on several threads]
 class PatchSides {
  public:
     static constexpr std::uint32_t kNone = ~0U;
 
-    /// Panels have a fourth of the area of a patch or more.
+    /// Panels have at least a quarter of the area of a patch.
     PatchSides(const RayScene& scene, float patch_size_m);
 
-    /// Panels, the largest ones first.
+    /// Number of panels; the largest come first.
     std::size_t panel_count() const { return panels_.size(); }
 
     /// The panel of a triangle, or kNone.
@@ -37,41 +37,42 @@ class PatchSides {
         return triangle < panel_of_.size() ? panel_of_[triangle] : kNone;
     }
 
-    /// Begins an update after the scene has moved. Rows to which nothing was added in the last
+    /// Begins an update after a movement of the scene. Rows that received nothing in the last
     /// `keep` moves are released by `release(row)`.
     void begin_move(std::uint64_t keep, const std::function<void(std::uint32_t)>& release);
 
-    /// A panel crosses the cell of a patch; large panels come first. True if the patch was not
-    /// divided before: add_standing() is to follow.
+    /// Records that a panel crosses the cell of a patch; call for large panels first. True if the
+    /// patch was not divided before: add_standing() must follow.
     bool cross(std::uint32_t patch, std::uint32_t panel);
 
-    /// A part of a divided patch's standing surface; `area_m2` is weighted by its irradiance
+    /// Adds a part of a divided patch's static surface; `area_m2` is weighted by its irradiance
     /// relative to the patch's mean.
     void add_standing(std::uint32_t patch, const Vec3& point, float area_m2);
 
-    /// A part of a patch's moving surface as it is now. Patches that are not divided ignore it.
+    /// Adds a part of a patch's moving surface at its present position. Undivided patches ignore
+    /// it.
     void add_moving(std::uint32_t patch, const Vec3& point, float area_m2);
 
-    /// Ends an update: `new_row(patch)` gives the number of a further row of a patch.
+    /// Ends an update: `new_row(patch)` returns the number of a new row of a patch.
     void end_move(const std::function<std::uint32_t(std::uint32_t)>& new_row);
 
-    /// Forgets a patch and releases its rows.
+    /// Removes a patch and releases its rows.
     void remove(std::uint32_t patch, const std::function<void(std::uint32_t)>& release);
 
     bool divided(std::uint32_t patch) const {
         return patch < divisions_.size() && divisions_[patch];
     }
 
-    /// The row to which the energy that leaves a point of a patch is added, times `factor`. kNone:
-    /// the point is in a part that is too small to be known.
+    /// The row for the energy that leaves a point of a patch, and the factor of the energy. kNone:
+    /// the point is in a part whose area is too small to be known.
     struct Target {
         std::uint32_t row = kNone;
         float factor = 1;
     };
     Target target(std::uint32_t patch, const Vec3& point) const;
 
-    /// Calls `visit(row)` for every row of a divided patch, beside its undivided one, that reaches
-    /// a point.
+    /// Calls `visit(row)` for every row of a divided patch that reaches a point, except the
+    /// undivided row.
     template <typename Visit>
     void for_each_row(std::uint32_t patch, const Vec3& point, const Visit& visit) const {
         if (!divided(patch)) return;
@@ -82,31 +83,31 @@ class PatchSides {
         }
     }
 
-    /// The area that the energies of rows refer to.
+    /// The area to which the energies of rows refer.
     float reference_m2() const { return reference_m2_; }
 
-    /// The area of a patch's row now; 0 for a row that nothing is added to now.
+    /// The present area of a patch's row; 0 for a row that receives no energy now.
     float area_m2(std::uint32_t patch, std::uint32_t row) const;
 
  private:
-    /// Panels of a cell at the same time: the first ones stay, of those that come together the
+    /// Largest number of panels in a cell. Existing panels stay; of those that arrive together the
     /// largest are taken.
     static constexpr std::size_t kMostPanels = 6;
 
     struct Panel {
         std::uint32_t reference = 0;  ///< its largest triangle
         float area_m2 = 0;
-        Vec3 normal{0};  ///< of the plane now
+        Vec3 normal{0};  ///< of the plane at the last update
         float offset_m = 0;
     };
 
-    /// A set of panels is a number, bit k for the k-th of the division.
+    /// Sets of panels are bit masks; bit k is panel k of the division.
     struct Row {
-        std::uint32_t panels = 0;  ///< that divided the patch
-        std::uint32_t sides = 0;   ///< of them, those of which it is on the normal's side
+        std::uint32_t panels = 0;  ///< panels that divided the patch
+        std::uint32_t sides = 0;   ///< of these panels, those on whose normal's side the row is
         std::uint32_t number = 0;
         float area_m2 = 0;
-        std::uint64_t added = 0;  ///< the last move in which anything was added
+        std::uint64_t added = 0;  ///< the last move in which energy was added
     };
 
     struct Division {

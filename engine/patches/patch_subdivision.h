@@ -7,19 +7,19 @@
 
 namespace aula {
 
-/// A surface patch T(zeta, xi) of the barycentric subdivision. The two sides of a triangle are two
-/// patches.
+/// A surface patch T(zeta, xi) of the barycentric subdivision. The two sides of a triangle are
+/// separate patches.
 struct Patch {
     std::uint32_t triangle = 0;
     std::uint32_t zeta = 0;  ///< row
     std::uint32_t xi = 0;    ///< column
-    bool back = false;       ///< the side that the triangle's normal points away from
+    bool back = false;       ///< the side opposite the triangle's normal
 
     friend bool operator==(const Patch&, const Patch&) = default;
 };
 
 /// Divides every triangle into a grid of patches of size lambda by barycentric coordinates. Patches
-/// are not stored: a triangle keeps the number of rows, of columns and its key vertex.
+/// are not stored: a triangle stores the numbers of rows and columns and its key vertex.
 class PatchSubdivision {
  public:
     struct Grid {

@@ -17,7 +17,7 @@ bool before(const Vec3& a, const Vec3& b) {
     return a.y != b.y ? a.y < b.y : a.z < b.z;
 }
 
-/// From either end the same but for the sign, so that neighbours agree.
+/// Gives opposite signs for the two directions of an edge, so that neighbouring triangles agree.
 BruteForceIntersector::Lines::Edge edge_between(const Vec3& from, const Vec3& to) {
     if (before(to, from)) {
         const auto [direction, moment] = edge_between(to, from);
@@ -26,19 +26,19 @@ BruteForceIntersector::Lines::Edge edge_between(const Vec3& from, const Vec3& to
     return {to - from, glm::cross(from, to)};
 }
 
-/// What is known of the rays while the triangles are gone through.
+/// The rays' state during the loop over triangles.
 struct Search {
-    LanePoints origin;                               // from the middle
+    LanePoints origin;                               // relative to the triangles' centre
     LanePoints moment;                               // origin x direction
     alignas(64) std::array<float, kLanes> weight_1;  // of the nearest hit so far, see test()
     alignas(64) std::array<float, kLanes> weight_2;
     alignas(64) std::array<float, kLanes> sum;
 };
 
-/// A ray's line passes an edge's on the side that the sign of d . (p x q) + (q - p) . (o x d) says,
-/// with the edge from p to q and the ray o + t d (Pluecker coordinates); where it passes all edges
-/// of a triangle on the same side it goes through, and the three numbers are the weights of the
-/// vertices opposite.
+/// The sign of d . (p x q) + (q - p) . (o x d) is the side on which a ray's line passes an edge,
+/// with the edge from p to q and the ray o + t d (Pluecker coordinates). A ray that passes all
+/// edges of a triangle on the same side crosses the triangle, and the three values are the weights
+/// of the opposite vertices.
 inline void test(const BruteForceIntersector::Lines& t, std::int32_t index, const LanePoints& d,
                  std::size_t lanes, Search& search, HitLanes& hits) {
     const auto& [e0, e1, e2] = t.edges;
@@ -97,7 +97,7 @@ void nearest_hits(std::span<const BruteForceIntersector::Lines> triangles, const
         test(t, index++, rays.direction, lanes, search, hits);
     }
     for (std::size_t i = 0; i < lanes; ++i) {
-        // All weights are 0 where a ray lies in the plane and meets a vertex, to rounding.
+        // All weights round to 0 where a ray lies in the plane and meets a vertex.
         const float sum = search.sum[i] != 0 ? search.sum[i] : 1;
         hits.u[i] = search.weight_1[i] / sum;
         hits.v[i] = search.weight_2[i] / sum;
@@ -128,7 +128,7 @@ BruteForceIntersector::BruteForceIntersector(std::span<const Vertices> triangles
         Lines lines;
         lines.normal = glm::cross(b - a, c - a);
         lines.offset = glm::dot(lines.normal, a);
-        // Without a normal the distance is not a number, and nothing hits.
+        // Without a normal the distance is NaN, so that the triangle is never hit.
         if (lines.normal == Vec3(0)) lines.offset = std::numeric_limits<float>::quiet_NaN();
         lines.edges = {edge_between(b, c), edge_between(c, a), edge_between(a, b)};
         triangles_.push_back(lines);

@@ -8,31 +8,32 @@
 
 namespace aula {
 
-/// Nearest hits among so few triangles that testing each ray with every one of them is faster than
-/// a hierarchy: plain rooms. Both sides, and without cracks: two triangles see a shared edge on the
-/// same side of a ray to the bit. [propagation thread]
+/// Nearest hits by testing each ray against every triangle, which is faster than a hierarchy for
+/// the few triangles of a plain room. Both sides of a triangle are hit. There are no cracks: two
+/// triangles compute bit-identical signs for a shared edge. [propagation thread]
 class BruteForceIntersector {
  public:
-    /// More than these are better left to a hierarchy.
+    /// Above this number a hierarchy is faster.
     static constexpr std::size_t kMost = 48;
 
     using Vertices = std::array<Vec3, 3>;
 
     BruteForceIntersector() = default;
-    /// At most kMost; degenerate ones are never hit.
+    /// At most kMost triangles; degenerate ones are never hit.
     explicit BruteForceIntersector(std::span<const Vertices> triangles);
 
     /// Nearest hit of the first `count` lanes beyond distance 0.
     void intersect(const RayLanes& rays, std::size_t count, HitLanes& hits) const;
 
-    /// A triangle as its plane and the lines along its edges, from the middle of all.
+    /// A triangle as its plane and the Pluecker lines of its edges, relative to the triangles'
+    /// centre.
     struct Lines {
         struct Edge {
             Vec3 direction{0};
             Vec3 moment{0};  ///< start x end
         };
         std::array<Edge, 3> edges;  ///< [k] opposite vertex k
-        Vec3 normal{0};             ///< not of unit length
+        Vec3 normal{0};             ///< not normalised
         float offset = 0;           ///< normal . p for points p of the plane
     };
 

@@ -11,38 +11,38 @@
 
 namespace aula {
 
-/// A plane that mirrors: dot(normal, x) = offset_m.
+/// The plane of a mirror: dot(normal, x) = offset_m.
 struct MirrorPlane {
     glm::dvec3 normal{0};  ///< unit
     double offset_m = 0;
 };
 
 /// The reflections of a purely specular path composed to one isometry T: the image source is at
-/// T(source). Where edges of a room split the beam of an image source, the pieces meet the same
-/// planes in other orders, but have the same isometry. Both ends of a path compute it alike. Its
-/// coordinates have their origin within the scene.
+/// T(source). Where edges of a room split the beam of an image source, the parts meet the same
+/// planes in different orders but have the same isometry. Both ends of a path compute the same
+/// isometry. The coordinates have their origin within the scene.
 struct ImageTransform {
     glm::dmat3 turn{1};
     glm::dvec3 shift_m{0};
-    std::uint32_t order = 0;  ///< reflections
+    std::uint32_t order = 0;  ///< number of reflections
 
-    /// With one more reflection, for a path that is followed from the listener: T M.
+    /// Appends a reflection of a path that is followed from the listener: T M.
     ImageTransform then_from_listener(const MirrorPlane& m) const {
         const glm::dvec3 turned = turn * m.normal;
         return {turn - 2.0 * glm::outerProduct(turned, m.normal), shift_m + 2 * m.offset_m * turned,
                 order + 1};
     }
 
-    /// With one more reflection, for a path that is followed from the source: M T.
+    /// Appends a reflection of a path that is followed from the source: M T.
     ImageTransform then_from_source(const MirrorPlane& m) const {
         return {turn - 2.0 * glm::outerProduct(m.normal, m.normal * turn),
                 shift_m - 2 * (glm::dot(m.normal, shift_m) - m.offset_m) * m.normal, order + 1};
     }
 
-    /// Identifies order and isometry by the cell that a point of no symmetry is taken to. Never 0.
-    /// Planes of a room are rounded: two orders of them take the point some 0.01 mm apart, so that
-    /// one image in a thousand has two keys. Images that are a few centimetres apart may share a
-    /// key; as the nearer plane hides the other, no more than one of them is heard.
+    /// Identifies order and isometry by the cell that contains the image of an asymmetric point.
+    /// Never 0. The planes of a room are rounded: two orders of them move the point by some 0.01
+    /// mm, so that one image in a thousand has two keys. Images that are a few centimetres apart
+    /// may share a key; as the nearer plane hides the other, at most one of them is audible.
     std::uint64_t key() const {
         constexpr double kCell_m = 0.05;
         const glm::dvec3 p = turn * glm::dvec3(0.6180, 0.4142, 0.7321) + shift_m;

@@ -11,16 +11,17 @@ namespace aula {
 
 namespace {
 
-/// Places this near to a surface are on it. Image sources take none from as near to a plane.
+/// Points closer than this to a surface are on it. Image sources have no reflection in a plane that
+/// is as near.
 constexpr float kOnSurface_m = 5e-4F;
 
-/// How far a place is moved; short rays look this far for a surface.
+/// The distance by which a point is moved, and the length of the rays that search for a surface.
 constexpr float kStep_m = 2 * kOnSurface_m;
 
-/// The nearest surface within kOnSurface_m, as its triangle's index, kNoTriangle if there is none.
+/// The triangle index of the nearest surface within kOnSurface_m, or kNoTriangle.
 std::uint32_t surface_at(const RayScene& scene, const Vec3& place) {
-    // A surface through the place stops a ray along the axis that it stands across; of two rays
-    // that meet from both sides one is enough, but at an edge rounding may lose either.
+    // A surface through the point stops a ray along the axis nearest to its normal. One of two
+    // opposite rays is sufficient, but near an edge rounding may lose either.
     std::array<Ray, 6> probes;
     for (std::size_t i = 0; i < probes.size(); ++i) {
         Vec3 direction(0);
@@ -42,7 +43,7 @@ std::uint32_t surface_at(const RayScene& scene, const Vec3& place) {
     return nearest;
 }
 
-/// In how many of 64 directions a place sees a surface.
+/// The number of directions, of 64, in which a surface is visible from a point.
 std::ptrdiff_t closed_in(const RayScene& scene, const Vec3& place) {
     const ScrambledSobol sobol(1);
     std::array<Ray, 64> probes;
@@ -57,7 +58,7 @@ std::ptrdiff_t closed_in(const RayScene& scene, const Vec3& place) {
 }  // namespace
 
 Vec3 off_surface(const RayScene& scene, const Vec3& place) {
-    // Out of a corner it is one step from each face.
+    // In a corner the point is moved one step from each face.
     constexpr int kMostFaces = 6;
     Vec3 at = place;
     for (int face = 0; face < kMostFaces; ++face) {

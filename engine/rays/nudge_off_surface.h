@@ -4,9 +4,9 @@
 
 namespace aula {
 
-/// A place on a surface, or within 0.5 mm of one, moved 1 mm off it; any other as it is. A
-/// surface parts two spaces: the more closed one is taken, else the one that its normal faces.
-/// [propagation thread]
+/// Moves a point that is within 0.5 mm of a surface 1 mm off it; returns any other unchanged. Of
+/// the two sides of the surface the more enclosed one is chosen, or, if both are alike, the side
+/// that the normal faces. [propagation thread]
 Vec3 off_surface(const RayScene& scene, const Vec3& place);
 
 }  // namespace aula

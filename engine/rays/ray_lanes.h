@@ -11,11 +11,11 @@ namespace aula {
 
 inline constexpr std::uint32_t kNoTriangle = std::numeric_limits<std::uint32_t>::max();
 
-/// Rays side by side, as vector units take them.
+/// Number of rays in a structure of arrays for vector units.
 inline constexpr std::size_t kLanes = 128;
 
-/// Lanes that are computed where `count` are in use: whole vectors. What the others hold is left
-/// from before or zero, may be no number, and never counts nor is an index.
+/// Number of lanes that are computed when `count` are in use: whole vectors. The unused lanes hold
+/// old values, zeros or NaN; they never affect results and are never used as indices.
 constexpr std::size_t padded_lanes(std::size_t count) {
     constexpr std::size_t kVector = 16;
     static_assert(kLanes % kVector == 0);
@@ -41,7 +41,7 @@ struct RayLanes {
     alignas(64) std::array<float, kLanes> max_m{};
 };
 
-/// A Hit a lane.
+/// One Hit per lane.
 struct HitLanes {
     alignas(64) std::array<std::uint32_t, kLanes> triangle{};
     alignas(64) std::array<float, kLanes> distance_m{};

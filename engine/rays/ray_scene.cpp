@@ -20,8 +20,8 @@ namespace {
 
 constexpr std::size_t kPacket = 16;
 
-/// For each triangle that does not move, whether another one before it has the same corners. A ray
-/// would test all that lie in one place, with one and the same result.
+/// For each static triangle, whether an earlier triangle has the same corners. A ray would test all
+/// coincident triangles with the same result.
 std::vector<bool> find_repeated(const RayScene& scene) {
     struct Entry {
         std::size_t hash;
@@ -82,7 +82,7 @@ struct RayScene::Embree {
     Embree(const Embree&) = delete;
     Embree& operator=(const Embree&) = delete;
 
-    /// Adds an object without the triangles that `is_left_out` holds for.
+    /// Adds an object, except the triangles for which `is_left_out` returns true.
     template <class IsLeftOut>
     void add(const Object& object, const std::vector<Vec3>& world, const IsLeftOut& is_left_out) {
         RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -95,7 +95,7 @@ struct RayScene::Embree {
             rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                     3 * sizeof(std::uint32_t), object.triangles.size()));
         copy_vertices(world, vertex_buffer);
-        // Embree ignores triangles whose vertices are not there.
+        // Embree ignores triangles with invalid vertices.
         constexpr std::array<std::uint32_t, 3> kIgnored{~0U, ~0U, ~0U};
         for (std::size_t t = 0; t < object.triangles.size(); ++t) {
             const auto& triangle = is_left_out(t) ? kIgnored : object.triangles[t];
@@ -136,7 +136,7 @@ RayScene::RayScene(const Scene& scene, double time_s)
         embree_->add(object, embree_->vertices[o],
                      [&](std::size_t t) { return repeated[embree_->first_triangle[o] + t]; });
         if (!object.moves()) {
-            // Only moving objects are needed again, for their local vertices.
+            // Only movable objects need their local vertices later.
             objects_[o].vertices.clear();
             objects_[o].vertices.shrink_to_fit();
         }
@@ -271,7 +271,7 @@ void RayScene::intersect(const RayLanes& rays, std::size_t count, HitLanes& hits
             packet.ray.mask[i] = ~0U;
             packet.ray.id[i] = 0;
             packet.ray.flags[i] = 0;
-            packet.hit.u[i] = packet.hit.v[i] = 0;  // left so where nothing is hit
+            packet.hit.u[i] = packet.hit.v[i] = 0;  // kept where nothing is hit
             packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
             packet.hit.primID[i] = RTC_INVALID_GEOMETRY_ID;
             packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
@@ -286,7 +286,8 @@ void RayScene::intersect(const RayLanes& rays, std::size_t count, HitLanes& hits
                 any ? packet.ray.tfar[i] : std::numeric_limits<float>::infinity();
             hits.u[first + i] = packet.hit.u[i];
             hits.v[first + i] = packet.hit.v[i];
-            // What is hit is looked at next, and in large scenes lies far away in memory.
+            // Prefetch: the hit surfaces are read next and, in large scenes, are scattered in
+            // memory.
             if (any) __builtin_prefetch(&surfaces_[hits.triangle[first + i]]);
         }
     }

@@ -22,24 +22,24 @@ struct Ray {
     float max_m = std::numeric_limits<float>::infinity();
 };
 
-/// Where a ray met the scene. The triangle is a global index over all objects in order.
+/// The intersection of a ray and the scene. The triangle's index counts over all objects in order.
 struct Hit {
     std::uint32_t triangle = kNoTriangle;
     float distance_m = std::numeric_limits<float>::infinity();
     float u = 0;  ///< barycentric weight of the triangle's second vertex
-    float v = 0;  ///< of its third vertex
+    float v = 0;  ///< of the third vertex
 
     bool any() const { return triangle != kNoTriangle; }
 };
 
-/// The scene's triangles in world coordinates at one time, and rays against them (Embree, robust
-/// mode, both sides). Queries are const and may run on several threads; move() may not run beside
-/// them.
+/// The scene's triangles in world coordinates at one time, and ray queries on them (Embree, robust
+/// mode, both sides). Queries are const and may run on several threads in parallel, but not in
+/// parallel with move().
 class RayScene {
  public:
     struct alignas(64) Triangle {
         std::array<Vec3, 3> vertices;
-        Vec3 normal;  ///< unit, by the right hand rule; zero for a degenerate triangle
+        Vec3 normal;  ///< unit, by the right-hand rule; zero for a degenerate triangle
         std::uint32_t material = 0;
         std::uint32_t object = 0;
 
@@ -49,9 +49,9 @@ class RayScene {
         }
     };
 
-    /// What of a triangle every reflection asks for, apart: far less memory is passed through.
+    /// The triangle data that every reflection needs, stored separately to reduce memory traffic.
     struct Surface {
-        Vec3 normal{0};  ///< as the triangle's
+        Vec3 normal{0};  ///< the triangle's normal
         std::uint32_t material = 0;
     };
 
@@ -60,30 +60,30 @@ class RayScene {
     RayScene(const RayScene&) = delete;
     RayScene& operator=(const RayScene&) = delete;
 
-    /// Takes the moving objects to where their paths are at a time. Returns the largest distance
-    /// in metres that a vertex moved (0: nothing changed).
+    /// Moves the movable objects to the poses of their trajectories at a time. Returns the largest
+    /// displacement of a vertex in metres (0: nothing changed).
     float move(double time_s);
 
-    /// The same by a transform for each object; those of objects that do not move are ignored.
+    /// The same with one transform per object; transforms of objects that are not movable are
+    /// ignored.
     float move(std::span<const RigidTransform> transforms);
 
-    /// Gives all triangles of an object another material.
+    /// Assigns another material to all triangles of an object.
     void set_material(std::size_t object, const Material& material);
 
-    /// Gives a material other coefficients.
+    /// Changes the coefficients of a material.
     void change_material(std::size_t index, const Material& material);
 
-    /// Nearest hit of each ray beyond distance 0 (give origins that are off the surface).
+    /// Nearest hit of each ray beyond distance 0. Origins must be off the surfaces.
     void intersect(std::span<const Ray> rays, std::span<Hit> hits) const;
 
-    /// The same for the first `count` lanes; those up to padded_lanes(count) get finite numbers.
+    /// The same for the first `count` lanes; those up to padded_lanes(count) receive finite values.
     void intersect(const RayLanes& rays, std::size_t count, HitLanes& hits) const;
 
-    /// The same by Embree's plain query for one ray at a time: what the benchmark measures the
-    /// engine against.
+    /// The same by Embree's query for single rays: the reference of the benchmark.
     void intersect_each(std::span<const Ray> rays, std::span<Hit> hits) const;
 
-    /// True if nothing lies between two points; both ends are shortened by 0.1 mm.
+    /// True if no surface lies between two points; the segment is shortened by 0.1 mm at both ends.
     bool visible(const Vec3& from, const Vec3& to) const;
 
     std::size_t triangle_count() const { return triangles_.size(); }
@@ -98,25 +98,26 @@ class RayScene {
     /// True for a triangle of a movable object.
     bool moves(const Triangle& triangle) const { return objects_[triangle.object].moves(); }
 
-    /// The hit point from the triangle's own vertices (more exact than along the ray, but each lies
-    /// elsewhere in memory: not for the innermost loops), moved kOffset_m along the normal to the
-    /// side that the ray came from.
+    /// The hit point moved kOffset_m along the normal to the side of the incoming ray. It is
+    /// computed from the triangle's vertices, which is more exact than along the ray. The vertices
+    /// are scattered in memory: avoid it in innermost loops.
     Vec3 point(const Hit& hit, const Vec3& ray_direction) const;
 
-    /// The triangle's unit normal on the side that the ray came from.
+    /// The triangle's unit normal on the side of the incoming ray.
     Vec3 facing_normal(const Hit& hit, const Vec3& ray_direction) const;
 
-    /// Every point on a surface is used at this distance from it, on its own side: the starts of
-    /// rays, the patch that a deposit, a gather ray or an area sample falls in.
+    /// Offset of every point that represents a place on a surface, on its side: ray origins, and
+    /// the points that assign deposits, gather rays and area samples to patches.
     static constexpr float kOffset_m = 1e-4F;
 
-    /// The same for a point that is found along a ray, where a long way is rounded.
+    /// The offset of a point at the distance `way_m` along a ray, including the rounding of long
+    /// distances.
     static constexpr float offset_after(float way_m) { return kOffset_m + 4e-7F * way_m; }
 
     /// A point off the surface that a ray meets after `distance_m`: `along_m` along the ray and
-    /// then `off_m` along the facing normal, of which the ray's direction has the cosine -`cosine`.
-    /// It is on the ray itself, but where the ray is nearly parallel to the surface: beside an
-    /// acute edge a point straight above the surface may lie behind the other face.
+    /// then `off_m` along the facing normal. The cosine of the ray's direction and that normal is
+    /// -`cosine`. The point is on the ray itself, unless the ray is nearly parallel to the surface:
+    /// near an acute edge a point straight above the surface may lie behind the other face.
     struct PointOff {
         float along_m = 0;
         float off_m = 0;
@@ -135,10 +136,10 @@ class RayScene {
 
     struct Embree;
     std::unique_ptr<Embree> embree_;
-    std::vector<Object> objects_;  ///< vertices kept of the moving ones only
+    std::vector<Object> objects_;  ///< vertices are kept for moving objects only
     std::vector<Triangle> triangles_;
     std::vector<Surface> surfaces_;             ///< [triangle]
-    std::optional<BruteForceIntersector> few_;  ///< in place of Embree where that is faster
+    std::optional<BruteForceIntersector> few_;  ///< replaces Embree where it is faster
     std::vector<Material> materials_;
     std::vector<std::optional<std::uint32_t>> own_material_;  ///< [object] by set_material
 };

@@ -11,7 +11,7 @@
 namespace aula {
 
 Receiver make_receiver(const RayScene& scene, const Vec3& position, float radius_m) {
-    constexpr std::uint32_t kProbes = 512;  // 0.3 % for half a sphere
+    constexpr std::uint32_t kProbes = 512;  // error 0.3 % for half a sphere
     const float largest_m = radius_m * Receiver::radius_factor(Receiver::kSpheres - 1);
     const ScrambledSobol sobol(1);
     std::vector<Ray> probes(kProbes);
@@ -22,7 +22,7 @@ Receiver make_receiver(const RayScene& scene, const Vec3& position, float radius
     scene.intersect(probes, hits);
     Receiver receiver{position, radius_m, Receiver::filled(0)};
     for (std::size_t k = 0; k < Receiver::kSpheres; ++k) {
-        // A cone that ends after r of R holds (r / R)^3 of its part of the sphere.
+        // A cone that ends at r of R contains (r / R)^3 of its part of the sphere.
         const float sphere_m = radius_m * Receiver::radius_factor(k);
         float share = 0;
         for (const Hit& hit : hits) {
@@ -43,8 +43,8 @@ std::optional<Receiver::Chord> Receiver::chord(const RayScene& scene, const Vec3
     const float enter_m = std::max(0.0F, nearest_m - half_chord_m);
     const float leave_m = std::min(length_m, nearest_m + half_chord_m);
     if (leave_m <= enter_m) return std::nullopt;
-    // What hides a part of a long chord is right in the mean if any point of it decides; which one
-    // depends on the last bits of where the chord lies.
+    // The visibility of a long chord is unbiased if a random point of the chord decides. The point
+    // is derived from the last bits of the chord's position.
     const float share =
         sphere == 0 ? 0.5F
                     : RandomStream::to_unit(static_cast<std::uint32_t>(
@@ -54,7 +54,7 @@ std::optional<Receiver::Chord> Receiver::chord(const RayScene& scene, const Vec3
     if (seen_share[sphere] < 1 && !scene.visible(position, origin + at_m * direction)) {
         return std::nullopt;
     }
-    // The volume average of fluence: energy * chord / (4/3 pi R^3), as far as it is seen.
+    // The volume average of fluence, energy * chord / (4/3 pi R^3), over the visible part.
     const float sphere_m = radius_m * radius_factor(sphere);
     const float volume_m3 = seen_share[sphere] * 4.0F / 3.0F * std::numbers::pi_v<float> *
                             sphere_m * sphere_m * sphere_m;

@@ -10,26 +10,26 @@
 
 namespace aula {
 
-/// The spheres round a point that rays are to cross: a listener's or, where a listener emits, a
-/// source's. Sphere k has the radius `radius_m` 2^(k/4); all rays but few use sphere 0. Walls may
-/// hide a part of a sphere; what the point does not see is not heard, and the rest stands for the
-/// whole.
+/// The detection spheres around a receiver: a listener or, where a listener emits, a source. Sphere
+/// k has the radius `radius_m` 2^(k/4); most rays use sphere 0. Walls may hide part of a sphere:
+/// only the part that is visible from its centre detects sound, and it represents the whole.
 struct Receiver {
     static constexpr std::size_t kSpheres = 24;
 
-    /// What a ray has of a sphere.
+    /// The part of a ray within a sphere.
     struct Chord {
-        float at_m = 0;  ///< a point of it, along the ray: its middle, or in large spheres any
+        float at_m = 0;  ///< a point of the chord, along the ray: its middle, or in large spheres a
+                         ///< random one
         float share_1_m2 =
             0;  ///< its length over the sphere's volume: fluence of a ray of energy 1
     };
 
     Vec3 position{0};
     float radius_m = 0.5F;
-    /// [sphere] of its volume, as seen from its middle
+    /// [sphere] visible share of its volume, from its centre
     std::array<float, kSpheres> seen_share = filled(1);
 
-    /// The part of a ray's first `length_m` that a sphere detects, if any.
+    /// The chord of a sphere on a ray's first `length_m`, if any.
     std::optional<Chord> chord(const RayScene& scene, const Vec3& origin, const Vec3& direction,
                                float length_m, std::size_t sphere = 0) const {
         const Vec3 to_centre = position - origin;
@@ -46,7 +46,7 @@ struct Receiver {
         return sphere == 0 ? 1 : std::exp2(static_cast<float>(sphere) / 4);
     }
 
-    /// The largest sphere with at most `growth` >= 1 times the cross-section of sphere 0.
+    /// The largest sphere whose cross-section is at most `growth` >= 1 times that of sphere 0.
     static std::size_t sphere_of(float growth) {
         if (growth < 1.4142135F) return 0;
         return std::min(static_cast<std::size_t>(2 * std::log2(growth)), kSpheres - 1);
@@ -64,7 +64,7 @@ struct Receiver {
                                float half_chord_2) const;
 };
 
-/// How much of its spheres a receiver sees. [propagation thread]
+/// A receiver with the visible shares of its spheres. [propagation thread]
 Receiver make_receiver(const RayScene& scene, const Vec3& position, float radius_m);
 
 }  // namespace aula

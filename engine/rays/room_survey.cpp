@@ -13,17 +13,17 @@ namespace {
 constexpr int kSurveyPaths = 2048;
 constexpr int kSurveyBounces = 32;
 
-/// Pieces of a segment, which moving objects divide, in the mean of a path: who does not get out of
-/// them ends.
+/// Limit of the mean number of pieces per segment of a path, as divided by moving objects. A path
+/// that exceeds it ends.
 constexpr int kMostPieces = 4;
 
-/// A distance from a surface that rounding does not reach at this place.
+/// An offset from a surface that exceeds the rounding error at this position.
 float offset_at(const Vec3& place) { return RayScene::offset_after(2 * glm::length(place)); }
 
-/// The start of the segment after a hit: the point of the segment before that lies a little above
-/// the surface. Nothing is between that point and the segment's start, so that no walk leaves a
-/// room at an edge, or where surfaces cross at an acute angle, as one does that is moved along the
-/// normal.
+/// The start of the segment after a hit: a point of the previous segment just above the surface. No
+/// surface lies between that point and the previous segment's start, so that no walk leaves a room
+/// at an edge or where surfaces intersect at an acute angle. An offset along the normal could do
+/// so.
 Vec3 start_after(const Vec3& begin, const Vec3& end, const Vec3& facing_normal) {
     const Vec3 back = begin - end;
     const float height_m = glm::dot(back, facing_normal);
@@ -31,7 +31,7 @@ Vec3 start_after(const Vec3& begin, const Vec3& end, const Vec3& facing_normal) 
     return end + share * back;
 }
 
-/// Numbers a triangle's two sides.
+/// Index of the triangle side that a ray hits.
 std::size_t side_of(const RayScene& scene, const Ray& ray, const Hit& hit) {
     const bool front = glm::dot(scene.surface(hit.triangle).normal, ray.direction) <= 0;
     return 2 * std::size_t{hit.triangle} + (front ? 1 : 0);
@@ -45,8 +45,8 @@ void trace_random_walks(const RayScene& scene, std::span<const Vec3> inside,
     if (inside.empty()) return;
     const auto count = static_cast<std::size_t>(walks.paths);
     std::vector<Ray> rays(count);
-    std::vector<Vec3> begin(count);  // of the segment, before it passed through anything
-    std::vector<Hit> passed(count);  // the first that it passed through
+    std::vector<Vec3> begin(count);  // of the segment, before it passed any object
+    std::vector<Hit> passed(count);  // the first hit that it passed
     std::vector<RandomStream> random(count);
     std::vector<int> reflections(count, 0);
     std::vector<Hit> hits(count);
@@ -144,7 +144,7 @@ std::vector<char> connected(const RayScene& scene, const Vec3& listener,
         });
         return met;
     };
-    constexpr int kFirstPaths = 16;  // enough for most sources
+    constexpr int kFirstPaths = 16;  // sufficient for most sources
     std::vector<char> result(sources.size(), 1);
     for (std::size_t s = 0; s < sources.size(); ++s) {
         if (scene.visible(listener, sources[s])) continue;
@@ -158,14 +158,14 @@ namespace {
 
 constexpr int kAreaSamples = 16384;
 constexpr int kRaysPerSample = 4;
-/// Of the surface: with more the mean free path is not that of a room.
+/// Share of the surface; above it the mean free path is not that of a room.
 constexpr double kMostOpen = 0.1;
-/// Relative, several standard errors of the mean free path: lengths vary by 0.6 of their mean, and
-/// there are more than 16384 of them.
+/// Relative; several standard errors of the mean free path: the standard deviation of lengths is
+/// 0.6 of their mean, and there are more than 16384 of them.
 constexpr double kVolumeTolerance = 0.01;
 
-/// The volume that the triangles enclose if their surface is closed and its faces point one way:
-/// the integral of x . n is three times the volume. From the middle, where rounding is least.
+/// The volume enclosed by the triangles if their surface is closed and consistently oriented: the
+/// integral of x . n is three times the volume. The origin is in the middle to minimise rounding.
 double enclosed_m3(const RayScene& scene) {
     const glm::dvec3 origin(scene.triangle(0).vertices[0]);
     double volume_m3 = 0;
@@ -178,7 +178,7 @@ double enclosed_m3(const RayScene& scene) {
     return std::abs(volume_m3);
 }
 
-/// Points on the triangles of uniform density, one in each of equal parts of the area.
+/// Points of uniform density on the triangles, one in each of equal parts of the area.
 struct AreaSample {
     std::uint32_t triangle = 0;
     Vec3 point{0};
@@ -202,10 +202,10 @@ std::vector<AreaSample> sample_area(const RayScene& scene, double area_m2, Rando
     return samples;
 }
 
-/// What rays from one side of a sampled point meet.
+/// Statistics of the rays from one side of a sampled point.
 struct SampleView {
     int reached = 0;  ///< rays that end on sides that walks have reached
-    int open = 0;     ///< that escape
+    int open = 0;     ///< rays that escape
     double length_m = 0;
     int hits = 0;
 };
@@ -243,7 +243,7 @@ RoomGeometry measure_room(const RayScene& scene, std::span<const Vec3> inside, s
         ++sampled[triangle.material];
         for (const float side : {1.0F, -1.0F}) {
             const Vec3 normal = side * triangle.normal;
-            // Of faces that coincide the one counts that rays meet.
+            // Of coincident faces only the one that rays hit counts.
             std::array<Ray, kRaysPerSample + 1> rays;
             const float offset_m = offset_at(sample.point);
             const Vec3 origin = sample.point + offset_m * normal;
@@ -263,7 +263,7 @@ RoomGeometry measure_room(const RayScene& scene, std::span<const Vec3> inside, s
                 view.length_m += double{hits[i].distance_m};
                 view.reached += reached[side_of(scene, rays[i], hits[i])];
             }
-            // A face may go on outside the room, and the walks may miss small ones.
+            // A face may extend outside the room, and the walks may miss small faces.
             const bool itself = reached[2 * std::size_t{sample.triangle} + (side > 0 ? 1 : 0)] != 0;
             if (view.reached < (itself ? 1 : 2) || (tight && view.open > 0)) continue;
             ++counted[triangle.material];
@@ -289,7 +289,7 @@ RoomGeometry measure_room(const RayScene& scene, std::span<const Vec3> inside, s
             room.open_share + (1 - room.open_share) * absorbing_m2 / room.surface_m2);
     }
     if (room.open_share > kMostOpen) return room;
-    // l = 4 V / S, openings included in S.
+    // l = 4 V / S, with openings included in S.
     const double volume_m3 =
         room.field.mean_free_path_m * room.surface_m2 / (1 - room.open_share) / 4;
     const double exact_m3 = enclosed_m3(scene);
@@ -315,7 +315,7 @@ double escape_per_reflection(const RayScene& scene, std::span<const Vec3> inside
 std::vector<char> outside_room(const RayScene& scene, std::span<const Vec3> places,
                                std::uint64_t seed) {
     constexpr int kPaths = 64;
-    constexpr double kFew = 0.25;  // of the reflections from the best place
+    constexpr double kFew = 0.25;  // of the reflections of the most enclosed place
     std::vector<int> reflections;
     for (const Vec3& place : places) {
         int count = 0;

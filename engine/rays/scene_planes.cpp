@@ -21,14 +21,14 @@ using Point = ScenePlanes::Point;
 
 constexpr double kTolerance_m = 1e-3;
 constexpr double kTolerance_rad = 0.1 * 3.14159265358979 / 180;
-constexpr double kCell = 0.004;  // of the normals' grid, two tolerances wide
+constexpr double kCell = 0.004;  // of the normals' grid, twice the tolerance
 
 Point normal_of(const RayScene::Triangle& t) {
     const Point a(t.vertices[0]);
     return glm::normalize(glm::cross(Point(t.vertices[1]) - a, Point(t.vertices[2]) - a));
 }
 
-/// True if some of the sound is reflected specularly in some band.
+/// True if part of the sound is reflected specularly in some band.
 bool reflects(const Material& material) {
     return (complement(material.absorption) * complement(material.scattering)).max() > 0;
 }
@@ -38,14 +38,14 @@ double twice_area_m2(const RayScene::Triangle& t) {
     return glm::length(glm::cross(Point(t.vertices[1]) - a, Point(t.vertices[2]) - a));
 }
 
-/// Planes by cell of their normal and of their offset from the scene's middle.
+/// An index of planes by the cell of their normal and of their offset from the scene's centre.
 class PlaneIndex {
  public:
-    /// For triangles within `radius_m` of the middle.
+    /// For triangles within `radius_m` of the centre.
     PlaneIndex(const Point& middle, double radius_m)
         : middle_(middle), slab_m_(2 * reach_m(radius_m)) {}
 
-    /// `index` is that of the plane, in ascending order from 0.
+    /// `index` is that of the plane; call in ascending order from 0.
     void add(const ScenePlanes::Plane& plane, std::uint32_t index) {
         assert(index == next_.size());
         const Point n = (plane.normal + 1.0) / kCell;
@@ -58,7 +58,7 @@ class PlaneIndex {
         last.value() = index;
     }
 
-    /// A plane that a triangle with this normal lies in.
+    /// A plane that contains a triangle with this normal.
     std::optional<std::uint32_t> find(const std::vector<ScenePlanes::Plane>& planes,
                                       const RayScene::Triangle& triangle,
                                       const Point& normal) const {
@@ -96,10 +96,11 @@ class PlaneIndex {
         return kTolerance_m + kTolerance_rad * from_middle_m;
     }
 
-    /// Where `occupied_` tells of a cell.
+    /// The bit of `occupied_` for a cell.
     static std::size_t sign_of(std::uint64_t cell) { return mix64(cell) >> (64 - kSignBits); }
 
-    /// The offset's cell: as wide as any triangle reaches, so that it looks into two at most.
+    /// The cell of an offset. Its width is the reach of any triangle, so that a search visits at
+    /// most two.
     int slab(double offset_m) const { return static_cast<int>(std::floor(offset_m / slab_m_)); }
 
     static std::uint64_t key(int x, int y, int z, int slab) {
@@ -117,11 +118,11 @@ class PlaneIndex {
 
     Point middle_;
     double slab_m_;
-    // Most lookups find nothing: a megabyte of bits, which stays near the processor, says so at
-    // once.
+    // Most searches find nothing. A bitmap of a megabyte, which stays in the cache, answers these
+    // first.
     std::vector<bool> occupied_ = std::vector<bool>(std::size_t{1} << kSignBits);
     tsl::robin_map<std::uint64_t, std::uint32_t, MixHash> last_in_cell_;
-    std::vector<std::uint32_t> next_;  ///< the one before in the same cell
+    std::vector<std::uint32_t> next_;  ///< the previous plane in the same cell
 };
 
 }  // namespace
@@ -142,7 +143,7 @@ ScenePlanes::ScenePlanes(const RayScene& scene) : scene_(scene) {
     merge();
 }
 
-/// The largest triangles first, as their normals are the most exact.
+/// The largest triangles come first, because their normals are the most exact.
 void ScenePlanes::merge() {
     const auto& triangles = scene_.triangles();
     std::vector<double> size_m2(triangles.size());
@@ -205,7 +206,7 @@ void ScenePlanes::materials_changed() {
     }
 }
 
-/// Takes the planes of an object to where its triangles are, after leaving those it shares.
+/// Moves an object's planes to its triangles, after separating them from shared planes.
 void ScenePlanes::follow(std::uint32_t object) {
     std::map<std::uint32_t, std::uint32_t> own;  // plane before -> plane now
     for (std::uint32_t t = objects_[object].first_triangle; t < objects_[object].end_triangle;

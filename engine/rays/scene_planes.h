@@ -10,9 +10,9 @@
 
 namespace aula {
 
-/// The planes that a scene's triangles lie in. Coplanar triangles share one, whichever way they
-/// face: those within 0.1 degrees and 1 mm of the largest among them. A plane of a moving object
-/// moves with it and keeps its index. [propagation thread]
+/// The planes of a scene's triangles. Coplanar triangles of either orientation share a plane: those
+/// within 0.1 degrees and 1 mm of the largest among them. A plane of a moving object moves with it
+/// and keeps its index. [propagation thread]
 class ScenePlanes {
  public:
     using Point = glm::dvec3;
@@ -22,9 +22,9 @@ class ScenePlanes {
         double offset_m = 0;                               ///< dot(normal, x) on the plane
         Vec3 low{std::numeric_limits<float>::infinity()};  ///< bounds of its triangles
         Vec3 high{-std::numeric_limits<float>::infinity()};
-        bool reflects = false;        ///< some of it in some band, specularly
-        std::uint32_t reference = 0;  ///< the triangle that defines it
-        std::uint32_t object = 0;     ///< that all its triangles belong to, or kManyObjects
+        bool reflects = false;        ///< some part reflects specularly in some band
+        std::uint32_t reference = 0;  ///< the triangle that defines the plane
+        std::uint32_t object = 0;     ///< the object of all its triangles, or kManyObjects
 
         /// Signed distance of a point.
         double distance_m(const Point& p) const;
@@ -35,17 +35,17 @@ class ScenePlanes {
 
     explicit ScenePlanes(const RayScene& scene);
 
-    /// Follows RayScene::move; objects move rigidly. Adds planes where an object leaves a plane
-    /// that it shared.
+    /// Updates the planes after RayScene::move; objects move rigidly. Adds planes where an object
+    /// leaves a shared plane.
     void scene_moved();
 
-    /// Follows a change of the scene's materials.
+    /// Updates the planes after a change of the scene's materials.
     void materials_changed();
 
     std::size_t count() const { return planes_.size(); }
     const Plane& operator[](std::uint32_t plane) const { return planes_[plane]; }
 
-    /// The plane of a triangle, kNoPlane if that is degenerate.
+    /// The plane of a triangle, kNoPlane if the triangle is degenerate.
     std::uint32_t of_triangle(std::uint32_t triangle) const { return plane_of_triangle_[triangle]; }
 
  private:
@@ -54,7 +54,7 @@ class ScenePlanes {
     struct PlacedObject {
         std::uint32_t first_triangle = 0;
         std::uint32_t end_triangle = 0;
-        std::array<Vec3, 3> vertices{};  ///< of its first triangle, where the planes know it
+        std::array<Vec3, 3> vertices{};  ///< of its first triangle at the last update
     };
 
     void merge();

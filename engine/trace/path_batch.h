@@ -35,11 +35,10 @@ struct PathBatch {
     LanePoints point;   ///< off the surface, RayScene::point_off
     LanePoints normal;  ///< RayScene::facing_normal
     std::array<std::uint32_t, kLanes> material{};
-    alignas(
-        64) std::array<std::uint32_t, kLanes> back{};  ///< 1 where the path hit a triangle's back
-    std::array<Bands, kLanes> scattered{};             ///< energy s (1 - alpha) E
-    alignas(64) std::array<float, kLanes> choice{};    ///< uniform, selects the lobe
-    alignas(64) std::array<float, kLanes> roulette{};  ///< uniform
+    alignas(64) std::array<std::uint32_t, kLanes> back{};        ///< 1 at a triangle's back
+    std::array<Bands, kLanes> scattered{};                       ///< energy s (1 - alpha) E
+    alignas(64) std::array<float, kLanes> choice{};              ///< uniform, selects the lobe
+    alignas(64) std::array<float, kLanes> roulette{};            ///< uniform
     alignas(64) std::array<std::uint32_t, kLanes> to_diffuse{};  ///< 1 where the path continues
                                                                  ///< diffusely, then that of the
                                                                  ///< last reflection
