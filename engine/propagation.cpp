@@ -31,7 +31,7 @@ int default_threads() {
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) - 1);
 }
 
-/// Points where sound is: all places of sources and listener.
+/// Points that sound can reach: all positions of sources and listener.
 std::vector<Vec3> places(const Scene& scene) {
     std::vector<Vec3> points;
     const auto add = [&](const Vec3& position, const std::optional<Trajectory>& path) {
@@ -46,7 +46,8 @@ std::vector<Vec3> places(const Scene& scene) {
     return points;
 }
 
-/// Adds the arrivals of a frame that no image source counts, each at its own delay, over its rays.
+/// Adds the arrivals of a frame that no image source counts, each at its delay, as a mean over the
+/// frame's rays.
 void add_arrivals(std::span<const Arrival> arrivals, int rays, const SpecularSound& images,
                   EnergyResponse& response) {
     const float scale = 1 / static_cast<float>(rays);
@@ -106,8 +107,8 @@ struct Propagation::State {
     std::vector<EnergyResponse> responses;  // [source * listener_count + listener]
     std::uint64_t seed;
     std::uint64_t frame = 0;
-    double travel_m = 0;                  // how far anything in the scene has moved since the start
-    std::vector<std::size_t> source_ids;  // [source] of its random numbers and path identifiers
+    double travel_m = 0;                  // accumulated movement of the scene since the start
+    std::vector<std::size_t> source_ids;  // [source] selects random numbers and path identifiers
     std::size_t next_source_id;
     FrameStatistics statistics;
 
@@ -148,7 +149,8 @@ struct Propagation::State {
         restart();
     }
 
-    /// Highest order of the image sources; the limit of all orders holds for them, too.
+    /// Highest order of the image sources; the limit of the reflection order applies to them as
+    /// well.
     int image_source_order() const {
         if (!simulation.specular) return 0;
         return simulation.order > 0 ? std::min(simulation.order, simulation.specular_order)
@@ -160,7 +162,7 @@ struct Propagation::State {
         const RoomSurvey survey =
             survey_room(rays, inside, derive_seed(simulation.seed, SeedPurpose::survey));
         double length_s = double{reverberation_time_s(survey, scene.medium).max()};
-        // Direct sound has to fit in the open, too.
+        // In the open the response must be long enough for the direct sound as well.
         Bounds bounds;
         for (const Vec3& point : inside) bounds.add(point);
         length_s =
@@ -177,7 +179,7 @@ struct Propagation::State {
         return response;
     }
 
-    /// Bytes of the diffuse path cache of a pair.
+    /// Memory limit of one pair's diffuse path cache in bytes.
     std::size_t path_cache_bytes() const {
         const std::size_t pairs = std::max<std::size_t>(1, source_ids.size() * listener_count);
         return static_cast<std::size_t>(simulation.memory_mb * 1e6 / static_cast<double>(pairs));
@@ -216,16 +218,16 @@ struct Propagation::State {
         for (DiffusePathCache& cache : path_caches) cache.set_memory_bytes(path_cache_bytes());
     }
 
-    /// No frame from before a change of materials holds.
+    /// Invalidates all frames before a change of materials.
     void materials_changed() {
-        // Farther than any frame reaches; too little to round the movements that come.
+        // Beyond the reach of any frame, but small enough to keep later movements exact.
         constexpr double kFar_m = 1000;
         travel_m += kFar_m;
         specular.materials_changed();
         if (patches) patches->materials_changed();
     }
 
-    /// Forgets everything cached.
+    /// Clears all caches.
     void restart() {
         const std::size_t pairs = source_ids.size() * listener_count;
         frame = 0;
@@ -246,7 +248,8 @@ struct Propagation::State {
         }
     }
 
-    /// The frame's places, those on surfaces moved off them, or half of their rays were lost.
+    /// The frame's positions, with those on surfaces moved off them: on a surface half of the rays
+    /// would be lost.
     FrameInput off_surfaces(const FrameInput& given) const {
         FrameInput input = given;
         for (Vec3& source : input.sources) source = off_surface(rays, source);
@@ -258,7 +261,7 @@ struct Propagation::State {
         return {input, number, derive_seed(seed, SeedPurpose::frame, number), travel_m};
     }
 
-    /// Traces rays from every source and reads out what they bring, for `pt` and `dpc*`.
+    /// Traces rays from every source and computes the responses, for `pt` and `dpc*`.
     void propagate_paths(const PropagationFrame& f) {
         Stopwatch watch;
         std::vector<Receiver> receivers;
@@ -346,7 +349,7 @@ void Propagation::step(const FrameInput& given) {
     assert(given.listeners.size() == s.listener_count);
     s.statistics = {};
 
-    // Move what moves.
+    // Move the objects.
     const float moved_m =
         given.objects.empty() ? s.rays.move(given.time_s) : s.rays.move(given.objects);
     if (moved_m > 0) {
@@ -356,13 +359,13 @@ void Propagation::step(const FrameInput& given) {
     }
     const FrameInput input = s.off_surfaces(given);
 
-    // Which paths are left to image sources is decided before the rays' are read.
+    // The paths that image sources count are selected before the rays' paths are evaluated.
     Stopwatch watch;
     for (const Vec3& listener : input.listeners) s.specular.discover(listener, s.frame);
     s.find_specular(input);
     s.statistics.specular_s += watch.lap_s();
 
-    // Trace rays and bring the responses up to date.
+    // Trace rays and update the responses.
     const PropagationFrame frame = s.frame_of(input, s.frame);
     if (s.patches) {
         s.patches->step(frame, s.images, s.responses, s.statistics);

@@ -40,7 +40,7 @@ Pose pose_looking(const Vec3& position, const Vec3& front, const Vec3& up) {
     pose.position = position;
     const Vec3 x = glm::normalize(front);
     pose.pitch_rad = std::asin(std::clamp(x.z, -1.0F, 1.0F));
-    // Straight up or down the yaw is that of the top of the head.
+    // For a vertical view direction the yaw is that of the top of the head.
     const bool upright = x.x != 0 || x.y != 0;
     pose.yaw_rad = upright ? std::atan2(x.y, x.x) : std::atan2(-x.z * up.y, -x.z * up.x);
     const glm::mat3 level = pose.rotation();

@@ -10,11 +10,11 @@ namespace aula {
 /// A material that ships with Aula.
 struct LibraryMaterial {
     Material material;
-    std::string source;  ///< the book or measurement, and what of it is an estimate
+    std::string source;  ///< the book or measurement, and which values are estimates
 };
 
-/// All materials that ship with Aula, sorted by name. They are part of the library file: nothing
-/// is read from disk. engine/scene/materials.json is the list.
+/// All materials that ship with Aula, sorted by name. They are part of the library file, so that no
+/// file is read. engine/scene/materials.json is the list.
 std::vector<LibraryMaterial> material_library();
 
 }  // namespace aula

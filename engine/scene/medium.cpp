@@ -30,7 +30,7 @@ Bands Medium::attenuation_per_m() const {
         // (5): pressure attenuation in dB/m.
         const double a_db =
             8.686 * f * f * (classical + std::pow(t_ratio, -2.5) * (oxygen + nitrogen));
-        // Energy falls by a_db decibels a metre: exp(-m) = 10^(-a_db / 10).
+        // Energy decays by a_db decibels per metre: exp(-m) = 10^(-a_db / 10).
         m[b] = static_cast<float>(a_db * std::log(10.0) / 10);
     }
     return m;

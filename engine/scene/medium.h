@@ -14,8 +14,8 @@ struct Medium {
     /// Speed of sound in m/s, 343.2 sqrt((t + 273.15) / 293.15).
     float speed_of_sound_m_s() const;
 
-    /// Energy attenuation coefficient m of each octave band in 1/m: energy falls as
-    /// exp(-m length). ISO 9613-1 at the band's exact centre; zero without air absorption.
+    /// Energy attenuation coefficient m of each octave band in 1/m: energy decays as exp(-m
+    /// length). ISO 9613-1 at the band's exact centre; zero without air absorption.
     Bands attenuation_per_m() const;
 };
 

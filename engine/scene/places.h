@@ -6,7 +6,8 @@
 
 namespace aula {
 
-/// Positions of the sources, then of the listener; for those with a path, of its keyframes.
+/// Positions of the sources, then of the listener; for a source or listener with a path, the
+/// positions of its keyframes.
 std::vector<Vec3> places(const Scene& scene);
 
 }  // namespace aula

@@ -35,8 +35,8 @@ Pose interpolate(const Pose& a, const Pose& b, float weight) {
 
 }  // namespace
 
-// Yaw turns x towards y, pitch turns x towards z, roll turns y towards z; roll is applied first.
-// The columns are where the local axes come to lie.
+// Yaw rotates x towards y, pitch x towards z, roll y towards z; roll is applied first. The columns
+// are the local axes in world coordinates.
 glm::mat3 Pose::rotation() const {
     const float cy = std::cos(yaw_rad), sy = std::sin(yaw_rad);
     const float cp = std::cos(pitch_rad), sp = std::sin(pitch_rad);
@@ -86,7 +86,8 @@ Bounds geometry_bounds(const std::vector<Object>& objects) {
     for (const Object& object : objects) {
         for (const Vec3& vertex : object.world_vertices(0)) bounds.add(vertex);
         if (!object.path) continue;
-        // Paths may have as many points as meshes have vertices: the object's box moves.
+        // A path may have as many keyframes as a mesh has vertices, so only the object's box is
+        // transformed.
         Bounds local;
         for (const Vec3& vertex : object.vertices) local.add(vertex);
         Object box;

@@ -27,7 +27,7 @@ std::string read_text(const std::filesystem::path& file) {
         throw Error(file.string(), "",
                     std::string("cannot be opened, ") + std::strerror(errno) + kExpected);
     }
-    // Not a regular file's size: the scene may come through a pipe.
+    // The size of a regular file is not used: the scene may come through a pipe.
     constexpr std::size_t kMostBytes = std::size_t{256} << 20U;
     std::string text;
     std::array<char, 65536> part{};
@@ -43,7 +43,7 @@ std::string read_text(const std::filesystem::path& file) {
     return text;
 }
 
-// Keeps names apart: remembers where each stands.
+// Checks that names are unique; stores the location of each.
 class UniqueNames {
  public:
     void add(const std::string& name, const JsonReader& json) {
@@ -86,7 +86,7 @@ Medium read_medium(const JsonReader& json) {
     return medium;
 }
 
-// "position", or where the path begins; without either the origin, after an error.
+// "position", or the start of the path; the origin, after an error, if both are absent.
 Vec3 read_position(const JsonReader& json, const std::optional<Trajectory>& path) {
     if (path && !json.find("position")) return path->points.front().pose.position;
     Vec3 position(0);

@@ -10,8 +10,8 @@
 
 namespace aula {
 
-/// What is wrong with a scene, all of it that can be said after the first error; what() is the
-/// first message. A syntax error is the only one of its file.
+/// All errors of a scene that can be found after the first one; what() is the first message. A
+/// syntax error is the only one of its file.
 class SceneErrors : public Error {
  public:
     /// At least one message.
@@ -26,13 +26,13 @@ class SceneErrors : public Error {
 struct LoadedScene {
     Scene scene;
     std::vector<std::string> warnings;  ///< each a line for the user, without "aula: warning:"
-    bool rays_given = false;            ///< the file says how many rays
+    bool rays_given = false;            ///< the file sets the number of rays
     JsonValue json;                     ///< the file's content; geometry[i] is scene.objects[i]
 };
 
-/// Reads a scene file (JSON with comments, docs/scene_format.md) with its meshes. Files inside it
-/// are relative to it. Sound files are checked to exist, not read. Throws
-/// SceneErrors, or Error where it cannot be read as JSON.
+/// Reads a scene file (JSON with comments, docs/scene_format.md) with its meshes. File names in it
+/// are relative to it. Sound files are checked to exist, not read. Throws SceneErrors, or Error if
+/// the file is not valid JSON.
 LoadedScene load_scene(const std::filesystem::path& file);
 
 }  // namespace aula

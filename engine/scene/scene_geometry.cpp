@@ -16,7 +16,7 @@ namespace {
 constexpr const char* kFaces = "a list of faces, each a list of vertex indices";
 constexpr const char* kMaterialName = "the name of a material";
 
-// The keys that every kind of geometry knows.
+// The keys that every kind of geometry accepts.
 std::vector<std::string> with_common_keys(std::vector<std::string> keys) {
     keys.insert(keys.end(), {"name", "material", "surfaces", "up", "scale", "translate", "path"});
     return keys;
@@ -26,7 +26,7 @@ void set_single_material(Object& object, std::uint32_t material) {
     object.triangle_materials.assign(object.triangles.size(), material);
 }
 
-// The "material" of all triangles.
+// Reads the "material" of all triangles.
 void read_single_material(const JsonReader& json, MaterialTable& materials, Object& object) {
     set_single_material(object, 0);
     json.attempt([&] {
@@ -53,7 +53,8 @@ Object read_box(const JsonReader& json, MaterialTable& materials) {
                                                     (corner & 2U) != 0 ? 1 : 0,
                                                     (corner & 4U) != 0 ? 1 : 0));
     }
-    // Corner numbers are bits x, y, z. Counter-clockwise seen from inside: the walls face in.
+    // Bits of a corner's index are x, y and z. Counter-clockwise as seen from inside: the walls
+    // face inwards.
     constexpr std::array<std::array<std::uint32_t, 4>, 6> kWalls{
         {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1}, {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}}};
     for (const auto& wall : kWalls) {
@@ -85,7 +86,7 @@ std::vector<std::uint32_t> read_face(const JsonReader& json, std::size_t vertex_
     return face;
 }
 
-// The triangles of "faces", where all vertices are `known`; else only their indices are checked.
+// Reads the triangles of "faces". If the vertices are not `known`, only their indices are checked.
 void read_triangles(const JsonReader& faces, bool known, Object& object) {
     const std::vector<JsonReader> items = faces.items(kFaces);
     for (const JsonReader& item : items) {
@@ -133,7 +134,7 @@ Object read_faces(const JsonReader& json, MaterialTable& materials) {
     return object;
 }
 
-// `, did you mean "glass" for "Glass"?`, for the first few that are near a known name.
+// `, did you mean "glass" for "Glass"?`, for the first few names that are similar to a known one.
 std::string nearest_materials(const std::vector<std::string>& unmapped,
                               const std::vector<std::string>& known) {
     constexpr std::size_t kMost = 10;
@@ -235,7 +236,7 @@ Object read_mesh(const JsonReader& json, const std::filesystem::path& folder,
     return object;
 }
 
-// Gives triangles of an object the materials that its "surfaces" name.
+// Assigns the materials in "surfaces" to triangles of an object.
 void read_surfaces(const JsonReader& json, MaterialTable& materials, Object& object) {
     constexpr const char* kSurfaces = "a list of surfaces, each a material and its triangles";
     constexpr const char* kRanges = "a list of ranges [first, last] of triangles";
@@ -275,7 +276,7 @@ bool has_y_up(const JsonReader& json) {
     return extension == ".gltf" || extension == ".glb";
 }
 
-// Up axis, then scale.
+// Applies the up axis, then the scale.
 void to_local_frame(const JsonReader& json, Object& object) {
     const bool y_up = has_y_up(json);
     constexpr NumberRange kScale{0, 1e6, false, "a number above 0, at most 1e6"};
@@ -299,7 +300,8 @@ MaterialTable::MaterialTable(const std::optional<JsonReader>& own) : library_(ma
     if (!own) return;
     own->attempt([&] {
         for (const auto& member : own->members("an object of materials")) {
-            // One with errors is known by its name, or its uses were errors, too.
+            // A material with errors is registered by name, so that its uses are not reported as
+            // errors, too.
             Material material;
             member.second.attempt([&] { material = read_material(member.first, member.second); });
             material.name = member.first;

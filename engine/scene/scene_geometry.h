@@ -13,20 +13,20 @@
 
 namespace aula {
 
-/// The materials that a scene file can name: its own, then those that ship with Aula. Those of the
-/// library enter the scene when they are first used.
+/// The materials that a scene file can name: its own, then those that ship with Aula. A library
+/// material is added to the scene at its first use.
 class MaterialTable {
  public:
-    /// `own` is the scene file's "materials", if there.
+    /// `own` is the scene file's "materials", if present.
     explicit MaterialTable(const std::optional<JsonReader>& own);
 
-    /// Index of a material in materials(), or nothing for an unknown name.
+    /// Index of a material in materials(), or empty for an unknown name.
     std::optional<std::uint32_t> find(const std::string& name);
-    /// Index of the material that a string in the scene file names. Throws Error that lists the
+    /// Index of the material that a string in the scene file names. Throws Error, which lists the
     /// known names.
     std::uint32_t require(const JsonReader& name);
 
-    /// The names that are known, the scene's own first.
+    /// The known names, the scene's own first.
     std::vector<std::string> names() const;
 
     std::vector<Material> take() { return std::move(materials_); }

@@ -8,7 +8,7 @@
 
 namespace aula {
 
-// The small values that scene files are made of. All throw Error at the place of what is wrong.
+// The basic values of scene files. All functions throw Error with the location of the error.
 
 inline constexpr double kLargestCoordinate_m = 1e6;
 
@@ -18,7 +18,7 @@ Vec3 read_point(const JsonReader& json);
 /// One number for all bands or a list of 8, each 0 to 1.
 Bands read_shares(const JsonReader& json);
 
-/// {"absorption", "scattering", "source"}; scattering is 0.1 if absent, the source a remark.
+/// {"absorption", "scattering", "source"}; scattering is 0.1 if absent, the source is a remark.
 Material read_material(const std::string& name, const JsonReader& json);
 
 /// Yaw, pitch and roll from "yaw_deg", "pitch_deg", "roll_deg", each 0 if absent.
@@ -27,7 +27,7 @@ Pose read_orientation(const JsonReader& json, const Vec3& position);
 /// {"loop", "points": [{"t", "position", "yaw_deg", "pitch_deg", "roll_deg"}]}.
 Trajectory read_trajectory(const JsonReader& json);
 
-/// The member "path" of an object, if there.
+/// The member "path" of an object, if present.
 std::optional<Trajectory> find_trajectory(const JsonReader& json);
 
 }  // namespace aula

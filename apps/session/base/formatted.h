@@ -7,7 +7,7 @@
 
 namespace aula {
 
-/// A line of text as printf makes it, cut off at 255 characters.
+/// Formats a line of text like printf, truncated to 255 characters.
 template <typename... Values>
 std::string formatted(const char* format, Values... values) {
     std::array<char, 256> text{};
@@ -15,7 +15,7 @@ std::string formatted(const char* format, Values... values) {
     return text.data();
 }
 
-/// What is said of samples that were not finite.
+/// The message for samples that were not finite.
 inline std::string muted_text(std::int64_t samples) {
     return std::to_string(samples) + " samples were not finite and were muted";
 }

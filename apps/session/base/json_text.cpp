@@ -21,14 +21,15 @@ std::string shortest(T value) {
 constexpr std::size_t kColumns = 100;
 constexpr std::size_t kIndent = 2;
 
-/// The elements of a list or an object between brackets; `column` is where the first one begins.
+/// The elements of a list or an object between brackets; `column` is the column of the first
+/// element.
 std::string list_text(const std::vector<std::string>& elements, const char* brackets,
                       std::size_t indent, std::size_t column) {
     std::string line(1, brackets[0]);
     bool fits = true;
     for (std::size_t i = 0; i < elements.size() && fits; ++i) {
         line += (i > 0 ? ", " : "") + elements[i];
-        // A comma follows.
+        // Reserves space for a comma.
         fits = column + line.size() + 2 <= kColumns && line.find('\n') == std::string::npos;
     }
     if (fits) return line + brackets[1];
@@ -44,7 +45,7 @@ std::string text_of(const JsonValue& value, std::size_t indent, std::size_t colu
     if (const auto* whole = std::get_if<std::uint64_t>(&value.value)) return std::to_string(*whole);
     if (const auto* text = std::get_if<std::string>(&value.value)) return json_string(*text);
     if (const auto* number = std::get_if<double>(&value.value)) {
-        constexpr double kWhole = 1e15;  // without an exponent up to here
+        constexpr double kWhole = 1e15;  // integers up to here are written without an exponent
         const bool whole = *number == std::floor(*number) && std::abs(*number) < kWhole;
         return whole ? std::to_string(static_cast<std::int64_t>(*number)) : json_number(*number);
     }

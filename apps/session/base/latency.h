@@ -11,14 +11,14 @@
 
 namespace aula {
 
-/// The clock of poses, frames and blocks as one number, to be handed from thread to thread.
+/// The common clock of poses, frames and blocks, as an integer that can be passed between threads.
 inline std::int64_t clock_ns() noexcept AULA_NONBLOCKING {
     return std::chrono::steady_clock::now().time_since_epoch().count();
 }
 static_assert(std::chrono::steady_clock::period::den == 1'000'000'000);
 
-/// How long things took, counted in steps of a tenth of a millisecond; what is longer than a
-/// second counts as a second. One thread adds, wait-free; any thread reads.
+/// A histogram of durations in steps of a tenth of a millisecond; durations above a second count as
+/// one second. One thread adds, wait-free; any thread reads.
 class LatencyCounts {
  public:
     void add(std::int64_t ns) noexcept AULA_NONBLOCKING {
@@ -28,7 +28,8 @@ class LatencyCounts {
         counts_[place].fetch_add(1, std::memory_order_relaxed);
     }
 
-    /// The time that a share of all did not exceed, to the next step; 0 if there were none.
+    /// The duration that a share of all entries did not exceed, rounded up to a step; 0 if there
+    /// are none.
     double quantile_ms(double share) const {
         std::uint64_t total = 0;
         for (const auto& count : counts_) total += count;
@@ -48,13 +49,13 @@ class LatencyCounts {
     std::array<std::atomic<std::uint32_t>, kSteps> counts_{};
 };
 
-/// How long after it was given a pose is heard, device latency left out.
+/// The latency from a new pose to its output, without the device's latency.
 struct PoseLatency {
     double frame_period_ms = 0;
     double compute_p50_ms = 0, compute_p99_ms = 0;
     double sound_p50_ms = 0, sound_p99_ms = 0;  ///< to the start of the crossfade
-    double head_p50_ms = 0, head_p99_ms = 0;    ///< of the head's turning alone
-    double call_p99_ms = 0;                     ///< from one call for sound to the next
+    double head_p50_ms = 0, head_p99_ms = 0;    ///< of the head rotation alone
+    double call_p99_ms = 0;                     ///< between two calls for sound
 };
 
 }  // namespace aula

@@ -30,7 +30,7 @@ namespace {
 OutputFile::OutputFile(std::filesystem::path file) : file_(std::move(file)) {
     if (std::filesystem::is_directory(file_))
         throw Error(file_.string(), "", "is a directory; expected the name of a file to write");
-    // A device or a pipe cannot be replaced by a file of ours: it is written as it goes.
+    // A device or a pipe cannot be replaced by a new file, so it is written directly.
     if (std::filesystem::exists(file_) && !std::filesystem::is_regular_file(file_)) {
         descriptor_ = open(file_.c_str(), O_WRONLY | O_CLOEXEC);
         if (descriptor_ < 0) refuse(file_, errno);

@@ -8,11 +8,11 @@
 
 namespace aula {
 
-/// A text file that has its name from commit() on; without commit() nothing is left behind
-/// (PartFile). A device or a pipe is written as it goes.
+/// A text file that appears under its name at commit(); without commit() nothing remains
+/// (PartFile). A device or a pipe is written directly.
 class OutputFile {
  public:
-    /// Throws Error if the place cannot be written to.
+    /// Throws Error if the file cannot be written.
     explicit OutputFile(std::filesystem::path file);
     ~OutputFile();
     OutputFile(const OutputFile&) = delete;
@@ -24,7 +24,7 @@ class OutputFile {
 
  private:
     std::filesystem::path file_;
-    std::optional<PartFile> part_;  ///< none: a device or a pipe
+    std::optional<PartFile> part_;  ///< empty for a device or a pipe
     int descriptor_ = -1;
 };
 

@@ -11,7 +11,7 @@
 
 namespace aula {
 
-/// What a scene sounds through. How it is simulated stands in Scene::simulation.
+/// The output settings of a scene. Scene::simulation has the settings of the simulation.
 struct SessionOptions {
     double sample_rate_hz = 48000;
     int block = 256;  ///< samples
@@ -20,18 +20,20 @@ struct SessionOptions {
     bool half_precision_tail = false;  ///< of late reverberation, see RendererConfig
     std::filesystem::path hrtf;        ///< SOFA file; empty: libmysofa's default
     SampleFormat format = SampleFormat::float32;  ///< of rendered files; PCM passes a limiter
-    std::optional<double> duration_s;             ///< from the scene where absent
+    std::optional<double> duration_s;             ///< if absent: from the scene
     std::string device;  ///< index or part of a name; empty: the default device
-    /// Nobody asked for the scene's number of rays: live playing takes fewer until it keeps up.
+    /// The number of rays was not requested explicitly: live playback reduces it until frames are
+    /// in time.
     bool rays_fall = false;
-    /// Of responses whose length the scene leaves to the room; set by a player that keeps up so.
+    /// Limit of responses whose length the scene leaves to the room; set by a player to keep frames
+    /// in time.
     std::optional<double> longest_response_s;
 };
 
-/// The HRTF of binaural output at a rate; null for other outputs. Throws AudioInputError.
+/// The HRTF of binaural output at a sample rate; null for other outputs. Throws AudioInputError.
 std::shared_ptr<const Hrtf> hrtf_for(const SessionOptions& options, double sample_rate_hz);
 
-/// Told the share that is done, 0..1; returns false to stop.
+/// Receives the completed share, 0..1; returns false to stop.
 using Progress = std::function<bool(double done)>;
 
 }  // namespace aula

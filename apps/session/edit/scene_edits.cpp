@@ -14,7 +14,7 @@ namespace aula {
 
 namespace {
 
-/// The object's and its own index of a triangle that is counted over all objects.
+/// The object, and the index within it, of a triangle index that counts over all objects.
 std::pair<std::size_t, std::size_t> place_of(const Scene& scene, std::uint32_t triangle) {
     std::size_t left = triangle;
     for (std::size_t object = 0; object < scene.objects.size(); ++object) {

@@ -25,7 +25,7 @@ JsonValue json_of(int value) { return {static_cast<double>(value)}; }
 JsonValue json_of(std::uint64_t value) { return {value}; }
 JsonValue json_of(std::string value) { return {std::move(value)}; }
 
-/// A number whose shortest text is the float's, not that of its double.
+/// A number with the shortest text of the float, not of its double.
 JsonValue json_of(float value) {
     const std::string text = json_number(value);
     double number = 0;
@@ -37,7 +37,7 @@ JsonValue json_of(const Vec3& p) {
     return {JsonValue::Array{json_of(p.x), json_of(p.y), json_of(p.z)}};
 }
 
-/// One number where all bands are alike.
+/// A single number if all bands are equal.
 JsonValue json_of(const Bands& bands) {
     const auto& values = bands.value;
     if (std::adjacent_find(values.begin(), values.end(), std::not_equal_to<>()) == values.end())
@@ -65,7 +65,7 @@ void remove(JsonValue& object, const std::string& key) {
                   [&](const JsonMember& member) { return member.key == key; });
 }
 
-/// A member that is an object; it is made where it is missing.
+/// The member that is an object; created if absent.
 JsonValue& member_object(JsonValue& parent, const std::string& key) {
     if (find(parent, key) == nullptr) set(parent, key, {JsonValue::Object{}});
     return *find(parent, key);
@@ -76,7 +76,7 @@ void set_angle(JsonValue& object, const std::string& key, float before_rad, floa
     set(object, key, json_of(now_rad * 180 / std::numbers::pi_v<float>));
 }
 
-/// Names files of the folder `from` relative to the folder `to`.
+/// Converts file names relative to the folder `from` to names relative to the folder `to`.
 class FileNames {
  public:
     FileNames(const std::filesystem::path& from, const std::filesystem::path& to)
@@ -98,8 +98,8 @@ bool same(const Material& a, const Material& b) {
     return a.name == b.name && a.absorption == b.absorption && a.scattering == b.scattering;
 }
 
-/// The materials by which triangles of an object differ from what was read: each with the ranges
-/// [first, last] of its triangles.
+/// The materials of triangles that differ from the file: each with the ranges [first, last] of its
+/// triangles.
 std::map<std::string, JsonValue::Array> changed_ranges(const Scene& before, const Object& old,
                                                        const Scene& now, const Object& object) {
     std::map<std::string, JsonValue::Array> ranges;
@@ -123,7 +123,7 @@ std::map<std::string, JsonValue::Array> changed_ranges(const Scene& before, cons
     return ranges;
 }
 
-/// Gives a piece of geometry the materials that its object has now.
+/// Writes the present materials of an object to its piece of geometry.
 void write_surfaces(JsonValue& item, const Scene& before, const Object& old, const Scene& now,
                     const Object& object) {
     auto ranges = changed_ranges(before, old, now, object);
@@ -143,10 +143,10 @@ void write_surfaces(JsonValue& item, const Scene& before, const Object& old, con
                                               {"triangles", {std::move(triangles)}}}});
 }
 
-/// Adds the materials that the file does not have and Aula's library has not either.
+/// Adds the materials that neither the file nor Aula's library has.
 void write_materials(JsonValue& root, const Scene& before, const Scene& now) {
     std::vector<Material> known = before.materials;
-    // The scene's own go before those of the library.
+    // The scene's own take precedence over those of the library.
     for (LibraryMaterial& entry : material_library())
         if (std::none_of(known.begin(), known.end(),
                          [&](const Material& m) { return m.name == entry.material.name; }))

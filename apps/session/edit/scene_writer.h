@@ -8,14 +8,14 @@
 namespace aula {
 
 /// The text of the scene file that was read from the folder `from`, changed where `edited` differs
-/// from what it says: materials of triangles, sources, listener and simulation. Everything else
-/// stays, but comments. The files that it names are relative to the folder `to`. `edited` has the
-/// geometry, the medium and the number of sources of `read`.
+/// from it: materials of triangles, sources, listener and simulation. All other content is kept,
+/// except comments. File names become relative to the folder `to`. `edited` has the geometry, the
+/// medium and the number of sources of `read`.
 std::string edited_scene_text(const LoadedScene& read, const Scene& edited,
                               const std::filesystem::path& from, const std::filesystem::path& to);
 
-/// Writes that text to a scene file under a temporary name and renames it. `scene_file` is the file
-/// that was read. Throws Error, AudioFailure.
+/// Writes that text to a scene file under a temporary name, then renames it. `scene_file` is the
+/// file that was read. Throws Error, AudioFailure.
 void write_edited_scene(const LoadedScene& read, const Scene& edited,
                         const std::filesystem::path& scene_file, const std::filesystem::path& file);
 

@@ -51,7 +51,7 @@ int FrameMaker::rays_wanted(const RoomState& room) const {
     return room.rays.value_or(simulation_.rays);
 }
 
-/// Begins and ends voices until they are those of the sources.
+/// Adds and removes voices to match the sources.
 void FrameMaker::take_sources(const std::vector<SourceState>& sources) {
     const auto find = [&](std::uint64_t id) {
         return std::find_if(sources.begin(), sources.end(),
@@ -102,12 +102,12 @@ void FrameMaker::warm_up(const RoomState& room, double longest_s) {
         if (std::chrono::steady_clock::now() >= end) break;
         propagate(room);
     }
-    // A builder's first response takes longer than others.
+    // A builder's first response takes longer than later ones.
     for (std::size_t v = 0; v < voices_.size(); ++v)
         voices_[v].impulse_responses->build(propagation_.response(v), voices_[v].responses[0]);
 }
 
-/// The newest response of a voice as it is to be heard.
+/// The newest response of a voice, with the gains applied.
 SourceSound FrameMaker::sound_of(const Voice& voice, std::size_t listener,
                                  const RoomState& room) const {
     SourceSound sound = source_sound(voice.responses[listener],

@@ -14,21 +14,20 @@
 
 namespace aula {
 
-/// The way from poses to what the audio thread needs: one propagation step, the energy responses
-/// turned into impulse responses, those into a frame for the renderer of each listener.
-/// [propagation thread]
+/// Converts poses to the audio thread's input: one propagation step, impulse responses from the
+/// energy responses, and a frame of them for the renderer of each listener. [propagation thread]
 class FrameMaker {
  public:
-    /// The HRTF is needed for binaural output only. Throws Error if the scene's settings cannot be
-    /// used.
+    /// The HRTF is needed for binaural output only. Throws Error if the scene's settings are
+    /// invalid.
     FrameMaker(const Scene& scene, const FrameSettings& settings, std::shared_ptr<const Hrtf> hrtf);
 
     const RendererConfig& config() const { return config_; }
 
-    /// An empty frame with all memory in place.
+    /// An empty frame with all memory allocated.
     std::unique_ptr<RenderFrame> make_frame() const { return builders_[0]->make_frame(); }
 
-    /// Materials from the next frame on, see Propagation.
+    /// Changes materials from the next frame on, see Propagation.
     void set_object_material(std::size_t object, const Material& material) {
         propagation_.set_object_material(object, material);
     }
@@ -36,14 +35,14 @@ class FrameMaker {
         propagation_.change_material(material, coefficients);
     }
 
-    /// Fills a frame for each listener with what is heard there.
+    /// Fills one frame per listener with the sound at that listener.
     void fill(const RoomState& room, std::span<const std::unique_ptr<RenderFrame>> frames);
 
-    /// Fills the caches with what such a frame finds: propagates up to a window of frames, for not
-    /// much longer than a time, and plays none.
+    /// Fills the caches for a room state: propagates up to a window of frames, for at most about
+    /// `longest_s`, without output.
     void warm_up(const RoomState& room, double longest_s);
 
-    /// Copies what is to be looked at of the newest frame. Counts are left to the caller.
+    /// Copies data of the newest frame for display. The caller sets the counters.
     FrameView view(const ViewRequest& request) const;
 
     double response_length_s() const { return propagation_.response_length_s(); }
@@ -52,17 +51,17 @@ class FrameMaker {
     /// Rays per source of the newest frame.
     int rays() const { return rays_; }
 
-    /// Where the sources were in the newest frame.
+    /// Positions of the sources in the newest frame.
     const std::vector<Vec3>& source_positions() const { return input_.sources; }
 
-    /// Where a listener was in the newest frame.
+    /// Pose of a listener in the newest frame.
     const Pose& listener(std::size_t index) const { return listeners_[index]; }
 
-    /// What the newest frame has of a source, by its id; null if it is not in it.
+    /// The sound of a source in the newest frame, by its id; null if it is not in the frame.
     const SourceSound* sound(std::uint64_t id, std::size_t listener) const;
 
  private:
-    /// A source that is in the frames.
+    /// A source in the frames.
     struct Voice {
         SourceState state;
         std::unique_ptr<ImpulseResponseBuilder> impulse_responses;
@@ -83,10 +82,10 @@ class FrameMaker {
     float speed_of_sound_m_s_;
     FrameInput input_;
     int rays_;            ///< of the newest frame
-    double frame_s_ = 0;  ///< that the newest frame took
+    double frame_s_ = 0;  ///< computation time of the newest frame
     std::vector<Pose> listeners_;
     std::vector<Voice> voices_;                     ///< in the propagation's order
-    std::vector<Voice> ringing_;                    ///< removed, and not rung out yet
+    std::vector<Voice> ringing_;                    ///< removed, and still ringing out
     std::vector<std::vector<SourceSound>> sounds_;  ///< [listener][slot]
 };
 

@@ -10,28 +10,28 @@
 
 namespace aula {
 
-/// What of a frame is to be looked at.
+/// The data of a frame that is requested for display.
 struct ViewRequest {
     std::size_t source = 0;
-    int lines = 0;  ///< rays whose way is wanted
+    int lines = 0;  ///< number of requested ray paths
     int line_order = 5;
     bool patches = false;
-    double patches_begin_s = 0;  ///< patches' energies within this time after emission
+    double patches_begin_s = 0;  ///< interval after emission for the patches' energies
     double patches_end_s = 10;
     std::size_t columns = 512;  ///< of the impulse response
 };
 
-/// A frame to be looked at: copies of what was heard of one source.
+/// A frame for display: copies of the data of one source.
 struct FrameView {
-    std::uint64_t frame = 0;   ///< of the player, counted through all changes
-    std::uint64_t change = 0;  ///< number of the change that it shows
+    std::uint64_t frame = 0;   ///< number of the player's frame, counted through all changes
+    std::uint64_t change = 0;  ///< number of the last change in this frame
     std::size_t source = 0;
     Pose listener;
     std::vector<Vec3> sources;
     Simulation simulation;
     EnergyResponse response;
     double length_s = 0;  ///< of the impulse response
-    /// Largest pressure of the omnidirectional channel in each column's share of the time, without
+    /// Largest pressure of the omnidirectional channel in each column's time interval, without
     /// `response.paths`.
     std::vector<float> impulse_response;
     std::vector<PathLine> lines;

@@ -12,48 +12,48 @@ namespace aula {
 
 bool same_pose(const Pose& a, const Pose& b);
 
-/// What is done to one source while it plays.
+/// The controls of one source during playback.
 struct SourceControl {
-    std::optional<float> gain_db;  ///< the scene's where absent
+    std::optional<float> gain_db;  ///< if absent: the scene's
     bool muted = false;
-    bool solo = false;             ///< only sources with solo are heard if there are any
-    std::optional<Vec3> position;  ///< where it was put by hand; else on its path
+    bool solo = false;             ///< if any source has solo, only those with solo are heard
+    std::optional<Vec3> position;  ///< set by the user; if absent: on its path
 };
 
-/// What is changed from frame to frame, without preparing anything anew. As it stands after
-/// construction nothing is changed.
+/// Settings that can change from frame to frame without new preparation. The default changes
+/// nothing.
 struct PlayControls {
     std::vector<SourceControl> sources;  ///< may be shorter than the scene's
-    std::optional<Pose> listener;        ///< where it was put by hand; else on its path
+    std::optional<Pose> listener;        ///< set by the user; if absent: on its path
     bool direct = true;                  ///< whether this part is heard
     bool early = true;                   ///< image sources
     bool late = true;                    ///< everything else
-    std::optional<int> rays;             ///< per source and frame; the scene's where absent
-    std::optional<double> frame_share;   ///< of its time that a frame may take: as many rays
-    float wet = 0.5F;  ///< 0: direct sound only, 0.5: all as it is, 1: no direct sound
+    std::optional<int> rays;             ///< per source and frame; if absent: the scene's
+    std::optional<double> frame_share;   ///< allowed share of the frame time, which sets the rays
+    float wet = 0.5F;  ///< 0: direct sound only, 0.5: unchanged, 1: no direct sound
 
     SourceControl source(std::size_t s) const {
         return s < sources.size() ? sources[s] : SourceControl{};
     }
 
-    /// Where the listener is at a time.
+    /// The listener's pose at a time.
     Pose listener_at(const Scene& scene, double time_s) const {
         return listener ? *listener : scene.listener.pose_at(time_s);
     }
 
-    /// Whether a source is heard, given mutes and solos.
+    /// Whether a source is heard, according to mutes and solos.
     bool heard(std::size_t s) const;
 
-    /// A scene with these changes at a time.
+    /// The state of a scene with these controls at a time.
     RoomState applied_to(const Scene& scene, double time_s) const;
 
-    /// Gains of direct sound and of the rest.
+    /// Gains of the direct sound and of the remaining sound.
     float dry_gain() const { return direct ? std::min(1.0F, 2 * (1 - wet)) : 0; }
     float wet_gain() const { return std::min(1.0F, 2 * wet); }
 };
 
-/// `now` with all that differs between `from` and `to`: two who change controls, each by a copy of
-/// its own, do not undo what the other did.
+/// `now` with all differences between `from` and `to`. Two callers that each modify a copy of the
+/// controls do not undo each other's changes.
 PlayControls with_changes(PlayControls now, const PlayControls& from, const PlayControls& to);
 
 }  // namespace aula

@@ -9,9 +9,9 @@ int rays_within_budget(int rays, const FrameStatistics& last, double last_frame_
                        double allowed_s) {
     constexpr int kFewest = 100;
     constexpr int kMost = 20'000;
-    // A frame that traced nothing says nothing of what a ray costs.
+    // A frame that traced nothing gives no estimate of the time per ray.
     constexpr double kNothing_s = 1e-4;
-    // Times are noisy: a frame at a time in small steps, quicker down than up.
+    // Times are noisy: limited steps per frame, larger downwards than upwards.
     constexpr double kMostUp = 1.1;
     constexpr double kMostDown = 0.7;
     if (last.trace_s < kNothing_s) return rays;

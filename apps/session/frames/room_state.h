@@ -18,9 +18,8 @@ struct SourceState {
     Vec3 position{0};
     float gain_db = 0;
     bool heard = true;
-    bool ringing =
-        false;  ///< it was removed: its last responses are kept, its paths are not traced
-    std::int64_t rung_out_at = 0;  ///< the sample time; of those that ring
+    bool ringing = false;  ///< removed: its last responses are kept, its paths are not traced
+    std::int64_t rung_out_at = 0;  ///< sample time; only if ringing
 };
 
 /// State of the room for which a frame is computed.
@@ -28,7 +27,7 @@ struct RoomState {
     double time_s = 0;
     std::vector<SourceState> sources;
     std::vector<Pose> listeners;
-    std::vector<RigidTransform> objects{};  ///< one for each, or empty: on their paths at the time
+    std::vector<RigidTransform> objects{};  ///< one each; if empty: on their paths at `time_s`
     float direct_gain = 1;                  ///< of the direct sound
     float early_gain = 1;                   ///< of image sources
     float late_gain = 1;                    ///< of everything else

@@ -22,7 +22,8 @@ float noise_sample(std::uint64_t seed, std::int64_t index) noexcept AULA_NONBLOC
     return kNoiseAmplitude * static_cast<float>(static_cast<double>(bits) * 0x1p-63);
 }
 
-/// Silence is -40 dB of what follows, an onset 6 dB above: its first sample is the start of it.
+/// A signal starts within a sound unless its first sample is below -40 dB of the following level
+/// (silence) or more than 6 dB above it (an onset).
 bool starts_in_mid_wave(const std::vector<float>& samples, bool loop) {
     constexpr std::size_t kBeginning = 512;
     if (samples.empty()) return false;

@@ -22,13 +22,13 @@ DiscretePath discrete_path(const SpecularPath& path, double speed_of_sound_m_s) 
     return out;
 }
 
-/// `share` of the way from one angle to another, the short way round.
+/// Interpolates by `share` from one angle to another in the shorter direction.
 float towards(float from_rad, float to_rad, float share) {
     constexpr float kTurn_rad = 2 * std::numbers::pi_v<float>;
     return from_rad + share * std::remainder(to_rad - from_rad, kTurn_rad);
 }
 
-/// For what filters add behind the last arrival.
+/// Additional length for the filters' decay after the last arrival.
 constexpr double kFilterTail_s = 0.05;
 
 }  // namespace

@@ -7,53 +7,53 @@
 
 namespace aula {
 
-/// The engine's impulse response, of the renderer's order, as the renderer takes it: the
-/// reverberation's samples stay where they are (keep `response` alive), arrivals get delays in
-/// seconds and pressure gains.
+/// Converts the engine's impulse response, of the renderer's order, to the renderer's input. The
+/// reverberation's samples are not copied (keep `response` alive); arrivals get delays in seconds
+/// and pressure gains.
 SourceSound source_sound(const ImpulseResponse& response, double speed_of_sound_m_s, float gain_db);
 
-/// The longest delay of direct sound in a scene, for the renderer: from every place of a source to
-/// every place of the listener, with a kilometre to spare for walks by hand.
+/// The longest delay of direct sound in a scene, for the renderer: the largest distance between a
+/// source and a listener position, plus a kilometre for interactive movement.
 double longest_delay_s(const Scene& scene);
 
-/// What of a sound at a listener is not simulated.
+/// The settings of the sound at a listener that do not affect the simulation.
 struct FrameSettings {
     double sample_rate_hz = 48000;
     int block = 256;  ///< samples
     OutputFormat output = OutputFormat::binaural;
     int ambisonic_order = 1;           ///< of the reverberation in binaural output, 1 to 3
     bool half_precision_tail = false;  ///< of late reverberation, see RendererConfig
-    std::size_t most_sources = 0;      ///< with those that ring out; at least the scene's
+    std::size_t most_sources = 0;      ///< including sources that ring out; at least the scene's
     std::size_t listeners = 1;
 };
 
-/// Those of a session, for the sources of its scene.
+/// The settings of a session, for the sources of its scene.
 FrameSettings frame_settings(const SessionOptions& options, double sample_rate_hz);
 
 /// The renderer's settings for a scene.
 RendererConfig renderer_config(const Scene& scene, double response_length_s,
                                const FrameSettings& settings);
 
-/// The impulse response of what a source sounds like at a listener, as the renderer plays it:
-/// [channel][sample], sample 0 is emission, `length_s` long, or as long as direct sound from
-/// farther away needs. Of the config the number of sources is not used.
+/// The impulse response of a source at a listener, as the renderer plays it: [channel][sample],
+/// sample 0 is emission. It is `length_s` long, or longer if distant direct sound requires it. The
+/// config's number of sources is not used.
 std::vector<std::vector<float>> render_response(const SourceSound& sound, RendererConfig config,
                                                 double length_s, const Pose& head,
                                                 const std::shared_ptr<const Hrtf>& hrtf);
 
-/// The head's axes as the renderer takes them.
+/// The head's axes in the renderer's format.
 HeadRotation head_rotation(const Pose& pose) noexcept AULA_NONBLOCKING;
 
-/// The head's turning between poses: it moves evenly to each new orientation, the short way round,
-/// in the time that has passed between the last two, at most a frame. [audio thread]
+/// Head rotation between poses: uniform rotation to each new orientation in the shorter direction,
+/// within the time between the last two poses, at most a frame. [audio thread]
 class HeadMotion {
  public:
     explicit HeadMotion(int frame_samples) : frame_samples_(frame_samples) {}
 
-    /// Where to turn to from here on. The first time the head is there at once.
+    /// Sets the target orientation. The first call sets the orientation immediately.
     void turn_to(const Pose& pose) noexcept AULA_NONBLOCKING;
 
-    /// The orientation after so many more samples.
+    /// The orientation `samples` later.
     HeadRotation advance(int samples) noexcept AULA_NONBLOCKING;
 
  private:

@@ -10,7 +10,7 @@ namespace aula {
 namespace {
 
 constexpr double kNothingFinite_s = 10;
-/// For what filters add behind the last arrival: HRTFs and octave bands.
+/// Additional length for the decay of HRTFs and octave-band filters after the last arrival.
 constexpr double kFilterTail_s = 0.05;
 
 struct Lengths {
@@ -56,7 +56,7 @@ Timeline with_tail(const TimelineInput& input, double input_end_s) {
     return {.input_end_s = input_end_s, .end_s = input_end_s + tail_s};
 }
 
-/// Fades a block that starts at sample `first` from a time on.
+/// Fades out a block that starts at sample `first`, from a given time on.
 void fade_from(double from_s, std::int64_t first, double sample_rate_hz,
                std::span<float> block) noexcept AULA_NONBLOCKING {
     const auto time_of = [&](std::size_t i) {

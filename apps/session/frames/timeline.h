@@ -11,40 +11,40 @@
 
 namespace aula {
 
-/// How long a session plays. From `input_end_s` on the signals that would go on are faded out;
-/// what is left until `end_s` is the room ringing out.
+/// The duration of a session. At `input_end_s` the signals that would continue are faded out; from
+/// then until `end_s` the room rings out.
 struct Timeline {
     double input_end_s = std::numeric_limits<double>::infinity();
     double end_s = std::numeric_limits<double>::infinity();
 
     static constexpr double kFade_s = 0.02;
 
-    /// Fades a block of a signal that starts at sample `first`: gain 1, from the end of the input
-    /// a raised cosine, then 0. [audio thread, wait-free]
+    /// Fades a block of a signal that starts at sample `first`: gain 1, from the end of the input a
+    /// raised cosine, then 0. [audio thread, wait-free]
     void fade(std::int64_t first, double sample_rate_hz,
               std::span<float> block) const noexcept AULA_NONBLOCKING;
 
-    /// Fades what is heard alike, to be silent from `end_s` on. [audio thread, wait-free]
+    /// Fades the output in the same shape, silent from `end_s` on. [audio thread, wait-free]
     void end(std::int64_t first, double sample_rate_hz,
              std::span<float> block) const noexcept AULA_NONBLOCKING;
 };
 
-/// What a timeline is made from.
+/// The input of the timeline functions.
 struct TimelineInput {
     const Scene& scene;
     const SignalSet& signals;
     double sample_rate_hz;
     double response_length_s;
-    std::optional<double> duration_s;  ///< as asked for: exactly that long
+    std::optional<double> duration_s;  ///< requested, exact duration
 };
 
-/// For rendering: to the end of the last unlooped path or, if later, signal, and its tail; if
-/// there are only loops one round of the longest; if nothing is finite 10 s. The tail is the
-/// response's length or the time that sound takes from the farthest source, whichever is longer.
+/// For rendering: until the end of the last unlooped path or, if later, signal, plus the tail. If
+/// there are only loops, one period of the longest; if nothing is finite, 10 s. The tail is the
+/// response's length or the travel time from the farthest source, whichever is longer.
 Timeline offline_timeline(const TimelineInput& input);
 
-/// For playing: to the end of the last unlooped path or signal, and its tail; without an end if no
-/// path ends and some signal goes on.
+/// For live playback: until the end of the last unlooped path or signal, plus the tail; infinite if
+/// no path ends and some signal continues.
 Timeline live_timeline(const TimelineInput& input);
 
 }  // namespace aula

@@ -22,19 +22,20 @@ namespace aula {
 namespace {
 
 constexpr int kMostFrames = 2000;
-/// Windows before their spread is trusted, and the growth of their number from one look at it to
-/// the next: looking after every window would stop at a lucky one.
+/// Windows before their spread is evaluated, and the growth of their number between two
+/// evaluations. An evaluation after every window would bias the result by stopping at a fortunate
+/// one.
 constexpr std::size_t kFewestWindows = 16;
 constexpr double kGrowth = 1.25;
-/// Frames of a window where the estimator has none of its own. A response of `patch` that few
-/// frames add to is as good for its frames as one of many; more windows judge the error better.
+/// Frames of a window for estimators without a window. For `patch` the error per frame does not
+/// depend on the number of frames in a response; more windows give a better error estimate.
 constexpr int kWindowFrames = 8;
 
 constexpr const char* kNotConnected = "no way leads there";
 constexpr const char* kTooQuiet = "in every octave more than 60 dB below its level at 1 m";
 
-/// Frames of an independent window: of `dpc*` the window of its cache, as long as enough windows
-/// fit in a measurement.
+/// Frames of an independent window: for `dpc*` the window of the cache, limited so that enough
+/// windows fit in a measurement.
 int window_frames(const Simulation& simulation) {
     const bool cached =
         simulation.estimator == Estimator::dpc || simulation.estimator == Estimator::dpc_published;
@@ -42,9 +43,10 @@ int window_frames(const Simulation& simulation) {
     return std::min(simulation.window_frames(), kMostFrames / static_cast<int>(kFewestWindows));
 }
 
-/// True if the last response of so many frames from empty caches says more than the mean of all
-/// (measured: docs/algorithm.md). That of `patch` holds all frames. That of `dpc` holds a window of
-/// the newest, and running means count the first rays most: the last is better up to 1.5 windows.
+/// True if the last response of `frames` frames from empty caches has a smaller error than the mean
+/// of all (measured: docs/algorithm.md). The last of `patch` contains all frames. The last of `dpc`
+/// contains a window of the newest frames, while a running mean weights the first rays most; the
+/// last is better up to 1.5 windows.
 bool last_is_best(const Simulation& simulation, int frames) {
     switch (simulation.estimator) {
         case Estimator::pt:
@@ -58,7 +60,7 @@ bool last_is_best(const Simulation& simulation, int frames) {
     return true;
 }
 
-/// Propagation with everything at the listener's first pose, window by window.
+/// Propagation with everything static at the listener's first pose, window by window.
 class StandingStill {
  public:
     explicit StandingStill(const Scene& scene)
@@ -67,8 +69,8 @@ class StandingStill {
         for (const Source& source : scene.sources) input_.sources.push_back(source.position_at(0));
     }
 
-    /// What the next frames from empty caches say together, [source]; empty if `progress` asked to
-    /// stop after a frame.
+    /// The combined result of the next `count` frames from empty caches, [source]; empty if
+    /// `progress` requested a stop after a frame.
     std::vector<EnergyResponse> window(int count, const std::function<bool(int)>& progress) {
         if (windows_ > 0) propagation_.restart(derive_seed(simulation_.seed, windows_));
         ++windows_;
@@ -98,7 +100,7 @@ class StandingStill {
     int frames_ = 0;
 };
 
-/// True if all errors that matter are as small as wanted, their own uncertainty included.
+/// True if all relevant errors, including their own uncertainty, are within the wanted limits.
 bool is_certain(const WindowedMean& mean) {
     const WindowedMean::Errors errors = mean.standard_errors();
     for (const MeasuredParameter p : kMeasuredParameters) {
@@ -110,7 +112,8 @@ bool is_certain(const WindowedMean& mean) {
     return true;
 }
 
-/// The parameters whose errors are larger than wanted, each with its worst octave; empty if none.
+/// The parameters with errors above the wanted limits, each with its worst octave; empty if there
+/// are none.
 std::string uncertain_parameters(const WindowedMean& mean) {
     struct Words {
         const char* name;

@@ -13,7 +13,7 @@ namespace {
 using Values =
     std::array<std::array<std::optional<double>, kBandCount>, kMeasuredParameters.size()>;
 
-/// Level and C80 in dB, T30 and EDT as natural logarithms, so that their errors are relative.
+/// Level and C80 in dB, T30 and EDT as natural logarithms, which makes their errors relative.
 Values values_of(const EnergyResponse& response) {
     const RoomParameters parameters = room_parameters(response);
     const auto logarithm = [](const std::optional<double>& x) {
@@ -63,7 +63,7 @@ WindowedMean::Errors WindowedMean::standard_errors() const {
     for (std::size_t p = 0; p < errors.size(); ++p) {
         for (std::size_t band = 0; band < kBandCount; ++band) {
             if (!of_mean[p][band]) continue;
-            // A parameter at the limit of what the decay allows may be absent in some of them.
+            // A parameter near the limit of the decay range may be absent in some groups.
             double count = 0;
             double squares = 0;
             for (const Values& values : without) {
@@ -71,7 +71,7 @@ WindowedMean::Errors WindowedMean::standard_errors() const {
                 ++count;
                 squares += std::pow(*values[p][band] - *of_mean[p][band], 2);
             }
-            // Each of n leaves out 1/n: the variance is (n - 1)/n times the sum of squares.
+            // Jackknife with n groups: the variance is (n - 1)/n times the sum of squares.
             const auto n = static_cast<double>(groups_.size());
             if (count > 0) errors[p][band] = std::sqrt((n - 1) / count * squares);
         }

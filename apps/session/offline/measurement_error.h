@@ -8,27 +8,27 @@
 
 namespace aula {
 
-/// The parameters whose errors decide when a measurement ends.
+/// The parameters whose errors end a measurement.
 enum class MeasuredParameter { level, c80, t30, edt };
 
 inline constexpr std::array<MeasuredParameter, 4> kMeasuredParameters{
     MeasuredParameter::level, MeasuredParameter::c80, MeasuredParameter::t30,
     MeasuredParameter::edt};
 
-/// The octaves in which they decide: 125 Hz to 4 kHz.
+/// The octaves whose errors are evaluated: 125 Hz to 4 kHz.
 inline constexpr std::size_t kFirstMeasuredBand = 1;
 inline constexpr std::size_t kEndMeasuredBand = 7;
 
-/// Largest standard error of a parameter that is wanted: dB for level and C80, else relative.
+/// Largest accepted standard error of a parameter: in dB for level and C80, else relative.
 double wanted_error(MeasuredParameter parameter);
 
-/// The mean response of independent windows, and the standard errors of parameters of that mean.
-/// They are found by the jackknife (Efron 1982): the parameters are computed with each group of
-/// windows left out in turn, so that parameters which depend on the response nonlinearly are judged
-/// as they are reported, of the mean.
+/// The mean response of independent windows, and the standard errors of parameters of that mean by
+/// the jackknife (Efron 1982): the parameters are computed with each group of windows left out in
+/// turn. The errors are therefore those of parameters of the mean, even if these depend on the
+/// response nonlinearly.
 class WindowedMean {
  public:
-    /// Windows in excess are taken together in this many groups.
+    /// Larger numbers of windows are combined into this number of groups.
     static constexpr std::size_t kMostGroups = 32;
 
     void add(const EnergyResponse& window);
@@ -40,11 +40,11 @@ class WindowedMean {
     using Errors = std::array<std::array<double, kBandCount>, kMeasuredParameters.size()>;
 
     /// Standard errors of the mean's parameters, [parameter][band], in the units of wanted_error();
-    /// 0 where the mean does not have the parameter. At least two windows have been added.
+    /// 0 where the mean does not have the parameter. Requires at least two windows.
     Errors standard_errors() const;
 
-    /// By how much a standard error of one that is estimated from so many groups may exceed the
-    /// estimate: by one standard deviation of the estimate, 1 / sqrt(2 (n - 1)).
+    /// Relative margin for the uncertainty of a standard error estimated from this number of
+    /// groups: one standard deviation of the estimate, 1 / sqrt(2 (n - 1)).
     double error_margin() const;
 
  private:

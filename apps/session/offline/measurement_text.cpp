@@ -13,7 +13,7 @@ namespace aula {
 
 namespace {
 
-/// One parameter as it stands in reports.
+/// A parameter's column in reports.
 struct Column {
     std::string_view name;
     std::string_view unit;
@@ -32,7 +32,7 @@ constexpr std::array<Column, 8> kColumns{{
     {"G", "dB", 1, &BandParameters::g_db},
 }};
 
-/// A number as JSON and CSV take it, whatever the locale.
+/// A number for JSON and CSV, independent of the locale.
 std::string number(double value, std::chars_format format, int precision) {
     std::array<char, 64> text{};
     char* const end =
@@ -48,7 +48,7 @@ std::string band_name(std::size_t band) {
     return std::to_string(std::lround(kBandCentres_hz[band]));
 }
 
-/// RFC 4180: quoted if it holds what separates fields.
+/// RFC 4180: quoted if the text contains a separator.
 std::string csv_field(const std::string& text) {
     if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
     std::string quoted = "\"";
@@ -70,7 +70,8 @@ std::string echogram_csv(const Scene& scene, const Measurement& measurement, dou
     std::string csv = "source,time_s";
     for (std::size_t band = 0; band < kBandCount; ++band) csv += ',' + band_name(band);
     csv += '\n';
-    // A length that is a whole number of bins but for single precision has no bin more.
+    // A length that is a whole number of bins except for rounding to single precision gets no
+    // further bin.
     const auto rows = static_cast<std::size_t>(std::ceil(measurement.length_s / bin_s - 1e-3));
     for (std::size_t s = 0; s < scene.sources.size(); ++s) {
         const std::string name = csv_field(scene.sources[s].name);

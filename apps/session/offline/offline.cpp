@@ -17,7 +17,7 @@ namespace aula {
 
 namespace {
 
-/// Planar buffers of one block, and pointers to them as the audio side takes them.
+/// Planar buffers of one block, and pointers to them for the audio functions.
 struct PlanarBlock {
     PlanarBlock(std::size_t channel_count, std::size_t sample_count)
         : samples(channel_count, std::vector<float>(sample_count)) {
@@ -27,7 +27,7 @@ struct PlanarBlock {
     std::vector<float*> pointers;
 };
 
-/// The signals of all sources, block by block, as an auralizer takes them.
+/// The signals of all sources, block by block, as input to an auralizer.
 class SignalReader {
  public:
     SignalReader(const SignalSet& signals, const Timeline& timeline, const Auralizer& auralizer,
@@ -41,7 +41,7 @@ class SignalReader {
             inputs_.push_back({sources[s], samples_.pointers[s]});
     }
 
-    /// The block that starts at sample `first`.
+    /// Reads the block that starts at sample `first`.
     std::span<const SourceSignal> read(std::int64_t first) {
         for (std::size_t s = 0; s < signals_.size(); ++s) {
             signals_[s]->read(first, first, samples_.samples[s]);
@@ -87,11 +87,11 @@ bool render_offline(const Scene& scene, const SessionOptions& options,
     const FlushDenormals flush;
     std::optional<Limiter> limiter;
     if (options.format != SampleFormat::float32) limiter.emplace(rate_hz, channels, options.block);
-    // The delays are cut off the start and made up for at the end.
+    // The latency is removed from the start and added at the end.
     std::int64_t skip = auralizer.latency_samples() + (limiter ? limiter->latency_samples() : 0);
     const std::int64_t end_samples = std::llround(timeline.end_s * rate_hz);
     const std::int64_t total = end_samples + skip;
-    // Nothing but the paths changes anything: frames are computed ahead.
+    // Only the paths cause changes, so that frames can be computed ahead.
     auralizer.commit(end_samples);
     PlanarBlock output(channels, static_cast<std::size_t>(options.block));
     std::vector<float> interleaved;

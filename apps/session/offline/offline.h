@@ -9,8 +9,8 @@
 
 namespace aula {
 
-/// Session::render: an Auralizer on the exact clock, whose next frames are computed while this
-/// thread renders and writes. Sound files' warnings are added to `warnings`.
+/// Session::render: an Auralizer on the exact clock, which computes the next frames while the
+/// calling thread renders and writes. Adds the warnings of sound files to `warnings`.
 bool render_offline(const Scene& scene, const SessionOptions& options,
                     const std::filesystem::path& file, const Progress& progress,
                     std::vector<std::string>& warnings);

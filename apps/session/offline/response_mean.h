@@ -11,7 +11,7 @@
 namespace aula {
 
 /// The mean of energy responses with the same bins. A discrete path counts as zero in responses
-/// that do not have it.
+/// without it.
 class ResponseMean {
  public:
     void add(const EnergyResponse& response);
@@ -19,7 +19,7 @@ class ResponseMean {
 
     std::size_t count() const { return count_; }
 
-    /// At least one response has been added.
+    /// Requires at least one response.
     EnergyResponse value() const;
 
  private:

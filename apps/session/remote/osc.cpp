@@ -37,7 +37,7 @@ sockaddr_in parse_address(const std::string& text) {
     return address;
 }
 
-/// A UDP socket that is bound to an address; throws Error where it is taken.
+/// Creates a UDP socket bound to an address; throws Error if the address is in use.
 int bound_socket(const std::string& address) {
     const sockaddr_in wanted = parse_address(address);
     const int made = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
@@ -56,7 +56,7 @@ int port_of(int socket) {
     return ntohs(address.sin_port);
 }
 
-/// Arguments stand at multiples of 4 bytes, where a double or lo_arg must not be read in place.
+/// Reads an argument. Arguments are aligned to 4 bytes only, so a double or lo_arg must be copied.
 template <typename T>
 T read(const void* bytes) {
     T value;
@@ -64,7 +64,7 @@ T read(const void* bytes) {
     return value;
 }
 
-/// An argument whose bytes liblo has put in this machine's order.
+/// An argument in host byte order, as converted by liblo.
 std::optional<std::variant<double, std::string>> argument_of(char type, const void* bytes) {
     switch (type) {
         case LO_TRUE:
@@ -93,7 +93,7 @@ std::optional<double> OscMessage::number(std::size_t index) const {
     constexpr double kLargest = 1e6;
     if (index >= arguments.size()) return std::nullopt;
     const double* value = std::get_if<double>(&arguments[index]);
-    // The comparison fails for NaN, too.
+    // The comparison also fails for NaN.
     if (value == nullptr || !(std::abs(*value) <= kLargest)) return std::nullopt;
     return *value;
 }
@@ -112,8 +112,8 @@ struct OscInput::Server {
     Server(const Server&) = delete;
     Server& operator=(const Server&) = delete;
 
-    /// Called by liblo for every message, whatever its address: that is compared by who takes it,
-    /// for liblo's patterns can be made to take for ever.
+    /// The callback of liblo for every message, whatever its address. The receiver compares
+    /// addresses, because liblo's pattern matching can take unbounded time.
     static int pass(const char* path, const char* types, lo_arg** values, int count, lo_message,
                     void* self) {
         if (path[0] != '/') return 0;
@@ -130,7 +130,7 @@ struct OscInput::Server {
     Take take;
     lo_server lo = nullptr;
     int port = 0;
-    std::vector<std::byte> packet;  ///< liblo swaps bytes in place
+    std::vector<std::byte> packet;  ///< modified: liblo swaps bytes in place
 };
 
 OscInput::OscInput(const std::string& address, Take take)
@@ -138,7 +138,7 @@ OscInput::OscInput(const std::string& address, Take take)
     const int bound = bound_socket(address);
     server_->port = port_of(bound);
     server_->lo = lo_server_new_with_proto(nullptr, LO_UDP, [](int, const char*, const char*) {});
-    // liblo listens to the whole world, on a port of its choice; our socket takes the place of its.
+    // liblo binds to all interfaces on a port of its choice; the bound socket replaces liblo's.
     const bool replaced =
         server_->lo != nullptr && dup3(bound, lo_server_get_socket_fd(server_->lo), O_CLOEXEC) >= 0;
     close(bound);

@@ -11,38 +11,38 @@
 
 namespace aula {
 
-/// A message of Open Sound Control 1.0: an address and its arguments, numbers of any width as
-/// double, true and false as 1 and 0.
+/// A message of Open Sound Control 1.0: an address and its arguments. Numbers of any width are
+/// double, true and false are 1 and 0.
 struct OscMessage {
     std::string address;
     std::vector<std::variant<double, std::string>> arguments;
 
-    /// An argument that is a finite number no larger than 1e6.
+    /// The argument at `index`, if it is a finite number of at most 1e6 in magnitude.
     std::optional<double> number(std::size_t index) const;
     const std::string* text(std::size_t index) const;
 };
 
-/// Throws Error if that is neither a port of this machine nor ADDRESS:PORT.
+/// Throws Error if the text is neither a port of this machine nor ADDRESS:PORT.
 void check_osc_address(const std::string& address);
 
-/// OSC messages over UDP, read by liblo: one at a time to who takes them, those of bundles at once,
-/// whatever their time. What is malformed, or has arguments of other kinds, is left out.
-/// [one thread]
+/// Receives OSC messages over UDP by liblo and passes them on one at a time. Messages of bundles
+/// are passed on immediately, whatever their time tag. Malformed messages and those with arguments
+/// of other types are ignored. [one thread]
 class OscInput {
  public:
     using Take = std::function<void(const OscMessage&)>;
 
-    /// `address`: a port on this machine alone ("9000"; 0: one that is free), or ADDRESS:PORT.
-    /// Throws Error if that is no address or is taken.
+    /// `address`: a port on this machine alone ("9000"; 0: a free one), or ADDRESS:PORT. Throws
+    /// Error if the address is invalid or in use.
     OscInput(const std::string& address, Take take);
     ~OscInput();
     OscInput(const OscInput&) = delete;
     OscInput& operator=(const OscInput&) = delete;
 
-    /// Waits for a packet at most so long, and takes it.
+    /// Waits for a packet for at most `timeout_ms`, and processes it.
     void wait(int timeout_ms);
 
-    /// Takes a packet as if it had come.
+    /// Processes a packet as if it had been received.
     void read(std::span<const std::byte> packet);
 
     int port() const;

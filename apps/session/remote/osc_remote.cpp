@@ -51,7 +51,7 @@ void OscRemote::obey(const OscMessage& message) {
         if (from == nullptr || to == nullptr) return;
         constexpr std::size_t kMost = 64;
         const std::lock_guard lock(mutex_);
-        // Of those that come faster than they are taken the newest counts.
+        // If a material is replaced repeatedly between two calls, the newest replacement counts.
         const auto same = std::find_if(materials_.begin(), materials_.end(),
                                        [&](const auto& change) { return change.first == *from; });
         if (same != materials_.end()) materials_.erase(same);

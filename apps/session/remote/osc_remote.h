@@ -12,23 +12,23 @@
 
 namespace aula {
 
-/// Listens for OSC messages on a UDP port and does what they say, on a thread of its own: poses,
-/// positions and gains at once, for the next frame; materials are left to who owns the scene. What
-/// is malformed or unknown is ignored. The messages stand in docs/app.md.
+/// Receives OSC messages on a UDP port on a separate thread. Poses, positions and gains are applied
+/// immediately, for the next frame; changes of materials are left to the owner of the scene.
+/// Malformed and unknown messages are ignored. docs/app.md lists the messages.
 class OscRemote {
  public:
-    /// `address`: a port on this machine alone ("9000"), or ADDRESS:PORT. The player outlives it.
-    /// Throws Error if that is no address or is taken.
+    /// `address`: a port on this machine alone ("9000"), or ADDRESS:PORT. The player must outlive
+    /// this object. Throws Error if the address is invalid or in use.
     OscRemote(const std::string& address, Player& player, std::vector<std::string> source_names);
     ~OscRemote();
     OscRemote(const OscRemote&) = delete;
     OscRemote& operator=(const OscRemote&) = delete;
 
-    /// Other sources from now on.
+    /// Replaces the source names.
     void set_sources(std::vector<std::string> names);
 
-    /// Materials to be replaced everywhere since the last call: what was, what is to be; each
-    /// material once, and not more than 64.
+    /// The replacements of materials requested since the last call (old name, new name); each
+    /// material once, and at most 64.
     std::vector<std::pair<std::string, std::string>> take_materials();
 
     int port() const { return input_.port(); }
@@ -40,7 +40,7 @@ class OscRemote {
     void obey_source(const OscMessage& message);
 
     Player& player_;
-    std::mutex mutex_;  ///< of the names and the materials
+    std::mutex mutex_;  ///< protects the names and the materials
     std::vector<std::string> names_;
     std::vector<std::pair<std::string, std::string>> materials_;
     std::atomic<bool> stop_ = false;
