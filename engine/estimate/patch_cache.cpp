@@ -80,7 +80,7 @@ void PatchCache::advance(const State& now, WorkerPool& workers) {
     now_ = now;
     if (summed_frames_ == 0) return;
     if (changed) fresh_frames_ = 0;
-    // Of the frames before the last change the oldest are removed first.
+    // The oldest of the frames before the last change are removed first.
     std::size_t keep = fresh_frames_;
     while (keep < std::min(summed_frames_, log_.size()) && holds(log_[log_.size() - 1 - keep])) {
         ++keep;

@@ -19,8 +19,8 @@ class GridAxis {
 
     GridAxis() = default;
 
-    /// Cells from 0 to `length_m`. Of walls closer to each other than a tenth of a cell only the
-    /// largest cuts. The largest walls are considered first, until the number of cells is twice
+    /// Cells from 0 to `length_m`. If walls are closer to each other than a tenth of a cell, only
+    /// the largest cuts. The largest walls are considered first, until the number of cells is twice
     /// that without walls.
     GridAxis(float length_m, float cell_m, std::vector<Wall> walls);
 

@@ -391,7 +391,7 @@ struct PatchGrid::State {
 
     void test_samples(std::span<const Sample> samples, std::span<char> counts,
                       RandomStream random) const {
-        // Of coincident faces only the one that a ray hits counts.
+        // Coincident faces count once: only the face that a ray hits.
         constexpr float kAbove_m = 2 * RayScene::kOffset_m;
         std::vector<Ray> rays(samples.size());
         std::vector<Hit> hits(samples.size());

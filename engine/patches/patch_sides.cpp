@@ -50,7 +50,7 @@ void PatchSides::find_panels() {
         }
         if (panel.area_m2 >= kLeastPanel * reference_m2_) found.emplace_back(panel, triangles);
     }
-    // Of many panels in a cell the largest are taken.
+    // If too many panels cross a cell, the largest are kept.
     std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) {
         return a.first.area_m2 > b.first.area_m2;
     });

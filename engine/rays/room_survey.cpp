@@ -243,7 +243,7 @@ RoomGeometry measure_room(const RayScene& scene, std::span<const Vec3> inside, s
         ++sampled[triangle.material];
         for (const float side : {1.0F, -1.0F}) {
             const Vec3 normal = side * triangle.normal;
-            // Of coincident faces only the one that rays hit counts.
+            // Coincident faces count once: only the face that rays hit.
             std::array<Ray, kRaysPerSample + 1> rays;
             const float offset_m = offset_at(sample.point);
             const Vec3 origin = sample.point + offset_m * normal;

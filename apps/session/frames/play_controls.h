@@ -25,9 +25,9 @@ struct SourceControl {
 struct PlayControls {
     std::vector<SourceControl> sources;  ///< may be shorter than the scene's
     std::optional<Pose> listener;        ///< set by the user; if absent: on its path
-    bool direct = true;                  ///< whether this part is heard
-    bool early = true;                   ///< image sources
-    bool late = true;                    ///< everything else
+    bool direct = true;                  ///< whether the direct sound is audible
+    bool early = true;                   ///< whether image sources are audible
+    bool late = true;                    ///< whether the remaining sound is audible
     std::optional<int> rays;             ///< per source and frame; if absent: the scene's
     std::optional<double> frame_share;   ///< allowed share of the frame time, which sets the rays
     float wet = 0.5F;  ///< 0: direct sound only, 0.5: unchanged, 1: no direct sound
@@ -41,7 +41,7 @@ struct PlayControls {
         return listener ? *listener : scene.listener.pose_at(time_s);
     }
 
-    /// Whether a source is heard, according to mutes and solos.
+    /// Whether a source is audible, according to mutes and solos.
     bool heard(std::size_t s) const;
 
     /// The state of a scene with these controls at a time.
