@@ -42,7 +42,7 @@ struct AuralizerOptions {
     RenderClock clock = RenderClock::real_time;
     double sample_rate_hz = 48000;
     /// Samples processed together on the real-time clock, best the size of most calls. Longer calls
-    /// are divided; shorter calls cost nearly as much. The exact clock ignores it.
+    /// are divided; shorter ones cost more per sample. The exact clock ignores it.
     int block = 256;
     OutputFormat output = OutputFormat::binaural;
     int ambisonic_order = 1;           ///< of the reverberation in binaural output, 1 to 3
