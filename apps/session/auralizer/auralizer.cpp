@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cassert>
 #include <cfenv>
 #include <chrono>
 #include <cmath>
@@ -34,6 +33,11 @@ constexpr double kPauseFade_s = 0.02;
 
 /// Time by which a removed source is heard beyond its response: its fade and the filters' length.
 constexpr double kRingTail_s = 0.1;
+
+constexpr float kHighestGain_db = 120;
+
+/// Rounding of a rotation that a host has multiplied up in single precision.
+constexpr float kRigidTolerance = 1e-2F;
 
 constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 
@@ -81,6 +85,7 @@ class Changes {
 /// A slot of the renderer.
 struct SlotUse {
     SourceId source;              ///< that plays in it
+    std::int64_t begins_at = 0;   ///< of the source
     std::int64_t removed_at = 0;  ///< when it last ended
     std::int64_t rung_out_at = 0;
 };
@@ -99,16 +104,54 @@ FrameSettings settings_of(const AuralizerOptions& options) {
             .listeners = options.listeners};
 }
 
+void need(bool holds, const char* what) {
+    if (!holds) throw Error(std::string("auralizer: ") + what);
+}
+
 void check(const AuralizerOptions& options) {
-    const auto need = [](bool holds, const char* what) {
-        if (!holds) throw Error(std::string("auralizer: ") + what);
-    };
     need(options.sample_rate_hz >= 8000 && options.sample_rate_hz <= 384000,
          "the sample rate is not between 8000 and 384000 Hz");
     need(options.block >= 1 && options.block <= 8192, "the block is not between 1 and 8192");
     need(options.ambisonic_order >= 1 && options.ambisonic_order <= 3,
          "the ambisonic order is not between 1 and 3");
     need(options.listeners >= 1, "there is no listener");
+}
+
+bool is_finite(const Vec3& v) {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+/// Throws Error for what would make every later sample not a number.
+void check_position(const Vec3& position) { need(is_finite(position), "a position is not finite"); }
+
+void check_pose(const Pose& pose) {
+    check_position(pose.position);
+    need(is_finite({pose.yaw_rad, pose.pitch_rad, pose.roll_rad}), "an angle is not finite");
+}
+
+void check_gain(float gain_db) {
+    need(gain_db <= kHighestGain_db, "a gain is not a number up to 120 dB");
+}
+
+void check_transform(const RigidTransform& transform) {
+    check_position(transform.translation);
+    const glm::mat3 identity = glm::transpose(transform.rotation) * transform.rotation;
+    bool rigid = glm::determinant(transform.rotation) > 0;
+    for (int c = 0; c < 3; ++c)
+        for (int r = 0; r < 3; ++r)
+            rigid = rigid && std::abs(identity[c][r] - (c == r ? 1.0F : 0.0F)) < kRigidTolerance;
+    need(rigid, "a transform's rotation is not one: its columns are not orthonormal");
+}
+
+void check_material(const Material& material) {
+    for (std::size_t b = 0; b < kBandCount; ++b)
+        for (const float share : {material.absorption[b], material.scattering[b]})
+            need(share >= 0 && share <= 1, "a coefficient of a material is not from 0 to 1");
+}
+
+/// The end of what rings, however late it begins.
+std::int64_t saturated_sum(std::int64_t time, std::int64_t duration) {
+    return time > kNever - duration ? kNever : time + duration;
 }
 
 }  // namespace
@@ -119,6 +162,7 @@ struct Auralizer::State {
     State(const Scene& scene, AuralizerOptions options);
     ~State();
 
+    void end();
     void build();
     void run(Auralizer& self);
     void run_exact(Auralizer& self);
@@ -127,6 +171,7 @@ struct Auralizer::State {
     bool in_frame() const {
         return frame_sample.has_value() && std::this_thread::get_id() == thread.get_id();
     }
+    void follow_changes(std::int64_t sample, double time_s);
     Room take_changes(std::int64_t sample, double time_s);
     Frames unused_frames();
     void compute(Room& room, const Frames& frames);
@@ -174,6 +219,7 @@ struct Auralizer::State {
     std::map<std::uint64_t, BlockInput> block_inputs;  ///< by the source's number
     std::vector<std::vector<float>> block_outputs;
     int filled = 0;               ///< samples present in the current block
+    std::exception_ptr broken;    ///< what ended rendering
     std::int64_t next_frame = 0;  ///< to be heard
     std::vector<SourceSignal> block_signals;
     std::vector<float*> block_pointers;
@@ -264,7 +310,9 @@ void Auralizer::State::build() {
     block_pointers.resize(channels);
 }
 
-Auralizer::State::~State() {
+Auralizer::State::~State() { end(); }
+
+void Auralizer::State::end() {
     {
         const std::lock_guard lock(mutex);
         stop = true;
@@ -355,8 +403,10 @@ void Auralizer::State::run_real_time(Auralizer& self) {
         }
         const double time_s = clock.time_s();
         call_before_frame(self, rendered.load(), time_s);
-        Room now = take_changes(kNever - 1, time_s);
-        if (!silent.load()) {
+        if (silent.load()) {
+            follow_changes(kNever - 1, time_s);
+        } else {
+            Room now = take_changes(kNever - 1, time_s);
             const auto begin = Clock::now();
             computed = unused_frames();
             compute(now, computed);
@@ -378,8 +428,8 @@ void Auralizer::State::call_before_frame(Auralizer& self, std::int64_t sample, d
     frame_sample.reset();
 }
 
-/// The room with all changes up to a frame.
-Room Auralizer::State::take_changes(std::int64_t sample, double time_s) {
+/// Applies all changes up to a frame to the room.
+void Auralizer::State::follow_changes(std::int64_t sample, double time_s) {
     const std::lock_guard lock(mutex);
     changes.apply(sample, room);
     const std::int64_t now = exact ? sample : rendered.load();
@@ -387,6 +437,12 @@ Room Auralizer::State::take_changes(std::int64_t sample, double time_s) {
         return source.ringing && source.rung_out_at <= now;
     });
     room.state.time_s = time_s;
+}
+
+/// The room with all changes up to a frame, for that frame.
+Room Auralizer::State::take_changes(std::int64_t sample, double time_s) {
+    follow_changes(sample, time_s);
+    const std::lock_guard lock(mutex);
     return {room.state, std::exchange(room.materials, {})};
 }
 
@@ -448,8 +504,8 @@ void Auralizer::State::publish(Frames frames) {
 
 /// The sample time of a change that is made now. The mutex is held.
 std::int64_t Auralizer::State::time_of(std::int64_t at) const {
-    if (in_frame()) return *frame_sample;
-    if (!exact) return rendered.load();
+    if (!exact) return in_frame() ? *frame_sample : rendered.load();
+    if (in_frame()) return std::max(at, *frame_sample);
     return std::max(at, committed);
 }
 
@@ -465,6 +521,7 @@ std::size_t Auralizer::State::take_slot(SourceId source, std::int64_t at) {
         throw Error("auralizer: more than " + std::to_string(slots.size()) +
                     " sources; AuralizerOptions::most_sources is their number");
     slots[best].source = source;
+    slots[best].begins_at = at;
     return best;
 }
 
@@ -495,9 +552,11 @@ void Auralizer::State::turn_head(std::size_t listener, const Pose& pose, std::in
     }
 }
 
-/// Changes a source that is there then. The mutex is held.
+/// Changes a source, from its beginning on at the earliest. The mutex is held.
 void Auralizer::State::change_source(SourceId source, std::int64_t at,
                                      std::function<void(SourceState&)> apply) {
+    for (const SlotUse& slot : slots)
+        if (slot.source == source) at = std::max(at, slot.begins_at);
     changes.add(at, [number = source.number, apply = std::move(apply)](Room& r) {
         for (SourceState& state : r.state.sources)
             if (state.id == number && !state.ringing) apply(state);
@@ -575,6 +634,7 @@ void Auralizer::State::render_real_time(std::span<const SourceSignal> inputs,
 /// Blocks begin at multiples of their size, independent of the size of the calls.
 void Auralizer::State::render_exact(std::span<const SourceSignal> inputs,
                                     std::span<float* const> outputs, int samples) {
+    if (broken) std::rethrow_exception(broken);
     const FlushDenormals flush;
     for (int done = 0; done < samples;) {
         const int left = std::min(kExactBlock - filled, samples - done);
@@ -584,7 +644,9 @@ void Auralizer::State::render_exact(std::span<const SourceSignal> inputs,
             continue;
         }
         const std::span<const float> faded = pause_weights(part);
-        for (const SourceSignal& input : inputs) {
+        // Of several signals of a source the first is the one that counts.
+        for (std::size_t i = inputs.size(); i-- > 0;) {
+            const SourceSignal& input = inputs[i];
             if (input.samples == nullptr) continue;
             BlockInput& block = block_inputs[input.source.number];
             block.given = true;
@@ -603,7 +665,13 @@ void Auralizer::State::render_exact(std::span<const SourceSignal> inputs,
             committed = std::max(committed, rendered.load());
         }
         changed.notify_all();
-        if (filled == kExactBlock) render_block();
+        if (filled < kExactBlock) continue;
+        try {
+            render_block();
+        } catch (...) {
+            broken = std::current_exception();
+            throw;
+        }
     }
 }
 
@@ -668,10 +736,13 @@ Auralizer::Auralizer(const Scene& scene, AuralizerOptions options)
     s.changed.notify_all();
 }
 
-Auralizer::~Auralizer() = default;
+// While the object is whole: its thread may be in before_frame.
+Auralizer::~Auralizer() { state_->end(); }
 
 SourceId Auralizer::add_source(const NewSource& source, std::int64_t at) {
     State& s = *state_;
+    check_position(source.position);
+    check_gain(source.gain_db);
     const std::lock_guard lock(s.mutex);
     const std::int64_t time = s.time_of(at);
     const SourceId id{s.last_number + 1};
@@ -697,11 +768,11 @@ SourceId Auralizer::add_source(const NewSource& source, std::int64_t at) {
 void Auralizer::remove_source(SourceId source, std::int64_t at) {
     State& s = *state_;
     const std::lock_guard lock(s.mutex);
-    const std::int64_t time = s.time_of(at);
     for (std::size_t slot = 0; slot < s.slots.size(); ++slot) {
         if (source.number == 0 || s.slots[slot].source != source) continue;
-        const std::int64_t rung_out_at = time + s.tail_samples;
-        s.slots[slot] = {{}, time, rung_out_at};
+        const std::int64_t time = std::max(s.time_of(at), s.slots[slot].begins_at);
+        const std::int64_t rung_out_at = saturated_sum(time, s.tail_samples);
+        s.slots[slot] = {.source = {}, .removed_at = time, .rung_out_at = rung_out_at};
         std::erase(s.sources, source);
         s.change_source(source, time, [rung_out_at](SourceState& state) {
             state.ringing = true;
@@ -717,12 +788,14 @@ std::vector<SourceId> Auralizer::sources() const {
 }
 
 void Auralizer::set_source(SourceId source, const Pose& pose, std::int64_t at) {
+    check_position(pose.position);
     const std::lock_guard lock(state_->mutex);
     state_->change_source(source, state_->time_of(at),
                           [position = pose.position](SourceState& s) { s.position = position; });
 }
 
 void Auralizer::set_gain(SourceId source, float gain_db, std::int64_t at) {
+    check_gain(gain_db);
     const std::lock_guard lock(state_->mutex);
     state_->change_source(source, state_->time_of(at),
                           [gain_db](SourceState& s) { s.gain_db = gain_db; });
@@ -732,6 +805,7 @@ void Auralizer::set_listener(std::size_t listener, const Pose& pose, std::int64_
     State& s = *state_;
     if (listener >= s.options.listeners)
         throw Error("auralizer: there is no listener " + std::to_string(listener));
+    check_pose(pose);
     const std::lock_guard lock(s.mutex);
     const std::int64_t time = s.time_of(at);
     s.changes.add(time, [listener, pose](Room& room) { room.state.listeners[listener] = pose; });
@@ -744,6 +818,7 @@ void Auralizer::set_transform(std::size_t object, const RigidTransform& transfor
     s.check_object(object);
     if (!s.scene.objects[object].moves())
         throw Error("auralizer: the object " + s.name_of(object) + " is not movable");
+    check_transform(transform);
     const std::lock_guard lock(s.mutex);
     s.changes.add(s.time_of(at),
                   [object, transform](Room& room) { room.state.objects[object] = transform; });
@@ -756,6 +831,7 @@ void Auralizer::set_material(std::size_t object, const std::string& name, std::i
 void Auralizer::set_material(std::size_t object, const Material& material, std::int64_t at) {
     State& s = *state_;
     s.check_object(object);
+    check_material(material);
     const std::lock_guard lock(s.mutex);
     s.changes.add(s.time_of(at), [object, material](Room& room) {
         room.materials.push_back(
@@ -777,7 +853,7 @@ void Auralizer::resume() { state_->paused.store(false); }
 
 void Auralizer::render(std::span<const SourceSignal> inputs, std::span<float* const> outputs,
                        int samples) {
-    assert(outputs.size() == output_channels());
+    need(outputs.size() == output_channels(), "outputs are not output_channels() signals");
     if (state_->exact)
         state_->render_exact(inputs, outputs, samples);
     else
@@ -838,12 +914,13 @@ AuralizerStatus Auralizer::status() const {
 std::function<void(Auralizer&, double)> follow_paths(const Scene& scene) {
     return [scene](Auralizer& auralizer, double time_s) {
         for (std::size_t i = 0; i < scene.sources.size(); ++i) {
+            if (!scene.sources[i].path) continue;
             Pose pose;
             pose.position = scene.sources[i].position_at(time_s);
             // The scene's sources have the first numbers.
             auralizer.set_source({i + 1}, pose);
         }
-        auralizer.set_listener(scene.listener.pose_at(time_s));
+        if (scene.listener.path) auralizer.set_listener(scene.listener.pose_at(time_s));
         for (std::size_t o = 0; o < scene.objects.size(); ++o)
             if (scene.objects[o].path)
                 auralizer.set_transform(o, scene.objects[o].transform_at(time_s));

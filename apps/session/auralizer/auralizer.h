@@ -87,13 +87,13 @@ struct AuralizerStatus {
 /// and a renderer for each listener. While it plays, sources can be added, removed and moved,
 /// listeners and objects moved and materials changed, without a click.
 ///
-/// Propagation frames are Simulation::frame_rate_hz apart, the first at sample 0. Gains, positions,
-/// object transforms and materials take effect in a frame. Heads turn, and sources begin and end,
-/// at the sample of the change.
+/// Propagation frame k is at time k / Simulation::frame_rate_hz. Turns of a head, additions and
+/// removals take effect at the sample time of the change; all other changes in the first frame at
+/// or after it.
 ///
-/// On the exact clock a change takes effect at its sample time, or in the first frame from there
-/// on. A change without a sample time, or with a past one, takes effect at the next sample to
-/// render. The real-time clock ignores sample times.
+/// On the exact clock a change without a sample time, or with a past one, has that of the next
+/// sample to render, or that of the last commit() where it is later; a change of a source that has
+/// not begun has that of its beginning. The real-time clock ignores sample times.
 ///
 /// Commands lock: any thread may call them except, on the real-time clock, the thread that renders.
 /// Started threads have ordinary priority and end with the destructor.
@@ -118,12 +118,16 @@ class Auralizer {
     /// All present sources in the order of their addition, those of the scene first.
     std::vector<SourceId> sources() const;
 
+    /// Moves a source; its orientation is ignored. Throws Error if the position is not finite.
     void set_source(SourceId source, const Pose& pose, std::int64_t at = kNow);
+
+    /// Throws Error for more than 120 dB.
     void set_gain(SourceId source, float gain_db, std::int64_t at = kNow);
     void set_listener(const Pose& pose, std::int64_t at = kNow) { set_listener(0, pose, at); }
     void set_listener(std::size_t listener, const Pose& pose, std::int64_t at = kNow);
 
-    /// Moves an object, given by its index in Scene::objects. Throws Error if it is not movable.
+    /// Moves an object, given by its index in Scene::objects. Throws Error if it is not movable or
+    /// the transform is not rigid.
     void set_transform(std::size_t object, const RigidTransform& transform, std::int64_t at = kNow);
 
     /// Assigns a material to an object, by the name of one of the scene or the library. Responses
@@ -135,13 +139,14 @@ class Auralizer {
     /// are computed ahead. Without it a frame is computed when render() reaches it. [exact clock]
     void commit(std::int64_t until);
 
-    /// Fades to silence, at which time stops; resume() fades back.
+    /// Fades out over 20 ms, then stops the sample time. resume() continues it and fades in.
     void pause();
     void resume();
 
-    /// Renders any number of samples. A source without a signal is silent; signals of absent
-    /// sources are ignored. Overwrites `outputs`: output_channels() signals, [listener][channel],
-    /// which lag the inputs by latency_samples(). On the exact clock rethrows errors of the
+    /// Renders any number of samples. A source without a signal is silent; of several signals of
+    /// one source the first counts; signals of absent sources are ignored. Overwrites `outputs`:
+    /// output_channels() signals, [listener][channel], which lag the inputs by latency_samples().
+    /// Throws Error for another number of outputs; on the exact clock rethrows errors of the
     /// propagation.
     /// [real time: audio thread, wait-free; exact: any one thread, waits]
     void render(std::span<const SourceSignal> inputs, std::span<float* const> outputs, int samples);
@@ -155,7 +160,7 @@ class Auralizer {
     std::int64_t tail_samples() const;
 
     /// Impulse response of a source in the newest frame, gains included: [channel][sample], sample
-    /// 0 is emission. Empty before the source's first frame.
+    /// 0 is emission. Empty before the first frame of the source. Waits for the frame in progress.
     std::vector<std::vector<float>> impulse_response(SourceId source,
                                                      std::size_t listener = 0) const;
 
@@ -171,8 +176,8 @@ class Auralizer {
     std::unique_ptr<State> state_;
 };
 
-/// An AuralizerOptions::before_frame that moves the scene's initial sources, its listener and its
-/// objects along their paths.
+/// An AuralizerOptions::before_frame that moves those of the scene's initial sources, its listener
+/// and its objects that have a path along it.
 std::function<void(Auralizer&, double time_s)> follow_paths(const Scene& scene);
 
 }  // namespace aula

@@ -3,9 +3,11 @@
 #include <sched.h>
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <numeric>
 #include <set>
 
@@ -436,4 +438,120 @@ TEST_CASE(
     CHECK(frames <= added_at + 1);
     const auto heard = rendered(auralizer, 4800, {256}, noise_at);
     CHECK(std::any_of(heard.begin(), heard.end(), [](float x) { return std::abs(x) > 0.001F; }));
+}
+
+TEST_CASE("After a failure of the propagation each call of render throws it again") {
+    AuralizerOptions options = mono();
+    options.before_frame = [](Auralizer&, double time_s) {
+        if (time_s > 0) throw Error("before_frame failed");
+    };
+    Auralizer auralizer(room_with_panel(), options);
+    const auto render_second = [&] { return rendered(auralizer, 48000, {256}, noise_at); };
+    CHECK_THROWS_WITH(render_second(), "before_frame failed");
+    CHECK_THROWS_WITH(render_second(), "before_frame failed");
+}
+
+TEST_CASE("Numbers that are not finite, not shares or not rigid are refused, and nothing changes") {
+    const auto render = [](bool hostile) {
+        Scene scene = room_with_panel();
+        Auralizer auralizer(scene, mono());
+        const SourceId source = auralizer.add_source({.position = {1, 1, 1}}, 0);
+        if (hostile) {
+            const float nan = std::nanf("");
+            Material negative;
+            negative.absorption = Bands::filled(-1);
+            const RigidTransform scaled(glm::mat3(2.0F), Vec3(0));
+            CHECK_THROWS_AS(auralizer.set_listener(at(nan, 0, 0)), Error);
+            CHECK_THROWS_AS(auralizer.set_listener(at(0, 0, 0, nan)), Error);
+            CHECK_THROWS_AS(auralizer.set_source(source, at(0, INFINITY, 0)), Error);
+            CHECK_THROWS_AS(auralizer.add_source({.position = {0, 0, nan}}), Error);
+            CHECK_THROWS_AS(auralizer.set_gain(source, INFINITY), Error);
+            CHECK_THROWS_AS(auralizer.set_material(0, negative), Error);
+            CHECK_THROWS_AS(auralizer.set_transform(1, scaled), Error);
+            CHECK_THROWS_AS(auralizer.render({}, {}, 16), Error);
+        }
+        return rendered(auralizer, 9600, {256}, noise_at);
+    };
+    CHECK(render(true) == render(false));
+}
+
+TEST_CASE("Changes of a source that begins later count from its beginning on") {
+    const auto render = [](std::int64_t change_at, bool removed) {
+        Auralizer auralizer(room_with_panel(), mono());
+        const SourceId source = auralizer.add_source({.position = {1, 1, 1}}, 4800);
+        auralizer.set_gain(source, -6, change_at);
+        auralizer.set_source(source, at(1, 3, 2), change_at);
+        if (removed) {
+            auralizer.remove_source(source, change_at);
+            CHECK(auralizer.sources().empty());
+            auralizer.remove_source(source, std::numeric_limits<std::int64_t>::max());
+        }
+        return rendered(auralizer, 14400, {256}, noise_at);
+    };
+    const bool removed = GENERATE(false, true);
+    const std::vector<float> early = render(kNow, removed);
+    CHECK(early == render(4800, removed));
+    CHECK(std::any_of(early.begin(), early.end(), [](float x) { return x != 0; }) == !removed);
+}
+
+TEST_CASE("A source that is removed at the end of time is heard until then") {
+    Auralizer auralizer(room_with_panel(), mono());
+    const SourceId source = auralizer.add_source({.position = {1, 1, 1}}, 0);
+    // The end of its reverberation must not overflow, which the sanitizer reports.
+    auralizer.remove_source(source, std::numeric_limits<std::int64_t>::max() - 1);
+    const std::vector<float> sound = rendered(auralizer, 24000, {256}, noise_at);
+    CHECK(std::any_of(sound.end() - 4800, sound.end(), [](float x) { return x != 0; }));
+}
+
+TEST_CASE("Paths of a scene move what has one, and nothing else") {
+    Scene scene = room_with_panel();
+    scene.objects[1].path = Trajectory{{{0, {}}, {1, at(0.5F, 0, 0)}}, false};
+    const auto render = [&](bool follows) {
+        AuralizerOptions options = mono();
+        if (follows) options.before_frame = follow_paths(scene);
+        Scene still = scene;
+        if (!follows) {
+            still.objects[1].path.reset();
+            options.before_frame = [&](Auralizer& auralizer, double time_s) {
+                auralizer.set_transform(1, scene.objects[1].transform_at(time_s));
+            };
+        }
+        Auralizer auralizer(follows ? scene : still, options);
+        auralizer.add_source({.position = {1, 1, 1}}, 0);
+        auralizer.set_listener(at(4, 3, 1.5F), 0);
+        return rendered(auralizer, 9600, {256}, noise_at);
+    };
+    CHECK(render(true) == render(false));
+}
+
+TEST_CASE("A material that changes during a pause is heard after it") {
+    Scene scene = room_with_panel();
+    AuralizerOptions options = mono(RenderClock::real_time);
+    Auralizer auralizer(scene, options);
+    const SourceId source = auralizer.add_source({.position = {1, 1, 1}});
+    const auto energy = [&] {
+        double sum = 0;
+        for (const auto& channel : auralizer.impulse_response(source))
+            for (const float x : channel) sum += double{x} * double{x};
+        return sum;
+    };
+    const auto play_until = [&](const std::function<bool()>& done) {
+        return test::comes([&] {
+            rendered(auralizer, 256, {256}, noise_at);
+            return done();
+        });
+    };
+    REQUIRE(play_until([&] { return auralizer.status().frames > 20; }));
+    const double before = energy();
+    REQUIRE(before > 0);
+    auralizer.pause();
+    REQUIRE(play_until([&] { return auralizer.status().paused; }));
+    Material open;
+    open.absorption = Bands::filled(0.99F);
+    auralizer.set_material(0, open);
+    // Frames whose time passes during the pause take the change up.
+    const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(200);
+    REQUIRE(play_until([&] { return std::chrono::steady_clock::now() > until; }));
+    auralizer.resume();
+    CHECK(play_until([&] { return energy() < 0.7 * before; }));
 }
