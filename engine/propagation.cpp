@@ -15,6 +15,7 @@
 #include "engine/estimate/patch_propagation.h"
 #include "engine/rays/nudge_off_surface.h"
 #include "engine/rays/room_survey.h"
+#include "engine/scene/places.h"
 #include "engine/trace/detection_spheres.h"
 #include "engine/trace/path_tracer.h"
 #include "engine/trace/specular_paths.h"
@@ -29,21 +30,6 @@ enum class SeedPurpose : std::uint64_t { frame = 1, survey = 3, specular = 5, co
 
 int default_threads() {
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) - 1);
-}
-
-/// Points that sound can reach: all positions of sources and listener.
-std::vector<Vec3> places(const Scene& scene) {
-    std::vector<Vec3> points;
-    const auto add = [&](const Vec3& position, const std::optional<Trajectory>& path) {
-        if (!path) points.push_back(position);
-        if (path) {
-            for (const Trajectory::Keyframe& point : path->points)
-                points.push_back(point.pose.position);
-        }
-    };
-    for (const Source& source : scene.sources) add(source.position, source.path);
-    add(scene.listener.pose.position, scene.listener.path);
-    return points;
 }
 
 /// Adds the arrivals of a frame that no image source counts, each at its delay, as a mean over the
