@@ -1,36 +1,47 @@
-# The libraries that Aula stands on; read by its own build and by find_package(aula).
+# The libraries that the components stand on, each found when it is needed; read by Aula's own build
+# and by find_package(aula).
 include(CMakeFindDependencyMacro)
 
-find_dependency(Threads)
-find_dependency(glm)
-find_dependency(embree 3)
-find_dependency(nlohmann_json)
-find_dependency(tsl-robin-map)
-find_dependency(PkgConfig)
-pkg_check_modules(PORTAUDIO REQUIRED IMPORTED_TARGET portaudio-2.0)
-pkg_check_modules(SNDFILE REQUIRED IMPORTED_TARGET sndfile)
-pkg_check_modules(SOXR REQUIRED IMPORTED_TARGET soxr)
-pkg_check_modules(MYSOFA REQUIRED IMPORTED_TARGET libmysofa)
-pkg_check_modules(EBUR128 REQUIRED IMPORTED_TARGET libebur128)
-pkg_check_modules(KISSFFT REQUIRED IMPORTED_TARGET kissfft-float)
-pkg_check_modules(JACK REQUIRED IMPORTED_TARGET jack)
-pkg_check_modules(LIBLO REQUIRED IMPORTED_TARGET liblo)
-pkg_check_modules(ALSA REQUIRED IMPORTED_TARGET alsa)
+macro(aula_find_engine_dependencies)
+    find_dependency(Threads)
+    find_dependency(glm)
+    find_dependency(embree 3)
+endmacro()
 
-# PortAudio's archive, where there is one that links, has a function that takes its messages; its
-# shared library hides it.
-find_library(AULA_PORTAUDIO_ARCHIVE libportaudio.a HINTS ${PORTAUDIO_LIBRARY_DIRS})
-if(AULA_PORTAUDIO_ARCHIVE)
-    include(CheckCXXSourceCompiles)
-    set(CMAKE_REQUIRED_LIBRARIES "${AULA_PORTAUDIO_ARCHIVE}" PkgConfig::JACK PkgConfig::ALSA
-                                 Threads::Threads)
-    check_cxx_source_compiles("extern \"C\" int Pa_Initialize();
-        extern \"C\" void PaUtil_SetDebugPrintFunction(void (*)(const char*));
-        int main() { PaUtil_SetDebugPrintFunction(nullptr); return Pa_Initialize(); }"
-        AULA_PORTAUDIO_ARCHIVE_LINKS)
-    if(AULA_PORTAUDIO_ARCHIVE_LINKS)
-        set_target_properties(PkgConfig::PORTAUDIO PROPERTIES
-            INTERFACE_LINK_LIBRARIES "${CMAKE_REQUIRED_LIBRARIES}")
+macro(aula_find_audio_dependencies)
+    find_dependency(Threads)
+    find_dependency(PkgConfig)
+    pkg_check_modules(SNDFILE REQUIRED IMPORTED_TARGET sndfile)
+    pkg_check_modules(SOXR REQUIRED IMPORTED_TARGET soxr)
+    pkg_check_modules(EBUR128 REQUIRED IMPORTED_TARGET libebur128)
+    pkg_check_modules(KISSFFT REQUIRED IMPORTED_TARGET kissfft-float)
+endmacro()
+
+macro(aula_find_session_dependencies)
+endmacro()
+
+macro(aula_find_devices_dependencies)
+    find_dependency(PkgConfig)
+    pkg_check_modules(PORTAUDIO REQUIRED IMPORTED_TARGET portaudio-2.0)
+    pkg_check_modules(JACK REQUIRED IMPORTED_TARGET jack)
+    pkg_check_modules(ALSA REQUIRED IMPORTED_TARGET alsa)
+    pkg_check_modules(LIBLO REQUIRED IMPORTED_TARGET liblo)
+
+    # PortAudio's archive, where there is one that links, has a function that takes its messages;
+    # its shared library hides it.
+    find_library(AULA_PORTAUDIO_ARCHIVE libportaudio.a HINTS ${PORTAUDIO_LIBRARY_DIRS})
+    if(AULA_PORTAUDIO_ARCHIVE)
+        include(CheckCXXSourceCompiles)
+        set(CMAKE_REQUIRED_LIBRARIES "${AULA_PORTAUDIO_ARCHIVE}" PkgConfig::JACK PkgConfig::ALSA
+                                     Threads::Threads)
+        check_cxx_source_compiles("extern \"C\" int Pa_Initialize();
+            extern \"C\" void PaUtil_SetDebugPrintFunction(void (*)(const char*));
+            int main() { PaUtil_SetDebugPrintFunction(nullptr); return Pa_Initialize(); }"
+            AULA_PORTAUDIO_ARCHIVE_LINKS)
+        if(AULA_PORTAUDIO_ARCHIVE_LINKS)
+            set_target_properties(PkgConfig::PORTAUDIO PROPERTIES
+                INTERFACE_LINK_LIBRARIES "${CMAKE_REQUIRED_LIBRARIES}")
+        endif()
+        unset(CMAKE_REQUIRED_LIBRARIES)
     endif()
-    unset(CMAKE_REQUIRED_LIBRARIES)
-endif()
+endmacro()

@@ -26,19 +26,20 @@ if(AULA_FUZZ)
     add_compile_options(-fsanitize=fuzzer-no-link)
 endif()
 
-# aula_library(NAME SOURCES ... HEADERS ...): the static library aula::NAME whose headers are
-# included from the root of the tree, as "engine/scene/scene.h".
+# aula_library(NAME COMPONENT C SOURCES ... HEADERS ...): the static library aula::NAME of component
+# C. HEADERS are its public headers, below include/ and included as <aula/...>. Inside the project
+# all other headers are included from the root of the tree, as "engine/rays/ray_scene.h".
 function(aula_library name)
-    cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;HEADERS")
+    cmake_parse_arguments(PARSE_ARGV 1 arg "" "COMPONENT" "SOURCES;HEADERS")
     add_library(aula_${name} STATIC ${arg_SOURCES})
     add_library(aula::${name} ALIAS aula_${name})
     set_target_properties(aula_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
-    target_sources(aula_${name} PUBLIC FILE_SET HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}"
-                                       FILES ${arg_HEADERS})
+    list(TRANSFORM arg_HEADERS PREPEND include/)
+    target_sources(aula_${name} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${arg_HEADERS})
+    target_include_directories(aula_${name} PUBLIC "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>")
     target_compile_features(aula_${name} PUBLIC cxx_std_20)
     # No result depends on errno or floating-point traps; without them loops vectorise.
     target_compile_options(aula_${name} PRIVATE -fno-math-errno -fno-trapping-math)
     target_link_libraries(aula_${name} PRIVATE $<BUILD_INTERFACE:aula_warnings>)
-    install(TARGETS aula_${name} EXPORT aula FILE_SET HEADERS
-            DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/aula")
+    install(TARGETS aula_${name} EXPORT aula-${arg_COMPONENT} FILE_SET HEADERS)
 endfunction()

@@ -1,4 +1,4 @@
-#include "engine/propagation.h"
+#include "aula/engine/propagation.h"
 
 #include <algorithm>
 #include <cassert>
@@ -7,7 +7,7 @@
 #include <optional>
 #include <thread>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 #include "engine/base/sampling.h"
 #include "engine/base/stopwatch.h"
 #include "engine/base/worker_pool.h"
@@ -50,7 +50,7 @@ void add_arrivals(std::span<const Arrival> arrivals, int rays, const SpecularSou
 
 void check(const Simulation& simulation) {
     const auto need = [](bool holds, const char* what) {
-        if (!holds) throw Error(std::string("simulation: ") + what);
+        if (!holds) throw InputError(std::string("simulation: ") + what);
     };
     need(simulation.rays >= 1, "rays is below 1");
     need(simulation.order >= 0, "order is below 0");

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "apps/session/remote/osc.h"
-#include "engine/base/error.h"
+#include "aula/exception.h"
 
 namespace aula {
 
@@ -15,10 +15,10 @@ namespace {
 
 [[noreturn]] void fail(const std::string& option, const std::string& text,
                        const std::string& expected) {
-    throw Error(option, "", "\"" + text + "\" is not usable; expected " + expected);
+    throw InputError(option, "", "\"" + text + "\" is not usable; expected " + expected);
 }
 
-/// The whole text as a number in [least, most]. Throws Error with what was expected.
+/// The whole text as a number in [least, most]. Throws InputError with what was expected.
 template <typename T>
 T read_number(const std::string& option, const std::string& text, T least, T most,
               const std::string& expected) {
@@ -67,8 +67,8 @@ void place_source(Scene& scene, const std::string& name, const Vec3& position) {
         }
         names += (names.empty() ? "" : ", ") + source.name;
     }
-    throw Error("--source-position", "",
-                "the scene has no source \"" + name + "\"; expected one of " + names);
+    throw InputError("--source-position", "",
+                     "the scene has no source \"" + name + "\"; expected one of " + names);
 }
 
 /// A message in Aula's form. CLI11's messages begin or end with the option's name.
@@ -114,7 +114,7 @@ class Options {
         try {
             app_.parse(argc, argv);
         } catch (const CLI::ParseError& error) {
-            throw Error(parse_message(error));
+            throw InputError(parse_message(error));
         }
         arguments_.command = command();
     }
@@ -286,30 +286,32 @@ class Options {
         if (!words_.empty() && words_[0] == "check") word = Command::check;
         if (word == Command::materials) return materials_command();
         const std::size_t wanted = word == Command::play ? 1 : 2;
-        if (words_.size() < wanted) throw Error("no SCENE given; expected aula SCENE [options]");
+        if (words_.size() < wanted)
+            throw InputError("no SCENE given; expected aula SCENE [options]");
         if (words_.size() > wanted)
-            throw Error("\"" + words_[wanted] + "\" is one argument too many; expected one SCENE");
+            throw InputError("\"" + words_[wanted] +
+                             "\" is one argument too many; expected one SCENE");
         arguments_.scene = words_.back();
         arguments_.window = !no_window_;
         if (after_given_ && !arguments_.screenshot)
-            throw Error("--after: is used without --screenshot; expected both");
+            throw InputError("--after: is used without --screenshot; expected both");
         if (arguments_.screenshot && no_window_)
-            throw Error(
+            throw InputError(
                 "--screenshot cannot be combined with --no-window; expected one or the other");
         if (arguments_.screenshot && arguments_.screenshot->extension() != ".png")
-            throw Error("--screenshot: \"" + arguments_.screenshot->string() +
-                        "\" is not the name of a PNG file; expected FILE.png");
+            throw InputError("--screenshot: \"" + arguments_.screenshot->string() +
+                             "\" is not the name of a PNG file; expected FILE.png");
         if (word != Command::play) return word;
 
         arguments_.report = report_.has_value();
         if (report_ && !report_->empty()) arguments_.report_json = *report_;
         const bool measures = arguments_.ir || arguments_.echogram || arguments_.report;
         if (offline_ && measures)
-            throw Error(
+            throw InputError(
                 "--offline cannot be combined with --ir, --echogram or --report; expected one or "
                 "the other");
         if (arguments_.ir && arguments_.session.format != SampleFormat::float32)
-            throw Error("--format: --ir writes float; expected no --format or float");
+            throw InputError("--format: --ir writes float; expected no --format or float");
         if (offline_) arguments_.offline = *offline_;
         return measures ? Command::measure : offline_ ? Command::render : Command::play;
     }
@@ -320,8 +322,8 @@ class Options {
         if (what == "show" && words_.size() == 3) {
             arguments_.material = words_[2];
         } else if (what != "list" || words_.size() > 2) {
-            throw Error("materials: \"" + words_.back() +
-                        "\" is not usable; expected list, or show and the name of a material");
+            throw InputError("materials: \"" + words_.back() +
+                             "\" is not usable; expected list, or show and the name of a material");
         }
         return Arguments::Command::materials;
     }

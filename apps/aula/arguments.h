@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "apps/session/base/session_options.h"
-#include "engine/scene/scene.h"
+#include "aula/engine/scene.h"
 
 namespace aula {
 
@@ -44,11 +44,11 @@ struct Arguments {
     double screenshot_after_s = 5;
     std::optional<std::string> osc;  ///< [ADDRESS:]PORT to receive OSC messages on
 
-    /// Changes of the scene by options, in command-line order. Each throws Error.
+    /// Changes of the scene by options, in command-line order. Each throws InputError.
     std::vector<std::function<void(Scene&)>> scene_changes;
 };
 
-/// Parses the command line. Throws Error: one line that begins with the option.
+/// Parses the command line. Throws InputError: one line that begins with the option.
 Arguments read_arguments(int argc, const char* const* argv);
 
 /// The text of --help.

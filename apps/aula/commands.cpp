@@ -11,15 +11,14 @@
 #include "apps/aula/terminal.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/frames/signals.h"
-#include "audio/base/error.h"
-#include "audio/device/device.h"
-#include "engine/base/error.h"
+#include "aula/devices/device.h"
+#include "aula/engine/material_library.h"
+#include "aula/engine/scene_file.h"
+#include "aula/exception.h"
 #include "engine/patches/patch_grid.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/rays/room_survey.h"
-#include "engine/scene/material_library.h"
 #include "engine/scene/places.h"
-#include "engine/scene/scene_file.h"
 
 namespace aula {
 
@@ -244,8 +243,9 @@ int show_material(const std::string& name) {
         print_curve("scattering", entry.material.scattering);
         return 0;
     }
-    throw Error("materials", "",
-                "no material \"" + name + "\"; expected a name that aula materials list prints");
+    throw InputError(
+        "materials", "",
+        "no material \"" + name + "\"; expected a name that aula materials list prints");
 }
 
 int list_materials(const Arguments& arguments) {
@@ -327,7 +327,7 @@ void check_signals(const Scene& scene, const Arguments& arguments) {
             signals.push_back(
                 result_of("reading the sound of " + printable(scene.sources[s].name), arguments,
                           [&] { return read_signal(scene, s, arguments.session.sample_rate_hz); }));
-        } catch (const AudioInputError& error) {
+        } catch (const InputError& error) {
             errors.emplace_back(error.what());
         }
     }

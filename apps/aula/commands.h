@@ -1,12 +1,12 @@
 #pragma once
 
 #include "apps/aula/arguments.h"
-#include "engine/scene/scene_file.h"
+#include "aula/engine/scene_file.h"
 
 namespace aula {
 
-// Commands of the program. Each returns the exit status. Each throws Error, AudioInputError or
-// AudioFailure.
+// Commands of the program. Each returns the exit status. Each throws InputError or
+// Failure.
 
 int list_devices();
 int list_materials(const Arguments& arguments);
@@ -16,15 +16,15 @@ int play(const Arguments& arguments);
 int render(const Arguments& arguments);
 int measure(const Arguments& arguments);
 
-/// Reads a scene file; prints its warnings to standard error. Throws Error.
+/// Reads a scene file; prints its warnings to standard error. Throws InputError.
 LoadedScene read_scene_file(const std::filesystem::path& file, const Arguments& arguments);
 
 /// Applies the options of the command line to a scene; prints warnings to standard error. Throws
-/// Error.
+/// InputError.
 void change_scene(Scene& scene, const Arguments& arguments);
 
 /// Reads the scene of the command line, applies the options and checks the output files. Throws
-/// Error.
+/// InputError.
 Scene read_scene(const Arguments& arguments);
 
 /// Prints each warning as "aula: warning: ..." to standard error, unless quiet.

@@ -9,9 +9,9 @@
 #include "apps/aula/commands.h"
 #include "apps/aula/interrupt.h"
 #include "apps/aula/terminal.h"
-#include "audio/base/error.h"
-#include "engine/base/error.h"
-#include "engine/scene/scene_file.h"
+#include "aula/engine/scene_file.h"
+#include "aula/devices/device.h"
+#include "aula/exception.h"
 
 namespace aula {
 
@@ -83,11 +83,9 @@ int main(int argc, char** argv) {
         const int status = aula::run(aula::read_arguments(argc, argv));
         // Buffered output may fail only when it is flushed, as on a full disk.
         if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
-            throw aula::AudioFailure("standard output: cannot write");
+            throw aula::Failure("standard output: cannot write");
         return status;
-    } catch (const aula::Error& error) {
-        return aula::fail(error.what(), 2);
-    } catch (const aula::AudioInputError& error) {
+    } catch (const aula::InputError& error) {
         return aula::fail(error.what(), 2);
     } catch (const aula::NoAudioDevice& error) {
         return aula::fail(std::string(error.what()) +

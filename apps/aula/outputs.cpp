@@ -4,7 +4,7 @@
 #include <system_error>
 #include <vector>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 
 namespace aula {
 
@@ -74,13 +74,13 @@ void check_outputs(const Arguments& arguments, const Scene& scene) {
         if (!is_replaced(outputs[i])) continue;
         for (const fs::path& input : inputs)
             if (same_file(outputs[i], input))
-                throw Error(outputs[i].string() + ": would replace the input " + input.string() +
-                            "; expected the name of another file");
+                throw InputError(outputs[i].string() + ": would replace the input " +
+                                 input.string() + "; expected the name of another file");
         for (std::size_t k = 0; k < i; ++k)
             if (same_file(outputs[i], outputs[k]))
-                throw Error(outputs[i].string() +
-                            ": is the file of two outputs; expected a file for each "
-                            "(sources need names that differ in [A-Za-z0-9._-])");
+                throw InputError(outputs[i].string() +
+                                 ": is the file of two outputs; expected a file for each "
+                                 "(sources need names that differ in [A-Za-z0-9._-])");
     }
 }
 

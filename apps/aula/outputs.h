@@ -11,7 +11,7 @@ namespace aula {
 std::filesystem::path response_file(const std::filesystem::path& file, const Scene& scene,
                                     std::size_t source);
 
-/// Throws Error if an output file is also an input file, or if two outputs are the same file.
+/// Throws InputError if an output file is also an input file, or if two outputs are the same file.
 /// Names and links of one file count as the same.
 void check_outputs(const Arguments& arguments, const Scene& scene);
 

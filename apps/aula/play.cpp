@@ -16,8 +16,8 @@
 #include "apps/session/live/load_news.h"
 #include "apps/session/live/player.h"
 #include "apps/session/remote/osc_remote.h"
-#include "audio/device/device.h"
-#include "engine/base/error.h"
+#include "aula/devices/device.h"
+#include "aula/exception.h"
 #ifdef AULA_HAS_WINDOW
 #include "apps/window/window.h"
 #endif
@@ -211,15 +211,16 @@ int play_in_terminal(const Arguments& arguments) {
     return interrupt_signal() != 0 ? interrupted_status() : 0;
 }
 
-/// The scene files of a folder, sorted by name. Throws Error if there is none.
+/// The scene files of a folder, sorted by name. Throws InputError if there is none.
 std::vector<std::filesystem::path> scenes_in(const std::filesystem::path& folder) {
     std::vector<std::filesystem::path> files;
     std::error_code error;
     for (const auto& entry : std::filesystem::directory_iterator(folder, error))
         if (entry.path().extension() == ".json") files.push_back(entry.path());
     if (files.empty())
-        throw Error("--scene-dir", "",
-                    "no scene in \"" + folder.string() + "\"; expected a folder with scene files");
+        throw InputError(
+            "--scene-dir", "",
+            "no scene in \"" + folder.string() + "\"; expected a folder with scene files");
     std::sort(files.begin(), files.end());
     return files;
 }
@@ -268,7 +269,7 @@ int play(const Arguments& arguments) {
     if (arguments.window && window_possible()) return play_in_window(arguments, scenes);
 #endif
     if (arguments.screenshot)
-        throw Error("--screenshot", "", "no window can be opened; expected a display");
+        throw InputError("--screenshot", "", "no window can be opened; expected a display");
     return play_in_terminal(arguments);
 }
 

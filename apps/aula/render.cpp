@@ -10,9 +10,9 @@
 #include "apps/session/base/formatted.h"
 #include "apps/session/base/output_file.h"
 #include "apps/session/offline/measurement_text.h"
-#include "apps/session/session.h"
-#include "audio/base/error.h"
-#include "audio/file/sound_file.h"
+#include "apps/session/offline/offline.h"
+#include "aula/audio/sound_file.h"
+#include "aula/exception.h"
 
 namespace aula {
 
@@ -50,7 +50,7 @@ void write_planar(WavWriter& writer, const std::vector<std::vector<float>>& chan
 
 void print(const std::string& text) {
     if (std::fputs(printable(text).c_str(), stdout) < 0 || std::fflush(stdout) != 0)
-        throw AudioFailure("standard output: cannot write");
+        throw Failure("standard output: cannot write");
 }
 
 /// The output files of --ir, --echogram and --report. They are opened before the measurement and
@@ -96,11 +96,13 @@ class MeasurementFiles {
 }  // namespace
 
 int render(const Arguments& arguments) {
-    Session session(read_scene(arguments), arguments.session);
+    const Scene scene = read_scene(arguments);
     ProgressBar bar("rendering", arguments.quiet);
-    const bool done = session.render(arguments.offline, std::ref(bar));
-    warn(session.warnings(), arguments.quiet);
-    return done ? 0 : interrupted_status();
+    const auto warnings =
+        render_offline(scene, arguments.session, arguments.offline, std::ref(bar));
+    if (!warnings) return interrupted_status();
+    warn(*warnings, arguments.quiet);
+    return 0;
 }
 
 int measure(const Arguments& arguments) {

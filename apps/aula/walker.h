@@ -1,7 +1,7 @@
 #pragma once
 
 #include "apps/aula/terminal.h"
-#include "engine/scene/scene.h"
+#include "aula/engine/scene.h"
 
 namespace aula {
 

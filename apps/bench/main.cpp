@@ -23,8 +23,8 @@
 #include "apps/bench/propagation/tracking.h"
 #include "apps/session/base/output_file.h"
 #include "audio/file/part_file.h"
-#include "engine/base/error.h"
-#include "engine/scene/scene_file.h"
+#include "aula/engine/scene_file.h"
+#include "aula/exception.h"
 
 namespace {
 
@@ -262,8 +262,8 @@ int run(int argc, char** argv) {
         if (!json.empty()) json_file.emplace(json);
         if (!json.empty() && std::filesystem::weakly_canonical(json) ==
                                  std::filesystem::weakly_canonical(markdown)) {
-            throw aula::Error(markdown, "--markdown",
-                              "is also the file of --json; expected another");
+            throw aula::InputError(markdown, "--markdown",
+                                   "is also the file of --json; expected another");
         }
         if (!markdown.empty()) markdown_file.emplace(markdown);
         Bench bench(settings, command_line(argc, argv), progress);
@@ -293,7 +293,7 @@ int run(int argc, char** argv) {
             markdown_file->write(bench.document());
             markdown_file->commit();
         }
-    } catch (const aula::Error& e) {
+    } catch (const aula::InputError& e) {
         progress.clear();
         std::cerr << "aula-bench: " << e.what() << "\n";
         return kBadInput;

@@ -1,13 +1,13 @@
 // A game's loop: two rooms and a door that swings open while noise plays behind it.
 // Prints the level at the listener, a line for each quarter of a second.
+#include <aula/auralizer.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <random>
 #include <vector>
-
-#include "apps/session/auralizer/auralizer.h"
 
 using aula::Vec3;
 

@@ -1,13 +1,13 @@
 // An own audio callback; a thread that asks for 256 samples every 5.3 ms plays the device.
 // A source is added, circles the head and is removed while the room is heard.
+#include <aula/auralizer.h>
+#include <aula/engine/scene_file.h>
+
 #include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <thread>
-
-#include "apps/session/auralizer/auralizer.h"
-#include "engine/scene/scene_file.h"
 
 int main(int argc, char** argv) {
     if (argc != 2) return std::fputs("usage: own_callback SCENE\n", stderr), 2;

@@ -1,11 +1,11 @@
 // Renders a sound in the room of a scene file: render_file SCENE IN.wav OUT.wav
+#include <aula/audio/sound_file.h>
+#include <aula/auralizer.h>
+#include <aula/engine/scene_file.h>
+
 #include <cstdio>
 #include <exception>
 #include <vector>
-
-#include "apps/session/auralizer/auralizer.h"
-#include "audio/file/sound_file.h"
-#include "engine/scene/scene_file.h"
 
 int main(int argc, char** argv) {
     if (argc != 4) {

@@ -5,7 +5,7 @@
 #include <glm/vec4.hpp>
 #include <string>
 
-#include "engine/scene/scene.h"
+#include "aula/engine/scene.h"
 
 namespace aula {
 

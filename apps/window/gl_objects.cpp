@@ -3,7 +3,7 @@
 #include <array>
 #include <string>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 
 namespace aula {
 
@@ -18,7 +18,8 @@ GLuint compiled(GLenum kind, const char* text) {
     if (ok == 0) {
         std::array<char, 512> log{};
         glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), nullptr, log.data());
-        throw Error(std::string("window: the graphics driver refuses a shader: ") + log.data());
+        throw InputError(std::string("window: the graphics driver refuses a shader: ") +
+                         log.data());
     }
     return shader;
 }
@@ -33,7 +34,7 @@ GlProgram::GlProgram(const char* vertex, const char* fragment) : program_(glCrea
     for (const GLuint part : parts) glDeleteShader(part);
     GLint ok = 0;
     glGetProgramiv(program_, GL_LINK_STATUS, &ok);
-    if (ok == 0) throw Error("window: the graphics driver cannot link a shader");
+    if (ok == 0) throw InputError("window: the graphics driver cannot link a shader");
 }
 
 GlProgram::~GlProgram() { glDeleteProgram(program_); }

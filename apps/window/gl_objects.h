@@ -9,7 +9,7 @@
 
 namespace aula {
 
-/// A linked pair of shaders. The constructor throws Error if the driver cannot build it.
+/// A linked pair of shaders. The constructor throws InputError if the driver cannot build it.
 class GlProgram {
  public:
     GlProgram(const char* vertex, const char* fragment);

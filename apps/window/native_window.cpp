@@ -11,7 +11,7 @@
 #include <cstring>
 #include <filesystem>
 
-#include "audio/base/error.h"
+#include "aula/exception.h"
 
 namespace aula {
 
@@ -98,7 +98,7 @@ bool opens_window() {
 
 NativeWindow::NativeWindow(int width, int height) : window_(open_window(width, height, true)) {
     if (window_ == nullptr)
-        throw AudioFailure("the window cannot be opened; --no-window plays in the terminal");
+        throw Failure("the window cannot be opened; --no-window plays in the terminal");
     glfwSetWindowUserPointer(window_, this);
     glfwSetWindowSizeLimits(window_, kLeastWidth, kLeastHeight, GLFW_DONT_CARE, GLFW_DONT_CARE);
     // Events are queued as they arrive: a frame may take longer than a tap.
@@ -124,7 +124,7 @@ NativeWindow::NativeWindow(int width, int height) : window_(open_window(width, h
     // GLEW_ERROR_NO_GLX_DISPLAY is harmless: Wayland has no GLX.
     const GLenum loaded = glewInit();
     if (loaded != GLEW_OK && loaded != GLEW_ERROR_NO_GLX_DISPLAY)
-        throw AudioFailure("OpenGL 3.3 cannot be used; --no-window plays in the terminal");
+        throw Failure("OpenGL 3.3 cannot be used; --no-window plays in the terminal");
     const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
     software_ = renderer != nullptr && std::strstr(renderer, "llvmpipe") != nullptr;
     glfwSwapInterval(software_ ? 0 : 1);

@@ -29,7 +29,7 @@ bool opens_window();
 /// A window with an OpenGL context, and its queued input events.
 class NativeWindow {
  public:
-    /// Size in screen coordinates. Throws AudioFailure if no window with OpenGL 3.3 can be opened.
+    /// Size in screen coordinates. Throws Failure if no window with OpenGL 3.3 can be opened.
     NativeWindow(int width, int height);
     ~NativeWindow();
     NativeWindow(const NativeWindow&) = delete;

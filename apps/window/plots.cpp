@@ -7,7 +7,7 @@
 #include "apps/session/base/formatted.h"
 #include "apps/window/colours.h"
 #include "apps/window/panels.h"
-#include "engine/response/room_acoustics.h"
+#include "aula/engine/room_acoustics.h"
 
 namespace aula {
 

@@ -71,7 +71,7 @@ void write_state(const WindowState& state, const std::filesystem::path& file) {
         OutputFile out(file);
         out.write(text);
         out.commit();
-    } catch (const std::runtime_error&) {
+    } catch (const Exception&) {
         // The next session uses the previous state.
     }
 }

@@ -16,9 +16,8 @@
 #include "apps/window/picture.h"
 #include "apps/window/screenshot.h"
 #include "apps/window/state_file.h"
-#include "audio/base/error.h"
-#include "audio/base/realtime.h"
-#include "engine/base/error.h"
+#include "aula/audio/realtime.h"
+#include "aula/exception.h"
 
 namespace aula {
 
@@ -298,7 +297,7 @@ PlayStatus show_window(const WindowOptions& options) {
     give_way(kNiceOfFrames + 5);
     const Glfw glfw;
     if (!glfw.started())
-        throw AudioFailure("no display is available; --no-window plays in the terminal");
+        throw Failure("no display is available; --no-window plays in the terminal");
     const auto file = options.keeps_state ? state_file() : std::nullopt;
     App app(options, model, file ? read_state(*file) : WindowState{});
     app.run();

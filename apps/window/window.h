@@ -9,7 +9,7 @@ namespace aula {
 bool window_possible();
 
 /// Plays a scene in a window until the window is closed, the session's duration is over or the
-/// screenshot is written. Returns the last status. Throws Error, AudioInputError, AudioFailure.
+/// screenshot is written. Returns the last status. Throws InputError, Failure.
 PlayStatus show_window(const WindowOptions& options);
 
 }  // namespace aula

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "audio/base/aligned.h"
-#include "audio/base/realtime.h"
 #include "audio/convolution/spectral_kernels.h"
+#include "aula/audio/realtime.h"
 
 namespace aula {
 

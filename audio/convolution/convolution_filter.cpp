@@ -1,9 +1,13 @@
-#include "audio/convolution/convolution_filter.h"
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
+
+#include "audio/base/aligned.h"
+#include "audio/convolution/block_transform.h"
+#include "audio/convolution/partition_levels.h"
+#include "aula/audio/convolver.h"
 
 namespace aula {
 
@@ -23,7 +27,41 @@ ConvolutionFilter::ConvolutionFilter(const ConvolutionShape& shape) {
     }
 }
 
-FilterTransform::FilterTransform(const ConvolutionShape& shape) : shape_(shape) {
+struct FilterTransform::State {
+    /// Memory for the spectra of a partition. It is in use if its use count is above 1 (the pool).
+    using Spectra = std::shared_ptr<void>;
+
+    struct Level {
+        PartitionLevel partitioning;
+        BlockTransform transform;
+        std::vector<Spectra> pool;
+        std::size_t next_in_pool = 0;
+        ConvolutionFilter::Level newest;
+    };
+
+    explicit State(const ConvolutionShape& shape);
+    void transform(std::span<const std::span<const float>> responses, std::size_t input,
+                   ConvolutionFilter& filter);
+    void repeat(std::size_t input, ConvolutionFilter& filter) const;
+    bool store_taps(std::span<const std::span<const float>> responses, std::size_t input,
+                    std::size_t first, std::size_t count);
+    void transform_partition(Level& level, std::size_t input, std::size_t partition);
+    float transform_half(const Level& level, std::uint16_t* spectra);
+    Spectra unused_spectra(Level& level);
+    float* newest_taps(std::size_t input, std::size_t output, std::size_t tap) {
+        return newest_taps_.data() + (input * shape_.outputs + output) * padded_taps_ + tap;
+    }
+
+    ConvolutionShape shape_;
+    std::vector<Level> levels_;
+    std::size_t padded_taps_;
+    AlignedVector<float> newest_taps_;  ///< newest taps, [input][output][tap]
+    std::vector<const float*> taps_;    ///< taps of a partition, [output]
+    AlignedVector<float> work_;         ///< work space of its transforms
+    AlignedVector<float> spectra_;      ///< its spectra before rounding to half precision
+};
+
+FilterTransform::State::State(const ConvolutionShape& shape) : shape_(shape) {
     const ConvolutionFilter empty(shape);
     const std::vector<PartitionLevel> partitioning = partition_levels(shape);
     for (std::size_t l = 0; l < partitioning.size(); ++l) {
@@ -38,8 +76,8 @@ FilterTransform::FilterTransform(const ConvolutionShape& shape) : shape_(shape) 
     if (last.half_precision) spectra_.resize(2 * last.size * shape.outputs);
 }
 
-void FilterTransform::transform(std::span<const std::span<const float>> responses,
-                                std::size_t input, ConvolutionFilter& filter) {
+void FilterTransform::State::transform(std::span<const std::span<const float>> responses,
+                                       std::size_t input, ConvolutionFilter& filter) {
     assert(responses.size() == shape_.outputs && input < shape_.inputs);
     for (std::size_t l = 0; l < levels_.size(); ++l) {
         Level& level = levels_[l];
@@ -58,7 +96,7 @@ void FilterTransform::transform(std::span<const std::span<const float>> response
     }
 }
 
-void FilterTransform::repeat(std::size_t input, ConvolutionFilter& filter) const {
+void FilterTransform::State::repeat(std::size_t input, ConvolutionFilter& filter) const {
     for (std::size_t l = 0; l < levels_.size(); ++l) {
         const std::size_t count = levels_[l].partitioning.count;
         for (std::size_t place = input * count; place < (input + 1) * count; ++place) {
@@ -69,8 +107,8 @@ void FilterTransform::repeat(std::size_t input, ConvolutionFilter& filter) const
 }
 
 /// Stores the taps of a partition. Returns whether they differ from those stored before.
-bool FilterTransform::store_taps(std::span<const std::span<const float>> responses,
-                                 std::size_t input, std::size_t first, std::size_t count) {
+bool FilterTransform::State::store_taps(std::span<const std::span<const float>> responses,
+                                        std::size_t input, std::size_t first, std::size_t count) {
     bool changed = false;
     for (std::size_t o = 0; o < shape_.outputs; ++o) {
         assert(responses[o].size() <= shape_.taps);
@@ -90,7 +128,8 @@ bool FilterTransform::store_taps(std::span<const std::span<const float>> respons
     return changed;
 }
 
-void FilterTransform::transform_partition(Level& level, std::size_t input, std::size_t partition) {
+void FilterTransform::State::transform_partition(Level& level, std::size_t input,
+                                                 std::size_t partition) {
     const std::size_t index = input * level.partitioning.count + partition;
     const std::size_t first = level.partitioning.first_tap + partition * level.partitioning.size;
     level.newest.memory[index].reset();
@@ -116,7 +155,7 @@ void FilterTransform::transform_partition(Level& level, std::size_t input, std::
 // No bin exceeds the sum of the taps' magnitudes. A power of two scales this sum to at most 2^15:
 // bins then stay well below the largest half-precision number, 65504, and those that matter stay
 // well above 2^-14, below which precision is lost.
-float FilterTransform::transform_half(const Level& level, std::uint16_t* spectra) {
+float FilterTransform::State::transform_half(const Level& level, std::uint16_t* spectra) {
     float largest = 0;
     for (const float* const taps : taps_) {
         float sum = 0;
@@ -135,7 +174,7 @@ float FilterTransform::transform_half(const Level& level, std::uint16_t* spectra
 
 /// Memory that no filter refers to. It is allocated for a whole filter at a time, so that
 /// partitions that are read in sequence are adjacent.
-FilterTransform::Spectra FilterTransform::unused_spectra(Level& level) {
+FilterTransform::State::Spectra FilterTransform::State::unused_spectra(Level& level) {
     std::vector<Spectra>& pool = level.pool;
     const auto next = [&]() -> const Spectra& {
         const Spectra& spectra = pool[level.next_in_pool];
@@ -156,6 +195,21 @@ FilterTransform::Spectra FilterTransform::unused_spectra(Level& level) {
         pool.emplace_back(memory->data() + i * floats, [memory](void*) {});
     }
     return next();
+}
+
+FilterTransform::FilterTransform(const ConvolutionShape& shape)
+    : state_(std::make_unique<State>(shape)) {}
+FilterTransform::~FilterTransform() = default;
+FilterTransform::FilterTransform(FilterTransform&&) noexcept = default;
+FilterTransform& FilterTransform::operator=(FilterTransform&&) noexcept = default;
+
+void FilterTransform::transform(std::span<const std::span<const float>> responses,
+                                std::size_t input, ConvolutionFilter& filter) {
+    state_->transform(responses, input, filter);
+}
+
+void FilterTransform::repeat(std::size_t input, ConvolutionFilter& filter) const {
+    state_->repeat(input, filter);
 }
 
 }  // namespace aula

@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "audio/base/aligned.h"
-#include "audio/base/realtime.h"
 #include "audio/convolution/block_transform.h"
-#include "audio/convolution/convolution_filter.h"
 #include "audio/convolution/partition_levels.h"
 #include "audio/dsp/fade.h"
+#include "aula/audio/convolver.h"
+#include "aula/audio/realtime.h"
 
 namespace aula {
 

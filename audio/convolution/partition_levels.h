@@ -3,17 +3,9 @@
 #include <cstddef>
 #include <vector>
 
-namespace aula {
+#include "aula/audio/convolver.h"
 
-/// Dimensions of a convolution of several inputs into several outputs, common to a convolver, its
-/// filters and their transform.
-struct ConvolutionShape {
-    std::size_t inputs = 1;
-    std::size_t outputs = 1;
-    std::size_t block = 256;           ///< largest number of samples per call, at most 8192
-    std::size_t taps = 1;              ///< length of the longest filter, samples
-    bool half_precision_tail = false;  ///< all levels but the first: half the memory, -74 dB error
-};
+namespace aula {
 
 /// A sequence of filter partitions of equal size.
 struct PartitionLevel {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "audio/base/realtime.h"
+#include "aula/audio/realtime.h"
 
 namespace aula {
 

@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "audio/base/realtime.h"
 #include "audio/base/sample_ring.h"
+#include "aula/audio/realtime.h"
 
 namespace aula {
 

@@ -1,4 +1,4 @@
-#include "audio/device/device.h"
+#include "aula/devices/device.h"
 
 #include <algorithm>
 #include <atomic>
@@ -11,9 +11,9 @@
 #include <thread>
 #include <utility>
 
-#include "audio/base/error.h"
 #include "audio/device/output.h"
 #include "audio/dsp/fade.h"
+#include "aula/exception.h"
 
 namespace aula {
 
@@ -65,13 +65,13 @@ DeviceInfo choose(const std::vector<DeviceInfo>& devices, const std::string& wan
         if (!matches.empty()) break;
     }
     if (matches.empty()) {
-        throw AudioInputError("audio device \"" + wanted +
-                              "\": no such output; expected the index or a part of the name of " +
-                              listed(devices));
+        throw InputError("audio device \"" + wanted +
+                         "\": no such output; expected the index or a part of the name of " +
+                         listed(devices));
     }
     if (matches.size() > 1) {
-        throw AudioInputError("audio device \"" + wanted +
-                              "\": matches several outputs; expected one of " + listed(matches));
+        throw InputError("audio device \"" + wanted +
+                         "\": matches several outputs; expected one of " + listed(matches));
     }
     return matches.front();
 }
@@ -135,9 +135,9 @@ struct AudioDevice::State {
 
     std::unique_ptr<Output> open(const DeviceInfo& device) const {
         if (static_cast<std::size_t>(device.output_channels) < settings.channels) {
-            throw AudioFailure("audio device \"" + device.name + "\": has " +
-                               std::to_string(device.output_channels) +
-                               " output channels; needed " + std::to_string(settings.channels));
+            throw Failure("audio device \"" + device.name + "\": has " +
+                          std::to_string(device.output_channels) + " output channels; needed " +
+                          std::to_string(settings.channels));
         }
         if (device.name == AudioDevice::kNone) return open_silent_output(settings);
         return device.host_api == "JACK" ? open_jack_output(device, settings)

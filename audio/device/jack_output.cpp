@@ -8,8 +8,8 @@
 #include <memory>
 #include <string>
 
-#include "audio/base/error.h"
 #include "audio/device/output.h"
+#include "aula/exception.h"
 
 namespace aula {
 
@@ -124,7 +124,7 @@ class JackOutput final : public Output {
     static void shut_down(void* self) { static_cast<JackOutput*>(self)->dead_ = true; }
 
     [[noreturn]] void fail(const std::string& why) const {
-        throw AudioFailure("audio device \"" + device_.name + "\" (JACK): " + why);
+        throw Failure("audio device \"" + device_.name + "\" (JACK): " + why);
     }
 
     DeviceInfo device_;
@@ -141,12 +141,12 @@ class JackInput final : public Input {
  public:
     explicit JackInput(const InputSettings& settings)
         : settings_(settings), client_(open_client("aula-microphone")) {
-        if (!client_) throw AudioFailure("no microphone: the JACK server is gone");
+        if (!client_) throw Failure("no microphone: the JACK server is gone");
         const std::unique_ptr<const char*, FreePorts> ports(
             jack_get_ports(client_.get(), nullptr, JACK_DEFAULT_AUDIO_TYPE,
                            JackPortIsOutput | JackPortIsPhysical));
         if (ports == nullptr || *ports.get() == nullptr)
-            throw AudioFailure("no microphone: the JACK server has no input");
+            throw Failure("no microphone: the JACK server has no input");
         name_ = *ports.get();
         port_ =
             jack_port_register(client_.get(), "in", JACK_DEFAULT_AUDIO_TYPE, JackPortIsInput, 0);
@@ -154,7 +154,7 @@ class JackInput final : public Input {
         jack_on_shutdown(client_.get(), &JackInput::shut_down, this);
         if (port_ == nullptr || jack_activate(client_.get()) != 0 ||
             jack_connect(client_.get(), name_.c_str(), jack_port_name(port_)) != 0)
-            throw AudioFailure("the microphone \"" + name_ + "\" (JACK) cannot be listened to");
+            throw Failure("the microphone \"" + name_ + "\" (JACK) cannot be listened to");
     }
 
     const std::string& name() const override { return name_; }

@@ -1,4 +1,4 @@
-#include "audio/device/microphone.h"
+#include "aula/devices/microphone.h"
 
 #include <algorithm>
 #include <vector>

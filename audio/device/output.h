@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "audio/device/device.h"
-#include "audio/device/output_meter.h"
+#include "aula/devices/device.h"
+#include "aula/devices/output_meter.h"
 
 namespace aula {
 
@@ -27,7 +27,7 @@ class Output {
     Output(const Output&) = delete;
     Output& operator=(const Output&) = delete;
 
-    /// Throws AudioFailure.
+    /// Throws Failure.
     virtual void start() = 0;
     virtual bool alive() const = 0;
     virtual double latency_s() const = 0;  ///< 0: unknown
@@ -69,7 +69,7 @@ class Input {
 };
 
 /// Open the JACK server's first physical input; the input of the device `beside` or the default
-/// input. Throw AudioFailure.
+/// input. Throw Failure.
 std::unique_ptr<Input> open_jack_input(const InputSettings& settings);
 std::unique_ptr<Input> open_port_audio_input(const DeviceInfo& beside,
                                              const InputSettings& settings);

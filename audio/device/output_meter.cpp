@@ -1,4 +1,4 @@
-#include "audio/device/output_meter.h"
+#include "aula/devices/output_meter.h"
 
 #include <time.h>
 

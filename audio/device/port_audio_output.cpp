@@ -16,9 +16,9 @@
 #include <thread>
 #include <utility>
 
-#include "audio/base/error.h"
-#include "audio/base/realtime.h"
 #include "audio/device/output.h"
+#include "aula/audio/realtime.h"
+#include "aula/exception.h"
 
 // Not in PortAudio's headers. The static library exports it, the shared library does not.
 extern "C" [[gnu::weak]] void PaUtil_SetDebugPrintFunction(void (*print)(const char* message));
@@ -84,7 +84,7 @@ class PortAudio {
             unsetenv(kServer);
         }
         if (error != paNoError) {
-            throw AudioFailure("audio cannot be initialised: " + reason(error));
+            throw Failure("audio cannot be initialised: " + reason(error));
         }
     }
     ~PortAudio() {
@@ -256,7 +256,7 @@ class PortAudioOutput final : public Output {
 
     [[noreturn]] void fail(const std::string& what, PaError error = paNoError) const {
         const std::string why = error == paNoError ? "" : ": " + reason(error);
-        throw AudioFailure("audio device \"" + device_.name + "\": " + what + why);
+        throw Failure("audio device \"" + device_.name + "\": " + what + why);
     }
 
     DeviceInfo device_;
@@ -275,7 +275,7 @@ class PortAudioInput final : public Input {
               })) {
         const std::lock_guard lock(library());
         const int device = input_beside(beside);
-        if (device == paNoDevice) throw AudioFailure("no microphone: there is no input device");
+        if (device == paNoDevice) throw Failure("no microphone: there is no input device");
         const PaDeviceInfo& info = *Pa_GetDeviceInfo(device);
         name_ = info.name;
         PaStreamParameters input{};
@@ -286,8 +286,8 @@ class PortAudioInput final : public Input {
         PaError error = stream_->open(&input, nullptr, settings.sample_rate_hz, settings.block);
         if (error == paNoError) error = stream_->start();
         if (error != paNoError)
-            throw AudioFailure("the microphone \"" + name_ +
-                               "\" cannot be listened to: " + reason(error));
+            throw Failure("the microphone \"" + name_ +
+                          "\" cannot be listened to: " + reason(error));
     }
 
     const std::string& name() const override { return name_; }

@@ -3,8 +3,8 @@
 #include <cstddef>
 
 #include "audio/base/aligned.h"
-#include "audio/base/realtime.h"
 #include "audio/dsp/fractional_delay.h"
+#include "aula/audio/realtime.h"
 
 namespace aula {
 

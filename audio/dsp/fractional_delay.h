@@ -4,8 +4,8 @@
 #include <cstddef>
 
 #include "audio/base/aligned.h"
-#include "audio/base/realtime.h"
 #include "audio/dsp/kernels.h"
+#include "aula/audio/realtime.h"
 
 namespace aula {
 

@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-#include "audio/base/realtime.h"
+#include "aula/audio/realtime.h"
 
 namespace aula {
 

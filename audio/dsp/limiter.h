@@ -4,7 +4,7 @@
 #include <memory>
 #include <span>
 
-#include "audio/base/realtime.h"
+#include "aula/audio/realtime.h"
 
 namespace aula {
 

@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <stdexcept>
+
+#include "aula/exception.h"
 
 namespace aula {
 
@@ -25,7 +26,7 @@ std::vector<float> resample(std::span<const float> interleaved, std::size_t chan
     const soxr_error_t error =
         soxr_oneshot(from_hz, to_hz, static_cast<unsigned>(channels), interleaved.data(), count,
                      nullptr, out.data(), wanted, &produced, &io, &quality, &runtime);
-    if (error != nullptr) throw std::runtime_error("the sound cannot be resampled");
+    if (error != nullptr) throw Failure("the sound cannot be resampled");
     return out;
 }
 

@@ -1,4 +1,4 @@
-#include "audio/file/sound_file.h"
+#include "aula/audio/sound_file.h"
 
 #include <sndfile.h>
 
@@ -14,10 +14,10 @@
 #include <string_view>
 #include <system_error>
 
-#include "audio/base/error.h"
 #include "audio/base/mute.h"
 #include "audio/dsp/resample.h"
 #include "audio/file/part_file.h"
+#include "aula/exception.h"
 
 namespace aula {
 
@@ -37,7 +37,7 @@ constexpr std::size_t kMostSamples = std::size_t{1} << 28;  // 1 GiB; 93 minutes
 constexpr float kLargestSample = 0x1p31F;  // full scale of 32-bit integers; no format has more
 
 [[noreturn]] void fail(const fs::path& file, const std::string& problem) {
-    throw AudioInputError(file.string() + ": " + problem);
+    throw InputError(file.string() + ": " + problem);
 }
 
 /// Whether the file begins like one of the supported formats. libsndfile also detects others, but
@@ -163,7 +163,7 @@ struct WavWriter::State {
     std::int64_t muted = 0;
 
     [[noreturn]] void fail(const std::string& why) const {
-        throw AudioFailure(name.string() + ": writing failed: " + why + "; nothing was kept");
+        throw Failure(name.string() + ": writing failed: " + why + "; nothing was kept");
     }
 };
 
@@ -174,14 +174,14 @@ WavWriter::WavWriter(const fs::path& file, double sample_rate_hz, std::size_t ch
     state_->channels = channels;
     std::error_code ignored;
     if (fs::exists(file, ignored) && !fs::is_regular_file(file, ignored)) {
-        throw AudioInputError(file.string() +
-                              ": cannot be written: not a regular file; expected a file name");
+        throw InputError(file.string() +
+                         ": cannot be written: not a regular file; expected a file name");
     }
     try {
         state_->part.emplace(file);
     } catch (const std::system_error& error) {
-        throw AudioInputError(file.string() + ": cannot be written: " + error.code().message() +
-                              "; expected a name in a folder that can be written to");
+        throw InputError(file.string() + ": cannot be written: " + error.code().message() +
+                         "; expected a name in a folder that can be written to");
     }
 
     SF_INFO info{};

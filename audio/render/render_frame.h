@@ -3,9 +3,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "audio/convolution/convolver.h"
 #include "audio/render/renderer.h"
 #include "audio/spatial/moving_path.h"
+#include "aula/audio/convolver.h"
 
 namespace aula {
 

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "audio/base/mailbox.h"
-#include "audio/base/output_format.h"
-#include "audio/base/realtime.h"
 #include "audio/spatial/ambisonics.h"
 #include "audio/spatial/hrtf.h"
+#include "aula/audio/output_format.h"
+#include "aula/audio/realtime.h"
 
 namespace aula {
 
@@ -40,7 +40,7 @@ struct SourceSound {
 
 struct RendererConfig {
     double sample_rate_hz = 48000;
-    int block = 256;  ///< largest number of samples per call
+    int block = 256;                       ///< largest number of samples per call
     std::size_t sources = 1;               ///< at most; SourceSound::absent leaves one out
     std::size_t response_samples = 48000;  ///< length of the longest reverberation
     double frame_s = 1.0 / 30;             ///< propagation frame interval

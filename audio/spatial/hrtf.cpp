@@ -10,12 +10,12 @@
 #include <utility>
 
 #include "audio/base/aligned.h"
-#include "audio/base/error.h"
 #include "audio/dsp/fft.h"
 #include "audio/dsp/minimum_phase.h"
 #include "audio/dsp/resample.h"
 #include "audio/spatial/head_responses.h"
 #include "audio/spatial/sofa_file.h"
+#include "aula/exception.h"
 
 namespace aula {
 
@@ -50,10 +50,10 @@ constexpr double kLatestDelay_s = 1;
 constexpr double kMostResampled = 1 << 26;  // 256 MiB
 
 [[noreturn]] void fail(const HeadMeasurements& measured, const std::string& problem) {
-    throw AudioInputError(measured.file.string() + ": " + problem);
+    throw InputError(measured.file.string() + ": " + problem);
 }
 
-/// Throws AudioInputError unless sizes, rate, positions, responses and delays are plausible.
+/// Throws InputError unless sizes, rate, positions, responses and delays are plausible.
 void check(const HeadMeasurements& measured, double sample_rate_hz) {
     const auto fail = [&](const std::string& problem) { aula::fail(measured, problem); };
     const std::size_t directions = measured.positions.size();

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "audio/base/realtime.h"
+#include "aula/audio/realtime.h"
 
 namespace aula {
 
@@ -19,10 +19,10 @@ struct HeadResponses;
 class Hrtf {
  public:
     /// Reads a SOFA file; an empty path means libmysofa's default (MIT KEMAR). Throws
-    /// AudioInputError, or AudioFailure if the process that reads the file cannot be started.
+    /// InputError, or Failure if the process that reads the file cannot be started.
     Hrtf(const std::filesystem::path& sofa_file, double sample_rate_hz);
 
-    /// Uses the given measurements. Throws AudioInputError for implausible values.
+    /// Uses the given measurements. Throws InputError for implausible values.
     Hrtf(const HeadMeasurements& measured, double sample_rate_hz);
     ~Hrtf();
 

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "audio/base/aligned.h"
-#include "audio/base/realtime.h"
 #include "audio/dsp/delay_line.h"
 #include "audio/dsp/fade.h"
 #include "audio/spatial/ambisonics.h"
 #include "audio/spatial/hrtf.h"
+#include "aula/audio/realtime.h"
 
 namespace aula {
 

@@ -18,9 +18,9 @@
 #include <string>
 #include <utility>
 
-#include "audio/base/error.h"
 #include "audio/spatial/embedded_sofa_reader.h"
 #include "audio/spatial/sofa_stream.h"
+#include "aula/exception.h"
 
 namespace aula {
 
@@ -54,9 +54,9 @@ class Descriptor {
 };
 
 [[noreturn]] void fail_to_start(const std::filesystem::path& file) {
-    throw AudioFailure(file.string() +
-                       ": the process that reads SOFA files cannot be started; expected /proc and "
-                       "memory that may be executed");
+    throw Failure(file.string() +
+                  ": the process that reads SOFA files cannot be started; expected /proc and "
+                  "memory that may be executed");
 }
 
 /// Creates an executable file in memory.
@@ -153,9 +153,9 @@ bool read_all(const Descriptor& from, std::vector<T>& values, Clock::time_point 
 
 HeadMeasurements read_sofa(const std::filesystem::path& file) {
     const auto fail = [&](const char* why) {
-        throw AudioInputError(file.string() + ": " + why +
-                              "; expected a SOFA file of head-related impulse responses "
-                              "(SimpleFreeFieldHRIR)");
+        throw InputError(file.string() + ": " + why +
+                         "; expected a SOFA file of head-related impulse responses "
+                         "(SimpleFreeFieldHRIR)");
     };
     // Non-blocking: opening a pipe does not wait for its other end.
     const Descriptor input(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));

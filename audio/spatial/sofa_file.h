@@ -24,7 +24,7 @@ inline constexpr std::size_t kLongestResponse_samples = 32768;
 
 /// Reads a SOFA file (SimpleFreeFieldHRIR) in a child process with limits on memory and time:
 /// libmysofa's parser does not terminate on some damaged files. The values are not checked. Throws
-/// AudioInputError, or AudioFailure if the process cannot be started.
+/// InputError, or Failure if the process cannot be started.
 HeadMeasurements read_sofa(const std::filesystem::path& file);
 
 }  // namespace aula

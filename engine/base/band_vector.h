@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "engine/base/bands.h"
+#include "aula/engine/bands.h"
 
 // GCC warns that the calling convention of such vectors depends on version and options. All
 // functions that take them are inline.

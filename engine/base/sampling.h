@@ -7,8 +7,8 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "aula/engine/vec3.h"
 #include "engine/base/mix64.h"
-#include "engine/base/vec3.h"
 
 namespace aula {
 

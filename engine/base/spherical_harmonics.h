@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "engine/base/vec3.h"
+#include "aula/engine/vec3.h"
 
 namespace aula {
 

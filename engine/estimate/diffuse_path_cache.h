@@ -5,7 +5,7 @@
 #include <memory>
 #include <span>
 
-#include "engine/response/energy_response.h"
+#include "aula/engine/energy_response.h"
 #include "engine/trace/path_tracer.h"
 
 namespace aula {

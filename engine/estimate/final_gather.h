@@ -3,11 +3,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "aula/engine/energy_response.h"
 #include "engine/base/worker_pool.h"
 #include "engine/estimate/patch_cache.h"
 #include "engine/patches/patch_grid.h"
 #include "engine/rays/ray_scene.h"
-#include "engine/response/energy_response.h"
 
 namespace aula {
 

@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
+#include "aula/engine/frame.h"
 #include "engine/estimate/emission_plan.h"
 #include "engine/estimate/final_gather.h"
-#include "engine/estimate/frame.h"
 #include "engine/estimate/frame_view.h"
 #include "engine/estimate/patch_cache.h"
 #include "engine/estimate/segment_cache.h"

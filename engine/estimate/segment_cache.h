@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "aula/engine/energy_response.h"
 #include "engine/estimate/patch_cache.h"
-#include "engine/response/energy_response.h"
 #include "engine/trace/path_tracer.h"
 #include "engine/trace/specular_sum.h"
 

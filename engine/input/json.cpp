@@ -9,7 +9,7 @@
 #include <string_view>
 #include <unordered_set>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 #include "engine/input/names.h"
 
 namespace aula {
@@ -130,7 +130,7 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
         auto& members = std::get<JsonValue::Object>(open_.back().container->value);
         open_.back().key = name;
         const bool added = open_.back().keys.insert(name).second;
-        if (!added) throw Error(file_, pointer(), "duplicate key; expected each key once");
+        if (!added) throw InputError(file_, pointer(), "duplicate key; expected each key once");
         members.emplace_back().key = std::move(name);
         return true;
     }
@@ -139,15 +139,15 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
                      const nlohmann::json::exception& error) override {
         constexpr int kNumberOverflow = 406;
         if (error.id == kNumberOverflow) {
-            throw Error(file_, pointer(),
-                        "the number " + token + " is too large; expected a finite number");
+            throw InputError(file_, pointer(),
+                             "the number " + token + " is too large; expected a finite number");
         }
         // `position` counts the characters read, including the offending one.
         const std::size_t offset = position > 0 ? position - 1 : 0;
         const std::string_view word = word_at(text_, offset);
         if (is_non_finite(std::string(word))) {
-            throw Error(file_, pointer(),
-                        std::string(word) + " is not a JSON number; expected a finite number");
+            throw InputError(file_, pointer(),
+                             std::string(word) + " is not a JSON number; expected a finite number");
         }
         // Without the text read last, which is part of the file.
         const std::string whole = error.what();
@@ -163,9 +163,10 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
                    message.find("unexpected number literal") != std::string::npos) {
             start = offset + 1 - std::min(token.size(), offset);
         }
-        throw Error(file_, line_and_column(text_, start),
-                    std::string("found ") + (found != nullptr ? found : found_at(text_, offset)) +
-                        "; expected " + (expected != nullptr ? expected : "JSON"));
+        throw InputError(file_, line_and_column(text_, start),
+                         std::string("found ") +
+                             (found != nullptr ? found : found_at(text_, offset)) + "; expected " +
+                             (expected != nullptr ? expected : "JSON"));
     }
 
  private:
@@ -188,8 +189,8 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
     // The place of the next value.
     JsonValue& slot() {
         if (++value_count_ > kMostValues) {
-            throw Error(file_, pointer(),
-                        "too many values; expected at most " + std::to_string(kMostValues));
+            throw InputError(file_, pointer(),
+                             "too many values; expected at most " + std::to_string(kMostValues));
         }
         if (open_.empty()) return root_;
         JsonValue& container = *open_.back().container;
@@ -209,7 +210,7 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
     template <class Container>
     bool open(Container&& container) {
         if (open_.size() == kDeepest) {
-            throw Error(
+            throw InputError(
                 file_, pointer(),
                 "nested too deeply; expected at most " + std::to_string(kDeepest) + " levels");
         }
@@ -254,7 +255,7 @@ JsonValue parse_json(const std::string& text, const std::string& file) {
     constexpr bool kComments = true;
     // The parser would treat NUL as the end of the text.
     if (const std::size_t nul = text.find('\0'); nul != std::string::npos) {
-        throw Error(file, line_and_column(text, nul), "a NUL byte; expected text");
+        throw InputError(file, line_and_column(text, nul), "a NUL byte; expected text");
     }
     Builder builder(text, file);
     nlohmann::json::sax_parse(text, &builder, nlohmann::json::input_format_t::json, kWholeText,

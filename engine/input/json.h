@@ -23,9 +23,10 @@ struct JsonMember {
     JsonValue value;
 };
 
-/// Parses JSON with comments. `file` is the name in messages. Throws Error with line and column for
-/// a syntax error or a NUL byte, and with the JSON pointer for NaN, infinity, a number too large
-/// for a double, a duplicate key, nesting deeper than 100 levels and more than ten million values.
+/// Parses JSON with comments. `file` is the name in messages. Throws InputError with line and
+/// column for a syntax error or a NUL byte, and with the JSON pointer for NaN, infinity, a number
+/// too large for a double, a duplicate key, nesting deeper than 100 levels and more than ten
+/// million values.
 JsonValue parse_json(const std::string& text, const std::string& file);
 
 /// Appends a key to a JSON pointer, escaped according to RFC 6901.

@@ -5,7 +5,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 #include "engine/input/names.h"
 
 namespace aula {
@@ -33,16 +33,16 @@ std::vector<std::string> JsonErrors::messages(const std::string& file) const {
     std::vector<std::string> all = messages_;
     if (more_ > 0) {
         all.push_back(
-            Error(file, "", std::to_string(more_) + " more errors; expected none").what());
+            InputError(file, "", std::to_string(more_) + " more errors; expected none").what());
     }
     return all;
 }
 
 std::string JsonReader::message(const std::string& problem) const {
-    return Error(*file_, pointer_, problem).what();
+    return InputError(*file_, pointer_, problem).what();
 }
 
-void JsonReader::fail(const std::string& problem) const { throw Error(message(problem)); }
+void JsonReader::fail(const std::string& problem) const { throw InputError(message(problem)); }
 
 void JsonReader::fail_type(const char* expected) const {
     constexpr const char* kTypes[] = {"null",     "true or false", "a number", "a number",
@@ -76,7 +76,8 @@ std::optional<JsonReader> JsonReader::find(const std::string& key) const {
 
 JsonReader JsonReader::require(const std::string& key, const char* expected) const {
     if (auto member = find(key)) return *std::move(member);
-    throw Error(*file_, json_pointer(pointer_, key), std::string("missing; expected ") + expected);
+    throw InputError(*file_, json_pointer(pointer_, key),
+                     std::string("missing; expected ") + expected);
 }
 
 std::vector<std::pair<std::string, JsonReader>> JsonReader::members(const char* expected) const {

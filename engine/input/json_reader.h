@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 #include "engine/input/json.h"
 
 namespace aula {
@@ -34,9 +34,9 @@ class JsonErrors {
     std::size_t more_ = 0;
 };
 
-/// Reads a value of a JSON file as the type that the caller requests. All functions throw Error
-/// with the file and the JSON pointer. With a JsonErrors list, attempt() collects errors instead.
-/// The value, the file's name and the list must outlive the reader.
+/// Reads a value of a JSON file as the type that the caller requests. All functions throw
+/// InputError with the file and the JSON pointer. With a JsonErrors list, attempt() collects errors
+/// instead. The value, the file's name and the list must outlive the reader.
 class JsonReader {
  public:
     JsonReader(const JsonValue& value, const std::string& file, JsonErrors* errors = nullptr)
@@ -44,17 +44,17 @@ class JsonReader {
 
     /// The message about a problem of this value: "FILE: PLACE: problem".
     std::string message(const std::string& problem) const;
-    /// Throws Error with that message; the problem is "what is wrong; what was expected".
+    /// Throws InputError with that message; the problem is "what is wrong; what was expected".
     [[noreturn]] void fail(const std::string& problem) const;
 
-    /// Runs a part of the reading. An Error ends the part and is added to the list; without a list
-    /// it is thrown.
+    /// Runs a part of the reading. An InputError ends the part and is added to the list; without a
+    /// list it is thrown.
     template <typename Part>
     void attempt(const Part& part) const {
         if (errors_ == nullptr) return part();
         try {
             part();
-        } catch (const Error& error) {
+        } catch (const InputError& error) {
             errors_->add(error.what());
         }
     }

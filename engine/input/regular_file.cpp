@@ -7,7 +7,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 
 namespace aula {
 namespace {
@@ -30,7 +30,8 @@ class Descriptor {
 };
 
 [[noreturn]] void fail(const char* what) {
-    throw Error(std::string(what) + ", " + std::strerror(errno) + "; expected a readable file");
+    throw InputError(std::string(what) + ", " + std::strerror(errno) +
+                     "; expected a readable file");
 }
 
 }  // namespace
@@ -39,16 +40,16 @@ std::string read_regular_file(const std::filesystem::path& file, std::uint64_t m
     constexpr const char* kOtherKind = "it is not a regular file; expected one";
     const Descriptor descriptor(file);
     if (descriptor.get() < 0) {
-        if (errno == ENXIO) throw Error(kOtherKind);  // a socket
+        if (errno == ENXIO) throw InputError(kOtherKind);  // a socket
         fail("it cannot be opened");
     }
     struct stat status {};
     if (::fstat(descriptor.get(), &status) != 0) fail("it cannot be opened");
-    if (!S_ISREG(status.st_mode)) throw Error(kOtherKind);
+    if (!S_ISREG(status.st_mode)) throw InputError(kOtherKind);
     const auto size = static_cast<std::uint64_t>(status.st_size);
     if (size > most_bytes) {
-        throw Error("it holds " + std::to_string(size) + " bytes; expected at most " +
-                    std::to_string(most_bytes));
+        throw InputError("it holds " + std::to_string(size) + " bytes; expected at most " +
+                         std::to_string(most_bytes));
     }
     std::string bytes(size, '\0');
     std::size_t done = 0;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 #include "engine/input/names.h"
 
 namespace aula {
@@ -67,7 +67,7 @@ void TextCursor::fail(const std::string& problem) const {
     for (std::size_t i = 0; i < before.size(); ++i) {
         if (before[i] == '\r' && text_.substr(i + 1, 1) != "\n") ++line;
     }
-    throw Error("line " + std::to_string(line) + ": " + problem);
+    throw InputError("line " + std::to_string(line) + ": " + problem);
 }
 
 std::string quoted_start(std::string_view word) {

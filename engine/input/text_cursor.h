@@ -26,10 +26,11 @@ class TextCursor {
     std::string_view rest() const { return text_.substr(at_); }
 
     /// Parses a word as a number with a decimal point, independently of the locale; it may be
-    /// infinite or NaN. Throws Error if it is not a number or out of the range of double precision.
+    /// infinite or NaN. Throws InputError if it is not a number or out of the range of double
+    /// precision.
     double number(std::string_view word) const;
 
-    /// Throws Error "line N: problem", where N is the present line.
+    /// Throws InputError "line N: problem", where N is the present line.
     [[noreturn]] void fail(const std::string& problem) const;
 
  private:

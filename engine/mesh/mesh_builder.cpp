@@ -5,7 +5,7 @@
 #include <glm/geometric.hpp>
 #include <utility>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 #include "engine/mesh/polygon.h"
 
 namespace aula {
@@ -23,8 +23,8 @@ bool has_no_area(const Vec3& a, const Vec3& b, const Vec3& c) {
 // Bounds memory: a glTF file can instance the same triangles any number of times.
 void check_count(std::uint64_t triangles) {
     if (triangles > kMostMeshTriangles) {
-        throw Error("more than " + std::to_string(kMostMeshTriangles) +
-                    " triangles; expected a smaller mesh");
+        throw InputError("more than " + std::to_string(kMostMeshTriangles) +
+                         " triangles; expected a smaller mesh");
     }
 }
 
@@ -40,8 +40,8 @@ std::uint32_t MeshBuilder::material(const std::string& name) {
 void MeshBuilder::add_vertex(double x, double y, double z) {
     const Vec3 vertex(x, y, z);
     if (!std::isfinite(vertex.x) || !std::isfinite(vertex.y) || !std::isfinite(vertex.z)) {
-        throw Error("vertex " + std::to_string(vertex_count() + 1) +
-                    " is not finite; expected finite coordinates");
+        throw InputError("vertex " + std::to_string(vertex_count() + 1) +
+                         " is not finite; expected finite coordinates");
     }
     check_count(vertex_count() / 3);
     mesh_.vertices.push_back(vertex);
@@ -49,9 +49,9 @@ void MeshBuilder::add_vertex(double x, double y, double z) {
 
 void MeshBuilder::add_face(std::span<const std::uint32_t> corners, std::uint32_t material) {
     if (corners.size() > kMostCorners) {
-        throw Error("face " + std::to_string(face_ends_.size() + 1) + " has " +
-                    std::to_string(corners.size()) + " corners; expected at most " +
-                    std::to_string(kMostCorners));
+        throw InputError("face " + std::to_string(face_ends_.size() + 1) + " has " +
+                         std::to_string(corners.size()) + " corners; expected at most " +
+                         std::to_string(kMostCorners));
     }
     if (corners.size() < 3) return;
     corners_.insert(corners_.end(), corners.begin(), corners.end());
@@ -88,9 +88,9 @@ ImportedMesh MeshBuilder::take() {
         begin = face_ends_[i];
         for (const std::uint32_t index : face) {
             if (index >= count) {
-                throw Error("face " + std::to_string(i + 1) + " refers to vertex " +
-                            std::to_string(std::uint64_t{index} + 1) + " of " +
-                            std::to_string(count) + "; expected vertices that exist");
+                throw InputError("face " + std::to_string(i + 1) + " refers to vertex " +
+                                 std::to_string(std::uint64_t{index} + 1) + " of " +
+                                 std::to_string(count) + "; expected vertices that exist");
             }
         }
         if (face.size() == 3) {
@@ -100,7 +100,7 @@ ImportedMesh MeshBuilder::take() {
         }
     }
     if (mesh_.triangles.empty()) {
-        throw Error("it holds no triangle that has an area; expected at least one");
+        throw InputError("it holds no triangle that has an area; expected at least one");
     }
     return std::move(mesh_);
 }

@@ -13,20 +13,21 @@
 namespace aula {
 
 /// Builds a mesh from vertices and faces of a file, checks them and triangulates the faces. A face
-/// may precede its vertices. All functions throw Error if a limit of mesh_import.h is exceeded.
+/// may precede its vertices. All functions throw InputError if a limit of mesh_import.h is
+/// exceeded.
 class MeshBuilder {
  public:
     /// Index of a material name, which is added if new.
     std::uint32_t material(const std::string& name);
 
-    /// Adds a vertex. Throws Error if it is not finite in single precision.
+    /// Adds a vertex. Throws InputError if it is not finite in single precision.
     void add_vertex(double x, double y, double z);
     std::size_t vertex_count() const { return mesh_.vertices.size(); }
 
     /// Adds a polygon; fewer than 3 corners are ignored.
     void add_face(std::span<const std::uint32_t> corners, std::uint32_t material);
 
-    /// Returns the mesh. Throws Error if an index is out of range or no triangle has an area.
+    /// Returns the mesh. Throws InputError if an index is out of range or no triangle has an area.
     ImportedMesh take();
 
  private:

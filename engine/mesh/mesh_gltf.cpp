@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 #include "engine/input/json_reader.h"
 #include "engine/input/names.h"
 #include "engine/input/scalar_bytes.h"
@@ -35,7 +35,7 @@ Chunks find_chunks(std::string_view file) {
     };
     if (file.substr(0, 4) != "glTF") return {file, std::nullopt};
     if (file.size() < 12 || word(4) != 2) {
-        throw Error("a GLB file of another version; expected version 2");
+        throw InputError("a GLB file of another version; expected version 2");
     }
     Chunks chunks;
     bool has_json = false;
@@ -43,14 +43,15 @@ Chunks find_chunks(std::string_view file) {
         const std::size_t size = word(at);
         const std::uint32_t type = word(at + 4);
         at += 8;
-        if (size > file.size() - at) throw Error("a GLB file that is cut off; expected all of it");
+        if (size > file.size() - at)
+            throw InputError("a GLB file that is cut off; expected all of it");
         const std::string_view chunk = file.substr(at, size);
         if (type == kJson && !has_json) chunks.json = chunk;
         if (type == kBinary && !chunks.binary) chunks.binary = chunk;
         has_json = has_json || type == kJson;
         at += size;
     }
-    if (!has_json) throw Error("a GLB file without JSON; expected a chunk of it");
+    if (!has_json) throw InputError("a GLB file without JSON; expected a chunk of it");
     return chunks;
 }
 
@@ -348,7 +349,7 @@ class GltfReader {
         }
         try {
             return keep(uri, open_(file));
-        } catch (const Error& reason) {
+        } catch (const InputError& reason) {
             uri.fail("the buffer " + quoted(file.string()) + ": " + reason.what());
         }
     }

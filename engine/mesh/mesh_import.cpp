@@ -4,7 +4,7 @@
 #include <cctype>
 #include <utility>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 #include "engine/input/names.h"
 #include "engine/input/regular_file.h"
 #include "engine/mesh/mesh_readers.h"
@@ -14,8 +14,8 @@ namespace aula {
 namespace {
 
 [[noreturn]] void refuse_type(const std::string& extension) {
-    throw Error("files of the type " + quoted(extension) +
-                " are not read; expected OBJ, glTF, GLB, PLY or STL");
+    throw InputError("files of the type " + quoted(extension) +
+                     " are not read; expected OBJ, glTF, GLB, PLY or STL");
 }
 
 }  // namespace

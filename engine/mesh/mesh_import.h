@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/vec3.h"
+#include "aula/engine/vec3.h"
 
 namespace aula {
 
@@ -28,8 +28,8 @@ inline constexpr std::uint64_t kMostMeshTriangles = 20'000'000;
 inline constexpr const char* kNamelessMaterial = "DefaultMaterial";
 
 /// Reads OBJ, glTF, GLB, PLY or STL according to the file's extension. The file may be malicious:
-/// its size is bounded, all indices are checked and reading never blocks. Throws Error with the
-/// message "what is wrong; what was expected".
+/// its size is bounded, all indices are checked and reading never blocks. Throws InputError with
+/// the message "what is wrong; what was expected".
 ImportedMesh import_mesh(const std::filesystem::path& file);
 
 }  // namespace aula

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 #include "engine/input/scalar_bytes.h"
 #include "engine/input/text_cursor.h"
 #include "engine/mesh/mesh_builder.h"
@@ -70,7 +70,8 @@ std::optional<std::endian> read_format(TextCursor& cursor) {
 std::uint64_t whole_number(double value, const char* what) {
     if (!(value >= 0 && value <= std::numeric_limits<std::uint32_t>::max()) ||
         value != std::floor(value)) {
-        throw Error(what + std::string(" is not a whole number from 0 to 2^32 - 1; expected one"));
+        throw InputError(what +
+                         std::string(" is not a whole number from 0 to 2^32 - 1; expected one"));
     }
     return static_cast<std::uint64_t>(value);
 }
@@ -100,7 +101,7 @@ Header read_header(TextCursor& cursor) {
             header.elements.back().properties.push_back(read_property(cursor));
         }
     }
-    throw Error("its header has no end; expected end_header");
+    throw InputError("its header has no end; expected end_header");
 }
 
 class TextValues {
@@ -142,7 +143,7 @@ class BinaryValues {
     template <class T>
     double next_as() {
         if (rest_.size() < sizeof(T)) {
-            throw Error("its data end early; expected as many as the header says");
+            throw InputError("its data end early; expected as many as the header says");
         }
         const T value = read_scalar<T>(rest_.data(), order_);
         rest_.remove_prefix(sizeof(T));
@@ -158,7 +159,8 @@ std::size_t property_index(const Element& element, const char* name) {
     const auto found = std::find_if(
         all.begin(), all.end(), [&](const Property& p) { return p.name == name && !p.count_type; });
     if (found == all.end()) {
-        throw Error("its vertices have no property " + std::string(name) + "; expected x, y and z");
+        throw InputError("its vertices have no property " + std::string(name) +
+                         "; expected x, y and z");
     }
     return static_cast<std::size_t>(found - all.begin());
 }

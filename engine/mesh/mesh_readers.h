@@ -10,7 +10,7 @@
 namespace aula {
 
 // Readers of mesh files from the bytes of a whole file. The bytes need not be valid. All throw
-// Error with the message "what is wrong; what was expected".
+// InputError with the message "what is wrong; what was expected".
 
 /// Wavefront OBJ: v, f and usemtl. MTL files are not opened.
 ImportedMesh read_obj(std::string_view bytes);
@@ -21,7 +21,8 @@ ImportedMesh read_ply(std::string_view bytes);
 /// STL, as text or binary.
 ImportedMesh read_stl(std::string_view bytes);
 
-/// Returns the bytes of a buffer's file, whose name is relative to the glTF file. Throws Error.
+/// Returns the bytes of a buffer's file, whose name is relative to the glTF file. Throws
+/// InputError.
 using OpenBuffer = std::function<std::string(const std::filesystem::path&)>;
 
 /// glTF 2.0 as JSON or GLB: the nodes of the scene and their triangles, strips and fans. Images and

@@ -3,7 +3,7 @@
 #include <cctype>
 #include <cstdint>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 #include "engine/input/scalar_bytes.h"
 #include "engine/input/text_cursor.h"
 #include "engine/mesh/mesh_builder.h"
@@ -90,14 +90,14 @@ ImportedMesh read_stl(std::string_view bytes) {
             return read_binary(bytes, triangles);
         }
         if (!text) {
-            throw Error("it holds " + std::to_string(bytes.size()) + " bytes; expected " +
-                        std::to_string(size) + " for its " + std::to_string(triangles) +
-                        " triangles, or a text that begins with \"solid\"");
+            throw InputError("it holds " + std::to_string(bytes.size()) + " bytes; expected " +
+                             std::to_string(size) + " for its " + std::to_string(triangles) +
+                             " triangles, or a text that begins with \"solid\"");
         }
     }
     if (!text) {
-        throw Error("it holds " + std::to_string(bytes.size()) +
-                    " bytes; expected at least 84, or a text that begins with \"solid\"");
+        throw InputError("it holds " + std::to_string(bytes.size()) +
+                         " bytes; expected at least 84, or a text that begins with \"solid\"");
     }
     return read_text(bytes);
 }

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/base/vec3.h"
+#include "aula/engine/vec3.h"
 
 namespace aula {
 

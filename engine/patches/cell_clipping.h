@@ -4,8 +4,8 @@
 #include <array>
 #include <cstdint>
 
+#include "aula/engine/scene.h"
 #include "engine/patches/grid_axis.h"
-#include "engine/scene/scene.h"
 
 namespace aula {
 

@@ -115,8 +115,8 @@ void CellGrid::keys_at(const LanePoints& points, const LanePoints& normals,
     cell_keys(points, normals, origin_, cuts_, keys);
 }
 
-CellGrid::Cell CellGrid::cell(std::uint64_t key, const CellIndex& index) const {
-    Cell cell;
+PatchCell CellGrid::cell(std::uint64_t key, const CellIndex& index) const {
+    PatchCell cell;
     for (int axis = 0; axis < 3; ++axis) {
         const auto a = static_cast<std::size_t>(axis);
         cell.low[axis] = origin_[axis] + cuts_[a].begin_m(index[a]);

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 
+#include "aula/engine/frame.h"
 #include "engine/patches/cell_clipping.h"
 #include "engine/rays/ray_scene.h"
 
@@ -14,13 +15,6 @@ class CellGrid {
  public:
     /// Cells of `wanted_m`, or larger in scenes of more than 2^17 such cells across.
     CellGrid(const RayScene& scene, float wanted_m);
-
-    /// The position of a key's surfaces.
-    struct Cell {
-        Vec3 low{0};  ///< of the box that contains the surfaces
-        Vec3 high{0};
-        Vec3 direction{0};  ///< dominant direction of the normals, a unit vector along an axis
-    };
 
     float size_m() const { return size_m_; }
     const Vec3& origin() const { return origin_; }  ///< origin of the cell indices
@@ -34,7 +28,7 @@ class CellGrid {
                  std::array<std::uint64_t, kLanes>& keys) const;
 
     /// The cell of a key; `index` is the index of the cell.
-    Cell cell(std::uint64_t key, const CellIndex& index) const;
+    PatchCell cell(std::uint64_t key, const CellIndex& index) const;
 
  private:
     Vec3 origin_{0};  ///< the scene's lowest corner

@@ -48,7 +48,7 @@ struct PatchGrid::State {
     std::vector<float> static_area_m2;  // of static objects
     std::vector<float> area_m2;         // of all objects
     std::vector<char> reached;          // by random walks
-    std::vector<Cell> cells;
+    std::vector<PatchCell> cells;
     std::vector<std::uint64_t> keys;     // kNoKey: released
     std::vector<std::uint64_t> touched;  // the last move at which a triangle was in the patch
     std::vector<std::uint32_t> given_up;
@@ -529,7 +529,7 @@ float PatchGrid::relative_irradiance(std::uint32_t patch, std::uint32_t triangle
     return state_->irradiance_map.relative(patch, triangle, point, facing_normal);
 }
 
-PatchGrid::Cell PatchGrid::cell(std::uint32_t row) const { return state_->cells[row]; }
+PatchCell PatchGrid::cell(std::uint32_t row) const { return state_->cells[row]; }
 
 float PatchGrid::patch_size_m() const { return state_->grid.size_m(); }
 

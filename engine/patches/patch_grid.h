@@ -73,8 +73,7 @@ class PatchGrid {
                               const Vec3& facing_normal) const;
 
     /// The cell of a row's patch.
-    using Cell = CellGrid::Cell;
-    Cell cell(std::uint32_t row) const;
+    PatchCell cell(std::uint32_t row) const;
 
     /// Updates the areas of moving objects after RayScene::move. Patches that only moving objects
     /// occupied are released after `keep` such moves without them, as are the rows of their sides;

@@ -11,7 +11,7 @@
 #include <string>
 #include <tuple>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 #include "engine/base/mix64.h"
 
 namespace aula {
@@ -72,7 +72,8 @@ struct RayScene::Embree {
     unsigned next_id = 0;
 
     Embree() : device(rtcNewDevice("threads=1,set_affinity=0,hugepages=1")) {
-        if (!device) throw Error("Embree: cannot start; an x86-64 processor with SSE2 is needed");
+        if (!device)
+            throw InputError("Embree: cannot start; an x86-64 processor with SSE2 is needed");
         scene = rtcNewScene(device);
     }
     ~Embree() {

@@ -10,9 +10,9 @@
 #include <span>
 #include <vector>
 
+#include "aula/engine/scene.h"
 #include "engine/rays/brute_force_intersector.h"
 #include "engine/rays/ray_lanes.h"
-#include "engine/scene/scene.h"
 
 namespace aula {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/scene/scene.h"
+#include "aula/engine/scene.h"
 
 namespace aula {
 

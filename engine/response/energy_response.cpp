@@ -1,4 +1,4 @@
-#include "engine/response/energy_response.h"
+#include "aula/engine/energy_response.h"
 
 #include <algorithm>
 #include <cassert>

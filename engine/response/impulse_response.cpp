@@ -1,4 +1,4 @@
-#include "engine/response/impulse_response.h"
+#include "aula/engine/impulse_response.h"
 
 #include <algorithm>
 #include <cassert>
@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "engine/base/multiversion.h"
+#include "engine/response/directional_covariance.h"
+#include "engine/response/noise_carriers.h"
 
 namespace aula {
 namespace {
@@ -79,19 +81,52 @@ std::vector<Bands> spread_in_time(const EnergyResponse& energy) {
     return out;
 }
 
-}  // namespace
-
 /// A piece of the envelope between two cells' starts.
-struct ImpulseResponseBuilder::Segment {
+struct Segment {
     std::size_t begin_cell, end_cell;
     Ramp amplitude;      ///< pressure over a carrier of unit variance
     Vec3 direction;      ///< energy-weighted mean at the start
     Vec3 direction_end;  ///< at the end
 };
 
-ImpulseResponseBuilder::ImpulseResponseBuilder(std::shared_ptr<const NoiseCarriers> carriers,
-                                               double length_s, std::string_view source,
-                                               int ambisonic_order)
+/// Moments of the power of a channel's carriers over a segment of the envelope: the sums of c^2,
+/// c^2 t and c^2 t^2, t in samples from the segment's start. The energy of a carrier with a linear
+/// envelope follows from them without a pass over its samples.
+struct Moments {
+    Bands zeroth, first, second;
+};
+
+struct Channel {
+    std::size_t place = 0;         ///< start of its carriers
+    std::vector<Moments> moments;  ///< [segment]
+};
+
+}  // namespace
+
+struct ImpulseResponseBuilder::State {
+    State(std::shared_ptr<const NoiseCarriers> carriers, double length_s, std::string_view source,
+          int ambisonic_order);
+    std::vector<Segment> envelope(const EnergyResponse& energy) const;
+    Bands wanted_energy(const EnergyResponse& energy) const;
+    void measure_carriers(const TimeBins& bins, const std::vector<Segment>& segments);
+    Moments moments(const Channel& channel, const Segment& segment) const;
+    Bands gains(const Channel& channel, const std::vector<Segment>& segments,
+                const Bands& wanted) const;
+    void build(const EnergyResponse& energy, ImpulseResponse& out);
+
+    double start_samples(std::size_t cell) const;
+    std::size_t first_sample(std::size_t cell) const;
+    float middle(std::size_t sample, std::size_t cell) const;
+
+    std::shared_ptr<const NoiseCarriers> carriers_;
+    std::size_t length_samples_;
+    DirectionalCovariance field_;
+    std::vector<Channel> channels_;  ///< before mixing
+    TimeBins bins_;                  ///< time axis of the moments
+};
+
+ImpulseResponseBuilder::State::State(std::shared_ptr<const NoiseCarriers> carriers, double length_s,
+                                     std::string_view source, int ambisonic_order)
     : carriers_(std::move(carriers)),
       length_samples_(
           static_cast<std::size_t>(std::ceil(length_s * carriers_->sample_rate_hz() - 1e-6))),
@@ -104,17 +139,17 @@ ImpulseResponseBuilder::ImpulseResponseBuilder(std::shared_ptr<const NoiseCarrie
 }
 
 /// Start of a cell, samples.
-double ImpulseResponseBuilder::start_samples(std::size_t cell) const {
+double ImpulseResponseBuilder::State::start_samples(std::size_t cell) const {
     return static_cast<double>(cell) * kCell_s * carriers_->sample_rate_hz();
 }
 
 /// The first sample of a cell; a start that is whole but for rounding is that sample.
-std::size_t ImpulseResponseBuilder::first_sample(std::size_t cell) const {
+std::size_t ImpulseResponseBuilder::State::first_sample(std::size_t cell) const {
     return static_cast<std::size_t>(std::ceil(start_samples(cell) - 1e-6));
 }
 
 /// The middle of a sample from the start of a cell, in samples.
-float ImpulseResponseBuilder::middle(std::size_t sample, std::size_t cell) const {
+float ImpulseResponseBuilder::State::middle(std::size_t sample, std::size_t cell) const {
     return static_cast<float>(static_cast<double>(sample) + 0.5 - start_samples(cell));
 }
 
@@ -125,8 +160,7 @@ float ImpulseResponseBuilder::middle(std::size_t sample, std::size_t cell) const
 //     c = (sqrt(s^2 + 8 (6 a^2 - q)) - s) / 4,   s = e0 + e1, q = e0^2 + e1^2.
 // The amplitude at an edge is the geometric mean of both bins' amplitudes (exact for an exponential
 // decay), but at most sqrt(3) times the lower one: then q <= 6 a^2 and c is real.
-std::vector<ImpulseResponseBuilder::Segment> ImpulseResponseBuilder::envelope(
-    const EnergyResponse& energy) const {
+std::vector<Segment> ImpulseResponseBuilder::State::envelope(const EnergyResponse& energy) const {
     const TimeBins& bins = energy.bins;
     const auto cell_at = [](double time_s) {
         return static_cast<std::size_t>(std::lround(time_s / kCell_s));
@@ -194,7 +228,7 @@ std::vector<ImpulseResponseBuilder::Segment> ImpulseResponseBuilder::envelope(
 }
 
 /// The target sum of squares of each band of a channel.
-Bands ImpulseResponseBuilder::wanted_energy(const EnergyResponse& energy) const {
+Bands ImpulseResponseBuilder::State::wanted_energy(const EnergyResponse& energy) const {
     const double length_s = static_cast<double>(length_samples_) / carriers_->sample_rate_hz();
     std::array<double, kBandCount> sum{};
     for (std::size_t i = 0; i < energy.bins.count(); ++i) {
@@ -212,8 +246,8 @@ Bands ImpulseResponseBuilder::wanted_energy(const EnergyResponse& energy) const 
 }
 
 /// The moments of a channel's carriers over a segment, up to the end of the response.
-ImpulseResponseBuilder::Moments ImpulseResponseBuilder::moments(const Channel& channel,
-                                                                const Segment& segment) const {
+Moments ImpulseResponseBuilder::State::moments(const Channel& channel,
+                                               const Segment& segment) const {
     Moments m;
     const std::size_t begin = first_sample(segment.begin_cell);
     const std::size_t end = std::min(first_sample(segment.end_cell), length_samples_);
@@ -240,8 +274,8 @@ ImpulseResponseBuilder::Moments ImpulseResponseBuilder::moments(const Channel& c
 }
 
 /// Segments depend on the bins only, so the moments are valid until the bins change.
-void ImpulseResponseBuilder::measure_carriers(const TimeBins& bins,
-                                              const std::vector<Segment>& segments) {
+void ImpulseResponseBuilder::State::measure_carriers(const TimeBins& bins,
+                                                     const std::vector<Segment>& segments) {
     if (bins == bins_) return;
     bins_ = bins;
     for (Channel& channel : channels_) {
@@ -252,8 +286,9 @@ void ImpulseResponseBuilder::measure_carriers(const TimeBins& bins,
 }
 
 /// The gain of each band of a channel such that its squares sum to `wanted`.
-Bands ImpulseResponseBuilder::gains(const Channel& channel, const std::vector<Segment>& segments,
-                                    const Bands& wanted) const {
+Bands ImpulseResponseBuilder::State::gains(const Channel& channel,
+                                           const std::vector<Segment>& segments,
+                                           const Bands& wanted) const {
     std::array<double, kBandCount> sum{};
     for (std::size_t i = 0; i < segments.size(); ++i) {
         // The sum of (level + slope t)^2 c^2.
@@ -273,7 +308,7 @@ Bands ImpulseResponseBuilder::gains(const Channel& channel, const std::vector<Se
 
 // Every channel is first shaped with the energies of W. Then the channels are mixed to the field's
 // covariance, with mixing matrices interpolated linearly between knots.
-void ImpulseResponseBuilder::build(const EnergyResponse& energy, ImpulseResponse& out) {
+void ImpulseResponseBuilder::State::build(const EnergyResponse& energy, ImpulseResponse& out) {
     out.sample_rate_hz = carriers_->sample_rate_hz();
     out.paths = energy.paths;
     out.channels.resize(channels_.size());
@@ -330,9 +365,30 @@ void ImpulseResponseBuilder::build(const EnergyResponse& energy, ImpulseResponse
     }
 }
 
+std::shared_ptr<const NoiseCarriers> make_noise_carriers(double sample_rate_hz,
+                                                         std::uint64_t seed) {
+    return std::make_shared<const NoiseCarriers>(sample_rate_hz, seed);
+}
+
+ImpulseResponseBuilder::ImpulseResponseBuilder(std::shared_ptr<const NoiseCarriers> carriers,
+                                               double length_s, std::string_view source,
+                                               int ambisonic_order)
+    : state_(std::make_unique<State>(std::move(carriers), length_s, source, ambisonic_order)) {}
+ImpulseResponseBuilder::~ImpulseResponseBuilder() = default;
+ImpulseResponseBuilder::ImpulseResponseBuilder(ImpulseResponseBuilder&&) noexcept = default;
+ImpulseResponseBuilder& ImpulseResponseBuilder::operator=(ImpulseResponseBuilder&&) noexcept =
+    default;
+
+void ImpulseResponseBuilder::build(const EnergyResponse& energy, ImpulseResponse& out) {
+    state_->build(energy, out);
+}
+
+std::size_t ImpulseResponseBuilder::length_samples() const { return state_->length_samples_; }
+
 std::size_t ImpulseResponseBuilder::memory_bytes() const {
-    std::size_t bytes = channels_.capacity() * sizeof(Channel);
-    for (const Channel& c : channels_) bytes += c.moments.capacity() * sizeof(Moments);
+    const std::vector<Channel>& channels = state_->channels_;
+    std::size_t bytes = sizeof(State) + channels.capacity() * sizeof(Channel);
+    for (const Channel& c : channels) bytes += c.moments.capacity() * sizeof(Moments);
     return bytes;
 }
 

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/base/bands.h"
+#include "aula/engine/bands.h"
 
 namespace aula {
 

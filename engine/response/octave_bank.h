@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "engine/base/bands.h"
+#include "aula/engine/bands.h"
 
 namespace aula {
 

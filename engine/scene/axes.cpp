@@ -1,4 +1,4 @@
-#include "engine/scene/axes.h"
+#include "aula/engine/axes.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "engine/scene/scene.h"
+#include "aula/engine/scene.h"
 
 namespace aula {
 

@@ -1,4 +1,4 @@
-#include "engine/scene/scene.h"
+#include "aula/engine/scene.h"
 
 #include <algorithm>
 #include <cassert>
@@ -9,8 +9,8 @@
 #include <iterator>
 #include <utility>
 
-#include "engine/base/error.h"
-#include "engine/scene/material_library.h"
+#include "aula/engine/material_library.h"
+#include "aula/exception.h"
 
 namespace aula {
 namespace {
@@ -129,8 +129,8 @@ Material Scene::find_material(const std::string& name) const {
         if (material.name == name) return material;
     for (const LibraryMaterial& known : material_library())
         if (known.material.name == name) return known.material;
-    throw Error("there is no material \"" + name +
-                "\"; expected one of the scene or of the library");
+    throw InputError("there is no material \"" + name +
+                     "\"; expected one of the scene or of the library");
 }
 
 std::size_t Scene::add_object(std::vector<Vec3> vertices,

@@ -1,4 +1,4 @@
-#include "engine/scene/scene_file.h"
+#include "aula/engine/scene_file.h"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 #include <sstream>
 #include <unordered_set>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 #include "engine/input/names.h"
 #include "engine/scene/scene_geometry.h"
 #include "engine/scene/scene_values.h"
@@ -20,12 +20,12 @@ std::string read_text(const std::filesystem::path& file) {
     constexpr const char* kExpected = "; expected a scene file";
     std::error_code error;
     if (std::filesystem::is_directory(file, error)) {
-        throw Error(file.string(), "", std::string("is a folder") + kExpected);
+        throw InputError(file.string(), "", std::string("is a folder") + kExpected);
     }
     std::ifstream stream(file, std::ios::binary);
     if (!stream) {
-        throw Error(file.string(), "",
-                    std::string("cannot be opened, ") + std::strerror(errno) + kExpected);
+        throw InputError(file.string(), "",
+                         std::string("cannot be opened, ") + std::strerror(errno) + kExpected);
     }
     // The size of a regular file is not used: the scene may come through a pipe.
     constexpr std::size_t kMostBytes = std::size_t{256} << 20U;
@@ -35,11 +35,13 @@ std::string read_text(const std::filesystem::path& file) {
         stream.read(part.data(), part.size());
         text.append(part.data(), static_cast<std::size_t>(stream.gcount()));
         if (text.size() > kMostBytes) {
-            throw Error(file.string(), "",
-                        "holds more than " + std::to_string(kMostBytes) + " bytes" + kExpected);
+            throw InputError(
+                file.string(), "",
+                "holds more than " + std::to_string(kMostBytes) + " bytes" + kExpected);
         }
     } while (stream);
-    if (stream.bad()) throw Error(file.string(), "", std::string("cannot be read") + kExpected);
+    if (stream.bad())
+        throw InputError(file.string(), "", std::string("cannot be read") + kExpected);
     return text;
 }
 
@@ -221,14 +223,14 @@ void warn_if_outside(const std::string& who, const JsonReader& json, const Vec3&
 }  // namespace
 
 SceneErrors::SceneErrors(std::vector<std::string> messages)
-    : Error(messages.front()), messages_(std::move(messages)) {}
+    : InputError(messages.front()), messages_(std::move(messages)) {}
 
 LoadedScene load_scene(const std::filesystem::path& file) {
     const std::string name = file.string();
     LoadedScene loaded;
-    loaded.json = parse_json(read_text(file), name);
+    loaded.json = std::make_shared<const JsonValue>(parse_json(read_text(file), name));
     JsonErrors errors;
-    const JsonReader root(loaded.json, name, &errors);
+    const JsonReader root(*loaded.json, name, &errors);
     const std::filesystem::path folder = file.parent_path();
     Scene& scene = loaded.scene;
     std::vector<JsonReader> source_items;

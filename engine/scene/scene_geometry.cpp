@@ -4,7 +4,7 @@
 #include <cmath>
 #include <unordered_map>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 #include "engine/input/names.h"
 #include "engine/mesh/mesh_import.h"
 #include "engine/mesh/polygon.h"
@@ -211,7 +211,7 @@ Object read_mesh(const JsonReader& json, const std::filesystem::path& folder,
     ImportedMesh mesh;
     try {
         mesh = import_mesh(file);
-    } catch (const Error& reason) {
+    } catch (const InputError& reason) {
         name_json.fail("cannot use the mesh " + quoted(file.string()) + ": " + reason.what());
     }
     Object object;

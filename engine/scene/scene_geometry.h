@@ -7,9 +7,9 @@
 #include <unordered_map>
 #include <vector>
 
+#include "aula/engine/material_library.h"
+#include "aula/engine/scene.h"
 #include "engine/input/json_reader.h"
-#include "engine/scene/material_library.h"
-#include "engine/scene/scene.h"
 
 namespace aula {
 
@@ -22,8 +22,8 @@ class MaterialTable {
 
     /// Index of a material in materials(), or empty for an unknown name.
     std::optional<std::uint32_t> find(const std::string& name);
-    /// Index of the material that a string in the scene file names. Throws Error, which lists the
-    /// known names.
+    /// Index of the material that a string in the scene file names. Throws InputError, which lists
+    /// the known names.
     std::uint32_t require(const JsonReader& name);
 
     /// The known names, the scene's own first.
@@ -40,7 +40,7 @@ class MaterialTable {
 };
 
 /// Reads one element of "geometry": a mesh file relative to `folder`, a box or inline faces. Adds
-/// lines to `warnings`. Throws Error.
+/// lines to `warnings`. Throws InputError.
 Object read_object(const JsonReader& json, const std::filesystem::path& folder,
                    MaterialTable& materials, std::vector<std::string>& warnings);
 

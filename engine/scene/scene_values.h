@@ -3,12 +3,12 @@
 #include <optional>
 #include <string>
 
+#include "aula/engine/scene.h"
 #include "engine/input/json_reader.h"
-#include "engine/scene/scene.h"
 
 namespace aula {
 
-// The basic values of scene files. All functions throw Error with the location of the error.
+// The basic values of scene files. All functions throw InputError with the location of the error.
 
 inline constexpr double kLargestCoordinate_m = 1e6;
 

@@ -7,8 +7,8 @@
 #include <cstring>
 #include <vector>
 
+#include "aula/engine/bands.h"
 #include "engine/base/band_vector.h"
-#include "engine/base/bands.h"
 
 namespace aula {
 

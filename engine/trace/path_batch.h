@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "engine/base/bands.h"
+#include "aula/engine/bands.h"
 #include "engine/rays/image_transform.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/trace/path_identifier.h"

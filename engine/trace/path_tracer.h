@@ -6,7 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "engine/base/time_bins.h"
+#include "aula/engine/frame.h"
+#include "aula/engine/time_bins.h"
 #include "engine/patches/patch_grid.h"
 #include "engine/patches/patch_subdivision.h"
 #include "engine/rays/ray_scene.h"
@@ -51,13 +52,6 @@ struct SegmentEnergy {
     /// ImageTransform::key of a purely specular path that an image source may count, else 0. The
     /// path contributes where that image is not tried (SpecularSound::tried).
     std::uint64_t image = 0;
-};
-
-/// The polyline of a ray, for display.
-struct PathLine {
-    std::vector<Vec3>
-        points;  ///< the source, then each reflection; an escaping ray has a last point in the open
-    std::vector<float> energy;  ///< [point] mean of all bands when it leaves, 1 at the source
 };
 
 /// Results of one batch of rays, ordered by reflection, then by ray.

@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
+#include "aula/engine/energy_response.h"
 #include "engine/rays/image_transform.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/rays/scene_planes.h"
-#include "engine/response/energy_response.h"
 
 namespace aula {
 

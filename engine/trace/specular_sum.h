@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <map>
 
-#include "engine/response/energy_response.h"
+#include "aula/engine/energy_response.h"
 #include "engine/trace/path_tracer.h"
 #include "engine/trace/specular_paths.h"
 

@@ -14,10 +14,10 @@
 #include <vector>
 
 #include "apps/session/live/player.h"
-#include "apps/session/session.h"
-#include "audio/device/device.h"
-#include "audio/file/sound_file.h"
-#include "engine/scene/scene_file.h"
+#include "apps/session/offline/offline.h"
+#include "aula/audio/sound_file.h"
+#include "aula/devices/device.h"
+#include "aula/engine/scene_file.h"
 #include "tests/support/jack_server.h"
 #include "tests/support/octave.h"
 #include "tests/support/program.h"
@@ -203,7 +203,7 @@ TEST_CASE("Live sound equals the offline rendering, and the program reports its 
         return;
     }
     CHECK(status.own_underruns == 0);
-    REQUIRE(aula::Session(scene, {}).render(rendered_file));
+    REQUIRE(aula::render_offline(scene, {}, rendered_file));
 
     // The recording began slightly after playback, or before the first sound by the limiter's
     // delay.

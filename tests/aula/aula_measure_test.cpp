@@ -6,7 +6,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "audio/file/sound_file.h"
+#include "aula/audio/sound_file.h"
 #include "tests/support/program.h"
 #include "tests/support/small_scenes.h"
 

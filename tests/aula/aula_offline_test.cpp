@@ -7,7 +7,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "audio/file/sound_file.h"
+#include "aula/audio/sound_file.h"
 #include "tests/support/program.h"
 #include "tests/support/small_scenes.h"
 #include "tests/support/wait.h"

@@ -10,7 +10,7 @@
 #include <sstream>
 #include <utility>
 
-#include "audio/file/sound_file.h"
+#include "aula/audio/sound_file.h"
 
 namespace aula::test {
 

@@ -22,8 +22,8 @@
 #include "apps/session/live/player.h"
 #include "apps/session/offline/measurement.h"
 #include "apps/session/offline/measurement_text.h"
-#include "apps/session/session.h"
-#include "engine/scene/scene_file.h"
+#include "apps/session/offline/offline.h"
+#include "aula/engine/scene_file.h"
 #include "tests/aula/matrix_case.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
@@ -73,8 +73,8 @@ void check_sound(const std::filesystem::path& file, const MatrixCase& test, doub
 }
 
 void render(const Arguments& arguments, const Scene& scene, const MatrixCase& test) {
-    Session session(scene, arguments.session);
-    require(session.render(arguments.offline), "rendering was stopped");
+    require(render_offline(scene, arguments.session, arguments.offline).has_value(),
+            "rendering was stopped");
     check_sound(arguments.offline, test, test.duration_s,
                 test.duration_given ? test.duration_s : test.longest_s);
     // The bytes are independent of the number of threads.
@@ -82,7 +82,8 @@ void render(const Arguments& arguments, const Scene& scene, const MatrixCase& te
     Scene other = scene;
     other.simulation.threads = scene.simulation.threads == 1 ? 3 : 1;
     const std::string first = read_file(arguments.offline);
-    require(Session(other, arguments.session).render(arguments.offline), "rendering was stopped");
+    require(render_offline(other, arguments.session, arguments.offline).has_value(),
+            "rendering was stopped");
     require(read_file(arguments.offline) == first, "other bytes with another number of threads");
 }
 

@@ -10,8 +10,8 @@
 #include "apps/bench/convolution/block_times.h"
 #include "apps/bench/convolution/uniform_convolver.h"
 #include "apps/bench/propagation/reference.h"
+#include "aula/engine/scene_file.h"
 #include "engine/base/sampling.h"
-#include "engine/scene/scene_file.h"
 #include "tests/support/measure.h"
 #include "tests/support/rooms.h"
 

@@ -5,8 +5,8 @@
 #include <numbers>
 #include <vector>
 
+#include "aula/engine/propagation.h"
 #include "engine/base/sampling.h"
-#include "engine/propagation.h"
 #include "engine/trace/path_tracer.h"
 #include "tests/support/measure.h"
 #include "tests/support/rooms.h"

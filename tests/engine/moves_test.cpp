@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstdio>
 
+#include "aula/engine/propagation.h"
+#include "aula/engine/scene_file.h"
 #include "engine/base/sampling.h"
-#include "engine/propagation.h"
-#include "engine/scene/scene_file.h"
 #include "tests/support/measure.h"
 #include "tests/support/rooms.h"
 

@@ -7,8 +7,8 @@
 #include <glm/trigonometric.hpp>
 #include <vector>
 
-#include "engine/propagation.h"
-#include "engine/scene/scene_file.h"
+#include "aula/engine/propagation.h"
+#include "aula/engine/scene_file.h"
 #include "tests/support/measure.h"
 #include "tests/support/rooms.h"
 

@@ -7,8 +7,8 @@
 #include <numbers>
 #include <vector>
 
+#include "aula/engine/propagation.h"
 #include "engine/base/sampling.h"
-#include "engine/propagation.h"
 #include "tests/support/measure.h"
 #include "tests/support/rooms.h"
 #include "tests/support/statistics.h"

@@ -1,4 +1,4 @@
-#include "engine/propagation.h"
+#include "aula/engine/propagation.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "aula/engine/propagation.h"
 #include "engine/base/sampling.h"
-#include "engine/propagation.h"
 #include "tests/support/measure.h"
 #include "tests/support/rooms.h"
 #include "tests/support/statistics.h"

@@ -2,9 +2,9 @@
 #include <cmath>
 #include <filesystem>
 
-#include "engine/propagation.h"
-#include "engine/response/room_acoustics.h"
-#include "engine/scene/scene_file.h"
+#include "aula/engine/propagation.h"
+#include "aula/engine/room_acoustics.h"
+#include "aula/engine/scene_file.h"
 
 namespace {
 

@@ -14,10 +14,10 @@
 #include <vector>
 
 #include "apps/bench/propagation/tracking.h"
+#include "aula/engine/propagation.h"
+#include "aula/engine/room_acoustics.h"
 #include "engine/mesh/mesh_import.h"
-#include "engine/propagation.h"
 #include "engine/rays/room_survey.h"
-#include "engine/response/room_acoustics.h"
 #include "tests/support/measure.h"
 #include "tests/support/rooms.h"
 #include "tests/support/shared_data.h"

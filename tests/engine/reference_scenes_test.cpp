@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "engine/propagation.h"
-#include "engine/response/room_acoustics.h"
-#include "engine/scene/scene_file.h"
+#include "aula/engine/propagation.h"
+#include "aula/engine/room_acoustics.h"
+#include "aula/engine/scene_file.h"
 #include "tests/support/statistics.h"
 
 // The reference scenes against the answers in their own files, by the estimator `patch`. Rays and

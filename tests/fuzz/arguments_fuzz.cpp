@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace aula;
@@ -28,7 +28,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         Scene scene;
         scene.sources.emplace_back().name = "voice";
         for (const auto& change : arguments.scene_changes) change(scene);
-    } catch (const Error& error) {
+    } catch (const InputError& error) {
         test::expect_one_line(error.what());
     }
     return 0;

@@ -5,7 +5,8 @@
 /// glTF or GLB; every buffer's file holds a triangle and its indices.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const auto open = [](const std::filesystem::path& file) {
-        if (file == "none.bin") throw aula::Error("it cannot be opened; expected a readable file");
+        if (file == "none.bin")
+            throw aula::InputError("it cannot be opened; expected a readable file");
         const float corners[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
         return std::string(reinterpret_cast<const char*>(corners), sizeof corners) +
                std::string("\0\0\1\0\2\0", 6);

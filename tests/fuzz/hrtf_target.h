@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "audio/base/error.h"
 #include "audio/spatial/hrtf.h"
+#include "aula/exception.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace aula::test {
@@ -23,7 +23,7 @@ int make_any_hrtf(const Input& input) {
                                    [](float x) { return std::isfinite(x); }),
                        "responses are finite");
             }
-    } catch (const AudioInputError& error) {
+    } catch (const InputError& error) {
         expect_one_line(error.what());
     }
     return 0;

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 #include "engine/mesh/mesh_readers.h"
 #include "tests/fuzz/fuzz_target.h"
 
@@ -28,7 +28,7 @@ int read_any_mesh(const std::uint8_t* data, std::size_t size, const Read& read) 
         for (const std::uint32_t material : mesh.triangle_materials) {
             expect(material < mesh.material_names.size(), "materials have names");
         }
-    } catch (const Error& error) {
+    } catch (const InputError& error) {
         expect_one_line(error.what());
     }
     return 0;

@@ -2,9 +2,9 @@
 #include <string>
 
 #include "apps/session/edit/scene_writer.h"
-#include "engine/base/error.h"
+#include "aula/engine/scene_file.h"
+#include "aula/exception.h"
 #include "engine/input/json.h"
-#include "engine/scene/scene_file.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace aula;
@@ -44,7 +44,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         const auto folder = test::fuzz_folder().path();
         const std::string saved = edited_scene_text(loaded, loaded.scene, folder, folder);
         load_scene(test::fuzz_folder().write("saved.json", saved));
-    } catch (const Error& error) {
+    } catch (const InputError& error) {
         test::expect_one_line(error.what());
     }
     return 0;

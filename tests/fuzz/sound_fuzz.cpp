@@ -2,8 +2,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "audio/base/error.h"
-#include "audio/file/sound_file.h"
+#include "aula/audio/sound_file.h"
+#include "aula/exception.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace aula;
@@ -19,7 +19,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         test::expect(std::all_of(clip.samples.begin(), clip.samples.end(),
                                  [](float x) { return std::isfinite(x); }),
                      "samples are finite");
-    } catch (const AudioInputError& error) {
+    } catch (const InputError& error) {
         test::expect_one_line(error.what());
     }
     test::expect(std::ftell(stdout) == 0, "nothing is printed");

@@ -1,4 +1,4 @@
-#include "apps/session/session.h"
+#include "apps/session/offline/offline.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -9,9 +9,9 @@
 #include <string>
 
 #include "apps/session/offline/measurement.h"
-#include "audio/file/sound_file.h"
-#include "engine/propagation.h"
-#include "engine/response/impulse_response.h"
+#include "aula/audio/sound_file.h"
+#include "aula/engine/impulse_response.h"
+#include "aula/engine/propagation.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/test_scenes.h"
@@ -32,7 +32,7 @@ std::vector<float> rendered(const Scene& scene) {
     options.output = OutputFormat::mono;
     options.block = kBlock;
     options.duration_s = 1;
-    REQUIRE(Session(scene, options).render(file));
+    REQUIRE(render_offline(scene, options, file));
     return read_sound(file, 48000).samples;
 }
 
@@ -124,7 +124,7 @@ TEST_CASE("A rendering has the same samples for every block") {
         SessionOptions options;
         options.block = block;
         options.duration_s = 0.4;
-        REQUIRE(Session(scene, options).render(file));
+        REQUIRE(render_offline(scene, options, file));
         return read_sound(file, 48000).samples;
     };
     const std::vector<float> reference = samples(256);
@@ -156,7 +156,7 @@ TEST_CASE("A rendering ends however many frames the renderer holds") {
     options.duration_s = 0.6;
     const TemporaryFolder folder;
     const auto file = folder.path() / "out.wav";
-    REQUIRE(Session(scene, options).render(file));
+    REQUIRE(render_offline(scene, options, file));
     CHECK(sound_info(file).frames == 28800);
 }
 
@@ -170,18 +170,18 @@ TEST_CASE("What is not finite is rendered as silence, with a warning") {
     options.output = OutputFormat::mono;
     options.duration_s = 0.1;
     options.format = GENERATE(SampleFormat::float32, SampleFormat::pcm16);
-    Session session(scene, options);
-    REQUIRE(session.render(file));
-    REQUIRE(session.warnings().size() == 1);
-    CHECK(session.warnings()[0].find("not finite") != std::string::npos);
+    const auto warnings = render_offline(scene, options, file);
+    REQUIRE(warnings.has_value());
+    REQUIRE(warnings->size() == 1);
+    CHECK(warnings->front().find("not finite") != std::string::npos);
     // A sample that was not finite would be a warning.
     CHECK(read_sound(file, 48000).warnings.empty());
 }
 
 TEST_CASE("A rendering that is stopped leaves nothing behind") {
     const TemporaryFolder folder;
-    Session session(free_field({1, 0, 0}), {});
-    REQUIRE_FALSE(session.render(folder.path() / "out.wav", [](double) { return false; }));
+    REQUIRE_FALSE(render_offline(free_field({1, 0, 0}), {}, folder.path() / "out.wav",
+                                 [](double) { return false; }));
     REQUIRE(test::names_in(folder.path()).empty());
 }
 
@@ -237,7 +237,7 @@ TEST_CASE("Along a walk the tail of a 1 kHz tone varies less than in a diffuse f
     Propagation propagation(scene, scene.simulation);
     FrameInput input{.sources = {scene.sources[0].position, scene.sources[1].position},
                      .listeners = {Vec3(0)}};
-    const auto carriers = std::make_shared<const NoiseCarriers>(48000.0, scene.simulation.seed);
+    const auto carriers = make_noise_carriers(48000.0, scene.simulation.seed);
     const double length_s = propagation.response_length_s();
     ImpulseResponseBuilder builder(carriers, length_s, "left");
     ImpulseResponse response;

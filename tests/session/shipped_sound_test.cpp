@@ -9,11 +9,11 @@
 
 #include "apps/session/frames/timeline.h"
 #include "apps/session/offline/measurement.h"
-#include "apps/session/session.h"
+#include "apps/session/offline/offline.h"
 #include "audio/dsp/loudness.h"
-#include "audio/file/sound_file.h"
-#include "engine/response/room_acoustics.h"
-#include "engine/scene/scene_file.h"
+#include "aula/audio/sound_file.h"
+#include "aula/engine/room_acoustics.h"
+#include "aula/engine/scene_file.h"
 #include "tests/support/temporary_folder.h"
 
 // How the scenes that ship with Aula sound.
@@ -73,8 +73,7 @@ Heard heard(Scene scene, const fs::path& file) {
     // Fewer rays and frames than the scene's own: noisier, but as loud within 0.5 LU.
     scene.simulation.rays = 100;
     scene.simulation.frame_rate_hz = 6;
-    Session session(scene, {});
-    REQUIRE(session.render(file));
+    REQUIRE(render_offline(scene, {}, file));
     const std::vector<float> samples = wav_samples(file);
     LoudnessMeter meter(kRate_hz, 2);
     meter.add(samples);

@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 
-#include "apps/session/session.h"
-#include "audio/file/sound_file.h"
+#include "apps/session/offline/offline.h"
+#include "aula/audio/sound_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/test_scenes.h"
 #include "tests/support/tone.h"
@@ -36,7 +36,7 @@ TEST_CASE("A tone stays a tone while the listener walks and turns: nothing click
         const auto out = folder.path() / "out.wav";
         SessionOptions options;
         options.output = output;
-        REQUIRE(Session(scene, options).render(out));
+        REQUIRE(render_offline(scene, options, out));
         const double share = share_off_tone(read_sound(out, kRate_hz).samples);
         INFO("off the tone: " << 10 * std::log10(share) << " dB");
         // The requirement is -60 dB; a click of one block's length would be at -40 dB or above.

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/propagation.h"
+#include "aula/engine/propagation.h"
 #include "tests/support/statistics.h"
 
 namespace aula::test {

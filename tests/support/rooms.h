@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <functional>
 
-#include "engine/scene/scene.h"
+#include "aula/engine/scene.h"
 
 namespace aula::test {
 

@@ -11,7 +11,7 @@
 #include <string_view>
 
 #include "apps/session/edit/scene_edits.h"
-#include "engine/base/error.h"
+#include "aula/exception.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/test_scenes.h"
@@ -28,7 +28,7 @@ namespace {
 /// Scenes by file name: "room"; "two" has a second source; "wrong" cannot be played; "broken"
 /// cannot be read.
 Scene scene_of(const std::filesystem::path& file) {
-    if (file.filename() == "broken") throw Error(file, "/aula", "it is broken");
+    if (file.filename() == "broken") throw InputError(file, "/aula", "it is broken");
     Scene scene = small_room();
     scene.simulation.rays = file.filename() == "wrong" ? 0 : 100;
     if (file.filename() == "two") {
@@ -217,7 +217,7 @@ TEST_CASE("A new file that stays empty is removed") {
         std::ofstream(second.path()) << "used";
     }
     CHECK(names_in(folder.path()) == std::vector<std::string>{"a-2.wav"});
-    CHECK_THROWS_AS(NewFile((folder.path() / "none/a").string(), ".wav"), Error);
+    CHECK_THROWS_AS(NewFile((folder.path() / "none/a").string(), ".wav"), InputError);
 }
 
 TEST_CASE("Opening a scene resets the sources' controls") {

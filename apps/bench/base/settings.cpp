@@ -7,13 +7,13 @@
 #include <ctime>
 #include <thread>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 
 namespace aula::bench {
 
 Subject::Subject(std::string scene_name, const Scene& given, const Settings& settings)
     : name(std::move(scene_name)), scene(given) {
-    if (scene.sources.empty()) throw Error(name, "/sources", "is empty; expected a source");
+    if (scene.sources.empty()) throw InputError(name, "/sources", "is empty; expected a source");
     scene.sources.resize(1);
     Simulation& s = scene.simulation;
     s.rays = settings.rays.value_or(s.rays);

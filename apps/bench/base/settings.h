@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "engine/scene/scene.h"
+#include "aula/engine/scene.h"
 
 namespace aula::bench {
 
@@ -40,7 +40,7 @@ struct Subject {
     int frames = 1;   ///< before a response is read; `pt`: one
     int threads = 1;  ///< of the propagation
 
-    /// Throws Error if the scene has no source.
+    /// Throws InputError if the scene has no source.
     Subject(std::string scene_name, const Scene& given, const Settings& settings);
 
     /// The scene's settings with another estimator and number of rays.

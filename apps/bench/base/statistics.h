@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/response/energy_response.h"
+#include "aula/engine/energy_response.h"
 
 namespace aula::bench {
 

@@ -13,8 +13,8 @@ struct ConvolutionPeer {
     std::string name;
     bool uses_threads = false;  ///< separate threads, whose CPU time counts
 
-    /// Sets the filters and returns a function that convolves a block of the signals. Throws Error
-    /// if the library refuses.
+    /// Sets the filters and returns a function that convolves a block of the signals. Throws
+    /// InputError if the library refuses.
     std::function<std::function<void()>(const ConvolutionCase& c, const ConvolutionFilters& filters,
                                         const ConvolutionSignals& signals)>
         start;

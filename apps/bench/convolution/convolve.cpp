@@ -11,9 +11,10 @@
 #include "apps/bench/convolution/block_times.h"
 #include "apps/bench/convolution/convolution_case.h"
 #include "apps/bench/convolution/convolution_peers.h"
-#include "audio/base/realtime.h"
 #include "audio/convolution/block_transform.h"
-#include "audio/convolution/convolver.h"
+#include "audio/convolution/partition_levels.h"
+#include "aula/audio/convolver.h"
+#include "aula/audio/realtime.h"
 
 namespace aula::bench {
 

@@ -7,14 +7,14 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 
 namespace aula::bench {
 
 namespace {
 
 void need(int result, const char* what) {
-    if (result != 0) throw Error(std::string("zita-convolver: ") + what + " failed");
+    if (result != 0) throw InputError(std::string("zita-convolver: ") + what + " failed");
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace aula::bench {
 /// partitions in separate threads, which each call waits for.
 class ZitaConvolver {
  public:
-    /// Throws Error if zita-convolver refuses.
+    /// Throws InputError if zita-convolver refuses.
     ZitaConvolver(std::size_t inputs, std::size_t outputs, std::size_t block, std::size_t taps,
                   bool uniform);
     ~ZitaConvolver();

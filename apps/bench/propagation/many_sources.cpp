@@ -7,9 +7,9 @@
 
 #include "apps/bench/base/statistics.h"
 #include "apps/bench/propagation/reference.h"
-#include "engine/base/error.h"
+#include "aula/engine/propagation.h"
+#include "aula/exception.h"
 #include "engine/base/sampling.h"
-#include "engine/propagation.h"
 
 namespace aula::bench {
 
@@ -95,7 +95,7 @@ double error_of(const Subject& subject, const std::vector<Vec3>& sources, const 
 
 std::vector<Row> measure_many_sources(const Subject& subject, const Settings& settings) {
     if (!subject.scene.listener.path) {
-        throw Error(subject.name, "/listener", "has no path; expected a listener with a path");
+        throw InputError(subject.name, "/listener", "has no path; expected a listener with a path");
     }
     std::vector<Row> rows;
     for (const bool moving : {false, true}) {

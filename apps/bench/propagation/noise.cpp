@@ -9,8 +9,8 @@
 
 #include "apps/bench/base/statistics.h"
 #include "apps/bench/propagation/reference.h"
+#include "aula/engine/propagation.h"
 #include "engine/base/sampling.h"
-#include "engine/propagation.h"
 
 namespace aula::bench {
 

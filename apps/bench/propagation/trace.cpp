@@ -6,10 +6,10 @@
 #include <memory>
 #include <optional>
 
+#include "aula/engine/impulse_response.h"
+#include "aula/engine/propagation.h"
 #include "engine/base/worker_pool.h"
-#include "engine/propagation.h"
 #include "engine/rays/ray_scene.h"
-#include "engine/response/impulse_response.h"
 
 namespace aula::bench {
 
@@ -60,9 +60,8 @@ Speed measure(const Subject& subject, Estimator estimator, const RayScene& scene
     }
     WorkerPool workers(subject.threads);
     WorkerPool one_worker(1);
-    ImpulseResponseBuilder builder(
-        std::make_shared<const NoiseCarriers>(kSampleRate_hz, simulation.seed),
-        propagation->response_length_s(), subject.scene.sources[0].name);
+    ImpulseResponseBuilder builder(make_noise_carriers(kSampleRate_hz, simulation.seed),
+                                   propagation->response_length_s(), subject.scene.sources[0].name);
     ImpulseResponse impulse_response;
     const FrameInput input{
         0, {subject.scene.sources[0].position_at(0)}, {subject.scene.listener.pose_at(0).position}};

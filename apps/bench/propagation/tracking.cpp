@@ -8,8 +8,8 @@
 
 #include "apps/bench/base/statistics.h"
 #include "apps/bench/propagation/reference.h"
-#include "engine/base/error.h"
-#include "engine/propagation.h"
+#include "aula/engine/propagation.h"
+#include "aula/exception.h"
 
 namespace aula::bench {
 
@@ -40,8 +40,8 @@ std::vector<Walk> walks_of(const Subject& subject, const Settings& settings) {
     const Source& source = subject.scene.sources[0];
     const Listener& listener = subject.scene.listener;
     if (!source.path && !listener.path) {
-        throw Error(subject.name, "/listener",
-                    "has no path; expected a listener or source with a path");
+        throw InputError(subject.name, "/listener",
+                         "has no path; expected a listener or source with a path");
     }
     const Trajectory& listener_path = listener.path ? *listener.path : *source.path;
     const Trajectory& source_path = source.path ? *source.path : *listener.path;

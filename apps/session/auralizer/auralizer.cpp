@@ -1,4 +1,4 @@
-#include "apps/session/auralizer/auralizer.h"
+#include "aula/auralizer.h"
 
 #include <algorithm>
 #include <atomic>
@@ -17,7 +17,7 @@
 #include "apps/session/auralizer/frame_clock.h"
 #include "apps/session/auralizer/room_renderer.h"
 #include "apps/session/frames/frame_maker.h"
-#include "engine/base/error.h"
+#include "aula/exception.h"
 
 namespace aula {
 
@@ -105,7 +105,7 @@ FrameSettings settings_of(const AuralizerOptions& options) {
 }
 
 void need(bool holds, const char* what) {
-    if (!holds) throw Error(std::string("auralizer: ") + what);
+    if (!holds) throw InputError(std::string("auralizer: ") + what);
 }
 
 void check(const AuralizerOptions& options) {
@@ -121,7 +121,7 @@ bool is_finite(const Vec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-/// Throws Error for what would make every later sample not a number.
+/// Throws InputError for what would make every later sample not a number.
 void check_position(const Vec3& position) { need(is_finite(position), "a position is not finite"); }
 
 void check_pose(const Pose& pose) {
@@ -518,8 +518,8 @@ std::size_t Auralizer::State::take_slot(SourceId source, std::int64_t at) {
         if (slots[best].rung_out_at <= at) break;
     }
     if (best == slots.size())
-        throw Error("auralizer: more than " + std::to_string(slots.size()) +
-                    " sources; AuralizerOptions::most_sources is their number");
+        throw InputError("auralizer: more than " + std::to_string(slots.size()) +
+                         " sources; AuralizerOptions::most_sources is their number");
     slots[best].source = source;
     slots[best].begins_at = at;
     return best;
@@ -565,7 +565,7 @@ void Auralizer::State::change_source(SourceId source, std::int64_t at,
 
 void Auralizer::State::check_object(std::size_t object) const {
     if (object >= scene.objects.size())
-        throw Error("auralizer: there is no object " + std::to_string(object));
+        throw InputError("auralizer: there is no object " + std::to_string(object));
 }
 
 std::string Auralizer::State::name_of(std::size_t object) const {
@@ -804,7 +804,7 @@ void Auralizer::set_gain(SourceId source, float gain_db, std::int64_t at) {
 void Auralizer::set_listener(std::size_t listener, const Pose& pose, std::int64_t at) {
     State& s = *state_;
     if (listener >= s.options.listeners)
-        throw Error("auralizer: there is no listener " + std::to_string(listener));
+        throw InputError("auralizer: there is no listener " + std::to_string(listener));
     check_pose(pose);
     const std::lock_guard lock(s.mutex);
     const std::int64_t time = s.time_of(at);
@@ -817,7 +817,7 @@ void Auralizer::set_transform(std::size_t object, const RigidTransform& transfor
     State& s = *state_;
     s.check_object(object);
     if (!s.scene.objects[object].moves())
-        throw Error("auralizer: the object " + s.name_of(object) + " is not movable");
+        throw InputError("auralizer: the object " + s.name_of(object) + " is not movable");
     check_transform(transform);
     const std::lock_guard lock(s.mutex);
     s.changes.add(s.time_of(at),

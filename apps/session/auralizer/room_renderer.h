@@ -5,10 +5,10 @@
 #include <span>
 #include <vector>
 
-#include "apps/session/auralizer/auralizer.h"
 #include "apps/session/frames/sound_at_listener.h"
 #include "audio/dsp/fade.h"
 #include "audio/render/renderer.h"
+#include "aula/auralizer.h"
 
 namespace aula {
 

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "audio/base/realtime.h"
+#include "aula/audio/realtime.h"
 
 namespace aula {
 

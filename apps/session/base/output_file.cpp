@@ -8,28 +8,28 @@
 #include <system_error>
 #include <utility>
 
-#include "audio/base/error.h"
-#include "engine/base/error.h"
+#include "aula/exception.h"
 
 namespace aula {
 
 namespace {
 
 [[noreturn]] void fail_writing(const std::filesystem::path& file, int error) {
-    throw AudioFailure(file.string() + ": cannot write: " + std::generic_category().message(error));
+    throw Failure(file.string() + ": cannot write: " + std::generic_category().message(error));
 }
 
 [[noreturn]] void refuse(const std::filesystem::path& file, int error) {
-    throw Error(file.string(), "",
-                "cannot be written, " + std::generic_category().message(error) +
-                    "; expected a place to write to");
+    throw InputError(file.string(), "",
+                     "cannot be written, " + std::generic_category().message(error) +
+                         "; expected a place to write to");
 }
 
 }  // namespace
 
 OutputFile::OutputFile(std::filesystem::path file) : file_(std::move(file)) {
     if (std::filesystem::is_directory(file_))
-        throw Error(file_.string(), "", "is a directory; expected the name of a file to write");
+        throw InputError(file_.string(), "",
+                         "is a directory; expected the name of a file to write");
     // A device or a pipe cannot be replaced by a new file, so it is written directly.
     if (std::filesystem::exists(file_) && !std::filesystem::is_regular_file(file_)) {
         descriptor_ = open(file_.c_str(), O_WRONLY | O_CLOEXEC);

@@ -12,13 +12,13 @@ namespace aula {
 /// (PartFile). A device or a pipe is written directly.
 class OutputFile {
  public:
-    /// Throws Error if the file cannot be written.
+    /// Throws InputError if the file cannot be written.
     explicit OutputFile(std::filesystem::path file);
     ~OutputFile();
     OutputFile(const OutputFile&) = delete;
     OutputFile& operator=(const OutputFile&) = delete;
 
-    /// Throws AudioFailure if writing fails (disk full).
+    /// Throws Failure if writing fails (disk full).
     void write(std::string_view text);
     void commit();
 

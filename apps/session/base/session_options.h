@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 
-#include "audio/file/sound_file.h"
 #include "audio/render/renderer.h"
+#include "aula/audio/sound_file.h"
 
 namespace aula {
 
@@ -30,7 +30,7 @@ struct SessionOptions {
     std::optional<double> longest_response_s;
 };
 
-/// The HRTF of binaural output at a sample rate; null for other outputs. Throws AudioInputError.
+/// The HRTF of binaural output at a sample rate; null for other outputs. Throws InputError.
 std::shared_ptr<const Hrtf> hrtf_for(const SessionOptions& options, double sample_rate_hz);
 
 /// Receives the completed share, 0..1; returns false to stop.

@@ -8,7 +8,7 @@
 #include <tuple>
 
 #include "apps/session/frames/play_controls.h"
-#include "engine/scene/material_library.h"
+#include "aula/engine/material_library.h"
 
 namespace aula {
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "aula/engine/scene.h"
 #include "engine/rays/ray_scene.h"
-#include "engine/scene/scene.h"
 
 namespace aula {
 

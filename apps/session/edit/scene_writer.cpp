@@ -14,7 +14,7 @@
 #include "apps/session/base/json_text.h"
 #include "apps/session/base/output_file.h"
 #include "apps/session/frames/play_controls.h"
-#include "engine/scene/material_library.h"
+#include "aula/engine/material_library.h"
 
 namespace aula {
 
@@ -221,7 +221,7 @@ std::string edited_scene_text(const LoadedScene& read, const Scene& edited,
     const Scene& before = read.scene;
     assert(edited.objects.size() == before.objects.size());
     assert(edited.sources.size() == before.sources.size());
-    JsonValue root = read.json;
+    JsonValue root = *read.json;
     const FileNames files(from, to);
     for (std::size_t i = 0; i < before.objects.size(); ++i) {
         JsonValue& item = std::get<JsonValue::Array>(find(root, "geometry")->value)[i];

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "engine/scene/scene_file.h"
+#include "aula/engine/scene_file.h"
 
 namespace aula {
 
@@ -15,7 +15,7 @@ std::string edited_scene_text(const LoadedScene& read, const Scene& edited,
                               const std::filesystem::path& from, const std::filesystem::path& to);
 
 /// Writes that text to a scene file under a temporary name, then renames it. `scene_file` is the
-/// file that was read. Throws Error, AudioFailure.
+/// file that was read. Throws InputError, Failure.
 void write_edited_scene(const LoadedScene& read, const Scene& edited,
                         const std::filesystem::path& scene_file, const std::filesystem::path& file);
 

@@ -8,9 +8,9 @@
 #include "apps/session/frames/room_state.h"
 #include "apps/session/frames/sound_at_listener.h"
 #include "audio/render/renderer.h"
-#include "engine/propagation.h"
-#include "engine/response/impulse_response.h"
-#include "engine/scene/scene.h"
+#include "aula/engine/impulse_response.h"
+#include "aula/engine/propagation.h"
+#include "aula/engine/scene.h"
 
 namespace aula {
 
@@ -18,7 +18,7 @@ namespace aula {
 /// energy responses, and a frame of them for the renderer of each listener. [propagation thread]
 class FrameMaker {
  public:
-    /// The HRTF is needed for binaural output only. Throws Error if the scene's settings are
+    /// The HRTF is needed for binaural output only. Throws InputError if the scene's settings are
     /// invalid.
     FrameMaker(const Scene& scene, const FrameSettings& settings, std::shared_ptr<const Hrtf> hrtf);
 

@@ -3,10 +3,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/estimate/frame_view.h"
-#include "engine/response/energy_response.h"
-#include "engine/scene/scene.h"
-#include "engine/trace/path_tracer.h"
+#include "aula/engine/energy_response.h"
+#include "aula/engine/frame.h"
+#include "aula/engine/scene.h"
 
 namespace aula {
 

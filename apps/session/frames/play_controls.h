@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "apps/session/frames/room_state.h"
-#include "engine/scene/scene.h"
+#include "aula/engine/scene.h"
 
 namespace aula {
 

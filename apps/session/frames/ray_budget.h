@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/propagation.h"
+#include "aula/engine/propagation.h"
 
 namespace aula {
 

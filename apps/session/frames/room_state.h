@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/scene/scene.h"
+#include "aula/engine/scene.h"
 
 namespace aula {
 

@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <utility>
 
-#include "audio/base/error.h"
-#include "audio/file/sound_file.h"
+#include "aula/audio/sound_file.h"
+#include "aula/exception.h"
 #include "engine/base/sampling.h"
 
 namespace aula {
@@ -49,7 +49,7 @@ Signal::Signal(const Source& source, double sample_rate_hz, std::uint64_t noise_
     } else if (source.signal == Source::Signal::file) {
         SoundClip clip = read_sound(source.signal_file, sample_rate_hz);
         if (clip.samples.empty())
-            throw AudioInputError(source.signal_file.string() + ": no samples; expected a sound");
+            throw InputError(source.signal_file.string() + ": no samples; expected a sound");
         samples_ = std::move(clip.samples);
         warnings_ = std::move(clip.warnings);
     }
@@ -63,11 +63,11 @@ Signal::Signal(std::vector<float> samples, bool loop)
       samples_(std::move(samples)),
       begins_in_mid_wave_(starts_in_mid_wave(samples_, loop_)) {}
 
-Signal::Signal(std::shared_ptr<Microphone> microphone)
-    : noise_(false), loop_(false), noise_seed_(0), microphone_(std::move(microphone)) {}
+Signal::Signal(LiveInput input)
+    : noise_(false), loop_(false), noise_seed_(0), live_input_(std::move(input)) {}
 
 void Signal::read(std::int64_t first, std::int64_t position, std::span<float> out) const noexcept {
-    if (microphone_) return microphone_->read(position, out);
+    if (live_input_) return live_input_(position, out);
     if (noise_) {
         for (std::size_t i = 0; i < out.size(); ++i)
             out[i] = noise_sample(noise_seed_, first + static_cast<std::int64_t>(i));
@@ -83,7 +83,7 @@ void Signal::read(std::int64_t first, std::int64_t position, std::span<float> ou
 }
 
 std::optional<std::int64_t> Signal::length_samples() const {
-    if (noise_ || loop_ || microphone_) return std::nullopt;
+    if (noise_ || loop_ || live_input_) return std::nullopt;
     return static_cast<std::int64_t>(samples_.size());
 }
 

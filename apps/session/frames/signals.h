@@ -1,33 +1,37 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "audio/base/realtime.h"
-#include "audio/device/microphone.h"
-#include "engine/scene/scene.h"
+#include "aula/audio/realtime.h"
+#include "aula/engine/scene.h"
 
 namespace aula {
+
+/// Fills `out` with the samples of a live input, for playback at sample `position` of the output.
+/// [audio thread, wait-free]
+using LiveInput = std::function<void(std::int64_t position, std::span<float> out)>;
 
 /// The signal of a source, before its gain: a function of the sample index alone, so that blocks
 /// can be read in any order. A file plays from its first sample. An impulse is one unit sample,
 /// repeated every second if looped. Noise is white and uniform with an RMS of -20 dBFS and never
-/// ends. The exception is a microphone, which plays its present input, whatever the index.
+/// ends. The exception is a live input, such as a microphone, which plays its present samples.
 class Signal {
  public:
     /// Reads and resamples a file signal. Different values of `noise_seed` give independent noise.
-    /// Throws AudioInputError.
+    /// Throws InputError.
     Signal(const Source& source, double sample_rate_hz, std::uint64_t noise_seed);
 
     /// Plays given samples.
     Signal(std::vector<float> samples, bool loop);
 
     /// Plays live input.
-    explicit Signal(std::shared_ptr<Microphone> microphone);
+    explicit Signal(LiveInput input);
 
     /// Reads the samples from index `first` on, for playback at `position` of the output; zero
     /// beyond the end. [audio thread, wait-free]
@@ -51,7 +55,7 @@ class Signal {
     bool noise_;
     bool loop_;
     std::uint64_t noise_seed_;
-    std::shared_ptr<Microphone> microphone_;  ///< may be null
+    LiveInput live_input_;  ///< may be empty
     std::vector<float> samples_;  ///< a file, or an impulse: one second (looped) or one sample
     bool begins_in_mid_wave_ = false;
     std::vector<std::string> warnings_;
@@ -60,11 +64,11 @@ class Signal {
 /// One signal for each source of a scene. Shared, so that unchanged signals are not read again.
 using SignalSet = std::vector<std::shared_ptr<const Signal>>;
 
-/// The signal of one source of a scene. Throws AudioInputError.
+/// The signal of one source of a scene. Throws InputError.
 std::shared_ptr<const Signal> read_signal(const Scene& scene, std::size_t source,
                                           double sample_rate_hz);
 
-/// The signals of all sources, in their order. Throws AudioInputError.
+/// The signals of all sources, in their order. Throws InputError.
 SignalSet read_signals(const Scene& scene, double sample_rate_hz);
 
 /// The warnings of all signals.

@@ -2,8 +2,8 @@
 
 #include "apps/session/base/session_options.h"
 #include "audio/render/renderer.h"
-#include "engine/response/impulse_response.h"
-#include "engine/scene/scene.h"
+#include "aula/engine/impulse_response.h"
+#include "aula/engine/scene.h"
 
 namespace aula {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "apps/session/frames/signals.h"
-#include "engine/scene/scene.h"
+#include "aula/engine/scene.h"
 
 namespace aula {
 

@@ -3,7 +3,7 @@
 #include <exception>
 #include <utility>
 
-#include "audio/base/realtime.h"
+#include "aula/audio/realtime.h"
 
 namespace aula {
 

@@ -11,7 +11,7 @@
 
 #include "apps/session/live/live_mixer.h"
 #include "audio/dsp/loudness.h"
-#include "audio/file/sound_file.h"
+#include "aula/audio/sound_file.h"
 
 namespace aula {
 
@@ -35,7 +35,7 @@ class Monitor {
 
     void start();
 
-    /// Begins a recording. Throws AudioInputError if the file cannot be written.
+    /// Begins a recording. Throws InputError if the file cannot be written.
     void record(const std::filesystem::path& file);
 
     /// Ends the recording, if there is one, and gives the file its name.

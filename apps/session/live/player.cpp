@@ -14,8 +14,8 @@
 #include "apps/session/live/live_load.h"
 #include "apps/session/live/live_mixer.h"
 #include "apps/session/live/prepared_scene.h"
-#include "audio/base/error.h"
-#include "audio/base/realtime.h"
+#include "aula/audio/realtime.h"
+#include "aula/exception.h"
 
 namespace aula {
 
@@ -464,9 +464,9 @@ PlayStatus Player::status() {
     status.limiter_gain = state_->mixer->take_limiter_gain();
     status.finished = status.time_s >= end_s;
     if (!status.finished && status.device == DeviceState::gone)
-        throw AudioFailure("the output device \"" + device.info().name +
-                           "\" or its server went away and did not come back within " +
-                           std::to_string(std::lround(AudioDevice::kPatience_s)) + " s");
+        throw Failure("the output device \"" + device.info().name +
+                      "\" or its server went away and did not come back within " +
+                      std::to_string(std::lround(AudioDevice::kPatience_s)) + " s");
     return status;
 }
 

@@ -13,9 +13,9 @@
 #include "apps/session/frames/play_controls.h"
 #include "apps/session/frames/signals.h"
 #include "apps/session/live/monitor.h"
-#include "audio/device/device.h"
-#include "engine/propagation.h"
-#include "engine/scene/scene.h"
+#include "aula/devices/device.h"
+#include "aula/engine/propagation.h"
+#include "aula/engine/scene.h"
 
 namespace aula {
 
@@ -67,7 +67,7 @@ struct PlayStatus {
 class Player {
  public:
     /// Keeps a copy of the scene. If the device refuses the sample rate its own is used. Throws
-    /// Error, AudioInputError, AudioFailure.
+    /// InputError, InputError, Failure.
     Player(const Scene& scene, const SessionOptions& options);
     ~Player();
     Player(const Player&) = delete;
@@ -104,7 +104,7 @@ class Player {
     /// Measures from now on how loud it is. [one thread]
     void measure_loudness();
 
-    /// Writes what is heard to a WAV file until stop_recording(). Throws AudioInputError.
+    /// Writes what is heard to a WAV file until stop_recording(). Throws InputError.
     /// [one thread]
     void record(const std::filesystem::path& file);
     void stop_recording();
@@ -112,7 +112,7 @@ class Player {
     /// Loudness and recording. [one thread]
     MonitorStatus monitor_status();
 
-    /// Throws AudioFailure if the device is lost and did not come back, and what the propagation
+    /// Throws Failure if the device is lost and did not come back, and what the propagation
     /// thread threw.
     PlayStatus status();
 

@@ -6,7 +6,7 @@
 #include "apps/session/base/session_options.h"
 #include "apps/session/frames/frame_maker.h"
 #include "apps/session/live/live_mixer.h"
-#include "engine/scene/scene.h"
+#include "aula/engine/scene.h"
 
 namespace aula {
 
@@ -22,7 +22,7 @@ struct Reusable {
 /// any thread, then used by the propagation thread; the playback goes to the mixer.
 struct PreparedScene {
     /// Reads sound files and HRTF unless `before` has them; builds the engine and the renderer.
-    /// Throws Error, AudioInputError.
+    /// Throws InputError.
     PreparedScene(const Scene& scene, const SessionOptions& options, double sample_rate_hz,
                   bool starts_anew, const Reusable& before = {});
 

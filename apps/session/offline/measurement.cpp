@@ -11,11 +11,11 @@
 #include "apps/session/frames/sound_at_listener.h"
 #include "apps/session/offline/measurement_error.h"
 #include "apps/session/offline/response_mean.h"
-#include "audio/base/realtime.h"
+#include "aula/audio/realtime.h"
+#include "aula/engine/impulse_response.h"
+#include "aula/engine/propagation.h"
+#include "aula/engine/room_acoustics.h"
 #include "engine/base/sampling.h"
-#include "engine/propagation.h"
-#include "engine/response/impulse_response.h"
-#include "engine/response/room_acoustics.h"
 
 namespace aula {
 
@@ -196,9 +196,9 @@ std::vector<std::vector<float>> impulse_response(const Scene& scene, std::size_t
     const EnergyResponse& energy = measurement.responses[source];
     const RendererConfig config =
         renderer_config(scene, measurement.length_s, frame_settings(options, rate_hz));
-    ImpulseResponseBuilder builder(
-        std::make_shared<const NoiseCarriers>(rate_hz, scene.simulation.seed), measurement.length_s,
-        scene.sources[source].name, field_order(config));
+    ImpulseResponseBuilder builder(make_noise_carriers(rate_hz, scene.simulation.seed),
+                                   measurement.length_s, scene.sources[source].name,
+                                   field_order(config));
     ImpulseResponse response;
     builder.build(energy, response);
     const SourceSound sound = source_sound(response, static_cast<double>(energy.speed_of_sound_m_s),

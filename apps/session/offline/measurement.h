@@ -7,8 +7,8 @@
 
 #include "apps/session/base/session_options.h"
 #include "audio/spatial/hrtf.h"
-#include "engine/response/energy_response.h"
-#include "engine/scene/scene.h"
+#include "aula/engine/energy_response.h"
+#include "aula/engine/scene.h"
 
 namespace aula {
 
@@ -35,7 +35,7 @@ struct Measurement {
 ///
 /// A source is audible if sound can reach the listener (connected() in engine/rays/room_survey.h)
 /// and is_audible() is true for its response. Returns empty if `progress` requested a stop. Throws
-/// Error.
+/// InputError.
 std::optional<Measurement> measure(const Scene& scene, std::optional<int> frames,
                                    const Progress& progress = {});
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "engine/response/room_acoustics.h"
+#include "aula/engine/room_acoustics.h"
 
 namespace aula {
 

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "apps/session/offline/measurement.h"
-#include "engine/response/room_acoustics.h"
-#include "engine/scene/scene.h"
+#include "aula/engine/room_acoustics.h"
+#include "aula/engine/scene.h"
 
 namespace aula {
 

@@ -6,12 +6,12 @@
 #include <optional>
 #include <vector>
 
-#include "apps/session/auralizer/auralizer.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/frames/signals.h"
 #include "apps/session/frames/timeline.h"
-#include "audio/base/realtime.h"
 #include "audio/dsp/limiter.h"
+#include "aula/audio/realtime.h"
+#include "aula/auralizer.h"
 
 namespace aula {
 
@@ -60,15 +60,14 @@ class SignalReader {
 
 }  // namespace
 
-bool render_offline(const Scene& scene, const SessionOptions& options,
-                    const std::filesystem::path& file, const Progress& progress,
-                    std::vector<std::string>& warnings) {
+std::optional<std::vector<std::string>> render_offline(const Scene& scene,
+                                                       const SessionOptions& options,
+                                                       const std::filesystem::path& file,
+                                                       const Progress& progress) {
     const double rate_hz = options.sample_rate_hz;
     const std::size_t channels = channel_count(options.output);
     WavWriter writer(file, rate_hz, channels, options.format);
     const SignalSet signals = read_signals(scene, rate_hz);
-    const std::vector<std::string> odd = warnings_of(signals);
-    warnings.insert(warnings.end(), odd.begin(), odd.end());
     Auralizer auralizer(scene, {.clock = RenderClock::exact,
                                 .sample_rate_hz = rate_hz,
                                 .output = options.output,
@@ -110,11 +109,12 @@ bool render_offline(const Scene& scene, const SessionOptions& options,
         skip -= std::min(skip, end);
         writer.write(interleaved);
         if (progress && !progress(static_cast<double>(first + end) / static_cast<double>(total)))
-            return false;
+            return std::nullopt;
     }
+    std::vector<std::string> warnings = warnings_of(signals);
     if (muted += writer.muted_samples(); muted > 0) warnings.push_back(muted_text(muted));
     writer.commit();
-    return true;
+    return warnings;
 }
 
 }  // namespace aula

@@ -6,7 +6,7 @@
 #include <map>
 #include <vector>
 
-#include "engine/response/energy_response.h"
+#include "aula/engine/energy_response.h"
 
 namespace aula {
 

@@ -13,7 +13,7 @@
 #include <cstring>
 #include <utility>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 
 namespace aula {
 
@@ -32,21 +32,21 @@ sockaddr_in parse_address(const std::string& text) {
     address.sin_family = AF_INET;
     if (read.ec != std::errc() || read.ptr != end ||
         inet_pton(AF_INET, host.c_str(), &address.sin_addr) != 1)
-        throw Error("--osc", "", "\"" + text + "\" is not usable; expected " + kExpected);
+        throw InputError("--osc", "", "\"" + text + "\" is not usable; expected " + kExpected);
     address.sin_port = htons(number);
     return address;
 }
 
-/// Creates a UDP socket bound to an address; throws Error if the address is in use.
+/// Creates a UDP socket bound to an address; throws InputError if the address is in use.
 int bound_socket(const std::string& address) {
     const sockaddr_in wanted = parse_address(address);
     const int made = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     if (made >= 0 && bind(made, reinterpret_cast<const sockaddr*>(&wanted), sizeof(wanted)) == 0)
         return made;
     if (made >= 0) close(made);
-    throw Error("--osc", "",
-                "\"" + address + "\" cannot be listened to; expected " + std::string(kExpected) +
-                    " that is free");
+    throw InputError("--osc", "",
+                     "\"" + address + "\" cannot be listened to; expected " +
+                         std::string(kExpected) + " that is free");
 }
 
 int port_of(int socket) {
@@ -142,7 +142,7 @@ OscInput::OscInput(const std::string& address, Take take)
     const bool replaced =
         server_->lo != nullptr && dup3(bound, lo_server_get_socket_fd(server_->lo), O_CLOEXEC) >= 0;
     close(bound);
-    if (!replaced) throw Error("--osc", "", "there is no UDP here; expected a network");
+    if (!replaced) throw InputError("--osc", "", "there is no UDP here; expected a network");
     lo_server_enable_queue(server_->lo, 0, 1);
     lo_server_add_method(server_->lo, nullptr, nullptr, &Server::pass, server_.get());
 }

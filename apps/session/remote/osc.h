@@ -22,7 +22,7 @@ struct OscMessage {
     const std::string* text(std::size_t index) const;
 };
 
-/// Throws Error if the text is neither a port of this machine nor ADDRESS:PORT.
+/// Throws InputError if the text is neither a port of this machine nor ADDRESS:PORT.
 void check_osc_address(const std::string& address);
 
 /// Receives OSC messages over UDP by liblo and passes them on one at a time. Messages of bundles
@@ -33,7 +33,7 @@ class OscInput {
     using Take = std::function<void(const OscMessage&)>;
 
     /// `address`: a port on this machine alone ("9000"; 0: a free one), or ADDRESS:PORT. Throws
-    /// Error if the address is invalid or in use.
+    /// InputError if the address is invalid or in use.
     OscInput(const std::string& address, Take take);
     ~OscInput();
     OscInput(const OscInput&) = delete;

@@ -18,7 +18,7 @@ namespace aula {
 class OscRemote {
  public:
     /// `address`: a port on this machine alone ("9000"), or ADDRESS:PORT. The player must outlive
-    /// this object. Throws Error if the address is invalid or in use.
+    /// this object. Throws InputError if the address is invalid or in use.
     OscRemote(const std::string& address, Player& player, std::vector<std::string> source_names);
     ~OscRemote();
     OscRemote(const OscRemote&) = delete;

@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "engine/response/energy_response.h"
-#include "engine/response/room_acoustics.h"
+#include "aula/engine/energy_response.h"
+#include "aula/engine/room_acoustics.h"
 
 namespace aula {
 

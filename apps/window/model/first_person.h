@@ -1,7 +1,7 @@
 #pragma once
 
+#include "aula/engine/scene.h"
 #include "engine/rays/ray_scene.h"
-#include "engine/scene/scene.h"
 
 namespace aula {
 

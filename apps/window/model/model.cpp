@@ -239,7 +239,10 @@ void Model::play_microphone(std::size_t source) {
         if (opens != opens_ || source >= other_signals_.size()) return;
         microphone_ = microphone;
         say("microphone: " + microphone->name());
-        play_signal(source, std::make_shared<const Signal>(std::move(microphone)), "microphone");
+        const auto read = [microphone](std::int64_t position, std::span<float> out) {
+            microphone->read(position, out);
+        };
+        play_signal(source, std::make_shared<const Signal>(read), "microphone");
     };
     if (auto open = microphone_.lock(); open && open->alive()) return listen(std::move(open));
     constexpr const char* kOpening = "opening the microphone";

@@ -21,8 +21,9 @@
 #include "apps/window/model/test_signals.h"
 #include "apps/window/model/undo.h"
 #include "apps/window/model/window_options.h"
+#include "aula/devices/microphone.h"
+#include "aula/engine/material_library.h"
 #include "engine/rays/ray_scene.h"
-#include "engine/scene/material_library.h"
 
 namespace aula {
 

@@ -6,7 +6,7 @@
 #include <cerrno>
 #include <system_error>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 
 namespace aula {
 
@@ -20,9 +20,9 @@ NewFile::NewFile(const std::string& stem, const std::string& extension) {
             return;
         }
         if (errno == EEXIST) continue;
-        throw Error(path_.string(), "",
-                    "cannot be written: " + std::generic_category().message(errno) +
-                        "; expected a working directory that can be written to");
+        throw InputError(path_.string(), "",
+                         "cannot be written: " + std::generic_category().message(errno) +
+                             "; expected a working directory that can be written to");
     }
 }
 

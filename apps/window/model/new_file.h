@@ -10,7 +10,7 @@ namespace aula {
 /// if it is still empty.
 class NewFile {
  public:
-    /// Throws Error if the file cannot be created.
+    /// Throws InputError if the file cannot be created.
     NewFile(const std::string& stem, const std::string& extension);
     ~NewFile();
     NewFile(const NewFile&) = delete;

@@ -30,7 +30,7 @@ void PatchField::cover(const Vec3& low, const Vec3& high, float patch_size_m) {
 /// Calls `visit(index)` for the texels, of the cell's direction, whose centres lie in the cell, and
 /// for the texel at the cell's centre.
 template <typename Visit>
-void PatchField::for_each_texel(const PatchGrid::Cell& cell, const Visit& visit) const {
+void PatchField::for_each_texel(const PatchCell& cell, const Visit& visit) const {
     const Vec3& d = cell.direction;
     const int axis = d.x != 0 ? 0 : d.y != 0 ? 1 : 2;
     const int direction = 2 * axis + (d[axis] < 0 ? 1 : 0);

@@ -4,7 +4,7 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
-#include "engine/estimate/frame_view.h"
+#include "aula/engine/frame.h"
 
 namespace aula {
 
@@ -37,7 +37,7 @@ class PatchField {
 
  private:
     template <typename Visit>
-    void for_each_texel(const PatchGrid::Cell& cell, const Visit& visit) const;
+    void for_each_texel(const PatchCell& cell, const Visit& visit) const;
 
     glm::ivec3 size_{0};
     Vec3 origin_{0};

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "apps/session/base/session_options.h"
-#include "engine/scene/scene_file.h"
+#include "aula/engine/scene_file.h"
 
 namespace aula {
 

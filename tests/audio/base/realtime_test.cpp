@@ -1,4 +1,4 @@
-#include "audio/base/realtime.h"
+#include "aula/audio/realtime.h"
 
 #include <sched.h>
 #include <sys/resource.h>

@@ -3,7 +3,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "audio/convolution/convolver.h"
+#include "audio/convolution/partition_levels.h"
+#include "aula/audio/convolver.h"
 #include "tests/audio/convolution/signals.h"
 
 namespace aula::test {

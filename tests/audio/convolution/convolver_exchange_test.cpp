@@ -6,7 +6,8 @@
 #include <numbers>
 #include <vector>
 
-#include "audio/convolution/convolver.h"
+#include "aula/audio/convolver.h"
+#include "audio/dsp/fade.h"
 #include "tests/audio/convolution/convolution.h"
 
 using namespace aula;

@@ -7,7 +7,7 @@
 #include <deque>
 #include <vector>
 
-#include "audio/convolution/convolver.h"
+#include "aula/audio/convolver.h"
 #include "tests/audio/convolution/convolution.h"
 #include "tests/support/realtime_trap.h"
 

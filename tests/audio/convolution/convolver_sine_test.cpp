@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include "audio/convolution/convolver.h"
+#include "aula/audio/convolver.h"
 #include "tests/audio/convolution/convolution.h"
 
 using namespace aula;

@@ -1,9 +1,10 @@
-#include "audio/convolution/convolver.h"
+#include "aula/audio/convolver.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <vector>
 
+#include "audio/convolution/partition_levels.h"
 #include "tests/audio/convolution/convolution.h"
 
 using namespace aula;

@@ -1,4 +1,4 @@
-#include "audio/device/device.h"
+#include "aula/devices/device.h"
 
 #include <algorithm>
 #include <array>
@@ -11,9 +11,9 @@
 #include <numbers>
 #include <string>
 
-#include "audio/base/error.h"
 #include "audio/dsp/fade.h"
-#include "audio/file/sound_file.h"
+#include "aula/audio/sound_file.h"
+#include "aula/exception.h"
 #include "tests/support/jack_receiver.h"
 #include "tests/support/jack_server.h"
 #include "tests/support/temporary_folder.h"
@@ -129,9 +129,9 @@ TEST_CASE("Devices are listed, selected by index or part of the name, and refuse
           name);
     CHECK(AudioDevice(name.substr(1), kRate_hz, 2, kBlock, Tone()).info().name == name);
 
-    CHECK_THROWS_AS(AudioDevice("no such device", kRate_hz, 2, kBlock, Tone()), AudioInputError);
+    CHECK_THROWS_AS(AudioDevice("no such device", kRate_hz, 2, kBlock, Tone()), InputError);
     CHECK(message_of("no such device", kRate_hz, 2).find(name) != std::string::npos);
-    CHECK_THROWS_AS(AudioDevice("", kRate_hz, 64, kBlock, Tone()), AudioFailure);
+    CHECK_THROWS_AS(AudioDevice("", kRate_hz, 64, kBlock, Tone()), Failure);
     try {
         AudioDevice("", 44100, 2, kBlock, Tone());
         FAIL("a server at 48 kHz took 44.1 kHz");

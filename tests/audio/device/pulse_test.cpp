@@ -13,10 +13,10 @@
 #include <optional>
 #include <string>
 
-#include "audio/base/error.h"
-#include "audio/device/device.h"
-#include "audio/device/microphone.h"
-#include "audio/file/sound_file.h"
+#include "aula/audio/sound_file.h"
+#include "aula/devices/device.h"
+#include "aula/devices/microphone.h"
+#include "aula/exception.h"
 #include "tests/support/pulse_server.h"
 #include "tests/support/wait.h"
 

@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 #include <future>
 
-#include "audio/device/device.h"
+#include "aula/devices/device.h"
 
 using namespace aula;
 

@@ -1,4 +1,4 @@
-#include "audio/file/sound_file.h"
+#include "aula/audio/sound_file.h"
 
 #include <sndfile.h>
 #include <sys/resource.h>
@@ -16,7 +16,7 @@
 #include <numbers>
 #include <string>
 
-#include "audio/base/error.h"
+#include "aula/exception.h"
 
 using namespace aula;
 namespace fs = std::filesystem;
@@ -58,7 +58,7 @@ void write_wav(const fs::path& file, double rate_hz, std::size_t channels,
 std::string error_of(const fs::path& file) {
     try {
         read_sound(file, 48000);
-    } catch (const AudioInputError& error) {
+    } catch (const InputError& error) {
         return error.what();
     }
     return {};
@@ -142,7 +142,7 @@ TEST_CASE("The error for an unreadable sound file is one line with its name") {
         CHECK(error.find('\n') == std::string::npos);
         CHECK(error.find("expected") != std::string::npos);
     }
-    CHECK_THROWS_AS(sound_info(folder / "text.wav"), AudioInputError);
+    CHECK_THROWS_AS(sound_info(folder / "text.wav"), InputError);
 }
 
 TEST_CASE("Samples that are not finite are read as silence with a warning") {
@@ -289,7 +289,7 @@ TEST_CASE("A name that cannot be written is an input error") {
     for (const fs::path& file :
          {folder / "folder.wav", folder / "no/such/folder/a.wav", fs::path("/dev/null")}) {
         CAPTURE(file);
-        CHECK_THROWS_AS(WavWriter(file, 48000, 1, SampleFormat::float32), AudioInputError);
+        CHECK_THROWS_AS(WavWriter(file, 48000, 1, SampleFormat::float32), InputError);
     }
     CHECK(fs::is_character_file("/dev/null"));
 }
@@ -307,7 +307,7 @@ TEST_CASE("Writing to a full disk fails with an error and leaves no file") {
         WavWriter writer(folder / "a.wav", 48000, 1, SampleFormat::float32);
         for (int i = 0; i < 100; ++i) writer.write(std::vector<float>(1000, 0.5F));
         writer.commit();
-    } catch (const AudioFailure& failure) {
+    } catch (const Failure& failure) {
         error = failure.what();
     }
     REQUIRE(setrlimit(RLIMIT_FSIZE, &before) == 0);

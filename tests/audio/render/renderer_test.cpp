@@ -7,9 +7,9 @@
 #include <numbers>
 #include <vector>
 
-#include "audio/convolution/convolver.h"
 #include "audio/dsp/fractional_delay.h"
 #include "audio/render/render_frame.h"
+#include "aula/audio/convolver.h"
 #include "tests/audio/convolution/signals.h"
 #include "tests/audio/player.h"
 

@@ -7,10 +7,10 @@
 #include <numbers>
 #include <vector>
 
-#include "audio/base/error.h"
 #include "audio/render/renderer.h"
 #include "audio/spatial/head_responses.h"
 #include "audio/spatial/hrtf.h"
+#include "aula/exception.h"
 #include "tests/audio/convolution/signals.h"
 #include "tests/support/temporary_folder.h"
 
@@ -305,7 +305,7 @@ TEST_CASE("A file that is not SOFA is refused in one line") {
         std::string message;
         try {
             Hrtf(file, kRate_hz);
-        } catch (const AudioInputError& error) {
+        } catch (const InputError& error) {
             message = error.what();
         }
         CHECK(message.starts_with(file.string() + ": "));

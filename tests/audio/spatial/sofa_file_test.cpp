@@ -16,8 +16,8 @@
 #include <string>
 #include <utility>
 
-#include "audio/base/error.h"
 #include "audio/spatial/hrtf.h"
+#include "aula/exception.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace aula;
@@ -48,7 +48,7 @@ HeadMeasurements measured() {
 std::string error_of(const std::function<void()>& act) {
     try {
         act();
-    } catch (const AudioInputError& error) {
+    } catch (const InputError& error) {
         return error.what();
     }
     return {};

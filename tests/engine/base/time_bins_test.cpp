@@ -1,4 +1,4 @@
-#include "engine/base/time_bins.h"
+#include "aula/engine/time_bins.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

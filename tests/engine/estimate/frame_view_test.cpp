@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <glm/geometric.hpp>
 
-#include "engine/propagation.h"
+#include "aula/engine/propagation.h"
 #include "tests/support/test_scenes.h"
 
 using namespace aula;

@@ -4,7 +4,7 @@
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 #include "engine/mesh/mesh_readers.h"
 #include "tests/engine/mesh/square_gltf.h"
 
@@ -19,7 +19,7 @@ namespace {
 
 ImportedMesh read(const std::string& file) {
     return aula::read_gltf(file, [](const std::filesystem::path& name) {
-        if (name != "square.bin") throw aula::Error("not there; expected square.bin");
+        if (name != "square.bin") throw aula::InputError("not there; expected square.bin");
         return square_bytes();
     });
 }
@@ -28,7 +28,7 @@ ImportedMesh read(const std::string& file) {
 std::string error_of(const std::string& file) {
     try {
         read(file);
-    } catch (const aula::Error& error) {
+    } catch (const aula::InputError& error) {
         const std::string message = error.what();
         CHECK(message.find('\n') == std::string::npos);
         CHECK_THAT(message, Contains("; expected"));

@@ -11,8 +11,8 @@
 #include <cstring>
 #include <glm/geometric.hpp>
 
-#include "engine/base/error.h"
-#include "engine/scene/scene_file.h"
+#include "aula/engine/scene_file.h"
+#include "aula/exception.h"
 #include "tests/engine/mesh/square_gltf.h"
 #include "tests/support/temporary_folder.h"
 
@@ -75,7 +75,7 @@ aula::ImportedMesh import(const std::string& name, const std::string& content) {
 std::string reason(const std::string& name, const std::string& content) {
     try {
         import(name, content);
-    } catch (const aula::Error& error) {
+    } catch (const aula::InputError& error) {
         return error.what();
     }
     return {};
@@ -97,7 +97,7 @@ aula::LoadedScene load(const TemporaryFolder& folder, const std::string& geometr
 std::string error_of(const TemporaryFolder& folder, const std::string& geometry) {
     try {
         load(folder, geometry);
-    } catch (const aula::Error& error) {
+    } catch (const aula::InputError& error) {
         return error.what();
     }
     return {};

@@ -6,7 +6,7 @@
 #include <glm/geometric.hpp>
 #include <tuple>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 #include "engine/mesh/polygon.h"
 
 using aula::ImportedMesh;
@@ -34,7 +34,7 @@ template <class Read>
 std::string error_of(const Read& read) {
     try {
         read();
-    } catch (const aula::Error& error) {
+    } catch (const aula::InputError& error) {
         const std::string message = error.what();
         CHECK(message.find('\n') == std::string::npos);
         CHECK_THAT(message, Contains("; expected"));

@@ -350,7 +350,7 @@ TEST_CASE("a moving object's patches have its surface, each cell another number,
             REQUIRE(patch != PatchGrid::kNone);
             if (met.insert(patch).second) area_m2 += double{s.grid.area_m2(patch)};
             // It is where it is said to be.
-            const PatchGrid::Cell cell = s.grid.cell(patch);
+            const PatchCell cell = s.grid.cell(patch);
             for (int a = 0; a < 3; ++a) {
                 CHECK(corner[a] + at[a] > cell.low[a] - 1e-3F);
                 CHECK(corner[a] + at[a] < cell.high[a] + 1e-3F);
@@ -435,7 +435,7 @@ TEST_CASE("a number that was given up goes to one patch") {
         const std::uint32_t patch = s.grid.find(point, Vec3(0, 0, 1));
         REQUIRE(patch != PatchGrid::kNone);
         // Exact: the number is still that of the point's cell.
-        const PatchGrid::Cell cell = s.grid.cell(patch);
+        const PatchCell cell = s.grid.cell(patch);
         CHECK(glm::all(glm::lessThanEqual(cell.low, point)));
         CHECK(glm::all(glm::lessThanEqual(point, cell.high)));
         met.insert(patch);

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <vector>
 
+#include "aula/engine/impulse_response.h"
 #include "engine/base/spherical_harmonics.h"
-#include "engine/response/impulse_response.h"
 
 using namespace aula;
 
@@ -158,7 +158,7 @@ TEST_CASE("the channels of a lower order are the first channels of a higher orde
         r.direction.push_back(Vec3(0.1F * static_cast<float>(i % 7), 0.2F, 0) * 8.0F);
     }
     std::vector<ImpulseResponse> responses(4);
-    const auto carriers = std::make_shared<const NoiseCarriers>(48000, 1);
+    const auto carriers = aula::make_noise_carriers(48000, 1);
     for (int order = 0; order <= 3; ++order)
         ImpulseResponseBuilder(carriers, 0.3, "source", order)
             .build(r, responses[static_cast<std::size_t>(order)]);

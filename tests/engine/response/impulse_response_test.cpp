@@ -1,4 +1,4 @@
-#include "engine/response/impulse_response.h"
+#include "aula/engine/impulse_response.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -8,6 +8,7 @@
 #include <numbers>
 #include <string>
 
+#include "engine/response/noise_carriers.h"
 #include "engine/response/octave_bank.h"
 
 using aula::Bands;
@@ -77,7 +78,7 @@ BandSums shares() { return octaves({1.0F}); }
 std::shared_ptr<const NoiseCarriers> carriers(std::uint64_t seed) {
     static std::map<std::uint64_t, std::shared_ptr<const NoiseCarriers>> made;
     auto& carriers = made[seed];
-    if (!carriers) carriers = std::make_shared<const NoiseCarriers>(kRate_hz, seed);
+    if (!carriers) carriers = aula::make_noise_carriers(kRate_hz, seed);
     return carriers;
 }
 
@@ -274,7 +275,7 @@ TEST_CASE("the envelope starts where its first bin starts, to a hundredth of a s
     // One band, so that the carrier cancels in the ratio to a steady response. After silence the
     // envelope is proportional to time; a sample has the envelope's value at the sample's centre.
     for (const double rate_hz : {48000.0, 44100.0}) {
-        const auto noise = std::make_shared<const NoiseCarriers>(rate_hz, 1);
+        const auto noise = aula::make_noise_carriers(rate_hz, 1);
         const auto built = [&](const EnergyResponse& r) {
             ImpulseResponse ir;
             ImpulseResponseBuilder(noise, 0.5, "source", 0).build(r, ir);
@@ -555,7 +556,7 @@ TEST_CASE("the impulse response has the right energy at other sample rates") {
     const EnergyResponse r = decay(0.3, all(0.5), all(1));
     for (const double rate_hz : {8000.0, 22050.0, 44100.0, 96000.0}) {
         ImpulseResponse ir;
-        ImpulseResponseBuilder(std::make_shared<const NoiseCarriers>(rate_hz, 1), 0.3, "source")
+        ImpulseResponseBuilder(aula::make_noise_carriers(rate_hz, 1), 0.3, "source")
             .build(r, ir);
         CHECK(ir.channels[0].size() == static_cast<std::size_t>(0.3 * rate_hz + 0.5));
         CHECK(energy_of(ir.channels[0]) == Approx(kFourPi * r.total(0)).epsilon(0.03));

@@ -1,4 +1,4 @@
-#include "engine/response/room_acoustics.h"
+#include "aula/engine/room_acoustics.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

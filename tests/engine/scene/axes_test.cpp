@@ -1,10 +1,10 @@
-#include "engine/scene/axes.h"
+#include "aula/engine/axes.h"
 
 #include <catch2/catch.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 
 using namespace aula;
 
@@ -74,5 +74,5 @@ TEST_CASE("An object from memory has a material of the scene or of the library")
     CHECK(scene.objects[0].name == "curtain");
     CHECK(scene.objects[0].triangle_materials == std::vector<std::uint32_t>{0});
     CHECK(scene.objects[2].triangle_materials == std::vector<std::uint32_t>{1});
-    CHECK_THROWS_AS(scene.add_object(vertices, {{0, 1, 2}}, "cheese"), Error);
+    CHECK_THROWS_AS(scene.add_object(vertices, {{0, 1, 2}}, "cheese"), InputError);
 }

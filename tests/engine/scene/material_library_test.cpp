@@ -1,4 +1,4 @@
-#include "engine/scene/material_library.h"
+#include "aula/engine/material_library.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -1,4 +1,4 @@
-#include "engine/scene/medium.h"
+#include "aula/engine/medium.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

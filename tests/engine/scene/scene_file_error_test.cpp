@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "engine/base/error.h"
-#include "engine/scene/scene_file.h"
+#include "aula/engine/scene_file.h"
+#include "aula/exception.h"
 #include "tests/support/temporary_folder.h"
 
 using aula::test::TemporaryFolder;
@@ -38,7 +38,7 @@ std::string error_after(const std::string& part, const std::string& replacement)
     const auto file = folder.write("scene.json", text);
     try {
         aula::load_scene(file);
-    } catch (const aula::Error& error) {
+    } catch (const aula::InputError& error) {
         const std::string message = error.what();
         CHECK(message.find('\n') == std::string::npos);
         const std::string prefix = file.string() + ": ";
@@ -262,7 +262,7 @@ TEST_CASE("a NUL byte is refused where it is, also behind the scene") {
     const auto error_of = [&](const std::string& text) -> std::string {
         try {
             aula::load_scene(folder.write("nul.json", text));
-        } catch (const aula::Error& error) {
+        } catch (const aula::InputError& error) {
             return error.what();
         }
         return {};
@@ -282,7 +282,7 @@ TEST_CASE("a signal that is no file says what it is") {
         text.replace(text.find("noise"), 5, signal);
         try {
             aula::load_scene(folder.write("scene.json", text));
-        } catch (const aula::Error& error) {
+        } catch (const aula::InputError& error) {
             return error.what();
         }
         return {};
@@ -388,7 +388,7 @@ TEST_CASE(
     CHECK(many.back() == "150 more errors; expected none");
 }
 
-TEST_CASE("whatever bytes change in a scene file, loading succeeds or throws Error") {
+TEST_CASE("whatever bytes change in a scene file, loading succeeds or throws InputError") {
     const TemporaryFolder folder;
     const std::string valid = kValid;
     std::mt19937 random(20240601);
@@ -420,7 +420,7 @@ TEST_CASE("whatever bytes change in a scene file, loading succeeds or throws Err
         try {
             aula::load_scene(folder.write("scene.json", text));
             ++loaded;
-        } catch (const aula::Error& error) {
+        } catch (const aula::InputError& error) {
             ++refused;
             CHECK(std::string(error.what()).find('\n') == std::string::npos);
         }
@@ -453,7 +453,7 @@ TEST_CASE(
     try {
         aula::load_scene(folder.write("scene.json", text));
         FAIL("no error");
-    } catch (const aula::Error& unknown) {
+    } catch (const aula::InputError& unknown) {
         CHECK(std::string(unknown.what()).size() < 300);
         CHECK_THAT(unknown.what(), Contains("unknown material \"nougat\""));
     }

@@ -1,4 +1,4 @@
-#include "engine/scene/scene_file.h"
+#include "aula/engine/scene_file.h"
 
 #include <catch2/catch.hpp>
 #include <glm/geometric.hpp>

@@ -1,4 +1,4 @@
-#include "engine/scene/scene.h"
+#include "aula/engine/scene.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

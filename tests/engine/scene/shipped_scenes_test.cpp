@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "aula/engine/scene_file.h"
 #include "engine/rays/ray_scene.h"
-#include "engine/scene/scene_file.h"
 
 using aula::LoadedScene;
 using aula::RayScene;

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
-#include "apps/session/auralizer/auralizer.h"
+#include "aula/auralizer.h"
 #include "tests/support/realtime_trap.h"
 #include "tests/support/test_scenes.h"
 

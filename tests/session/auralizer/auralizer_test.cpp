@@ -1,4 +1,4 @@
-#include "apps/session/auralizer/auralizer.h"
+#include "aula/auralizer.h"
 
 #include <sched.h>
 #include <algorithm>
@@ -11,8 +11,8 @@
 #include <numeric>
 #include <set>
 
-#include "audio/base/realtime.h"
-#include "engine/base/error.h"
+#include "aula/audio/realtime.h"
+#include "aula/exception.h"
 #include "tests/support/test_scenes.h"
 #include "tests/support/tone.h"
 #include "tests/support/wait.h"
@@ -287,7 +287,7 @@ TEST_CASE("A source that was removed rings out, and its place is taken by others
     options.most_sources = 1;
     Auralizer auralizer(scene, options);
     const SourceId first = auralizer.add_source({.position = {1, 1, 1}}, 0);
-    CHECK_THROWS_AS(auralizer.add_source({}), Error);
+    CHECK_THROWS_AS(auralizer.add_source({}), InputError);
     auralizer.remove_source(first, 4800);
     const auto heard = rendered(auralizer, 48000, {256}, noise_at);
     const auto energy = [&](std::int64_t from, std::int64_t to) {
@@ -317,7 +317,7 @@ TEST_CASE("A room without sources is silent, and 64 sources are heard") {
     CHECK(std::all_of(silent.begin(), silent.end(), [](float x) { return x == 0; }));
     for (int s = 0; s < 64; ++s)
         auralizer.add_source({.position = {0.5F + 0.06F * static_cast<float>(s), 1, 1}});
-    CHECK_THROWS_AS(auralizer.add_source({}), Error);
+    CHECK_THROWS_AS(auralizer.add_source({}), InputError);
     const auto heard = rendered(auralizer, 9600, {256}, noise_at, {}, 64);
     CHECK(std::any_of(heard.begin(), heard.end(), [](float x) { return std::abs(x) > 0.01F; }));
     CHECK(std::all_of(heard.begin(), heard.end(), [](float x) { return std::isfinite(x); }));
@@ -392,19 +392,19 @@ TEST_CASE("A panel hides a source while it is in the way, and a material changes
 TEST_CASE("What cannot be done throws one line, and all plays on") {
     Scene scene = room_with_panel();
     Auralizer auralizer(scene, mono());
-    CHECK_THROWS_AS(auralizer.set_transform(0, {}), Error);  // not movable
-    CHECK_THROWS_AS(auralizer.set_transform(2, {}), Error);  // no such object
-    CHECK_THROWS_AS(auralizer.set_material(0, "cheese"), Error);
-    CHECK_THROWS_AS(auralizer.set_material(9, "wall"), Error);
-    CHECK_THROWS_AS(auralizer.set_listener(1, Pose{}), Error);
+    CHECK_THROWS_AS(auralizer.set_transform(0, {}), InputError);  // not movable
+    CHECK_THROWS_AS(auralizer.set_transform(2, {}), InputError);  // no such object
+    CHECK_THROWS_AS(auralizer.set_material(0, "cheese"), InputError);
+    CHECK_THROWS_AS(auralizer.set_material(9, "wall"), InputError);
+    CHECK_THROWS_AS(auralizer.set_listener(1, Pose{}), InputError);
     auralizer.remove_source({5});
     auralizer.set_source({5}, Pose{});
     rendered(auralizer, 600, {256}, noise_at);
     AuralizerOptions bad = mono();
     bad.block = 0;
-    CHECK_THROWS_AS(Auralizer(scene, bad), Error);
+    CHECK_THROWS_AS(Auralizer(scene, bad), InputError);
     scene.simulation.rays = 0;
-    CHECK_THROWS_AS(Auralizer(scene, mono()), Error);
+    CHECK_THROWS_AS(Auralizer(scene, mono()), InputError);
 }
 
 TEST_CASE("Threads of an auralizer have ordinary priority, and end with it") {
@@ -443,7 +443,7 @@ TEST_CASE(
 TEST_CASE("After a failure of the propagation each call of render throws it again") {
     AuralizerOptions options = mono();
     options.before_frame = [](Auralizer&, double time_s) {
-        if (time_s > 0) throw Error("before_frame failed");
+        if (time_s > 0) throw InputError("before_frame failed");
     };
     Auralizer auralizer(room_with_panel(), options);
     const auto render_second = [&] { return rendered(auralizer, 48000, {256}, noise_at); };
@@ -461,14 +461,14 @@ TEST_CASE("Numbers that are not finite, not shares or not rigid are refused, and
             Material negative;
             negative.absorption = Bands::filled(-1);
             const RigidTransform scaled(glm::mat3(2.0F), Vec3(0));
-            CHECK_THROWS_AS(auralizer.set_listener(at(nan, 0, 0)), Error);
-            CHECK_THROWS_AS(auralizer.set_listener(at(0, 0, 0, nan)), Error);
-            CHECK_THROWS_AS(auralizer.set_source(source, at(0, INFINITY, 0)), Error);
-            CHECK_THROWS_AS(auralizer.add_source({.position = {0, 0, nan}}), Error);
-            CHECK_THROWS_AS(auralizer.set_gain(source, INFINITY), Error);
-            CHECK_THROWS_AS(auralizer.set_material(0, negative), Error);
-            CHECK_THROWS_AS(auralizer.set_transform(1, scaled), Error);
-            CHECK_THROWS_AS(auralizer.render({}, {}, 16), Error);
+            CHECK_THROWS_AS(auralizer.set_listener(at(nan, 0, 0)), InputError);
+            CHECK_THROWS_AS(auralizer.set_listener(at(0, 0, 0, nan)), InputError);
+            CHECK_THROWS_AS(auralizer.set_source(source, at(0, INFINITY, 0)), InputError);
+            CHECK_THROWS_AS(auralizer.add_source({.position = {0, 0, nan}}), InputError);
+            CHECK_THROWS_AS(auralizer.set_gain(source, INFINITY), InputError);
+            CHECK_THROWS_AS(auralizer.set_material(0, negative), InputError);
+            CHECK_THROWS_AS(auralizer.set_transform(1, scaled), InputError);
+            CHECK_THROWS_AS(auralizer.render({}, {}, 16), InputError);
         }
         return rendered(auralizer, 9600, {256}, noise_at);
     };

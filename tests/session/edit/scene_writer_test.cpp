@@ -8,8 +8,8 @@
 #include "apps/session/base/json_text.h"
 #include "apps/session/edit/scene_edits.h"
 #include "apps/session/frames/play_controls.h"
-#include "engine/base/error.h"
-#include "engine/scene/material_library.h"
+#include "aula/engine/material_library.h"
+#include "aula/exception.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 
@@ -149,7 +149,7 @@ TEST_CASE("Every shipped scene that is saved in another folder says what it said
         // In its own folder nothing differs but comments and white space.
         CHECK(json_text(parse_json(
                   edited_scene_text(read, read.scene, file.parent_path(), file.parent_path()),
-                  "saved")) == json_text(read.json));
+                  "saved")) == json_text(*read.json));
     }
 }
 
@@ -176,7 +176,7 @@ TEST_CASE("In every shipped scene one surface's new material is saved, and no ot
 TEST_CASE("A saved scene keeps all but comments: quads, paths, remarks, what it expects") {
     const Written scene(kRoom);
     const std::string text = scene.text(scene.read().scene);
-    CHECK(json_text(parse_json(text, "saved")) == json_text(scene.read().json));
+    CHECK(json_text(parse_json(text, "saved")) == json_text(*scene.read().json));
     CHECK(text.find("a comment") == std::string::npos);
     CHECK(text.find("\"faces\": [[0, 1, 2, 3]]") != std::string::npos);
     CHECK(text.find("\"reverberation_s\": [0.8, 0.001, -2]") != std::string::npos);
@@ -263,6 +263,6 @@ TEST_CASE("A scene that cannot be written leaves nothing behind") {
     CHECK_THROWS_AS(
         write_edited_scene(scene.read(), scene.read().scene, scene.folder() / "scene.json",
                            scene.folder() / "none" / "scene.json"),
-        Error);
+        InputError);
     CHECK(names_in(scene.folder()).size() == 1);
 }

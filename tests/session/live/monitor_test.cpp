@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "audio/base/error.h"
+#include "aula/exception.h"
 #include "tests/support/live_take.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
@@ -22,7 +22,7 @@ TEST_CASE("A recording holds every sample that is heard while it is made") {
     PreparedScene prepared(scene, options, kRate_hz, false);
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
     Monitor monitor(mixer, kRate_hz);
-    CHECK_THROWS_AS(monitor.record(folder.path() / "no folder" / "heard.wav"), AudioInputError);
+    CHECK_THROWS_AS(monitor.record(folder.path() / "no folder" / "heard.wav"), InputError);
     std::size_t begun = 0;
     const auto heard = take(mixer, 100, [&](int block) {
         if (block == 0) begin(prepared, mixer);

@@ -5,9 +5,9 @@
 #include <numbers>
 
 #include "apps/session/live/load_news.h"
-#include "audio/base/error.h"
-#include "audio/device/device.h"
-#include "audio/file/sound_file.h"
+#include "aula/audio/sound_file.h"
+#include "aula/devices/device.h"
+#include "aula/exception.h"
 #include "tests/support/jack_server.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"

@@ -7,8 +7,8 @@
 
 #include "apps/session/offline/measurement_error.h"
 #include "apps/session/offline/measurement_text.h"
-#include "engine/propagation.h"
-#include "engine/response/room_acoustics.h"
+#include "aula/engine/propagation.h"
+#include "aula/engine/room_acoustics.h"
 #include "tests/support/octave.h"
 #include "tests/support/test_scenes.h"
 

@@ -13,7 +13,7 @@
 #include <random>
 #include <string_view>
 
-#include "engine/base/error.h"
+#include "aula/exception.h"
 
 using namespace aula;
 using namespace std::string_view_literals;
@@ -142,9 +142,9 @@ TEST_CASE("OSC is listened to on this machine alone unless asked, on a port that
     std::snprintf(port.data(), port.size(), ":%04X ", input.port());
     CHECK(bound.find(std::string("0100007F") + port.data()) != std::string::npos);
     CHECK(bound.find(std::string("00000000") + port.data()) == std::string::npos);
-    CHECK_THROWS_AS(OscInput(std::to_string(input.port()), [](const OscMessage&) {}), Error);
+    CHECK_THROWS_AS(OscInput(std::to_string(input.port()), [](const OscMessage&) {}), InputError);
     for (const char* wrong : {"", "x", "65536", "-1", "1.2.3:9000", "host:9000", "9000 "})
-        CHECK_THROWS_AS(OscInput(wrong, [](const OscMessage&) {}), Error);
+        CHECK_THROWS_AS(OscInput(wrong, [](const OscMessage&) {}), InputError);
 }
 
 TEST_CASE("Numbers that are none, or too large, are not taken") {

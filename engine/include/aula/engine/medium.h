@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/base/bands.h"
+#include "aula/engine/bands.h"
 
 namespace aula {
 

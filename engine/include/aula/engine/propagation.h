@@ -3,21 +3,20 @@
 #include <memory>
 #include <vector>
 
-#include "engine/estimate/frame.h"
-#include "engine/estimate/frame_view.h"
-#include "engine/rays/ray_scene.h"
-#include "engine/response/energy_response.h"
-#include "engine/scene/scene.h"
-#include "engine/trace/path_tracer.h"
+#include "aula/engine/energy_response.h"
+#include "aula/engine/frame.h"
+#include "aula/engine/scene.h"
 
 namespace aula {
+
+struct Ray;
 
 /// The propagation engine. One step() per frame traces rays, updates the caches and computes the
 /// energy response of every source at every listener. Deterministic: the same scene, seed and
 /// inputs give bit-identical results with any number of threads. [propagation thread]
 class Propagation {
  public:
-    /// Throws Error if the settings are invalid.
+    /// Throws InputError if the settings are invalid.
     Propagation(const Scene& scene, const Simulation& simulation, std::size_t listener_count = 1);
     ~Propagation();
     Propagation(const Propagation&) = delete;

@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "audio/base/realtime.h"
+#include "aula/audio/realtime.h"
 
 namespace aula {
 

@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/base/bands.h"
-#include "engine/base/time_bins.h"
-#include "engine/scene/scene.h"
+#include "aula/engine/bands.h"
+#include "aula/engine/scene.h"
+#include "aula/engine/time_bins.h"
 
 namespace aula {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/scene/scene.h"
+#include "aula/engine/scene.h"
 
 namespace aula {
 

@@ -18,7 +18,7 @@ struct SoundClip {
 
 /// Reads a WAV (also RF64, W64), AIFF, AU, CAF, FLAC, Ogg, MP3 or NIST SPHERE file, mixes it down
 /// to mono and resamples it. Samples that are not finite or exceed 2^31 in magnitude become 0 with
-/// a warning. Throws AudioInputError, also for another format, sample rates outside 1 to 768 kHz,
+/// a warning. Throws InputError, also for another format, sample rates outside 1 to 768 kHz,
 /// more than 64 channels, or more than 2^28 samples before or after resampling.
 SoundClip read_sound(const std::filesystem::path& file, double sample_rate_hz);
 
@@ -28,13 +28,13 @@ struct SoundInfo {
     int channels = 0;
 };
 
-/// Reads the header of a sound file. Throws AudioInputError.
+/// Reads the header of a sound file. Throws InputError.
 SoundInfo sound_info(const std::filesystem::path& file);
 
 enum class SampleFormat { float32, pcm24, pcm16 };
 
 /// Writes a WAV file under a temporary name in its folder and renames it in commit(). Without
-/// commit() the file is removed. Throws AudioInputError if the folder is not writable, AudioFailure
+/// commit() the file is removed. Throws InputError if the folder is not writable, Failure
 /// if writing fails (disk full).
 class WavWriter {
  public:

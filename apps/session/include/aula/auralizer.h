@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "audio/base/output_format.h"
-#include "audio/base/realtime.h"
-#include "engine/scene/scene.h"
+#include "aula/audio/output_format.h"
+#include "aula/audio/realtime.h"
+#include "aula/engine/scene.h"
 
 namespace aula {
 
@@ -100,14 +100,14 @@ struct AuralizerStatus {
 class Auralizer {
  public:
     /// Copies the scene and adds its sources. Their paths are not followed (see follow_paths()) and
-    /// their signals not read. Throws Error, AudioInputError.
+    /// their signals not read. Throws InputError.
     explicit Auralizer(const Scene& scene, AuralizerOptions options = {});
     ~Auralizer();
     Auralizer(const Auralizer&) = delete;
     Auralizer& operator=(const Auralizer&) = delete;
 
     /// Adds a source. It is heard from its first frame on; on the real-time clock after at most two
-    /// frames. After the first sample a source fades in over 20 ms. Throws Error for more than
+    /// frames. After the first sample a source fades in over 20 ms. Throws InputError for more than
     /// AuralizerOptions::most_sources.
     SourceId add_source(const NewSource& source, std::int64_t at = kNow);
 
@@ -118,20 +118,20 @@ class Auralizer {
     /// All present sources in the order of their addition, those of the scene first.
     std::vector<SourceId> sources() const;
 
-    /// Moves a source; its orientation is ignored. Throws Error if the position is not finite.
+    /// Moves a source; its orientation is ignored. Throws InputError if the position is not finite.
     void set_source(SourceId source, const Pose& pose, std::int64_t at = kNow);
 
-    /// Throws Error for more than 120 dB.
+    /// Throws InputError for more than 120 dB.
     void set_gain(SourceId source, float gain_db, std::int64_t at = kNow);
     void set_listener(const Pose& pose, std::int64_t at = kNow) { set_listener(0, pose, at); }
     void set_listener(std::size_t listener, const Pose& pose, std::int64_t at = kNow);
 
-    /// Moves an object, given by its index in Scene::objects. Throws Error if it is not movable or
-    /// the transform is not rigid.
+    /// Moves an object, given by its index in Scene::objects. Throws InputError if it is not
+    /// movable or the transform is not rigid.
     void set_transform(std::size_t object, const RigidTransform& transform, std::int64_t at = kNow);
 
     /// Assigns a material to an object, by the name of one of the scene or the library. Responses
-    /// keep their length. Throws Error for an unknown name.
+    /// keep their length. Throws InputError for an unknown name.
     void set_material(std::size_t object, const std::string& name, std::int64_t at = kNow);
     void set_material(std::size_t object, const Material& material, std::int64_t at = kNow);
 
@@ -146,7 +146,7 @@ class Auralizer {
     /// Renders any number of samples. A source without a signal is silent; of several signals of
     /// one source the first counts; signals of absent sources are ignored. Overwrites `outputs`:
     /// output_channels() signals, [listener][channel], which lag the inputs by latency_samples().
-    /// Throws Error for another number of outputs; on the exact clock rethrows errors of the
+    /// Throws InputError for another number of outputs; on the exact clock rethrows errors of the
     /// propagation.
     /// [real time: audio thread, wait-free; exact: any one thread, waits]
     void render(std::span<const SourceSignal> inputs, std::span<float* const> outputs, int samples);

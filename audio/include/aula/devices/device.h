@@ -7,9 +7,28 @@
 #include <string>
 #include <vector>
 
-#include "audio/device/output_meter.h"
+#include "aula/devices/output_meter.h"
+#include "aula/exception.h"
 
 namespace aula {
+
+/// There is no output device.
+class NoAudioDevice : public Failure {
+ public:
+    using Failure::Failure;
+};
+
+/// A device does not support the requested sample rate.
+class SampleRateRefused : public Failure {
+ public:
+    SampleRateRefused(const std::string& message, double device_rate_hz)
+        : Failure(message), device_rate_hz_(device_rate_hz) {}
+
+    double device_rate_hz() const { return device_rate_hz_; }
+
+ private:
+    double device_rate_hz_;
+};
 
 /// An output device.
 struct DeviceInfo {
@@ -38,9 +57,9 @@ enum class DeviceState {
 };
 
 /// An output device that requests samples by a callback. A lost device is reopened every second for
-/// kPatience_s; after a reconnection the signal fades in. The constructor throws AudioInputError if
+/// kPatience_s; after a reconnection the signal fades in. The constructor throws InputError if
 /// `wanted` matches no or several devices (the message lists the candidates), SampleRateRefused if
-/// the device has another sample rate, AudioFailure if there is no device or it cannot be opened.
+/// the device has another sample rate, Failure if there is no device or it cannot be opened.
 class AudioDevice {
  public:
     static constexpr double kPatience_s = 30;
@@ -56,7 +75,7 @@ class AudioDevice {
     AudioDevice(const AudioDevice&) = delete;
     AudioDevice& operator=(const AudioDevice&) = delete;
 
-    /// Starts the callbacks. Throws AudioFailure.
+    /// Starts the callbacks. Throws Failure.
     void start();
 
     /// Ends the callbacks. None runs after it returns.

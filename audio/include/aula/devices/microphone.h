@@ -5,8 +5,8 @@
 #include <span>
 #include <string>
 
-#include "audio/base/realtime.h"
-#include "audio/device/device.h"
+#include "aula/audio/realtime.h"
+#include "aula/devices/device.h"
 
 namespace aula {
 
@@ -15,7 +15,7 @@ class Microphone {
  public:
     /// Opens the input that matches an output: the first physical input of the JACK server for a
     /// JACK output, otherwise that of the device of the same name, or the default input. Throws
-    /// AudioFailure if there is no input, or none of this sample rate.
+    /// Failure if there is no input, or none of this sample rate.
     Microphone(const DeviceInfo& output, double sample_rate_hz, int block);
     ~Microphone();
     Microphone(const Microphone&) = delete;

@@ -3,7 +3,7 @@
 #include <array>
 #include <optional>
 
-#include "engine/response/energy_response.h"
+#include "aula/engine/energy_response.h"
 
 namespace aula {
 

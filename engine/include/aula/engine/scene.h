@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/bands.h"
-#include "engine/base/vec3.h"
-#include "engine/scene/medium.h"
+#include "aula/engine/bands.h"
+#include "aula/engine/medium.h"
+#include "aula/engine/vec3.h"
 
 namespace aula {
 
@@ -174,12 +174,12 @@ struct Scene {
     Simulation simulation;
 
     /// Adds an object of one material, which is one of `materials` or, by name, of the library.
-    /// Returns the object's index. Throws Error if there is no such material.
+    /// Returns the object's index. Throws InputError if there is no such material.
     std::size_t add_object(std::vector<Vec3> vertices,
                            std::vector<std::array<std::uint32_t, 3>> triangles,
                            const std::string& material, std::string name = {});
 
-    /// The material of that name in the scene or else in the library. Throws Error.
+    /// The material of that name in the scene or else in the library. Throws InputError.
     Material find_material(const std::string& name) const;
 };
 

@@ -1,0 +1,12 @@
+#include "apps/session/base/session_options.h"
+
+#include "audio/spatial/hrtf.h"
+
+namespace aula {
+
+std::shared_ptr<const Hrtf> hrtf_for(const SessionOptions& options, double sample_rate_hz) {
+    if (options.output != OutputFormat::binaural) return nullptr;
+    return std::make_shared<const Hrtf>(options.hrtf, sample_rate_hz);
+}
+
+}  // namespace aula
