@@ -6,7 +6,7 @@
 #include <vector>
 
 int main() {
-    const aula::ConvolutionShape shape{.block = 64, .taps = 4800, .inputs = 1, .outputs = 1};
+    const aula::ConvolutionShape shape{.block = 64, .taps = 4800};
     aula::FilterTransform transform(shape);
     aula::ConvolutionFilter filter(shape);
     std::vector<float> taps(4800);
