@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "apps/window/model/input_events.h"
+#include "apps/window/view/input_events.h"
 
 struct GLFWwindow;
 

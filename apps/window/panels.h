@@ -4,9 +4,9 @@
 #include <optional>
 #include <string>
 
-#include "apps/window/model/camera.h"
 #include "apps/window/model/model.h"
 #include "apps/window/plots.h"
+#include "apps/window/view/camera.h"
 #include "apps/window/view3d.h"
 
 namespace aula {

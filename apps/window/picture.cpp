@@ -8,7 +8,7 @@
 #include <glm/geometric.hpp>
 
 #include "apps/window/colours.h"
-#include "apps/window/model/sides.h"
+#include "apps/window/view/sides.h"
 #include "engine/scene/places.h"
 
 namespace aula {

@@ -7,11 +7,11 @@
 #include <optional>
 #include <vector>
 
-#include "apps/window/model/camera.h"
-#include "apps/window/model/layout.h"
 #include "apps/window/model/model.h"
-#include "apps/window/model/patch_field.h"
 #include "apps/window/panels.h"
+#include "apps/window/view/camera.h"
+#include "apps/window/view/layout.h"
+#include "apps/window/view/patch_field.h"
 #include "apps/window/view3d.h"
 
 namespace aula {

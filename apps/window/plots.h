@@ -2,8 +2,8 @@
 
 #include <imgui.h>
 
-#include "apps/window/model/layout.h"
 #include "apps/window/model/model.h"
+#include "apps/window/view/layout.h"
 
 namespace aula {
 

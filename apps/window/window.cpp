@@ -9,13 +9,13 @@
 #include <cmath>
 #include <optional>
 
-#include "apps/window/model/layout.h"
 #include "apps/window/model/model.h"
 #include "apps/window/native_window.h"
 #include "apps/window/panels.h"
 #include "apps/window/picture.h"
 #include "apps/window/screenshot.h"
 #include "apps/window/state_file.h"
+#include "apps/window/view/layout.h"
 #include "aula/audio/realtime.h"
 #include "aula/exception.h"
 

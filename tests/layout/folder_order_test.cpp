@@ -26,7 +26,7 @@ const std::array kParts = {
     Part{"apps/session",
          {"base", "frames", "auralizer", "offline", "edit", "live", "remote", ""},
          {"engine", "audio"}},
-    Part{"apps/window", {"model", ""}, {"apps/session", "engine", "audio"}},
+    Part{"apps/window", {"view", "model", ""}, {"apps/session", "engine", "audio"}},
     Part{"apps/bench",
          {"base", "convolution", "propagation", ""},
          {"apps/session", "engine", "audio"}},

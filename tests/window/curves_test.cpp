@@ -1,4 +1,4 @@
-#include "apps/window/model/curves.h"
+#include "apps/window/view/curves.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "apps/window/model/first_person.h"
+#include "apps/window/view/first_person.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,9 +1,9 @@
-#include "apps/window/model/patch_field.h"
+#include "apps/window/view/patch_field.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 
-#include "apps/window/model/sides.h"
+#include "apps/window/view/sides.h"
 #include "tests/support/test_scenes.h"
 
 using namespace aula;

@@ -1,4 +1,4 @@
-#include "apps/window/model/sides.h"
+#include "apps/window/view/sides.h"
 
 #include <glm/geometric.hpp>
 

@@ -1,4 +1,4 @@
-#include "apps/window/model/layout.h"
+#include "apps/window/view/layout.h"
 
 #include <algorithm>
 #include <cmath>

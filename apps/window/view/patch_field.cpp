@@ -1,11 +1,11 @@
-#include "apps/window/model/patch_field.h"
+#include "apps/window/view/patch_field.h"
 
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
 #include <limits>
 
-#include "apps/window/model/curves.h"
+#include "apps/window/view/curves.h"
 
 namespace aula {
 

@@ -1,4 +1,4 @@
-#include "apps/window/model/camera.h"
+#include "apps/window/view/camera.h"
 
 #include <algorithm>
 #include <cmath>
