@@ -1,0 +1,65 @@
+#include "apps/session/auralizer/command_checks.h"
+
+#include <cmath>
+#include <string>
+
+#include "aula/exception.h"
+
+namespace aula {
+
+namespace {
+
+constexpr float kHighestGain_db = 120;
+
+/// Rounding of a rotation that a host has multiplied up in single precision.
+constexpr float kRigidTolerance = 1e-2F;
+
+bool is_finite(const Vec3& v) {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+}  // namespace
+
+void require(bool holds, const char* otherwise) {
+    if (!holds) throw InputError(std::string("auralizer: ") + otherwise);
+}
+
+void check_options(const AuralizerOptions& options) {
+    require(options.sample_rate_hz >= 8000 && options.sample_rate_hz <= 384000,
+            "the sample rate is not between 8000 and 384000 Hz");
+    require(options.block >= 1 && options.block <= 8192, "the block is not between 1 and 8192");
+    require(options.ambisonic_order >= 1 && options.ambisonic_order <= 3,
+            "the ambisonic order is not between 1 and 3");
+    require(options.listeners >= 1, "there is no listener");
+}
+
+void check_position(const Vec3& position) {
+    require(is_finite(position), "a position is not finite");
+}
+
+void check_pose(const Pose& pose) {
+    check_position(pose.position);
+    require(is_finite({pose.yaw_rad, pose.pitch_rad, pose.roll_rad}), "an angle is not finite");
+}
+
+void check_gain(float gain_db) {
+    require(gain_db <= kHighestGain_db, "a gain is not a number up to 120 dB");
+}
+
+void check_transform(const RigidTransform& transform) {
+    check_position(transform.translation);
+    const glm::mat3 identity = glm::transpose(transform.rotation) * transform.rotation;
+    bool rigid = glm::determinant(transform.rotation) > 0;
+    for (int c = 0; c < 3; ++c)
+        for (int r = 0; r < 3; ++r)
+            rigid = rigid && std::abs(identity[c][r] - (c == r ? 1.0F : 0.0F)) < kRigidTolerance;
+    require(rigid, "a transform's rotation is not one: its columns are not orthonormal");
+}
+
+void check_material(const Material& material) {
+    for (std::size_t b = 0; b < kBandCount; ++b)
+        for (const float share : {material.absorption[b], material.scattering[b]})
+            require(share >= 0 && share <= 1, "a coefficient of a material is not from 0 to 1");
+}
+
+}  // namespace aula

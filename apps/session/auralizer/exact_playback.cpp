@@ -1,0 +1,167 @@
+#include "apps/session/auralizer/exact_playback.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace aula {
+
+namespace {
+
+constexpr int kBlock = 256;
+
+/// Frames computed ahead, so that fast frames compensate for slow ones.
+constexpr std::size_t kFramesAhead = 2;
+
+}  // namespace
+
+ExactPlayback::ExactPlayback(const Scene& scene, const AuralizerOptions& options)
+    : RoomPlayback(scene, options, kBlock),
+      frame_rate_hz_(static_cast<double>(scene.simulation.frame_rate_hz)),
+      block_outputs_(options.listeners * channel_count(options.output), std::vector<float>(kBlock)),
+      block_pointers_(block_outputs_.size()),
+      spent_(options.listeners) {}
+
+void ExactPlayback::commit(std::int64_t until) {
+    {
+        const std::lock_guard lock(mutex_);
+        committed_ = std::max(committed_, until);
+    }
+    changed_.notify_all();
+}
+
+int ExactPlayback::latency_samples() const { return kBlock; }
+
+std::int64_t ExactPlayback::time_of(std::int64_t at) const {
+    return std::max(at, in_before_frame() ? *frame_sample_ : committed_);
+}
+
+void ExactPlayback::route(std::size_t slot, SourceId source, std::int64_t at) {
+    renderer_changes_.add(at, [slot, source](RoomRenderer& r) { r.set_source(slot, source); });
+}
+
+void ExactPlayback::turn_head(std::size_t listener, const Pose& pose, std::int64_t at) {
+    renderer_changes_.add(at, [listener, pose](RoomRenderer& r) { r.turn_head(listener, pose); });
+}
+
+/// The first sample at or after a frame's time.
+std::int64_t ExactPlayback::frame_start(std::int64_t frame) const {
+    return static_cast<std::int64_t>(
+        std::ceil(static_cast<double>(frame) * rate_hz_ / frame_rate_hz_));
+}
+
+void ExactPlayback::compute_frames(Auralizer& auralizer) {
+    for (std::int64_t k = 0;; ++k) {
+        const std::int64_t sample = frame_start(k);
+        ListenerFrames frames(spent_.size());
+        {
+            std::unique_lock lock(mutex_);
+            changed_.wait(lock, [&] {
+                return stop_ || (committed_ > sample && ready_.size() < kFramesAhead);
+            });
+            if (stop_) return;
+            for (std::size_t l = 0; l < frames.size(); ++l) {
+                if (spent_[l].empty()) continue;
+                frames[l] = std::move(spent_[l].back());
+                spent_[l].pop_back();
+            }
+        }
+        const double time_s = static_cast<double>(k) / frame_rate_hz_;
+        call_before_frame(auralizer, sample, time_s);
+        computer_.compute(take_changes(sample, sample, time_s), frames);
+        {
+            const std::lock_guard lock(mutex_);
+            ready_.push_back(std::move(frames));
+        }
+        changed_.notify_all();
+    }
+}
+
+/// Blocks begin at multiples of their size, independent of the size of the calls.
+void ExactPlayback::render(std::span<const SourceSignal> inputs, std::span<float* const> outputs,
+                           int samples) {
+    if (broken_) std::rethrow_exception(broken_);
+    const FlushDenormals flush;
+    for (int done = 0; done < samples;) {
+        const int left = std::min(kBlock - filled_, samples - done);
+        const int part = pause_.advance(outputs, done, left);
+        if (part == 0) {
+            done += left;
+            continue;
+        }
+        const std::span<const float> weights = pause_.weights(part);
+        // Of several signals of a source the first is the one that counts.
+        for (std::size_t i = inputs.size(); i-- > 0;) {
+            const SourceSignal& input = inputs[i];
+            if (input.samples == nullptr) continue;
+            BlockInput& block = block_inputs_[input.source.number];
+            block.samples.resize(kBlock);
+            block.given = true;
+            std::copy_n(input.samples + done, part, block.samples.data() + filled_);
+            apply_weights(weights, block.samples.data() + filled_);
+        }
+        for (std::size_t c = 0; c < outputs.size(); ++c) {
+            std::copy_n(block_outputs_[c].data() + filled_, part, outputs[c] + done);
+            apply_weights(weights, outputs[c] + done);
+        }
+        filled_ += part;
+        done += part;
+        commit(rendered_ += part);
+        if (filled_ < kBlock) continue;
+        try {
+            render_block();
+        } catch (...) {
+            broken_ = std::current_exception();
+            throw;
+        }
+    }
+}
+
+/// Gives the next frame to the renderer; waits for it.
+void ExactPlayback::take_frames() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return failure_ || !ready_.empty(); });
+    if (ready_.empty()) std::rethrow_exception(failure_);
+    ListenerFrames frames = std::move(ready_.front());
+    ready_.pop_front();
+    for (std::size_t l = 0; l < frames.size(); ++l) {
+        Mailbox<RenderFrame>& mailbox = renderer_.frames(l);
+        mailbox.publish(std::move(frames[l]));
+        while (auto back = mailbox.reclaim()) spent_[l].push_back(std::move(back));
+    }
+    lock.unlock();
+    changed_.notify_all();
+    ++next_frame_;
+}
+
+/// Renders the block whose signals are there, divided where frames and changes begin.
+void ExactPlayback::render_block() {
+    const std::int64_t end = rendered_.load();
+    const std::int64_t begin = end - kBlock;
+    block_signals_.clear();
+    for (const auto& [number, input] : block_inputs_)
+        block_signals_.push_back({{number}, input.samples.data()});
+    for (std::int64_t first = begin; first < end;) {
+        if (frame_start(next_frame_) <= first) take_frames();
+        std::int64_t part_end = std::min(end, frame_start(next_frame_));
+        {
+            const std::lock_guard lock(mutex_);
+            renderer_changes_.apply(first, renderer_);
+            part_end = std::min(part_end, renderer_changes_.next());
+        }
+        const auto offset = static_cast<int>(first - begin);
+        for (std::size_t c = 0; c < block_pointers_.size(); ++c)
+            block_pointers_[c] = block_outputs_[c].data() + offset;
+        renderer_.render(block_signals_, offset, {}, block_pointers_,
+                         static_cast<int>(part_end - first));
+        first = part_end;
+    }
+    std::erase_if(block_inputs_, [](const auto& entry) { return !entry.second.given; });
+    for (auto& [number, input] : block_inputs_) {
+        std::fill(input.samples.begin(), input.samples.end(), 0.0F);
+        input.given = false;
+    }
+    filled_ = 0;
+}
+
+}  // namespace aula

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <exception>
+#include <map>
+#include <vector>
+
+#include "apps/session/auralizer/room_playback.h"
+
+namespace aula {
+
+/// Plays a room on the exact clock: samples are collected into blocks, which are rendered with the
+/// frames and changes of their sample times. The latency is one block.
+class ExactPlayback : public RoomPlayback {
+ public:
+    ExactPlayback(const Scene& scene, const AuralizerOptions& options);
+
+    void commit(std::int64_t until) override;
+    int latency_samples() const override;
+    void render(std::span<const SourceSignal> inputs, std::span<float* const> outputs,
+                int samples) override;
+
+ private:
+    void compute_frames(Auralizer& auralizer) override;
+    std::int64_t time_of(std::int64_t at) const override;
+    void route(std::size_t slot, SourceId source, std::int64_t at) override;
+    void turn_head(std::size_t listener, const Pose& pose, std::int64_t at) override;
+
+    std::int64_t frame_start(std::int64_t frame) const;
+    void render_block();
+    void take_frames();
+
+    /// A source's signal in the present block.
+    struct BlockInput {
+        std::vector<float> samples;
+        bool given = false;  ///< in this block
+    };
+
+    const double frame_rate_hz_;
+
+    // Of the rendering thread.
+    std::map<std::uint64_t, BlockInput> block_inputs_;  ///< by the source's number
+    std::vector<std::vector<float>> block_outputs_;     ///< of the block before
+    int filled_ = 0;                                    ///< samples of the present block
+    std::exception_ptr broken_;                         ///< what ended rendering
+    std::int64_t next_frame_ = 0;                       ///< to be heard
+    std::vector<SourceSignal> block_signals_;
+    std::vector<float*> block_pointers_;
+
+    // Guarded by the mutex.
+    ChangeQueue<RoomRenderer> renderer_changes_;
+    std::int64_t committed_ = 0;        ///< all changes before are known
+    std::deque<ListenerFrames> ready_;  ///< computed, to be heard
+    std::vector<std::vector<std::unique_ptr<RenderFrame>>> spent_;  ///< [listener] any number
+};
+
+}  // namespace aula

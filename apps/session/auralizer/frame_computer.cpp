@@ -1,0 +1,86 @@
+#include "apps/session/auralizer/frame_computer.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+namespace aula {
+
+FrameComputer::FrameComputer(const Scene& scene, const FrameSettings& settings,
+                             std::shared_ptr<const Hrtf> hrtf)
+    : hrtf_(std::move(hrtf)), maker_(scene, settings, hrtf_) {
+    status_.frame_period_ms = 1000 * config().frame_s;
+    status_.response_length_s = response_length_s();
+}
+
+void FrameComputer::compute(const FrameRoom& room, ListenerFrames& frames) {
+    using Clock = std::chrono::steady_clock;
+    for (auto& frame : frames)
+        if (!frame) frame = maker_.make_frame();
+    const auto begin = Clock::now();
+    std::vector<Sight> seen;
+    {
+        const std::lock_guard computing(maker_mutex_);
+        for (const MaterialChange& change : room.materials)
+            maker_.set_object_material(change.object, change.material);
+        maker_.fill(room.state, frames);
+        for (const SourceState& source : room.state.sources) {
+            if (source.ringing) continue;
+            Sight sight{{source.id}, {}};
+            for (std::size_t l = 0; l < frames.size(); ++l) {
+                const SourceSound* const sound = maker_.sound(source.id, l);
+                sight.visible.push_back(sound != nullptr && sound->direct ? 1 : 0);
+            }
+            seen.push_back(std::move(sight));
+        }
+    }
+    const double took_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+    const std::lock_guard lock(mutex_);
+    std::swap(sights_, seen);
+    frame_sum_ms_ += took_ms;
+    ++status_.frames;
+    status_.frame_ms = took_ms;
+    status_.frame_mean_ms = frame_sum_ms_ / static_cast<double>(status_.frames);
+    status_.frame_worst_ms = std::max(status_.frame_worst_ms, took_ms);
+    status_.memory_bytes = maker_.statistics().memory_bytes;
+}
+
+void FrameComputer::count_late_frames(std::uint64_t frames) {
+    const std::lock_guard lock(mutex_);
+    status_.late_frames += frames;
+}
+
+std::vector<std::vector<float>> FrameComputer::impulse_response(SourceId source,
+                                                                std::size_t listener) const {
+    Pose head;
+    SourceSound sound;
+    std::vector<std::vector<float>> channels;
+    {
+        const std::lock_guard computing(maker_mutex_);
+        const SourceSound* const newest = maker_.sound(source.number, listener);
+        if (newest == nullptr || newest->absent) return {};
+        sound = *newest;
+        for (std::span<const float>& channel : sound.ambisonics) {
+            if (channel.empty()) continue;
+            channels.emplace_back(channel.begin(), channel.end());
+            channel = channels.back();
+        }
+        head = maker_.listener(listener);
+    }
+    return render_response(sound, config(), response_length_s(), head, hrtf_);
+}
+
+bool FrameComputer::visible(SourceId source, std::size_t listener) const {
+    const std::lock_guard lock(mutex_);
+    for (const Sight& sight : sights_)
+        if (sight.source == source)
+            return listener < sight.visible.size() && sight.visible[listener];
+    return false;
+}
+
+AuralizerStatus FrameComputer::status() const {
+    const std::lock_guard lock(mutex_);
+    return status_;
+}
+
+}  // namespace aula

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "apps/session/frames/frame_maker.h"
+#include "aula/auralizer.h"
+
+namespace aula {
+
+struct MaterialChange {
+    std::size_t object = 0;
+    Material material;
+};
+
+/// The room of a frame.
+struct FrameRoom {
+    RoomState state;
+    std::vector<MaterialChange> materials;  ///< changed since the frame before
+};
+
+/// A render frame for each listener.
+using ListenerFrames = std::vector<std::unique_ptr<RenderFrame>>;
+
+/// Computes the frames of an auralizer and describes the newest one.
+class FrameComputer {
+ public:
+    FrameComputer(const Scene& scene, const FrameSettings& settings,
+                  std::shared_ptr<const Hrtf> hrtf);
+
+    const RendererConfig& config() const { return maker_.config(); }
+    double response_length_s() const { return maker_.response_length_s(); }
+
+    /// Fills a frame of each listener, and allocates those that are null. [propagation thread]
+    void compute(const FrameRoom& room, ListenerFrames& frames);
+
+    /// Counts frame times that were missed. [any thread]
+    void count_late_frames(std::uint64_t frames);
+
+    /// See Auralizer. [any thread]
+    std::vector<std::vector<float>> impulse_response(SourceId source, std::size_t listener) const;
+    bool visible(SourceId source, std::size_t listener) const;
+    AuralizerStatus status() const;
+
+ private:
+    /// To which listeners a source is visible.
+    struct Sight {
+        SourceId source;
+        std::vector<char> visible;  ///< [listener]
+    };
+
+    std::shared_ptr<const Hrtf> hrtf_;
+    mutable std::mutex maker_mutex_;  ///< locked while a frame is computed
+    FrameMaker maker_;
+    mutable std::mutex mutex_;  ///< of what follows
+    std::vector<Sight> sights_;
+    AuralizerStatus status_;
+    double frame_sum_ms_ = 0;
+};
+
+}  // namespace aula

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <atomic>
+#include <span>
+#include <vector>
+
+#include "audio/dsp/fade.h"
+
+namespace aula {
+
+/// Fades the sound out before a pause and in after it. Sample time stops from the end of the
+/// fade-out until the end of the pause. [rendering thread, except set_paused() and silent()]
+class PauseFade {
+ public:
+    /// `block`: the largest number of samples of a part.
+    PauseFade(double sample_rate_hz, int block);
+
+    /// [any thread]
+    void set_paused(bool paused) { paused_.store(paused); }
+
+    /// Whether the fade-out is complete. [any thread]
+    bool silent() const { return silent_.load(); }
+
+    /// The number of the next `samples` samples to render. 0 in a pause: the outputs are zero from
+    /// sample `done` on.
+    int advance(std::span<float* const> outputs, int done, int samples) noexcept AULA_NONBLOCKING;
+
+    /// The weights of the next part of the inputs, and of that of the outputs, so that no sound
+    /// from before a pause is heard after it. Empty without a fade.
+    std::span<const float> weights(int samples) noexcept AULA_NONBLOCKING;
+
+ private:
+    std::atomic<bool> paused_ = false;
+    std::atomic<bool> silent_ = false;
+    Fade fade_;
+    bool fading_out_ = false;  ///< otherwise in
+    std::vector<float> weights_;
+};
+
+/// Multiplies as many samples as there are weights.
+void apply_weights(std::span<const float> weights, float* samples) noexcept AULA_NONBLOCKING;
+
+}  // namespace aula

@@ -1,0 +1,131 @@
+#include "apps/session/auralizer/real_time_playback.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+namespace aula {
+
+namespace {
+
+/// All changes, whatever their time.
+constexpr std::int64_t kAll = kNever - 1;
+
+}  // namespace
+
+RealTimePlayback::RealTimePlayback(const Scene& scene, const AuralizerOptions& options)
+    : RoomPlayback(scene, options, options.block),
+      block_(options.block),
+      part_outputs_(options.listeners * channel_count(options.output)),
+      routed_(computer_.config().sources),
+      frame_heads_(options.listeners) {
+    for (std::size_t l = 0; l < options.listeners; ++l)
+        heads_.push_back(std::make_unique<Mailbox<Pose>>(1));
+    const std::vector<SourceId> initial = sources();
+    std::copy(initial.begin(), initial.end(), routed_.begin());
+}
+
+std::int64_t RealTimePlayback::time_of(std::int64_t /*at*/) const {
+    return in_before_frame() ? *frame_sample_ : rendered_.load();
+}
+
+void RealTimePlayback::route(std::size_t slot, SourceId source, std::int64_t /*at*/) {
+    routed_[slot] = source;
+    auto all = routes_.reclaim();
+    if (!all) all = std::make_unique<std::vector<SourceId>>();
+    *all = routed_;
+    routes_.publish(std::move(all));
+}
+
+void RealTimePlayback::turn_head(std::size_t listener, const Pose& pose, std::int64_t /*at*/) {
+    if (in_before_frame())
+        frame_heads_[listener] = pose;
+    else
+        publish_head(listener, pose);
+}
+
+void RealTimePlayback::publish_head(std::size_t listener, const Pose& pose) {
+    auto head = heads_[listener]->reclaim();
+    if (!head) head = std::make_unique<Pose>();
+    *head = pose;
+    heads_[listener]->publish(std::move(head));
+}
+
+/// False at the end.
+bool RealTimePlayback::wait_until(Clock::time_point time) {
+    std::unique_lock lock(mutex_);
+    return !changed_.wait_until(lock, time, [this] { return stop_; });
+}
+
+/// Wakes at each frame time: publishes the frame computed since the one before, then computes the
+/// next.
+void RealTimePlayback::compute_frames(Auralizer& auralizer) {
+    const double frame_s = computer_.config().frame_s;
+    FrameClock clock(Clock::now());
+    ListenerFrames computed;
+    for (bool first = true;; first = false) {
+        if (!first) {
+            clock.next(frame_s);
+            if (!wait_until(clock.due())) return;
+            if (!computed.empty()) publish(std::exchange(computed, {}));
+            const std::uint64_t missed = clock.leave_out_missed(Clock::now());
+            if (missed > 0) computer_.count_late_frames(missed);
+            if (!wait_until(clock.begin())) return;
+        }
+        const double time_s = clock.time_s();
+        call_before_frame(auralizer, rendered_.load(), time_s);
+        if (pause_.silent()) {
+            apply_changes(kAll, rendered_.load(), time_s);
+        } else {
+            const FrameRoom room = take_changes(kAll, rendered_.load(), time_s);
+            const auto begin = Clock::now();
+            for (std::size_t l = 0; l < heads_.size(); ++l)
+                computed.push_back(renderer_.frames(l).reclaim());
+            computer_.compute(room, computed);
+            clock.took(std::chrono::duration<double>(Clock::now() - begin).count());
+            if (first) publish(std::exchange(computed, {}));
+        }
+        clock.follow(static_cast<double>(rendered_.load()) / rate_hz_, Clock::now());
+    }
+}
+
+void RealTimePlayback::publish(ListenerFrames frames) {
+    for (std::size_t l = 0; l < frames.size(); ++l)
+        renderer_.frames(l).publish(std::move(frames[l]));
+    const std::lock_guard lock(mutex_);
+    for (std::size_t l = 0; l < heads_.size(); ++l) {
+        if (frame_heads_[l]) publish_head(l, *frame_heads_[l]);
+        frame_heads_[l].reset();
+    }
+}
+
+void RealTimePlayback::render(std::span<const SourceSignal> inputs, std::span<float* const> outputs,
+                              int samples) noexcept {
+    const FlushDenormals flush;
+    for (int done = 0; done < samples;) {
+        const int left = std::min(block_, samples - done);
+        const int part = pause_.advance(outputs, done, left);
+        if (part == 0) {
+            done += left;
+            continue;
+        }
+        if (std::vector<SourceId>* const all = routes_.take()) {
+            for (std::size_t s = 0; s < all->size(); ++s) renderer_.set_source(s, (*all)[s]);
+            routes_.give_back(all);
+        }
+        for (std::size_t l = 0; l < heads_.size(); ++l) {
+            Pose* const pose = heads_[l]->take();
+            if (pose == nullptr) continue;
+            renderer_.turn_head(l, *pose);
+            heads_[l]->give_back(pose);
+        }
+        for (std::size_t c = 0; c < outputs.size(); ++c) part_outputs_[c] = outputs[c] + done;
+        const std::span<const float> weights = pause_.weights(part);
+        renderer_.render(inputs, done, weights, part_outputs_, part);
+        for (float* const output : part_outputs_) apply_weights(weights, output);
+        done += part;
+        rendered_.fetch_add(part, std::memory_order_relaxed);
+    }
+}
+
+}  // namespace aula

@@ -1,0 +1,179 @@
+#include "apps/session/auralizer/room_playback.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <utility>
+
+namespace aula {
+
+namespace {
+
+/// Time by which a removed source is heard beyond its response: its fade and the filters' length.
+constexpr double kRingTail_s = 0.1;
+
+std::shared_ptr<const Hrtf> hrtf_of(const AuralizerOptions& options) {
+    if (options.output != OutputFormat::binaural) return nullptr;
+    return std::make_shared<const Hrtf>(options.hrtf, options.sample_rate_hz);
+}
+
+FrameSettings settings_of(const AuralizerOptions& options, int block) {
+    return {.sample_rate_hz = options.sample_rate_hz,
+            .block = block,
+            .output = options.output,
+            .ambisonic_order = options.ambisonic_order,
+            .half_precision_tail = options.half_precision_tail,
+            .most_sources = options.most_sources,
+            .listeners = options.listeners};
+}
+
+}  // namespace
+
+RoomPlayback::RoomPlayback(const Scene& scene, const AuralizerOptions& options, int block)
+    : RoomPlayback(scene, options, block, hrtf_of(options)) {}
+
+RoomPlayback::RoomPlayback(const Scene& scene, const AuralizerOptions& options, int block,
+                           const std::shared_ptr<const Hrtf>& hrtf)
+    : rate_hz_(options.sample_rate_hz),
+      before_frame_(options.before_frame),
+      computer_(scene, settings_of(options, block), hrtf),
+      renderer_(computer_.config(), options.listeners, hrtf),
+      pause_(rate_hz_, block),
+      tail_samples_(std::llround((computer_.response_length_s() + kRingTail_s) * rate_hz_)),
+      slots_(computer_.config().sources) {
+    room_.state = room_state(scene, 0);
+    const Pose pose = room_.state.listeners[0];
+    room_.state.listeners.assign(options.listeners, pose);
+    for (const Object& object : scene.objects)
+        room_.state.objects.push_back(object.transform_at(0));
+    for (std::size_t l = 0; l < options.listeners; ++l) renderer_.turn_head(l, pose);
+    for (std::size_t s = 0; s < scene.sources.size(); ++s) {
+        // As room_state() numbers them.
+        const SourceSlots::Place place = slots_.add(0);
+        renderer_.set_source(place.slot, place.source);
+    }
+}
+
+void RoomPlayback::run(Auralizer& auralizer) {
+    {
+        const std::lock_guard lock(mutex_);
+        frame_thread_ = std::this_thread::get_id();
+    }
+    try {
+        compute_frames(auralizer);
+    } catch (...) {
+        const std::lock_guard lock(mutex_);
+        failure_ = std::current_exception();
+    }
+    changed_.notify_all();
+}
+
+void RoomPlayback::stop() {
+    {
+        const std::lock_guard lock(mutex_);
+        stop_ = true;
+    }
+    changed_.notify_all();
+}
+
+SourceId RoomPlayback::add_source(const NewSource& source, std::int64_t at) {
+    const std::lock_guard lock(mutex_);
+    const std::int64_t time = time_of(at);
+    const auto [id, slot] = slots_.add(time);
+    const SourceState state{
+        .id = id.number,
+        .slot = slot,
+        .name = source.name.empty() ? "source " + std::to_string(id.number) : source.name,
+        .position = source.position,
+        .gain_db = source.gain_db};
+    changes_.add(time, [state](FrameRoom& room) {
+        // The slot's ringing source ends.
+        std::erase_if(room.state.sources,
+                      [&](const SourceState& other) { return other.slot == state.slot; });
+        room.state.sources.push_back(state);
+    });
+    route(slot, id, time);
+    return id;
+}
+
+void RoomPlayback::remove_source(SourceId source, std::int64_t at) {
+    const std::lock_guard lock(mutex_);
+    const auto removal = slots_.remove(source, time_of(at), tail_samples_);
+    if (!removal) return;
+    changes_.add(removal->at, [source, rung_out_at = removal->rung_out_at](FrameRoom& room) {
+        for (SourceState& state : room.state.sources) {
+            if (state.id != source.number) continue;
+            state.ringing = true;
+            state.rung_out_at = rung_out_at;
+        }
+    });
+    route(removal->slot, {}, removal->at);
+}
+
+std::vector<SourceId> RoomPlayback::sources() const {
+    const std::lock_guard lock(mutex_);
+    return slots_.sources();
+}
+
+void RoomPlayback::change_source(SourceId source, std::int64_t at,
+                                 std::function<void(SourceState&)> change) {
+    const std::lock_guard lock(mutex_);
+    const std::int64_t now = time_of(at);
+    changes_.add(std::max(now, slots_.begins_at(source, now)),
+                 [number = source.number, change = std::move(change)](FrameRoom& room) {
+                     for (SourceState& state : room.state.sources)
+                         if (state.id == number && !state.ringing) change(state);
+                 });
+}
+
+void RoomPlayback::set_listener(std::size_t listener, const Pose& pose, std::int64_t at) {
+    const std::lock_guard lock(mutex_);
+    const std::int64_t time = time_of(at);
+    changes_.add(time,
+                 [listener, pose](FrameRoom& room) { room.state.listeners[listener] = pose; });
+    turn_head(listener, pose, time);
+}
+
+void RoomPlayback::change_room(std::int64_t at, std::function<void(FrameRoom&)> change) {
+    const std::lock_guard lock(mutex_);
+    changes_.add(time_of(at), std::move(change));
+}
+
+AuralizerStatus RoomPlayback::status() const {
+    {
+        const std::lock_guard lock(mutex_);
+        if (failure_) std::rethrow_exception(failure_);
+    }
+    AuralizerStatus status = computer_.status();
+    status.samples = rendered_.load();
+    status.paused = pause_.silent();
+    return status;
+}
+
+void RoomPlayback::call_before_frame(Auralizer& auralizer, std::int64_t sample, double time_s) {
+    if (!before_frame_) return;
+    {
+        const std::lock_guard lock(mutex_);
+        frame_sample_ = sample;
+    }
+    before_frame_(auralizer, time_s);
+    const std::lock_guard lock(mutex_);
+    frame_sample_.reset();
+}
+
+void RoomPlayback::apply_changes(std::int64_t until, std::int64_t now, double time_s) {
+    const std::lock_guard lock(mutex_);
+    changes_.apply(until, room_);
+    std::erase_if(room_.state.sources, [&](const SourceState& source) {
+        return source.ringing && source.rung_out_at <= now;
+    });
+    room_.state.time_s = time_s;
+}
+
+FrameRoom RoomPlayback::take_changes(std::int64_t until, std::int64_t now, double time_s) {
+    apply_changes(until, now, time_s);
+    return {room_.state, std::exchange(room_.materials, {})};
+}
+
+}  // namespace aula

@@ -1,0 +1,105 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <thread>
+#include <vector>
+
+#include "apps/session/auralizer/change_queue.h"
+#include "apps/session/auralizer/frame_computer.h"
+#include "apps/session/auralizer/pause_fade.h"
+#include "apps/session/auralizer/room_renderer.h"
+#include "apps/session/auralizer/source_slots.h"
+#include "aula/auralizer.h"
+
+namespace aula {
+
+/// A room that is played: the changes that commands make, the frames computed from them and the
+/// renderer. The clocks derive from it. Commands are those of Auralizer, with checked arguments.
+class RoomPlayback {
+ public:
+    virtual ~RoomPlayback() = default;
+    RoomPlayback(const RoomPlayback&) = delete;
+    RoomPlayback& operator=(const RoomPlayback&) = delete;
+
+    /// Computes frames until stop(). [propagation thread]
+    void run(Auralizer& auralizer);
+    void stop();
+
+    // [any thread]
+    SourceId add_source(const NewSource& source, std::int64_t at);
+    void remove_source(SourceId source, std::int64_t at);
+    std::vector<SourceId> sources() const;
+    void change_source(SourceId source, std::int64_t at, std::function<void(SourceState&)> change);
+    void set_listener(std::size_t listener, const Pose& pose, std::int64_t at);
+    void change_room(std::int64_t at, std::function<void(FrameRoom&)> change);
+    void set_paused(bool paused) { pause_.set_paused(paused); }
+    virtual void commit(std::int64_t /*until*/) {}
+    AuralizerStatus status() const;
+    const FrameComputer& computer() const { return computer_; }
+    std::int64_t tail_samples() const { return tail_samples_; }
+
+    virtual int latency_samples() const = 0;
+    virtual void render(std::span<const SourceSignal> inputs, std::span<float* const> outputs,
+                        int samples) = 0;
+
+ protected:
+    /// `block`: the largest number of samples that the renderer processes together.
+    RoomPlayback(const Scene& scene, const AuralizerOptions& options, int block);
+
+    // [propagation thread]
+    virtual void compute_frames(Auralizer& auralizer) = 0;
+
+    /// Calls AuralizerOptions::before_frame; changes that it makes have this sample time.
+    void call_before_frame(Auralizer& auralizer, std::int64_t sample, double time_s);
+
+    /// Applies all changes up to a time to the room. Sources that have rung out at sample `now`
+    /// end.
+    void apply_changes(std::int64_t until, std::int64_t now, double time_s);
+
+    /// The same; returns the room for a frame.
+    FrameRoom take_changes(std::int64_t until, std::int64_t now, double time_s);
+
+    // With the mutex locked:
+    bool in_before_frame() const {
+        return frame_sample_.has_value() && std::this_thread::get_id() == frame_thread_;
+    }
+    /// The time at which a change that is made now takes effect.
+    virtual std::int64_t time_of(std::int64_t at) const = 0;
+    /// Tells the renderer what a slot plays from a time on.
+    virtual void route(std::size_t slot, SourceId source, std::int64_t at) = 0;
+    virtual void turn_head(std::size_t listener, const Pose& pose, std::int64_t at) = 0;
+
+    const double rate_hz_;
+    const std::function<void(Auralizer&, double)> before_frame_;
+    FrameComputer computer_;
+    RoomRenderer renderer_;                   ///< of the rendering thread
+    PauseFade pause_;                         ///< likewise
+    std::atomic<std::int64_t> rendered_ = 0;  ///< samples
+
+    mutable std::mutex mutex_;  ///< of what follows
+    std::condition_variable changed_;
+    bool stop_ = false;
+    std::exception_ptr failure_;                ///< of the propagation thread
+    std::optional<std::int64_t> frame_sample_;  ///< while before_frame is called
+
+ private:
+    RoomPlayback(const Scene& scene, const AuralizerOptions& options, int block,
+                 const std::shared_ptr<const Hrtf>& hrtf);
+
+    const std::int64_t tail_samples_;
+    std::thread::id frame_thread_;  ///< guarded by the mutex, as what follows
+    SourceSlots slots_;
+    ChangeQueue<FrameRoom> changes_;
+    FrameRoom room_;  ///< with all changes up to the newest frame; of the propagation thread
+};
+
+}  // namespace aula
