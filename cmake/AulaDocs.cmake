@@ -14,9 +14,12 @@ set(DOXYGEN_JAVADOC_AUTOBRIEF YES)
 set(DOXYGEN_BUILTIN_STL_SUPPORT YES)
 set(DOXYGEN_MACRO_EXPANSION YES)
 set(DOXYGEN_PREDEFINED AULA_NONBLOCKING=)
+set(DOXYGEN_SORT_MEMBER_DOCS NO)
+set(DOXYGEN_SOURCE_BROWSER YES)
+set(DOXYGEN_FILTER_PATTERNS "*.md=sed -f cmake/api_links.sed")
 set(DOXYGEN_HAVE_DOT NO)
 set(DOXYGEN_GENERATE_LATEX NO)
 set(DOXYGEN_QUIET YES)
 set(DOXYGEN_WARN_AS_ERROR FAIL_ON_WARNINGS)
-doxygen_add_docs(docs engine/include audio/include apps/session/include docs/api.md
+doxygen_add_docs(docs engine/include audio/include apps/session/include apps/examples docs/api.md
                  COMMENT "Writing docs/html")

@@ -19,96 +19,117 @@ namespace aula {
 
 /// When propagation frames are computed, and when changes take effect.
 enum class RenderClock {
-    /// The audio thread never waits. Frames are computed at regular wall-clock times and the newest
-    /// one is heard. A change takes effect as early as possible.
+    /// render() never waits. Frames are computed at regular wall-clock times and the newest one is
+    /// heard. A change takes effect as early as possible.
     real_time,
-    /// render() waits for the frame of its sample time. The same changes give the same bytes for
-    /// any sequence of block sizes and any number of threads.
+    /// render() waits for the frame of its sample time. A change takes effect at its sample time.
+    /// The same changes and signals give the same bytes for any sequence of block sizes and any
+    /// number of threads.
     exact,
 };
 
-/// Identifies a source of an Auralizer. No source has the number 0.
+/// Identifies a source of an Auralizer.
 struct SourceId {
-    std::uint64_t number = 0;
+    std::uint64_t number = 0;  ///< counts from 1, never reused; 0: no source
+    /// True for the same source.
     friend bool operator==(const SourceId&, const SourceId&) = default;
 };
 
-/// Sample time of a change that takes effect as early as possible.
+/// Sample time of a change that takes effect as early as possible: the default of all commands.
 inline constexpr std::int64_t kNow = std::numeric_limits<std::int64_t>::min();
 
 class Auralizer;
 
+/// The settings of an Auralizer. They do not change during its life.
 struct AuralizerOptions {
-    RenderClock clock = RenderClock::real_time;
-    double sample_rate_hz = 48000;
-    /// Samples processed together on the real-time clock, best the size of most calls. Longer calls
-    /// are divided; shorter ones cost more per sample. The exact clock ignores it.
+    RenderClock clock = RenderClock::real_time;  ///< exact for files and tests
+    double sample_rate_hz = 48000;               ///< of inputs and outputs, 8000 to 384000
+    /// Samples processed together on the real-time clock, 1 to 8192, best the size of most calls.
+    /// Longer calls are divided; shorter ones cost more per sample. The exact clock ignores it.
     int block = 256;
-    OutputFormat output = OutputFormat::binaural;
-    int ambisonic_order = 1;           ///< of the reverberation in binaural output, 1 to 3
-    std::filesystem::path hrtf;        ///< SOFA file; empty: libmysofa's default
+    OutputFormat output = OutputFormat::binaural;  ///< of each listener
+    int ambisonic_order = 1;     ///< of the reverberation in binaural output, 1 to 3
+    std::filesystem::path hrtf;  ///< SOFA file for binaural output; empty: MIT KEMAR (libmysofa)
     bool half_precision_tail = false;  ///< late reverberation in half the memory, error -74 dB
-    std::size_t listeners = 1;
-    std::size_t most_sources = 16;  ///< present together; at least as many as the scene has
-    /// Called before each frame with the frame's time. Poses set in the call, orientations of heads
-    /// included, belong to that frame. [propagation thread]
+    std::size_t listeners = 1;         ///< number of listeners, at least 1; indices from 0
+    /// Largest number of sources that are present at the same time; at least that of the scene is
+    /// used. The memory of the renderer grows with it.
+    std::size_t most_sources = 16;
+    /// Called on the propagation thread before each frame, with the object and the frame's time in
+    /// s. Poses that are set in the call, orientations of heads included, belong to that frame.
+    /// Empty: no call.
     std::function<void(Auralizer&, double time_s)> before_frame;
 };
 
 /// An omnidirectional source to add.
 struct NewSource {
-    Vec3 position{0};
-    float gain_db = 0;
-    /// Seeds the noise carriers of its reverberation: sources with equal names have equal carriers.
-    /// Empty: seeded by the source's number.
+    Vec3 position{0};   ///< m, world axes
+    float gain_db = 0;  ///< at most 120; -infinity mutes
+    /// Seeds the noise of its reverberation: sources of equal names have correlated reverberation.
+    /// Empty: the source's number is the seed.
     std::string name{};
 };
 
 /// Input samples of a source in one call of render().
 struct SourceSignal {
-    SourceId source;
+    SourceId source;  ///< the source that plays them
+    /// As many samples as the call renders. 1.0 has the amplitude 1.0 at a distance of 1 m in a
+    /// free field. Null: silence.
     const float* samples = nullptr;
 };
 
+/// The state and the load of an Auralizer.
 struct AuralizerStatus {
-    std::int64_t samples = 0;       ///< rendered
-    bool paused = false;            ///< the fade to silence is complete
-    std::uint64_t frames = 0;       ///< propagation frames
-    std::uint64_t late_frames = 0;  ///< frame times missed while a frame was computed
+    std::int64_t samples = 0;       ///< sample time: samples rendered, without pauses
+    bool paused = false;            ///< true from the end of the fade to a pause on
+    std::uint64_t frames = 0;       ///< propagation frames computed
+    std::uint64_t late_frames = 0;  ///< frames skipped because others took too long (real time)
     double frame_ms = 0;            ///< computation time of the newest frame
-    double frame_mean_ms = 0;
-    double frame_worst_ms = 0;
-    double frame_period_ms = 0;
-    double response_length_s = 0;
-    std::size_t memory_bytes = 0;  ///< of the propagation's caches
+    double frame_mean_ms = 0;       ///< mean computation time of all frames
+    double frame_worst_ms = 0;      ///< longest computation time of all frames
+    double frame_period_ms = 0;     ///< time between frames; in real time frame_ms must be below
+    double response_length_s = 0;   ///< as Auralizer::response_length_s()
+    std::size_t memory_bytes = 0;   ///< memory of the propagation's caches
 };
 
-/// A room made audible block by block, without device and files: the propagation on its own thread
-/// and a renderer for each listener. While it plays, sources can be added, removed and moved,
-/// listeners and objects moved and materials changed, without a click.
+/// Renders what listeners hear in a room, block by block, without device and files. It computes the
+/// propagation on a separate thread and has a renderer for each listener. During rendering sources
+/// can be added, removed and moved, listeners and objects moved, and materials changed, without a
+/// click.
 ///
-/// Propagation frame k is at time k / Simulation::frame_rate_hz. Turns of a head, additions and
-/// removals take effect at the sample time of the change; all other changes in the first frame at
-/// or after it.
+/// **Sample time** counts the rendered samples from 0 on. The parameter `at` of a command is the
+/// sample time at which the change takes effect on the exact clock. The real-time clock ignores it.
+/// If `at` is kNow or has passed, the change takes effect at the next sample to render, or at the
+/// time of the last commit() if that is later. A change of a source that has not begun takes effect
+/// when the source begins.
 ///
-/// On the exact clock a change without a sample time, or with a past one, has that of the next
-/// sample to render, or that of the last commit() where it is later; a change of a source that has
-/// not begun has that of its beginning. The real-time clock ignores sample times.
+/// **Frames**: propagation frame k is at the time k / Simulation::frame_rate_hz. Orientations of
+/// heads, additions and removals take effect at the sample time of the change. All other changes
+/// take effect in the first frame at or after it.
 ///
-/// Commands lock: any thread may call them except, on the real-time clock, the thread that renders.
-/// Started threads have ordinary priority and end with the destructor.
+/// **Threads**: commands lock a mutex for a short time. Any thread may call them, but on the
+/// real-time clock the thread that renders must not. Threads that the object starts have ordinary
+/// priority, on the real-time clock a nice value of at least kNiceOfFrames. They end with the
+/// destructor.
+///
+/// **Errors**: wrong arguments throw InputError and change nothing. Commands for a source that is
+/// not present have no effect.
 class Auralizer {
  public:
-    /// Copies the scene and adds its sources. Their paths are not followed (see follow_paths()) and
-    /// their signals not read. Throws InputError.
+    /// Copies the scene, adds its sources and prepares all memory for rendering. The scene's
+    /// listener is the initial pose of all listeners. Paths are not followed (see follow_paths()),
+    /// and signals of sources are not read. Throws InputError for invalid options, settings or HRTF
+    /// files.
     explicit Auralizer(const Scene& scene, AuralizerOptions options = {});
+    /// Waits for the frame in progress and ends all threads.
     ~Auralizer();
     Auralizer(const Auralizer&) = delete;
     Auralizer& operator=(const Auralizer&) = delete;
 
     /// Adds a source. It is heard from its first frame on; on the real-time clock after at most two
-    /// frames. After the first sample a source fades in over 20 ms. Throws InputError for more than
-    /// AuralizerOptions::most_sources.
+    /// frames. It fades in over 20 ms unless it begins at the first sample. If all places are taken
+    /// by sources and by reverberation of removed sources, the oldest such reverberation ends.
+    /// Throws InputError for more than AuralizerOptions::most_sources sources.
     SourceId add_source(const NewSource& source, std::int64_t at = kNow);
 
     /// Fades a source out over 20 ms, during which its signal should continue. Its reverberation
@@ -121,54 +142,85 @@ class Auralizer {
     /// Moves a source; its orientation is ignored. Throws InputError if the position is not finite.
     void set_source(SourceId source, const Pose& pose, std::int64_t at = kNow);
 
-    /// Throws InputError for more than 120 dB.
+    /// Sets the gain of a source in dB; -infinity mutes it. Throws InputError above 120 dB.
     void set_gain(SourceId source, float gain_db, std::int64_t at = kNow);
+
+    /// Moves and turns listener 0.
     void set_listener(const Pose& pose, std::int64_t at = kNow) { set_listener(0, pose, at); }
+
+    /// Moves and turns a listener, given by its index. The head turns uniformly between poses.
+    /// Throws InputError if there is no such listener or the pose is not finite.
     void set_listener(std::size_t listener, const Pose& pose, std::int64_t at = kNow);
 
-    /// Moves an object, given by its index in Scene::objects. Throws InputError if it is not
-    /// movable or the transform is not rigid.
+    /// Moves an object, given by its index in Scene::objects. The transform applies to the object's
+    /// vertices and replaces the earlier transform. Throws InputError if there is no such object,
+    /// if it is not movable (Object::movable), or if the transform is not rigid and finite.
     void set_transform(std::size_t object, const RigidTransform& transform, std::int64_t at = kNow);
 
-    /// Assigns a material to an object, by the name of one of the scene or the library. Responses
-    /// keep their length. Throws InputError for an unknown name.
+    /// Assigns a material to all triangles of an object, by the name of one of the scene or the
+    /// library. The response length does not change. Throws InputError for an unknown object or
+    /// name.
     void set_material(std::size_t object, const std::string& name, std::int64_t at = kNow);
+
+    /// Assigns a material that need not be in the scene. Throws InputError for an unknown object,
+    /// or if a coefficient is not from 0 to 1.
     void set_material(std::size_t object, const Material& material, std::int64_t at = kNow);
 
-    /// Declares that all changes before a sample time have been made, so that frames up to there
-    /// are computed ahead. Without it a frame is computed when render() reaches it. [exact clock]
+    /// Declares that all changes before the sample time `until` have been made. Frames before it
+    /// are then computed ahead, in parallel with rendering. Without it a frame is computed when
+    /// render() reaches its time. No effect on the real-time clock.
     void commit(std::int64_t until);
 
-    /// Fades out over 20 ms, then stops the sample time. resume() continues it and fades in.
+    /// Fades out over 20 ms, then stops the sample time; render() then writes silence. Wait-free;
+    /// any thread may call it.
     void pause();
+
+    /// Continues the sample time after a pause, and fades in over 20 ms. Wait-free; any thread may
+    /// call it.
     void resume();
 
-    /// Renders any number of samples. A source without a signal is silent; of several signals of
-    /// one source the first counts; signals of absent sources are ignored. Overwrites `outputs`:
-    /// output_channels() signals, [listener][channel], which lag the inputs by latency_samples().
-    /// Throws InputError for another number of outputs; on the exact clock rethrows errors of the
-    /// propagation.
-    /// [real time: audio thread, wait-free; exact: any one thread, waits]
+    /// Renders any number of samples. A source without a signal is silent. Of several signals of
+    /// one source the first counts. Signals of absent sources are ignored.
+    ///
+    /// Overwrites `outputs`, output_channels() pointers to `samples` samples each: all channels of
+    /// listener 0, then those of listener 1, and so on. Outputs lag the inputs by
+    /// latency_samples().
+    ///
+    /// Throws InputError for another number of outputs. On the exact clock it rethrows exceptions
+    /// of the propagation thread. [real time: one thread, wait-free; exact: one thread, waits]
     void render(std::span<const SourceSignal> inputs, std::span<float* const> outputs, int samples);
 
+    /// Number of outputs of render(): channel_count() of the output format for each listener.
+    /// Constant, as are the four values below; any thread may ask for them.
     std::size_t output_channels() const;
+
+    /// Delay from the inputs to the outputs of render(): 0 on the real-time clock, 256 on the exact
+    /// clock. The delay of sound in the air comes in addition.
     int latency_samples() const;
+
+    /// AuralizerOptions::sample_rate_hz.
     double sample_rate_hz() const;
+
+    /// Length of the impulse responses: Simulation::ir_length_s, or from the reverberation time of
+    /// the room.
     double response_length_s() const;
 
-    /// How long a source is heard after its signal has ended.
+    /// How long a source is heard after its signal has ended: the response length and 0.1 s for
+    /// fades and filters.
     std::int64_t tail_samples() const;
 
-    /// Impulse response of a source in the newest frame, gains included: [channel][sample], sample
-    /// 0 is emission. Empty before the first frame of the source. Waits for the frame in progress.
+    /// Impulse response of a source at a listener in the newest frame, as it is heard with its gain
+    /// and the head's orientation: [channel][sample] in the output format. Sample 0 is the
+    /// emission. Empty before the first frame of the source, or if there is no such source or
+    /// listener. Waits for the frame in progress and allocates.
     std::vector<std::vector<float>> impulse_response(SourceId source,
                                                      std::size_t listener = 0) const;
 
-    /// True if no surface lies between a source and a listener in the newest frame; always false
-    /// if Simulation::direct is false.
+    /// True if no surface lies between a source and a listener in the newest frame. False if there
+    /// is no such source or listener, and always if Simulation::direct is false.
     bool visible(SourceId source, std::size_t listener = 0) const;
 
-    /// Rethrows errors of the propagation thread.
+    /// The current state. Rethrows the exception that has ended the propagation thread.
     AuralizerStatus status() const;
 
  private:
@@ -176,8 +228,8 @@ class Auralizer {
     std::unique_ptr<State> state_;
 };
 
-/// An AuralizerOptions::before_frame that moves those of the scene's initial sources, its listener
-/// and its objects that have a path along it.
+/// A function for AuralizerOptions::before_frame that moves the scene's initial sources, listener 0
+/// and the objects along their paths, if they have one. It keeps a copy of the scene.
 std::function<void(Auralizer&, double time_s)> follow_paths(const Scene& scene);
 
 }  // namespace aula

@@ -9,31 +9,34 @@
 
 namespace aula {
 
-/// Dimensions of a convolution of several inputs into several outputs, common to a convolver, its
-/// filters and their transform.
+/// Dimensions of a convolution of several inputs into several outputs. A convolver, its filters and
+/// their transform have the same shape.
 struct ConvolutionShape {
-    std::size_t inputs = 1;
-    std::size_t outputs = 1;
-    std::size_t block = 256;           ///< largest number of samples per call, at most 8192
-    std::size_t taps = 1;              ///< length of the longest filter, samples
+    std::size_t inputs = 1;            ///< number of input signals
+    std::size_t outputs = 1;           ///< number of output signals
+    std::size_t block = 256;           ///< largest number of samples per call, 1 to 8192
+    std::size_t taps = 1;              ///< length of the longest filter, samples, at least 1
     bool half_precision_tail = false;  ///< all levels but the first: half the memory, -74 dB error
 };
 
-/// Spectra of one partition of the filters from one input to all outputs, [chunk][output].
-/// Immutable while a filter refers to it.
+/// Spectra of one partition of the filters from one input to all outputs. Only a Convolver reads
+/// them. Immutable while a filter refers to it.
 struct FilterPartition {
-    const void* spectra = nullptr;  ///< floats or half-precision numbers; null: all zero
-    float scale = 1;                ///< factor of half-precision numbers
+    /// [chunk of bins][output] Floats or half-precision numbers; null: all zero.
+    const void* spectra = nullptr;
+    float scale = 1;  ///< factor of half-precision numbers
 };
 
-/// Impulse responses from every input to every output, transformed partition by partition. Filters
-/// of one FilterTransform share equal partitions. A filter must not change while a convolver uses
-/// it.
+/// Impulse responses from every input to every output, transformed partition by partition. A
+/// FilterTransform fills it. Filters of one FilterTransform share equal partitions. A filter must
+/// not change while a convolver uses it (Convolver::uses()).
 class ConvolutionFilter {
  public:
+    /// A filter of zeros.
     explicit ConvolutionFilter(const ConvolutionShape& shape);
 
-    /// The partitions of an input's filters at a level, in order of time.
+    /// The partitions of an input's filters at a level, in order of time. For a Convolver.
+    /// [any thread, wait-free]
     const FilterPartition* partitions(std::size_t level,
                                       std::size_t input) const noexcept AULA_NONBLOCKING {
         return levels_[level].partitions.data() + input * levels_[level].count;
@@ -50,20 +53,25 @@ class ConvolutionFilter {
 };
 
 /// Fills filters. Only partitions that differ from those of the previous call are transformed. The
-/// memory of a partition returns to a pool when no filter refers to it. Filters are filled and
-/// destroyed on the same thread. [propagation thread]
+/// memory of a partition returns to a pool when no filter refers to it. It may allocate: use it on
+/// a thread other than the audio thread, and destroy its filters on the same thread.
 class FilterTransform {
  public:
+    /// A transform for filters of that shape. It keeps the newest impulse responses.
     explicit FilterTransform(const ConvolutionShape& shape);
     ~FilterTransform();
+    /// The object that was moved from can only be assigned to or destroyed.
     FilterTransform(FilterTransform&&) noexcept;
+    /// The object that was moved from can only be assigned to or destroyed.
     FilterTransform& operator=(FilterTransform&&) noexcept;
 
-    /// Sets the impulse responses of an input: one per output, each of at most shape.taps samples.
+    /// Sets the impulse responses of an input in `filter`: one per output, each of at most
+    /// ConvolutionShape::taps samples. Shorter ones are followed by zeros.
     void transform(std::span<const std::span<const float>> responses, std::size_t input,
                    ConvolutionFilter& filter);
 
-    /// Sets an input's impulse responses to those of the call before.
+    /// Sets the impulse responses of an input in `filter` to those of the last transform() of that
+    /// input; without one, to zeros.
     void repeat(std::size_t input, ConvolutionFilter& filter) const;
 
  private:
@@ -72,39 +80,45 @@ class FilterTransform {
 };
 
 /// Non-uniformly partitioned overlap-save convolution without latency (Gardner 1995; Garcia 2002):
-/// output sample n includes input sample n. Filters are cut into levels of equal partitions
-/// (partition_levels.h). The first level, with partitions of a block, is computed within the call;
-/// the work of the others is spread evenly over the calls. A call takes any number of samples up to
-/// a block; whole blocks are the cheapest.
+/// output sample n includes input sample n. Filters are divided into levels, each of partitions of
+/// equal size; later levels have larger partitions. The first level, with partitions of a block, is
+/// computed within the call. The work of the others is spread evenly over the calls. A call takes
+/// any number of samples up to a block; whole blocks are the cheapest.
 ///
-/// A filter is exchanged by raised-cosine crossfades between outputs, each computed from the whole
-/// history of the inputs. The first level fades from the next sample on, the others after it, one
-/// after another, so that the cost is spread over blocks. [audio thread, except the constructor]
+/// A filter is exchanged by raised-cosine crossfades between the outputs of the old and the new
+/// filter, each computed from the whole history of the inputs. The first level fades from the next
+/// sample on. The others fade after it, one after another, so that the cost is spread over blocks.
+/// Until the first exchange the output is silent.
+///
+/// All functions but the constructor are for the audio thread: they are wait-free.
 class Convolver {
  public:
-    /// The first level fades over `fade_samples`, every other level over one of its partitions.
+    /// The first level fades over `fade_samples` samples, every other level over one of its
+    /// partitions. Allocates all memory.
     Convolver(const ConvolutionShape& shape, std::size_t fade_samples);
     ~Convolver();
+    /// The convolver that was moved from can only be assigned to or destroyed.
     Convolver(Convolver&&) noexcept;
+    /// The convolver that was moved from can only be assigned to or destroyed.
     Convolver& operator=(Convolver&&) noexcept;
 
-    /// Exchanges the current filter for `filter`, which must live while uses(filter). Must not be
-    /// called while fading(). Before the first sample a filter takes effect immediately; the first
-    /// filter after that fades in from silence. A level that is still fading takes the newest
-    /// filter afterwards.
+    /// Exchanges the current filter for `filter`, which is not null, has the same shape and must
+    /// live while uses() is true for it. Must not be called while fading() is true. Before the
+    /// first sample a filter takes effect immediately. If the first filter comes later, it fades in
+    /// from silence. Another level that is still fading takes the newest filter afterwards.
     void exchange(const ConvolutionFilter* filter) noexcept AULA_NONBLOCKING;
 
-    /// Whether the first level is fading.
+    /// True while the first level is fading.
     bool fading() const noexcept AULA_NONBLOCKING;
 
-    /// Largest number of filters in use: a current one and a next one per level.
+    /// Largest number of filters in use at the same time: a current and a next one for each level.
     std::size_t most_filters() const noexcept;
 
-    /// Whether any level still uses a filter.
+    /// True while any level uses a filter. Afterwards the filter may be changed or destroyed.
     bool uses(const ConvolutionFilter* filter) const noexcept AULA_NONBLOCKING;
 
-    /// Convolves `samples` samples (at most a block) of inputs[input][sample] and overwrites
-    /// outputs[output][sample].
+    /// Convolves inputs[input][sample] and overwrites outputs[output][sample]. `samples` is at most
+    /// ConvolutionShape::block.
     void process(std::span<const float* const> inputs, std::span<float* const> outputs,
                  std::size_t samples) noexcept AULA_NONBLOCKING;
 

@@ -4,11 +4,14 @@
 
 namespace aula {
 
-/// What a listener's output is: two ears, omnidirectional pressure, or first-order ambisonics
-/// (AmbiX: ACN, SN3D).
-enum class OutputFormat { binaural, mono, foa };
+/// What a listener's output is.
+enum class OutputFormat {
+    binaural,  ///< two channels for headphones, left and right, with the head's orientation
+    mono,      ///< one channel: the sound pressure at the listener
+    foa        ///< four channels: first-order ambisonics, AmbiX (ACN, SN3D: W Y Z X), head axes
+};
 
-/// Channels of an output format: 2, 1, 4.
+/// Number of channels of an output format: 2, 1 or 4.
 std::size_t channel_count(OutputFormat format);
 
 }  // namespace aula

@@ -1,7 +1,7 @@
 #pragma once
 
-// Marks a function called by the audio thread: no allocation, lock, log or system call. Compilers
-// that know the attribute check the whole call tree.
+/// Marks a function that the audio thread calls: no allocation, lock, log or system call. Compilers
+/// that know the attribute check the whole call tree.
 #if defined(__clang__) && __has_cpp_attribute(clang::nonblocking)
 #define AULA_NONBLOCKING [[clang::nonblocking]]
 #else
@@ -10,18 +10,19 @@
 
 namespace aula {
 
-/// Requests real-time priority (SCHED_FIFO) for this thread unless it already has it. Returns
-/// whether it has it. [audio thread, first call]
+/// Requests real-time priority (SCHED_FIFO) for this thread unless it already has it. Returns true
+/// if the thread then has it; the system refuses it without the privilege. Call it once at the
+/// start of an audio thread.
 bool take_realtime_priority() noexcept;
 
-/// Raises the nice value (nice(2)) of this thread to at least `nice` and shortens its time slices,
-/// so that a sound server of the same session is scheduled sooner. Threads started later inherit
-/// both. Does nothing if the thread has real-time or idle priority. Cannot be reverted without
-/// privileges.
+/// Raises the nice value (nice(2)) of this thread to at least `nice`, 0 to 19, and shortens its
+/// time slices, so that a sound server of the same session is scheduled sooner. Threads that it
+/// starts later inherit both. Does nothing if the thread has real-time or idle priority. Cannot be
+/// reverted without privileges.
 void give_way(int nice) noexcept;
 
-/// Gives up real-time priority that this thread has inherited. A thread starts with the scheduling
-/// of the thread that starts it: call this first in a thread that computes.
+/// Gives up real-time priority that this thread has inherited: a thread starts with the scheduling
+/// of the thread that starts it. Call it at the start of a thread that computes.
 void leave_realtime() noexcept;
 
 /// Nice value of the threads that compute propagation frames.
@@ -31,7 +32,9 @@ inline constexpr int kNiceOfFrames = 10;
 /// Threads started meanwhile inherit and keep it.
 class RealtimePriority {
  public:
+    /// Calls take_realtime_priority().
     RealtimePriority() noexcept;
+    /// Restores the priority that the thread had before; must run on the same thread.
     ~RealtimePriority();
     RealtimePriority(const RealtimePriority&) = delete;
     RealtimePriority& operator=(const RealtimePriority&) = delete;
@@ -45,7 +48,9 @@ class RealtimePriority {
 /// otherwise cost many times more. Does nothing without SSE. [audio thread]
 class FlushDenormals {
  public:
+    /// Sets the flush-to-zero and denormals-are-zero modes of this thread.
     FlushDenormals() noexcept;
+    /// Restores the modes before; must run on the same thread.
     ~FlushDenormals();
     FlushDenormals(const FlushDenormals&) = delete;
     FlushDenormals& operator=(const FlushDenormals&) = delete;

@@ -11,46 +11,56 @@ namespace aula {
 
 /// A mono sound in memory.
 struct SoundClip {
-    double sample_rate_hz = 48000;
-    std::vector<float> samples;
-    std::vector<std::string> warnings;  ///< such as "voice.wav: 2 channels mixed down to one"
+    double sample_rate_hz = 48000;  ///< of `samples`: the rate that was asked for
+    std::vector<float> samples;     ///< full scale is 1; at least one sample
+    /// One line each, such as "voice.wav: 2 channels mixed down to one".
+    std::vector<std::string> warnings;
 };
 
 /// Reads a WAV (also RF64, W64), AIFF, AU, CAF, FLAC, Ogg, MP3 or NIST SPHERE file, mixes it down
-/// to mono and resamples it. Samples that are not finite or exceed 2^31 in magnitude become 0 with
-/// a warning. Throws InputError, also for another format, sample rates outside 1 to 768 kHz,
-/// more than 64 channels, or more than 2^28 samples before or after resampling.
+/// to mono (the mean of its channels) and resamples it to `sample_rate_hz`. Samples that are not
+/// finite or exceed 2^31 in magnitude become 0, with a warning. Throws InputError if the file
+/// cannot be read or is of another format, and for sample rates outside 1 to 768 kHz, more than 64
+/// channels, no sample, or more than 2^28 samples before or after resampling.
 SoundClip read_sound(const std::filesystem::path& file, double sample_rate_hz);
 
+/// What the header of a sound file says.
 struct SoundInfo {
-    std::int64_t frames = 0;  ///< length, sample frames
-    double sample_rate_hz = 0;
-    int channels = 0;
+    std::int64_t frames = 0;    ///< length in samples of each channel
+    double sample_rate_hz = 0;  ///< 1000 to 768000
+    int channels = 0;           ///< 1 to 64
 };
 
-/// Reads the header of a sound file. Throws InputError.
+/// Reads the header of a sound file. Throws InputError as read_sound().
 SoundInfo sound_info(const std::filesystem::path& file);
 
-enum class SampleFormat { float32, pcm24, pcm16 };
+/// How a WAV file represents samples. Integers are clipped to full scale, 1.
+enum class SampleFormat {
+    float32,  ///< 32-bit floating point, not clipped
+    pcm24,    ///< 24-bit integers
+    pcm16     ///< 16-bit integers
+};
 
-/// Writes a WAV file under a temporary name in its folder and renames it in commit(). Without
-/// commit() the file is removed. Throws InputError if the folder is not writable, Failure
-/// if writing fails (disk full).
+/// Writes a WAV file. It has a temporary name in its folder until commit() renames it.
+/// Without commit() the destructor removes it. All functions throw Failure if writing fails, for
+/// instance on a full disk.
 class WavWriter {
  public:
+    /// Creates the file with `channels` channels; the rate is rounded to whole Hz. An existing file
+    /// is kept until commit() replaces it. Throws InputError if the folder is not writable or
+    /// `file` exists and is not a regular file.
     WavWriter(const std::filesystem::path& file, double sample_rate_hz, std::size_t channels,
               SampleFormat format);
     ~WavWriter();
 
-    /// Appends interleaved samples, [sample][channel]. Samples that are not finite are written as
-    /// silence.
+    /// Appends interleaved samples, [sample][channel]; the number is a multiple of the channels.
+    /// Samples that are not finite are written as 0.
     void write(std::span<const float> interleaved);
 
-    /// Number of samples that were not finite, all channels.
+    /// Number of samples of all channels that were not finite.
     std::int64_t muted_samples() const;
 
-    /// Completes the file under its name.
-
+    /// Completes the file under its name. Nothing may be written afterwards.
     void commit();
 
  private:

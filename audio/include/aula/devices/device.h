@@ -12,18 +12,20 @@
 
 namespace aula {
 
-/// There is no output device.
+/// There is no output device: neither a sound server nor a sound card.
 class NoAudioDevice : public Failure {
  public:
     using Failure::Failure;
 };
 
-/// A device does not support the requested sample rate.
+/// A device does not support the requested sample rate. Try again with device_rate_hz().
 class SampleRateRefused : public Failure {
  public:
+    /// An error with that message, and the rate that the device supports.
     SampleRateRefused(const std::string& message, double device_rate_hz)
         : Failure(message), device_rate_hz_(device_rate_hz) {}
 
+    /// The sample rate of the device.
     double device_rate_hz() const { return device_rate_hz_; }
 
  private:
@@ -32,62 +34,73 @@ class SampleRateRefused : public Failure {
 
 /// An output device.
 struct DeviceInfo {
-    int index = 0;              ///< in the list of output devices
-    std::string name;           ///< of the JACK client, or PortAudio's name
-    std::string host_api;       ///< "JACK", "ALSA", ..
-    int output_channels = 0;    ///< largest number
-    double sample_rate_hz = 0;  ///< of the JACK server, or preferred by the device; 0: any
+    int index = 0;              ///< place in the result of list_output_devices(), from 0
+    std::string name;           ///< name of the JACK client, or PortAudio's name of the device
+    std::string host_api;       ///< sound system: "JACK", "ALSA", ...
+    int output_channels = 0;    ///< largest number of channels
+    double sample_rate_hz = 0;  ///< rate of the JACK server, or preferred by the device; 0: any
     double latency_s = 0;       ///< from the end of a callback to the sound; 0: unknown
-    bool is_default = false;
+    bool is_default = false;    ///< true for the device that an empty name selects
 };
 
-/// Output devices: those of JACK if a server is running, then those of PortAudio. Messages of the
-/// libraries are suppressed. Empty if there is neither server nor sound card.
+/// All output devices: those of JACK if a server is running, then those of PortAudio. Empty if
+/// there is neither server nor sound card. Messages of the libraries are suppressed.
 std::vector<DeviceInfo> list_output_devices();
 
-/// Fills outputs[channel][sample] with `samples` samples each. Runs on the device's thread with
-/// denormals flushed. Must not allocate, lock or wait.
+/// A function that overwrites outputs[channel][sample] with `samples` samples for each channel; the
+/// number differs between calls on some sound systems. It runs on the device's thread with
+/// denormals flushed and must not allocate, lock or wait.
 using AudioCallback = std::function<void(std::span<float* const> outputs, int samples)>;
 
 /// State of an audio device.
 enum class DeviceState {
-    playing,
-    lost,  ///< server or card disappeared; silent until it is available again
-    gone   ///< stopped, or not available again within kPatience_s
+    playing,  ///< also before start()
+    lost,     ///< server or card disappeared; silent until it is available again
+    gone      ///< stopped, or not available again within AudioDevice::kPatience_s
 };
 
-/// An output device that requests samples by a callback. A lost device is reopened every second for
-/// kPatience_s; after a reconnection the signal fades in. The constructor throws InputError if
-/// `wanted` matches no or several devices (the message lists the candidates), SampleRateRefused if
-/// the device has another sample rate, Failure if there is no device or it cannot be opened.
+/// An output device that requests samples by a callback. If it is lost, opening it is
+/// tried every second for kPatience_s. After a reconnection the signal fades in.
 class AudioDevice {
  public:
+    /// Time for which opening a lost device is tried.
     static constexpr double kPatience_s = 30;
 
     /// Name of a device that is always available: it requests samples in real time and discards
     /// them.
     static constexpr const char* kNone = "none";
 
-    /// `wanted`: an index, a part of a name, kNone, or empty for the default device.
+    /// Opens a device without starting it. `wanted` is an index, a name or a part of one (case is
+    /// ignored), kNone, or empty for the default device. `block` is the preferred number of samples
+    /// per callback; a JACK server determines its own.
+    ///
+    /// Throws InputError if `wanted` matches no or several devices (the message lists the
+    /// candidates), NoAudioDevice if there is none, SampleRateRefused if the device has another
+    /// sample rate, and Failure if it has fewer channels or cannot be opened.
     AudioDevice(const std::string& wanted, double sample_rate_hz, std::size_t channels, int block,
                 AudioCallback callback);
+    /// Calls stop().
     ~AudioDevice();
     AudioDevice(const AudioDevice&) = delete;
     AudioDevice& operator=(const AudioDevice&) = delete;
 
-    /// Starts the callbacks. Throws Failure.
+    /// Starts the callbacks. Does nothing after the first call. Throws Failure.
     void start();
 
-    /// Ends the callbacks. None runs after it returns.
+    /// Ends the callbacks; none runs after it returns. The device cannot be started again.
     void stop();
 
-    /// The selected device; its latency is measured by start().
+    /// The selected device. Its latency is measured by start().
     const DeviceInfo& info() const;
-    DeviceState state() const;  ///< [any thread]
-    bool active() const { return state() == DeviceState::playing; }
-    std::uint64_t reconnects() const;  ///< number of reconnections [any thread]
 
-    /// Underruns and load since start.
+    /// Whether the device plays, is lost or gone. [any thread]
+    DeviceState state() const;
+    /// True if the state is DeviceState::playing. [any thread]
+    bool active() const { return state() == DeviceState::playing; }
+    /// Number of reconnections after losses. [any thread]
+    std::uint64_t reconnects() const;
+
+    /// Underruns and load since start(). [any thread]
     const OutputMeter& meter() const;
 
  private:

@@ -11,7 +11,7 @@
 
 namespace aula {
 
-/// Cause of a gap in the output, from the durations of the preceding callbacks.
+/// Cause of a gap in the output, as the durations of the preceding callbacks show it.
 enum class UnderrunCause {
     ours,     ///< a callback was late and computed for much of its block's duration
     machine,  ///< a callback was late but computed little: its thread was not scheduled
@@ -20,45 +20,57 @@ enum class UnderrunCause {
 
 /// A gap in the output.
 struct Underrun {
-    double time_s = 0;  ///< duration of the sound played before
-    UnderrunCause cause = UnderrunCause::host;
+    double time_s = 0;                          ///< duration of the sound played before it
+    UnderrunCause cause = UnderrunCause::host;  ///< what was late
 };
 
-/// The cause of the lateness of a callback that took `wall_s` for a block of `sound_s`, with
-/// `cpu_s` of CPU time. None if it was in time.
+/// The cause of the lateness of a callback that took `wall_s`, `cpu_s` of it CPU time, for a block
+/// that lasts `sound_s`. Empty if it was in time.
 std::optional<UnderrunCause> lateness_cause(double wall_s, double cpu_s, double sound_s);
 
 /// Measures the load and the underruns of an output. Getters may be called on any thread.
 class OutputMeter {
  public:
+    /// A meter for an output of that sample rate.
     explicit OutputMeter(double sample_rate_hz) : sample_rate_hz_(sample_rate_hz) {}
 
-    /// Called at the beginning and the end of each callback. `underflow`: the sound system reports
-    /// a gap. [audio thread; wait-free except a thread's first call, which requests real-time
-    /// priority]
+    /// To be called at the beginning of each callback. `underflow`: the sound system reports a gap.
+    /// [audio thread; wait-free except the first call, which requests real-time priority]
     void begin(bool underflow) noexcept AULA_NONBLOCKING;
+
+    /// To be called at the end of each callback, which has written `samples` samples.
+    /// [audio thread, wait-free]
     void end(int samples) noexcept AULA_NONBLOCKING;
 
-    /// Counts a callback that took `wall_s`, with `cpu_s` of CPU time. Called by end().
+    /// Counts a callback that took `wall_s`, `cpu_s` of it CPU time. Called by end().
     /// [audio thread, wait-free]
     void count_call(double wall_s, double cpu_s, int samples) noexcept AULA_NONBLOCKING;
 
-    /// Must be called before another thread calls begin().
+    /// To be called before another thread calls begin(), whose first call then requests real-time
+    /// priority.
     void restart() { known_thread_ = false; }
 
+    /// Number of gaps of all causes.
     std::uint64_t underruns() const { return ours_ + others_; }
+    /// Number of gaps of the cause UnderrunCause::ours.
     std::uint64_t own_underruns() const { return ours_; }
-    std::vector<Underrun> first_underruns() const;  ///< the first 64
+    /// The first 64 gaps.
+    std::vector<Underrun> first_underruns() const;
 
-    double load() const { return load_; }  ///< duration of callbacks re their blocks, smoothed
+    /// Duration of the callbacks relative to their blocks, 1 at the limit, smoothed over 0.5 s.
+    double load() const { return load_; }
+    /// Total duration of the callbacks relative to that of their blocks.
     double mean_load() const;
+    /// Largest duration of a callback relative to its block.
     double worst_load() const { return worst_load_; }
 
-    /// Whether the thread has real-time priority; true before the first callback.
+    /// True if the thread of the callbacks has real-time priority, and before the first callback.
     bool realtime() const { return realtime_; }
 
-    std::chrono::steady_clock::duration silence() const;  ///< time since the last callback
-    void touch();                                         ///< restarts that time
+    /// Time since the end of the last callback, or since touch().
+    std::chrono::steady_clock::duration silence() const;
+    /// Restarts the time that silence() measures.
+    void touch();
 
  private:
     using Clock = std::chrono::steady_clock;

@@ -12,34 +12,39 @@ namespace aula {
 
 /// A discrete arrival at the listener: the direct sound or a specular reflection (image source).
 struct SpecularPath {
-    int order = 0;         ///< number of reflections; 0 is the direct sound
-    float length_m = 0;    ///< from source to listener
-    Vec3 direction{0};     ///< unit, world axes, of arrival: from the listener to the image source
-    Bands energy;          ///< fluence in 1/m2 per unit emitted energy, air and walls included
-    std::uint64_t id = 0;  ///< identifies the image source in all frames; 0: direct
+    int order = 0;       ///< number of reflections; 0: direct sound
+    float length_m = 0;  ///< length of the path from the source to the listener
+    Vec3 direction{0};   ///< unit vector from the listener to the image source, world axes
+    Bands energy;        ///< fluence in 1/m2 per unit emitted energy, with losses of air and walls
+    std::uint64_t id = 0;  ///< identifies the image source in all frames; 0: direct sound
 };
 
 /// The energy response (echogram) of one source at one listener: fluence in 1/m2 per unit emitted
-/// energy. Diffuse energy is binned in time; direct sound and image sources are discrete.
+/// energy, for an omnidirectional source. In a free field it is 1 / (4 pi r^2) at the distance r.
+/// Time 0 is the emission. Direct sound and image sources are discrete paths; all other energy is
+/// sorted into time bins.
 struct EnergyResponse {
-    TimeBins bins;
-    float speed_of_sound_m_s = 343.2F;
-    std::vector<Bands> energy;    ///< [bin], without `paths`
-    std::vector<Vec3> direction;  ///< [bin] sum over arrivals and bands of energy times the unit
-                                  ///< direction of arrival; its length re the bin's energy is 1
-                                  ///< for one direction and 0 for a diffuse field
-    std::vector<SpecularPath> paths;  ///< by ascending length
+    TimeBins bins;                      ///< time axis of `energy` and `direction`
+    float speed_of_sound_m_s = 343.2F;  ///< converts lengths of paths to times
+    std::vector<Bands> energy;          ///< [bin] without `paths`
+    /// [bin] The active intensity vector: the sum over arrivals and octave bands of the energy
+    /// times the unit direction to where the sound comes from, world axes. Divided by the sum of
+    /// the bin's energies, its length is 1 if all sound comes from one direction and 0 in a diffuse
+    /// field.
+    std::vector<Vec3> direction;
+    /// Discrete paths by ascending length. Paths that arrive after the last bin are included.
+    std::vector<SpecularPath> paths;
 
-    /// Time of arrival of a path, s after the emission.
+    /// Time of arrival of a path in s after the emission.
     double arrival_s(const SpecularPath& path) const {
         return double{path.length_m} / double{speed_of_sound_m_s};
     }
 
-    /// Total energy of a band including the discrete paths, 1/m2.
+    /// Total energy of a band in 1/m2, including the discrete paths that arrive within the bins.
     double total(std::size_t band) const;
 
-    /// The response including the discrete paths in uniform bins of `width_s`, 1/m2: [uniform bin].
-    /// The energy of each original bin is distributed uniformly over its duration.
+    /// The response in uniform bins of `width_s` > 0, [uniform bin] in 1/m2, including the discrete
+    /// paths. The energy of each original bin is distributed uniformly over its duration.
     std::vector<Bands> uniform(double width_s) const;
 };
 

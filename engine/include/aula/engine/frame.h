@@ -10,43 +10,47 @@
 
 namespace aula {
 
-/// The positions of all objects, sources and listeners in one frame.
+/// The positions of all objects, sources and listeners in one frame. A position on a surface is
+/// moved off it.
 struct FrameInput {
-    double time_s = 0;                      ///< of the objects' trajectories, if `objects` is empty
-    std::vector<Vec3> sources;              ///< one for each source
-    std::vector<Vec3> listeners;            ///< the same number in every frame, at least one
-    std::vector<RigidTransform> objects{};  ///< one for each object of the scene, or empty
+    double time_s = 0;            ///< time on the objects' paths; not used with `objects`
+    std::vector<Vec3> sources;    ///< [source] Propagation::source_count() positions
+    std::vector<Vec3> listeners;  ///< [listener] as many as Propagation was constructed for
+    /// [object] The transform of each object of the scene; ignored for an object that does not
+    /// move. If empty, the objects follow their paths.
+    std::vector<RigidTransform> objects{};
 };
 
 /// The cost of a frame and the size of the caches.
 struct FrameStatistics {
-    double trace_s = 0;  ///< wall-clock times of parts of the step
-    double cache_s = 0;
-    double gather_s = 0;
-    double specular_s = 0;
+    double trace_s = 0;   ///< wall-clock time for tracing rays from the sources
+    double cache_s = 0;   ///< wall-clock time for updating the caches
+    double gather_s = 0;  ///< wall-clock time of the final gather; 0 for estimators without patches
+    double specular_s = 0;          ///< wall-clock time for image sources
     std::uint64_t segments = 0;     ///< traced ray segments, of emitted and gather rays
-    std::size_t cache_entries = 0;  ///< diffuse path cache entries, or occupied patches
-    std::size_t memory_bytes = 0;   ///< of the caches
+    std::size_t cache_entries = 0;  ///< entries of diffuse path caches, or occupied patches
+    std::size_t memory_bytes = 0;   ///< memory of the caches
 };
 
 /// The polyline of a ray, for display.
 struct PathLine {
-    /// The source, then each reflection; a ray that escapes has a last point in the open.
+    /// Position of the source, then those of the reflections in their order. The line of a ray that
+    /// leaves the scene ends at a point in the open.
     std::vector<Vec3> points;
     std::vector<float> energy;  ///< [point] mean of all bands when it leaves, 1 at the source
 };
 
-/// The position of a patch's surfaces.
+/// The place of a patch: the axis-aligned box that contains its surfaces, world axes, m.
 struct PatchCell {
-    Vec3 low{0};  ///< of the box that contains the surfaces
-    Vec3 high{0};
+    Vec3 low{0};        ///< lowest corner of the box
+    Vec3 high{0};       ///< highest corner of the box
     Vec3 direction{0};  ///< dominant direction of the normals, a unit vector along an axis
 };
 
 /// The energy that a patch radiates, for display.
 struct PatchEnergy {
-    PatchCell cell;
-    Bands energy;  ///< per unit emitted energy and m2 of the patch
+    PatchCell cell;  ///< where the patch is
+    Bands energy;    ///< in 1/m2: per unit emitted energy and area of the patch
 };
 
 }  // namespace aula

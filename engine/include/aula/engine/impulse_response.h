@@ -10,41 +10,49 @@
 
 namespace aula {
 
-/// The impulse response of one source at one listener, in world axes. The reverberant part is
-/// sampled: ambisonics (ACN, SN3D: W Y Z X ...), sample 0 is the emission, pressure re that at 1 m
-/// in a free field. Direct sound and image sources are discrete.
+/// The impulse response of one source at one listener, in world axes. Its reverberant part is
+/// sampled. Direct sound and image sources are discrete paths, which `channels` do not contain.
 struct ImpulseResponse {
-    double sample_rate_hz = 48000;
-    std::vector<std::vector<float>> channels;  ///< [(order + 1)^2][sample]
-    std::vector<SpecularPath> paths;
+    double sample_rate_hz = 48000;  ///< of `channels`
+    /// [channel][sample] Ambisonics of (order + 1)^2 channels (ACN, SN3D: W Y Z X ...). Sample 0 is
+    /// the emission. The unit is the pressure at a distance of 1 m in a free field.
+    std::vector<std::vector<float>> channels;
+    std::vector<SpecularPath> paths;  ///< by ascending length
 };
 
 class NoiseCarriers;
 
-/// The noise of all impulse responses of a scene, to be shared by their builders.
-/// `sample_rate_hz` >= 8000. Immutable.
+/// Generates the octave-band noise that all impulse responses of a scene are shaped from. Their
+/// builders share it. `sample_rate_hz` is at least 8000. Equal seeds give equal noise. The result
+/// is immutable and may be used by several threads.
 std::shared_ptr<const NoiseCarriers> make_noise_carriers(double sample_rate_hz, std::uint64_t seed);
 
 /// Synthesises impulse responses from the energy responses of one source. Noise carriers are shaped
-/// by the square root of the energy of each band, scaled such that the total of each band is exact,
-/// and mixed to the directional covariance of the field. The carriers are constant: from frame to
-/// frame only energies and directions change. W is the same for every order. Carriers of different
-/// sources are independent. Allocates. [propagation thread]
+/// by the square root of the energy of each band, with p^2 = 4 pi I. They are scaled such that the
+/// total energy of each band is exact, and mixed to the directional covariance of the field
+/// (optimal covariance mixing, Vilkamo 2013). The carriers are constant: from frame to frame only
+/// energies and directions change. Carriers of sources with different names are independent. W does
+/// not depend on the order. [one thread at a time; allocates]
 class ImpulseResponseBuilder {
  public:
-    /// Responses have the length `length_s`: longer energy responses are truncated, shorter ones
-    /// are padded with silence. `source` is the source's name, `ambisonic_order` 0 to 3.
+    /// Responses have the length `length_s` > 0: longer energy responses are truncated, shorter
+    /// ones are padded with silence. `source` is the source's name, which selects its carriers.
+    /// `ambisonic_order` is 0 to 3.
     ImpulseResponseBuilder(std::shared_ptr<const NoiseCarriers> carriers, double length_s,
                            std::string_view source, int ambisonic_order = 1);
     ~ImpulseResponseBuilder();
+    /// The builder that was moved from can only be assigned to or destroyed.
     ImpulseResponseBuilder(ImpulseResponseBuilder&&) noexcept;
+    /// The builder that was moved from can only be assigned to or destroyed.
     ImpulseResponseBuilder& operator=(ImpulseResponseBuilder&&) noexcept;
 
+    /// Synthesises a response. Overwrites `out` and reuses its memory.
     void build(const EnergyResponse& energy, ImpulseResponse& out);
 
+    /// Length of the responses, samples: `length_s` rounded up.
     std::size_t length_samples() const;
 
-    /// Memory of this builder without the shared carriers.
+    /// Memory of this builder, without the shared noise.
     std::size_t memory_bytes() const;
 
  private:

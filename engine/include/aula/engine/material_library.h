@@ -9,12 +9,12 @@ namespace aula {
 
 /// A material that ships with Aula.
 struct LibraryMaterial {
-    Material material;
+    Material material;   ///< its name is unique in the library
     std::string source;  ///< the book or measurement, and which values are estimates
 };
 
-/// All materials that ship with Aula, sorted by name. They are part of the library file, so that no
-/// file is read. engine/scene/materials.json is the list.
+/// All materials that ship with Aula, sorted by name. They are compiled into the library from
+/// engine/scene/materials.json; no file is read.
 std::vector<LibraryMaterial> material_library();
 
 }  // namespace aula

@@ -12,67 +12,84 @@ namespace aula {
 struct Ray;
 
 /// The propagation engine. One step() per frame traces rays, updates the caches and computes the
-/// energy response of every source at every listener. Deterministic: the same scene, seed and
-/// inputs give bit-identical results with any number of threads. [propagation thread]
+/// energy response of every source at every listener. The same scene, seed and inputs give results
+/// that are identical to the bit with any number of threads. One thread at a time may use an
+/// object, apart from the worker threads that it starts (Simulation::threads).
+///
+/// Sources have indices in the order of their addition, those of the scene first. Indices are not
+/// checked.
 class Propagation {
  public:
-    /// Throws InputError if the settings are invalid.
+    /// Copies the scene; `simulation` replaces Scene::simulation. Unless Simulation::ir_length_s is
+    /// set, it traces rays to estimate the room's reverberation time. `listener_count` is at
+    /// least 1. Throws InputError if a setting is out of range.
     Propagation(const Scene& scene, const Simulation& simulation, std::size_t listener_count = 1);
     ~Propagation();
     Propagation(const Propagation&) = delete;
     Propagation& operator=(const Propagation&) = delete;
 
-    /// Appends a source, at its position in the next frame. Its responses are silent until then.
-    /// The caches' memory is divided anew; patches keep their size, which was chosen for the
-    /// scene's sources.
+    /// Appends a source. Its responses are silent until the next step(), whose input has one
+    /// position more. `position` is where it will be then; caches are prepared for it. The memory
+    /// of the caches is divided anew. Patches keep the size that was chosen for the scene's
+    /// sources.
     void add_source(const Vec3& position);
 
     /// Removes a source; the indices of later sources decrease by one.
     void remove_source(std::size_t source);
 
+    /// Number of sources at present.
     std::size_t source_count() const;
 
-    /// Sets an object's material, or changes the coefficients of a material of the scene, from the
-    /// next frame on. Caches with the old material are cleared, as after a large movement; the
-    /// responses keep their length.
+    /// Gives all triangles of an object one material from the next frame on. `object` is its index
+    /// in Scene::objects. Caches with the old material are cleared, as after a large movement. The
+    /// length of the responses does not change.
     void set_object_material(std::size_t object, const Material& material);
+
+    /// Replaces the coefficients of a material from the next frame on, with the same consequences.
+    /// `material` is its index in Scene::materials.
     void change_material(std::size_t material, const Material& coefficients);
 
-    /// Propagates one frame. Results are valid until the next step.
+    /// Propagates one frame. The input has a position for each source and listener. Results are
+    /// valid until the next step.
     void step(const FrameInput& input);
 
-    /// The newest response. [any thread, not in parallel with step()]
+    /// The newest response of a source at a listener; silent before the first step. Any thread may
+    /// call it, but not in parallel with step().
     const EnergyResponse& response(std::size_t source, std::size_t listener = 0) const;
 
-    /// Clears all caches; the next step is frame 0 with another seed, derived from `seed`.
+    /// Clears all caches and responses. The next step is frame 0 with that seed.
     void restart(std::uint64_t seed);
 
+    /// Cost of the newest frame.
     const FrameStatistics& statistics() const;
 
-    /// The rays that the next step() will emit if nothing in the scene moves, path by path, then
-    /// those of the gather. For the benchmark, which traces them again.
+    /// The rays that the next step() will emit if nothing in the scene moves: those of the paths in
+    /// their order, then those of the final gather. For benchmarks, which trace them again; `Ray`
+    /// is an internal type.
     std::vector<Ray> rays(const FrameInput& input) const;
 
-    /// The first `count` of the newest frame's paths from a source, up to reflection order `order`,
-    /// for display. `input` is that frame's.
+    /// The first `count` paths of the newest frame from a source, up to the reflection order
+    /// `order`, for display. `input` is the input of that frame. Empty before the first frame.
     std::vector<PathLine> path_lines(const FrameInput& input, std::size_t source, int count,
                                      int order) const;
 
-    /// The energies that the patches radiate for a source within a time interval after emission,
-    /// for display; empty for estimators without patches.
+    /// The energy that each patch radiates for a source from `begin_s` to `end_s` after the
+    /// emission, for display. Empty for estimators without patches.
     std::vector<PatchEnergy> patch_energies(std::size_t source, double begin_s, double end_s) const;
 
-    /// Edge length of the patches; 0 for estimators without patches.
+    /// Edge length of the patches in m, which Simulation::memory_mb may have increased; 0 for
+    /// estimators without patches.
     float patch_size_m() const;
 
-    /// For each source, whether sound can reach the first listener with all objects at their
-    /// positions in the newest frame. Uses random walks that cannot pass a wall by rounding.
+    /// [source] 1 if sound can reach the first listener, with all objects at their positions in the
+    /// newest frame, else 0. Found by random walks that cannot pass a wall by rounding.
     std::vector<char> sources_connected(const FrameInput& input) const;
 
-    /// Sets the rays per source from the next frame on.
+    /// Sets the rays per source from the next frame on, 1 to Simulation::kMostRays.
     void set_rays(int rays);
 
-    /// Length of the responses: as set, or from the room's reverberation time, at most 4 s.
+    /// Length of the responses: Simulation::ir_length_s, or the longest reverberation time of the
+    /// room's octave bands within 0.3 and 4 s.
     double response_length_s() const;
 
  private:

@@ -15,171 +15,212 @@
 
 namespace aula {
 
-/// Position in metres (right-handed, z up) and orientation in radians: yaw 0 is along +x and
-/// increases to the left, positive pitch is up, positive roll lowers the right ear.
+/// A position and an orientation. The local axes of a pose are x to the front, y to the left and z
+/// up. With all angles 0 they are parallel to the world axes.
 struct Pose {
-    Vec3 position{0};
-    float yaw_rad = 0;
-    float pitch_rad = 0;
-    float roll_rad = 0;
+    Vec3 position{0};     ///< m, world axes
+    float yaw_rad = 0;    ///< turn to the left; 0 looks along +x, pi/2 along +y
+    float pitch_rad = 0;  ///< elevation of the view direction; positive is up
+    float roll_rad = 0;   ///< turn about the view direction; positive lowers the right ear
 
-    /// Rotation from the local frame (x front, y left, z up) to the world.
+    /// Rotation from the local axes to the world axes: roll first, then pitch, then yaw.
     glm::mat3 rotation() const;
 };
 
-/// A rigid motion of an object: rotation of the local vertices about the local origin, then
+/// A rigid motion of an object: a rotation of its vertices about its local origin, then a
 /// translation.
 struct RigidTransform {
-    glm::mat3 rotation{1};  ///< orthonormal, determinant 1
-    Vec3 translation{0};
+    glm::mat3 rotation{1};  ///< orthonormal, determinant 1; its columns are the rotated axes
+    Vec3 translation{0};    ///< m, world axes; added to Object::translation
 
+    /// No motion.
     RigidTransform() = default;
+    /// Rotates by a matrix, then translates.
     RigidTransform(const glm::mat3& rotation_in, const Vec3& translation_in)
         : rotation(rotation_in), translation(translation_in) {}
+    /// Rotates by the orientation of a pose, then translates by its position.
     explicit RigidTransform(const Pose& pose)
         : rotation(pose.rotation()), translation(pose.position) {}
 
+    /// True if all elements are equal.
     friend bool operator==(const RigidTransform&, const RigidTransform&) = default;
 };
 
-/// Poses over time: linear between keyframes, constant before the first and after the last, and
-/// repeated if `loop`. Never empty.
+/// Poses over time. Positions and angles are interpolated linearly between keyframes, angles as
+/// plain numbers. They are constant before the first keyframe and after the last.
 struct Trajectory {
+    /// A pose and its time.
     struct Keyframe {
-        double time_s = 0;
-        Pose pose;
+        double time_s = 0;  ///< since the start, >= 0
+        Pose pose;          ///< the pose at that time
     };
+    /// At least one keyframe, by ascending time. Two keyframes of the same time make a jump.
     std::vector<Keyframe> points;
-    bool loop = false;
+    bool loop = false;  ///< true: restarts at time 0 when it reaches the last keyframe
 
+    /// The pose at a time.
     Pose at(double time_s) const;
+    /// The time of the last keyframe.
     double duration_s() const { return points.back().time_s; }
 };
 
-/// A surface material: the share of energy that is absorbed, and the share of the reflected energy
-/// that is scattered (Lambert), each 0..1 for every octave band.
+/// A surface material.
 struct Material {
+    /// Unique among the scene's materials. It hides a material of that name in the library.
     std::string name;
-    Bands absorption = Bands::filled(0.1F);
+    Bands absorption = Bands::filled(0.1F);  ///< share of the incident energy not reflected, 0..1
+    /// Share of the reflected energy that leaves diffusely, by Lambert's law, 0..1. The rest is
+    /// reflected specularly.
     Bands scattering = Bands::filled(0.1F);
 };
 
-/// A piece of geometry: triangles, each with the index of its material in Scene::materials. The
-/// vertices are local: scale and up axis are applied, path and translation are not.
+/// A piece of geometry: a mesh of triangles that reflect on both sides. It moves as a whole.
 struct Object {
-    std::string name;
+    std::string name;  ///< unique in its scene, for messages; empty: none
+    /// Corners in m, relative to the local origin. Rotations are about that origin.
     std::vector<Vec3> vertices;
-    std::vector<std::array<std::uint32_t, 3>> triangles;
-    std::vector<std::uint32_t> triangle_materials;
-    std::vector<std::filesystem::path> files;  ///< from which a mesh was read
-    Vec3 translation{0};
-    std::optional<Trajectory> path;
-    bool movable = false;  ///< transforms may be set; an object with a path is movable, too
+    std::vector<std::array<std::uint32_t, 3>> triangles;  ///< [triangle] indices in `vertices`
+    std::vector<std::uint32_t> triangle_materials;        ///< [triangle] index in Scene::materials
+    std::vector<std::filesystem::path> files;  ///< files that a mesh was read from; else empty
+    Vec3 translation{0};             ///< world position of the local origin without movement, m
+    std::optional<Trajectory> path;  ///< movement; its positions are added to `translation`
+    bool movable = false;            ///< true: accepts transforms; not needed with a `path`
 
+    /// True if the object is movable or has a path.
     bool moves() const { return movable || path.has_value(); }
 
-    /// The path's transform at a time; the identity without a path.
+    /// The transform of the path at a time; the identity without a path.
     RigidTransform transform_at(double time_s) const {
         return path ? RigidTransform(path->at(time_s)) : RigidTransform{};
     }
 
-    /// World vertices under a transform: rotation about the local origin, then the translations of
-    /// transform and object.
+    /// The vertices in world axes: rotated about the local origin, then moved by the translations
+    /// of `transform` and object. An object that does not move is not rotated.
     std::vector<Vec3> world_vertices(const RigidTransform& transform) const;
 
-    /// World vertices at a time of the object's path.
+    /// The vertices in world axes at a time on the object's path.
     std::vector<Vec3> world_vertices(double time_s) const {
         return world_vertices(transform_at(time_s));
     }
 };
 
-/// An axis-aligned box.
+/// An axis-aligned box, m. It is empty until a point is added.
 struct Bounds {
-    Vec3 min{std::numeric_limits<float>::infinity()};
-    Vec3 max{-std::numeric_limits<float>::infinity()};
+    Vec3 min{std::numeric_limits<float>::infinity()};   ///< lowest corner; +infinity if empty
+    Vec3 max{-std::numeric_limits<float>::infinity()};  ///< highest corner; -infinity if empty
 
+    /// Enlarges the box to contain a point.
     void add(const Vec3& point);
+    /// True for a point in the box or on its surface.
     bool contains(const Vec3& point) const;
-    /// The largest distance between two points of the box.
+    /// The largest distance between two points of the box; infinite if it is empty.
     float diagonal_m() const;
 };
 
-/// The bounds of all geometry. The bounds of a moving object are those of its box at all keyframes,
-/// somewhat larger than those of its vertices where a path rotates.
+/// The bounds of all geometry. For an object with a path they contain its box at all keyframes,
+/// which is somewhat larger than its vertices where the path rotates.
 Bounds geometry_bounds(const std::vector<Object>& objects);
 
-/// An omnidirectional sound source.
+/// An omnidirectional sound source. A sample of 1.0 has the amplitude 1.0 at a distance of 1 m in a
+/// free field. An Auralizer receives the signal from its caller and uses only name, position, gain
+/// and, by follow_paths(), the path.
 struct Source {
-    enum class Signal { file, impulse, noise };
+    /// Kind of the signal.
+    enum class Signal {
+        file,     ///< a sound file
+        impulse,  ///< one sample of 1 at time 0; every second if `loop`
+        noise     ///< white noise of -20 dBFS RMS
+    };
 
-    std::string name;
-    Vec3 position{0};
-    Signal signal = Signal::impulse;
-    std::filesystem::path signal_file;  ///< absolute or relative to the working directory
-    float gain_db = 0;
-    bool loop = false;
-    std::optional<Trajectory> path;
+    std::string name;  ///< unique in its scene; seeds the noise of the source's reverberation
+    Vec3 position{0};  ///< m, world axes; not used with a `path`
+    Signal signal = Signal::impulse;    ///< what the source plays
+    std::filesystem::path signal_file;  ///< sound file of Signal::file; a relative name is relative
+                                        ///< to the working directory
+    float gain_db = 0;                  ///< of the signal; -200 to 200 in scene files
+    bool loop = false;                  ///< true: repeats the signal
+    std::optional<Trajectory> path;     ///< movement, world axes; orientations are ignored
 
+    /// The position at a time.
     Vec3 position_at(double time_s) const { return path ? path->at(time_s).position : position; }
 };
 
+/// The head that hears a scene.
 struct Listener {
-    Pose pose;
-    std::optional<Trajectory> path;
+    Pose pose;                       ///< world axes; not used with a `path`
+    std::optional<Trajectory> path;  ///< movement, world axes
 
+    /// The pose at a time.
     Pose pose_at(double time_s) const { return path ? path->at(time_s) : pose; }
 };
 
-enum class Estimator { pt, dpc_published, dpc, patch };
+/// How energy responses are estimated (docs/algorithm.md).
+enum class Estimator {
+    pt,             ///< path tracing of each frame without a cache: the baseline of comparisons
+    dpc_published,  ///< diffuse path cache as published, whose energies are biased
+    dpc,            ///< diffuse path cache that averages over the last `response_time_s`
+    patch           ///< energies cached by patches, with final gather: the least noise
+};
 
 /// The name in scene files and on the command line: "pt", "dpc-published", "dpc", "patch".
 const char* estimator_name(Estimator estimator);
+
+/// The estimator of that name; empty for any other name.
 std::optional<Estimator> estimator_from_name(const std::string& name);
 
-/// The simulation settings: a scene's "simulation" object, each value with its default.
+/// The settings of the propagation: the "simulation" object of a scene file.
 struct Simulation {
-    /// A source's rays of one frame and their results have to fit in memory.
+    /// Largest number of rays: those of a source in one frame and their results have to fit in
+    /// memory.
     static constexpr int kMostRays = 200'000;
-    /// The time for a frame's image sources increases with the square of their order.
+    /// Highest order of image sources: the time for those of a frame increases with its square.
     static constexpr int kHighestSpecularOrder = 100;
 
-    Estimator estimator = Estimator::patch;
-    int rays = 1000;               ///< per source and frame, at most kMostRays
-    int order = 0;                 ///< highest reflection order; 0: no limit
-    int specular_order = 3;        ///< highest order of the image sources
-    bool specular = true;          ///< false omits purely specular paths
-    bool direct = true;            ///< false omits the direct sound
-    float response_time_s = 0.5F;  ///< tau
-    float patch_size_m = 0.5F;     ///< lambda
-    float listener_radius_m = 0.5F;
-    float frame_rate_hz = 30;
-    std::optional<float> ir_length_s;  ///< if absent: from the room, at most 4 s
-    std::uint64_t seed = 1;
-    std::optional<int> threads;  ///< if absent: all processors but one, at least 1
-    int memory_mb = 256;         ///< for the caches
+    Estimator estimator = Estimator::patch;  ///< how energy responses are estimated
+    int rays = 1000;         ///< rays per source and frame, 1 to kMostRays; more rays, less noise
+    int order = 0;           ///< highest reflection order of all paths; 0: no limit
+    int specular_order = 3;  ///< highest order of the image sources, 0 to kHighestSpecularOrder
+    bool specular = true;    ///< false omits purely specular paths
+    bool direct = true;      ///< false omits the direct sound
+    /// tau: the time over which the caches average, >= 0. Longer: less noise, but slower reaction
+    /// to movement.
+    float response_time_s = 0.5F;
+    float patch_size_m = 0.5F;         ///< lambda: edge length of the patches, above 0
+    float listener_radius_m = 0.5F;    ///< radius of the spheres that detect rays at a listener
+    float frame_rate_hz = 30;          ///< propagation frames per second, above 0, to 1000
+    std::optional<float> ir_length_s;  ///< length of the responses, above 0, to 10; if absent: from
+                                       ///< the reverberation time of the room, at most 4
+    std::uint64_t seed = 1;            ///< seed of all random numbers
+    std::optional<int> threads;  ///< threads for tracing, >= 1; if absent: all processors but one
+    int memory_mb = 256;         ///< memory of all caches in 10^6 bytes, >= 1
 
+    /// True if all settings are equal.
     friend bool operator==(const Simulation&, const Simulation&) = default;
 
-    /// The window in frames: F = max(1, round(tau * frame rate)).
+    /// `response_time_s` in frames: F = max(1, round(tau * frame rate)).
     int window_frames() const;
 };
 
-/// The content of a scene file. A value type: copy it, modify it or construct it without a file.
+/// A room with its sources and its listener: the content of a scene file. A value type: copy it,
+/// modify it or construct it without a file.
 struct Scene {
-    std::vector<Object> objects;
-    std::vector<Material> materials;
-    Medium medium;
-    std::vector<Source> sources;
-    Listener listener;
-    Simulation simulation;
+    std::vector<Object> objects;      ///< all geometry; empty: a free field
+    std::vector<Material> materials;  ///< materials that the triangles of `objects` refer to
+    Medium medium;                    ///< the air
+    std::vector<Source> sources;      ///< may be empty
+    Listener listener;                ///< the listener
+    Simulation simulation;            ///< the settings of the propagation
 
-    /// Adds an object of one material, which is one of `materials` or, by name, of the library.
-    /// Returns the object's index. Throws InputError if there is no such material.
+    /// Adds an object of one material. `material` is the name of one of `materials`, or of one of
+    /// the library, which is then copied to `materials`. Indices in `triangles` refer to `vertices`
+    /// and are not checked. Returns the index of the object in `objects`. Throws InputError if
+    /// there is no such material.
     std::size_t add_object(std::vector<Vec3> vertices,
                            std::vector<std::array<std::uint32_t, 3>> triangles,
                            const std::string& material, std::string name = {});
 
-    /// The material of that name in the scene or else in the library. Throws InputError.
+    /// The material of that name in `materials` or else in the library. Throws InputError if there
+    /// is none.
     Material find_material(const std::string& name) const;
 };
 

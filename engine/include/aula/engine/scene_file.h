@@ -12,30 +12,33 @@ namespace aula {
 
 struct JsonValue;
 
-/// All errors of a scene that can be found after the first one; what() is the first message. A
-/// syntax error is the only one of its file.
+/// The errors of a scene file. Reading continues after an error as far as possible, so that all
+/// errors are found together. what() is the first message.
 class SceneErrors : public InputError {
  public:
-    /// At least one message.
+    /// `messages` has at least one element.
     explicit SceneErrors(std::vector<std::string> messages);
 
+    /// One line for each error, as InputError describes it.
     const std::vector<std::string>& messages() const { return messages_; }
 
  private:
     std::vector<std::string> messages_;
 };
 
+/// A scene that was read from a file.
 struct LoadedScene {
-    Scene scene;
-    std::vector<std::string> warnings;  ///< each a line for the user, without "aula: warning:"
-    bool rays_given = false;            ///< the file sets the number of rays
-    /// The file's content; geometry[i] is scene.objects[i].
+    Scene scene;                        ///< the content, with the meshes
+    std::vector<std::string> warnings;  ///< one line each, such as a source outside the geometry
+    bool rays_given = false;            ///< true if the file sets the number of rays
+    /// The file's JSON, for programs that write it again; its type is internal. Element i of
+    /// "geometry" is scene.objects[i].
     std::shared_ptr<const JsonValue> json;
 };
 
 /// Reads a scene file (JSON with comments, docs/scene_format.md) with its meshes. File names in it
-/// are relative to it. Sound files are checked to exist, not read. Throws SceneErrors, or
-/// InputError if the file is not valid JSON.
+/// are relative to its folder. Sound files are not read, but have to exist. Throws SceneErrors for
+/// wrong content, and InputError if the file cannot be read or is not valid JSON.
 LoadedScene load_scene(const std::filesystem::path& file);
 
 }  // namespace aula

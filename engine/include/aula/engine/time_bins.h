@@ -6,22 +6,27 @@
 
 namespace aula {
 
-/// The time axis of energy responses and caches: bins from 0 to at least `length_s`. Bins are 1 ms
-/// wide at the start and wider later, where the field varies slowly: 2 ms from 64 ms on, 4 from
-/// 128, 8 from 256, 16 from 1024, 32 from 2048, 64 from 4096. `coarseness` multiplies every width.
+/// The time axis of energy responses and caches: adjacent bins from time 0 on. Bins are 1 ms wide
+/// at the start and wider later, where the field varies slowly: 2 ms from 64 ms on, 4 ms from 128
+/// ms, 8 ms from 256 ms, 16 ms from 1024 ms, 32 ms from 2048 ms, 64 ms from 4096 ms.
 class TimeBins {
  public:
+    /// No bins.
     TimeBins() = default;
 
-    /// `length_s` > 0, `coarseness` >= 1.
+    /// Bins up to at least `length_s` > 0. `coarseness` >= 1 multiplies every width.
     explicit TimeBins(double length_s, int coarseness = 1);
 
+    /// Number of bins.
     std::size_t count() const { return edges_s_.empty() ? 0 : edges_s_.size() - 1; }
+    /// Start of a bin; it belongs to the bin. `bin` < count() is not checked.
     double begin_s(std::size_t bin) const { return edges_s_[bin]; }
+    /// End of a bin, the start of the next. `bin` < count() is not checked.
     double end_s(std::size_t bin) const { return edges_s_[bin + 1]; }
+    /// End of the last bin; 0 without bins.
     double length_s() const { return edges_s_.empty() ? 0 : edges_s_.back(); }
 
-    /// The bin that contains a time >= 0; count() at length_s() and beyond.
+    /// The bin that contains a time >= 0; count() from length_s() on.
     std::size_t index(double time_s) const {
         if (!(time_s < length_s())) return count();
         // Every edge is a multiple of 1 ms, so each millisecond belongs to one bin. The product can
@@ -35,6 +40,7 @@ class TimeBins {
         return bin;
     }
 
+    /// True if all bins are the same.
     friend bool operator==(const TimeBins&, const TimeBins&) = default;
 
  private:
