@@ -52,9 +52,10 @@ class ConvolutionFilter {
     std::vector<Level> levels_;
 };
 
-/// Fills filters. Only partitions that differ from those of the previous call are transformed. The
-/// memory of a partition returns to a pool when no filter refers to it. It may allocate: use it on
-/// a thread other than the audio thread, and destroy its filters on the same thread.
+/// Transforms impulse responses into the filters of a Convolver. Only partitions that differ from
+/// those of the previous call are transformed. The memory of a partition returns to a pool when no
+/// filter refers to it. It may allocate: use it on a thread other than the audio thread, and
+/// destroy its filters on the same thread.
 class FilterTransform {
  public:
     /// A transform for filters of that shape. It keeps the newest impulse responses.

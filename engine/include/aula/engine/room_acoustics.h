@@ -10,14 +10,14 @@ namespace aula {
 /// ISO 3382-1 parameters of one octave band. A parameter is empty if the decay of the response is
 /// not sufficient for it (see room_parameters()). No value is NaN or infinite.
 struct BandParameters {
-    std::optional<double> t20_s;   ///< reverberation time from the decay from -5 to -25 dB
-    std::optional<double> t30_s;   ///< reverberation time from the decay from -5 to -35 dB
-    std::optional<double> edt_s;   ///< early decay time, from the decay from 0 to -10 dB
-    std::optional<double> c50_db;  ///< clarity: energy of the first 50 ms re that after
-    std::optional<double> c80_db;  ///< clarity: energy of the first 80 ms re that after
-    std::optional<double> d50;     ///< definition: energy of the first 50 ms re the total, 0..1
-    std::optional<double> ts_s;    ///< centre time
-    std::optional<double> g_db;    ///< strength: total re the free field at 10 m, 1/(400 pi) 1/m2
+    std::optional<double> t20_s;   ///< T20: reverberation time by the decay from -5 to -25 dB
+    std::optional<double> t30_s;   ///< T30: reverberation time by the decay from -5 to -35 dB
+    std::optional<double> edt_s;   ///< early decay time: by the decay from 0 to -10 dB
+    std::optional<double> c50_db;  ///< clarity C50: energy of the first 50 ms re that after them
+    std::optional<double> c80_db;  ///< clarity C80: energy of the first 80 ms re that after them
+    std::optional<double> d50;     ///< definition D50: energy of the first 50 ms re the total, 0..1
+    std::optional<double> ts_s;    ///< centre time Ts: mean time, weighted with the energy
+    std::optional<double> g_db;    ///< strength G: total re the free field at 10 m, 1/(400 pi) 1/m2
 };
 
 /// The parameters of a response, [band].
@@ -34,7 +34,7 @@ RoomParameters room_parameters(const EnergyResponse& response);
 /// 60 dB at 1 m (ISO 9921, normal effort) then has 0 dB, the threshold of hearing.
 inline constexpr double kAudible_g_db = -40;
 
-/// Whether the strength of any octave band is at least kAudible_g_db.
+/// True if the strength of any octave band is at least kAudible_g_db.
 bool is_audible(const EnergyResponse& response);
 
 /// Eyring's reverberation time of each band in s: 24 ln(10) V / (c (4 m V - S ln(1 - a))), infinite

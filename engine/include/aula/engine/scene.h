@@ -187,10 +187,10 @@ struct Simulation {
     float response_time_s = 0.5F;
     float patch_size_m = 0.5F;         ///< lambda: edge length of the patches, above 0
     float listener_radius_m = 0.5F;    ///< radius of the spheres that detect rays at a listener
-    float frame_rate_hz = 30;          ///< propagation frames per second, above 0, to 1000
-    std::optional<float> ir_length_s;  ///< length of the responses, above 0, to 10; if absent: from
-                                       ///< the reverberation time of the room, at most 4
-    std::uint64_t seed = 1;            ///< seed of all random numbers
+    float frame_rate_hz = 30;          ///< propagation frames per second, above 0 to 1000
+    std::optional<float> ir_length_s;  ///< length of the responses, above 0 to 10 s; if absent:
+                                       ///< from the reverberation time of the room, at most 4 s
+    std::uint64_t seed = 1;      ///< seed of all random numbers
     std::optional<int> threads;  ///< threads for tracing, >= 1; if absent: all processors but one
     int memory_mb = 256;         ///< memory of all caches in 10^6 bytes, >= 1
 
