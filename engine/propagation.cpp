@@ -16,8 +16,8 @@
 #include "engine/rays/nudge_off_surface.h"
 #include "engine/rays/room_survey.h"
 #include "engine/scene/places.h"
+#include "engine/trace/arrival_tracer.h"
 #include "engine/trace/detection_spheres.h"
-#include "engine/trace/path_tracer.h"
 #include "engine/trace/specular_paths.h"
 
 namespace aula {
@@ -83,9 +83,9 @@ struct Propagation::State {
 
     // pt, dpc*
     std::optional<PatchSubdivision> subdivision;
-    std::optional<PathTracer> tracer;
-    std::vector<std::vector<TraceBatch>> batches;  // [source][batch]
-    std::vector<DiffusePathCache> path_caches;     // [source * listener_count + listener]
+    std::optional<ArrivalTracer> tracer;
+    std::vector<std::vector<ArrivalBatch>> batches;  // [source][batch]
+    std::vector<DiffusePathCache> path_caches;       // [source * listener_count + listener]
     // patch
     std::optional<PatchPropagation> patches;
 
@@ -262,7 +262,7 @@ struct Propagation::State {
             tracer->trace({source_ids[s], f.input.sources[s]}, receivers, f.seed,
                           static_cast<int>(b), batches[s][b]);
         });
-        for (std::vector<TraceBatch>& of_source : batches) size_spheres(of_source);
+        for (std::vector<ArrivalBatch>& of_source : batches) size_spheres(std::span(of_source));
         workers.run(batches.size() * batch_count, [&](std::size_t job) {
             collect_segment_arrivals(rays, receivers, attenuation_per_m, simulation.rays,
                                      batches[job / batch_count][job % batch_count]);
@@ -270,7 +270,7 @@ struct Propagation::State {
         statistics.trace_s += watch.lap_s();
         for (std::size_t s = 0; s < batches.size(); ++s) {
             std::vector<std::vector<Arrival>> at(listener_count);
-            for (const TraceBatch& batch : batches[s]) {
+            for (const ArrivalBatch& batch : batches[s]) {
                 statistics.segments += batch.segment_count;
                 for (const Arrival& arrival : batch.arrivals) {
                     at[arrival.receiver].push_back(arrival);

@@ -8,9 +8,9 @@
 #include "apps/window/colours.h"
 #include "apps/window/gl_objects.h"
 #include "apps/window/view/patch_field.h"
+#include "aula/engine/frame.h"
 #include "aula/engine/scene.h"
 #include "engine/rays/ray_scene.h"
-#include "engine/trace/path_tracer.h"
 
 namespace aula {
 

@@ -6,7 +6,8 @@
 #include <span>
 
 #include "aula/engine/energy_response.h"
-#include "engine/trace/path_tracer.h"
+#include "engine/trace/specular_paths.h"
+#include "engine/trace/trace_batch.h"
 
 namespace aula {
 

@@ -128,7 +128,7 @@ void PatchCache::keep_newest(std::size_t frames, WorkerPool& workers) {
     log_.erase(log_.begin(), log_.end() - static_cast<std::ptrdiff_t>(frames));
 }
 
-void PatchCache::add_frame(int rays, std::size_t patch_count, std::span<TraceBatch> batches,
+void PatchCache::add_frame(int rays, std::size_t patch_count, std::span<DepositBatch> batches,
                            WorkerPool& workers) {
     if (rows_.size() < patch_count) rows_.resize(patch_count);
     Frame frame{now_, static_cast<std::uint64_t>(rays), std::move(spare_)};

@@ -8,7 +8,7 @@
 
 #include "engine/base/huge_page_arena.h"
 #include "engine/base/worker_pool.h"
-#include "engine/trace/path_tracer.h"
+#include "engine/trace/trace_batch.h"
 
 namespace aula {
 
@@ -75,7 +75,7 @@ class PatchCache {
 
     /// Adds the deposits of one frame, after advance(), all on patches below `patch_count`. Takes
     /// over the batches' memory; clear the batches before reuse.
-    void add_frame(int rays, std::size_t patch_count, std::span<TraceBatch> batches,
+    void add_frame(int rays, std::size_t patch_count, std::span<DepositBatch> batches,
                    WorkerPool& workers);
 
     /// `patch` < row_count().

@@ -228,7 +228,7 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
 std::vector<int> PatchPropagation::plan_batches(std::span<const EmitterStatus> status) const {
     const EmissionPlan plan =
         plan_emission(status.first(source_count_), status.subspan(source_count_),
-                      tracer_.batch_count(), PathTracer::kBatchRays);
+                      tracer_.batch_count(), DepositTracer::kBatchRays);
     std::vector<int> batches = plan.sources;
     batches.insert(batches.end(), plan.listeners.begin(), plan.listeners.end());
     return batches;
@@ -238,12 +238,12 @@ void PatchPropagation::trace(const PropagationFrame& frame, const std::vector<in
                              FrameStatistics& statistics) {
     std::vector<std::pair<std::size_t, int>> jobs;
     for (std::size_t id = 0; id < emitter_count(); ++id) {
-        for (TraceBatch& batch : batches_[id]) batch.clear();
+        for (DepositBatch& batch : batches_[id]) batch.clear();
         for (int b = 0; b < batches[id]; ++b) jobs.emplace_back(id, b);
     }
     workers_.run(jobs.size(), [&](std::size_t job) {
         const auto [id, b] = jobs[job];
-        tracer_.trace(emitter(id, frame.input), {}, frame.seed, b,
+        tracer_.trace(emitter(id, frame.input), frame.seed, b,
                       batches_[id][static_cast<std::size_t>(b)]);
     });
     for (const auto& [id, b] : jobs) {
@@ -255,7 +255,7 @@ void PatchPropagation::trace(const PropagationFrame& frame, const std::vector<in
 void PatchPropagation::update(const std::vector<int>& batches) {
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         if (batches[id] == 0) continue;
-        const std::span<TraceBatch> traced =
+        const std::span<DepositBatch> traced =
             std::span(batches_[id]).first(static_cast<std::size_t>(batches[id]));
         const int rays = tracer_.rays_of(batches[id]);
         size_spheres(traced);

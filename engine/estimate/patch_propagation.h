@@ -12,7 +12,8 @@
 #include "engine/estimate/patch_cache.h"
 #include "engine/estimate/segment_cache.h"
 #include "engine/patches/patch_grid.h"
-#include "engine/trace/path_tracer.h"
+#include "engine/rays/receiver.h"
+#include "engine/trace/deposit_tracer.h"
 #include "engine/trace/specular_paths.h"
 #include "engine/trace/specular_sum.h"
 
@@ -145,7 +146,7 @@ class PatchPropagation {
     std::size_t source_count_;
     std::size_t listener_count_;
     PatchGrid grid_;
-    PathTracer tracer_;
+    DepositTracer tracer_;
     GatherSettings gather_settings_;
 
     // [emitter], sources before listeners
@@ -153,8 +154,8 @@ class PatchPropagation {
     std::vector<PatchCache> caches_;
     std::vector<SegmentCache> segment_caches_;
     std::vector<EmitterStatus> status_;
-    std::vector<std::vector<TraceBatch>> batches_;  // [emitter][batch]
-    std::vector<Vec3> positions_;                   // in the last frame
+    std::vector<std::vector<DepositBatch>> batches_;  // [emitter][batch]
+    std::vector<Vec3> positions_;                     // in the last frame
     std::vector<Receiver> receivers_;
     double travel_m_ = 0;
     std::optional<std::uint64_t> last_move_;  // the last frame in which the scene moved

@@ -77,13 +77,13 @@ void SegmentCache::forget_oldest() {
     frames_.pop_front();
 }
 
-void SegmentCache::add(std::span<const TraceBatch> batches, int rays) {
+void SegmentCache::add(std::span<const DepositBatch> batches, int rays) {
     Frame frame{now_, static_cast<std::uint64_t>(rays), {}, {}};
     std::size_t count = 0;
-    for (const TraceBatch& batch : batches) count += batch.segments.size();
+    for (const DepositBatch& batch : batches) count += batch.segments.size();
     frame.segments.reserve((count + SegmentLanes::kCount - 1) / SegmentLanes::kCount);
     frame.sounds.reserve(count);
-    for (const TraceBatch& batch : batches) {
+    for (const DepositBatch& batch : batches) {
         for (std::size_t i = 0; i < batch.segments.size(); ++i) {
             const std::size_t lane = frame.sounds.size() % SegmentLanes::kCount;
             if (lane == 0) frame.segments.emplace_back();

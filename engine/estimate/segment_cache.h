@@ -8,8 +8,9 @@
 
 #include "aula/engine/energy_response.h"
 #include "engine/estimate/patch_cache.h"
-#include "engine/trace/path_tracer.h"
+#include "engine/rays/receiver.h"
 #include "engine/trace/specular_sum.h"
+#include "engine/trace/trace_batch.h"
 
 namespace aula {
 
@@ -57,7 +58,7 @@ class SegmentCache {
     void advance(const State& now);
 
     /// Adds the segments of the present frame's rays, after advance().
-    void add(std::span<const TraceBatch> batches, int rays);
+    void add(std::span<const DepositBatch> batches, int rays);
 
     /// True if no stored frame precedes the last change.
     bool is_current() const;

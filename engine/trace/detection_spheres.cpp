@@ -47,7 +47,8 @@ void set_growth(const std::vector<Bands>& inverse, float bins_per_m, TraceBatch&
 
 }  // namespace
 
-void size_spheres(std::span<TraceBatch> batches) {
+template <typename Batch>
+void size_spheres(std::span<Batch> batches) {
     // Bins as wide as the mean segment hold about one segment of each ray.
     double length_m = 0;
     double count = 0;
@@ -71,8 +72,11 @@ void size_spheres(std::span<TraceBatch> batches) {
     for (TraceBatch& batch : batches) set_growth(inverse, bins_per_m, batch);
 }
 
+template void size_spheres(std::span<ArrivalBatch> batches);
+template void size_spheres(std::span<DepositBatch> batches);
+
 void collect_segment_arrivals(const RayScene& scene, std::span<const Receiver> receivers,
-                              const Bands& attenuation_per_m, int rays, TraceBatch& batch) {
+                              const Bands& attenuation_per_m, int rays, ArrivalBatch& batch) {
     for (std::uint32_t r = 0; r < receivers.size(); ++r) {
         const float wave_front_1_m2 = wave_front_growth_1_m2(rays, receivers[r].radius_m);
         for (std::size_t i = 0; i < batch.segments.size(); ++i) {

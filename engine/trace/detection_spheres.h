@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <span>
 
-#include "engine/trace/path_tracer.h"
+#include "engine/rays/receiver.h"
+#include "engine/trace/trace_batch.h"
 
 namespace aula {
 
@@ -15,7 +16,8 @@ namespace aula {
 
 /// Sets PathSegment::growth of a frame's segments: the ratio of their energies to the mean energy
 /// of all segments at about the same path length.
-void size_spheres(std::span<TraceBatch> batches);
+template <typename Batch>  // ArrivalBatch or DepositBatch
+void size_spheres(std::span<Batch> batches);
 
 /// The largest useful growth is this value times the square of the path length in m, for `rays`
 /// emitted rays: at R^2 growth = 4 L^2 / N one ray of each wave front is expected to cross the
@@ -30,8 +32,8 @@ inline float sphere_growth(float segment_growth, float before_m, float wave_fron
 }
 
 /// Adds the arrivals that receivers detect on a batch's segments. `rays` is the number of rays of
-/// the frame. Requires the segments' path identifiers.
+/// the frame.
 void collect_segment_arrivals(const RayScene& scene, std::span<const Receiver> receivers,
-                              const Bands& attenuation_per_m, int rays, TraceBatch& batch);
+                              const Bands& attenuation_per_m, int rays, ArrivalBatch& batch);
 
 }  // namespace aula

@@ -140,6 +140,18 @@ void PathBatch::remove(std::size_t lane) {
     ended[lane] = ended[last];
 }
 
+void PathBatch::remove_escaped() {
+    for (std::size_t i = count; i-- > 0;) {
+        if (hits.triangle[i] == kNoTriangle) remove(i);
+    }
+}
+
+void PathBatch::remove_ended() {
+    for (std::size_t i = count; i-- > 0;) {
+        if (ended[i] != 0) remove(i);
+    }
+}
+
 void PathBatch::arrive(const RayScene& scene) {
     for (std::size_t i = 0; i < count; ++i) {
         const RayScene::Surface& surface = scene.surface(hits.triangle[i]);

@@ -44,8 +44,11 @@ struct PathBatch {
                                                                  ///< last reflection
     std::array<std::uint32_t, kLanes> ended{};
 
-    /// Removes a path; the last path moves to its lane.
-    void remove(std::size_t lane);
+    /// Removes the paths whose ray hits nothing. The last path moves to a removed path's lane.
+    void remove_escaped();
+
+    /// Removes the paths that have ended at the last reflection, in the same way.
+    void remove_ended();
 
     /// Advances to the hits, which all lanes must have: sets `point`, `normal`, `back` and the
     /// lengths.
@@ -56,6 +59,9 @@ struct PathBatch {
 
     /// Sets the next segments, which end at a path length of `max_length_m`.
     void leave(float max_length_m);
+
+ private:
+    void remove(std::size_t lane);
 };
 
 }  // namespace aula

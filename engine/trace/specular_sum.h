@@ -4,8 +4,8 @@
 #include <map>
 
 #include "aula/engine/energy_response.h"
-#include "engine/trace/path_tracer.h"
 #include "engine/trace/specular_paths.h"
+#include "engine/trace/trace_batch.h"
 
 namespace aula {
 

@@ -7,7 +7,7 @@
 
 #include "aula/engine/propagation.h"
 #include "engine/base/sampling.h"
-#include "engine/trace/path_tracer.h"
+#include "engine/trace/arrival_tracer.h"
 #include "tests/support/measure.h"
 #include "tests/support/rooms.h"
 #include "tests/support/statistics.h"
@@ -103,10 +103,10 @@ TEST_CASE("from a sphere's centre to its centre the lengths have the exact mean 
     settings.rays = 400000;
     const auto moments = [&](int order) {
         settings.order = order;
-        const PathTracer tracer(rays, subdivision, images, settings);
+        const ArrivalTracer tracer(rays, subdivision, images, settings);
         std::array<double, 4> m{};
         for (int b = 0; b < tracer.batch_count(); ++b) {
-            TraceBatch batch;
+            ArrivalBatch batch;
             const Vec3 centre(0);
             const Receiver receiver{centre, 0.2F};
             tracer.trace({0, centre}, {&receiver, 1}, test::test_seed(), b, batch);

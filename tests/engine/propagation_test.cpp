@@ -7,7 +7,7 @@
 
 #include "engine/base/sampling.h"
 #include "engine/estimate/diffuse_path_cache.h"
-#include "engine/trace/path_tracer.h"
+#include "engine/trace/arrival_tracer.h"
 #include "tests/support/measure.h"
 #include "tests/support/rooms.h"
 #include "tests/support/statistics.h"
@@ -34,12 +34,12 @@ TEST_CASE("with tau = 0 the cache holds plain path tracing's energies bit for bi
     settings.rays = 2000;
     settings.max_length_m = 200;
     const SpecularPaths images(rays, 0, 0.5F, 1);
-    const PathTracer tracer(rays, subdivision, images, settings);
+    const ArrivalTracer tracer(rays, subdivision, images, settings);
     for (const auto readout :
          {DiffusePathCache::Readout::published, DiffusePathCache::Readout::windowed}) {
         DiffusePathCache cache(readout, 1, 1'000'000'000);
         for (int frame = 0; frame < 3; ++frame) {
-            TraceBatch all;
+            ArrivalBatch all;
             for (int b = 0; b < tracer.batch_count(); ++b) {
                 const Receiver receiver{scene.listener.pose.position};
                 tracer.trace({0, scene.sources[0].position}, {&receiver, 1}, derive_seed(1, frame),

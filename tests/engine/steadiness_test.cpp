@@ -7,7 +7,7 @@
 
 #include "aula/engine/propagation.h"
 #include "engine/base/sampling.h"
-#include "engine/trace/path_tracer.h"
+#include "engine/trace/arrival_tracer.h"
 #include "tests/support/measure.h"
 #include "tests/support/rooms.h"
 #include "tests/support/statistics.h"
@@ -190,7 +190,7 @@ TEST_CASE("scrambled points have the same mean as independent rays and far less 
         settings.rays = 1024;
         settings.order = 1;
         settings.independent_rays = independent;
-        const PathTracer tracer(rays, subdivision, images, settings);
+        const ArrivalTracer tracer(rays, subdivision, images, settings);
         std::vector<double> hits;
         for (int f = 0; f < 300; ++f) {
             // The rays that meet one quarter of the floor, known by their second start.

@@ -21,13 +21,13 @@ struct Rows {
     TimeBins bins;
     PatchCache cache;
     WorkerPool workers{1};
-    std::vector<TraceBatch> kept;  // what the cache was given
+    std::vector<DepositBatch> kept;  // what the cache was given
 
     Rows(const TimeBins& time_bins, std::uint32_t patches, bool directed)
         : bins(time_bins), cache(bins.count(), 1, 0.5F, 1'000'000'000, directed) {
         std::mt19937_64 random(test::test_seed());
         std::uniform_real_distribution<float> uniform(0, 1);
-        TraceBatch batch;
+        DepositBatch batch;
         for (int ray = 0; ray < kRays; ++ray) {
             const Vec3 v(uniform(random) - 0.5F, uniform(random) - 0.5F, uniform(random));
             batch.departures.push_back(glm::normalize(v));

@@ -24,8 +24,8 @@ Deposit deposit_on(std::uint32_t patch, float energy) {
     return deposit;
 }
 
-TraceBatch one_deposit(std::uint32_t patch, float energy) {
-    TraceBatch batch;
+DepositBatch one_deposit(std::uint32_t patch, float energy) {
+    DepositBatch batch;
     batch.segment_count = 1;
     batch.deposits.add(deposit_on(patch, energy));
     return batch;
@@ -45,7 +45,7 @@ class Walk {
         : cache(kBins, window, 0.5F, log_bytes), workers(1) {}
 
     void frame(const Vec3& source, std::uint32_t patch, double travel_m = 0) {
-        TraceBatch batch = one_deposit(patch, 1);
+        DepositBatch batch = one_deposit(patch, 1);
         rest(source, travel_m);
         cache.add_frame(1, kPatches, {&batch, 1}, workers);
     }
@@ -126,7 +126,7 @@ TEST_CASE("however short the log, sums and rays are those of the same frames") {
             const float step_m = turn % 4 == 3 ? 5.0F : turn % 2 == 1 ? 0.02F : 0.0F;
             for (int f = length(random); f > 0; --f) {
                 source.x += step_m;
-                TraceBatch batch;
+                DepositBatch batch;
                 const int rays = size(random);
                 for (int i = 0; i < rays; ++i) {
                     batch.deposits.add(deposit_on(static_cast<std::uint32_t>(i) % kPatches, 1));
@@ -153,10 +153,10 @@ TEST_CASE("removing is exact: sums are those of the frames that are left") {
     PatchCache moved(kBins, 4, 0.5F, kPlenty);
     PatchCache fresh(kBins, 4, 0.5F, kPlenty);
     for (int f = 0; f < 50; ++f) {
-        std::vector<TraceBatch> batches;
+        std::vector<DepositBatch> batches;
         for (int i = 0; i < 100; ++i) batches.push_back(one_deposit(patch(random), energy(random)));
         const Vec3 source(0.05F * static_cast<float>(f), 0, 0);
-        std::vector<TraceBatch> again = batches;
+        std::vector<DepositBatch> again = batches;
         const auto number = static_cast<std::uint64_t>(f);
         fresh.advance({number, source, 0}, workers);
         if (f >= 46) fresh.add_frame(100, kPatches, again, workers);
@@ -224,7 +224,7 @@ TEST_CASE("a listener's directions are those of the frames that are left, to the
     PatchCache moved(kBins, kWindow, 0.5F, kPlenty, true);
     PatchCache fresh(kBins, kWindow, 0.5F, kPlenty, true);
     for (int f = 0; f < kFrames; ++f) {
-        TraceBatch batch;
+        DepositBatch batch;
         for (int ray = 0; ray < kRaysOfFrame; ++ray) {
             batch.departures.push_back({uniform(random) - 0.5F, uniform(random) - 0.5F, 0.3F});
             Deposit deposit =
@@ -232,7 +232,7 @@ TEST_CASE("a listener's directions are those of the frames that are left, to the
             deposit.ray = static_cast<std::uint8_t>(ray);
             batch.deposits.add(deposit);
         }
-        TraceBatch again = batch;
+        DepositBatch again = batch;
         // Steps within reach, so that the window alone decides; at last or all the time.
         const int steps = stands_first ? std::max(0, f - (kFrames - 2)) : f;
         const PatchCache::State state{static_cast<std::uint64_t>(f),

@@ -19,8 +19,8 @@ constexpr std::size_t kMost = 20;
 constexpr std::size_t kMemory_bytes = 1 << 20;
 
 /// A segment from the origin along x, as of a path that was 3 m long.
-TraceBatch one_segment(float length_m = 100) {
-    TraceBatch batch;
+DepositBatch one_segment(float length_m = 100) {
+    DepositBatch batch;
     batch.segments.push_back({Vec3(0), Vec3(1, 0, 0), length_m, 3, 0});
     batch.segment_energies.push_back({Bands::filled(0.5F), Vec3(-1, 0, 0), 0});
     return batch;
@@ -34,7 +34,7 @@ SegmentCache window(std::size_t memory_bytes = kMemory_bytes) {
 void run(SegmentCache& segments, std::uint64_t first, std::uint64_t frames, float step_m = 0) {
     for (std::uint64_t f = first; f < first + frames; ++f) {
         segments.advance({f, Vec3(0, step_m * static_cast<float>(f), 0), 0});
-        const TraceBatch batch = one_segment();
+        const DepositBatch batch = one_segment();
         segments.add({&batch, 1}, kRays);
     }
 }
@@ -76,7 +76,7 @@ TEST_CASE("a receiver hears a segment by its chord, at its delay, wherever it is
     }
     // The segments of a frame are looked through many at once.
     SegmentCache many(4, 0.5F, Bands{}, 100, kMemory_bytes);
-    std::vector<TraceBatch> batches(40);
+    std::vector<DepositBatch> batches(40);
     for (std::size_t i = 0; i < batches.size(); ++i) {
         batches[i] = one_segment();
         batches[i].segments[0].origin.y = static_cast<float>(i) + 5;
@@ -165,7 +165,7 @@ TEST_CASE("a segment that begins within the sphere is heard from there on only")
 
 TEST_CASE("a segment of much energy is heard in a larger sphere, and as loud in the mean") {
     SegmentCache segments = window();
-    TraceBatch batch = one_segment();
+    DepositBatch batch = one_segment();
     batch.segments[0].growth = 4;  // less than one ray of its wave front would allow: 14.4
     segments.add({&batch, 1}, kRays);
     // Sphere 4 of twice the radius; the line passes it 0.8 m beside its middle.
@@ -177,20 +177,20 @@ TEST_CASE("a segment of much energy is heard in a larger sphere, and as loud in 
 }
 
 TEST_CASE("segments that an image source may count keep the small sphere, whatever their energy") {
-    TraceBatch batch;
+    DepositBatch batch;
     for (int i = 0; i < 100; ++i) {
         batch.segments.push_back({Vec3(0), Vec3(1, 0, 0), 10, 3, 0});
         batch.segment_energies.push_back({Bands::filled(i < 2 ? 1.0F : 0.01F), Vec3(-1, 0, 0), 0});
     }
     batch.segment_energies[1].image = 77;
-    size_spheres({&batch, 1});
+    size_spheres(std::span(&batch, 1));
     CHECK(batch.segments[0].growth > 4);
     CHECK(batch.segments[1].growth <= 1);
     CHECK(batch.segments[2].growth <= 1);
 }
 
 TEST_CASE("what an image source may count has a cache entry apart from what scatters on its way") {
-    TraceBatch batch;
+    DepositBatch batch;
     for (const std::uint64_t sequence : {0U, 77U}) {
         batch.segments.push_back({Vec3(0), Vec3(1, 0, 0), 10, 3, 0});
         batch.segment_energies.push_back({Bands::filled(1), Vec3(-1, 0, 0), sequence});

@@ -1,4 +1,4 @@
-#include "engine/trace/path_tracer.h"
+#include "engine/trace/arrival_tracer.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -36,10 +36,10 @@ struct Traced {
 
     std::vector<Arrival> arrivals(std::uint64_t frame_seed) const {
         const SpecularPaths images(rays, specular_order, radius_m, 1);
-        const PathTracer tracer(rays, subdivision, images, settings);
+        const ArrivalTracer tracer(rays, subdivision, images, settings);
         std::vector<Arrival> all;
         for (int b = 0; b < tracer.batch_count(); ++b) {
-            TraceBatch batch;
+            ArrivalBatch batch;
             const Receiver receiver{scene.listener.pose.position, radius_m};
             tracer.trace({0, scene.sources[0].position}, {&receiver, 1}, frame_seed, b, batch);
             collect_segment_arrivals(rays, {&receiver, 1}, settings.attenuation_per_m,
@@ -442,7 +442,7 @@ TEST_CASE("spheres that grow with a segment's energy keep late specular levels a
     traced.settings.rays = 2000;
     traced.settings.max_length_m = kFirst_m + kBins * kBin_m;
     const SpecularPaths images(traced.rays, 0, 0.5F, 1);
-    const PathTracer tracer(traced.rays, traced.subdivision, images, traced.settings);
+    const ArrivalTracer tracer(traced.rays, traced.subdivision, images, traced.settings);
     const Receiver receiver = make_receiver(traced.rays, listener, 0.5F);
     constexpr std::size_t kFrames = 48;
     struct Run {
@@ -452,14 +452,14 @@ TEST_CASE("spheres that grow with a segment's energy keep late specular levels a
     Run fixed;
     Run grown;
     for (std::size_t f = 0; f < kFrames; ++f) {
-        std::vector<TraceBatch> batches(static_cast<std::size_t>(tracer.batch_count()));
+        std::vector<ArrivalBatch> batches(static_cast<std::size_t>(tracer.batch_count()));
         for (std::size_t b = 0; b < batches.size(); ++b) {
             tracer.trace({0, source}, {}, derive_seed(test::test_seed(), f), static_cast<int>(b),
                          batches[b]);
         }
         const auto detect = [&](Run& run) {
             for (auto& bin : run.levels) bin.push_back(0);
-            for (TraceBatch& batch : batches) {
+            for (ArrivalBatch& batch : batches) {
                 batch.arrivals.clear();
                 collect_segment_arrivals(traced.rays, {&receiver, 1}, Bands{}, traced.settings.rays,
                                          batch);
@@ -474,7 +474,7 @@ TEST_CASE("spheres that grow with a segment's energy keep late specular levels a
             }
         };
         detect(fixed);
-        size_spheres(batches);
+        size_spheres(std::span(batches));
         detect(grown);
     }
     double fixed_deviation = 0;
@@ -514,12 +514,12 @@ TEST_CASE("large spheres stand for what their middle sees of a room") {
     Traced traced(scene);
     traced.settings.rays = 4000;
     traced.settings.max_length_m = 300;
-    const PathTracer tracer(rays, subdivision, images, traced.settings);
+    const ArrivalTracer tracer(rays, subdivision, images, traced.settings);
     std::vector<std::vector<double>> fluence(17);
     for (int f = 0; f < 8; ++f) {
         for (auto& of_sphere : fluence) of_sphere.push_back(0);
         for (int b = 0; b < tracer.batch_count(); ++b) {
-            TraceBatch batch;
+            ArrivalBatch batch;
             tracer.trace({0, Vec3(1, 5, 1)}, {}, derive_seed(test::test_seed(), f), b, batch);
             for (const PathSegment& segment : batch.segments) {
                 for (std::size_t k = 0; k < fluence.size(); k += 4) {
@@ -566,14 +566,14 @@ TEST_CASE("a specular ray has the key of the path that an image source counts, f
     TraceSettings settings;
     settings.rays = 40000;
     settings.order = 5;
-    const PathTracer tracer(rays, subdivision, images, settings);
+    const ArrivalTracer tracer(rays, subdivision, images, settings);
     for (const bool from_listener : {false, true}) {
         const Emitter emitter{0, from_listener ? listener : source, from_listener};
         const Vec3 target = from_listener ? source : listener;
         int crossing = 0;
         int known = 0;
         for (int b = 0; b < tracer.batch_count(); ++b) {
-            TraceBatch batch;
+            ArrivalBatch batch;
             tracer.trace(emitter, {}, test::test_seed(), b, batch);
             for (std::size_t i = 0; i < batch.segments.size(); ++i) {
                 const PathSegment& segment = batch.segments[i];
@@ -611,28 +611,27 @@ TEST_CASE("what a ray brings does not depend on the other rays of its batch") {
     REQUIRE(images.listed_order() == 1);
     const auto traced = [&](int batch, int rays_of_batch) {
         TraceSettings settings;
-        settings.rays = batch * PathTracer::kBatchRays + rays_of_batch;
-        TraceBatch traced_batch;
-        PathTracer(rays, subdivision, images, settings)
+        settings.rays = batch * ArrivalTracer::kBatchRays + rays_of_batch;
+        ArrivalBatch traced_batch;
+        ArrivalTracer(rays, subdivision, images, settings)
             .trace({0, source}, {}, test::test_seed(), batch, traced_batch);
         return traced_batch;
     };
     std::size_t segments_of_few = 0;
     for (int batch = 0; batch < 16; ++batch) {
-        const TraceBatch few = traced(batch, PathTracer::kBatchRays / 4);
-        const TraceBatch all = traced(batch, PathTracer::kBatchRays);
+        const ArrivalBatch few = traced(batch, ArrivalTracer::kBatchRays / 4);
+        const ArrivalBatch all = traced(batch, ArrivalTracer::kBatchRays);
         segments_of_few += few.segments.size();
         for (std::size_t i = 0; i < few.segments.size(); ++i) {
             bool found = false;
             for (std::size_t k = 0; k < all.segments.size(); ++k) {
-                found =
-                    found ||
-                    (all.segments[k].origin == few.segments[i].origin &&
-                     all.segments[k].direction == few.segments[i].direction &&
-                     all.segments[k].before_m == few.segments[i].before_m &&
-                     all.segment_energies[k].energy.value == few.segment_energies[i].energy.value &&
-                     all.segment_energies[k].image == few.segment_energies[i].image &&
-                     all.segment_identifiers[k] == few.segment_identifiers[i]);
+                found = found || (all.segments[k].origin == few.segments[i].origin &&
+                                  all.segments[k].direction == few.segments[i].direction &&
+                                  all.segments[k].before_m == few.segments[i].before_m &&
+                                  all.segment_energies[k].energy.value ==
+                                      few.segment_energies[i].energy.value &&
+                                  all.segment_energies[k].image == few.segment_energies[i].image &&
+                                  all.segment_identifiers[k] == few.segment_identifiers[i]);
             }
             if (!found) FAIL("batch " << batch << ", segment " << i << " is another");
         }
@@ -651,10 +650,10 @@ TEST_CASE("roulette takes nothing from the mean of late reflections") {
     settings.rays = 40000;
     const auto energy_up_to = [&](int order) {
         settings.order = order;
-        const PathTracer tracer(rays, subdivision, none, settings);
+        const ArrivalTracer tracer(rays, subdivision, none, settings);
         double sum = 0;
         for (int b = 0; b < tracer.batch_count(); ++b) {
-            TraceBatch batch;
+            ArrivalBatch batch;
             tracer.trace({0, room.sources[0].position}, {}, test::test_seed(), b, batch);
             for (const SegmentEnergy& sound : batch.segment_energies)
                 sum += double{sound.energy[0]};

@@ -1,0 +1,117 @@
+#include "engine/trace/deposit_tracer.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <vector>
+
+#include "engine/trace/arrival_tracer.h"
+#include "tests/support/rooms.h"
+#include "tests/support/statistics.h"
+
+using namespace aula;
+
+namespace {
+
+const Vec3 kSource(1.2F, 1.1F, 1.5F);
+
+/// Both tracers in a box, without image sources.
+struct TracedBox {
+    Scene scene;
+    RayScene rays{scene};
+    WorkerPool workers{1};
+    TimeBins bins{0.5};
+    PatchGrid grid{rays, 0.5F, {&kSource, 1}, 1, workers};
+    PatchSubdivision subdivision{rays, 0.5F};
+    SpecularPaths none{rays, 0, 0.5F, 1};
+    TraceSettings settings;
+
+    TracedBox(float absorption, float scattering)
+        : scene(test::grey_room(test::box(Vec3(5, 4, 3)), absorption, scattering, kSource,
+                                Vec3(3.7F, 2.9F, 1.2F))) {
+        settings.rays = PathTracer::kBatchRays;
+        settings.max_length_m = 100;
+    }
+
+    DepositTracer deposit_tracer() const { return {rays, grid, bins, none, settings}; }
+    ArrivalTracer arrival_tracer() const { return {rays, subdivision, none, settings}; }
+
+    DepositBatch deposits() const {
+        DepositBatch batch;
+        deposit_tracer().trace({0, kSource}, test::test_seed(), 0, batch);
+        return batch;
+    }
+    ArrivalBatch arrivals() const {
+        ArrivalBatch batch;
+        arrival_tracer().trace({0, kSource}, {}, test::test_seed(), 0, batch);
+        return batch;
+    }
+};
+
+std::vector<Deposit> all_of(const DepositParts& parts) {
+    std::vector<Deposit> all;
+    for (const auto& part : parts.part) all.insert(all.end(), part.begin(), part.end());
+    return all;
+}
+
+/// True if the first batch's segments are those of the second, in order.
+bool same_segments(const TraceBatch& a, const TraceBatch& b) {
+    if (a.segments.size() != b.segments.size()) return false;
+    for (std::size_t i = 0; i < a.segments.size(); ++i) {
+        if (a.segments[i].origin != b.segments[i].origin ||
+            a.segments[i].direction != b.segments[i].direction ||
+            a.segments[i].before_m != b.segments[i].before_m ||
+            a.segment_energies[i].energy != b.segment_energies[i].energy) {
+            return false;
+        }
+    }
+    return true;
+}
+
+}  // namespace
+
+TEST_CASE("every reflection in a lossless Lambert box deposits the whole energy of its ray") {
+    const DepositBatch batch = TracedBox(0, 1).deposits();
+    const std::vector<Deposit> all = all_of(batch.deposits);
+    // Each path ends with a segment that is cut off at the greatest length.
+    CHECK(all.size() == batch.segment_count - batch.departures.size());
+    CHECK(all.size() > 20 * batch.departures.size());
+    for (const Deposit& deposit : all) {
+        // Energies of about 1 have mantissas of 2^14.
+        REQUIRE(std::abs(static_cast<double>(deposit.units()[0]) * Deposit::kUnit - 1) <= 0x1p-14);
+        REQUIRE(deposit.ray < batch.departures.size());
+    }
+}
+
+TEST_CASE("the deposits of a ray are its energy times (1 - alpha) s at each reflection") {
+    // The sum over all reflections is s (1 - alpha) / alpha; 100 m are more than 25 reflections,
+    // after which 0.75^25 = 8e-4 of it is left.
+    double sum = 0;
+    const DepositBatch batch = TracedBox(0.25F, 0.5F).deposits();
+    for (const Deposit& deposit : all_of(batch.deposits)) {
+        sum += static_cast<double>(deposit.units()[3]) * Deposit::kUnit;
+    }
+    // All bands are equal, so that the choice of the lobe does not change the energy.
+    CHECK(sum / static_cast<double>(batch.departures.size()) == Approx(1.5).epsilon(1e-3));
+}
+
+TEST_CASE("both tracers follow the same rays and collect the same specular segments") {
+    TracedBox box(0.1F, 0.5F);
+    const std::vector<Ray> rays = box.arrival_tracer().rays({0, kSource}, test::test_seed(), 0);
+    const std::vector<Ray> again = box.deposit_tracer().rays({0, kSource}, test::test_seed(), 0);
+    REQUIRE(rays.size() == again.size());
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        REQUIRE(rays[i].origin == again[i].origin);
+        REQUIRE(rays[i].direction == again[i].direction);
+    }
+    const ArrivalBatch arrivals = box.arrivals();
+    CHECK(arrivals.segment_count == rays.size());
+    CHECK(arrivals.segments.size() > 50);
+    CHECK(arrivals.segment_identifiers.size() == arrivals.segments.size());
+    CHECK(same_segments(arrivals, box.deposits()));
+    // The companion: under a limit of the order gather rays do not continue at mirrors, so the rays
+    // bring what ends in a mirror after a diffuse reflection, too.
+    box.settings.order = 3;
+    const DepositBatch limited = box.deposits();
+    CHECK(limited.segments.size() > box.arrivals().segments.size());
+    CHECK_FALSE(same_segments(box.arrivals(), limited));
+}
