@@ -10,7 +10,8 @@
 namespace aula {
 
 /// Interpolates between samples with a tabulated Kaiser-windowed sinc (Laakso et al. 1996). The
-/// error is below -90 dB up to 0.8 of the Nyquist frequency, and zero at the samples. Immutable.
+/// error is below -90 dB up to 0.6 of the Nyquist frequency, below -83 dB up to 0.8, and zero at
+/// the samples. Immutable.
 class FractionalDelay {
  public:
     /// Samples needed before the one at or below the position, and after it.

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
+#include <random>
 #include <vector>
 
 using namespace aula;
@@ -158,4 +160,75 @@ TEST_CASE("Dropping surplus input keeps the reserve, which compensates a late bl
         ++left;
     } while (block.back() != 0);
     CHECK(left <= 3);
+}
+
+TEST_CASE("Clock drift of either sign keeps the delay within a few blocks for minutes") {
+    const int block = GENERATE(64, 480, 2048);
+    const double drift = GENERATE(-1e-3, -1e-4, 1e-4, 1e-3);
+    CaptureBuffer buffer(kRate_hz, block);
+    // The value of a sample is its time: the output tells its delay, and never goes back.
+    std::vector<float> samples;
+    std::vector<float> out(static_cast<std::size_t>(block));
+    std::int64_t written = 0;
+    std::int64_t read = 0;
+    std::int64_t largest_delay = 0;
+    std::size_t underruns = 0;
+    std::size_t reserve = buffer.reserve();
+    const std::int64_t end = 120 * 48000;
+    while (read < end) {
+        read += block;
+        const auto due = static_cast<std::int64_t>(static_cast<double>(read + block) * (1 + drift));
+        samples.clear();
+        // Exact in a float; times repeat after 2^22 samples.
+        for (; written < due; ++written) samples.push_back(static_cast<float>(written % (1 << 22)));
+        buffer.write(samples);
+        buffer.read(out);
+        if (buffer.reserve() != reserve) {
+            reserve = buffer.reserve();
+            ++underruns;
+        } else if (out.back() > 0) {
+            const auto delay = written % (1 << 22) - static_cast<std::int64_t>(out.back());
+            if (delay > 0) largest_delay = std::max(largest_delay, delay);
+        }
+    }
+    CAPTURE(block, drift, underruns, reserve);
+    // An underrun adds a block to the reserve, which then lasts for as many samples of drift; the
+    // reserve is limited to 0.2 s. A surplus of two blocks above the reserve is dropped after a
+    // second.
+    const double slips = std::abs(drift) * static_cast<double>(end) / block;
+    if (drift < 0) {
+        CHECK(static_cast<double>(underruns) <= slips + 1);
+    } else {
+        CHECK(underruns <= 1);
+        CHECK(largest_delay <= static_cast<std::int64_t>(reserve) + 4 * block + 48);
+    }
+}
+
+TEST_CASE("Input in portions of any size at the output's rate is output without a gap") {
+    for (const int block : {1, 100, 256}) {
+        CaptureBuffer buffer(kRate_hz, block);
+        std::mt19937 random(9);
+        std::uniform_int_distribution<int> jitter(0, 50);
+        std::vector<float> out(static_cast<std::size_t>(block));
+        int written = 0;
+        int read = 0;
+        float last = 0;
+        bool contiguous = true;
+        // A lead of 100 samples covers the jitter. The first samples fade in.
+        while (read < 20000) {
+            std::vector<float> samples;
+            const int due = read + block + 100 + jitter(random);
+            for (; written < due; ++written) samples.push_back(static_cast<float>(written));
+            buffer.write(samples);
+            buffer.read(out);
+            read += block;
+            for (const float x : out) {
+                if (x > 1000) contiguous &= last < 1000 || x == last + 1;
+                last = x;
+            }
+        }
+        CAPTURE(block);
+        CHECK(contiguous);
+        CHECK(last > 19000);
+    }
 }

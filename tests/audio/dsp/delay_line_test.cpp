@@ -9,7 +9,7 @@ using namespace aula;
 
 namespace {
 
-// Interpolation error up to 0.8 of the Nyquist frequency, -90 dB, and rounding.
+// Interpolation error at 0.8 of the Nyquist frequency, -90 dB, and rounding.
 constexpr double kError = 3.2e-5 + 1e-6;
 
 constexpr double kStep_rad = 0.8 * std::numbers::pi;

@@ -172,3 +172,65 @@ TEST_CASE("The gain changes smoothly and is exactly one again after a peak") {
     CHECK(out[1][1000 + 4800] == Approx(0.5F * (1 - 0.78F / 2.718F)).epsilon(0.05));
     CHECK(out[1].back() == 0.5F);
 }
+
+TEST_CASE("The limiter's output does not depend on the size of its calls, to the bit") {
+    // Peaks far above the ceiling, just above it, and between samples.
+    Stereo in = noise(20000, 1);
+    for (std::size_t n = 0; n < in[0].size(); ++n) {
+        const float envelope = 0.2F + 2 * static_cast<float>(n % 5000) / 5000;
+        for (auto& channel : in) channel[n] *= envelope * envelope;
+    }
+    in[0][7000] = std::numeric_limits<float>::infinity();
+    const auto with_calls = [&](std::size_t call) {
+        Stereo signal = in;
+        Limiter limiter(kRate_hz, 2, 4096);
+        float least = 1;
+        std::size_t muted = 0;
+        for (std::size_t done = 0; done < signal[0].size(); done += call) {
+            const std::size_t n = std::min(call, signal[0].size() - done);
+            const std::array<float*, 2> channels{signal[0].data() + done, signal[1].data() + done};
+            limiter.process(channels, static_cast<int>(n));
+            least = std::min(least, limiter.least_gain());
+            muted += limiter.muted_samples();
+        }
+        CHECK(muted == 1);
+        return std::pair{signal, least};
+    };
+    const auto [whole, least] = with_calls(4096);
+    // The largest peak is (0.2 + 2)^2 or more.
+    CHECK(least < kCeiling / 4.5F);
+    for (const std::size_t call : {1U, 7U, 256U, 1000U}) {
+        CAPTURE(call);
+        const auto [parts, least_of_parts] = with_calls(call);
+        CHECK(parts[0] == whole[0]);
+        CHECK(parts[1] == whole[1]);
+        CHECK(least_of_parts == least);
+    }
+}
+
+TEST_CASE("The ceiling holds at any sample rate and for any number of channels") {
+    for (const double rate_hz : {8000.0, 44100.0, 192000.0}) {
+        for (const std::size_t count : {1U, 4U, 16U}) {
+            Limiter limiter(rate_hz, count, 512);
+            CAPTURE(rate_hz, count);
+            CHECK(limiter.latency_samples() == std::lround(0.004 * rate_hz) + 15);
+            std::vector<std::vector<float>> signal(count, noise(4096, 0.1F)[0]);
+            // Only the last channel exceeds the ceiling, and lowers the gain of all.
+            signal.back() = noise(4096, 5)[1];
+            float peak = 0;
+            float quiet = 0;
+            for (std::size_t done = 0; done < 4096; done += 512) {
+                std::vector<float*> channels;
+                for (auto& channel : signal) channels.push_back(channel.data() + done);
+                limiter.process(channels, 512);
+                for (std::size_t n = 0; n < 512; ++n) {
+                    peak = std::max(peak, std::abs(channels.back()[n]));
+                    quiet = std::max(quiet, std::abs(channels.front()[n]));
+                }
+            }
+            CHECK(peak <= kCeiling);
+            CHECK(peak > 0.5F * kCeiling);
+            if (count > 1) CHECK(quiet < 0.1F * 0.5F);
+        }
+    }
+}

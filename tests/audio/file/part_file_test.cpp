@@ -1,11 +1,17 @@
 #include "audio/file/part_file.h"
 
+#include <fcntl.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <cerrno>
 #include <filesystem>
 #include <string>
+#include <system_error>
+#include <thread>
+#include <vector>
 
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
@@ -81,4 +87,121 @@ TEST_CASE("A file with the longest possible name can be written twice at the sam
     }
     CHECK(read_file(file) == "second");
     CHECK(names_in(folder.path()).size() == 1);
+}
+
+TEST_CASE(
+    "Until it is committed a file keeps its name and content, and is removed without commit") {
+    const TemporaryFolder folder;
+    const auto file = folder.write("file", "before");
+    {
+        const PartFile part(file);
+        REQUIRE(write(part.descriptor(), "after", 5) == 5);
+        CHECK(read_file(file) == "before");
+        const auto names = names_in(folder.path());
+        REQUIRE(names.size() == 2);
+        CHECK(names[0].starts_with(".aula-"));
+        CHECK(names[0].ends_with(".part"));
+    }
+    CHECK(read_file(file) == "before");
+    CHECK(names_in(folder.path()) == std::vector<std::string>{"file"});
+}
+
+TEST_CASE("A link to a file of another folder: the file is replaced in its own folder") {
+    const TemporaryFolder folder;
+    const TemporaryFolder other;
+    const auto file = other.write("file", "before");
+    REQUIRE(chmod(file.c_str(), 0640) == 0);
+    std::filesystem::create_symlink(file, folder.path() / "near");
+    std::filesystem::create_symlink("near", folder.path() / "far");
+    {
+        PartFile part(folder.path() / "far");
+        REQUIRE(write(part.descriptor(), "after", 5) == 5);
+        // In one file system with the target, or it could not be renamed.
+        CHECK(names_in(other.path()).size() == 2);
+        part.commit();
+    }
+    CHECK(read_file(file) == "after");
+    CHECK(permissions(file) == 0640U);
+    CHECK(names_in(folder.path()) == std::vector<std::string>{"far", "near"});
+    CHECK(names_in(other.path()) == std::vector<std::string>{"file"});
+    CHECK(std::filesystem::read_symlink(folder.path() / "far") == "near");
+}
+
+TEST_CASE("A file in a folder that does not exist, or is a file, is a system error") {
+    const TemporaryFolder folder;
+    const auto file = folder.write("file", "mine");
+    for (const auto& [name, error] :
+         {std::pair{folder.path() / "none" / "a", ENOENT}, {file / "a", ENOTDIR}}) {
+        int code = 0;
+        try {
+            const PartFile part(name);
+        } catch (const std::system_error& failure) {
+            code = failure.code().value();
+        }
+        CAPTURE(name);
+        CHECK(code == error);
+    }
+    CHECK(names_in(folder.path()) == std::vector<std::string>{"file"});
+}
+
+TEST_CASE("A commit whose folder was removed, or whose target became a folder, fails") {
+    const TemporaryFolder folder;
+    const auto inner = folder.path() / "inner";
+    std::filesystem::create_directory(inner);
+    {
+        PartFile part(inner / "a");
+        std::filesystem::remove_all(inner);
+        CHECK_THROWS_AS(part.commit(), std::system_error);
+    }
+    {
+        PartFile part(folder.path() / "a");
+        std::filesystem::create_directory(folder.path() / "a");
+        CHECK_THROWS_AS(part.commit(), std::system_error);
+    }
+    // Nothing is left of either.
+    CHECK(names_in(folder.path()) == std::vector<std::string>{"a"});
+}
+
+TEST_CASE("Files of several threads are independent of each other") {
+    const TemporaryFolder folder;
+    std::vector<std::thread> threads;
+    for (int t = 0; t < 4; ++t) {
+        threads.emplace_back([&folder, t] {
+            for (int i = 0; i < 10; ++i) {
+                const auto name = std::to_string(10 * t + i);
+                PartFile part(folder.path() / name);
+                const PartFile abandoned(folder.path() / name);
+                // REQUIRE is for one thread only.
+                if (write(part.descriptor(), name.data(), name.size()) > 0) part.commit();
+            }
+        });
+    }
+    for (std::thread& thread : threads) thread.join();
+    CHECK(names_in(folder.path()).size() == 40);
+    for (int i = 0; i < 40; ++i)
+        CHECK(read_file(folder.path() / std::to_string(i)) == std::to_string(i));
+}
+
+TEST_CASE("A program that abandons its files leaves none") {
+    const TemporaryFolder folder;
+    const pid_t child = fork();
+    REQUIRE(child >= 0);
+    if (child == 0) {
+        const PartFile first(folder.path() / "a");
+        const PartFile second(folder.path() / "b");
+        const bool both = names_in(folder.path()).size() == 2;
+        PartFile::abandon_all();
+        _exit(both && names_in(folder.path()).empty() ? 0 : 1);
+    }
+    int status = -1;
+    REQUIRE(waitpid(child, &status, 0) == child);
+    REQUIRE(WIFEXITED(status));
+    CHECK(WEXITSTATUS(status) == 0);
+    CHECK(names_in(folder.path()).empty());
+}
+
+TEST_CASE("Programs started meanwhile do not inherit an unfinished file") {
+    const TemporaryFolder folder;
+    const PartFile part(folder.path() / "a");
+    CHECK((fcntl(part.descriptor(), F_GETFD) & FD_CLOEXEC) != 0);
 }

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -14,6 +15,7 @@
 #include <iterator>
 #include <limits>
 #include <numbers>
+#include <span>
 #include <string>
 
 #include "aula/exception.h"
@@ -338,4 +340,75 @@ TEST_CASE("Sample rate conversion preserves the duration to the nearest sample")
     // 100 / 44100 s are 108.84 and 36.28 samples.
     CHECK(read_sound(folder / "a.wav", 48000).samples.size() == 109);
     CHECK(read_sound(folder / "a.wav", 16000).samples.size() == 36);
+}
+
+TEST_CASE("Every format, sample rate and number of channels is written and read back") {
+    const TemporaryFolder folder;
+    // Half a step of the format; floats are exact.
+    const auto [format, error] =
+        GENERATE(std::pair{SampleFormat::float32, 0.0}, std::pair{SampleFormat::pcm24, 0x1p-24},
+                 std::pair{SampleFormat::pcm16, 0x1p-16});
+    for (const auto& [rate_hz, channels] : {std::pair{8000.0, 1U},
+                                            {11025.0, 2U},
+                                            {44100.0, 3U},
+                                            {48000.0, 4U},
+                                            {96000.0, 16U},
+                                            {192000.0, 64U}}) {
+        constexpr std::size_t kFrames = 50;
+        std::vector<float> samples;
+        std::vector<double> mean(kFrames);
+        for (std::size_t n = 0; n < kFrames; ++n) {
+            for (std::size_t c = 0; c < channels; ++c) {
+                samples.push_back(0.9F * std::sin(static_cast<float>(n * n + 7 * c)));
+                mean[n] += double{samples.back()} / static_cast<double>(channels);
+            }
+        }
+        const fs::path file = folder / "a.wav";
+        write_wav(file, rate_hz, channels, samples, format);
+        const SoundInfo info = sound_info(file);
+        CAPTURE(rate_hz, channels, error);
+        CHECK(info.sample_rate_hz == rate_hz);
+        CHECK(info.channels == static_cast<int>(channels));
+        CHECK(info.frames == kFrames);
+        const SoundClip clip = read_sound(file, rate_hz);
+        REQUIRE(clip.samples.size() == kFrames);
+        CHECK(clip.sample_rate_hz == rate_hz);
+        CHECK(clip.warnings.size() == (channels > 1 ? 1U : 0U));
+        for (std::size_t n = 0; n < kFrames; ++n) {
+            // The largest integer is a step below full scale; rounding of the mean.
+            const double bound = 2 * error + (channels > 1 ? 0x1p-24 * 8 : 0);
+            CHECK(std::abs(double{clip.samples[n]} - mean[n]) <= bound);
+        }
+    }
+}
+
+TEST_CASE("A sound written in parts equals one written at a time, to the byte") {
+    const TemporaryFolder folder;
+    std::vector<float> samples(6000);
+    for (std::size_t n = 0; n < samples.size(); ++n)
+        samples[n] = std::sin(static_cast<float>(n * n % 1009));
+    for (const SampleFormat format : {SampleFormat::float32, SampleFormat::pcm16}) {
+        write_wav(folder / "whole.wav", 48000, 2, samples, format);
+        WavWriter writer(folder / "parts.wav", 48000, 2, format);
+        for (std::size_t done = 0, frames = 1; done < samples.size(); frames = 3 * frames % 500) {
+            const std::size_t count = std::min(2 * frames, samples.size() - done);
+            writer.write(std::span(samples).subspan(done, count));
+            done += count;
+        }
+        writer.write({});
+        writer.commit();
+        CHECK(bytes(folder / "parts.wav") == bytes(folder / "whole.wav"));
+    }
+}
+
+TEST_CASE("A sound of several blocks of the reader is read to its last sample") {
+    const TemporaryFolder folder;
+    // Blocks of 16384 samples.
+    for (const std::size_t frames : {16383U, 16384U, 16385U, 40000U}) {
+        std::vector<float> samples(frames);
+        for (std::size_t n = 0; n < frames; ++n)
+            samples[n] = static_cast<float>(n) / static_cast<float>(frames);
+        write_wav(folder / "a.wav", 48000, 1, samples);
+        CHECK(read_sound(folder / "a.wav", 48000).samples == samples);
+    }
 }

@@ -163,3 +163,117 @@ TEST_CASE("A turn of the head about each axis rotates the field") {
             CHECK(field[c][199] == Approx(double{expected[c]}).margin(1e-6));  // rounding
     }
 }
+
+TEST_CASE("A rotation keeps the energy of each order, and that of the reverse undoes it") {
+    std::mt19937 random(5);
+    for (int trial = 0; trial < 20; ++trial) {
+        const HeadRotation head = random_rotation(random);
+        HeadRotation back{};
+        for (std::size_t i = 0; i < 3; ++i) {
+            for (std::size_t j = 0; j < 3; ++j) back[i][j] = head[j][i];
+        }
+        // Any field, not only that of a plane wave.
+        const Signals before = random_signals(16, 8, static_cast<unsigned>(trial));
+        Signals field = before;
+        FieldRotation there(3, 64);
+        there.turn_to(head);
+        turn(there, field, 0, 8);
+        const auto energy = [](const Signals& channels, int order) {
+            double sum = 0;
+            for (std::size_t c = 0; c < 16; ++c) {
+                for (const float x : channels[c])
+                    if (order_of_channel(c) == order) sum += double{x} * double{x};
+            }
+            return sum;
+        };
+        for (int order = 0; order <= 3; ++order) {
+            CAPTURE(order);
+            // Rounding of elements: 1e-6 each, as in "Rotating a field ...".
+            CHECK(energy(field, order) == Approx(energy(before, order)).epsilon(1e-5));
+            const std::size_t last = ambisonic_channels(order) - 1;
+            if (order > 0) CHECK(field[last] != before[last]);
+        }
+        FieldRotation again(3, 64);
+        again.turn_to(back);
+        turn(again, field, 0, 8);
+        double worst = 0;
+        for (std::size_t c = 0; c < 16; ++c) {
+            for (std::size_t n = 0; n < 8; ++n)
+                worst = std::max(worst, double{std::abs(field[c][n] - before[c][n])});
+        }
+        CHECK(worst < 2e-5);  // rounding, of noise of up to 4
+    }
+}
+
+TEST_CASE("Two rotations one after the other are the rotation by their product, in each order") {
+    std::mt19937 random(6);
+    for (int order = 1; order <= 3; ++order) {
+        const HeadRotation first = random_rotation(random);
+        const HeadRotation second = random_rotation(random);
+        HeadRotation both{};
+        for (std::size_t i = 0; i < 3; ++i) {
+            for (std::size_t j = 0; j < 3; ++j) {
+                for (std::size_t k = 0; k < 3; ++k) both[i][j] += second[i][k] * first[k][j];
+            }
+        }
+        const Signals before = random_signals(ambisonic_channels(order), 100, 7);
+        Signals field = before;
+        Signals expected = before;
+        for (const HeadRotation& head : {first, second}) {
+            FieldRotation rotation(order, 64);
+            rotation.turn_to(head);
+            turn(rotation, field, 0, 100);
+        }
+        FieldRotation rotation(order, 64);
+        rotation.turn_to(both);
+        turn(rotation, expected, 0, 100);
+        double worst = 0;
+        double moved = 0;
+        for (std::size_t c = 0; c < field.size(); ++c) {
+            for (std::size_t n = 0; n < 100; ++n) {
+                worst = std::max(worst, double{std::abs(field[c][n] - expected[c][n])});
+                moved = std::max(moved, double{std::abs(field[c][n] - before[c][n])});
+            }
+        }
+        CAPTURE(order);
+        CHECK(worst < 2e-5);  // rounding, of noise of up to 4
+        CHECK(moved > 1);
+    }
+}
+
+TEST_CASE("A turn of the head during a turn starts from the present rotation") {
+    const auto yaw = [](double angle) {
+        const auto c = static_cast<float>(std::cos(angle));
+        const auto s = static_cast<float>(std::sin(angle));
+        return HeadRotation{{{c, s, 0}, {-s, c, 0}, {0, 0, 1}}};
+    };
+    FieldRotation rotation(3, 100);
+    Signals field = plane_wave({0.6F, 0.64F, 0.48F}, Signal(300, 1), 3);
+    rotation.turn_to(yaw(0));
+    turn(rotation, field, 0, 50);
+    rotation.turn_to(yaw(1));
+    turn(rotation, field, 50, 90);
+    rotation.turn_to(yaw(-0.5));
+    turn(rotation, field, 90, 300);
+    const auto expected = encode_direction(in_head_axes(yaw(-0.5), {0.6F, 0.64F, 0.48F}));
+    for (std::size_t c = 0; c < 16; ++c) {
+        float largest = 0;
+        for (std::size_t n = 1; n < 300; ++n)
+            largest = std::max(largest, std::abs(field[c][n] - field[c][n - 1]));
+        CAPTURE(c);
+        // Channels change by at most 2 in a glide of 100 samples, by far more in a jump.
+        CHECK(largest < 0.021F);
+        // It arrives 100 samples after the newest turn.
+        CHECK(field[c][189] == Approx(expected[c]).margin(5e-6));
+        CHECK(field[c][299] == Approx(expected[c]).margin(5e-6));
+    }
+}
+
+TEST_CASE("The order of a channel and the channels of an order belong together") {
+    std::size_t channel = 0;
+    for (int order = 0; order <= kHighestAmbisonicOrder; ++order) {
+        for (int m = -order; m <= order; ++m) CHECK(order_of_channel(channel++) == order);
+        CHECK(ambisonic_channels(order) == channel);
+    }
+    CHECK(channel == kMostAmbisonicChannels);
+}

@@ -145,3 +145,57 @@ TEST_CASE("Interpolated ears do not depend on the order of the measured directio
             CHECK(ears[e].delay_s == Approx(same[e].delay_s).margin(1e-7));  // rounding
     }
 }
+
+TEST_CASE("The quadrature weights of a regular solid are equal, and all weights sum to one") {
+    const float a = 1 / std::sqrt(3.0F);
+    const std::vector<std::array<float, 3>> octahedron{{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
+                                                       {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
+    std::vector<std::array<float, 3>> cube;
+    for (const float x : {a, -a})
+        for (const float y : {a, -a})
+            for (const float z : {a, -a}) cube.push_back({x, y, z});
+    for (const auto& directions : {octahedron, cube}) {
+        double sum = 0;
+        for (const double weight : quadrature_weights(directions)) {
+            sum += weight;
+            // 20000 points of a lattice: the error is that of points at the cells' borders, about
+            // the perimeter of a cell (5) over its area (2) and the distance of points (0.025)
+            // / 50.
+            CHECK(weight * static_cast<double>(directions.size()) == Approx(1).epsilon(0.01));
+        }
+        CHECK(sum == Approx(1));
+    }
+}
+
+TEST_CASE("The weight of a direction is the share of the sphere nearest to it") {
+    // Two opposite directions and one between: caps of 45 degrees and a zone.
+    const std::vector<double> weights = quadrature_weights({{0, 0, 1}, {0, 0, -1}, {1, 0, 0}});
+    // Without the third the poles would have halves. It takes points with x > |z|: a quarter of the
+    // sphere, by symmetry of the planes x = z and x = -z.
+    CHECK(weights[2] == Approx(0.25).margin(0.005));
+    CHECK(weights[0] == Approx(0.375).margin(0.005));
+    CHECK(weights[1] == Approx(0.375).margin(0.005));
+    // A direction given twice counts once.
+    const std::vector<double> twice = quadrature_weights({{0, 0, 1}, {0, 0, -1}, {0, 0, 1}});
+    CHECK(twice[0] == Approx(0.5));
+    CHECK(twice[2] == 0);
+}
+
+TEST_CASE("The last quarter of a response fades out, the rest is kept to the bit") {
+    for (const std::size_t taps : {4U, 100U, 256U}) {
+        std::vector<float> response(taps, 0.7F);
+        fade_out(response);
+        const std::size_t fade = taps / 4;
+        CAPTURE(taps);
+        for (std::size_t n = 0; n < taps - fade; ++n) CHECK(response[n] == 0.7F);
+        for (std::size_t n = taps - fade; n < taps; ++n) {
+            const double position = static_cast<double>(n - (taps - fade)) + 0.5;
+            const double weight =
+                0.5 + 0.5 * std::cos(std::numbers::pi * position / static_cast<double>(fade));
+            CHECK(response[n] == Approx(0.7 * weight).margin(1e-7));  // rounding
+        }
+    }
+    std::vector<float> short_one{1, 2, 3};
+    fade_out(short_one);
+    CHECK(short_one == std::vector<float>{1, 2, 3});
+}

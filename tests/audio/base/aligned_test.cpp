@@ -1,0 +1,53 @@
+#include "audio/base/aligned.h"
+
+#include <catch2/catch.hpp>
+#include <complex>
+#include <cstdint>
+#include <limits>
+#include <new>
+
+using namespace aula;
+
+namespace {
+
+bool aligned_to(const void* p, std::size_t bytes) {
+    return reinterpret_cast<std::uintptr_t>(p) % bytes == 0;
+}
+
+}  // namespace
+
+TEST_CASE("Memory of any size is aligned to a cache line and can be written to its end") {
+    // Around 1 MiB, from where on whole huge pages of 2 MiB are used.
+    constexpr std::size_t kLarge = std::size_t{1} << 20;
+    for (const std::size_t bytes : {std::size_t{1}, std::size_t{63}, std::size_t{64},
+                                    std::size_t{4097}, kLarge - 1, kLarge, 2 * kLarge + 1}) {
+        CAPTURE(bytes);
+        auto* const p = static_cast<unsigned char*>(allocate_aligned(bytes));
+        CHECK(aligned_to(p, kAlignment_bytes));
+        if (bytes >= kLarge) CHECK(aligned_to(p, 2 * kLarge));
+        p[0] = 1;
+        p[bytes - 1] = 2;
+        CHECK(p[bytes - 1] == 2);
+        free_aligned(p, bytes);
+    }
+}
+
+TEST_CASE("Vectors of aligned memory start with zeros and keep their alignment when they grow") {
+    AlignedVector<float> samples(17);
+    AlignedVector<std::complex<float>> bins(3);
+    for (const float x : samples) CHECK(x == 0);
+    for (const auto& bin : bins) CHECK(bin == std::complex<float>());
+    CHECK(aligned_to(bins.data(), kAlignment_bytes));
+    for (int n = 0; n < 2000; ++n) {
+        samples.push_back(static_cast<float>(n));
+        REQUIRE(aligned_to(samples.data(), kAlignment_bytes));
+    }
+    CHECK(samples[17 + 1999] == 1999);
+    const AlignedVector<float> moved = std::move(samples);
+    CHECK(moved.size() == 2017);
+}
+
+TEST_CASE("More memory than there is throws bad_alloc") {
+    const std::size_t all = std::numeric_limits<std::size_t>::max() / 4;
+    CHECK_THROWS_AS(allocate_aligned(all), std::bad_alloc);
+}

@@ -1,0 +1,186 @@
+#include "audio/spatial/hrtf.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "audio/dsp/fft.h"
+#include "audio/spatial/head_responses.h"
+#include "audio/spatial/sofa_file.h"
+#include "tests/audio/convolution/signals.h"
+
+using namespace aula;
+using namespace aula::test;
+
+namespace {
+
+using Direction = std::array<float, 3>;
+
+/// Uniformly distributed directions.
+std::vector<Direction> lattice(std::size_t count) {
+    std::vector<Direction> directions;
+    for (std::size_t i = 0; i < count; ++i) {
+        const double z = 1 - (2 * static_cast<double>(i) + 1) / static_cast<double>(count);
+        const double azimuth = std::numbers::pi * (3 - std::sqrt(5.0)) * static_cast<double>(i);
+        const double radius = std::sqrt(1 - z * z);
+        directions.push_back({static_cast<float>(radius * std::cos(azimuth)),
+                              static_cast<float>(radius * std::sin(azimuth)),
+                              static_cast<float>(z)});
+    }
+    return directions;
+}
+
+/// A head whose ears, at +y and -y, hear with level and delay that vary smoothly: 1 + 0.5 cos, and
+/// 10 - 9 cos samples at 48 kHz, of the angle to the ear.
+HeadMeasurements smooth_head(double rate_hz, std::size_t directions, float distance_m = 1) {
+    HeadMeasurements head;
+    head.file = "head.sofa";
+    head.sample_rate_hz = static_cast<float>(rate_hz);
+    head.samples = static_cast<std::size_t>(0.004 * rate_hz);
+    for (const Direction& d : lattice(directions)) {
+        head.positions.push_back({distance_m * d[0], distance_m * d[1], distance_m * d[2]});
+        for (const float side : {1.0F, -1.0F}) {
+            std::vector<float> response(head.samples);
+            response[0] = 1 + 0.5F * side * d[1];
+            head.responses.insert(head.responses.end(), response.begin(), response.end());
+            const double delay_s = (10 - 9 * double{side * d[1]}) / 48000;
+            head.delays_samples.push_back(static_cast<float>(delay_s * rate_hz));
+        }
+    }
+    return head;
+}
+
+double level_db(const std::vector<float>& response, double rate_hz) {
+    Signal padded = response;
+    padded.resize(8192);
+    Signal impulse(8192);
+    impulse[0] = 1;
+    return 10 * std::log10(band_energy(padded, 500, 8000, rate_hz) /
+                           band_energy(impulse, 500, 8000, rate_hz));
+}
+
+}  // namespace
+
+TEST_CASE("At a measured direction the ears are those measured there") {
+    const HeadMeasurements head = smooth_head(48000, 60);
+    const Hrtf hrtf(head, 48000);
+    const HeadResponses& responses = hrtf.responses();
+    REQUIRE(responses.directions.size() == 60);
+    for (std::size_t i = 0; i < 60; ++i) {
+        const auto ears = hrtf.ears(responses.directions[i]);
+        for (std::size_t e = 0; e < 2; ++e) {
+            // Neighbours have weights of 1e-11.
+            CHECK(ears[e].delay_s == Approx(responses.ears[i][e].delay_s).margin(1e-12));
+            const auto& measured = responses.ears[i][e].minimum_phase;
+            REQUIRE(ears[e].minimum_phase.size() == measured.size());
+            for (std::size_t n = 0; n < measured.size(); ++n) {
+                if (std::abs(ears[e].minimum_phase[n] - measured[n]) > 1e-6F)
+                    FAIL("direction " << i << ", ear " << e << ", sample " << n);
+            }
+        }
+    }
+}
+
+TEST_CASE("Between measured directions level and delay follow the head's") {
+    const Hrtf hrtf(smooth_head(48000, 400), 48000);
+    // Diffuse-field level: the mean of (1 + 0.5 cos)^2 is 1 + 0.25 / 3.
+    const double diffuse_db = 10 * std::log10(1 + 0.25 / 3);
+    for (const Direction& direction : lattice(41)) {
+        const auto ears = hrtf.ears(direction);
+        CAPTURE(direction[0], direction[1], direction[2]);
+        for (std::size_t e = 0; e < 2; ++e) {
+            const double cosine = (e == 0 ? 1 : -1) * double{direction[1]};
+            const double expected_db = 20 * std::log10(1 + 0.5 * cosine) - diffuse_db;
+            // 400 directions are 0.19 rad apart: the nearest one errs by up to 0.11 rad, by 1
+            // sample and 0.9 dB (at the quiet side). Interpolation halves it.
+            CHECK(level_db(ears[e].minimum_phase, 48000) == Approx(expected_db).margin(0.45));
+            CHECK(ears[e].delay_s * 48000 == Approx(9 - 9 * cosine).margin(0.5));
+        }
+    }
+}
+
+TEST_CASE("Ears change continuously where the nearest directions change") {
+    const Hrtf hrtf(smooth_head(48000, 60), 48000);
+    // Along a great circle in 4000 steps of 1.6 mrad.
+    double largest = 0;
+    double before = -1;
+    for (int i = 0; i <= 4000; ++i) {
+        const double angle = 2 * std::numbers::pi * i / 4000;
+        const auto ears = hrtf.ears({static_cast<float>(0.8 * std::cos(angle)),
+                                     static_cast<float>(std::sin(angle)),
+                                     static_cast<float>(0.6 * std::cos(angle))});
+        const double delay = ears[0].delay_s * 48000;
+        if (i > 0) largest = std::max(largest, std::abs(delay - before));
+        before = delay;
+    }
+    // 9 samples/rad x 1.6 mrad = 0.014; interpolation between coarse directions is up to ten times
+    // as steep. A jump to another direction, 0.45 rad apart, would be 4 samples.
+    CHECK(largest < 0.14);
+    CHECK(largest > 0.007);
+}
+
+TEST_CASE("Responses and delays do not depend on the sample rates, nor on the distance") {
+    const Hrtf reference(smooth_head(48000, 40), 48000);
+    for (const auto& [from_hz, to_hz, distance_m] : {std::tuple{44100.0, 48000.0, 1.0F},
+                                                     {48000.0, 44100.0, 1.0F},
+                                                     {96000.0, 48000.0, 2.0F},
+                                                     {48000.0, 96000.0, 0.3F},
+                                                     {48000.0, 48000.0, 1.7F}}) {
+        const Hrtf hrtf(smooth_head(from_hz, 40, distance_m), to_hz);
+        CAPTURE(from_hz, to_hz, distance_m);
+        CHECK(hrtf.taps() ==
+              fast_fft_size(static_cast<std::size_t>(std::lround(256 * to_hz / 48000))));
+        for (const Direction& direction : {Direction{1, 0, 0}, {0, 1, 0}, {0.6F, -0.64F, 0.48F}}) {
+            const auto expected = reference.ears(direction);
+            const auto ears = hrtf.ears(direction);
+            for (std::size_t e = 0; e < 2; ++e) {
+                // A hundredth of a sample, and the resampler's passband.
+                CHECK(ears[e].delay_s * 48000 == Approx(expected[e].delay_s * 48000).margin(0.01));
+                CHECK(level_db(ears[e].minimum_phase, to_hz) ==
+                      Approx(level_db(expected[e].minimum_phase, 48000)).margin(0.02));
+            }
+        }
+    }
+}
+
+TEST_CASE("The level of a measurement does not matter, the difference of its ears does") {
+    const HeadMeasurements head = smooth_head(48000, 60);
+    HeadMeasurements loud = head;
+    for (float& x : loud.responses) x *= 300;
+    HeadMeasurements lopsided = head;
+    for (std::size_t r = 1; r < 120; r += 2) lopsided.responses[r * head.samples] *= 0.5F;
+    const auto expected = Hrtf(head, 48000).ears({1, 0, 0});
+    const auto same = Hrtf(loud, 48000).ears({1, 0, 0});
+    const auto other = Hrtf(lopsided, 48000).ears({1, 0, 0});
+    for (std::size_t e = 0; e < 2; ++e) {
+        CHECK(level_db(same[e].minimum_phase, 48000) ==
+              Approx(level_db(expected[e].minimum_phase, 48000)).margin(1e-3));
+    }
+    const double difference_db =
+        level_db(other[0].minimum_phase, 48000) - level_db(other[1].minimum_phase, 48000);
+    const double before_db =
+        level_db(expected[0].minimum_phase, 48000) - level_db(expected[1].minimum_phase, 48000);
+    CHECK(difference_db - before_db == Approx(20 * std::log10(2)).margin(1e-3));
+}
+
+TEST_CASE("Four directions suffice") {
+    HeadMeasurements head = smooth_head(48000, 4);
+    const float a = 1 / std::sqrt(3.0F);
+    head.positions = {{a, a, a}, {a, -a, -a}, {-a, a, -a}, {-a, -a, a}};
+    const Hrtf hrtf(head, 48000);
+    for (const double weight : hrtf.responses().weights)
+        CHECK(weight == Approx(0.25).margin(0.002));  // of 20000 points, as below
+    double greatest_s = 0;
+    for (const auto& ears : hrtf.responses().ears)
+        for (const Hrtf::Ear& ear : ears) greatest_s = std::max(greatest_s, ear.delay_s);
+    for (const Direction& direction : lattice(50)) {
+        for (const Hrtf::Ear& ear : hrtf.ears(direction)) {
+            // A mean of measured delays.
+            CHECK(ear.delay_s >= 0);
+            CHECK(ear.delay_s <= greatest_s * (1 + 1e-6));
+            CHECK(std::isfinite(level_db(ear.minimum_phase, 48000)));
+        }
+    }
+}
