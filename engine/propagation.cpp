@@ -393,10 +393,10 @@ std::vector<PathLine> Propagation::path_lines(const FrameInput& given, std::size
     const State& s = *state_;
     if (s.frame == 0) return {};
     const FrameInput input = s.off_surfaces(given);
-    const int most = s.simulation.order > 0 ? std::min(order, s.simulation.order) : order;
+    const int max = s.simulation.order > 0 ? std::min(order, s.simulation.order) : order;
     const PropagationFrame newest = s.frame_of(input, s.frame - 1);
-    if (s.patches) return s.patches->path_lines(newest, source, count, most);
-    return s.tracer->lines({s.source_ids[source], input.sources[source]}, newest.seed, count, most);
+    if (s.patches) return s.patches->path_lines(newest, source, count, max);
+    return s.tracer->lines({s.source_ids[source], input.sources[source]}, newest.seed, count, max);
 }
 
 std::vector<PatchEnergy> Propagation::patch_energies(std::size_t source, double begin_s,

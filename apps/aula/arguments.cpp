@@ -20,13 +20,12 @@ namespace {
 
 /// The whole text as a number in [least, most]. Throws InputError with what was expected.
 template <typename T>
-T read_number(const std::string& option, const std::string& text, T least, T most,
+T read_number(const std::string& option, const std::string& text, T min, T max,
               const std::string& expected) {
     T value{};
     const char* end = text.data() + text.size();
     const auto read = std::from_chars(text.data(), end, value);
-    const bool usable =
-        read.ec == std::errc() && read.ptr == end && value >= least && value <= most;
+    const bool usable = read.ec == std::errc() && read.ptr == end && value >= min && value <= max;
     if (!usable) fail(option, text, expected);
     return value;
 }
@@ -146,20 +145,20 @@ class Options {
     }
 
     template <typename T>
-    void integer(const std::string& option, T least, T most, std::function<void(T)> take) {
+    void integer(const std::string& option, T min, T max, std::function<void(T)> take) {
         const std::string expected =
-            "a whole number from " + std::to_string(least) + " to " + std::to_string(most);
+            "a whole number from " + std::to_string(min) + " to " + std::to_string(max);
         text(option, [=](const std::string& value) {
-            take(read_number(option, value, least, most, expected));
+            take(read_number(option, value, min, max, expected));
         });
     }
 
     /// A number above 0, or from 0 where `zero` is allowed.
-    void real(const std::string& option, double most, const std::string& expected,
+    void real(const std::string& option, double max, const std::string& expected,
               std::function<void(double)> take, bool zero = false) {
-        const double least = zero ? 0 : std::numeric_limits<float>::min();
+        const double min = zero ? 0 : std::numeric_limits<float>::min();
         text(option, [=](const std::string& value) {
-            take(read_number(option, value, least, most, expected));
+            take(read_number(option, value, min, max, expected));
         });
     }
 
@@ -205,7 +204,7 @@ class Options {
              {Estimator::pt, Estimator::dpc_published, Estimator::dpc, Estimator::patch})
             estimators.emplace_back(estimator_name(e), e);
         choice<Estimator>("--estimator", estimators, simulation(&Simulation::estimator));
-        integer<int>("--rays", 1, Simulation::kMostRays,
+        integer<int>("--rays", 1, Simulation::kMaxRays,
                      [this, change = simulation(&Simulation::rays)](int n) {
                          arguments_.rays_given = true;
                          change(n);
@@ -249,10 +248,10 @@ class Options {
                              [&](SampleFormat f) { session.format = f; });
         integer<int>("--sample-rate", 8000, 192'000, [&](int hz) { session.sample_rate_hz = hz; });
         text("--block", [&](const std::string& value) {
-            constexpr int kLeast = 16;
-            constexpr int kMost = 8192;
+            constexpr int kMin = 16;
+            constexpr int kMax = 8192;
             const std::string expected = "a power of two from 16 to 8192";
-            session.block = read_number("--block", value, kLeast, kMost, expected);
+            session.block = read_number("--block", value, kMin, kMax, expected);
             if ((session.block & (session.block - 1)) != 0) fail("--block", value, expected);
         });
         real("--duration", 1e6, "seconds above 0, at most 1e6",

@@ -25,7 +25,7 @@ namespace aula {
 namespace {
 
 /// Upper limit of the patch count: more than the caches hold in 1 GB.
-constexpr double kMostPatches = 1e5;
+constexpr double kMaxPatches = 1e5;
 
 constexpr std::uint64_t kSeed = 1;
 
@@ -48,14 +48,14 @@ std::vector<Place> first_places(const Scene& scene) {
 
 /// Adds places along a path, 0.5 m apart, or farther apart on paths longer than 128 m.
 void add_along(const std::string& name, const Trajectory& path, std::vector<Place>& places) {
-    constexpr double kMostPlaces = 256;
+    constexpr double kMaxPlaces = 256;
     double length_m = 0;
     const auto step_m = [&](std::size_t i) {
         return double{
             glm::distance(path.points[i - 1].pose.position, path.points[i].pose.position)};
     };
     for (std::size_t i = 1; i < path.points.size(); ++i) length_m += step_m(i);
-    const double apart_m = std::max(0.5, length_m / kMostPlaces);
+    const double apart_m = std::max(0.5, length_m / kMaxPlaces);
     double next_m = apart_m;
     double passed_m = 0;
     for (std::size_t i = 1; i < path.points.size(); ++i) {
@@ -290,7 +290,7 @@ int show_info(const Arguments& arguments) {
     if (rays.triangle_count() == 0) return 0;
     const PatchGrid::Extent patches = result_of("counting patches", arguments, [&] {
         return PatchGrid::extent(rays, scene.simulation.patch_size_m, places(scene),
-                                 scene.simulation.seed, kMostPatches);
+                                 scene.simulation.seed, kMaxPatches);
     });
     std::printf("%-16s%zu of %.2f m\n", "patches", patches.reached,
                 static_cast<double>(patches.patch_size_m));

@@ -68,11 +68,11 @@ std::string latency_text(const PoseLatency& l) {
 
 const char* text_of(UnderrunCause cause) {
     switch (cause) {
-        case UnderrunCause::ours:
+        case UnderrunCause::rendering:
             return "caused by Aula: rendering took too long";
-        case UnderrunCause::machine:
+        case UnderrunCause::scheduling:
             return "caused by the machine: the audio thread was scheduled late";
-        case UnderrunCause::host:
+        case UnderrunCause::sound_system:
             break;
     }
     return "caused by the audio server";
@@ -90,7 +90,7 @@ void print_summary(const PlayStatus& s) {
     if (s.underruns > s.first_underruns.size())
         std::fprintf(stderr, "%zu more underruns; of all underruns %llu caused by Aula\n",
                      static_cast<std::size_t>(s.underruns) - s.first_underruns.size(),
-                     static_cast<unsigned long long>(s.own_underruns));
+                     static_cast<unsigned long long>(s.rendering_underruns));
 }
 
 /// Prints changes of the output device's state, one line each.
@@ -99,14 +99,14 @@ class DeviceNews {
     explicit DeviceNews(const Player& player) : name_(player.device().name) {}
 
     void tell(const PlayStatus& status, StatusLine& line) {
-        if (!status.realtime && !told_priority_) {
-            told_priority_ = true;
+        if (!status.realtime && !reported_priority_) {
+            reported_priority_ = true;
             say(line,
                 "the audio thread runs without real-time priority, which the system refused "
                 "(\"ulimit -r 70\" or membership of the group audio allows it)");
         }
-        if (status.muted_samples > 0 && !told_muted_) {
-            told_muted_ = true;
+        if (status.muted_samples > 0 && !reported_muted_) {
+            reported_muted_ = true;
             say(line, "samples that are not finite are muted");
         }
         const bool playing = status.device == DeviceState::playing;
@@ -115,7 +115,8 @@ class DeviceNews {
         say(line, "the output device \"" + name_ +
                       (playing ? "\" is back"
                                : "\" or its server is gone; waiting for it for " +
-                                     std::to_string(std::lround(AudioDevice::kPatience_s)) + " s"));
+                                     std::to_string(std::lround(AudioDevice::kReconnectTimeout_s)) +
+                                     " s"));
     }
 
  private:
@@ -125,8 +126,8 @@ class DeviceNews {
     }
 
     std::string name_;
-    bool told_priority_ = false;
-    bool told_muted_ = false;
+    bool reported_priority_ = false;
+    bool reported_muted_ = false;
     bool played_ = true;
 };
 

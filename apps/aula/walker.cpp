@@ -21,8 +21,8 @@ float after_press(float remaining, float step) {
 }
 
 /// Removes up to `most` from the remaining distance; returns the distance removed.
-float consume(float& remaining, float most) {
-    const float moved = std::clamp(remaining, -most, most);
+float consume(float& remaining, float max) {
+    const float moved = std::clamp(remaining, -max, max);
     remaining -= moved;
     return moved;
 }

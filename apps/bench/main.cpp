@@ -168,7 +168,7 @@ int run(int argc, char** argv) {
         ->allow_extra_args(false)
         ->check(CLI::IsMember({"pt", "dpc-published", "dpc", "patch"}));
     app.add_option("--rays", settings.rays, "per source and frame")
-        ->check(CLI::Range(1, aula::Simulation::kMostRays));
+        ->check(CLI::Range(1, aula::Simulation::kMaxRays));
     app.add_option("--order", settings.order, "highest reflection order, 0: no limit")
         ->check(CLI::Range(0, 1 << 20));
     app.add_option("--response-time", settings.response_time_s, "tau in s")

@@ -66,7 +66,7 @@ void draw_source(Model& model, std::size_t s) {
         ImGui::EndCombo();
     }
     tooltip("signal of the source; drop a sound file onto the window to play it");
-    if (changed) model.hand_over();
+    if (changed) model.send_controls();
     ImGui::PopID();
 }
 
@@ -90,7 +90,7 @@ void draw_parts(Model& model) {
         controls.wet = 0.5F;
         changed = true;
     }
-    if (changed) model.hand_over();
+    if (changed) model.send_controls();
 }
 
 constexpr const char* kRaysMeaning =
@@ -149,7 +149,7 @@ void draw_settings(Model& model, Choices& choices) {
             Simulation s = model.setting().simulation;
             preset.set(s);
             model.controls.rays.reset();
-            model.hand_over();
+            model.send_controls();
             model.set_simulation(s, model.setting().ambisonic_order);
         }
         tooltip(preset.meaning);
@@ -198,14 +198,14 @@ void draw_settings(Model& model, Choices& choices) {
     if (ImGui::Checkbox("auto", &automatic)) {
         model.controls.frame_share =
             automatic ? std::optional<double>(choices.budget) : std::nullopt;
-        model.hand_over();
+        model.send_controls();
     }
     tooltip("adapt the number of rays to a share of the frame period");
     ImGui::SameLine();
     ImGui::SetNextItemWidth(width - ImGui::GetCursorPosX() + ImGui::GetStyle().WindowPadding.x);
     if (ImGui::SliderFloat("budget", &choices.budget, 0.1F, 0.9F, "%.2f of a frame") && automatic) {
         model.controls.frame_share = choices.budget;
-        model.hand_over();
+        model.send_controls();
     }
     tooltip("share of the frame period for auto");
     ImGui::SliderInt("order", &s.order, 0, 50, s.order == 0 ? "no limit" : "%d");

@@ -152,13 +152,13 @@ void Meters::draw(const Model& model) {
         line(formatted("no underrun in %.0f s", s.time_s), {0.5F, 0.85F, 0.6F, 1});
     } else {
         // Gaps caused by the sound server are no fault of the program.
-        const bool ours = s.own_underruns > 0;
+        const bool ours = s.rendering_underruns > 0;
         const std::string when = model.last_underrun_s() < 0
                                      ? "earlier"
                                      : formatted("%.0f s ago", s.time_s - model.last_underrun_s());
         line(formatted("underruns: %llu by Aula, %llu by machine or server; last ",
-                       static_cast<unsigned long long>(s.own_underruns),
-                       static_cast<unsigned long long>(s.underruns - s.own_underruns)) +
+                       static_cast<unsigned long long>(s.rendering_underruns),
+                       static_cast<unsigned long long>(s.underruns - s.rendering_underruns)) +
                  when,
              ours ? ImVec4{1, 0.5F, 0.4F, 1} : ImVec4{0.9F, 0.75F, 0.45F, 1});
     }

@@ -100,7 +100,7 @@ NativeWindow::NativeWindow(int width, int height) : window_(open_window(width, h
     if (window_ == nullptr)
         throw Failure("the window cannot be opened; --no-window plays in the terminal");
     glfwSetWindowUserPointer(window_, this);
-    glfwSetWindowSizeLimits(window_, kLeastWidth, kLeastHeight, GLFW_DONT_CARE, GLFW_DONT_CARE);
+    glfwSetWindowSizeLimits(window_, kMinWidth, kMinHeight, GLFW_DONT_CARE, GLFW_DONT_CARE);
     // Events are queued as they arrive: a frame may take longer than a tap.
     glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int, int action, int modifiers) {
         if (action == GLFW_REPEAT) return;

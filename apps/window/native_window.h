@@ -35,8 +35,8 @@ class NativeWindow {
     NativeWindow(const NativeWindow&) = delete;
     NativeWindow& operator=(const NativeWindow&) = delete;
 
-    static constexpr int kLeastWidth = 640;
-    static constexpr int kLeastHeight = 426;
+    static constexpr int kMinWidth = 640;
+    static constexpr int kMinHeight = 426;
 
     GLFWwindow* get() const { return window_; }
     bool software() const { return software_; }  ///< software rendering (llvmpipe)

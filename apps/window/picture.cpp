@@ -46,25 +46,25 @@ Screen Picture::screen(const Model& model, const Box& area) const {
     return {camera, listener(model), {area.x, area.y}, {area.width, area.height}};
 }
 
-Picture::Grip Picture::grip_at(const Model& model, const Screen& screen,
-                               const ImVec2& mouse) const {
+Picture::DragTarget Picture::target_at(const Model& model, const Screen& screen,
+                                       const ImVec2& mouse) const {
     const auto near = [&](const Vec3& point) {
         const auto at = screen.project(point);
         const float reach = std::max(12.0F, 0.2F * screen.pixels_per_metre(point));
         return at && glm::distance(*at, to_glm(mouse)) < std::min(reach, 40.0F);
     };
     for (std::size_t s = 0; s < model.status().sources.size(); ++s)
-        if (near(model.status().sources[s])) return {Grip::What::source, s, false};
+        if (near(model.status().sources[s])) return {DragTarget::Kind::source, s, false};
     if (!camera.first_person && near(listener(model).position))
-        return {Grip::What::listener, 0, false};
-    return {Grip::What::view, 0, false};
+        return {DragTarget::Kind::listener, 0, false};
+    return {DragTarget::Kind::view, 0, false};
 }
 
 /// Moves the dragged source or listener horizontally, with shift vertically.
 void Picture::drag(Model& model, const Screen& screen, const ImGuiIO& io) {
-    const bool is_source = grip_.what == Grip::What::source;
+    const bool is_source = drag_target_.what == DragTarget::Kind::source;
     const Pose pose = listener(model);
-    const Vec3 from = is_source ? model.status().sources[grip_.source] : pose.position;
+    const Vec3 from = is_source ? model.status().sources[drag_target_.source] : pose.position;
     Vec3 to = from;
     if (io.KeyShift) {
         to.z -= io.MouseDelta.y / std::max(1.0F, screen.pixels_per_metre(from));
@@ -74,7 +74,7 @@ void Picture::drag(Model& model, const Screen& screen, const ImGuiIO& io) {
     constexpr float kMargin_m = 0.05F;
     to = glm::clamp(to, model.low() + kMargin_m, model.high() - kMargin_m);
     if (is_source) {
-        model.move_source(grip_.source, to);
+        model.move_source(drag_target_.source, to);
     } else {
         Pose moved = pose;
         moved.position = to;
@@ -85,8 +85,8 @@ void Picture::drag(Model& model, const Screen& screen, const ImGuiIO& io) {
 /// Picks the first visible surface under the mouse.
 void Picture::pick(Model& model, const Screen& screen, const ImVec2& mouse, bool cut_away) const {
     Ray ray = screen.ray(to_glm(mouse));
-    constexpr int kMostLayers = 64;
-    for (int layer = 0; layer < kMostLayers; ++layer) {
+    constexpr int kMaxLayers = 64;
+    for (int layer = 0; layer < kMaxLayers; ++layer) {
         Hit hit;
         model.rays().intersect(std::span(&ray, 1), std::span(&hit, 1));
         if (!hit.any()) break;
@@ -97,7 +97,7 @@ void Picture::pick(Model& model, const Screen& screen, const ImVec2& mouse, bool
         }
         ray.origin += (hit.distance_m + 1e-3F) * ray.direction;
     }
-    model.unpick();
+    model.deselect();
 }
 
 void Picture::interact(Model& model, const Box& area, const Choices& choices) {
@@ -105,13 +105,14 @@ void Picture::interact(Model& model, const Box& area, const Choices& choices) {
     const Screen seen = screen(model, area);
     const bool here = !io.WantCaptureMouse && area.contains(io.MousePos.x, io.MousePos.y);
     if (here && ImGui::IsMouseClicked(ImGuiMouseButton_Left))
-        grip_ = grip_at(model, seen, io.MousePos);
+        drag_target_ = target_at(model, seen, io.MousePos);
     const bool moves = io.MouseDelta.x != 0 || io.MouseDelta.y != 0;
     constexpr float kTurn_rad = 0.006F;
-    if (grip_.what != Grip::What::nothing && io.MouseDown[0]) {
-        grip_.moved |= ImGui::IsMouseDragging(ImGuiMouseButton_Left, 4);
-        if (grip_.moved && moves && grip_.what != Grip::What::view) drag(model, seen, io);
-        if (grip_.moved && moves && grip_.what == Grip::What::view) {
+    if (drag_target_.what != DragTarget::Kind::nothing && io.MouseDown[0]) {
+        drag_target_.moved |= ImGui::IsMouseDragging(ImGuiMouseButton_Left, 4);
+        if (drag_target_.moved && moves && drag_target_.what != DragTarget::Kind::view)
+            drag(model, seen, io);
+        if (drag_target_.moved && moves && drag_target_.what == DragTarget::Kind::view) {
             if (io.KeyShift && !camera.first_person)
                 camera.pan(-io.MouseDelta.x / area.height, io.MouseDelta.y / area.height);
             else if (!camera.first_person)
@@ -120,7 +121,7 @@ void Picture::interact(Model& model, const Box& area, const Choices& choices) {
     }
     const bool turns_listener =
         (here && io.MouseDown[1]) ||
-        (camera.first_person && grip_.what == Grip::What::view && grip_.moved);
+        (camera.first_person && drag_target_.what == DragTarget::Kind::view && drag_target_.moved);
     if (turns_listener && moves) {
         Pose pose = listener(model);
         pose.yaw_rad -= 0.6F * kTurn_rad * io.MouseDelta.x;
@@ -132,11 +133,12 @@ void Picture::interact(Model& model, const Box& area, const Choices& choices) {
         camera.pan(-io.MouseDelta.x / area.height, io.MouseDelta.y / area.height);
     if (here && io.MouseWheel != 0 && !camera.first_person)
         camera.zoom(std::pow(0.88F, io.MouseWheel));
-    if (!io.MouseDown[0] && grip_.what != Grip::What::nothing) {
-        if (grip_.what == Grip::What::source && grip_.moved) model.source_moved();
-        if (grip_.what == Grip::What::view && !grip_.moved && here)
+    if (!io.MouseDown[0] && drag_target_.what != DragTarget::Kind::nothing) {
+        if (drag_target_.what == DragTarget::Kind::source && drag_target_.moved)
+            model.source_moved();
+        if (drag_target_.what == DragTarget::Kind::view && !drag_target_.moved && here)
             pick(model, seen, io.MousePos, choices.style.cut_away && !camera.first_person);
-        grip_ = {};
+        drag_target_ = {};
     }
 }
 
@@ -213,9 +215,9 @@ void Picture::add_lines(const Model& model, const Choices& choices) {
     view_.add_rays(view->lines);
     // Directions of arrival of the direct sound and the image sources.
     if (camera.first_person) return;
-    constexpr std::size_t kMost = 40;
+    constexpr std::size_t kMax = 40;
     const Vec3 here = view->listener.position;
-    for (std::size_t i = 0; i < std::min(kMost, view->response.paths.size()); ++i) {
+    for (std::size_t i = 0; i < std::min(kMax, view->response.paths.size()); ++i) {
         const SpecularPath& path = view->response.paths[i];
         const float length_m = path.order == 0 ? path.length_m : std::min(1.0F, path.length_m);
         view_.add_line(here, here + length_m * path.direction, order_colour(path.order), 0.95F,

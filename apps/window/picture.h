@@ -36,16 +36,16 @@ class Picture {
 
  private:
     /// The object that the pressed left button moves.
-    struct Grip {
-        enum class What { nothing, view, source, listener };
-        What what = What::nothing;
+    struct DragTarget {
+        enum class Kind { nothing, view, source, listener };
+        Kind what = Kind::nothing;
         std::size_t source = 0;
         bool moved = false;
     };
 
     Screen screen(const Model& model, const Box& area) const;
     Pose listener(const Model& model) const;
-    Grip grip_at(const Model& model, const Screen& screen, const ImVec2& mouse) const;
+    DragTarget target_at(const Model& model, const Screen& screen, const ImVec2& mouse) const;
     void drag(Model& model, const Screen& screen, const ImGuiIO& io);
     void pick(Model& model, const Screen& screen, const ImVec2& mouse, bool cut_away) const;
     void follow_scene(Model& model);
@@ -61,7 +61,7 @@ class Picture {
     float field_patch_m_ = 0;
     double pulse_s_ = 0;
     float overlay_opacity_ = 0;
-    Grip grip_;
+    DragTarget drag_target_;
 };
 
 }  // namespace aula

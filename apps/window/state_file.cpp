@@ -55,8 +55,8 @@ WindowState read_state(const std::filesystem::path& file) {
     state.choices.plots.first =
         kPanes[std::min(static_cast<std::size_t>(state.choices.plots.first), kPanes.size() - 1)];
     state.choices.larger_text(0);  // clamps
-    state.width = std::clamp(state.width, NativeWindow::kLeastWidth, kLargest);
-    state.height = std::clamp(state.height, NativeWindow::kLeastHeight, kLargest);
+    state.width = std::clamp(state.width, NativeWindow::kMinWidth, kLargest);
+    state.height = std::clamp(state.height, NativeWindow::kMinHeight, kLargest);
     return state;
 }
 

@@ -123,7 +123,7 @@ class App {
 
     void toggle_part(bool PlayControls::*part) {
         model_.controls.*part = !(model_.controls.*part);
-        model_.hand_over();
+        model_.send_controls();
     }
 
     void mute_all() {
@@ -131,7 +131,7 @@ class App {
         const bool all = std::all_of(sources.begin(), sources.end(),
                                      [](const SourceControl& s) { return s.muted; });
         for (SourceControl& source : sources) source.muted = !all;
-        model_.hand_over();
+        model_.send_controls();
     }
 
     void handle_key(int key) {
@@ -141,7 +141,7 @@ class App {
                 break;
             case GLFW_KEY_ESCAPE:
                 choices_.help = false;
-                model_.unpick();
+                model_.deselect();
                 break;
             case GLFW_KEY_V:
                 picture_.camera.first_person = !picture_.camera.first_person;
@@ -294,7 +294,7 @@ bool window_possible() { return opens_window(); }
 PlayStatus show_window(const WindowOptions& options) {
     // The player's threads run already and keep their priority; drawing runs at a lower one.
     Model model(options);
-    give_way(kNiceOfFrames + 5);
+    lower_priority(kPropagationNice + 5);
     const Glfw glfw;
     if (!glfw.started())
         throw Failure("no display is available; --no-window plays in the terminal");

@@ -17,8 +17,8 @@ namespace aula {
 template <typename T>
 class Mailbox {
  public:
-    /// `most_held`: largest number of values that the reader has taken and not given back.
-    explicit Mailbox(std::size_t most_held) : capacity_(most_held + 2), spent_(capacity_) {}
+    /// `max_held`: largest number of values that the reader has taken and not given back.
+    explicit Mailbox(std::size_t max_held) : capacity_(max_held + 2), spent_(capacity_) {}
     Mailbox(const Mailbox&) = delete;
     Mailbox& operator=(const Mailbox&) = delete;
 

@@ -30,7 +30,7 @@ bool take_realtime_priority() noexcept {
 
 // A running thread finishes its slice before a woken thread preempts it. Linux from 6.12 on takes
 // the slice length from sched_setattr(2); earlier versions ignore it.
-void give_way(int nice) noexcept {
+void lower_priority(int nice) noexcept {
     constexpr std::uint64_t kSlice_ns = 100'000;
     const int policy = sched_getscheduler(0);
     if (policy != SCHED_OTHER && policy != SCHED_BATCH) return;

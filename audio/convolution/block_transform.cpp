@@ -37,8 +37,8 @@ constexpr std::size_t kMiddlePart = 1024;
 constexpr std::size_t kEndPart = 256;
 
 /// There must be at least as many vectors as lanes: the last step transposes squares.
-std::size_t lanes_for(std::size_t size, std::size_t most) {
-    std::size_t lanes = most;
+std::size_t lanes_for(std::size_t size, std::size_t max) {
+    std::size_t lanes = max;
     while (lanes * lanes > size) lanes /= 2;
     return lanes;
 }

@@ -12,7 +12,7 @@ struct Convolver::State {
     State(const ConvolutionShape& shape_in, std::size_t fade_samples)
         : shape(shape_in), head(shape_in, partition_levels(shape_in)[0], fade_samples) {
         const std::vector<PartitionLevel> levels = partition_levels(shape);
-        assert(levels.size() <= kMostLevels);
+        assert(levels.size() <= kMaxLevels);
         for (std::size_t l = 1; l < levels.size(); ++l) tails.emplace_back(shape, levels[l], l);
     }
 
@@ -30,7 +30,7 @@ Convolver& Convolver::operator=(Convolver&&) noexcept = default;
 
 bool Convolver::fading() const noexcept { return state_->head.fading(); }
 
-std::size_t Convolver::most_filters() const noexcept { return 2 * (1 + state_->tails.size()); }
+std::size_t Convolver::max_filters() const noexcept { return 2 * (1 + state_->tails.size()); }
 
 void Convolver::exchange(const ConvolutionFilter* filter) noexcept {
     assert(filter != nullptr);

@@ -88,7 +88,7 @@ std::vector<PartitionLevel> partition_levels(const ConvolutionShape& shape) {
     const std::function<void(std::vector<std::size_t>&)> extend =
         [&](std::vector<std::size_t>& sizes) {
             consider(sizes);
-            if (sizes.size() == kMostLevels) return;
+            if (sizes.size() == kMaxLevels) return;
             for (std::size_t next = 2 * sizes.back(); next <= kLargest; next *= 2) {
                 sizes.push_back(next);
                 extend(sizes);

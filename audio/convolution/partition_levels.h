@@ -18,9 +18,9 @@ struct PartitionLevel {
 };
 
 /// Largest number of levels.
-inline constexpr std::size_t kMostLevels = 4;
+inline constexpr std::size_t kMaxLevels = 4;
 
-/// The partitioning of least cost into at most kMostLevels levels (Garcia 2002). The first level
+/// The partitioning of least cost into at most kMaxLevels levels (Garcia 2002). The first level
 /// has partitions of a block (rounded up to a power of two, at least 16) and no latency. Sizes
 /// increase from level to level, up to 8192. Deterministic.
 std::vector<PartitionLevel> partition_levels(const ConvolutionShape& shape);

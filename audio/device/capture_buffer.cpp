@@ -9,7 +9,7 @@ namespace aula {
 namespace {
 
 constexpr double kRoom_s = 1;
-constexpr double kMostReserve_s = 0.2;
+constexpr double kMaxReserve_s = 0.2;
 constexpr double kFade_s = 0.005;
 
 }  // namespace
@@ -18,7 +18,7 @@ CaptureBuffer::CaptureBuffer(double sample_rate_hz, int block)
     : ring_(std::max(static_cast<std::size_t>(kRoom_s * sample_rate_hz),
                      4 * static_cast<std::size_t>(block))),
       observation_(static_cast<std::size_t>(sample_rate_hz)),
-      most_reserve_(static_cast<std::size_t>(kMostReserve_s * sample_rate_hz)),
+      max_reserve_(static_cast<std::size_t>(kMaxReserve_s * sample_rate_hz)),
       reserve_(static_cast<std::size_t>(block)),
       fade_step_(static_cast<float>(1 / (kFade_s * sample_rate_hz))),
       scratch_(static_cast<std::size_t>(block)) {}
@@ -56,7 +56,7 @@ void CaptureBuffer::underrun(std::span<float> out) noexcept {
         out[i] *= gain_ * (1 - static_cast<float>(i + 1) / static_cast<float>(out.size()));
     last_ = 0;
     running_ = false;
-    reserve_ = std::min(most_reserve_, reserve_ + out.size());
+    reserve_ = std::min(max_reserve_, reserve_ + out.size());
 }
 
 /// Drops samples that exceeded the reserve throughout the observation time, with a crossfade over

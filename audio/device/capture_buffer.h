@@ -32,7 +32,7 @@ class CaptureBuffer {
 
     SampleRing ring_;
     std::size_t observation_;  ///< observation time, samples
-    std::size_t most_reserve_;
+    std::size_t max_reserve_;
     std::size_t reserve_;
     float fade_step_;
     bool running_ = false;

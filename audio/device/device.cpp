@@ -115,7 +115,7 @@ struct AudioDevice::State {
             fill(outputs, samples);
             if (rise.done()) return;
             const auto count = static_cast<std::size_t>(samples);
-            for (float* channel : outputs) rise.rise({channel, count});
+            for (float* channel : outputs) rise.fade_in({channel, count});
             rise.advance(count);
         };
     }
@@ -177,8 +177,9 @@ struct AudioDevice::State {
             const Clock::time_point lost = Clock::now();
             output.reset();
             do {
-                if (std::chrono::duration<double>(Clock::now() - lost).count() > kPatience_s) {
-                    state = DeviceState::gone;
+                if (std::chrono::duration<double>(Clock::now() - lost).count() >
+                    kReconnectTimeout_s) {
+                    state = DeviceState::unavailable;
                     return;
                 }
                 if (stopped_after(kRetryInterval)) return;
@@ -220,7 +221,7 @@ void AudioDevice::stop() {
     s.stopping.notify_all();
     s.watcher.join();
     s.output.reset();
-    s.state = DeviceState::gone;
+    s.state = DeviceState::unavailable;
 }
 
 const DeviceInfo& AudioDevice::info() const { return state_->info; }

@@ -16,7 +16,7 @@ namespace aula {
 namespace {
 
 constexpr const char* kHostApi = "JACK";
-constexpr std::size_t kMostChannels = 16;
+constexpr std::size_t kMaxChannels = 16;
 
 void ignore(const char*) {}
 
@@ -104,7 +104,7 @@ class JackOutput final : public Output {
         const int xruns = xruns_.load(std::memory_order_relaxed);
         settings_.meter->begin(xruns != seen_xruns_);
         seen_xruns_ = xruns;
-        std::array<float*, kMostChannels> channels{};
+        std::array<float*, kMaxChannels> channels{};
         for (std::size_t c = 0; c < settings_.channels; ++c) {
             channels[c] = static_cast<float*>(jack_port_get_buffer(ports_[c], frames));
         }
@@ -129,7 +129,7 @@ class JackOutput final : public Output {
 
     DeviceInfo device_;
     OutputSettings settings_;
-    std::array<jack_port_t*, kMostChannels> ports_{};
+    std::array<jack_port_t*, kMaxChannels> ports_{};
     std::atomic<bool> dead_{false};
     std::atomic<bool> connected_{false};
     std::atomic<int> xruns_{0};

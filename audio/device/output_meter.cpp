@@ -28,7 +28,7 @@ double thread_cpu_s() noexcept {
 
 std::optional<UnderrunCause> lateness_cause(double wall_s, double cpu_s, double sound_s) {
     if (wall_s <= sound_s) return std::nullopt;
-    return cpu_s > kComputingShare * sound_s ? UnderrunCause::ours : UnderrunCause::machine;
+    return cpu_s > kComputingShare * sound_s ? UnderrunCause::rendering : UnderrunCause::scheduling;
 }
 
 void OutputMeter::begin(bool underflow) noexcept {
@@ -44,17 +44,18 @@ void OutputMeter::begin(bool underflow) noexcept {
     const auto report_delay =
         std::max(static_cast<std::int64_t>(kReportDelay_s * sample_rate_hz_), 2 * last_samples_);
     const auto recent = [&](std::int64_t at) { return at >= 0 && now - at <= report_delay; };
-    const UnderrunCause cause = recent(ours_at_)       ? UnderrunCause::ours
-                                : recent(machines_at_) ? UnderrunCause::machine
-                                                       : UnderrunCause::host;
-    const std::uint64_t count =
-        ours_.load(std::memory_order_relaxed) + others_.load(std::memory_order_relaxed);
-    if (count < kept_.size()) {
-        kept_[count].time_s.store(static_cast<double>(now) / sample_rate_hz_,
-                                  std::memory_order_relaxed);
-        kept_[count].cause.store(cause, std::memory_order_relaxed);
+    const UnderrunCause cause = recent(late_rendering_at_)    ? UnderrunCause::rendering
+                                : recent(late_scheduling_at_) ? UnderrunCause::scheduling
+                                                              : UnderrunCause::sound_system;
+    const std::uint64_t count = rendering_underruns_.load(std::memory_order_relaxed) +
+                                other_underruns_.load(std::memory_order_relaxed);
+    if (count < first_underruns_.size()) {
+        first_underruns_[count].time_s.store(static_cast<double>(now) / sample_rate_hz_,
+                                             std::memory_order_relaxed);
+        first_underruns_[count].cause.store(cause, std::memory_order_relaxed);
     }
-    (cause == UnderrunCause::ours ? ours_ : others_).fetch_add(1, std::memory_order_release);
+    (cause == UnderrunCause::rendering ? rendering_underruns_ : other_underruns_)
+        .fetch_add(1, std::memory_order_release);
 }
 
 void OutputMeter::end(int samples) noexcept {
@@ -68,7 +69,7 @@ void OutputMeter::count_call(double wall_s, double cpu_s, int samples) noexcept 
     const double sound_s = static_cast<double>(samples) / sample_rate_hz_;
     const double now = wall_s / sound_s;
     if (const auto cause = lateness_cause(wall_s, cpu_s, sound_s)) {
-        (*cause == UnderrunCause::ours ? ours_at_ : machines_at_) =
+        (*cause == UnderrunCause::rendering ? late_rendering_at_ : late_scheduling_at_) =
             samples_.load(std::memory_order_relaxed);
     }
     const double before = load_.load(std::memory_order_relaxed);
@@ -84,8 +85,9 @@ void OutputMeter::count_call(double wall_s, double cpu_s, int samples) noexcept 
 
 std::vector<Underrun> OutputMeter::first_underruns() const {
     std::vector<Underrun> all;
-    const std::uint64_t kept = std::min<std::uint64_t>(underruns(), kept_.size());
-    for (std::size_t i = 0; i < kept; ++i) all.push_back({kept_[i].time_s, kept_[i].cause});
+    const std::uint64_t kept = std::min<std::uint64_t>(underruns(), first_underruns_.size());
+    for (std::size_t i = 0; i < kept; ++i)
+        all.push_back({first_underruns_[i].time_s, first_underruns_[i].cause});
     return all;
 }
 

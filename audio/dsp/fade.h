@@ -25,7 +25,7 @@ class Fade {
     void start() noexcept AULA_NONBLOCKING { position_ = 0; }
 
     /// Reverses direction: the fade continues with one minus the present weight.
-    void turn_back() noexcept AULA_NONBLOCKING { position_ = curve_->size() - position_; }
+    void reverse() noexcept AULA_NONBLOCKING { position_ = curve_->size() - position_; }
 
     bool done() const noexcept AULA_NONBLOCKING { return position_ == curve_->size(); }
 
@@ -42,10 +42,10 @@ class Fade {
     }
 
     /// Fades `samples`, starting at the present position, in or out, in place.
-    void rise(std::span<float> samples) const noexcept AULA_NONBLOCKING {
+    void fade_in(std::span<float> samples) const noexcept AULA_NONBLOCKING {
         for (std::size_t n = 0; n < samples.size(); ++n) samples[n] *= weight(n);
     }
-    void fall(std::span<float> samples) const noexcept AULA_NONBLOCKING {
+    void fade_out(std::span<float> samples) const noexcept AULA_NONBLOCKING {
         for (std::size_t n = 0; n < samples.size(); ++n) samples[n] *= 1 - weight(n);
     }
 

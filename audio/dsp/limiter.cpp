@@ -54,7 +54,7 @@ struct Limiter::State {
     std::int64_t held = kUnity;
     std::size_t position = 0;
     std::uint64_t now = 0;
-    float least_gain = 1;
+    float min_gain = 1;
     std::size_t muted = 0;
 
     /// Ring of the candidates of the sliding minimum, in ascending order of time and gain.
@@ -151,7 +151,7 @@ Limiter::~Limiter() = default;
 
 int Limiter::latency_samples() const { return static_cast<int>(state_->latency()); }
 
-float Limiter::least_gain() const noexcept { return state_->least_gain; }
+float Limiter::min_gain() const noexcept { return state_->min_gain; }
 
 std::size_t Limiter::muted_samples() const noexcept { return state_->muted; }
 
@@ -167,10 +167,10 @@ void Limiter::process(std::span<float* const> channels, int samples) noexcept {
         s.muted += mute_beyond(kLargest, incoming);
     }
     s.find_peaks(count);
-    s.least_gain = 1;
+    s.min_gain = 1;
     for (std::size_t i = 0; i < count; ++i) {
         s.gains[i] = s.next_gain(s.peaks[i]);
-        s.least_gain = std::min(s.least_gain, s.gains[i]);
+        s.min_gain = std::min(s.min_gain, s.gains[i]);
     }
     const std::size_t start = s.delayed_position;
     for (std::size_t c = 0; c < channels.size(); ++c) {

@@ -23,7 +23,7 @@ class Limiter {
     int latency_samples() const;
 
     /// The smallest gain in the last process(). [audio thread]
-    float least_gain() const noexcept AULA_NONBLOCKING;
+    float min_gain() const noexcept AULA_NONBLOCKING;
 
     /// Samples muted in the last process(), all channels. [audio thread]
     std::size_t muted_samples() const noexcept AULA_NONBLOCKING;

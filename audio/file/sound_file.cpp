@@ -32,8 +32,8 @@ using SoundHandle = std::unique_ptr<SNDFILE, CloseSound>;
 
 constexpr int kLowestRate_hz = 1000;
 constexpr int kHighestRate_hz = 768'000;
-constexpr int kMostChannels = 64;                           // ambisonics of order 7
-constexpr std::size_t kMostSamples = std::size_t{1} << 28;  // 1 GiB; 93 minutes at 48 kHz
+constexpr int kMaxChannels = 64;                           // ambisonics of order 7
+constexpr std::size_t kMaxSamples = std::size_t{1} << 28;  // 1 GiB; 93 minutes at 48 kHz
 constexpr float kLargestSample = 0x1p31F;  // full scale of 32-bit integers; no format has more
 
 [[noreturn]] void fail(const fs::path& file, const std::string& problem) {
@@ -86,9 +86,9 @@ SoundHandle open_sound(const fs::path& file, SF_INFO& info) {
         fail(file, "has a sample rate of " + std::to_string(info.samplerate) +
                        " Hz; expected 1000 to 768000 Hz");
     }
-    if (info.channels < 1 || info.channels > kMostChannels) {
+    if (info.channels < 1 || info.channels > kMaxChannels) {
         fail(file, "has " + std::to_string(info.channels) + " channels; expected 1 to " +
-                       std::to_string(kMostChannels));
+                       std::to_string(kMaxChannels));
     }
     return sound;
 }
@@ -110,15 +110,15 @@ SoundClip read_sound(const fs::path& file, double sample_rate_hz) {
     clip.sample_rate_hz = sample_rate_hz;
     constexpr sf_count_t kBlock = 16384;
     std::vector<float> interleaved(static_cast<std::size_t>(kBlock) * channels);
-    const auto most = static_cast<std::size_t>(static_cast<double>(kMostSamples) *
-                                               std::min(1.0, info.samplerate / sample_rate_hz));
+    const auto max = static_cast<std::size_t>(static_cast<double>(kMaxSamples) *
+                                              std::min(1.0, info.samplerate / sample_rate_hz));
     bool usable = true;
     while (true) {
         const sf_count_t got = sf_readf_float(sound.get(), interleaved.data(), kBlock);
         if (got <= 0) break;
-        if (clip.samples.size() + static_cast<std::size_t>(got) > most) {
+        if (clip.samples.size() + static_cast<std::size_t>(got) > max) {
             fail(file, "is too long; expected at most " +
-                           std::to_string(most / static_cast<std::size_t>(info.samplerate)) +
+                           std::to_string(max / static_cast<std::size_t>(info.samplerate)) +
                            " s of " + std::to_string(info.samplerate) + " Hz");
         }
         for (std::size_t i = 0; i < static_cast<std::size_t>(got); ++i) {

@@ -23,7 +23,7 @@ constexpr std::size_t kShortestTurn_samples = 64;
 // Largest numbers of early paths on delay lines: of all sources, and of one source (the first order
 // in a room of six walls).
 constexpr std::size_t kMovingEarly = 12;
-constexpr std::size_t kMostMovingEarly = 6;
+constexpr std::size_t kMaxMovingEarly = 6;
 
 constexpr double kFade_s = 1024.0 / 48000;
 constexpr std::size_t kShortestFade_samples = 512;
@@ -94,7 +94,7 @@ RenderShape::RenderShape(const RendererConfig& config, const Hrtf* hrtf) {
 
 std::size_t moving_early_paths(std::size_t sources) {
     return std::clamp<std::size_t>(kMovingEarly / std::max<std::size_t>(1, sources), 1,
-                                   kMostMovingEarly);
+                                   kMaxMovingEarly);
 }
 
 RenderFrame::Parts::Parts(const RenderShape& shape)

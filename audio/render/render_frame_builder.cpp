@@ -45,8 +45,8 @@ struct RenderFrameBuilder::State {
     std::vector<std::vector<std::uint64_t>> moving;  ///< [source][slot] moving early paths, 0: none
     std::vector<char> absent;                        ///< [source] in the frame before
 
-    void choose_moving(std::size_t source, std::span<const DiscretePath> early, std::size_t most);
-    void leave_out(std::size_t source, RenderFrame& frame);
+    void choose_moving(std::size_t source, std::span<const DiscretePath> early, std::size_t max);
+    void omit(std::size_t source, RenderFrame& frame);
     void add_early(const DiscretePath& path, float gain);
     void prepare_path(const DiscretePath& path, float gain, PathSound& sound);
 };
@@ -69,7 +69,7 @@ void RenderFrameBuilder::prepare(std::span<const SourceSound> sources, RenderFra
     for (std::size_t i = 0; i < sources.size(); ++i) {
         const SourceSound& source = sources[i];
         if (source.absent) {
-            s.leave_out(i, frame);
+            s.omit(i, frame);
             continue;
         }
         s.absent[i] = 0;
@@ -107,7 +107,7 @@ void RenderFrameBuilder::prepare(std::span<const SourceSound> sources, RenderFra
     }
 }
 
-void RenderFrameBuilder::State::leave_out(std::size_t source, RenderFrame& frame) {
+void RenderFrameBuilder::State::omit(std::size_t source, RenderFrame& frame) {
     for (PathSound& path : frame.parts->paths[source]) path.present = false;
     std::fill(moving[source].begin(), moving[source].end(), 0);
     if (absent[source]) {
@@ -123,7 +123,7 @@ void RenderFrameBuilder::State::leave_out(std::size_t source, RenderFrame& frame
 /// slot while it moves.
 void RenderFrameBuilder::State::choose_moving(std::size_t source,
                                               std::span<const DiscretePath> early,
-                                              std::size_t most) {
+                                              std::size_t max) {
     // Hysteresis: a moving path is replaced only by one of twice its energy.
     constexpr float kHysteresis = 2;
     std::vector<std::uint64_t>& slots = moving[source];
@@ -136,7 +136,7 @@ void RenderFrameBuilder::State::choose_moving(std::size_t source,
         strongest.emplace_back(energy, path.id);
     }
     std::sort(strongest.begin(), strongest.end(), std::greater<>());
-    strongest.resize(std::min(strongest.size(), most));
+    strongest.resize(std::min(strongest.size(), max));
     const auto chosen = [&](std::uint64_t id) {
         return std::any_of(strongest.begin(), strongest.end(),
                            [&](const auto& s) { return s.second == id; });

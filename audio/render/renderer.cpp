@@ -50,7 +50,7 @@ struct Renderer::State {
           hrtf(std::move(head)),
           shape(settings, hrtf.get()),
           reverberation(shape.reverberation, shape.fade_samples),
-          held(reverberation.most_filters()),
+          held(reverberation.max_filters()),
           rotation(field_order(settings), shape.path.turn_samples),
           ambisonics(ambisonic_channels(field_order(settings))) {
         // A path that starts reads the history of its filter, delayed further for each ear.
@@ -136,7 +136,7 @@ Renderer::~Renderer() {
     for (std::size_t i = 0; i < state_->held_count; ++i) mailbox_.give_back(state_->held[i]);
 }
 
-std::size_t Renderer::most_frames_held() const noexcept { return state_->held.size(); }
+std::size_t Renderer::max_frames_held() const noexcept { return state_->held.size(); }
 
 std::int64_t Renderer::newest_stamp() const noexcept { return state_->newest_stamp; }
 

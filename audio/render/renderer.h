@@ -29,7 +29,7 @@ struct SourceSound {
     /// Reverberation: ambisonic impulse responses (ACN, SN3D) in world axes, [channel][sample].
     /// Sample 0 is the emission. There are ambisonic_channels(field_order()) channels of one
     /// length, at most RendererConfig::response_samples.
-    std::array<std::span<const float>, kMostAmbisonicChannels> ambisonics;
+    std::array<std::span<const float>, kMaxAmbisonicChannels> ambisonics;
     /// Early reflections. The strongest of known id are rendered like the direct sound, the others
     /// are added to the reverberation.
     std::vector<DiscretePath> early;
@@ -105,7 +105,7 @@ class Renderer {
 
     /// Largest number of frames taken from the mailbox and not yet returned. The levels of the
     /// convolver exchange their filters one after another.
-    std::size_t most_frames_held() const noexcept;
+    std::size_t max_frames_held() const noexcept;
 
     /// The source of frames. The next frame is taken when the fade to the previous one has ended.
     Mailbox<RenderFrame>& mailbox() noexcept { return mailbox_; }

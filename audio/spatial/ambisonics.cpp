@@ -27,7 +27,7 @@ constexpr std::size_t element(int order, int m, int n) {
 
 }  // namespace
 
-std::array<float, kMostAmbisonicChannels> encode_direction(
+std::array<float, kMaxAmbisonicChannels> encode_direction(
     const std::array<float, 3>& direction) noexcept {
     const auto [x, y, z] = direction;
     constexpr float kRoot3 = std::numbers::sqrt3_v<float>;

@@ -15,7 +15,7 @@ inline constexpr int kHighestAmbisonicOrder = 3;
 constexpr std::size_t ambisonic_channels(int order) {
     return static_cast<std::size_t>((order + 1) * (order + 1));
 }
-inline constexpr std::size_t kMostAmbisonicChannels = ambisonic_channels(kHighestAmbisonicOrder);
+inline constexpr std::size_t kMaxAmbisonicChannels = ambisonic_channels(kHighestAmbisonicOrder);
 
 /// Order of the harmonic of a channel (ACN): 0, 1 1 1, 2 2 2 2 2, ...
 constexpr int order_of_channel(std::size_t channel) {
@@ -26,7 +26,7 @@ constexpr int order_of_channel(std::size_t channel) {
 
 /// Gains that encode a plane wave from a unit direction (x front, y left, z up): real spherical
 /// harmonics up to third order, ACN, SN3D. Lower orders are prefixes.
-std::array<float, kMostAmbisonicChannels> encode_direction(
+std::array<float, kMaxAmbisonicChannels> encode_direction(
     const std::array<float, 3>& direction) noexcept AULA_NONBLOCKING;
 
 /// Orientation of the head. Rows are the head's x (front), y (left) and z (up) axes in world axes:

@@ -48,7 +48,7 @@ std::vector<double> quadrature_weights(const std::vector<std::array<float, 3>>& 
 void fade_out(std::span<float> response) {
     Fade fade(response.size() / 4);
     fade.start();
-    fade.fall(response.last(response.size() / 4));
+    fade.fade_out(response.last(response.size() / 4));
 }
 
 }  // namespace aula

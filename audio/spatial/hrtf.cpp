@@ -47,7 +47,7 @@ constexpr float kFarthest_m = 1e4F;
 constexpr float kQuietestPeak = 1e-6F;
 constexpr float kLoudestPeak = 1e6F;
 constexpr double kLatestDelay_s = 1;
-constexpr double kMostResampled = 1 << 26;  // 256 MiB
+constexpr double kMaxResampled = 1 << 26;  // 256 MiB
 
 [[noreturn]] void fail(const HeadMeasurements& measured, const std::string& problem) {
     throw InputError(measured.file.string() + ": " + problem);
@@ -58,7 +58,7 @@ void check(const HeadMeasurements& measured, double sample_rate_hz) {
     const auto fail = [&](const std::string& problem) { aula::fail(measured, problem); };
     const std::size_t directions = measured.positions.size();
     const std::size_t samples = measured.samples;
-    if (directions < 4 || directions > kMostDirections || samples < 2 ||
+    if (directions < 4 || directions > kMaxDirections || samples < 2 ||
         samples > kLongestResponse_samples ||
         measured.responses.size() != 2 * directions * samples ||
         measured.delays_samples.size() != 2 * directions)
@@ -71,7 +71,7 @@ void check(const HeadMeasurements& measured, double sample_rate_hz) {
         fail("responses of " + std::to_string(length / double{rate_hz}) +
              " s; expected at most 0.25 s");
     if ((length + 2 * kLead_samples) * 2 * static_cast<double>(directions) * sample_rate_hz >
-        kMostResampled * double{rate_hz})
+        kMaxResampled * double{rate_hz})
         fail("too many responses for this sample rate; expected at most 67108864 samples");
     for (std::size_t i = 0; i < directions; ++i) {
         const std::array<float, 3>& p = measured.positions[i];

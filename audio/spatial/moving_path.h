@@ -123,7 +123,7 @@ class PathTrack {
     std::size_t remaining_ = 0;             ///< samples until direction_ reaches target_
     std::array<float, 3> ear_direction_{};  ///< direction of the newest ear filters, head axes
     std::size_t ear_fade_ = 0;              ///< position within the crossfade of ears, samples
-    std::array<float, kMostAmbisonicChannels> encoding_{};
+    std::array<float, kMaxAmbisonicChannels> encoding_{};
 
     AlignedVector<float> filtered_;
     AlignedVector<float> faded_;

@@ -197,8 +197,8 @@ HeadMeasurements read_sofa(const std::filesystem::path& file) {
         default:
             fail("cannot be read as SOFA");
     }
-    if (directions > kMostDirections || samples > kLongestResponse_samples ||
-        2 * directions * samples > kMostResponseSamples)
+    if (directions > kMaxDirections || samples > kLongestResponse_samples ||
+        2 * directions * samples > kMaxResponseSamples)
         fail("is damaged and cannot be read as SOFA");
     HeadMeasurements measurements;
     measurements.file = file;

@@ -18,8 +18,8 @@ struct HeadMeasurements {
 };
 
 /// Limits of a file: directions, samples of all responses, samples of one response.
-inline constexpr std::size_t kMostDirections = 65536;
-inline constexpr std::size_t kMostResponseSamples = std::size_t{1} << 25;
+inline constexpr std::size_t kMaxDirections = 65536;
+inline constexpr std::size_t kMaxResponseSamples = std::size_t{1} << 25;
 inline constexpr std::size_t kLongestResponse_samples = 32768;
 
 /// Reads a SOFA file (SimpleFreeFieldHRIR) in a child process with limits on memory and time:

@@ -28,8 +28,8 @@ struct CloseSofa {
 void limit_resources() {
     constexpr rlim_t kMemory_bytes = rlim_t{1} << 30;
     constexpr rlim_t kTime_s = 5;
-    const auto limit = [](__rlimit_resource resource, rlim_t most) {
-        const rlimit limits{most, most};
+    const auto limit = [](__rlimit_resource resource, rlim_t max) {
+        const rlimit limits{max, max};
         setrlimit(resource, &limits);
     };
     limit(RLIMIT_AS, kMemory_bytes);
@@ -58,8 +58,8 @@ bool run() {
     const std::size_t samples = sofa->N;
     if (directions < 4 || samples < 2 || sofa->R != 2 || sofa->C != 3)
         return answer(Verdict::other_kind);
-    if (directions > kMostDirections || samples > kLongestResponse_samples ||
-        2 * directions * samples > kMostResponseSamples)
+    if (directions > kMaxDirections || samples > kLongestResponse_samples ||
+        2 * directions * samples > kMaxResponseSamples)
         return answer(Verdict::too_large);
     const auto has = [](const MYSOFA_ARRAY& array, std::size_t elements) {
         return array.values != nullptr && array.elements >= elements;

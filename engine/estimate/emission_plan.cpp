@@ -14,46 +14,48 @@ std::size_t count_changed(std::span<const EmitterStatus> emitters) {
 }
 
 /// A static emitter that needs rays.
-struct Standing {
+struct StaticEmitter {
     int* batches;
     std::uint64_t emitted_rays;  // including those planned for this frame
 };
 
 /// Gives one batch to each emitter without rays, then batch by batch to the emitter with the
 /// fewest.
-void share(std::vector<Standing>& standing, int most, int batch_rays) {
-    int left = kShared * most;
-    const auto give = [&](Standing& to) {
+void share(std::vector<StaticEmitter>& static_emitters, int max_batches, int batch_rays) {
+    int left = kShared * max_batches;
+    const auto give = [&](StaticEmitter& to) {
         ++*to.batches;
         to.emitted_rays += static_cast<std::uint64_t>(batch_rays);
         --left;
     };
-    for (Standing& s : standing) {
+    for (StaticEmitter& s : static_emitters) {
         if (s.emitted_rays == 0) give(s);
     }
     while (left > 0) {
-        Standing* least = nullptr;
-        for (Standing& s : standing) {
-            if (*s.batches < most && (!least || s.emitted_rays < least->emitted_rays)) least = &s;
+        StaticEmitter* fewest = nullptr;
+        for (StaticEmitter& s : static_emitters) {
+            if (*s.batches < max_batches && (!fewest || s.emitted_rays < fewest->emitted_rays))
+                fewest = &s;
         }
-        if (!least) return;
-        give(*least);
+        if (!fewest) return;
+        give(*fewest);
     }
 }
 
 }  // namespace
 
 EmissionPlan plan_emission(std::span<const EmitterStatus> sources,
-                           std::span<const EmitterStatus> listeners, int most, int batch_rays) {
+                           std::span<const EmitterStatus> listeners, int max_batches,
+                           int batch_rays) {
     EmissionPlan plan{std::vector<int>(sources.size(), 0), std::vector<int>(listeners.size(), 0)};
     const std::size_t changed_sources = count_changed(sources);
     const std::size_t changed_listeners = count_changed(listeners);
-    std::vector<Standing> standing;
+    std::vector<StaticEmitter> static_emitters;
     const auto send = [&](const EmitterStatus& emitter, int& batches) {
         if (emitter.changed) {
-            batches = most;
+            batches = max_batches;
         } else if (!emitter.complete) {
-            standing.push_back({&batches, emitter.emitted_rays});
+            static_emitters.push_back({&batches, emitter.emitted_rays});
         }
     };
     // Listeners emit for the sources that have moved.
@@ -69,7 +71,7 @@ EmissionPlan plan_emission(std::span<const EmitterStatus> sources,
     for (std::size_t s = 0; s < sources.size(); ++s) {
         if (!sources[s].changed || !all_listeners_send) send(sources[s], plan.sources[s]);
     }
-    share(standing, most, batch_rays);
+    share(static_emitters, max_batches, batch_rays);
     return plan;
 }
 

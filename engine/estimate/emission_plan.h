@@ -29,6 +29,7 @@ struct EmissionPlan {
 /// A moved emitter traces `most` batches; static ones share twice that, fewest rays first. Every
 /// static emitter without rays gets one batch first. [propagation thread]
 EmissionPlan plan_emission(std::span<const EmitterStatus> sources,
-                           std::span<const EmitterStatus> listeners, int most, int batch_rays);
+                           std::span<const EmitterStatus> listeners, int max_batches,
+                           int batch_rays);
 
 }  // namespace aula

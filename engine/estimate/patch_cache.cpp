@@ -144,8 +144,8 @@ void PatchCache::add_frame(int rays, std::size_t patch_count, std::span<DepositB
     // While nothing changes, each new frame replaces one from before the change. The window then
     // grows with valid frames only.
     if (fresh_frames_ == 1) window_then_ = summed_frames_;
-    const std::size_t most = std::max(fresh_frames_, window_then_);
-    if (summed_frames_ > most) keep_newest(most, workers);
+    const std::size_t max = std::max(fresh_frames_, window_then_);
+    if (summed_frames_ > max) keep_newest(max, workers);
     trim_log(workers);
 }
 

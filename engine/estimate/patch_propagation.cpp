@@ -29,10 +29,10 @@ constexpr double kSegmentShare = 0.05;
 constexpr std::size_t kMaxSegments = 1 << 16;
 
 /// An end with less than this share of the rays is not used: it would cost a gather.
-constexpr double kLeastShare = 0.1;
+constexpr double kMinShare = 0.1;
 
 /// Number of pairs static for longer than a window that are gathered again in a frame, in turn.
-constexpr std::size_t kSettledPairs = 2;
+constexpr std::size_t kStaticPairsPerFrame = 2;
 
 enum class SeedPurpose : std::uint64_t { grid = 2, gather = 4 };
 
@@ -104,7 +104,7 @@ std::size_t PatchPropagation::max_segments(bool directed) const {
     return kMaxSegments / (directed ? listener_count_ : source_count_);
 }
 
-std::size_t PatchPropagation::leg_bytes() const {
+std::size_t PatchPropagation::segment_bytes() const {
     return static_cast<std::size_t>(kSegmentShare * memory_bytes_ /
                                     static_cast<double>(emitter_count()));
 }
@@ -113,9 +113,9 @@ PatchCache PatchPropagation::make_cache(bool directed) const {
     return {bins_.count(), window_frames_, grid_.patch_size_m(), cache_bytes(directed), directed};
 }
 
-SegmentCache PatchPropagation::make_legs(bool directed) const {
+SegmentCache PatchPropagation::make_segment_cache(bool directed) const {
     return {window_frames_, listener_radius_m_, gather_settings_.attenuation_per_m,
-            max_segments(directed), leg_bytes()};
+            max_segments(directed), segment_bytes()};
 }
 
 PatchPropagation::Pair PatchPropagation::silent_pair() const {
@@ -133,7 +133,7 @@ void PatchPropagation::restart() {
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         const bool directed = id >= source_count_;
         caches_.push_back(make_cache(directed));
-        segment_caches_.push_back(make_legs(directed));
+        segment_caches_.push_back(make_segment_cache(directed));
     }
     status_.assign(emitter_count(), {});
     last_move_.reset();
@@ -147,7 +147,7 @@ void PatchPropagation::divide_memory() {
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         const bool directed = id >= source_count_;
         caches_[id].set_memory_bytes(cache_bytes(directed));
-        segment_caches_[id].set_bounds(max_segments(directed), leg_bytes());
+        segment_caches_[id].set_bounds(max_segments(directed), segment_bytes());
     }
 }
 
@@ -156,7 +156,7 @@ void PatchPropagation::add_source(std::size_t id, const Vec3& position) {
     ++source_count_;
     ids_.insert(ids_.begin() + place, id);
     caches_.insert(caches_.begin() + place, make_cache(false));
-    segment_caches_.insert(segment_caches_.begin() + place, make_legs(false));
+    segment_caches_.insert(segment_caches_.begin() + place, make_segment_cache(false));
     status_.insert(status_.begin() + place, EmitterStatus{});
     batches_.emplace(batches_.begin() + place, static_cast<std::size_t>(tracer_.batch_count()));
     if (!positions_.empty()) {
@@ -275,12 +275,12 @@ std::vector<std::uint64_t> PatchPropagation::emitted() const {
 std::vector<char> PatchPropagation::pairs_to_gather(std::uint64_t frame) const {
     const std::size_t count = pairs_.size();
     if (count == 0) return {};
-    const std::size_t turn = frame * kSettledPairs % count;
+    const std::size_t turn = frame * kStaticPairsPerFrame % count;
     std::vector<char> wanted(count, 0);
     for (std::size_t i = 0; i < count; ++i) {
         const bool known =
             !pairs_[i].changed && pairs_[i].is_current && pairs_[i].frames >= window_frames_;
-        wanted[i] = !known || (i + count - turn) % count < kSettledPairs;
+        wanted[i] = !known || (i + count - turn) % count < kStaticPairsPerFrame;
     }
     return wanted;
 }
@@ -313,8 +313,8 @@ PatchPropagation::GatherPlan PatchPropagation::plan_gather(
         const auto all = static_cast<double>(emitted[source] + emitted[listener]);
         if (all == 0) continue;
         double share = static_cast<double>(emitted[source]) / all;
-        if (share < kLeastShare) share = 0;
-        if (share > 1 - kLeastShare) share = 1;
+        if (share < kMinShare) share = 0;
+        if (share > 1 - kMinShare) share = 1;
         plan.shares[i] = {share, 1 - share};
         if (share > 0) plan.pairs_at[listener].push_back(i);
         if (share < 1) plan.pairs_at[source].push_back(i);
@@ -362,7 +362,7 @@ bool PatchPropagation::is_current(std::size_t i) const {
 /// Adds the gathered response to the mean of all frames since the last change, weighted by the rays
 /// of each frame, because early frames are noisier. Each frame alone is unbiased, hence so is the
 /// mean.
-void PatchPropagation::take_in(std::size_t i) {
+void PatchPropagation::accumulate(std::size_t i) {
     Pair& pair = pairs_[i];
     const auto rays = static_cast<double>(caches_[i / listener_count_].emitted() +
                                           caches_[source_count_ + i % listener_count_].emitted());
@@ -424,7 +424,7 @@ void PatchPropagation::step(const PropagationFrame& frame, std::span<const Specu
     const std::vector<char> wanted = pairs_to_gather(frame.number);
     gather(frame, wanted, statistics);
     workers_.run(pairs_.size(), [&](std::size_t i) {
-        if (wanted[i]) take_in(i);
+        if (wanted[i]) accumulate(i);
         if (mirrors_) detect_segments(i);
         if (wanted[i] || mirrors_) sum_up(i, images[i], responses[i]);
     });
@@ -456,11 +456,11 @@ std::vector<Ray> PatchPropagation::rays(const PropagationFrame& frame) const {
         all.insert(all.end(), more.begin(), more.end());
     };
     std::vector<std::uint64_t> rays_held = emitted();
-    std::vector<EmitterStatus> standing(emitter_count());
+    std::vector<EmitterStatus> unchanged(emitter_count());
     for (std::size_t id = 0; id < emitter_count(); ++id) {
-        standing[id] = {false, caches_[id].complete(), rays_held[id]};
+        unchanged[id] = {false, caches_[id].complete(), rays_held[id]};
     }
-    const std::vector<int> batches = plan_batches(standing);
+    const std::vector<int> batches = plan_batches(unchanged);
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         for (int b = 0; b < batches[id]; ++b) {
             append(tracer_.rays(emitter(id, frame.input), frame.seed, b));

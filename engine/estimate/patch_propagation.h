@@ -109,11 +109,11 @@ class PatchPropagation {
     std::size_t emitter_count() const { return source_count_ + listener_count_; }
     std::size_t cache_bytes(bool directed) const;
     std::size_t max_segments(bool directed) const;
-    std::size_t leg_bytes() const;
+    std::size_t segment_bytes() const;
     void divide_memory();
     Pair silent_pair() const;
     PatchCache make_cache(bool directed) const;
-    SegmentCache make_legs(bool directed) const;
+    SegmentCache make_segment_cache(bool directed) const;
     Emitter emitter(std::size_t id, const FrameInput& input) const;
     void advance(const PropagationFrame& frame);
     std::vector<int> plan_batches(std::span<const EmitterStatus> status) const;
@@ -130,7 +130,7 @@ class PatchPropagation {
     std::uint64_t gather_seed(const PropagationFrame& frame, std::size_t receiver) const;
     bool segments_current(std::size_t pair) const;
     bool is_current(std::size_t pair) const;
-    void take_in(std::size_t pair);
+    void accumulate(std::size_t pair);
     void detect_segments(std::size_t pair);
     void sum_up(std::size_t pair, const SpecularSound& images, EnergyResponse& response) const;
 

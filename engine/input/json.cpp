@@ -16,7 +16,7 @@ namespace aula {
 namespace {
 
 constexpr std::size_t kDeepest = 100;
-constexpr std::size_t kMostValues = 10'000'000;  // bounds memory: half a gigabyte
+constexpr std::size_t kMaxValues = 10'000'000;  // bounds memory: half a gigabyte
 
 // The word (letters and signs) around an offset, such as "NaN".
 std::string_view word_at(std::string_view text, std::size_t offset) {
@@ -188,9 +188,9 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
 
     // The place of the next value.
     JsonValue& slot() {
-        if (++value_count_ > kMostValues) {
+        if (++value_count_ > kMaxValues) {
             throw InputError(file_, pointer(),
-                             "too many values; expected at most " + std::to_string(kMostValues));
+                             "too many values; expected at most " + std::to_string(kMaxValues));
         }
         if (open_.empty()) return root_;
         JsonValue& container = *open_.back().container;

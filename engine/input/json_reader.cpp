@@ -21,8 +21,8 @@ std::string number_text(double x) {
 }  // namespace
 
 void JsonErrors::add(const std::string& message) {
-    constexpr std::size_t kMost = 100;
-    if (messages_.size() < kMost) {
+    constexpr std::size_t kMax = 100;
+    if (messages_.size() < kMax) {
         messages_.push_back(message);
     } else {
         ++more_;

@@ -39,22 +39,22 @@ std::string quoted(const std::string& name) {
 }
 
 std::string quoted_list(const std::vector<std::string>& names) {
-    constexpr std::size_t kMost = 100;
+    constexpr std::size_t kMax = 100;
     std::string list;
-    for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i) {
+    for (std::size_t i = 0; i < std::min(names.size(), kMax); ++i) {
         list += (list.empty() ? "" : ", ") + quoted(names[i]);
     }
-    if (names.size() > kMost) list += " and " + std::to_string(names.size() - kMost) + " more";
+    if (names.size() > kMax) list += " and " + std::to_string(names.size() - kMax) + " more";
     return list;
 }
 
 std::string did_you_mean(const std::string& name, const std::vector<std::string>& candidates) {
     const std::string meant = nearest_name(name, candidates);
     if (!meant.empty()) return ", did you mean " + quoted(meant) + "?";
-    constexpr std::size_t kMost = 3;
+    constexpr std::size_t kMax = 3;
     std::vector<std::string> holding;
     for (const std::string& candidate : candidates) {
-        if (holding.size() < kMost && !name.empty() && candidate.find(name) != std::string::npos)
+        if (holding.size() < kMax && !name.empty() && candidate.find(name) != std::string::npos)
             holding.push_back(quoted(candidate));
     }
     if (holding.empty()) return "";
@@ -68,11 +68,11 @@ std::string nearest_name(const std::string& name, const std::vector<std::string>
     constexpr std::size_t kLongest = 64;  // bounds the time for long names
     if (name.size() > kLongest) return {};
     std::string nearest;
-    std::size_t least = std::max<std::size_t>(1, name.size() / 3) + 1;
+    std::size_t min = std::max<std::size_t>(1, name.size() / 3) + 1;
     for (const std::string& candidate : candidates) {
         const std::size_t distance = edit_distance(name, candidate);
-        if (distance < least) {
-            least = distance;
+        if (distance < min) {
+            min = distance;
             nearest = candidate;
         }
     }

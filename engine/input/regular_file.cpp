@@ -36,7 +36,7 @@ class Descriptor {
 
 }  // namespace
 
-std::string read_regular_file(const std::filesystem::path& file, std::uint64_t most_bytes) {
+std::string read_regular_file(const std::filesystem::path& file, std::uint64_t max_bytes) {
     constexpr const char* kOtherKind = "it is not a regular file; expected one";
     const Descriptor descriptor(file);
     if (descriptor.get() < 0) {
@@ -47,9 +47,9 @@ std::string read_regular_file(const std::filesystem::path& file, std::uint64_t m
     if (::fstat(descriptor.get(), &status) != 0) fail("it cannot be opened");
     if (!S_ISREG(status.st_mode)) throw InputError(kOtherKind);
     const auto size = static_cast<std::uint64_t>(status.st_size);
-    if (size > most_bytes) {
+    if (size > max_bytes) {
         throw InputError("it holds " + std::to_string(size) + " bytes; expected at most " +
-                         std::to_string(most_bytes));
+                         std::to_string(max_bytes));
     }
     std::string bytes(size, '\0');
     std::size_t done = 0;

@@ -22,8 +22,8 @@ bool has_no_area(const Vec3& a, const Vec3& b, const Vec3& c) {
 
 // Bounds memory: a glTF file can instance the same triangles any number of times.
 void check_count(std::uint64_t triangles) {
-    if (triangles > kMostMeshTriangles) {
-        throw InputError("more than " + std::to_string(kMostMeshTriangles) +
+    if (triangles > kMaxMeshTriangles) {
+        throw InputError("more than " + std::to_string(kMaxMeshTriangles) +
                          " triangles; expected a smaller mesh");
     }
 }
@@ -48,10 +48,10 @@ void MeshBuilder::add_vertex(double x, double y, double z) {
 }
 
 void MeshBuilder::add_face(std::span<const std::uint32_t> corners, std::uint32_t material) {
-    if (corners.size() > kMostCorners) {
+    if (corners.size() > kMaxCorners) {
         throw InputError("face " + std::to_string(face_ends_.size() + 1) + " has " +
                          std::to_string(corners.size()) + " corners; expected at most " +
-                         std::to_string(kMostCorners));
+                         std::to_string(kMaxCorners));
     }
     if (corners.size() < 3) return;
     corners_.insert(corners_.end(), corners.begin(), corners.end());

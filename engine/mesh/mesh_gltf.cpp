@@ -356,9 +356,9 @@ class GltfReader {
 
     std::string_view keep(const JsonReader& uri, std::string bytes) {
         loaded_bytes_ += bytes.size();
-        if (loaded_bytes_ > kMostMeshBytes) {
+        if (loaded_bytes_ > kMaxMeshBytes) {
             uri.fail("buffers of " + std::to_string(loaded_bytes_) + " bytes; expected at most " +
-                     std::to_string(kMostMeshBytes));
+                     std::to_string(kMaxMeshBytes));
         }
         return owned_.emplace_back(std::move(bytes));
     }
@@ -442,8 +442,8 @@ class GltfReader {
 
     void add_mesh(const JsonReader& mesh, const glm::dmat4& transform) {
         for (const JsonReader& primitive : list(mesh, "primitives")) {
-            if (++primitive_count_ > kMostPrimitives) {
-                primitive.fail("more than " + std::to_string(kMostPrimitives) +
+            if (++primitive_count_ > kMaxPrimitives) {
+                primitive.fail("more than " + std::to_string(kMaxPrimitives) +
                                " primitives in all nodes; expected fewer");
             }
             add_primitive(primitive, transform);
@@ -463,9 +463,9 @@ class GltfReader {
                      {Component::float32, Component::int8, Component::uint8, Component::int16,
                       Component::uint16},
                      "5126, or 5120 to 5123");
-        if (positions.count > 3 * kMostMeshTriangles) {
+        if (positions.count > 3 * kMaxMeshTriangles) {
             primitive.fail(std::to_string(positions.count) + " vertices; expected at most " +
-                           std::to_string(3 * kMostMeshTriangles));
+                           std::to_string(3 * kMaxMeshTriangles));
         }
         std::optional<Accessor> indices;
         if (const auto reference = primitive.find("indices")) {
@@ -514,7 +514,7 @@ class GltfReader {
         return number;
     }
 
-    static constexpr std::uint64_t kMostPrimitives = 1'000'000;
+    static constexpr std::uint64_t kMaxPrimitives = 1'000'000;
     static constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
 
     const JsonReader& root_;

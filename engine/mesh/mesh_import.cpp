@@ -27,7 +27,7 @@ ImportedMesh import_mesh(const std::filesystem::path& file) {
     std::vector<std::filesystem::path> files;
     const auto bytes = [&](const std::filesystem::path& part) {
         files.push_back(part);
-        return read_regular_file(part, kMostMeshBytes);
+        return read_regular_file(part, kMaxMeshBytes);
     };
     ImportedMesh mesh;
     if (extension == ".obj") {

@@ -21,8 +21,8 @@ struct ImportedMesh {
 };
 
 /// Limits of a mesh file.
-inline constexpr std::uint64_t kMostMeshBytes = std::uint64_t{1} << 30;
-inline constexpr std::uint64_t kMostMeshTriangles = 20'000'000;
+inline constexpr std::uint64_t kMaxMeshBytes = std::uint64_t{1} << 30;
+inline constexpr std::uint64_t kMaxMeshTriangles = 20'000'000;
 
 /// The material name of faces without one.
 inline constexpr const char* kNamelessMaterial = "DefaultMaterial";

@@ -34,7 +34,7 @@ std::string_view data_word(TextCursor& cursor) {
 // backwards from the newest vertex.
 std::uint32_t vertex_index(const TextCursor& cursor, std::string_view word,
                            std::size_t vertex_count) {
-    constexpr std::int64_t kMost = std::numeric_limits<std::uint32_t>::max();
+    constexpr std::int64_t kMax = std::numeric_limits<std::uint32_t>::max();
     std::int64_t number = 0;
     const char* end = word.data() + word.size();
     const auto [rest, error] = std::from_chars(word.data(), end, number);
@@ -43,7 +43,7 @@ std::uint32_t vertex_index(const TextCursor& cursor, std::string_view word,
     }
     const std::int64_t index =
         number < 0 ? static_cast<std::int64_t>(vertex_count) + number : number - 1;
-    if (error != std::errc{} || index < 0 || index > kMost) {
+    if (error != std::errc{} || index < 0 || index > kMax) {
         cursor.fail("vertex " + quoted_start(word) + " of " + std::to_string(vertex_count) +
                     "; expected vertices that exist");
     }

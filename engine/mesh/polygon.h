@@ -10,7 +10,7 @@
 namespace aula {
 
 /// Largest number of corners of a polygon. The time of the triangulation is quadratic in it.
-inline constexpr std::size_t kMostCorners = 4096;
+inline constexpr std::size_t kMaxCorners = 4096;
 
 /// Triangulates a nearly planar polygon, convex or not, with its winding. Returns indices into
 /// `corners`; empty if the polygon has no area or intersects itself such that ear clipping fails.

@@ -7,7 +7,7 @@ namespace aula {
 
 namespace {
 
-constexpr float kLeastGap = 0.1F;  // between walls, as a share of a cell's width
+constexpr float kMinGap = 0.1F;  // between walls, as a share of a cell's width
 
 }  // namespace
 
@@ -18,11 +18,11 @@ GridAxis::GridAxis(float length_m, float cell_m, std::vector<Wall> walls)
         return a.area_m2 != b.area_m2 ? a.area_m2 > b.area_m2 : a.at_m < b.at_m;
     });
     std::vector<float> cuts{0, length_m};
-    const float most = 2 + length_m / cell_m;
+    const float max = 2 + length_m / cell_m;
     for (const Wall& wall : walls) {
-        if (static_cast<float>(cuts.size()) >= most) break;
+        if (static_cast<float>(cuts.size()) >= max) break;
         const bool apart = std::all_of(cuts.begin(), cuts.end(), [&](float cut) {
-            return std::abs(wall.at_m - cut) >= kLeastGap * cell_m;
+            return std::abs(wall.at_m - cut) >= kMinGap * cell_m;
         });
         if (apart) cuts.push_back(wall.at_m);
     }

@@ -25,7 +25,7 @@ constexpr float kGroupHits = 16;
 
 /// Prior: the number of hits at the patch's mean that every part is assumed to have, so that a part
 /// with few hits does not deviate far from the mean.
-constexpr float kKnownHits = 0.25F;
+constexpr float kPriorHits = 0.25F;
 
 /// Significance threshold of the squared hit densities, in standard deviations of a uniform patch.
 constexpr double kSignificance = 6;
@@ -50,21 +50,21 @@ struct Piece {
 struct IrradianceMap::State {
     const RayScene& scene;
     float piece_m;
-    std::vector<std::uint32_t> first_alike;   // [triangle] the first with the same corners
-    std::vector<std::uint32_t> part_of_face;  // [2 triangle + side] kNone: in pieces
+    std::vector<std::uint32_t> first_coincident;  // [triangle] the first with the same corners
+    std::vector<std::uint32_t> part_of_face;      // [2 triangle + side] kNone: in pieces
     std::vector<Part> parts;
     tsl::robin_map<std::uint64_t, std::uint32_t, MixHash> part_of_piece;
     std::vector<std::pair<std::uint32_t, Piece>> pieces;  // to compute the areas
     std::vector<float> hits;                              // [patch]
     std::vector<float> hits_per_m2;
-    std::vector<char> uneven;
+    std::vector<char> nonuniform;
 
     State(const RayScene& rays, float patch_size_m) : scene(rays), piece_m(kPiece * patch_size_m) {
-        find_alike();
+        find_coincident();
         part_of_face.assign(2 * scene.triangle_count(), kNone);
         for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
             const RayScene::Triangle& triangle = scene.triangle(t);
-            if (first_alike[t] != t || scene.moves(triangle) || !is_small(triangle)) continue;
+            if (first_coincident[t] != t || scene.moves(triangle) || !is_small(triangle)) continue;
             for (std::uint32_t side = 0; side < 2; ++side) {
                 part_of_face[2 * t + side] = static_cast<std::uint32_t>(parts.size());
                 parts.push_back({0, triangle.area_m2(), kNone});
@@ -79,14 +79,14 @@ struct IrradianceMap::State {
     }
 
     /// Rays hit either of several coincident triangles: these count as one.
-    void find_alike() {
+    void find_coincident() {
         tsl::robin_map<std::uint64_t, std::uint32_t, MixHash> first;
         first.reserve(scene.triangle_count());
         for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
             std::uint64_t corners = 0;
             // A moving triangle does not stay coincident with another.
             if (scene.moves(scene.triangle(t))) {
-                first_alike.push_back(t);
+                first_coincident.push_back(t);
                 continue;
             }
             for (const Vec3& v : scene.triangle(t).vertices) {
@@ -94,7 +94,7 @@ struct IrradianceMap::State {
                                        std::bit_cast<std::uint32_t>(v.y),
                                        std::bit_cast<std::uint32_t>(v.z));
             }
-            first_alike.push_back(first.try_emplace(corners, t).first->second);
+            first_coincident.push_back(first.try_emplace(corners, t).first->second);
         }
     }
 
@@ -123,7 +123,7 @@ struct IrradianceMap::State {
 
     /// The piece that contains a point.
     Piece piece_at(std::uint32_t triangle, const Vec3& point, const Vec3& normal) const {
-        const std::uint32_t t = first_alike[triangle];
+        const std::uint32_t t = first_coincident[triangle];
         return {t, glm::dot(normal, scene.triangle(t).normal) < 0, cube_of(point)};
     }
 
@@ -178,7 +178,7 @@ struct IrradianceMap::State {
     /// pairs of hits. For uniform irradiance its expectation is 1 and its variance is 2 S / N^2 for
     /// S parts. A part that lies in two patches is counted in one, so one of the two factors N is
     /// the sum of the n.
-    void find_uneven(std::span<const float> patch_area_m2) {
+    void find_nonuniform(std::span<const float> patch_area_m2) {
         std::vector<double> pairs(hits.size(), 0);
         std::vector<double> count(hits.size(), 0);
         std::vector<double> hits_of_parts(hits.size(), 0);
@@ -193,12 +193,12 @@ struct IrradianceMap::State {
             count[part.patch] += 1 / -std::expm1(-expected);
             hits_of_parts[part.patch] += double{part.hits};
         }
-        uneven.assign(hits.size(), 0);
+        nonuniform.assign(hits.size(), 0);
         for (std::size_t p = 0; p < hits.size(); ++p) {
             const double n = double{hits[p]};
             if (n < 2 || hits_of_parts[p] < 2) continue;
             const double squares = double{patch_area_m2[p]} * pairs[p] / (n * hits_of_parts[p]);
-            uneven[p] = squares - 1 > kSignificance * std::sqrt(2 * count[p]) / n;
+            nonuniform[p] = squares - 1 > kSignificance * std::sqrt(2 * count[p]) / n;
         }
     }
 };
@@ -235,25 +235,25 @@ void IrradianceMap::finish(
     s.join_small(area_m2, patch_of);
     for (const auto& [part, piece] : s.pieces) s.parts[part].area_m2 = s.area_of(piece);
     s.pieces = {};
-    s.find_uneven(area_m2);
+    s.find_nonuniform(area_m2);
 }
 
 float IrradianceMap::relative(std::uint32_t patch, std::uint32_t triangle, const Vec3& point,
                               const Vec3& facing_normal) const {
     const State& s = *state_;
-    if (patch >= s.uneven.size() || !s.uneven[patch]) return 1;
+    if (patch >= s.nonuniform.size() || !s.nonuniform[patch]) return 1;
     const Piece piece = s.piece_at(triangle, point, facing_normal);
     std::uint32_t part = s.part_of_face[2 * piece.triangle + (piece.back ? 1 : 0)];
     if (part == kNone) {
         const auto found = s.part_of_piece.find(State::key_of(piece));
         if (found == s.part_of_piece.end()) {
             // A piece without hits.
-            return kKnownHits / (s.area_of(piece) * s.hits_per_m2[patch] + kKnownHits);
+            return kPriorHits / (s.area_of(piece) * s.hits_per_m2[patch] + kPriorHits);
         }
         part = found->second;
     }
     const Part& p = s.parts[part];
-    return (p.hits + kKnownHits) / (p.area_m2 * s.hits_per_m2[patch] + kKnownHits);
+    return (p.hits + kPriorHits) / (p.area_m2 * s.hits_per_m2[patch] + kPriorHits);
 }
 
 }  // namespace aula

@@ -24,14 +24,14 @@ constexpr int kSamplesPerPatch = 16;   // on a full cell
 constexpr int kFineSamples = 64;       // where only some samples count
 constexpr int kSideSamples = 256;      // where panels of moving objects divide a patch
 constexpr float kAllReached = 0.999F;  // share of a patch's area, up to rounding
-constexpr int kReachRays = 4;          // attempts to reach the sound from a sample
+constexpr int kReachAttempts = 4;      // attempts to reach the sound from a sample
 /// Number of cells that a moving object intersects, relative to its area in cell faces: it has two
 /// sides, each of which intersects about twice as many.
 constexpr double kCellsOfMoving = 4;
 
-constexpr int kFloodPaths = 4096;
-constexpr int kFloodBounces = 32;
-constexpr int kFloodRounds = 12;
+constexpr int kWalks = 4096;
+constexpr int kWalkBounces = 32;
+constexpr int kWalkRounds = 12;
 constexpr std::size_t kHitsPerPatch = 512;  // mean upper limit, to estimate the irradiance
 constexpr std::size_t kChunk = 1024;        // samples of a job
 
@@ -51,16 +51,16 @@ struct PatchGrid::State {
     std::vector<PatchCell> cells;
     std::vector<std::uint64_t> keys;     // kNoKey: released
     std::vector<std::uint64_t> touched;  // the last move at which a triangle was in the patch
-    std::vector<std::uint32_t> given_up;
+    std::vector<std::uint32_t> free_rows;
     std::vector<std::uint32_t> patch_of_row;
-    std::vector<std::uint32_t> standing;  // triangles
+    std::vector<std::uint32_t> static_triangles;
     std::vector<std::uint32_t> moving;
     std::size_t lasting = 0;  // initial patches; later ones are released after use
     std::uint64_t moves = 0;
     std::size_t reached_count = 0;
     IrradianceMap irradiance_map;
     PatchSides sides;
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> standing_parts;  // patch, triangle: sorted
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> static_parts;  // patch, triangle: sorted
 
     State(const RayScene& rays, WorkerPool& pool, std::uint64_t sample_seed, float patch_size_m)
         : scene(rays),
@@ -103,8 +103,8 @@ struct PatchGrid::State {
     }
 
     std::uint32_t new_number() {
-        if (given_up.empty()) {
-            given_up.push_back(static_cast<std::uint32_t>(area_m2.size()));
+        if (free_rows.empty()) {
+            free_rows.push_back(static_cast<std::uint32_t>(area_m2.size()));
             static_area_m2.push_back(0);
             area_m2.push_back(0);
             reached.push_back(0);
@@ -113,22 +113,22 @@ struct PatchGrid::State {
             touched.push_back(moves);
             patch_of_row.push_back(kNone);
         }
-        const std::uint32_t number = given_up.back();
-        given_up.pop_back();
+        const std::uint32_t number = free_rows.back();
+        free_rows.pop_back();
         return number;
     }
 
     /// Releases the patches that no moving object has intersected in the last `keep` moves, and the
     /// rows of sides that received nothing in them.
-    void give_up(std::uint64_t keep) {
-        const auto release = [&](std::uint32_t row) { given_up.push_back(row); };
+    void release_unused(std::uint64_t keep) {
+        const auto release = [&](std::uint32_t row) { free_rows.push_back(row); };
         sides.begin_move(keep, release);
         for (std::size_t patch = lasting; patch < keys.size(); ++patch) {
             if (keys[patch] == kNoKey || moves - touched[patch] <= keep) continue;
             patch_of_cell.erase(keys[patch]);
             keys[patch] = kNoKey;
             sides.remove(static_cast<std::uint32_t>(patch), release);
-            given_up.push_back(static_cast<std::uint32_t>(patch));
+            free_rows.push_back(static_cast<std::uint32_t>(patch));
         }
     }
 
@@ -207,32 +207,32 @@ struct PatchGrid::State {
 
     /// Finds the patches of all triangles, and marks those that sound from `inside` reaches. False
     /// if there are more than `most`.
-    bool find_patches(std::span<const Vec3> inside, double most) {
+    bool find_patches(std::span<const Vec3> inside, double max_patches) {
         double moving_m2 = 0;
         for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
             const RayScene::Triangle& triangle = scene.triangle(t);
             const bool may_move = scene.moves(triangle);
             for_each_part(
                 t, [&](std::uint32_t patch, const ClippedPolygon&, float, const Vec3&, bool) {
-                    if (!may_move && sides.panel_count() > 0) standing_parts.emplace_back(patch, t);
+                    if (!may_move && sides.panel_count() > 0) static_parts.emplace_back(patch, t);
                 });
-            (may_move ? moving : standing).push_back(t);
+            (may_move ? moving : static_triangles).push_back(t);
             if (may_move) moving_m2 += double{triangle.area_m2()};
         }
-        std::sort(standing_parts.begin(), standing_parts.end());
+        std::sort(static_parts.begin(), static_parts.end());
         lasting = keys.size();
         return mark_reachable_from(
-            inside, most - kCellsOfMoving * moving_m2 / std::pow(double{grid.size_m()}, 2));
+            inside, max_patches - kCellsOfMoving * moving_m2 / std::pow(double{grid.size_m()}, 2));
     }
 
     /// Marks the patches that sound from `inside` reaches, until a round adds hardly any. False if
     /// there are more than `most`.
-    bool mark_reachable_from(std::span<const Vec3> inside, double most) {
+    bool mark_reachable_from(std::span<const Vec3> inside, double max_patches) {
         std::size_t hits = 0;
-        for (int round = 0; round < kFloodRounds; ++round) {
+        for (int round = 0; round < kWalkRounds; ++round) {
             const std::size_t before = reached_count;
-            const RandomWalks walks{.paths = kFloodPaths,
-                                    .bounces = kFloodBounces,
+            const RandomWalks walks{.paths = kWalks,
+                                    .bounces = kWalkBounces,
                                     .seed = derive_seed(seed, 1 << 30, round)};
             trace_random_walks(
                 scene, inside, walks, [&](int reflections, const Ray& ray, const Hit& hit) {
@@ -250,18 +250,18 @@ struct PatchGrid::State {
                     reached[found->second] = 1;
                     ++reached_count;
                 });
-            if (static_cast<double>(reached_count) > most) return false;
+            if (static_cast<double>(reached_count) > max_patches) return false;
             if (reached_count - before <= reached_count / 100 &&
                 hits >= kHitsPerPatch * reached_count) {
                 break;
             }
         }
-        return static_cast<double>(reached_count) <= most;
+        return static_cast<double>(reached_count) <= max_patches;
     }
 
     /// Computes areas and irradiance.
     void find_areas() {
-        add_reachable(standing, static_area_m2);
+        add_reachable(static_triangles, static_area_m2);
         irradiance_map.finish(static_area_m2, [&](const Vec3& point, const Vec3& normal) {
             const auto found = patch_of_cell.find(grid.key_at(point, normal));
             return found == patch_of_cell.end() ? kNone : found->second;
@@ -272,7 +272,7 @@ struct PatchGrid::State {
     /// Updates the moving objects' parts.
     void scene_moved(std::uint64_t keep) {
         ++moves;
-        give_up(keep);
+        release_unused(keep);
         divide();
         area_m2 = static_area_m2;
         add_reachable(moving, area_m2);
@@ -303,22 +303,22 @@ struct PatchGrid::State {
             }
         }
         std::sort(divided.begin(), divided.end());
-        for (const Sample& s : standing_samples(divided)) {
+        for (const Sample& s : static_samples(divided)) {
             const Vec3 normal = normal_of(s);
             const Vec3 point = s.point + RayScene::kOffset_m * normal;
-            sides.add_standing(
+            sides.add_static(
                 s.patch, point,
                 s.area_m2 * irradiance_map.relative(s.patch, s.triangle, point, normal));
         }
     }
 
     /// Many samples, in ascending order of patches, of the static surface that sound can reach.
-    std::vector<Sample> standing_samples(const std::vector<std::uint32_t>& patches) {
+    std::vector<Sample> static_samples(const std::vector<std::uint32_t>& patches) {
         std::vector<std::uint32_t> triangles;
         for (const std::uint32_t patch : patches) {
-            auto part = std::lower_bound(standing_parts.begin(), standing_parts.end(),
+            auto part = std::lower_bound(static_parts.begin(), static_parts.end(),
                                          std::pair{patch, std::uint32_t{0}});
-            for (; part != standing_parts.end() && part->first == patch; ++part) {
+            for (; part != static_parts.end() && part->first == patch; ++part) {
                 if (static_area_m2[patch] > 0) triangles.push_back(part->second);
             }
         }
@@ -404,7 +404,7 @@ struct PatchGrid::State {
         for (std::size_t i = 0; i < samples.size(); ++i) {
             if (hits[i].triangle == samples[i].triangle) open.push_back(i);
         }
-        for (int attempt = 0; attempt < kReachRays && !open.empty(); ++attempt) {
+        for (int attempt = 0; attempt < kReachAttempts && !open.empty(); ++attempt) {
             rays.resize(open.size());
             hits.resize(open.size());
             for (std::size_t i = 0; i < open.size(); ++i) {
@@ -434,38 +434,38 @@ struct PatchGrid::State {
     }
 };
 
-/// The patches without their areas, enlarged until sound reaches at most `most_patches`.
-std::unique_ptr<PatchGrid::State> PatchGrid::with_at_most(double most_patches,
-                                                          const RayScene& scene, float patch_size_m,
+/// The patches without their areas, enlarged until sound reaches at most `max_patches`.
+std::unique_ptr<PatchGrid::State> PatchGrid::with_at_most(double max_patches, const RayScene& scene,
+                                                          float patch_size_m,
                                                           std::span<const Vec3> inside,
                                                           std::uint64_t seed, WorkerPool& workers) {
-    double standing_m2 = 0;
+    double static_m2 = 0;
     double moving_m2 = 0;
     for (const RayScene::Triangle& t : scene.triangles()) {
-        (scene.moves(t) ? moving_m2 : standing_m2) += double{t.area_m2()};
+        (scene.moves(t) ? moving_m2 : static_m2) += double{t.area_m2()};
     }
     // Both sides of every static triangle may be cells, of which only those in the room are
     // reached. Those of moving objects always count.
-    const double least_m = std::max(std::sqrt(standing_m2 / (4 * most_patches)),
-                                    std::sqrt(kCellsOfMoving * moving_m2 / most_patches));
-    float size_m = std::max(patch_size_m, static_cast<float>(least_m));
+    const double min_m = std::max(std::sqrt(static_m2 / (4 * max_patches)),
+                                  std::sqrt(kCellsOfMoving * moving_m2 / max_patches));
+    float size_m = std::max(patch_size_m, static_cast<float>(min_m));
     for (;; size_m *= 1.25F) {
         auto state = std::make_unique<State>(scene, workers, seed, size_m);
-        if (state->find_patches(inside, most_patches)) return state;
+        if (state->find_patches(inside, max_patches)) return state;
     }
 }
 
 PatchGrid::PatchGrid(const RayScene& scene, float patch_size_m, std::span<const Vec3> inside,
-                     std::uint64_t seed, WorkerPool& workers, double most_patches)
-    : state_(with_at_most(most_patches, scene, patch_size_m, inside, seed, workers)) {
+                     std::uint64_t seed, WorkerPool& workers, double max_patches)
+    : state_(with_at_most(max_patches, scene, patch_size_m, inside, seed, workers)) {
     state_->find_areas();
 }
 
 PatchGrid::Extent PatchGrid::extent(const RayScene& scene, float patch_size_m,
                                     std::span<const Vec3> inside, std::uint64_t seed,
-                                    double most_patches) {
+                                    double max_patches) {
     WorkerPool caller(1);
-    const auto state = with_at_most(most_patches, scene, patch_size_m, inside, seed, caller);
+    const auto state = with_at_most(max_patches, scene, patch_size_m, inside, seed, caller);
     return {state->reached_count, state->grid.size_m()};
 }
 

@@ -23,10 +23,10 @@ class PatchGrid {
     static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
     /// `inside`: points in the space that sound can reach, such as sources and listeners. Patches
-    /// are larger than requested if sound would otherwise reach more than `most_patches` of them.
+    /// are larger than requested if sound would otherwise reach more than `max_patches` of them.
     PatchGrid(const RayScene& scene, float patch_size_m, std::span<const Vec3> inside,
               std::uint64_t seed, WorkerPool& workers,
-              double most_patches = std::numeric_limits<double>::infinity());
+              double max_patches = std::numeric_limits<double>::infinity());
     ~PatchGrid();
 
     /// The number of patches that sound reaches in such a grid, and their size. The areas, which
@@ -36,7 +36,7 @@ class PatchGrid {
         float patch_size_m = 0;
     };
     static Extent extent(const RayScene& scene, float patch_size_m, std::span<const Vec3> inside,
-                         std::uint64_t seed, double most_patches);
+                         std::uint64_t seed, double max_patches);
 
     /// The patch of a point (off the surface by RayScene::kOffset_m) with its facing normal, or
     /// kNone.
@@ -91,7 +91,7 @@ class PatchGrid {
 
  private:
     struct State;
-    static std::unique_ptr<State> with_at_most(double most_patches, const RayScene& scene,
+    static std::unique_ptr<State> with_at_most(double max_patches, const RayScene& scene,
                                                float patch_size_m, std::span<const Vec3> inside,
                                                std::uint64_t seed, WorkerPool& workers);
 

@@ -11,11 +11,11 @@ namespace aula {
 
 namespace {
 
-constexpr float kLeastPanel = 0.25F;  // least area of a panel, as a share of a full patch
+constexpr float kMinPanel = 0.25F;  // least area of a panel, as a share of a full patch
 
 /// Smaller areas of rows are set to this share of a full patch. Energies stay in range, at the cost
 /// of part of the energy that leaves slits of this width.
-constexpr float kLeastArea = 1.0F / 256;
+constexpr float kMinArea = 1.0F / 256;
 
 }  // namespace
 
@@ -48,7 +48,7 @@ void PatchSides::find_panels() {
             largest_m2 = area_m2;
             panel.reference = t;
         }
-        if (panel.area_m2 >= kLeastPanel * reference_m2_) found.emplace_back(panel, triangles);
+        if (panel.area_m2 >= kMinPanel * reference_m2_) found.emplace_back(panel, triangles);
     }
     // If too many panels cross a cell, the largest are kept.
     std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) {
@@ -114,7 +114,7 @@ bool PatchSides::cross(std::uint32_t patch, std::uint32_t panel) {
     return added;
 }
 
-void PatchSides::add_standing(std::uint32_t patch, const Vec3& point, float area_m2) {
+void PatchSides::add_static(std::uint32_t patch, const Vec3& point, float area_m2) {
     divisions_[patch]->standing.push_back({point, area_m2});
 }
 
@@ -128,7 +128,7 @@ void PatchSides::end_move(const std::function<std::uint32_t(std::uint32_t)>& new
         Division& division = *divisions_[patch];
         for (Row& row : division.rows) row.area_m2 = 0;
         if (division.crossing == 0) continue;
-        std::array<float, 1U << kMostPanels> areas_m2{};
+        std::array<float, 1U << kMaxPanels> areas_m2{};
         for (const auto* samples : {&division.standing, &division.moving}) {
             for (const Division::Sample& sample : *samples) {
                 areas_m2[division.sides_of(sample.point) & division.crossing] += sample.area_m2;
@@ -161,7 +161,7 @@ PatchSides::Target PatchSides::target(std::uint32_t patch, const Vec3& point) co
     const std::uint32_t sides = division.sides_of(point) & division.crossing;
     for (const Row& row : division.rows) {
         if (row.panels == division.crossing && row.sides == sides && row.area_m2 > 0) {
-            return {row.number, reference_m2_ / std::max(row.area_m2, kLeastArea * reference_m2_)};
+            return {row.number, reference_m2_ / std::max(row.area_m2, kMinArea * reference_m2_)};
         }
     }
     return {};

@@ -42,12 +42,12 @@ class PatchSides {
     void begin_move(std::uint64_t keep, const std::function<void(std::uint32_t)>& release);
 
     /// Records that a panel crosses the cell of a patch; call for large panels first. True if the
-    /// patch was not divided before: add_standing() must follow.
+    /// patch was not divided before: add_static() must follow.
     bool cross(std::uint32_t patch, std::uint32_t panel);
 
     /// Adds a part of a divided patch's static surface; `area_m2` is weighted by its irradiance
     /// relative to the patch's mean.
-    void add_standing(std::uint32_t patch, const Vec3& point, float area_m2);
+    void add_static(std::uint32_t patch, const Vec3& point, float area_m2);
 
     /// Adds a part of a patch's moving surface at its present position. Undivided patches ignore
     /// it.
@@ -92,7 +92,7 @@ class PatchSides {
  private:
     /// Largest number of panels in a cell. Existing panels stay; if too many are
     /// added in one move, the largest are taken.
-    static constexpr std::size_t kMostPanels = 6;
+    static constexpr std::size_t kMaxPanels = 6;
 
     struct Panel {
         std::uint32_t reference = 0;  ///< its largest triangle
@@ -121,7 +121,7 @@ class PatchSides {
             Vec3 point;
             float area_m2 = 0;
         };
-        std::array<Slot, kMostPanels> slots;
+        std::array<Slot, kMaxPanels> slots;
         std::uint32_t crossing = 0;  ///< panels that cross the cell now
         std::vector<Row> rows;
         std::vector<Sample> standing;
@@ -129,7 +129,7 @@ class PatchSides {
 
         std::uint32_t sides_of(const Vec3& point) const {
             std::uint32_t sides = 0;
-            for (std::size_t k = 0; k < kMostPanels; ++k) {
+            for (std::size_t k = 0; k < kMaxPanels; ++k) {
                 if (glm::dot(slots[k].normal, point) > slots[k].offset_m) sides |= 1U << k;
             }
             return sides;

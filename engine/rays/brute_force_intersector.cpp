@@ -54,14 +54,14 @@ inline void test(const BruteForceIntersector::Lines& t, std::int32_t index, cons
         const float w2 =
             (d.x[i] * e2.moment.x + d.y[i] * e2.moment.y + d.z[i] * e2.moment.z) +
             (m.x[i] * e2.direction.x + m.y[i] * e2.direction.y + m.z[i] * e2.direction.z);
-        const float least = std::min(std::min(w0, w1), w2);
-        const float most = std::max(std::max(w0, w1), w2);
+        const float min = std::min(std::min(w0, w1), w2);
+        const float max = std::max(std::max(w0, w1), w2);
         const float height =
             t.offset - (o.x[i] * t.normal.x + o.y[i] * t.normal.y + o.z[i] * t.normal.z);
         const float distance =
             height / (d.x[i] * t.normal.x + d.y[i] * t.normal.y + d.z[i] * t.normal.z);
         const bool hit =
-            ((least >= 0) | (most <= 0)) & (distance > 0) & (distance <= hits.distance_m[i]);
+            ((min >= 0) | (max <= 0)) & (distance > 0) & (distance <= hits.distance_m[i]);
         hits.distance_m[i] = hit ? distance : hits.distance_m[i];
         hits.triangle[i] = hit ? static_cast<std::uint32_t>(index) : hits.triangle[i];
         search.weight_1[i] = hit ? w1 : search.weight_1[i];
@@ -110,7 +110,7 @@ void nearest_hits(std::span<const BruteForceIntersector::Lines> triangles, const
 }  // namespace
 
 BruteForceIntersector::BruteForceIntersector(std::span<const Vertices> triangles) {
-    assert(triangles.size() <= kMost);
+    assert(triangles.size() <= kMax);
     if (triangles.empty()) return;
     Vec3 low = triangles[0][0];
     Vec3 high = low;

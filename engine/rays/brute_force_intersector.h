@@ -14,12 +14,12 @@ namespace aula {
 class BruteForceIntersector {
  public:
     /// Above this number a hierarchy is faster.
-    static constexpr std::size_t kMost = 48;
+    static constexpr std::size_t kMax = 48;
 
     using Vertices = std::array<Vec3, 3>;
 
     BruteForceIntersector() = default;
-    /// At most kMost triangles; degenerate ones are never hit.
+    /// At most kMax triangles; degenerate ones are never hit.
     explicit BruteForceIntersector(std::span<const Vertices> triangles);
 
     /// Nearest hit of the first `count` lanes beyond distance 0.

@@ -59,9 +59,9 @@ std::ptrdiff_t closed_in(const RayScene& scene, const Vec3& place) {
 
 Vec3 off_surface(const RayScene& scene, const Vec3& place) {
     // In a corner the point is moved one step from each face.
-    constexpr int kMostFaces = 6;
+    constexpr int kMaxFaces = 6;
     Vec3 at = place;
-    for (int face = 0; face < kMostFaces; ++face) {
+    for (int face = 0; face < kMaxFaces; ++face) {
         const std::uint32_t surface = surface_at(scene, at);
         if (surface == kNoTriangle) break;
         const RayScene::Triangle& triangle = scene.triangle(surface);

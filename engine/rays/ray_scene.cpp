@@ -83,9 +83,9 @@ struct RayScene::Embree {
     Embree(const Embree&) = delete;
     Embree& operator=(const Embree&) = delete;
 
-    /// Adds an object, except the triangles for which `is_left_out` returns true.
-    template <class IsLeftOut>
-    void add(const Object& object, const std::vector<Vec3>& world, const IsLeftOut& is_left_out) {
+    /// Adds an object, except the triangles for which `is_omitted` returns true.
+    template <class IsOmitted>
+    void add(const Object& object, const std::vector<Vec3>& world, const IsOmitted& is_omitted) {
         RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
         rtcSetGeometryBuildQuality(
             geometry, object.moves() ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_MEDIUM);
@@ -99,7 +99,7 @@ struct RayScene::Embree {
         // Embree ignores triangles with invalid vertices.
         constexpr std::array<std::uint32_t, 3> kIgnored{~0U, ~0U, ~0U};
         for (std::size_t t = 0; t < object.triangles.size(); ++t) {
-            const auto& triangle = is_left_out(t) ? kIgnored : object.triangles[t];
+            const auto& triangle = is_omitted(t) ? kIgnored : object.triangles[t];
             index_buffer = std::copy(triangle.begin(), triangle.end(), index_buffer);
         }
         rtcCommitGeometry(geometry);
@@ -167,7 +167,7 @@ void RayScene::update_triangles(std::uint32_t o) {
 }
 
 void RayScene::update_few() {
-    if (triangles_.size() > BruteForceIntersector::kMost) return;
+    if (triangles_.size() > BruteForceIntersector::kMax) return;
     std::vector<BruteForceIntersector::Vertices> vertices;
     for (const Triangle& triangle : triangles_) vertices.push_back(triangle.vertices);
     few_.emplace(vertices);

@@ -110,9 +110,9 @@ class RayScene {
     /// the points that assign deposits, gather rays and area samples to patches.
     static constexpr float kOffset_m = 1e-4F;
 
-    /// The offset of a point at the distance `way_m` along a ray, including the rounding of long
+    /// The offset of a point at `distance_m` along a ray, including the rounding of long
     /// distances.
-    static constexpr float offset_after(float way_m) { return kOffset_m + 4e-7F * way_m; }
+    static constexpr float offset_after(float distance_m) { return kOffset_m + 4e-7F * distance_m; }
 
     /// A point off the surface that a ray meets after `distance_m`: `along_m` along the ray and
     /// then `off_m` along the facing normal. The cosine of the ray's direction and that normal is
@@ -123,10 +123,10 @@ class RayScene {
         float off_m = 0;
     };
     static constexpr PointOff point_off(float distance_m, float cosine) {
-        constexpr float kLeastCosine = 0.1F;
+        constexpr float kMinCosine = 0.1F;
         const float offset_m = offset_after(distance_m);
         const float back_m =
-            std::min(distance_m, offset_m / (cosine > kLeastCosine ? cosine : kLeastCosine));
+            std::min(distance_m, offset_m / (cosine > kMinCosine ? cosine : kMinCosine));
         return {distance_m - back_m, offset_m - back_m * cosine};
     }
 

@@ -15,7 +15,7 @@ constexpr int kSurveyBounces = 32;
 
 /// Limit of the mean number of pieces per segment of a path, as divided by moving objects. A path
 /// that exceeds it ends.
-constexpr int kMostPieces = 4;
+constexpr int kMaxPieces = 4;
 
 /// An offset from a surface that exceeds the rounding error at this position.
 float offset_at(const Vec3& place) { return RayScene::offset_after(2 * glm::length(place)); }
@@ -57,7 +57,7 @@ void trace_random_walks(const RayScene& scene, std::span<const Vec3> inside,
                    uniform_direction(sobol.point(static_cast<std::uint32_t>(i)))};
         begin[i] = rays[i].origin;
     }
-    for (int piece = 0; piece < kMostPieces * walks.bounces && !rays.empty(); ++piece) {
+    for (int piece = 0; piece < kMaxPieces * walks.bounces && !rays.empty(); ++piece) {
         hits.resize(rays.size());
         scene.intersect(rays, hits);
         std::size_t alive = 0;
@@ -159,7 +159,7 @@ namespace {
 constexpr int kAreaSamples = 16384;
 constexpr int kRaysPerSample = 4;
 /// Share of the surface; above it the mean free path is not that of a room.
-constexpr double kMostOpen = 0.1;
+constexpr double kMaxOpen = 0.1;
 /// Relative; several standard errors of the mean free path: the standard deviation of lengths is
 /// 0.6 of their mean, and there are more than 16384 of them.
 constexpr double kVolumeTolerance = 0.01;
@@ -288,7 +288,7 @@ RoomGeometry measure_room(const RayScene& scene, std::span<const Vec3> inside, s
         room.field.mean_absorption[b] = static_cast<float>(
             room.open_share + (1 - room.open_share) * absorbing_m2 / room.surface_m2);
     }
-    if (room.open_share > kMostOpen) return room;
+    if (room.open_share > kMaxOpen) return room;
     // l = 4 V / S, with openings included in S.
     const double volume_m3 =
         room.field.mean_free_path_m * room.surface_m2 / (1 - room.open_share) / 4;
@@ -325,9 +325,9 @@ std::vector<char> outside_room(const RayScene& scene, std::span<const Vec3> plac
         reflections.push_back(count);
     }
     std::vector<char> outside;
-    const int most =
+    const int max =
         reflections.empty() ? 0 : *std::max_element(reflections.begin(), reflections.end());
-    for (const int count : reflections) outside.push_back(count < kFew * most ? 1 : 0);
+    for (const int count : reflections) outside.push_back(count < kFew * max ? 1 : 0);
     return outside;
 }
 

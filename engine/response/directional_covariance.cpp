@@ -13,9 +13,9 @@ namespace aula {
 namespace {
 
 constexpr int kHighestOrder = 3;
-constexpr std::size_t kMostChannels = 16;
-constexpr std::size_t kMostHarmonics = 49;  // of twice the order
-constexpr std::size_t kLengths = 256;       // steps of the table over |mean|
+constexpr std::size_t kMaxChannels = 16;
+constexpr std::size_t kMaxHarmonics = 49;  // of twice the order
+constexpr std::size_t kLengths = 256;      // steps of the table over |mean|
 
 int order_of(std::size_t channel) {
     return static_cast<int>(std::sqrt(static_cast<double>(channel) + 0.5));
@@ -107,7 +107,7 @@ DirectionalCovariance::DirectionalCovariance(int order)
     const int twice = 2 * order;
     const auto harmonics = static_cast<std::size_t>((twice + 1) * (twice + 1));
     const Quadrature sphere(twice + 1);
-    std::vector<std::array<double, kMostHarmonics>> values(sphere.directions.size());
+    std::vector<std::array<double, kMaxHarmonics>> values(sphere.directions.size());
     for (std::size_t q = 0; q < values.size(); ++q) {
         spherical_harmonics(sphere.directions[q], twice, values[q].data());
     }
@@ -135,7 +135,7 @@ DirectionalCovariance::DirectionalCovariance(int order)
 void DirectionalCovariance::mixing(const Vec3& mean, float* triangle) const {
     const double length = std::min(double{glm::length(mean)}, 1.0);
     const Vec3 direction = length > 0 ? mean / static_cast<float>(length) : Vec3{0, 0, 1};
-    std::array<double, kMostHarmonics> harmonics;
+    std::array<double, kMaxHarmonics> harmonics;
     spherical_harmonics(direction, 2 * order_, harmonics.data());
     const double place = length * kLengths;
     const std::size_t below = std::min(static_cast<std::size_t>(place), kLengths - 1);
@@ -148,8 +148,8 @@ void DirectionalCovariance::mixing(const Vec3& mean, float* triangle) const {
         for (int m = -l; m <= l; ++m, ++k) harmonics[static_cast<std::size_t>(k)] *= moment;
     }
 
-    std::array<std::array<double, kMostChannels>, kMostChannels> lower;
-    std::array<double, kMostChannels> inverse;
+    std::array<std::array<double, kMaxChannels>, kMaxChannels> lower;
+    std::array<double, kMaxChannels> inverse;
     std::size_t pair = 0;
     for (std::size_t i = 0; i < channels_; ++i) {
         for (std::size_t j = 0; j <= i; ++j, ++pair) {

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kCell_s = 0.0005;  // edges and centres of all TimeBins are multiples of it
 // Samples shaped at a time: those of all channels fit the cache.
-constexpr std::size_t kChunk_samples = NoiseCarriers::kMostRead_samples;
+constexpr std::size_t kChunk_samples = NoiseCarriers::kMaxRead_samples;
 
 /// A linear function of time, one for each band.
 struct Ramp {

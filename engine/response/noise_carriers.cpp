@@ -80,7 +80,7 @@ NoiseCarriers::NoiseCarriers(double sample_rate_hz, std::uint64_t seed)
     for (std::size_t b = 0; b < kBandCount; ++b) {
         power_[b] = static_cast<float>(power[b]);
         std::vector<std::int16_t>& whole = carriers_[b];
-        whole.resize(period_samples_ + kMostRead_samples);
+        whole.resize(period_samples_ + kMaxRead_samples);
         if (power[b] == 0) continue;  // above half the sample rate
         // The band is power[b] of half the sample rate wide.
         level(carriers[b], power[b], 2 * kLevelling / power[b]);
@@ -95,16 +95,16 @@ NoiseCarriers::NoiseCarriers(double sample_rate_hz, std::uint64_t seed)
 }
 
 std::size_t NoiseCarriers::place(std::string_view source, std::size_t channel) const {
-    assert(channel < kMostChannels);
+    assert(channel < kMaxChannels);
     // The channels of a source are spaced evenly over the period, those of low orders farthest
     // apart.
-    constexpr std::size_t kStride = 7;  // has no factor in common with kMostChannels
-    const std::size_t apart = channel * kStride % kMostChannels * period_samples_ / kMostChannels;
+    constexpr std::size_t kStride = 7;  // has no factor in common with kMaxChannels
+    const std::size_t apart = channel * kStride % kMaxChannels * period_samples_ / kMaxChannels;
     return (derive_seed(seed_, 1, hash(source)) % period_samples_ + apart) % period_samples_;
 }
 
 std::size_t NoiseCarriers::memory_bytes() const {
-    return kBandCount * (period_samples_ + kMostRead_samples) * sizeof(std::int16_t);
+    return kBandCount * (period_samples_ + kMaxRead_samples) * sizeof(std::int16_t);
 }
 
 }  // namespace aula

@@ -18,8 +18,8 @@ namespace aula {
 class NoiseCarriers {
  public:
     static constexpr double kPeriod_s = 8;
-    static constexpr std::size_t kMostChannels = 16;  ///< third-order ambisonics
-    static constexpr std::size_t kMostRead_samples = 1024;
+    static constexpr std::size_t kMaxChannels = 16;  ///< third-order ambisonics
+    static constexpr std::size_t kMaxRead_samples = 1024;
 
     /// `sample_rate_hz` >= 8000.
     NoiseCarriers(double sample_rate_hz, std::uint64_t seed);
@@ -36,7 +36,7 @@ class NoiseCarriers {
     /// name only, so that a source sounds the same with any other sources.
     std::size_t place(std::string_view source, std::size_t channel) const;
 
-    /// The kMostRead_samples samples of a band from `sample` after a place on, in units of step().
+    /// The kMaxRead_samples samples of a band from `sample` after a place on, in units of step().
     const std::int16_t* read(std::size_t band, std::size_t place, std::size_t sample) const {
         return carriers_[band].data() + (place + sample) % period_samples_;
     }
@@ -49,7 +49,7 @@ class NoiseCarriers {
     std::size_t period_samples_;
     Bands power_;
     Bands step_;
-    /// [band][sample], followed by the first kMostRead_samples again. Quantised to 1 / 32767 of the
+    /// [band][sample], followed by the first kMaxRead_samples again. Quantised to 1 / 32767 of the
     /// band's peak, since memory bandwidth limits the speed; the error is -88 dB.
     std::array<std::vector<std::int16_t>, kBandCount> carriers_;
 };

@@ -196,9 +196,9 @@ RoomParameters room_parameters(const EnergyResponse& response) {
 }
 
 bool is_audible(const EnergyResponse& response) {
-    const double least = std::pow(10, kAudible_g_db / 10) / kStrength_m2;
+    const double min = std::pow(10, kAudible_g_db / 10) / kStrength_m2;
     for (std::size_t b = 0; b < kBandCount; ++b) {
-        if (response.total(b) >= least) return true;
+        if (response.total(b) >= min) return true;
     }
     return false;
 }

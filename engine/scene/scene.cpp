@@ -120,8 +120,8 @@ std::optional<Estimator> estimator_from_name(const std::string& name) {
 }
 
 int Simulation::window_frames() const {
-    constexpr float kMost = 1e9F;  // fits an int
-    return static_cast<int>(std::clamp(std::round(response_time_s * frame_rate_hz), 1.0F, kMost));
+    constexpr float kMax = 1e9F;  // fits an int
+    return static_cast<int>(std::clamp(std::round(response_time_s * frame_rate_hz), 1.0F, kMax));
 }
 
 Material Scene::find_material(const std::string& name) const {

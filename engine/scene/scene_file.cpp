@@ -28,16 +28,15 @@ std::string read_text(const std::filesystem::path& file) {
                          std::string("cannot be opened, ") + std::strerror(errno) + kExpected);
     }
     // The size of a regular file is not used: the scene may come through a pipe.
-    constexpr std::size_t kMostBytes = std::size_t{256} << 20U;
+    constexpr std::size_t kMaxBytes = std::size_t{256} << 20U;
     std::string text;
     std::array<char, 65536> part{};
     do {
         stream.read(part.data(), part.size());
         text.append(part.data(), static_cast<std::size_t>(stream.gcount()));
-        if (text.size() > kMostBytes) {
-            throw InputError(
-                file.string(), "",
-                "holds more than " + std::to_string(kMostBytes) + " bytes" + kExpected);
+        if (text.size() > kMaxBytes) {
+            throw InputError(file.string(), "",
+                             "holds more than " + std::to_string(kMaxBytes) + " bytes" + kExpected);
         }
     } while (stream);
     if (stream.bad())
@@ -175,7 +174,7 @@ Simulation read_simulation(const JsonReader& json) {
     constexpr NumberRange kIrLength_s{0, 10, false, "seconds above 0, at most 10"};
     Simulation s;
     json.read("estimator", [&](const JsonReader& x) { s.estimator = read_estimator(x); });
-    json.read("rays", [&](const JsonReader& x) { s.rays = x.integer(1, Simulation::kMostRays); });
+    json.read("rays", [&](const JsonReader& x) { s.rays = x.integer(1, Simulation::kMaxRays); });
     json.read("order", [&](const JsonReader& x) { s.order = x.integer(0, 1'000'000); });
     json.read("response_time_s",
               [&](const JsonReader& x) { s.response_time_s = x.real(kResponseTime_s); });
@@ -201,7 +200,7 @@ std::string point_text(const Vec3& p) {
     return text.str();
 }
 
-void warn_if_outside(const std::string& who, const JsonReader& json, const Vec3& position,
+void warn_if_outside(const std::string& name, const JsonReader& json, const Vec3& position,
                      const std::optional<Trajectory>& path, const Bounds& bounds,
                      std::vector<std::string>& warnings) {
     std::vector<Vec3> positions;
@@ -213,7 +212,7 @@ void warn_if_outside(const std::string& who, const JsonReader& json, const Vec3&
     }
     for (const Vec3& p : positions) {
         if (bounds.contains(p)) continue;
-        warnings.push_back(json.message(who + " is outside the geometry at " + point_text(p) +
+        warnings.push_back(json.message(name + " is outside the geometry at " + point_text(p) +
                                         "; the geometry's bounds are " + point_text(bounds.min) +
                                         " to " + point_text(bounds.max)));
         return;

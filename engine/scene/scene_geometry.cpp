@@ -79,9 +79,9 @@ std::vector<std::uint32_t> read_face(const JsonReader& json, std::size_t vertex_
     if (face.size() < 3) {
         json.fail("a face of " + std::to_string(face.size()) + "; expected " + kExpected);
     }
-    if (face.size() > kMostCorners) {
+    if (face.size() > kMaxCorners) {
         json.fail("a face of " + std::to_string(face.size()) + " corners; expected at most " +
-                  std::to_string(kMostCorners));
+                  std::to_string(kMaxCorners));
     }
     return face;
 }
@@ -137,9 +137,9 @@ Object read_faces(const JsonReader& json, MaterialTable& materials) {
 // `, did you mean "glass" for "Glass"?`, for the first few names that are similar to a known one.
 std::string nearest_materials(const std::vector<std::string>& unmapped,
                               const std::vector<std::string>& known) {
-    constexpr std::size_t kMost = 10;
+    constexpr std::size_t kMax = 10;
     std::string list;
-    for (std::size_t i = 0; i < std::min(unmapped.size(), kMost); ++i) {
+    for (std::size_t i = 0; i < std::min(unmapped.size(), kMax); ++i) {
         const std::string meant = nearest_name(unmapped[i], known);
         if (meant.empty()) continue;
         list += (list.empty() ? "" : ", ") + quoted(meant) + " for " + quoted(unmapped[i]);

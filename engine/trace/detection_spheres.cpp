@@ -14,7 +14,7 @@ namespace {
 constexpr float kEven = 4;
 
 /// Bands with a lower mean (-100 dB) are ignored.
-constexpr float kLeastMean = 1e-10F;
+constexpr float kMinMean = 1e-10F;
 
 /// Sums over the segments that begin at about the same path length.
 struct LengthBin {
@@ -64,7 +64,7 @@ void size_spheres(std::span<Batch> batches) {
     for (std::size_t k = 0; k < bins.size(); ++k) {
         for (std::size_t b = 0; b < kBandCount; ++b) {
             const float energy = bins[k].energy[b];
-            if (energy > kLeastMean * bins[k].count) {
+            if (energy > kMinMean * bins[k].count) {
                 inverse[k][b] = bins[k].count / (kEven * energy);
             }
         }

@@ -21,8 +21,8 @@ void find_points(std::size_t count, PathBatch& paths) {
         const float along = normal.x[i] * direction.x[i] + normal.y[i] * direction.y[i] +
                             normal.z[i] * direction.z[i];
         const float side = along <= 0 ? 1.0F : -1.0F;
-        const float way_m = paths.hits.distance_m[i];
-        const RayScene::PointOff at = RayScene::point_off(way_m, -side * along);
+        const float distance_m = paths.hits.distance_m[i];
+        const RayScene::PointOff at = RayScene::point_off(distance_m, -side * along);
         normal.x[i] *= side;
         normal.y[i] *= side;
         normal.z[i] *= side;
@@ -30,7 +30,7 @@ void find_points(std::size_t count, PathBatch& paths) {
         paths.point.y[i] = origin.y[i] + at.along_m * direction.y[i] + at.off_m * normal.y[i];
         paths.point.z[i] = origin.z[i] + at.along_m * direction.z[i] + at.off_m * normal.z[i];
         paths.back[i] = along <= 0 ? 0 : 1;
-        paths.length_m[i] += way_m;
+        paths.length_m[i] += distance_m;
     }
 }
 
@@ -72,8 +72,8 @@ void scatter_energies(const RayScene& scene, const Bands& attenuation_per_m, Pat
         const BandIntegers diffuse = load_bands(&paths.choice[first]) * total < to_diffuse;
         BandVector weight = total / (diffuse ? to_diffuse : total - to_diffuse);
         for (std::size_t k = 0; k < kPaths; ++k) {
-            const BandIntegers goes_on_diffusely = BandIntegers{} + diffuse[k];
-            energy[k] = goes_on_diffusely ? scattered[k] : energy[k] - scattered[k];
+            const BandIntegers is_diffuse = BandIntegers{} + diffuse[k];
+            energy[k] = is_diffuse ? scattered[k] : energy[k] - scattered[k];
         }
         const BandVector survival =
             maxima_over_bands(energy) * weight * (1 / PathBatch::kRouletteEnergy);

@@ -25,7 +25,7 @@ std::vector<Ray> PathTracer::rays(const Emitter& emitter, std::uint64_t frame_se
 
 std::vector<PathLine> PathTracer::lines(const Emitter& emitter, std::uint64_t frame_seed, int count,
                                         int order) const {
-    constexpr float kIntoTheOpen_m = 3;
+    constexpr float kEscapeLength_m = 3;
     PathTracer first_rays = *this;
     first_rays.set_rays(std::clamp(count, 0, settings_.rays));
     std::vector<PathLine> all(static_cast<std::size_t>(first_rays.settings_.rays),
@@ -38,7 +38,7 @@ std::vector<PathLine> PathTracer::lines(const Emitter& emitter, std::uint64_t fr
             for (std::size_t i = 0; i < paths.count; ++i) {
                 if (segment == order || paths.hits.triangle[i] != kNoTriangle) continue;
                 line(paths, i).points.push_back(paths.rays.origin.at(i) +
-                                                kIntoTheOpen_m * paths.rays.direction.at(i));
+                                                kEscapeLength_m * paths.rays.direction.at(i));
                 line(paths, i).energy.push_back(line(paths, i).energy.back());
             }
         };

@@ -16,8 +16,8 @@ namespace {
 
 using Point = ScenePlanes::Point;
 
-constexpr std::size_t kMostListed = 4096;
-constexpr std::size_t kMostDiscovered = 4096;
+constexpr std::size_t kMaxListed = 4096;
+constexpr std::size_t kMaxDiscovered = 4096;
 constexpr std::uint32_t kChains = 512;
 constexpr double kNearest_m = 0.1;
 
@@ -141,7 +141,7 @@ void SpecularPaths::list_sequences() {
         const std::size_t more = listed_order_ == 0 ? mirrors.size()
                                  : mirrors.empty()  ? 0
                                                     : (end - begin) * (mirrors.size() - 1);
-        if (end + more > kMostListed) return;
+        if (end + more > kMaxListed) return;
         for (const std::uint32_t last : mirrors) {
             if (listed_order_ == 0) add({}, last);
             for (std::size_t i = begin; i < end; ++i) {
@@ -210,14 +210,14 @@ void SpecularPaths::discover(const Vec3& listener, std::uint64_t frame) {
 /// Ties are broken by the lowest order and the smallest key, which do not depend on the positions
 /// of source and listener.
 void SpecularPaths::evict() {
-    if (discovered_.size() <= kMostDiscovered) return;
+    if (discovered_.size() <= kMaxDiscovered) return;
     std::vector<std::tuple<std::uint64_t, std::size_t, std::uint64_t>> ranks;  // age, order, key
     ranks.reserve(discovered_.size());
     for (const auto& [key, candidate] : discovered_) {
         const std::uint64_t last_frame = candidate.last_frame.load(std::memory_order_relaxed);
         ranks.emplace_back(frame_ - std::min(last_frame, frame_), candidate.sequence.size(), key);
     }
-    const auto kept = ranks.begin() + kMostDiscovered;
+    const auto kept = ranks.begin() + kMaxDiscovered;
     std::nth_element(ranks.begin(), kept, ranks.end());
     for (auto i = kept; i != ranks.end(); ++i) discovered_.erase(std::get<2>(*i));
 }

@@ -29,10 +29,10 @@ class SpecularSum {
     std::uint64_t rays() const { return rays_; }
 
     /// True if the limit of images is reached: clear() and restart with the newest rays.
-    bool full() const { return by_image_.size() >= kMostImages; }
+    bool full() const { return by_image_.size() >= kMaxImages; }
 
  private:
-    static constexpr std::size_t kMostImages = 1 << 14;
+    static constexpr std::size_t kMaxImages = 1 << 14;
 
     struct Detected {
         Bands energy;

@@ -73,7 +73,7 @@ bool machine_is_busy() {
 }
 
 /// True once the server plays samples that are not zero.
-bool sound_comes(const PulseServer& server, const TemporaryFolder& folder) {
+bool sound_arrives(const PulseServer& server, const TemporaryFolder& folder) {
     constexpr std::streamoff kHeader = 4096;  // longer than any WAV header
     const std::filesystem::path heard = folder.path() / "heard.wav";
     std::filesystem::remove(heard);
@@ -133,7 +133,7 @@ TEST_CASE("The end and the return of a PulseAudio server are reported with one l
         {AULA_PROGRAM, scene, "--no-window", "--device", "pulse", "--duration", "1000"});
     // Wait for sound: PortAudio reports a server's end only seconds later if the stream is still
     // being started.
-    REQUIRE(sound_comes(server, folder));
+    REQUIRE(sound_arrives(server, folder));
     server.kill();
     const auto says = [&](const std::string& text) {
         return comes([&] { return program.err().find(text) != std::string::npos; });
@@ -142,7 +142,7 @@ TEST_CASE("The end and the return of a PulseAudio server are reported with one l
     server.restart();
     REQUIRE(server.running());
     CHECK(says("is back"));
-    CHECK(sound_comes(server, folder));
+    CHECK(sound_arrives(server, folder));
     program.signal(SIGINT);
     REQUIRE(comes([&] { return !program.running(); }));
     const ProgramResult played = program.wait();
@@ -194,15 +194,15 @@ TEST_CASE("Live sound equals the offline rendering, and the program reports its 
             status = player.status();
         } while (!status.finished);
         player.stop_recording();
-        if (status.own_underruns == 0) break;
+        if (status.rendering_underruns == 0) break;
     }
     // If propagation is too slow, the walk takes effect late and the comparison is invalid.
     if (50 * status.late_frames > status.frames ||
-        (status.own_underruns > 0 && machine_is_busy())) {
+        (status.rendering_underruns > 0 && machine_is_busy())) {
         WARN("skipped: this machine is too busy to play");
         return;
     }
-    CHECK(status.own_underruns == 0);
+    CHECK(status.rendering_underruns == 0);
     REQUIRE(aula::render_offline(scene, {}, rendered_file));
 
     // The recording began slightly after playback, or before the first sound by the limiter's

@@ -22,7 +22,7 @@ void require_ok(const ProgramResult& result) {
 }
 
 /// True once the program has created a file in a folder; false if it ends before.
-bool file_comes(const std::filesystem::path& folder, Program& program) {
+bool file_appears(const std::filesystem::path& folder, Program& program) {
     return comes([&] { return !names_in(folder).empty() || !program.running(); }) &&
            !names_in(folder).empty();
 }
@@ -55,11 +55,11 @@ TEST_CASE("A rendering lasts as long as the walk and the tail, or exactly the gi
     const std::string out = folder.path() / "out.wav";
     require_ok(run_program({AULA_PROGRAM, scene, "--offline", out, "--output", "mono"}));
     // The walk, the fade-out of the noise and the length of the response.
-    REQUIRE(aula::sound_info(out).frames == Approx(48000 * (1 + 0.02 + 0.5)).margin(1));
+    REQUIRE(aula::sound_info(out).samples == Approx(48000 * (1 + 0.02 + 0.5)).margin(1));
     REQUIRE(aula::sound_info(out).channels == 1);
     require_ok(run_program({AULA_PROGRAM, scene, "--offline", out, "--output", "foa", "--duration",
                             "0.25", "--sample-rate", "44100"}));
-    REQUIRE(aula::sound_info(out).frames == 11025);
+    REQUIRE(aula::sound_info(out).samples == 11025);
     REQUIRE(aula::sound_info(out).channels == 4);
     REQUIRE(aula::sound_info(out).sample_rate_hz == 44100);
 }
@@ -91,7 +91,7 @@ TEST_CASE("An interrupted program leaves no file and exits with 128 + signal num
         for (const std::string& option : options)
             command.push_back(option == "OUT" ? (outputs.path() / "out").string() : option);
         Program program(command);
-        REQUIRE(file_comes(outputs.path(), program));
+        REQUIRE(file_appears(outputs.path(), program));
         program.signal(signal);
         const ProgramResult result = program.wait();
         INFO(result.err);
@@ -117,7 +117,7 @@ TEST_CASE("One signal ends the program within a frame, and leaves no file") {
         for (const int signal : {SIGINT, SIGTERM}) {
             Program program({AULA_PROGRAM, scene, options[0], outputs.path() / options[1], "--rays",
                              "200000", "--estimator", "pt", "--threads", "1", "--ir-length", "10"});
-            REQUIRE(file_comes(outputs.path(), program));
+            REQUIRE(file_appears(outputs.path(), program));
             program.signal(signal);
             REQUIRE(comes([&] { return !program.running(); }));
             const ProgramResult result = program.wait();

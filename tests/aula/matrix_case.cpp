@@ -23,15 +23,13 @@ class RandomValues {
  public:
     explicit RandomValues(std::uint64_t seed) : bits_(seed) {}
 
-    double uniform(double least, double most) {
+    double uniform(double min, double max) {
         constexpr double kUnit = 1.0 / 9007199254740992.0;  // 2^-53
-        return least + (most - least) * static_cast<double>(bits_() >> 11U) * kUnit;
+        return min + (max - min) * static_cast<double>(bits_() >> 11U) * kUnit;
     }
-    double log_uniform(double least, double most) {
-        return least * std::pow(most / least, uniform(0, 1));
-    }
-    int integer(int least, int most) {
-        return std::min(most, least + static_cast<int>(uniform(0, most - least + 1)));
+    double log_uniform(double min, double max) { return min * std::pow(max / min, uniform(0, 1)); }
+    int integer(int min, int max) {
+        return std::min(max, min + static_cast<int>(uniform(0, max - min + 1)));
     }
     bool chance(double probability) { return uniform(0, 1) < probability; }
 
@@ -378,9 +376,9 @@ class CaseMaker {
         }
         // Filter updates, in samples per second of sound.
         const double filter_samples = sources * field_channels_ * ir_s_ * case_.sample_rate_hz;
-        constexpr double kMostSamples = 1.5e8;
+        constexpr double kMaxSamples = 1.5e8;
         frame_rate_hz_ =
-            std::max(5.0, std::min(random_.log_uniform(5, 100), kMostSamples / filter_samples));
+            std::max(5.0, std::min(random_.log_uniform(5, 100), kMaxSamples / filter_samples));
         if (random_.chance(0.9))
             simulation_["frame_rate_hz"] = frame_rate_hz_;
         else
@@ -388,10 +386,10 @@ class CaseMaker {
         // Path segments per second of sound for lossless walls.
         const double mean_free_path_m = 2 / (1 / size_[0] + 1 / size_[1] + 1 / size_[2]);
         const double segments = 1 + ir_s_ * 343 / mean_free_path_m;
-        constexpr double kMostSegments = 1.2e7;
-        const double most_rays = kMostSegments / (sources * frame_rate_hz_ * segments);
+        constexpr double kMaxSegments = 1.2e7;
+        const double max_rays = kMaxSegments / (sources * frame_rate_hz_ * segments);
         simulation_["rays"] =
-            std::max(1L, std::lround(std::min(random_.log_uniform(1, 2000), most_rays)));
+            std::max(1L, std::lround(std::min(random_.log_uniform(1, 2000), max_rays)));
         if (random_.chance(0.3)) simulation_["order"] = random_.integer(0, 60);
         if (random_.chance(0.5)) simulation_["specular_order"] = random_.integer(0, 6);
         if (random_.chance(0.5))

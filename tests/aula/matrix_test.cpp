@@ -49,21 +49,21 @@ void require(bool holds, const std::string& what) {
     if (!holds) throw std::runtime_error(what);
 }
 
-/// Requires a duration in [least_s, most_s], the case's channels, finite samples and, if expected,
+/// Requires a duration in [min_s, max_s], the case's channels, finite samples and, if expected,
 /// sound. Throws.
-void check_sound(const std::filesystem::path& file, const MatrixCase& test, double least_s,
-                 double most_s) {
+void check_sound(const std::filesystem::path& file, const MatrixCase& test, double min_s,
+                 double max_s) {
     const SoundInfo info = sound_info(file);
-    const auto frames = static_cast<double>(info.frames);
+    const auto frames = static_cast<double>(info.samples);
     std::ostringstream found;
-    found << file.filename().string() << ": " << info.frames << " frames of " << info.channels
-          << " channels; expected " << least_s * test.sample_rate_hz << " to "
-          << most_s * test.sample_rate_hz << " of " << test.channels;
+    found << file.filename().string() << ": " << info.samples << " frames of " << info.channels
+          << " channels; expected " << min_s * test.sample_rate_hz << " to "
+          << max_s * test.sample_rate_hz << " of " << test.channels;
     // Rounded to a sample.
-    require(frames >= std::floor(least_s * test.sample_rate_hz) &&
-                frames <= std::ceil(most_s * test.sample_rate_hz) && info.channels == test.channels,
+    require(frames >= std::floor(min_s * test.sample_rate_hz) &&
+                frames <= std::ceil(max_s * test.sample_rate_hz) && info.channels == test.channels,
             found.str());
-    if (info.frames == 0) return;
+    if (info.samples == 0) return;
     const SoundClip clip = read_sound(file, info.sample_rate_hz);
     for (const std::string& warning : clip.warnings)
         require(warning.find("not numbers") == std::string::npos, warning);

@@ -251,7 +251,7 @@ TEST_CASE("in a hall of many planes nothing is missed before it is an image sour
         std::vector<double> samples;
         for (int i = 0; i < 12; ++i) {
             propagation.restart(derive_seed(test::test_seed(), i));
-            FrameInput input = test::standing(scene);
+            FrameInput input = test::static_input(scene);
             for (const float x : {2.0F, 20.0F, source.x}) {
                 input.sources[0].x = x;
                 propagation.step(input);
@@ -270,13 +270,13 @@ TEST_CASE("a restart forgets image sources and sends other chains for them") {
     Propagation propagation(scene, test::with(scene, Estimator::patch, 0.05F, 0.5F));
     const auto first_paths = [&](std::uint64_t seed) {
         propagation.restart(seed);
-        propagation.step(test::standing(scene));
+        propagation.step(test::static_input(scene));
         std::vector<std::uint64_t> ids;
         for (const SpecularPath& path : propagation.response(0).paths) ids.push_back(path.id);
         return ids;
     };
     const auto one = first_paths(1);
-    for (int frame = 0; frame < 5; ++frame) propagation.step(test::standing(scene));
+    for (int frame = 0; frame < 5; ++frame) propagation.step(test::static_input(scene));
     CHECK(propagation.response(0).paths.size() > one.size());
     CHECK(first_paths(2) != one);
     CHECK(first_paths(1) == one);
@@ -293,7 +293,7 @@ TEST_CASE("a hall of many planes gives the same bits with any number of threads"
         simulation.threads = 3;
         Propagation three(scene, simulation);
         for (int frame = 0; frame < 6; ++frame) {
-            FrameInput input = test::standing(scene);
+            FrameInput input = test::static_input(scene);
             input.listeners[0].x += 0.05F * static_cast<float>(std::min(frame, 3));
             one.step(input);
             three.step(input);
@@ -335,7 +335,7 @@ TEST_CASE("the specular order decides who finds a path, not how much there is") 
     Simulation without = test::with(scene, Estimator::patch, 0.25F, 0.1F);
     without.specular = false;
     Propagation propagation(scene, without);
-    propagation.step(test::standing(scene));
+    propagation.step(test::static_input(scene));
     CHECK(all_between(propagation.response(0), 0, 0.25) < 0.66 * totals[1][0].mean);
 }
 

@@ -35,7 +35,7 @@ test::Estimate decay_rate(const Scene& scene, float ir_length_s, double begin_s,
         simulation.seed = derive_seed(test::test_seed(), i);
         simulation.rays = 1500;
         Propagation propagation(scene, simulation);
-        for (int f = 0; f < 25; ++f) propagation.step(test::standing(scene));
+        for (int f = 0; f < 25; ++f) propagation.step(test::static_input(scene));
         rates.push_back(test::decay_rate(propagation.response(0), begin_s, end_s, 12));
     }
     return test::estimate(rates);

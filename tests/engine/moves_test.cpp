@@ -29,7 +29,7 @@ Scene room(float scattering = 1) {
 EnergyResponse after(const Scene& scene, const std::vector<Vec3>& source, bool listener_walks) {
     Propagation propagation(scene, scene.simulation);
     for (std::size_t f = 0; f < source.size(); ++f) {
-        FrameInput input = test::standing(scene);
+        FrameInput input = test::static_input(scene);
         input.sources[0] = source[f];
         if (listener_walks) input.listeners[0].x -= 0.02F * static_cast<float>(f);
         propagation.step(input);
@@ -96,7 +96,7 @@ TEST_CASE("what a listener hears of a source that stands does not depend on wher
         Propagation propagation(scene, simulation);
         constexpr int kFrames = 20;
         for (int f = 0; f <= kFrames; ++f) {
-            FrameInput input = test::standing(scene);
+            FrameInput input = test::static_input(scene);
             input.listeners[0] = here + static_cast<float>(kFrames - f) * step;
             propagation.step(input);
         }
@@ -117,7 +117,7 @@ TEST_CASE("the level behind a door that shuts is right within 1 dB 0.3 s later")
     simulation.threads = 1;
     simulation.ir_length_s = 0.5F;
     constexpr double kShut_s = 3.5;
-    FrameInput input = test::standing(scene);
+    FrameInput input = test::static_input(scene);
     input.listeners[0] = Vec3(7.2F, 1.2F, 1.2F);
     const auto energy = [](const EnergyResponse& response) {
         double sum = 0;
@@ -179,7 +179,7 @@ TEST_CASE("late fluence in a lossless room is c P / V wherever an object has gon
             Propagation propagation(scene, simulation);
             for (int f = std::max(0, last - 3); f <= last; ++f) {
                 // At first with a jump, then on from frame to frame.
-                propagation.step(test::standing(scene, f / kFrameRate_hz));
+                propagation.step(test::static_input(scene, f / kFrameRate_hz));
             }
             samples.push_back(test::energy_between(propagation.response(0), 0.15, 0.35));
         }
@@ -205,10 +205,10 @@ TEST_CASE("while everything moves, memory stays flat and below its cap") {
     scene.simulation.memory_mb = 1;
     scene.simulation.patch_size_m = 1;
     Propagation propagation(scene, scene.simulation);
-    std::array<std::size_t, 2> most{};
+    std::array<std::size_t, 2> max{};
     constexpr int kFrames = 1600;
     for (int f = 0; f < kFrames; ++f) {
-        FrameInput input = test::standing(scene, f / kFrameRate_hz);
+        FrameInput input = test::static_input(scene, f / kFrameRate_hz);
         // Walks, rests and jumps, each at its own time.
         const auto phase = [&](int period) {
             return f % (2 * period) < period ? 0.04F * static_cast<float>(f % period) : 0.0F;
@@ -217,19 +217,19 @@ TEST_CASE("while everything moves, memory stays flat and below its cap") {
         input.sources[1].y += phase(33);
         input.listeners[0].x -= phase(47);
         propagation.step(input);
-        auto& part = most[f < kFrames / 2 ? 0 : 1];
+        auto& part = max[f < kFrames / 2 ? 0 : 1];
         part = std::max(part, propagation.statistics().memory_bytes);
     }
-    CHECK(most[0] < 1'000'000);
+    CHECK(max[0] < 1'000'000);
     // What the second half may meet that the first did not; a row kept every frame is far more.
-    CHECK(static_cast<double>(most[1]) < 1.02 * static_cast<double>(most[0]));
+    CHECK(static_cast<double>(max[1]) < 1.02 * static_cast<double>(max[0]));
     // Companion: without the cap there is more to keep.
     scene.simulation.memory_mb = 100;
     Propagation free(scene, scene.simulation);
     for (int f = 0; f < 40; ++f) {
-        FrameInput input = test::standing(scene, f / kFrameRate_hz);
+        FrameInput input = test::static_input(scene, f / kFrameRate_hz);
         input.sources[0].x += 0.01F * static_cast<float>(f);
         free.step(input);
     }
-    CHECK(free.statistics().memory_bytes > most[0]);
+    CHECK(free.statistics().memory_bytes > max[0]);
 }

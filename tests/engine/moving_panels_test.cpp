@@ -66,7 +66,7 @@ Scene room_with(const std::vector<Object>& screens) {
 }
 
 FrameInput input_of(const Scene& scene, double time_s = 0) {
-    FrameInput input = test::standing(scene, time_s);
+    FrameInput input = test::static_input(scene, time_s);
     input.listeners = {kBeside, kBehind};
     return input;
 }
@@ -220,7 +220,7 @@ TEST_CASE("a shut door that overlaps its frame is silent behind it, ajar it is h
     scene.simulation.rays = 500;
     const auto passed_at = [&](double time_s) {
         Propagation propagation(scene, scene.simulation, 2);
-        FrameInput input = test::standing(scene, time_s);
+        FrameInput input = test::static_input(scene, time_s);
         input.listeners = {Vec3(2.5F, 1, 1.4F), Vec3(7.2F, 1.2F, 1.2F)};
         for (int f = 0; f < 20; ++f) propagation.step(input);
         return energy(propagation.response(0, 1)) / energy(propagation.response(0, 0));
@@ -248,7 +248,7 @@ TEST_CASE("late fluence in a lossless room is c P / V while a screen turns in it
             simulation.rays = 500;
             Propagation propagation(scene, simulation);
             for (int f = last - 20; f <= last; ++f) {
-                propagation.step(test::standing(scene, f / kFrameRate_hz));
+                propagation.step(test::static_input(scene, f / kFrameRate_hz));
             }
             samples.push_back(test::energy_between(propagation.response(0), 0.15, 0.35));
         }

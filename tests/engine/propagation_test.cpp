@@ -74,8 +74,8 @@ TEST_CASE("with tau = 0 and lambda -> 0 the echogram is plain path tracing's") {
         Propagation cached(scene, simulation);
         plain.restart(1);
         for (int frame = 0; frame < 3; ++frame) {
-            plain.step(test::standing(scene));
-            cached.step(test::standing(scene));
+            plain.step(test::static_input(scene));
+            cached.step(test::static_input(scene));
             const auto& a = plain.response(0);
             const auto& b = cached.response(0);
             REQUIRE(total(a) > 0);
@@ -131,7 +131,7 @@ TEST_CASE("air takes exp(-m c t) of all that arrives at t, in every estimator") 
         const double c = double{scene.medium.speed_of_sound_m_s()};
         for (const Estimator estimator : test::kAllEstimators) {
             Propagation propagation(scene, with(scene, estimator, 0.5F, 0.1F));
-            for (int f = 0; f < 3; ++f) propagation.step(test::standing(scene));
+            for (int f = 0; f < 3; ++f) propagation.step(test::static_input(scene));
             const EnergyResponse& r = propagation.response(0);
             // In the mean over the response, each bin in proportion to its energy.
             double energy = 0;
@@ -239,7 +239,7 @@ TEST_CASE("the same seed gives the same bits with one thread and with three") {
             Propagation propagation(scene, simulation, 3);
             std::vector<EnergyResponse> responses;
             for (int f = 0; f < 8; ++f) {
-                FrameInput input = test::standing(scene);
+                FrameInput input = test::static_input(scene);
                 input.sources[0].x += 0.02F * static_cast<float>(f);
                 input.listeners = {Vec3(3, 2, 1), Vec3(1, 3, 2), Vec3(2, 0.5F, 1)};
                 input.listeners[1].y -= 0.05F * static_cast<float>(f);
@@ -287,7 +287,7 @@ TEST_CASE("the rays told beforehand are those that a frame sends") {
 TEST_CASE("a listener that jumps hears the new place at once") {
     const Scene scene = box_room();
     Propagation propagation(scene, with(scene, Estimator::patch, 0.3F));
-    FrameInput input = test::standing(scene);
+    FrameInput input = test::static_input(scene);
     for (int f = 0; f < 30; ++f) propagation.step(input);
     input.listeners[0] = Vec3(1.5F, 1.3F, 1.4F);  // next to the source
     propagation.step(input);
@@ -312,7 +312,7 @@ TEST_CASE("nothing older than tau is heard of a source that has moved away") {
     for (const Estimator estimator :
          {Estimator::pt, Estimator::dpc_published, Estimator::dpc, Estimator::patch}) {
         Propagation propagation(scene, with(scene, estimator, 0.3F, kWindow / 30.0F));
-        FrameInput input = test::standing(scene);
+        FrameInput input = test::static_input(scene);
         for (int f = 0; f < 20; ++f) propagation.step(input);
         CHECK(total(propagation.response(0)) > 0);
         input.sources[0] = Vec3(12, 2, 1);
@@ -335,7 +335,7 @@ TEST_CASE("a door that closes silences the room behind it within tau") {
     Propagation propagation(scene, with(scene, Estimator::patch, 0.3F, kWindow / 30.0F));
     double open = 0;
     for (int f = 0; f < 7 + kWindow; ++f) {
-        propagation.step(test::standing(scene, f / 30.0));
+        propagation.step(test::static_input(scene, f / 30.0));
         if (f == 0) open = total(propagation.response(0));
     }
     CHECK(open > 0);
@@ -354,7 +354,7 @@ TEST_CASE("little memory makes patches larger, not the sound wrong") {
     CHECK(std::abs(e.z(343.2 / 60 * 0.2)) < test::kFamilyZ);
     CHECK(propagation.statistics().memory_bytes < 4'500'000);
     Propagation plenty(scene, with(scene, Estimator::patch, 0.35F, 0.1F));
-    plenty.step(test::standing(scene));
+    plenty.step(test::static_input(scene));
     CHECK(plenty.statistics().memory_bytes > 4'500'000);  // companion
 }
 
@@ -364,7 +364,7 @@ TEST_CASE("directions point to where the sound comes from") {
     for (const Estimator estimator :
          {Estimator::pt, Estimator::dpc_published, Estimator::dpc, Estimator::patch}) {
         Propagation propagation(scene, with(scene, estimator, 0.1F));
-        for (int f = 0; f < 30; ++f) propagation.step(test::standing(scene));
+        for (int f = 0; f < 30; ++f) propagation.step(test::static_input(scene));
         const EnergyResponse& r = propagation.response(0);
         Vec3 sum(0);
         float energy = 0;

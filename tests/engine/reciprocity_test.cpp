@@ -61,7 +61,7 @@ Figures from_source(const Scene& scene) {
     Figures figures;
     for (int i = 0; i < kRestarts; ++i) {
         propagation.restart(derive_seed(test::test_seed(), i));
-        for (int f = 0; f < 3; ++f) propagation.step(test::standing(scene));
+        for (int f = 0; f < 3; ++f) propagation.step(test::static_input(scene));
         read(propagation.response(0), figures);
     }
     return figures;
@@ -73,7 +73,7 @@ Figures from_listener(const Scene& scene, std::size_t listener_count = 1) {
     Figures figures;
     for (int i = 0; i < kRestarts; ++i) {
         propagation.restart(derive_seed(test::test_seed(), 1, i));
-        FrameInput input = test::standing(scene);
+        FrameInput input = test::static_input(scene);
         if (listener_count == 2) input.listeners = {Vec3(2, 3.5F, 0.5F), input.listeners[0]};
         const Vec3 place = input.sources[0];
         for (int f = 0; f <= kMoves; ++f) {

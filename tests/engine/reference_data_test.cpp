@@ -45,7 +45,7 @@ EnergyResponse response(const Scene& scene, float length_s, int frames, int rays
     simulation.threads.reset();
     Propagation propagation(scene, simulation);
     // Deposits first, then many gathers of them.
-    for (int f = 0; f < frames; ++f) propagation.step(test::standing(scene));
+    for (int f = 0; f < frames; ++f) propagation.step(test::static_input(scene));
     return test::mean_response(propagation, scene, frames);
 }
 

@@ -25,7 +25,7 @@ double firefly(const Scene& scene, Estimator estimator, double begin_s, double e
     std::vector<double> energies;
     for (int f = 0; f < frames; ++f) {
         propagation.restart(derive_seed(test::test_seed(), f));
-        propagation.step(test::standing(scene));
+        propagation.step(test::static_input(scene));
         energies.push_back(test::energy_between(propagation.response(0), begin_s, end_s));
     }
     double mean = 0;
@@ -61,7 +61,7 @@ TEST_CASE("as source and listener come to a wall together the first reflection s
         Simulation simulation = test::with(scene, Estimator::patch, 0.1F);
         simulation.order = 1;
         Propagation propagation(scene, simulation);
-        for (int f = 0; f < 10; ++f) propagation.step(test::standing(scene));
+        for (int f = 0; f < 10; ++f) propagation.step(test::static_input(scene));
         const double energy = test::total(propagation.response(0));
         CAPTURE(height_m, energy, before);
         CHECK(energy > 0.9 * before);
@@ -81,7 +81,7 @@ TEST_CASE("tiny patches far from the origin cost no more than near it") {
         simulation.patch_size_m = 0.05F;
         simulation.rays = 100;
         Propagation propagation(scene, simulation);
-        for (int f = 0; f < 2; ++f) propagation.step(test::standing(scene));
+        for (int f = 0; f < 2; ++f) propagation.step(test::static_input(scene));
         CAPTURE(estimator_name(estimator));
         CHECK(test::fault(propagation.response(0)) == "");
         CHECK(propagation.statistics().cache_entries < 30'000);
@@ -97,7 +97,7 @@ TEST_CASE("very little memory ends the search for a patch size, too") {
     simulation.memory_mb = 1;
     simulation.rays = 10;
     Propagation propagation(scene, simulation);
-    propagation.step(test::standing(scene));
+    propagation.step(test::static_input(scene));
     CHECK(test::fault(propagation.response(0)) == "");
 }
 
@@ -109,7 +109,7 @@ TEST_CASE("direct sound is there after three seconds, and a response holds as mu
         Simulation simulation = scene.simulation;
         simulation.estimator = estimator;
         Propagation propagation(scene, simulation);
-        propagation.step(test::standing(scene));
+        propagation.step(test::static_input(scene));
         const EnergyResponse& response = propagation.response(0);
         REQUIRE(response.paths.size() == 1);
         CHECK(response.arrival_s(response.paths[0]) == Approx(1100 / 343.2).epsilon(1e-6));
@@ -126,7 +126,7 @@ TEST_CASE("image sources keep to the limit of all orders") {
         Simulation simulation = test::with(scene, Estimator::patch, 0.2F);
         simulation.order = order;
         Propagation propagation(scene, simulation);
-        propagation.step(test::standing(scene));
+        propagation.step(test::static_input(scene));
         int highest = 0;
         for (const SpecularPath& path : propagation.response(0).paths) {
             highest = std::max(highest, path.order);
@@ -142,7 +142,7 @@ TEST_CASE("mirror paths of high order follow a listener after a long rest, too")
     simulation.rays = 1 << 20;
     simulation.order = 1;
     Propagation propagation(scene, simulation);
-    FrameInput input = test::standing(scene);
+    FrameInput input = test::static_input(scene);
     for (int f = 0; f < 6; ++f) propagation.step(input);
     input.listeners[0] = Vec3(1, 1, 1);
     propagation.step(input);
@@ -153,7 +153,7 @@ TEST_CASE("mirror paths of high order follow a listener after a long rest, too")
     CHECK(test::energy_between(propagation.response(0), 0, 0.05) == Approx(here).epsilon(0.03));
     // Companion: where the listener rested the energy is another.
     Propagation left(scene, simulation);
-    left.step(test::standing(scene));
+    left.step(test::static_input(scene));
     CHECK(test::energy_between(left.response(0), 0, 0.05) != Approx(here).epsilon(0.06));
 }
 
@@ -164,7 +164,7 @@ TEST_CASE("mirror paths of high order follow a source before a listener who rest
     simulation.rays = 1 << 17;
     simulation.order = 2;
     Propagation propagation(scene, simulation);
-    FrameInput input = test::standing(scene);
+    FrameInput input = test::static_input(scene);
     const auto energy = [](const Propagation& p) {
         return test::energy_between(p.response(0), 0, 0.05);
     };

@@ -177,7 +177,7 @@ TEST_CASE("a mirror that a source or a listener lies on doubles the direct sound
         scene.simulation.direct = true;
         scene.simulation.specular_order = 1;
         Propagation propagation(scene, test::with(scene, Estimator::patch, 0.1F));
-        propagation.step(test::standing(scene));
+        propagation.step(test::static_input(scene));
         const std::vector<SpecularPath>& paths = propagation.response(0).paths;
         REQUIRE(paths.size() == 7);  // direct, six walls
         REQUIRE(paths[0].order == 0);
@@ -206,7 +206,7 @@ TEST_CASE("a thin wall between two rooms lets nothing through, wherever it stand
         Scene scene = test::grey_room(test::box(Vec3(10, 4, 3)), 0.2F, 1, kSource, Vec3(8, 3, 1));
         scene.objects.push_back(test::box(Vec3(0.1F, 4, 3), 0, Vec3(at_m, 0, 0)));
         Propagation propagation(scene, test::with(scene, Estimator::patch, 0.3F));
-        FrameInput input = test::standing(scene);
+        FrameInput input = test::static_input(scene);
         for (int f = 0; f < 4; ++f) propagation.step(input);
         CHECK(test::total(propagation.response(0)) == 0);
         input.listeners[0] = Vec3(4, 3, 1);
@@ -234,7 +234,7 @@ TEST_CASE("a source at the listener, in the middle or on a wall, has a finite re
         scene.simulation.specular_order = 3;
         for (const Estimator estimator : test::kAllEstimators) {
             Propagation propagation(scene, test::with(scene, estimator, 0.2F));
-            for (int f = 0; f < 3; ++f) propagation.step(test::standing(scene));
+            for (int f = 0; f < 3; ++f) propagation.step(test::static_input(scene));
             const EnergyResponse& response = propagation.response(0);
             CAPTURE(estimator_name(estimator));
             CHECK(test::fault(response) == "");
@@ -305,7 +305,7 @@ TEST_CASE(
                 Simulation simulation = test::with(scene, estimator, 0.1F, 0.1F);
                 simulation.threads = threads;
                 Propagation propagation(scene, simulation);
-                for (int f = 0; f < 2; ++f) propagation.step(test::standing(scene));
+                for (int f = 0; f < 2; ++f) propagation.step(test::static_input(scene));
                 results.push_back(propagation.response(0));
             }
             CHECK(test::fault(results[0]) == "");

@@ -157,7 +157,7 @@ TEST_CASE("A rendering ends however many frames the renderer holds") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "out.wav";
     REQUIRE(render_offline(scene, options, file));
-    CHECK(sound_info(file).frames == 28800);
+    CHECK(sound_info(file).samples == 28800);
 }
 
 TEST_CASE("What is not finite is rendered as silence, with a warning") {

@@ -8,7 +8,7 @@
 
 namespace aula::test {
 
-FrameInput standing(const Scene& scene, double time_s) {
+FrameInput static_input(const Scene& scene, double time_s) {
     FrameInput input;
     input.time_s = time_s;
     for (const Source& source : scene.sources) input.sources.push_back(source.position);
@@ -21,7 +21,7 @@ std::vector<double> restarts(Propagation& propagation, const Scene& scene, int c
     std::vector<double> samples;
     for (int i = 0; i < count; ++i) {
         propagation.restart(derive_seed(test_seed(), i));
-        for (int f = 0; f < frames; ++f) propagation.step(standing(scene));
+        for (int f = 0; f < frames; ++f) propagation.step(static_input(scene));
         samples.push_back(read(propagation.response(0)));
     }
     return samples;
@@ -87,7 +87,7 @@ EnergyResponse mean_response(Propagation& propagation, const Scene& scene, int f
     EnergyResponse mean;
     std::vector<std::array<double, kBandCount>> sum;
     for (int f = 0; f < frames; ++f) {
-        propagation.step(standing(scene));
+        propagation.step(static_input(scene));
         mean = propagation.response(0);
         sum.resize(mean.bins.count());
         for (std::size_t k = 0; k < sum.size(); ++k) {

@@ -14,7 +14,7 @@ inline constexpr std::array<Estimator, 4> kAllEstimators{Estimator::pt, Estimato
                                                          Estimator::dpc, Estimator::patch};
 
 /// Frame input with sources and listener static at the scene's positions.
-FrameInput standing(const Scene& scene, double time_s = 0);
+FrameInput static_input(const Scene& scene, double time_s = 0);
 
 /// Independent restarts of `frames` frames each. Returns `read` of each restart's last response.
 std::vector<double> restarts(Propagation& propagation, const Scene& scene, int count, int frames,

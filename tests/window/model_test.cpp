@@ -224,14 +224,14 @@ TEST_CASE("Opening a scene resets the sources' controls") {
     Room room;
     Model& model = room.model();
     model.controls.sources[0].muted = true;
-    model.hand_over();
+    model.send_controls();
     model.open(room.file("two"));
     REQUIRE(room.shows([&] { return model.scene_file() == room.file("two"); }));
     REQUIRE(room.shows([&] { return model.status().sources.size() == 2; }));
     CHECK(model.controls.sources.size() == 2);
     CHECK_FALSE(model.controls.sources[0].muted);
     model.controls.sources[1].muted = true;
-    model.hand_over();
+    model.send_controls();
     model.open(room.file("room"));
     REQUIRE(room.shows([&] { return model.scene_file() == room.file("room"); }));
     CHECK(model.controls.sources.size() == 1);

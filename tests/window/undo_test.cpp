@@ -32,6 +32,6 @@ TEST_CASE("The history drops its oldest values and keeps the newest") {
     CHECK(undo.now() == 1000);
     int steps = 0;
     for (; undo.can_undo(); ++steps) undo.undo();
-    CHECK(steps == static_cast<int>(Undo<int>::kMostSteps) - 1);
+    CHECK(steps == static_cast<int>(Undo<int>::kMaxSteps) - 1);
     CHECK(undo.now() == 1000 - steps);
 }

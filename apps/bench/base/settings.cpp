@@ -62,7 +62,7 @@ int rays_for_cpu_time(double budget_s, int rays, const std::function<double(int)
         const double share = frame_cpu_s(rays) / budget_s;
         if (std::abs(share - 1) < kCloseEnough) break;
         rays = std::clamp(static_cast<int>(std::lround(rays / std::clamp(share, 0.05, 20.0))), 1,
-                          Simulation::kMostRays);
+                          Simulation::kMaxRays);
     }
     return rays;
 }

@@ -306,7 +306,7 @@ std::vector<Row> measure_preparing(const Settings& settings, const ConvolutionSw
             // As many as circulate between threads.
             std::vector<ConvolutionFilter> filters(kFilters, ConvolutionFilter(shape));
             std::vector<Transforms> transforms(kFilters, Transforms(c, shape));
-            double least_us = 1e9;
+            double min_us = 1e9;
             double fft_us = 1e9;
             for (unsigned round = 0; round < 3 * kFilters; ++round) {
                 for (std::size_t s = 0; s < c.sources; ++s) {
@@ -321,14 +321,14 @@ std::vector<Row> measure_preparing(const Settings& settings, const ConvolutionSw
                 const double alone_us = transforms[round % kFilters].time_us_of(changing);
                 // The first rounds allocate.
                 if (round < kFilters) continue;
-                least_us = std::min(least_us, spent_us);
+                min_us = std::min(min_us, spent_us);
                 fft_us = std::min(fft_us, alone_us);
             }
             Row row = row_of("prepare", "aula", c);
             row.figures.insert(row.figures.end(), {{"changed", share},
-                                                   {"mean_us", least_us},
+                                                   {"mean_us", min_us},
                                                    {"fft_us", fft_us},
-                                                   {"ratio", least_us / fft_us}});
+                                                   {"ratio", min_us / fft_us}});
             rows.push_back(row);
         }
     }

@@ -16,7 +16,7 @@ namespace aula::bench {
 namespace {
 
 constexpr int kRounds = 20;
-constexpr int kInARow = 4;  // the first one, not timed, fills the processor's caches
+constexpr int kRepetitions = 4;  // the first one, not timed, fills the processor's caches
 constexpr double kSampleRate_hz = 48000;
 constexpr std::size_t kShare = 1024;  // rays of a task
 
@@ -93,29 +93,29 @@ Speed measure(const Subject& subject, Estimator estimator, const RayScene& scene
                           std::to_string(round + 1));
         rays = propagation->rays(input);
         hits.resize(rays.size());
-        for (int k = 0; k < kInARow; ++k) {
+        for (int k = 0; k < kRepetitions; ++k) {
             const double time_s = step(*propagation);
             const FrameStatistics& parts = propagation->statistics();
             assert(k > 0 || rays.size() == parts.segments);
             if (k == 0) continue;
             frame_s.push_back(time_s);
-            speed.segments += static_cast<double>(parts.segments) / (kRounds * (kInARow - 1));
+            speed.segments += static_cast<double>(parts.segments) / (kRounds * (kRepetitions - 1));
             speed.parts.trace_s += parts.trace_s;
             speed.parts.cache_s += parts.cache_s;
             speed.parts.gather_s += parts.gather_s;
             speed.parts.specular_s += parts.specular_s;
             speed.parts.memory_bytes = parts.memory_bytes;
         }
-        for (int k = 0; k < kInARow && one_thread; ++k) {
+        for (int k = 0; k < kRepetitions && one_thread; ++k) {
             const double time_s = step(*one_thread);
             if (k > 0) one_thread_frame_s.push_back(time_s);
         }
         const auto ray_count = static_cast<double>(rays.size());
-        for (int k = 0; k < kInARow; ++k) {
+        for (int k = 0; k < kRepetitions; ++k) {
             const double time_s = trace_raw(workers) / ray_count;
             if (k > 0) raw_s.push_back(time_s);
         }
-        for (int k = 0; k < kInARow && one_thread; ++k) {
+        for (int k = 0; k < kRepetitions && one_thread; ++k) {
             const double time_s = trace_raw(one_worker) / ray_count;
             if (k > 0) one_thread_raw_s.push_back(time_s);
         }

@@ -275,14 +275,14 @@ std::vector<Row> measure_walk(const Subject& subject, const Walk& walk, const Se
                                                     runs.front().published.energy.front().size());
         reference->trace_more(workers);
     }
-    const auto least_error = [&] {
-        double least = deviation_of(runs.front().published, *reference).error;
+    const auto min_error = [&] {
+        double min = deviation_of(runs.front().published, *reference).error;
         for (const Run& r : runs) {
-            least = std::min(least, deviation_of(r.published, *reference).error);
+            min = std::min(min, deviation_of(r.published, *reference).error);
         }
-        return least;
+        return min;
     };
-    while (reference->error() > kReferenceShare * least_error() &&
+    while (reference->error() > kReferenceShare * min_error() &&
            reference->rays() < settings.reference_rays) {
         settings.progress(std::string("tracking: ") + walk.mover + ", reference, " +
                           std::to_string(static_cast<std::int64_t>(reference->rays())) + " rays");

@@ -18,7 +18,7 @@ namespace {
 
 AuralizerOptions checked(AuralizerOptions options, const Scene& scene) {
     check_options(options);
-    options.most_sources = std::max({options.most_sources, scene.sources.size(), std::size_t{1}});
+    options.max_sources = std::max({options.max_sources, scene.sources.size(), std::size_t{1}});
     return options;
 }
 
@@ -35,7 +35,7 @@ void Auralizer::State::build() {
     if (options.clock == RenderClock::exact) {
         playback = std::make_unique<ExactPlayback>(scene, options);
     } else {
-        give_way(kNiceOfFrames);
+        lower_priority(kPropagationNice);
         playback = std::make_unique<RealTimePlayback>(scene, options);
     }
 }

@@ -39,7 +39,7 @@ FrameClock::Clock::time_point FrameClock::begin() const {
     return end() - duration_of(longest_s + kMargin_s);
 }
 
-std::uint64_t FrameClock::leave_out_missed(Clock::time_point now) {
+std::uint64_t FrameClock::skip_missed(Clock::time_point now) {
     const double now_s = std::chrono::duration<double>(now - zero_).count();
     const double missed = std::max(0.0, std::floor((now_s - time_s_) / frame_s_));
     time_s_ += missed * frame_s_;

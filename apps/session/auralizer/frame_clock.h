@@ -33,7 +33,7 @@ class FrameClock {
     Clock::time_point begin() const;
 
     /// Skips to the newest frame whose time has come. Returns the number of skipped frames.
-    std::uint64_t leave_out_missed(Clock::time_point now);
+    std::uint64_t skip_missed(Clock::time_point now);
 
     /// Records the computation time of a frame, in s.
     void took(double seconds);

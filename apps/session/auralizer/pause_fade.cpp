@@ -20,7 +20,7 @@ int PauseFade::advance(std::span<float* const> outputs, int done, int samples) n
     const bool pausing = paused_.load(std::memory_order_relaxed);
     if (pausing != fading_out_) {
         fading_out_ = pausing;
-        fade_.turn_back();
+        fade_.reverse();
     }
     const bool is_silent = fading_out_ && fade_.done();
     silent_.store(is_silent, std::memory_order_relaxed);

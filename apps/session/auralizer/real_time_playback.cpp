@@ -68,7 +68,7 @@ void RealTimePlayback::compute_frames(Auralizer& auralizer) {
             clock.next(frame_s);
             if (!wait_until(clock.due())) return;
             if (!computed.empty()) publish(std::exchange(computed, {}));
-            const std::uint64_t missed = clock.leave_out_missed(Clock::now());
+            const std::uint64_t missed = clock.skip_missed(Clock::now());
             if (missed > 0) computer_.count_late_frames(missed);
             if (!wait_until(clock.begin())) return;
         }

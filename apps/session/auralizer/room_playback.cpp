@@ -24,7 +24,7 @@ FrameSettings settings_of(const AuralizerOptions& options, int block) {
             .output = options.output,
             .ambisonic_order = options.ambisonic_order,
             .half_precision_tail = options.half_precision_tail,
-            .most_sources = options.most_sources,
+            .max_sources = options.max_sources,
             .listeners = options.listeners};
 }
 

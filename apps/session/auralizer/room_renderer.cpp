@@ -30,7 +30,7 @@ void RoomRenderer::set_source(std::size_t index, SourceId source) noexcept {
     if (playing == source) return;
     const bool begins = source.number != 0;
     if (begins && slot.source == source) {
-        slot.fade.turn_back();  // it was fading out
+        slot.fade.reverse();  // it was fading out
     } else if (begins) {
         slot.source = source;
         if (started_) slot.fade.start();
@@ -39,7 +39,7 @@ void RoomRenderer::set_source(std::size_t index, SourceId source) noexcept {
     } else if (slot.fade.done()) {
         slot.fade.start();
     } else {
-        slot.fade.turn_back();  // it was fading in
+        slot.fade.reverse();  // it was fading in
     }
     slot.open = begins;
 }
@@ -63,9 +63,9 @@ const float* RoomRenderer::read(Slot& slot, std::span<const SourceSignal> inputs
     std::copy_n(input, samples, faded.data());
     for (std::size_t n = 0; n < weights.size(); ++n) faded[n] *= weights[n];
     if (slot.open)
-        slot.fade.rise(faded);
+        slot.fade.fade_in(faded);
     else
-        slot.fade.fall(faded);
+        slot.fade.fade_out(faded);
     slot.fade.advance(samples);
     return faded.data();
 }

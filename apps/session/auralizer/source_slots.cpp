@@ -17,7 +17,7 @@ SourceSlots::Place SourceSlots::add(std::int64_t at) {
     }
     if (best == slots_.size())
         throw InputError("auralizer: more than " + std::to_string(slots_.size()) +
-                         " sources; AuralizerOptions::most_sources is their number");
+                         " sources; AuralizerOptions::max_sources is their number");
     const SourceId source{++last_number_};
     slots_[best].source = source;
     slots_[best].begins_at = at;

@@ -57,8 +57,8 @@ double longest_delay_s(const Scene& scene) {
     };
     add(scene.listener.pose.position, scene.listener.path);
     for (const Source& source : scene.sources) add(source.position, source.path);
-    constexpr float kToSpare_m = 1000;
-    return static_cast<double>((bounds.diagonal_m() + kToSpare_m) /
+    constexpr float kMargin_m = 1000;
+    return static_cast<double>((bounds.diagonal_m() + kMargin_m) /
                                scene.medium.speed_of_sound_m_s());
 }
 
@@ -74,7 +74,7 @@ RendererConfig renderer_config(const Scene& scene, double response_length_s,
                                const FrameSettings& settings) {
     return {.sample_rate_hz = settings.sample_rate_hz,
             .block = settings.block,
-            .sources = std::max(settings.most_sources, scene.sources.size()),
+            .sources = std::max(settings.max_sources, scene.sources.size()),
             .response_samples =
                 static_cast<std::size_t>(std::ceil(response_length_s * settings.sample_rate_hz)),
             .frame_s = 1.0 / static_cast<double>(scene.simulation.frame_rate_hz),

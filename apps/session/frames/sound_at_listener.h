@@ -23,7 +23,7 @@ struct FrameSettings {
     OutputFormat output = OutputFormat::binaural;
     int ambisonic_order = 1;           ///< of the reverberation in binaural output, 1 to 3
     bool half_precision_tail = false;  ///< of late reverberation, see RendererConfig
-    std::size_t most_sources = 0;      ///< including sources that ring out; at least the scene's
+    std::size_t max_sources = 0;       ///< including sources that ring out; at least the scene's
     std::size_t listeners = 1;
 };
 

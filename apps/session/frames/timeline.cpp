@@ -9,7 +9,7 @@ namespace aula {
 
 namespace {
 
-constexpr double kNothingFinite_s = 10;
+constexpr double kDefaultDuration_s = 10;
 /// Additional length for the decay of HRTFs and octave-band filters after the last arrival.
 constexpr double kFilterTail_s = 0.05;
 
@@ -17,7 +17,7 @@ struct Lengths {
     double paths_s = 0;    ///< the longest unlooped path
     double signals_s = 0;  ///< the longest unlooped signal
     double cycle_s = 0;    ///< the longest loop of either
-    bool signal_goes_on = false;
+    bool unlimited_signal = false;
 };
 
 Lengths lengths(const TimelineInput& input) {
@@ -37,7 +37,7 @@ Lengths lengths(const TimelineInput& input) {
         if (const auto length = signal->length_samples()) {
             l.signals_s = std::max(l.signals_s, seconds(*length));
         } else {
-            l.signal_goes_on = true;
+            l.unlimited_signal = true;
             l.cycle_s = std::max(l.cycle_s, seconds(signal->cycle_samples().value_or(0)));
         }
     }
@@ -90,13 +90,13 @@ Timeline offline_timeline(const TimelineInput& input) {
     const Lengths l = lengths(input);
     const double finite_s = std::max(l.paths_s, l.signals_s);
     if (finite_s > 0) return with_tail(input, finite_s);
-    return {.end_s = l.cycle_s > 0 ? l.cycle_s : kNothingFinite_s};
+    return {.end_s = l.cycle_s > 0 ? l.cycle_s : kDefaultDuration_s};
 }
 
 Timeline live_timeline(const TimelineInput& input) {
     if (input.duration_s) return {.end_s = *input.duration_s};
     const Lengths l = lengths(input);
-    if (l.paths_s == 0 && l.signal_goes_on) return {};
+    if (l.paths_s == 0 && l.unlimited_signal) return {};
     return with_tail(input, std::max(l.paths_s, l.signals_s));
 }
 

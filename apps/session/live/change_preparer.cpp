@@ -16,7 +16,7 @@ constexpr double kWarmUp_s = 0.25;
 
 ChangePreparer::ChangePreparer(double sample_rate_hz, std::function<Playing()> playing)
     : rate_hz_(sample_rate_hz), playing_(std::move(playing)), thread_([this] {
-          give_way(kNiceOfFrames);
+          lower_priority(kPropagationNice);
           run();
       }) {}
 

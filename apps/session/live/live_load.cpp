@@ -22,7 +22,7 @@ constexpr double kEnoughTime_s = 1;
 
 // At most so far in one step; up in small ones.
 constexpr double kFurthestDown = 0.1;
-constexpr double kLeastDown = 0.95;
+constexpr double kMinDown = 0.95;
 constexpr double kUp = 1.2;
 
 constexpr double kFirstWait_s = 3;
@@ -55,7 +55,7 @@ void LiveLoad::add(double took_s, double period_s, bool rays_fall) {
     const double share = median_s() / period_s;
     quiet_s_ = share < kRoom ? quiet_s_ + passed_s : 0;
     if (share > kTooMuch)
-        fall(std::clamp(kWanted / share, kFurthestDown, kLeastDown), rays_fall);
+        fall(std::clamp(kWanted / share, kFurthestDown, kMinDown), rays_fall);
     else if (quiet_s_ >= wait_s_)
         rise();
 }
@@ -68,14 +68,14 @@ double LiveLoad::median_s() const {
 }
 
 void LiveLoad::fall(double factor, bool rays_fall) {
-    const auto fewer_rays = [&](int least) {
-        if (!full_.rays_fall || !rays_fall || rays_ <= least) return false;
-        rays_ = std::max(least, static_cast<int>(std::lround(rays_ * factor)));
+    const auto fewer_rays = [&](int min) {
+        if (!full_.rays_fall || !rays_fall || rays_ <= min) return false;
+        rays_ = std::max(min, static_cast<int>(std::lround(rays_ * factor)));
         return true;
     };
-    const auto shorter = [&](double least_s) {
-        if (!full_.length_falls || length_s_ <= least_s) return false;
-        length_s_ = std::max(least_s, length_s_ * factor);
+    const auto shorter = [&](double min_s) {
+        if (!full_.length_falls || length_s_ <= min_s) return false;
+        length_s_ = std::max(min_s, length_s_ * factor);
         return true;
     };
     if (!fewer_rays(kEnoughRays) && !shorter(kEnoughLength_s) && !fewer_rays(kFewestRays) &&

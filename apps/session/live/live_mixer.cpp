@@ -97,12 +97,12 @@ void ScenePlayback::read_inputs(std::int64_t position, int samples) noexcept {
             (*fading_signals_)[s]->read(first, position, old);
             signal_fade_.cross(old, input);
         }
-        if (!rise_.done() && (*signals_)[s]->begins_in_mid_wave()) rise_.rise(input);
+        if (!rise_.done() && (*signals_)[s]->begins_in_mid_wave()) rise_.fade_in(input);
         timeline_.fade(first, rate_hz_, input);
         if (state_ != State::playing)
-            input_fade_.fall(input);
+            input_fade_.fade_out(input);
         else if (!faded_in())
-            input_fade_.rise(input);
+            input_fade_.fade_in(input);
     }
     for (Fade* fade : {&rise_, &input_fade_, &signal_fade_}) fade->advance(count);
     if (fading_signals_ != nullptr && signal_fade_.done()) {
@@ -124,7 +124,7 @@ void ScenePlayback::render(std::int64_t position, std::span<float* const> sum,
     for (std::size_t c = 0; c < sum.size(); ++c) {
         const std::span<float> output = std::span(outputs_[c]).first(count);
         timeline_.end(position - zero_, rate_hz_, output);
-        if (state_ == State::ending) output_fade_.fall(output);
+        if (state_ == State::ending) output_fade_.fade_out(output);
         for (std::size_t i = 0; i < count; ++i) sum[c][i] += outputs_[c][i];
     }
     output_fade_.advance(count);
@@ -201,14 +201,14 @@ void LiveMixer::fade_pause(std::span<float* const> outputs, int samples) noexcep
     const bool paused = paused_.load(std::memory_order_relaxed);
     if (paused != fading_out_) {
         fading_out_ = paused;
-        pause_fade_.turn_back();
+        pause_fade_.reverse();
     }
     const auto count = static_cast<std::size_t>(samples);
     for (float* channel : outputs) {
         if (fading_out_)
-            pause_fade_.fall({channel, count});
+            pause_fade_.fade_out({channel, count});
         else if (!pause_fade_.done())
-            pause_fade_.rise({channel, count});
+            pause_fade_.fade_in({channel, count});
     }
     pause_fade_.advance(count);
     silent_.store(fading_out_ && pause_fade_.done(), std::memory_order_relaxed);
@@ -241,8 +241,7 @@ void LiveMixer::render_block(std::span<float* const> outputs, int samples) noexc
     fade_pause(outputs, samples);
     const float peak = std::max(largest(outputs, samples), peak_.load(std::memory_order_relaxed));
     peak_.store(peak, std::memory_order_relaxed);
-    const float gain =
-        std::min(limiter_.least_gain(), limiter_gain_.load(std::memory_order_relaxed));
+    const float gain = std::min(limiter_.min_gain(), limiter_gain_.load(std::memory_order_relaxed));
     limiter_gain_.store(gain, std::memory_order_relaxed);
     if (listened_.load(std::memory_order_relaxed)) {
         const auto count = static_cast<std::size_t>(samples);

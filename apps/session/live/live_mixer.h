@@ -130,7 +130,7 @@ class LiveMixer {
     const LatencyCounts& call_interval() const { return call_interval_; }
 
  private:
-    static constexpr std::size_t kMostRinging = 2;
+    static constexpr std::size_t kMaxRinging = 2;
 
     void render_block(std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
     void follow_head(std::int64_t now_ns) noexcept AULA_NONBLOCKING;
@@ -142,11 +142,11 @@ class LiveMixer {
     int block_;
     std::size_t channels_;
     Limiter limiter_;
-    Mailbox<ScenePlayback> playbacks_{kMostRinging + 2};  ///< one that plays, one that waits
+    Mailbox<ScenePlayback> playbacks_{kMaxRinging + 2};  ///< one that plays, one that waits
     Mailbox<HeadPose> head_poses_{1};
     ScenePlayback* playing_ = nullptr;
     ScenePlayback* waiting_ = nullptr;  ///< for a place among the ringing ones
-    std::array<ScenePlayback*, kMostRinging> ringing_{};
+    std::array<ScenePlayback*, kMaxRinging> ringing_{};
     Pose head_;
     bool head_known_ = false;
     std::vector<float*> output_pointers_;

@@ -27,16 +27,16 @@ std::string reduction_text(const PlayStatus& s) {
 }
 
 std::optional<std::string> LoadNews::take(const PlayStatus& s, double now_s) {
-    constexpr double kSettled_s = 2;
+    constexpr double kStableTime_s = 2;
     const std::string text = reduction_text(s);
     if (text.empty()) return std::nullopt;
     if (!length_s_ || s.response_length_s < *length_s_ - kShorter_s) {
         length_s_ = s.response_length_s;
         since_s_ = now_s;
-        told_ = false;
+        reported_ = false;
     }
-    if (told_ || s.preparing || now_s < since_s_ + kSettled_s) return std::nullopt;
-    told_ = true;
+    if (reported_ || s.preparing || now_s < since_s_ + kStableTime_s) return std::nullopt;
+    reported_ = true;
     return text + "; --rays and --ir-length fix them";
 }
 

@@ -21,7 +21,7 @@ class LoadNews {
  private:
     std::optional<double> length_s_;  ///< at which it was first seen to take less
     double since_s_ = 0;
-    bool told_ = false;
+    bool reported_ = false;
 };
 
 }  // namespace aula

@@ -100,7 +100,7 @@ Player::State::State(const Scene& scene, const SessionOptions& options) {
     device->start();
     changes = std::make_unique<ChangePreparer>(rate_hz, [this] { return what_plays(); });
     thread = std::thread([this] {
-        give_way(kNiceOfFrames);
+        lower_priority(kPropagationNice);
         try {
             propagate();
         } catch (...) {
@@ -126,10 +126,10 @@ Player::State::~State() {
 
 /// Waits until a last fade is played, if anything plays.
 void Player::State::fade_out() {
-    constexpr int kMostTurns = 50;
+    constexpr int kMaxTurns = 50;
     constexpr std::chrono::milliseconds kTurn{5};
     mixer->pause(true);
-    for (int turn = 0; turn < kMostTurns && device->active() && !mixer->silent(); ++turn)
+    for (int turn = 0; turn < kMaxTurns && device->active() && !mixer->silent(); ++turn)
         std::this_thread::sleep_for(kTurn);
 }
 
@@ -137,7 +137,7 @@ void Player::State::fade_out() {
 void Player::State::build(const Scene& scene, const SessionOptions& options) {
     // The threads that trace its paths have the priority of the thread that begins them.
     playing = std::async(std::launch::async, [&] {
-                  give_way(kNiceOfFrames);
+                  lower_priority(kPropagationNice);
                   return std::make_unique<PreparedScene>(scene, options, rate_hz, false);
               }).get();
     warnings = warnings_of(playing->signals);
@@ -164,7 +164,7 @@ void Player::State::propagate() {
         clock.next(playing->maker.config().frame_s);
         if (!wait_until(clock.due())) return;
         publish();
-        if (const std::uint64_t missed = clock.leave_out_missed(Clock::now()); missed > 0) {
+        if (const std::uint64_t missed = clock.skip_missed(Clock::now()); missed > 0) {
             const std::lock_guard lock(mutex);
             status.late_frames += missed;
         }
@@ -454,7 +454,7 @@ PlayStatus Player::status() {
     status.mean_load = device.meter().mean_load();
     status.worst_load = device.meter().worst_load();
     status.underruns = device.meter().underruns();
-    status.own_underruns = device.meter().own_underruns();
+    status.rendering_underruns = device.meter().rendering_underruns();
     status.first_underruns = device.meter().first_underruns();
     status.realtime = device.meter().realtime();
     status.device = device.state();
@@ -463,10 +463,10 @@ PlayStatus Player::status() {
     status.peak = state_->mixer->take_peak();
     status.limiter_gain = state_->mixer->take_limiter_gain();
     status.finished = status.time_s >= end_s;
-    if (!status.finished && status.device == DeviceState::gone)
+    if (!status.finished && status.device == DeviceState::unavailable)
         throw Failure("the output device \"" + device.info().name +
                       "\" or its server went away and did not come back within " +
-                      std::to_string(std::lround(AudioDevice::kPatience_s)) + " s");
+                      std::to_string(std::lround(AudioDevice::kReconnectTimeout_s)) + " s");
     return status;
 }
 

@@ -40,7 +40,7 @@ struct PlayStatus {
     double mean_load = 0;
     double worst_load = 0;
     std::uint64_t underruns = 0;
-    std::uint64_t own_underruns = 0;        ///< of these: rendering took too long
+    std::uint64_t rendering_underruns = 0;  ///< of these: rendering took too long
     std::vector<Underrun> first_underruns;  ///< when they were, as many as are kept
     bool realtime = true;                   ///< the audio thread has real-time priority
     DeviceState device = DeviceState::playing;

@@ -21,7 +21,7 @@ namespace aula {
 
 namespace {
 
-constexpr int kMostFrames = 2000;
+constexpr int kMaxFrames = 2000;
 /// Windows before their spread is evaluated, and the growth of their number between two
 /// evaluations. An evaluation after every window would bias the result by stopping at a fortunate
 /// one.
@@ -40,7 +40,7 @@ int window_frames(const Simulation& simulation) {
     const bool cached =
         simulation.estimator == Estimator::dpc || simulation.estimator == Estimator::dpc_published;
     if (!cached) return kWindowFrames;
-    return std::min(simulation.window_frames(), kMostFrames / static_cast<int>(kFewestWindows));
+    return std::min(simulation.window_frames(), kMaxFrames / static_cast<int>(kFewestWindows));
 }
 
 /// True if the last response of `frames` frames from empty caches has a smaller error than the mean
@@ -61,9 +61,9 @@ bool last_is_best(const Simulation& simulation, int frames) {
 }
 
 /// Propagation with everything static at the listener's first pose, window by window.
-class StandingStill {
+class StaticPropagation {
  public:
-    explicit StandingStill(const Scene& scene)
+    explicit StaticPropagation(const Scene& scene)
         : simulation_(scene.simulation), propagation_(scene, scene.simulation) {
         input_.listeners = {scene.listener.pose_at(0).position};
         for (const Source& source : scene.sources) input_.sources.push_back(source.position_at(0));
@@ -143,24 +143,24 @@ std::string uncertain_parameters(const WindowedMean& mean) {
 
 std::optional<Measurement> measure(const Scene& scene, std::optional<int> frames,
                                    const Progress& progress) {
-    StandingStill still(scene);
-    const int most = frames.value_or(kMostFrames);
+    StaticPropagation propagation(scene);
+    const int max_frames = frames.value_or(kMaxFrames);
     const int window = frames ? *frames : window_frames(scene.simulation);
-    const auto goes_on = [&](int done) {
-        return !progress || progress(static_cast<double>(done) / most);
+    const auto continues = [&](int done) {
+        return !progress || progress(static_cast<double>(done) / max_frames);
     };
     const std::size_t count = scene.sources.size();
     std::vector<WindowedMean> means(count);
     std::vector<char> connected;
     std::vector<char> certain(count, 0);
-    for (std::size_t next_look = kFewestWindows; still.frames() + window <= most;) {
-        const std::vector<EnergyResponse> responses = still.window(window, goes_on);
+    for (std::size_t next_check = kFewestWindows; propagation.frames() + window <= max_frames;) {
+        const std::vector<EnergyResponse> responses = propagation.window(window, continues);
         if (responses.empty()) return std::nullopt;
         for (std::size_t s = 0; s < count; ++s) means[s].add(responses[s]);
-        if (connected.empty()) connected = still.connected();
+        if (connected.empty()) connected = propagation.connected();
         if (std::none_of(connected.begin(), connected.end(), [](char c) { return c != 0; })) break;
-        if (means[0].windows() < next_look) continue;
-        next_look =
+        if (means[0].windows() < next_check) continue;
+        next_check =
             static_cast<std::size_t>(std::ceil(kGrowth * static_cast<double>(means[0].windows())));
         for (std::size_t s = 0; s < count; ++s)
             certain[s] = !connected[s] || !is_audible(means[s].mean()) || is_certain(means[s]);
@@ -168,8 +168,8 @@ std::optional<Measurement> measure(const Scene& scene, std::optional<int> frames
     }
 
     Measurement m;
-    m.length_s = still.response_length_s();
-    m.frames = still.frames();
+    m.length_s = propagation.response_length_s();
+    m.frames = propagation.frames();
     for (std::size_t s = 0; s < count; ++s) {
         m.responses.push_back(means[s].mean());
         m.audible.push_back(connected[s] && is_audible(m.responses[s]));

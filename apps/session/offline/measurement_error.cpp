@@ -38,7 +38,7 @@ double wanted_error(MeasuredParameter parameter) {
 }
 
 void WindowedMean::add(const EnergyResponse& window) {
-    const std::size_t group = windows_ % kMostGroups;
+    const std::size_t group = windows_ % kMaxGroups;
     if (group == groups_.size()) groups_.emplace_back();
     groups_[group].add(window);
     ++windows_;

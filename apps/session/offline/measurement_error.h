@@ -29,7 +29,7 @@ double wanted_error(MeasuredParameter parameter);
 class WindowedMean {
  public:
     /// Larger numbers of windows are combined into this number of groups.
-    static constexpr std::size_t kMostGroups = 32;
+    static constexpr std::size_t kMaxGroups = 32;
 
     void add(const EnergyResponse& window);
 

@@ -74,7 +74,7 @@ std::optional<std::vector<std::string>> render_offline(const Scene& scene,
                                 .ambisonic_order = options.ambisonic_order,
                                 .hrtf = options.hrtf,
                                 .half_precision_tail = options.half_precision_tail,
-                                .most_sources = scene.sources.size(),
+                                .max_sources = scene.sources.size(),
                                 .before_frame = follow_paths(scene)});
     const Timeline timeline = offline_timeline({.scene = scene,
                                                 .signals = signals,

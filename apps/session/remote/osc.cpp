@@ -105,7 +105,7 @@ const std::string* OscMessage::text(std::size_t index) const {
 void check_osc_address(const std::string& address) { parse_address(address); }
 
 struct OscInput::Server {
-    explicit Server(Take take_in) : take(std::move(take_in)) {}
+    explicit Server(Take on_message) : take(std::move(on_message)) {}
     ~Server() {
         if (lo != nullptr) lo_server_free(lo);
     }

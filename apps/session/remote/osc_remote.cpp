@@ -29,7 +29,7 @@ OscRemote::OscRemote(const std::string& address, Player& player,
                      std::vector<std::string> source_names)
     : player_(player),
       names_(std::move(source_names)),
-      input_(address, [this](const OscMessage& message) { obey(message); }),
+      input_(address, [this](const OscMessage& message) { handle(message); }),
       thread_([this] { run(); }) {}
 
 OscRemote::~OscRemote() {
@@ -42,24 +42,24 @@ void OscRemote::run() {
     while (!stop_) input_.wait(kWait_ms);
 }
 
-void OscRemote::obey(const OscMessage& message) {
-    if (message.address.starts_with("/aula/listener/")) return obey_listener(message);
-    if (message.address.starts_with("/aula/source/")) return obey_source(message);
+void OscRemote::handle(const OscMessage& message) {
+    if (message.address.starts_with("/aula/listener/")) return handle_listener(message);
+    if (message.address.starts_with("/aula/source/")) return handle_source(message);
     if (message.address == "/aula/material") {
         const std::string* from = message.text(0);
         const std::string* to = message.text(1);
         if (from == nullptr || to == nullptr) return;
-        constexpr std::size_t kMost = 64;
+        constexpr std::size_t kMax = 64;
         const std::lock_guard lock(mutex_);
         // If a material is replaced repeatedly between two calls, the newest replacement counts.
         const auto same = std::find_if(materials_.begin(), materials_.end(),
                                        [&](const auto& change) { return change.first == *from; });
         if (same != materials_.end()) materials_.erase(same);
-        if (materials_.size() < kMost) materials_.emplace_back(*from, *to);
+        if (materials_.size() < kMax) materials_.emplace_back(*from, *to);
     }
 }
 
-void OscRemote::obey_listener(const OscMessage& message) {
+void OscRemote::handle_listener(const OscMessage& message) {
     if (message.address == "/aula/listener/path") {
         player_.adjust([](PlayControls& controls, const Pose&) { controls.listener.reset(); });
         return;
@@ -79,7 +79,7 @@ void OscRemote::obey_listener(const OscMessage& message) {
     });
 }
 
-void OscRemote::obey_source(const OscMessage& message) {
+void OscRemote::handle_source(const OscMessage& message) {
     const std::string* name = message.text(0);
     if (name == nullptr) return;
     std::size_t source = 0;
@@ -95,8 +95,8 @@ void OscRemote::obey_source(const OscMessage& message) {
         if (message.address == "/aula/source/position") {
             if (const auto position = point_of(message, 1)) control.position = position;
         } else if (message.address == "/aula/source/gain") {
-            constexpr double kMost_db = 60;
-            if (const auto gain_db = message.number(1); gain_db && *gain_db <= kMost_db)
+            constexpr double kMax_db = 60;
+            if (const auto gain_db = message.number(1); gain_db && *gain_db <= kMax_db)
                 control.gain_db = static_cast<float>(*gain_db);
         } else if (message.address == "/aula/source/mute") {
             if (const auto muted = message.number(1)) control.muted = *muted != 0;

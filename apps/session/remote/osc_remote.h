@@ -35,9 +35,9 @@ class OscRemote {
 
  private:
     void run();
-    void obey(const OscMessage& message);
-    void obey_listener(const OscMessage& message);
-    void obey_source(const OscMessage& message);
+    void handle(const OscMessage& message);
+    void handle_listener(const OscMessage& message);
+    void handle_source(const OscMessage& message);
 
     Player& player_;
     std::mutex mutex_;  ///< protects the names and the materials

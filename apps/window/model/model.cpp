@@ -15,7 +15,7 @@ namespace aula {
 namespace {
 
 /// The window plays until it is closed, regardless of the scene's duration.
-constexpr double kWithoutEnd_s = 1e6;
+constexpr double kUnlimited_s = 1e6;
 
 }  // namespace
 
@@ -25,18 +25,18 @@ Model::Model(const WindowOptions& options)
     scene_file_ = wanted_file_ = loaded.file;
     file_time_ = loaded.time;
     document_.restart({loaded.scene, loaded.read, {}});
-    if (!options_.session.duration_s) options_.session.duration_s = kWithoutEnd_s;
+    if (!options_.session.duration_s) options_.session.duration_s = kUnlimited_s;
     player_ = std::make_unique<Player>(scene(), session_of(*loaded.read));
     player_->measure_loudness();
     for (const std::string& warning : player_->warnings()) say(warning);
     for (Setting& setting : settings_)
         setting = {scene().simulation, options_.session.ambisonic_order, false, nullptr, {}};
     good_ = setting();
-    asked_ = asked_now();
+    requested_ = present_request();
     controls.sources.resize(scene().sources.size());
     other_signals_.resize(scene().sources.size());
     if (!scene().listener.path) controls.listener = scene().listener.pose;
-    hand_over();
+    send_controls();
     geometry_changed(std::move(loaded.rays));
     if (options_.osc) {
         remote_ = std::make_unique<OscRemote>(*options_.osc, *player_, source_names());
@@ -75,9 +75,9 @@ void Model::geometry_changed(std::unique_ptr<RayScene> rays) {
 }
 
 void Model::say(const std::string& text, bool is_error) {
-    constexpr std::size_t kMost = 5;
+    constexpr std::size_t kMax = 5;
     messages_.push_back({text, is_error, now_s_});
-    if (messages_.size() > kMost) messages_.pop_front();
+    if (messages_.size() > kMax) messages_.pop_front();
 }
 
 void Model::update(double now_s) {
@@ -92,7 +92,7 @@ void Model::update(double now_s) {
     if (status_.underruns > underruns) last_underrun_s_ = status_.time_s;
     if (status_.failed_changes > failed_changes_) {
         failed_changes_ = status_.failed_changes;
-        asked_.reset();
+        requested_.reset();
         say(status_.change_error, true);
         settings_[active_].simulation = good_.simulation;
         settings_[active_].ambisonic_order = good_.ambisonic_order;
@@ -142,13 +142,13 @@ SessionOptions Model::session_of(const LoadedScene& read) const {
     return session;
 }
 
-Model::Asked Model::asked_now() const {
+Model::Request Model::present_request() const {
     return {document_.now().scene, setting().simulation, setting().ambisonic_order};
 }
 
 void Model::apply() {
-    if (asked_ == asked_now()) return;
-    asked_ = asked_now();
+    if (requested_ == present_request()) return;
+    requested_ = present_request();
     Scene scene_now = scene();
     scene_now.simulation = settings_[active_].simulation;
     SessionOptions session = session_of(*document_.now().read);
@@ -162,7 +162,7 @@ bool Model::may_change() {
     return !opened_;
 }
 
-void Model::hand_over() {
+void Model::send_controls() {
     player_->adjust([this](PlayControls& now, const Pose&) {
         now = with_changes(std::move(now), known_controls_, controls);
     });
@@ -177,18 +177,18 @@ void Model::walk(const WalkInput& input, double time_s) {
 
 void Model::take_listener(const Pose& pose) {
     controls.listener = pose;
-    hand_over();
+    send_controls();
 }
 
 void Model::follow_path() {
     if (!scene().listener.path) return;
     controls.listener.reset();
-    hand_over();
+    send_controls();
 }
 
 void Model::move_source(std::size_t source, const Vec3& position) {
     controls.sources[source].position = position;
-    hand_over();
+    send_controls();
 }
 
 Model::Document Model::document_with(std::shared_ptr<const Scene> scene_now) const {
@@ -294,14 +294,14 @@ void Model::set_rays(int rays) {
     settings_[active_].simulation.rays = rays;
     settings_[active_].rays_given = true;
     controls.rays = rays;
-    hand_over();
+    send_controls();
 }
 
 void Model::switch_setting() {
     if (!may_change()) return;
     active_ = 1 - active_;
     controls.rays = setting().rays_given ? std::optional(setting().simulation.rays) : std::nullopt;
-    hand_over();
+    send_controls();
     apply();
     say(active_ == 0 ? "playing setting A" : "playing setting B");
 }
@@ -356,17 +356,17 @@ void Model::replace_materials() {
 void Model::step(void (Undo<Document>::*direction)()) {
     const auto before = document_.now().scene;
     (document_.*direction)();
-    if (document_.now().scene != before) scene_taken(*before, nullptr);
+    if (document_.now().scene != before) scene_changed(*before, nullptr);
     const Document& now = document_.now();
     for (std::size_t s = 0; s < controls.sources.size(); ++s)
         controls.sources[s].position =
             s < now.source_positions.size() ? now.source_positions[s] : std::nullopt;
-    hand_over();
+    send_controls();
     if (now.scene != before) apply();
 }
 
 /// Updates all state that depends on the scene. Builds `rays` if null and the geometry changed.
-void Model::scene_taken(const Scene& before, std::unique_ptr<RayScene> rays) {
+void Model::scene_changed(const Scene& before, std::unique_ptr<RayScene> rays) {
     const auto named = [](const Source& a, const Source& b) { return a.name == b.name; };
     if (!std::equal(scene().sources.begin(), scene().sources.end(), before.sources.begin(),
                     before.sources.end(), named)) {

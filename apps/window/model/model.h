@@ -74,8 +74,8 @@ class Model {
     double scene_time_s() const { return status_.scene_time_s; }
 
     // Playback.
-    PlayControls controls;  ///< call hand_over() after a change
-    void hand_over();
+    PlayControls controls;  ///< call send_controls() after a change
+    void send_controls();
     void walk(const WalkInput& input, double time_s);
     void take_listener(const Pose& pose);
     void follow_path();
@@ -109,7 +109,7 @@ class Model {
     const std::vector<LibraryMaterial>& library() const { return library_; }
     const std::optional<Surface>& surface() const { return surface_; }
     void pick(std::uint32_t triangle);
-    void unpick() { surface_.reset(); }
+    void deselect() { surface_.reset(); }
     const Material& surface_material() const;
     void give_material(const Material& material, bool everywhere);
     bool can_undo() const { return document_.can_undo(); }
@@ -167,17 +167,17 @@ class Model {
     bool may_change();
     /// Plays the present scene and setting; does nothing if they play already.
     void apply();
-    struct Asked {
+    struct Request {
         std::shared_ptr<const Scene> scene;
         Simulation simulation;
         int ambisonic_order = 1;
-        friend bool operator==(const Asked&, const Asked&) = default;
+        friend bool operator==(const Request&, const Request&) = default;
     };
-    Asked asked_now() const;
+    Request present_request() const;
     void step(void (Undo<Document>::*direction)());
     SessionOptions session_of(const LoadedScene& read) const;
     Document document_with(std::shared_ptr<const Scene> scene) const;
-    void scene_taken(const Scene& before, std::unique_ptr<RayScene> rays);
+    void scene_changed(const Scene& before, std::unique_ptr<RayScene> rays);
     void geometry_changed(std::unique_ptr<RayScene> rays);
     void watch_file();
     void replace_materials();
@@ -217,12 +217,12 @@ class Model {
     double last_underrun_s_ = -1;
     std::uint64_t failed_changes_ = 0;
     std::int64_t muted_before_ = 0;
-    Setting good_;                ///< the last setting that played
-    std::optional<Asked> asked_;  ///< requested of the player; empty after a failure
+    Setting good_;                      ///< the last setting that played
+    std::optional<Request> requested_;  ///< requested of the player; empty after a failure
     LoadNews load_news_;
     std::string recording_error_;
     double now_s_ = 0;
-    double file_looked_at_s_ = 0;
+    double file_checked_s_ = 0;
     std::deque<Message> messages_;
 };
 

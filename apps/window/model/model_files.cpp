@@ -74,12 +74,12 @@ void Model::begin_scene() {
         setting = {scene().simulation, setting.ambisonic_order, false, nullptr, {}};
     active_ = 0;
     good_ = setting();
-    asked_ = asked_now();
+    requested_ = present_request();
     known_controls_ = controls = {};  // the player resets its controls, too
     controls.sources.resize(scene().sources.size());
     other_signals_.assign(scene().sources.size(), "");
     if (!scene().listener.path) controls.listener = scene().listener.pose;
-    hand_over();
+    send_controls();
     request.source = 0;
     watch();
     shown_.reset();
@@ -100,8 +100,8 @@ void Model::open_next(int step_count) {
 /// Reloads the scene file after an edit; errors are shown as messages.
 void Model::watch_file() {
     constexpr double kInterval_s = 0.5;
-    if (opened_ || now_s_ < file_looked_at_s_ + kInterval_s) return;
-    file_looked_at_s_ = now_s_;
+    if (opened_ || now_s_ < file_checked_s_ + kInterval_s) return;
+    file_checked_s_ = now_s_;
     const auto changed = time_of(scene_file_);
     if (changed == file_time_) return;
     file_time_ = changed;
@@ -115,11 +115,11 @@ void Model::take_edit(Loaded loaded) {
     const auto before = document_.now().scene;
     document_.change({loaded.scene, loaded.read, {}});
     settings_[active_].simulation = loaded.scene->simulation;
-    scene_taken(*before, std::move(loaded.rays));
+    scene_changed(*before, std::move(loaded.rays));
     // Positions and rays of the file apply again.
     for (SourceControl& source : controls.sources) source.position.reset();
     controls.rays.reset();
-    hand_over();
+    send_controls();
     apply();
     // Earlier errors of the file are obsolete.
     const std::string name = scene_file_.filename().string();

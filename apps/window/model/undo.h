@@ -7,11 +7,11 @@
 
 namespace aula {
 
-/// A value with its history for undo and redo, limited to kMostSteps values.
+/// A value with its history for undo and redo, limited to kMaxSteps values.
 template <typename T>
 class Undo {
  public:
-    static constexpr std::size_t kMostSteps = 100;
+    static constexpr std::size_t kMaxSteps = 100;
 
     explicit Undo(T value) { values_.push_back(std::make_shared<const T>(std::move(value))); }
 
@@ -21,7 +21,7 @@ class Undo {
     void change(T value) {
         values_.resize(at_ + 1);
         values_.push_back(std::make_shared<const T>(std::move(value)));
-        if (values_.size() > kMostSteps) values_.erase(values_.begin());
+        if (values_.size() > kMaxSteps) values_.erase(values_.begin());
         at_ = values_.size() - 1;
     }
 

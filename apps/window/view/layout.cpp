@@ -11,7 +11,7 @@ constexpr float kPlot_em = 14;
 constexpr float kTable_em = 21;
 constexpr float kTableShare = 0.28F;
 
-float least_width(Pane pane, float em) {
+float min_width(Pane pane, float em) {
     return em * (pane == Pane::parameters ? kTable_em : kPlot_em);
 }
 
@@ -34,17 +34,17 @@ Layout window_layout(float width, float height, float em, float meters_height) {
 
 std::vector<PaneBox> panes_in(float width, float em, float gap, Pane first) {
     float needed = -gap;
-    for (const Pane pane : kPanes) needed += least_width(pane, em) + gap;
+    for (const Pane pane : kPanes) needed += min_width(pane, em) + gap;
     const bool all = needed <= width;
     const std::size_t begin = all ? 0 : static_cast<std::size_t>(first);
     std::vector<PaneBox> shown;
     float used = -gap;
     for (std::size_t i = 0; i < kPanes.size(); ++i) {
         const Pane pane = kPanes[(begin + i) % kPanes.size()];
-        const float least = least_width(pane, em);
-        if (i > 0 && used + gap + least > width) break;
-        shown.push_back({pane, least});
-        used += gap + least;
+        const float min = min_width(pane, em);
+        if (i > 0 && used + gap + min > width) break;
+        shown.push_back({pane, min});
+        used += gap + min;
     }
     // The plots share the remaining width. The table takes its share of a wide strip.
     float left = width - used;

@@ -10,12 +10,12 @@
 namespace aula {
 
 void PatchField::cover(const Vec3& low, const Vec3& high, float patch_size_m) {
-    constexpr float kMostCells = 1.5e6F;
+    constexpr float kMaxCells = 1.5e6F;
     cell_m_ = std::max(patch_size_m / 2, 0.01F);
     for (;; cell_m_ *= 2) {
         size_ = glm::ivec3(glm::ceil((high - low) / cell_m_)) + 1;
         const glm::vec3 cells(size_);
-        if (6 * cells.x * cells.y * cells.z <= kMostCells) break;
+        if (6 * cells.x * cells.y * cells.z <= kMaxCells) break;
     }
     origin_ = low;
     const auto count = 6 * static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y) *

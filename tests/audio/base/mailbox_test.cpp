@@ -66,9 +66,9 @@ TEST_CASE("A mailbox frees its values and those that the writer never reclaims")
 
 TEST_CASE("A reader that holds the largest number of values does not block the writer") {
     REQUIRE(Letter::alive == 0);
-    const std::size_t most = GENERATE(std::size_t{1}, std::size_t{2}, std::size_t{8});
+    const std::size_t max = GENERATE(std::size_t{1}, std::size_t{2}, std::size_t{8});
     {
-        Mailbox<Letter> mailbox(most);
+        Mailbox<Letter> mailbox(max);
         std::deque<Letter*> held;
         int last = 0;
         for (int i = 1; i <= 1000; ++i) {
@@ -80,7 +80,7 @@ TEST_CASE("A reader that holds the largest number of values does not block the w
             CHECK(letter->number == i);
             last = i;
             held.push_back(letter);
-            if (held.size() < most) continue;
+            if (held.size() < max) continue;
             // Sometimes all values are returned, which fills the ring of spent values.
             do {
                 mailbox.give_back(held.front());

@@ -225,12 +225,12 @@ TEST_CASE("A thread that gives way and its children have a higher nice value, no
     int of_child = 0;
     int of_nicer = 0;
     std::thread([&] {
-        give_way(10);
+        lower_priority(10);
         of_thread = nice();
         std::thread([&] { of_child = nice(); }).join();
         // A higher nice value is kept.
-        give_way(15);
-        give_way(10);
+        lower_priority(15);
+        lower_priority(10);
         of_nicer = nice();
     }).join();
     CHECK(of_thread == std::max(before, 10));
@@ -255,7 +255,7 @@ TEST_CASE("A thread that gives way has short time slices if the system supports 
     };
     const bool known = ask(usual);
     std::thread([&] {
-        give_way(10);
+        lower_priority(10);
         ask(short_ones);
     }).join();
     if (!known || usual.runtime_ns == 0) {

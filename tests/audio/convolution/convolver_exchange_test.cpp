@@ -6,8 +6,8 @@
 #include <numbers>
 #include <vector>
 
-#include "aula/audio/convolver.h"
 #include "audio/dsp/fade.h"
+#include "aula/audio/convolver.h"
 #include "tests/audio/convolution/convolution.h"
 
 using namespace aula;
@@ -112,18 +112,18 @@ TEST_CASE("A filter is used until every level has released it and uses a newer o
     const Signals inputs = random_signals(1, 64000, 5);
     Signals outputs(1, Signal(64000));
     std::size_t now = 0;
-    std::size_t most = 0;
+    std::size_t max = 0;
     for (const ConvolutionFilter& filter : filters) {
         convolver.exchange(&filter);
         for (std::size_t i = 0; i < kFade / 128; ++i, now += 128) {
             run(convolver, inputs, outputs, now, now + 128, {128});
             const auto used = [&](const ConvolutionFilter& f) { return convolver.uses(&f); };
-            most = std::max(most, static_cast<std::size_t>(
-                                      std::count_if(filters.begin(), filters.end(), used)));
+            max = std::max(
+                max, static_cast<std::size_t>(std::count_if(filters.begin(), filters.end(), used)));
         }
     }
-    CHECK(most > 2);
-    CHECK(most <= convolver.most_filters());
+    CHECK(max > 2);
+    CHECK(max <= convolver.max_filters());
     // The last level takes the filter within a segment and computes with it in the next one.
     const std::size_t finished = (now / longest + 3) * longest;
     run(convolver, inputs, outputs, now, finished, {128});
@@ -144,7 +144,7 @@ TEST_CASE("A convolver uses at most the stated number of filters at a time, and 
     // Each of four levels uses two if its partitions are much longer than those of the level before
     // and filters are exchanged as fast as the first level allows.
     const ConvolutionShape shape{1, 1, 16, 192000};
-    REQUIRE(partition_levels(shape).size() == kMostLevels);
+    REQUIRE(partition_levels(shape).size() == kMaxLevels);
     constexpr std::size_t kShortFade = 16;
     std::vector<ConvolutionFilter> filters;
     FilterTransform transform(shape);
@@ -154,18 +154,18 @@ TEST_CASE("A convolver uses at most the stated number of filters at a time, and 
     const Signals inputs(1, Signal(16));
     Signals outputs(1, Signal(16));
     std::vector<const ConvolutionFilter*> used;
-    std::size_t most = 0;
+    std::size_t max = 0;
     for (const ConvolutionFilter& filter : filters) {
         convolver.exchange(&filter);
         used.push_back(&filter);
-        most = std::max(most, used.size());
+        max = std::max(max, used.size());
         do {
             run(convolver, inputs, outputs, 0, 16, {16});
             std::erase_if(used, [&](const auto* f) { return !convolver.uses(f); });
         } while (convolver.fading());
     }
-    CHECK(convolver.most_filters() == 2 * kMostLevels);
-    CHECK(most == convolver.most_filters());
+    CHECK(convolver.max_filters() == 2 * kMaxLevels);
+    CHECK(max == convolver.max_filters());
 }
 
 TEST_CASE("The weights of a crossfade sum to one") {

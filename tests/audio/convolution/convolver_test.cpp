@@ -134,7 +134,7 @@ TEST_CASE("Levels of partitions are contiguous and start at their earliest tap")
                 const ConvolutionShape shape{1, outputs, block, taps};
                 const std::vector<PartitionLevel> levels = partition_levels(shape);
                 CAPTURE(block, taps, outputs, levels.size());
-                CHECK(levels.size() <= kMostLevels);
+                CHECK(levels.size() <= kMaxLevels);
                 CHECK(levels[0].size >= block);
                 CHECK(levels[0].first_tap == 0);
                 for (std::size_t l = 1; l < levels.size(); ++l) {

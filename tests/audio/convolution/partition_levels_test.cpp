@@ -42,20 +42,20 @@ double cost(const ConvolutionShape& shape, const std::vector<PartitionLevel>& le
 }
 
 /// The least cost of all partitionings, by enumeration of the sets of sizes.
-double least_cost(const ConvolutionShape& shape) {
+double min_cost(const ConvolutionShape& shape) {
     const std::size_t head = std::max<std::size_t>(16, std::bit_ceil(shape.block));
     std::vector<std::size_t> larger;
     for (std::size_t size = 2 * head; size <= 8192; size *= 2) larger.push_back(size);
-    double least = std::numeric_limits<double>::infinity();
+    double min = std::numeric_limits<double>::infinity();
     for (unsigned set = 0; set < 1U << larger.size(); ++set) {
-        if (std::popcount(set) >= static_cast<int>(kMostLevels)) continue;
+        if (std::popcount(set) >= static_cast<int>(kMaxLevels)) continue;
         std::vector<std::size_t> sizes{head};
         for (std::size_t i = 0; i < larger.size(); ++i)
             if ((set >> i & 1U) != 0) sizes.push_back(larger[i]);
         const std::vector<PartitionLevel> levels = levels_of(shape, sizes);
-        if (!levels.empty()) least = std::min(least, cost(shape, levels));
+        if (!levels.empty()) min = std::min(min, cost(shape, levels));
     }
-    return least;
+    return min;
 }
 
 }  // namespace
@@ -69,7 +69,7 @@ TEST_CASE("The partitioning has the least cost of all with at most four levels")
                     const std::vector<PartitionLevel> levels = partition_levels(shape);
                     CAPTURE(block, taps, inputs, outputs, levels.size());
                     // Rounding: the terms are summed in another order.
-                    CHECK(cost(shape, levels) == Approx(least_cost(shape)).epsilon(1e-12));
+                    CHECK(cost(shape, levels) == Approx(min_cost(shape)).epsilon(1e-12));
                 }
             }
         }

@@ -134,9 +134,9 @@ TEST_CASE("The reserve is at most 0.2 s for any number of interruptions") {
         line.write(line.buffer().reserve() + kBlock);
         line.read(line.buffer().reserve() / kBlock + 3);
     }
-    constexpr std::size_t kMost = 9600;
-    CHECK(line.buffer().reserve() > kMost - kBlock);
-    CHECK(line.buffer().reserve() <= kMost);
+    constexpr std::size_t kMax = 9600;
+    CHECK(line.buffer().reserve() > kMax - kBlock);
+    CHECK(line.buffer().reserve() <= kMax);
 }
 
 TEST_CASE("Dropping surplus input keeps the reserve, which compensates a late block") {

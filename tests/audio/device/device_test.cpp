@@ -63,19 +63,19 @@ std::string message_of(const std::string& wanted, double rate_hz, std::size_t ch
 namespace {
 
 /// Number of samples of a recording of Tone that differ from those a period before.
-std::size_t breaks_in(const std::vector<float>& heard) {
+std::size_t count_discontinuities(const std::vector<float>& heard) {
     std::size_t first = 0;
     while (first < heard.size() && heard[first] == 0) ++first;
     // The two channels are connected one after the other. At least nine seconds are recorded after
     // that.
     first += 4800;
     REQUIRE(heard.size() > first + 9 * 48000);
-    std::size_t breaks = 0;
+    std::size_t count = 0;
     for (std::size_t n = first + 48; n < heard.size(); ++n) {
-        if (heard[n] != heard[n - 48]) ++breaks;
+        if (heard[n] != heard[n - 48]) ++count;
     }
     CHECK(*std::max_element(heard.begin(), heard.end()) == 0.5F);
-    return breaks;
+    return count;
 }
 
 }  // namespace
@@ -100,14 +100,14 @@ TEST_CASE("Ten seconds of a tone are played in time and without a gap") {
         device.start();
         const bool in_time = recording.in_time();
         CHECK(device.active());
-        CHECK(device.meter().own_underruns() == 0);
+        CHECK(device.meter().rendering_underruns() == 0);
         CHECK(device.meter().load() > 0);
         CHECK(device.meter().mean_load() > 0);
         CHECK(device.meter().worst_load() >= device.meter().load());
         device.stop();
         CHECK_FALSE(device.active());
         if (in_time) {
-            CHECK(breaks_in(read_sound(file, kRate_hz).samples) == 0);
+            CHECK(count_discontinuities(read_sound(file, kRate_hz).samples) == 0);
             return;
         }
         std::filesystem::remove(file);
@@ -167,7 +167,7 @@ TEST_CASE("A device is lost when its server dies, and plays again when the serve
     server.reset();
     CHECK(comes([&] { return device.state() == DeviceState::lost; }));
     device.stop();
-    CHECK(device.state() == DeviceState::gone);
+    CHECK(device.state() == DeviceState::unavailable);
 }
 
 TEST_CASE("Sound starts without a fade, and fades in after a reconnection") {

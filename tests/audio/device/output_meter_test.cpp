@@ -14,12 +14,12 @@ TEST_CASE("A late callback is the program's fault if it computed long, otherwise
         double cpu;
         std::optional<UnderrunCause> cause;
     };
-    const Case c =
-        GENERATE(Case{0.9, 0.9, std::nullopt}, Case{0.99, 0.1, std::nullopt},
-                 Case{1.1, 1.05, UnderrunCause::ours},
-                 // Partly not scheduled, but computing for more than half of the block.
-                 Case{1.3, 0.6, UnderrunCause::ours}, Case{1.1, 0.1, UnderrunCause::machine},
-                 Case{20, 0.4, UnderrunCause::machine});
+    const Case c = GENERATE(Case{0.9, 0.9, std::nullopt}, Case{0.99, 0.1, std::nullopt},
+                            Case{1.1, 1.05, UnderrunCause::rendering},
+                            // Partly not scheduled, but computing for more than half of the block.
+                            Case{1.3, 0.6, UnderrunCause::rendering},
+                            Case{1.1, 0.1, UnderrunCause::scheduling},
+                            Case{20, 0.4, UnderrunCause::scheduling});
     CAPTURE(c.wall, c.cpu);
     CHECK(lateness_cause(c.wall * kSound_s, c.cpu * kSound_s, kSound_s) == c.cause);
 }
@@ -32,9 +32,9 @@ TEST_CASE("An underrun after callbacks in time is attributed to the host") {
     meter.begin(true);
     meter.end(256);
     CHECK(meter.underruns() == 1);
-    CHECK(meter.own_underruns() == 0);
+    CHECK(meter.rendering_underruns() == 0);
     REQUIRE(meter.first_underruns().size() == 1);
-    CHECK(meter.first_underruns()[0].cause == UnderrunCause::host);
+    CHECK(meter.first_underruns()[0].cause == UnderrunCause::sound_system);
     CHECK(meter.first_underruns()[0].time_s == Approx(256 * 3600.0));
 }
 
@@ -46,8 +46,8 @@ TEST_CASE("An underrun after a callback that computed too long is attributed to 
     meter.begin(true);
     meter.end(1);
     REQUIRE(meter.first_underruns().size() == 1);
-    CHECK(meter.first_underruns()[0].cause == UnderrunCause::ours);
-    CHECK(meter.own_underruns() == 1);
+    CHECK(meter.first_underruns()[0].cause == UnderrunCause::rendering);
+    CHECK(meter.rendering_underruns() == 1);
 }
 
 TEST_CASE(
@@ -62,9 +62,9 @@ TEST_CASE(
     for (int call = 0; call < 40; ++call) meter.count_call(0.1 * kSound_s, 0.1 * kSound_s, kBlock);
     meter.begin(true);
     REQUIRE(meter.first_underruns().size() == 2);
-    CHECK(meter.first_underruns()[0].cause == UnderrunCause::machine);
-    CHECK(meter.first_underruns()[1].cause == UnderrunCause::host);
-    CHECK(meter.own_underruns() == 0);
+    CHECK(meter.first_underruns()[0].cause == UnderrunCause::scheduling);
+    CHECK(meter.first_underruns()[1].cause == UnderrunCause::sound_system);
+    CHECK(meter.rendering_underruns() == 0);
     CHECK(meter.worst_load() == Approx(1.5));
 }
 
@@ -84,7 +84,7 @@ TEST_CASE("A gap is attributed to the preceding late callback for any block dura
     meter.count_call(1.1 * kSound_s, 1.05 * kSound_s, kBlock);
     meter.begin(true);
     REQUIRE(meter.first_underruns().size() == 1);
-    CHECK(meter.first_underruns()[0].cause == UnderrunCause::ours);
+    CHECK(meter.first_underruns()[0].cause == UnderrunCause::rendering);
 }
 
 TEST_CASE(
@@ -119,7 +119,7 @@ TEST_CASE("After late callbacks of both kinds a gap is the program's fault") {
             meter.count_call(2 * kSound_s, (ours ? 1.5 : 0.1) * kSound_s, 256);
         meter.begin(true);
         CAPTURE(ours_first);
-        CHECK(meter.own_underruns() == 1);
+        CHECK(meter.rendering_underruns() == 1);
         CHECK(meter.underruns() == 1);
     }
 }
@@ -134,9 +134,9 @@ TEST_CASE("A gap is attributed to a late callback up to 0.2 s after it") {
         return meter.first_underruns().at(0).cause;
     };
     // The late callback began its block at time 0, the gap is reported after blocks + 1 of them.
-    CHECK(cause_after(0) == UnderrunCause::ours);
-    CHECK(cause_after(19) == UnderrunCause::ours);
-    CHECK(cause_after(20) == UnderrunCause::host);
+    CHECK(cause_after(0) == UnderrunCause::rendering);
+    CHECK(cause_after(19) == UnderrunCause::rendering);
+    CHECK(cause_after(20) == UnderrunCause::sound_system);
 }
 
 TEST_CASE("All underruns are counted, the first 64 are kept with their times") {
@@ -150,7 +150,7 @@ TEST_CASE("All underruns are counted, the first 64 are kept with their times") {
     REQUIRE(kept.size() == 64);
     for (std::size_t i = 0; i < kept.size(); ++i) {
         CHECK(kept[i].time_s == Approx(0.25 * static_cast<double>(i)));
-        CHECK(kept[i].cause == UnderrunCause::host);
+        CHECK(kept[i].cause == UnderrunCause::sound_system);
     }
 }
 

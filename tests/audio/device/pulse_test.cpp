@@ -116,7 +116,7 @@ TEST_CASE(
         // One thread of PortAudio, one of PulseAudio.
         if (device.meter().realtime()) CHECK(realtime_threads() == others + 2);
     }
-    CHECK(device.meter().own_underruns() == 0);
+    CHECK(device.meter().rendering_underruns() == 0);
     const std::vector<float> heard = read_sound(file, kRate_hz).samples;
     const auto loud =
         std::count_if(heard.begin(), heard.end(), [](float x) { return std::abs(x) > 0.4F; });

@@ -13,8 +13,8 @@ TEST_CASE("Fade-in and fade-out weights sum to one in any blocks") {
     std::vector<float> in(150, 1.0F);
     std::vector<float> out(150, 1.0F);
     for (std::size_t done = 0; done < in.size(); done += 30) {
-        fade.rise(std::span(in).subspan(done, 30));
-        fade.fall(std::span(out).subspan(done, 30));
+        fade.fade_in(std::span(in).subspan(done, 30));
+        fade.fade_out(std::span(out).subspan(done, 30));
         fade.advance(30);
     }
     CHECK(fade.done());
@@ -33,7 +33,7 @@ TEST_CASE("A reversed fade continues from its present weight") {
     fade.start();
     fade.advance(30);
     const float before = fade.weight(0);
-    fade.turn_back();
+    fade.reverse();
     // At most one step of the curve: pi / 200 at the steepest point.
     CHECK(double{1 - fade.weight(0)} == Approx(double{before}).margin(0.016));
     fade.advance(30);

@@ -184,27 +184,27 @@ TEST_CASE("The limiter's output does not depend on the size of its calls, to the
     const auto with_calls = [&](std::size_t call) {
         Stereo signal = in;
         Limiter limiter(kRate_hz, 2, 4096);
-        float least = 1;
+        float min = 1;
         std::size_t muted = 0;
         for (std::size_t done = 0; done < signal[0].size(); done += call) {
             const std::size_t n = std::min(call, signal[0].size() - done);
             const std::array<float*, 2> channels{signal[0].data() + done, signal[1].data() + done};
             limiter.process(channels, static_cast<int>(n));
-            least = std::min(least, limiter.least_gain());
+            min = std::min(min, limiter.min_gain());
             muted += limiter.muted_samples();
         }
         CHECK(muted == 1);
-        return std::pair{signal, least};
+        return std::pair{signal, min};
     };
-    const auto [whole, least] = with_calls(4096);
+    const auto [whole, min] = with_calls(4096);
     // The largest peak is (0.2 + 2)^2 or more.
-    CHECK(least < kCeiling / 4.5F);
+    CHECK(min < kCeiling / 4.5F);
     for (const std::size_t call : {1U, 7U, 256U, 1000U}) {
         CAPTURE(call);
-        const auto [parts, least_of_parts] = with_calls(call);
+        const auto [parts, min_of_parts] = with_calls(call);
         CHECK(parts[0] == whole[0]);
         CHECK(parts[1] == whole[1]);
-        CHECK(least_of_parts == least);
+        CHECK(min_of_parts == min);
     }
 }
 

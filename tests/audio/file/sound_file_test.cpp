@@ -75,7 +75,7 @@ TEST_CASE("A float WAV file is read back exactly") {
     const SoundClip clip = read_sound(folder / "a.wav", 48000);
     CHECK(clip.samples == samples);
     CHECK(clip.warnings.empty());
-    CHECK(sound_info(folder / "a.wav").frames == 4);
+    CHECK(sound_info(folder / "a.wav").samples == 4);
     CHECK(sound_info(folder / "a.wav").sample_rate_hz == 48000);
 }
 
@@ -369,7 +369,7 @@ TEST_CASE("Every format, sample rate and number of channels is written and read 
         CAPTURE(rate_hz, channels, error);
         CHECK(info.sample_rate_hz == rate_hz);
         CHECK(info.channels == static_cast<int>(channels));
-        CHECK(info.frames == kFrames);
+        CHECK(info.samples == kFrames);
         const SoundClip clip = read_sound(file, rate_hz);
         REQUIRE(clip.samples.size() == kFrames);
         CHECK(clip.sample_rate_hz == rate_hz);

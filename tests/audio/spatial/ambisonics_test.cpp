@@ -275,5 +275,5 @@ TEST_CASE("The order of a channel and the channels of an order belong together")
         for (int m = -order; m <= order; ++m) CHECK(order_of_channel(channel++) == order);
         CHECK(ambisonic_channels(order) == channel);
     }
-    CHECK(channel == kMostAmbisonicChannels);
+    CHECK(channel == kMaxAmbisonicChannels);
 }

@@ -350,16 +350,16 @@ TEST_CASE("The level of a path that turns about the head within a frame is const
     sound.direct = path_of(480, 1, {0, 1, 0});
     player.publish({sound});
     player.play_until(kSamples);
-    double least = 1;
+    double min = 1;
     for (std::size_t n = 4096; n < kSamples; ++n) {
         REQUIRE(double{player.output(0)[n]} == Approx(1).margin(1e-4));  // rounding
-        least = std::min(least, std::hypot(double{player.output(1)[n]}, double{player.output(2)[n]},
-                                           double{player.output(3)[n]}));
+        min = std::min(min, std::hypot(double{player.output(1)[n]}, double{player.output(2)[n]},
+                                       double{player.output(3)[n]}));
     }
     // Encodings are interpolated linearly from block to block, over at most 18 degrees in the
     // middle of the quarter turn: cos 9 = 0.988. Linear interpolation over the whole turn would
     // give 0.71.
-    CHECK(least > 0.985);
+    CHECK(min > 0.985);
     CHECK(double{player.output(1)[kSamples - 1]} == Approx(1).margin(1e-4));
 }
 

@@ -148,15 +148,15 @@ TEST_CASE("what does not fit in memory is forgotten, oldest first") {
     constexpr std::size_t kBytes = 100'000;
     DiffusePathCache cache(readout, 1000, kBytes);
     std::uint64_t path = 0;
-    std::size_t most_in_a_frame = 0;
+    std::size_t max_frame_bytes = 0;
     for (int f = 0; f < 200; ++f) {
         std::vector<Arrival> arrivals;
         for (int i = 0; i < 50; ++i) arrivals.push_back(arrival(++path, 5, 1));
         cache.add_frame(arrivals, kRays);
-        most_in_a_frame = std::max(most_in_a_frame, cache.memory_bytes());
+        max_frame_bytes = std::max(max_frame_bytes, cache.memory_bytes());
     }
     // The bound holds before a frame's own arrivals: 50 entries of less than 1 kB.
-    CHECK(most_in_a_frame < kBytes + 50'000);
+    CHECK(max_frame_bytes < kBytes + 50'000);
     CHECK(cache.find({path, path}));
     CHECK_FALSE(cache.find({1, 1}));
     // The energy of what is left stays right: 50 arrivals of energy 1 in each frame.

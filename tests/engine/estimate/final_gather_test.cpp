@@ -119,17 +119,17 @@ struct Rows {
 
 /// The largest difference of any energy or direction, over the largest energy of a bin.
 double worst(const EnergyResponse& a, const EnergyResponse& b) {
-    double most = 0;
+    double max = 0;
     double difference = 0;
     for (std::size_t k = 0; k < a.bins.count(); ++k) {
-        most = std::max(most, double{b.energy[k].sum()});
+        max = std::max(max, double{b.energy[k].sum()});
         for (std::size_t band = 0; band < kBandCount; ++band) {
             difference =
                 std::max(difference, double{std::abs(a.energy[k][band] - b.energy[k][band])});
         }
         difference = std::max(difference, double{glm::length(a.direction[k] - b.direction[k])});
     }
-    return most > 0 ? difference / most : difference;
+    return max > 0 ? difference / max : difference;
 }
 
 GatherHit hit_of(std::uint32_t patch, float length_m, bool late) {

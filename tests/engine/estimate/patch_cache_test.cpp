@@ -213,8 +213,8 @@ TEST_CASE("after a step within reach each new frame takes the place of one from 
 
 TEST_CASE("a listener's directions are those of the frames that are left, to the bit") {
     // Frames that leave one by one, and most of them together.
-    const bool stands_first = GENERATE(false, true);
-    CAPTURE(stands_first);
+    const bool static_first = GENERATE(false, true);
+    CAPTURE(static_first);
     std::mt19937_64 random(10);
     std::uniform_real_distribution<float> uniform(0, 1);
     constexpr int kFrames = 30;
@@ -234,7 +234,7 @@ TEST_CASE("a listener's directions are those of the frames that are left, to the
         }
         DepositBatch again = batch;
         // Steps within reach, so that the window alone decides; at last or all the time.
-        const int steps = stands_first ? std::max(0, f - (kFrames - 2)) : f;
+        const int steps = static_first ? std::max(0, f - (kFrames - 2)) : f;
         const PatchCache::State state{static_cast<std::uint64_t>(f),
                                       Vec3(1e-4F * static_cast<float>(steps), 0, 0), 0};
         fresh.advance(state, workers);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr float kRadius_m = 0.5F;
 constexpr int kRays = 10;
-constexpr std::size_t kMost = 20;
+constexpr std::size_t kMax = 20;
 constexpr std::size_t kMemory_bytes = 1 << 20;
 
 /// A segment from the origin along x, as of a path that was 3 m long.
@@ -27,7 +27,7 @@ DepositBatch one_segment(float length_m = 100) {
 }
 
 SegmentCache window(std::size_t memory_bytes = kMemory_bytes) {
-    return {4, 0.5F, Bands{}, kMost, memory_bytes};
+    return {4, 0.5F, Bands{}, kMax, memory_bytes};
 }
 
 /// Frames of one segment each, the emitter moving on by `step_m` from frame to frame.
@@ -100,7 +100,7 @@ TEST_CASE("air takes its share of a segment up to the receiver") {
     Bands attenuation_per_m;
     attenuation_per_m[6] = 0.008F;
     attenuation_per_m[7] = 0.024F;
-    SegmentCache segments(4, 0.5F, attenuation_per_m, kMost, kMemory_bytes);
+    SegmentCache segments(4, 0.5F, attenuation_per_m, kMax, kMemory_bytes);
     run(segments, 0, 1);
     for (const float x : {2.0F, 50.0F}) {
         const EnergyResponse response = heard(segments, Vec3(x, 0.3F, 0), 1.0 / kRays);
@@ -119,7 +119,7 @@ TEST_CASE("segments of an emitter that stands are kept until newer ones need the
     CHECK(segments.is_current());
     CHECK_FALSE(segments.full());
     run(segments, 15, 15);
-    CHECK(segments.rays() == kMost * kRays);
+    CHECK(segments.rays() == kMax * kRays);
     CHECK(segments.full());
     // The window's four frames stay where segments are many, but for want of memory.
     SegmentCache crowded = {4, 0.5F, Bands{}, 1, kMemory_bytes};

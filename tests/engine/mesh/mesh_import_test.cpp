@@ -181,7 +181,7 @@ TEST_CASE("pipes, sockets, folders and devices are refused as meshes and buffers
 TEST_CASE("a mesh file above the limit is refused before it is read") {
     const TemporaryFolder folder;
     const auto file = folder.write("large.obj", kQuadObj);
-    std::filesystem::resize_file(file, aula::kMostMeshBytes + 1);  // sparse
+    std::filesystem::resize_file(file, aula::kMaxMeshBytes + 1);  // sparse
     CHECK_THROWS_WITH(aula::import_mesh(file), Contains("1073741825 bytes; expected at most"));
 }
 

@@ -139,7 +139,7 @@ TEST_CASE("material names of an OBJ may contain spaces, number signs and invalid
 TEST_CASE("a face of more corners than the limit is refused, one at the limit is triangulated") {
     std::string vertices;
     std::string face = "f";
-    for (std::size_t i = 0; i < aula::kMostCorners; ++i) {
+    for (std::size_t i = 0; i < aula::kMaxCorners; ++i) {
         // A comb: neighbours prevent cutting off every second corner.
         vertices += "v " + std::to_string(i) + (i % 2 == 0 ? " 100 0\n" : " 200 0\n");
         face += " " + std::to_string(i + 1);

@@ -20,8 +20,8 @@ struct Surveyed {
     PatchGrid grid;
 
     Surveyed(const Scene& scene, float patch_size_m, const Vec3& inside,
-             double most_patches = std::numeric_limits<double>::infinity())
-        : rays(scene), grid(rays, patch_size_m, {&inside, 1}, 1, workers, most_patches) {}
+             double max_patches = std::numeric_limits<double>::infinity())
+        : rays(scene), grid(rays, patch_size_m, {&inside, 1}, 1, workers, max_patches) {}
 
     /// Sum of the areas of all patches that rays from a point see.
     double seen_area_m2(const Vec3& from, int count) {
@@ -80,8 +80,9 @@ TEST_CASE("points off a wall have one patch wherever it is to a fraction of a mi
             REQUIRE(near != PatchGrid::kNone);
             CHECK(s.grid.area_m2(near) == Approx(0.25).epsilon(1e-3));
             // Exact: points after longer ways are further off, by a few micrometres.
-            for (const float way_m : {1.0F, 3.0F, 8.0F}) {
-                CHECK(s.grid.find(wall + RayScene::offset_after(way_m) * normal, normal) == near);
+            for (const float distance_m : {1.0F, 3.0F, 8.0F}) {
+                CHECK(s.grid.find(wall + RayScene::offset_after(distance_m) * normal, normal) ==
+                      near);
             }
         }
     }
@@ -192,27 +193,27 @@ Scene room_with_sliding_block(const Vec3& size, const Vec3& begin, const Vec3& e
 TEST_CASE("the extent of a grid is that of the whole one") {
     const Vec3 inside(2, 2, 1.4F);
     const Scene scene = room(test::box(Vec3(5, 4, 3), 0, Vec3(0)), inside);
-    for (const double most : {100.0, 1e5}) {
-        const Surveyed s(scene, 0.25F, inside, most);
-        const PatchGrid::Extent extent = PatchGrid::extent(s.rays, 0.25F, {&inside, 1}, 1, most);
+    for (const double max : {100.0, 1e5}) {
+        const Surveyed s(scene, 0.25F, inside, max);
+        const PatchGrid::Extent extent = PatchGrid::extent(s.rays, 0.25F, {&inside, 1}, 1, max);
         CHECK(extent.reached == s.grid.reached());
         CHECK(extent.patch_size_m == s.grid.patch_size_m());
     }
 }
 
 TEST_CASE("what moves has its part of the most patches") {
-    constexpr double kMost = 400;
+    constexpr double kMax = 400;
     constexpr double kBlock_m2 = 48;
     Scene scene = room_with_sliding_block(Vec3(3, 3, 2.5F), Vec3(3, 0.5F, 0), Vec3(4, 0.5F, 0), 1);
     const auto with_block = [&](const PatchGrid& grid) {
         const auto size_m = double{grid.patch_size_m()};
         return static_cast<double>(grid.reached()) + 4 * kBlock_m2 / (size_m * size_m);
     };
-    CHECK(with_block(Surveyed(scene, 0.25F, kBesideBlock, kMost).grid) <= kMost);
+    CHECK(with_block(Surveyed(scene, 0.25F, kBesideBlock, kMax).grid) <= kMax);
     // Companion: a block that stands, of which as few patches count as sound reaches.
     scene.objects.back().path.reset();
     for (Vec3& v : scene.objects.back().vertices) v += Vec3(3, 0.5F, 0);
-    CHECK(with_block(Surveyed(scene, 0.25F, kBesideBlock, kMost).grid) > kMost);
+    CHECK(with_block(Surveyed(scene, 0.25F, kBesideBlock, kMax).grid) > kMax);
 }
 
 TEST_CASE("patches that an object has left are given up") {

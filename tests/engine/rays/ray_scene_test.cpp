@@ -91,7 +91,7 @@ TEST_CASE("among few triangles, tried one by one, rays hit what they hit in a hi
         return Vec3(5 * random.uniform(), 4 * random.uniform(), 3 * random.uniform());
     };
     Object soup;
-    while (soup.triangles.size() + 12 < BruteForceIntersector::kMost) {
+    while (soup.triangles.size() + 12 < BruteForceIntersector::kMax) {
         const auto first = static_cast<std::uint32_t>(soup.vertices.size());
         const bool degenerate = soup.triangles.size() % 5 == 0;
         soup.vertices.insert(soup.vertices.end(), {somewhere(), somewhere(), somewhere()});
@@ -132,7 +132,7 @@ TEST_CASE("among few triangles, tried one by one, rays hit what they hit in a hi
 TEST_CASE("no ray leaks through the edges of a room of few triangles") {
     const Scene icosahedron = test::grey_room(test::icosphere(2, 0), 0.1F, 1, Vec3(0), Vec3(0));
     const RayScene scene(icosahedron);
-    REQUIRE(scene.triangle_count() <= BruteForceIntersector::kMost);
+    REQUIRE(scene.triangle_count() <= BruteForceIntersector::kMax);
     RandomStream random(6);
     std::vector<Ray> rays;
     for (int i = 0; i < 20000; ++i) {
@@ -233,9 +233,9 @@ TEST_CASE("a moving triangle in the place of another leaves it when it moves") {
 
 TEST_CASE("the scene has moved as far as the object that moved farthest") {
     Scene scene = test::grey_room(test::box(Vec3(10, 4, 3)), 0.1F, 1, Vec3(1), Vec3(2));
-    for (const float way_m : {0.2F, 2.0F, 0.1F}) {
+    for (const float distance_m : {0.2F, 2.0F, 0.1F}) {
         Object object = test::box(Vec3(0.1F));
-        object.path = Trajectory{{{0, {Vec3(2)}}, {1, {Vec3(2) + Vec3(way_m, 0, 0)}}}, false};
+        object.path = Trajectory{{{0, {Vec3(2)}}, {1, {Vec3(2) + Vec3(distance_m, 0, 0)}}}, false};
         scene.objects.push_back(object);
     }
     RayScene rays(scene);

@@ -373,7 +373,7 @@ TEST_CASE("responses longer than four seconds have no gaps and the right energy 
     constexpr std::size_t kWindow = 480;
     double heard = 0;
     double wanted = 0;
-    double least = 1;
+    double min = 1;
     // The last bin fades out.
     const auto end = static_cast<std::size_t>(r.bins.begin_s(r.bins.count() - 1) * kRate_hz);
     for (std::size_t n = 4 * 48000; n + kWindow <= end; n += kWindow) {
@@ -385,11 +385,11 @@ TEST_CASE("responses longer than four seconds have no gaps and the right energy 
             power((static_cast<double>(n) + kWindow / 2.0) / kRate_hz) * kWindow / kRate_hz * sum;
         heard += energy;
         wanted += exact;
-        least = std::min(least, energy / exact);
+        min = std::min(min, energy / exact);
     }
     // Statistical: 360 degrees of freedom per window, 7.5 %; the smallest of 150 windows is within
     // four standard deviations. The total of levelled carriers is within 0.5 %.
-    CHECK(least > 0.7);
+    CHECK(min > 0.7);
     CHECK(heard / wanted == Approx(1).epsilon(0.02));
 }
 
@@ -474,16 +474,16 @@ TEST_CASE("tails of different sources are uncorrelated at every lag") {
         }
         return sum / std::sqrt(energy_of(a) * energy_of(b));
     };
-    double most = 0;
+    double max = 0;
     for (int lag = 0; lag < 2400; ++lag) {
         for (const std::size_t c : {0U, 1U}) {
-            most = std::max({most, std::abs(at_lag(left.channels[0], right.channels[c], lag)),
-                             std::abs(at_lag(right.channels[c], left.channels[0], lag))});
+            max = std::max({max, std::abs(at_lag(left.channels[0], right.channels[c], lag)),
+                            std::abs(at_lag(right.channels[c], left.channels[0], lag))});
         }
     }
     // Statistical: 19,200 degrees of freedom, 0.7 %; the largest of 9600 is within 5 standard
     // deviations.
-    CHECK(most < 0.04);
+    CHECK(max < 0.04);
 }
 
 TEST_CASE("a source uses less than 2 MB besides the shared carriers at 2 s and any order") {
@@ -556,8 +556,7 @@ TEST_CASE("the impulse response has the right energy at other sample rates") {
     const EnergyResponse r = decay(0.3, all(0.5), all(1));
     for (const double rate_hz : {8000.0, 22050.0, 44100.0, 96000.0}) {
         ImpulseResponse ir;
-        ImpulseResponseBuilder(aula::make_noise_carriers(rate_hz, 1), 0.3, "source")
-            .build(r, ir);
+        ImpulseResponseBuilder(aula::make_noise_carriers(rate_hz, 1), 0.3, "source").build(r, ir);
         CHECK(ir.channels[0].size() == static_cast<std::size_t>(0.3 * rate_hz + 0.5));
         CHECK(energy_of(ir.channels[0]) == Approx(kFourPi * r.total(0)).epsilon(0.03));
     }

@@ -27,7 +27,7 @@ TEST_CASE("the carriers are periodic without a discontinuity") {
     for (std::size_t b = 0; b < kBandCount; ++b) {
         const std::int16_t* const over_end = carriers().read(b, kPeriod_samples - kBefore, 0);
         const std::int16_t* const start = carriers().read(b, 0, kPeriod_samples);
-        CHECK(std::equal(start, start + NoiseCarriers::kMostRead_samples - kBefore,
+        CHECK(std::equal(start, start + NoiseCarriers::kMaxRead_samples - kBefore,
                          over_end + kBefore));
         // A discontinuity would be a step, whose second difference is far above those of the noise
         // in a low band.
@@ -84,7 +84,7 @@ TEST_CASE("the place of a source depends on its name and the seed only") {
 
 TEST_CASE("the channels of a source are at least half a second apart") {
     std::vector<std::size_t> places;
-    for (std::size_t c = 0; c < NoiseCarriers::kMostChannels; ++c) {
+    for (std::size_t c = 0; c < NoiseCarriers::kMaxChannels; ++c) {
         places.push_back(carriers().place("violin", c));
         for (std::size_t d = 0; d < c; ++d) {
             const std::size_t apart = (places[c] + kPeriod_samples - places[d]) % kPeriod_samples;

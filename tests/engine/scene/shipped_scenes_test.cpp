@@ -49,7 +49,7 @@ double escaping_share(const RayScene& scene, const Vec3& from) {
 }
 
 /// True if a walker's head, chest and knees meet nothing between two points of a walk.
-bool way_is_free(const RayScene& scene, const Vec3& from, const Vec3& to) {
+bool is_unobstructed(const RayScene& scene, const Vec3& from, const Vec3& to) {
     constexpr std::array<float, 3> kBelowHead_m{0, 0.5F, 1.1F};
     return std::all_of(kBelowHead_m.begin(), kBelowHead_m.end(), [&](float below_m) {
         const Vec3 down(0, 0, below_m);
@@ -103,7 +103,7 @@ TEST_CASE("the shipped walks meet no wall and no furniture, and look where they 
             INFO("at " << points[i].time_s << " s");
             const Vec3 from = points[i - 1].pose.position;
             const Vec3 to = points[i].pose.position;
-            CHECK(way_is_free(rays, from, to));
+            CHECK(is_unobstructed(rays, from, to));
             CHECK(from.z >= 1.6F);
             CHECK(from.z <= 1.7F);
             const double speed_m_s = std::hypot(double{to.x - from.x}, double{to.y - from.y}) /
@@ -122,8 +122,8 @@ TEST_CASE("the shipped walks meet no wall and no furniture, and look where they 
 
 TEST_CASE("a walk through the wall of the two rooms would be found") {
     const RayScene rays(aula::load_scene(kScenes / "two_rooms.json").scene);
-    CHECK(way_is_free(rays, {7, 2.5F, 1.65F}, {5, 2.5F, 1.65F}));
-    CHECK_FALSE(way_is_free(rays, {7, 3.5F, 1.65F}, {5, 3.5F, 1.65F}));
+    CHECK(is_unobstructed(rays, {7, 2.5F, 1.65F}, {5, 2.5F, 1.65F}));
+    CHECK_FALSE(is_unobstructed(rays, {7, 3.5F, 1.65F}, {5, 3.5F, 1.65F}));
     CHECK(escaping_share(rays, {6.1F, 3.5F, 5}) > 0.4);
 }
 

@@ -313,9 +313,9 @@ TEST_CASE("paths come to rest off what they hit, on their side, however far and 
                 const double off_m =
                     glm::dot(normal, glm::dvec3(paths->point.at(i)) - glm::dvec3(t.vertices[0]));
                 // Single precision rounds places of a kilometre to 3e-5.
-                const float way_m = paths->hits.distance_m[i];
+                const float distance_m = paths->hits.distance_m[i];
                 CHECK(off_m > 5e-5);
-                CHECK(off_m < 2 * double{RayScene::offset_after(way_m)});
+                CHECK(off_m < 2 * double{RayScene::offset_after(distance_m)});
                 CHECK(glm::dot(normal, glm::dvec3(paths->rays.direction.at(i))) < 0);
             }
         }
@@ -482,9 +482,9 @@ TEST_CASE("spheres that grow with a segment's energy keep late specular levels a
     for (std::size_t k = 0; k < kBins; ++k) {
         const test::Estimate of_fixed = test::estimate(fixed.levels[k]);
         const test::Estimate of_grown = test::estimate(grown.levels[k]);
-        const double most = *std::max_element(grown.levels[k].begin(), grown.levels[k].end());
+        const double max = *std::max_element(grown.levels[k].begin(), grown.levels[k].end());
         CAPTURE(k, exact[k], of_fixed.mean, of_fixed.standard_error, of_grown.mean,
-                of_grown.standard_error, most);
+                of_grown.standard_error, max);
         // Spheres of up to some metres may move an arrival to a neighbouring bin: 2 %.
         CHECK(std::abs(of_grown.mean - 1) < test::kFamilyZ * of_grown.standard_error + 0.02);
         CHECK(of_grown.standard_error < 0.08);  // so that this says something

@@ -81,7 +81,7 @@ struct Image {
 
 /// Allen and Berkley's images of a source in a box.
 std::vector<Image> box_images(const Scene& scene, const Vec3& size, const Vec3& source,
-                              const Vec3& listener, int most) {
+                              const Vec3& listener, int max) {
     std::vector<Image> images;
     const auto share = [&](int wall) {
         const Material& m = scene.materials[static_cast<std::size_t>(wall)];
@@ -93,10 +93,10 @@ std::vector<Image> box_images(const Scene& scene, const Vec3& size, const Vec3& 
     };
     std::array<std::vector<AxisImage>, 3> along;
     for (int axis = 0; axis < 3; ++axis) {
-        for (int n = -most; n <= most; ++n) {
+        for (int n = -max; n <= max; ++n) {
             for (int q = 0; q < 2; ++q) {
                 const int order = std::abs(2 * n - q);
-                if (order > most) continue;
+                if (order > max) continue;
                 along[static_cast<std::size_t>(axis)].push_back(
                     {order, (1 - 2 * q) * double{source[axis]} + 2 * n * double{size[axis]},
                      std::pow(share(2 * axis), std::abs(n - q)) *
@@ -108,7 +108,7 @@ std::vector<Image> box_images(const Scene& scene, const Vec3& size, const Vec3& 
         for (const AxisImage& y : along[1]) {
             for (const AxisImage& z : along[2]) {
                 const int order = x.order + y.order + z.order;
-                if (order > most) continue;
+                if (order > max) continue;
                 const glm::dvec3 way = glm::dvec3(x.at, y.at, z.at) - glm::dvec3(listener);
                 images.push_back({order, glm::length(way), way, x.share * y.share * z.share});
             }

@@ -19,7 +19,7 @@ TEST_CASE(
     scene.objects[0].movable = true;
     AuralizerOptions options;
     options.listeners = 2;
-    options.most_sources = 3;
+    options.max_sources = 3;
     Auralizer auralizer(scene, options);
     std::vector<float> input(600, 0.1F);
     std::vector<std::vector<float>> channels(auralizer.output_channels(),

@@ -76,7 +76,7 @@ using Signal = std::function<float(std::int64_t)>;
 std::vector<float> rendered(Auralizer& auralizer, std::int64_t length,
                             const std::vector<int>& sizes, const Signal& signal,
                             const std::function<void(std::int64_t)>& before = {},
-                            int most_sources = 8) {
+                            int max_sources = 8) {
     std::vector<std::vector<float>> channels(auralizer.output_channels(),
                                              std::vector<float>(static_cast<std::size_t>(length)));
     std::vector<float> input(4096);
@@ -87,7 +87,7 @@ std::vector<float> rendered(Auralizer& auralizer, std::int64_t length,
         if (before) before(position);
         for (int n = 0; n < size; ++n) input[static_cast<std::size_t>(n)] = signal(position + n);
         std::vector<SourceSignal> inputs;
-        for (int number = 1; number <= most_sources; ++number)
+        for (int number = 1; number <= max_sources; ++number)
             inputs.push_back({{static_cast<std::uint64_t>(number)}, input.data()});
         std::vector<float*> outputs;
         for (auto& channel : channels) outputs.push_back(channel.data() + position);
@@ -100,13 +100,14 @@ std::vector<float> rendered(Auralizer& auralizer, std::int64_t length,
 }
 
 /// Two listeners in the room, with changes of every kind.
-std::vector<float> eventful(const std::vector<int>& sizes, int threads, OutputFormat output) {
+std::vector<float> render_with_changes(const std::vector<int>& sizes, int threads,
+                                       OutputFormat output) {
     Scene scene = room_with_panel();
     scene.simulation.threads = threads;
     AuralizerOptions options = mono();
     options.output = output;
     options.listeners = 2;
-    options.most_sources = 3;
+    options.max_sources = 3;
     Auralizer auralizer(scene, options);
     auralizer.set_listener(1, at(1, 3, 1.5F), 0);
     const SourceId first = auralizer.add_source({.position = {1, 1, 1}}, 0);
@@ -138,17 +139,17 @@ std::set<std::string> thread_ids() {
 
 TEST_CASE("On the exact clock any blocks and any number of threads give the same bytes") {
     const OutputFormat output = GENERATE(OutputFormat::mono, OutputFormat::binaural);
-    const std::vector<float> reference = eventful({256}, 1, output);
+    const std::vector<float> reference = render_with_changes({256}, 1, output);
     REQUIRE(std::any_of(reference.begin(), reference.end(), [](float x) { return x != 0; }));
     for (const std::vector<int>& sizes :
          {std::vector<int>{1}, {17}, {64}, {4096}, {1, 300, 17, 4096, 2, 255, 257}}) {
         INFO("calls of " << sizes[0]);
-        CHECK((eventful(sizes, 1, output) == reference));
+        CHECK((render_with_changes(sizes, 1, output) == reference));
     }
-    CHECK((eventful({256}, 3, output) == reference));
+    CHECK((render_with_changes({256}, 3, output) == reference));
     // Nor does it matter how the thread that calls computes.
     const FlushDenormals flush;
-    CHECK((eventful({256}, 1, output) == reference));
+    CHECK((render_with_changes({256}, 1, output) == reference));
 }
 
 TEST_CASE("A pause on the exact clock is the same for any blocks, and time stands still in it") {
@@ -284,7 +285,7 @@ TEST_CASE("A tone stays a tone while all that can change does: no click") {
 TEST_CASE("A source that was removed rings out, and its place is taken by others") {
     Scene scene = room_with_panel();
     AuralizerOptions options = mono();
-    options.most_sources = 1;
+    options.max_sources = 1;
     Auralizer auralizer(scene, options);
     const SourceId first = auralizer.add_source({.position = {1, 1, 1}}, 0);
     CHECK_THROWS_AS(auralizer.add_source({}), InputError);
@@ -311,7 +312,7 @@ TEST_CASE("A room without sources is silent, and 64 sources are heard") {
         GENERATE(Estimator::patch, Estimator::pt, Estimator::dpc, Estimator::dpc_published);
     scene.simulation.rays = 20;
     AuralizerOptions options = mono();
-    options.most_sources = 64;
+    options.max_sources = 64;
     Auralizer auralizer(scene, options);
     const auto silent = rendered(auralizer, 4800, {256}, noise_at);
     CHECK(std::all_of(silent.begin(), silent.end(), [](float x) { return x == 0; }));

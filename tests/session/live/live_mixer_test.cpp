@@ -35,7 +35,7 @@ std::unique_ptr<PreparedScene> tone_in(const Scene& scene, bool starts_anew = fa
     return std::make_unique<PreparedScene>(scene, mono(), kRate_hz, starts_anew, before);
 }
 
-Scene quick_room() {
+Scene dry_room() {
     Scene scene = test::small_room();
     scene.simulation.rays = 100;
     return scene;
@@ -46,7 +46,7 @@ Scene quick_room() {
 TEST_CASE("A tone stays a tone while estimator, order, materials and source change: no click") {
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
     std::vector<std::unique_ptr<PreparedScene>> all;
-    Scene scene = quick_room();
+    Scene scene = dry_room();
     const auto change = [&] {
         all.push_back(tone_in(scene));
         begin(*all.back(), mixer);
@@ -143,10 +143,10 @@ TEST_CASE("What begins in mid-wave, or is taken up in its middle, rises; an onse
     if (c.onset) {
         // The first of two is as high as the second. Rounding: some hundred operations of 6e-8.
         const auto peak = [&](std::size_t at) {
-            float most = 0;
+            float max = 0;
             for (std::size_t i = at - 100; i < at + 100; ++i)
-                most = std::max(most, std::abs(heard[i]));
-            return double{most};
+                max = std::max(max, std::abs(heard[i]));
+            return double{max};
         };
         CHECK(peak(start) > 0.01);
         CHECK(peak(start) == Approx(peak(start + wave.size())).epsilon(2e-5));
@@ -159,10 +159,10 @@ TEST_CASE("What begins in mid-wave, or is taken up in its middle, rises; an onse
     for (std::size_t i = 0; start + i < heard.size(); ++i) {
         // Filters ring before their peak by a millisecond.
         const double position = std::min(1.0, (static_cast<double>(i) + 48) / c.rise_samples);
-        const double most = double{size} * (0.5 - 0.5 * std::cos(std::numbers::pi * position));
-        above = above || double{std::abs(heard[start + i])} > 1.02 * most + 1e-6;
+        const double max = double{size} * (0.5 - 0.5 * std::cos(std::numbers::pi * position));
+        above = above || double{std::abs(heard[start + i])} > 1.02 * max + 1e-6;
         // The companion: it does not rise much later either.
-        near = near || (position < 0.7 && double{std::abs(heard[start + i])} > 0.8 * most);
+        near = near || (position < 0.7 && double{std::abs(heard[start + i])} > 0.8 * max);
     }
     CHECK_FALSE(above);
     CHECK(near);
@@ -194,7 +194,7 @@ TEST_CASE("What a playback has sent out is heard to its end, however far it has 
 }
 
 TEST_CASE("What was asked to last half a second lasts as long, and ends without a click") {
-    const Scene scene = quick_room();
+    const Scene scene = dry_room();
     const auto heard = [&](std::optional<double> duration_s) {
         SessionOptions options = mono();
         options.duration_s = duration_s;

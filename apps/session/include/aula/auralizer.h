@@ -54,7 +54,7 @@ struct AuralizerOptions {
     std::size_t listeners = 1;         ///< number of listeners, at least 1; indices from 0
     /// Largest number of sources that are present at the same time; at least that of the scene is
     /// used. The memory of the renderer grows with it.
-    std::size_t most_sources = 16;
+    std::size_t max_sources = 16;
     /// Called on the propagation thread before each frame, with the object and the frame's time in
     /// s. Poses that are set in the call, orientations of heads included, belong to that frame.
     /// Empty: no call.
@@ -109,7 +109,7 @@ struct AuralizerStatus {
 ///
 /// **Threads**: commands lock a mutex for a short time. Any thread may call them, but on the
 /// real-time clock the thread that renders must not. Threads that the object starts have ordinary
-/// priority, on the real-time clock a nice value of at least kNiceOfFrames. They end with the
+/// priority, on the real-time clock a nice value of at least kPropagationNice. They end with the
 /// destructor.
 ///
 /// **Errors**: wrong arguments throw InputError and change nothing. Commands for a source that is
@@ -129,7 +129,7 @@ class Auralizer {
     /// Adds a source. It is heard from its first frame on; on the real-time clock after at most two
     /// frames. It fades in over 20 ms unless it begins at the first sample. If all places are taken
     /// by sources and by reverberation of removed sources, the oldest such reverberation ends.
-    /// Throws InputError for more than AuralizerOptions::most_sources sources.
+    /// Throws InputError for more than AuralizerOptions::max_sources sources.
     SourceId add_source(const NewSource& source, std::int64_t at = kNow);
 
     /// Fades a source out over 20 ms, during which its signal should continue. Its reverberation

@@ -113,7 +113,7 @@ class Convolver {
     bool fading() const noexcept AULA_NONBLOCKING;
 
     /// Largest number of filters in use at the same time: a current and a next one for each level.
-    std::size_t most_filters() const noexcept;
+    std::size_t max_filters() const noexcept;
 
     /// True while any level uses a filter. Afterwards the filter may be changed or destroyed.
     bool uses(const ConvolutionFilter* filter) const noexcept AULA_NONBLOCKING;

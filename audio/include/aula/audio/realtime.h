@@ -19,14 +19,14 @@ bool take_realtime_priority() noexcept;
 /// time slices, so that a sound server of the same session is scheduled sooner. Threads that it
 /// starts later inherit both. Does nothing if the thread has real-time or idle priority. Cannot be
 /// reverted without privileges.
-void give_way(int nice) noexcept;
+void lower_priority(int nice) noexcept;
 
 /// Gives up real-time priority that this thread has inherited: a thread starts with the scheduling
 /// of the thread that starts it. Call it at the start of a thread that computes.
 void leave_realtime() noexcept;
 
 /// Nice value of the threads that compute propagation frames.
-inline constexpr int kNiceOfFrames = 10;
+inline constexpr int kPropagationNice = 10;
 
 /// Gives this thread real-time priority while the object exists, unless the system refuses it.
 /// Threads started meanwhile inherit and keep it.

@@ -26,7 +26,7 @@ SoundClip read_sound(const std::filesystem::path& file, double sample_rate_hz);
 
 /// What the header of a sound file says.
 struct SoundInfo {
-    std::int64_t frames = 0;    ///< length in samples of each channel
+    std::int64_t samples = 0;   ///< length in samples of each channel
     double sample_rate_hz = 0;  ///< 1000 to 768000
     int channels = 0;           ///< 1 to 64
 };

@@ -56,15 +56,15 @@ using AudioCallback = std::function<void(std::span<float* const> outputs, int sa
 enum class DeviceState {
     playing,  ///< also before start()
     lost,     ///< server or card disappeared; silent until it is available again
-    gone      ///< stopped, or not available again within AudioDevice::kPatience_s
+    gone      ///< stopped, or not available again within AudioDevice::kReconnectTimeout_s
 };
 
 /// An output device that requests samples by a callback. If it is lost, opening it is
-/// tried every second for kPatience_s. After a reconnection the signal fades in.
+/// tried every second for kReconnectTimeout_s. After a reconnection the signal fades in.
 class AudioDevice {
  public:
     /// Time for which opening a lost device is tried.
-    static constexpr double kPatience_s = 30;
+    static constexpr double kReconnectTimeout_s = 30;
 
     /// Name of a device that is always available: it requests samples in real time and discards
     /// them.

@@ -13,15 +13,15 @@ namespace aula {
 
 /// Cause of a gap in the output, as the durations of the preceding callbacks show it.
 enum class UnderrunCause {
-    ours,     ///< a callback was late and computed for much of its block's duration
-    machine,  ///< a callback was late but computed little: its thread was not scheduled
-    host      ///< all callbacks were in time: the sound system was late
+    rendering,    ///< a callback was late and computed for much of its block's duration
+    scheduling,   ///< a callback was late but computed little: its thread was not scheduled
+    sound_system  ///< all callbacks were in time: the sound system was late
 };
 
 /// A gap in the output.
 struct Underrun {
-    double time_s = 0;                          ///< duration of the sound played before it
-    UnderrunCause cause = UnderrunCause::host;  ///< what was late
+    double time_s = 0;                                  ///< duration of the sound played before it
+    UnderrunCause cause = UnderrunCause::sound_system;  ///< what was late
 };
 
 /// The cause of the lateness of a callback that took `wall_s`, `cpu_s` of it CPU time, for a block
@@ -51,9 +51,9 @@ class OutputMeter {
     void restart() { known_thread_ = false; }
 
     /// Number of gaps of all causes.
-    std::uint64_t underruns() const { return ours_ + others_; }
-    /// Number of gaps of the cause UnderrunCause::ours.
-    std::uint64_t own_underruns() const { return ours_; }
+    std::uint64_t underruns() const { return rendering_underruns_ + other_underruns_; }
+    /// Number of gaps of the cause UnderrunCause::rendering.
+    std::uint64_t rendering_underruns() const { return rendering_underruns_; }
     /// The first 64 gaps.
     std::vector<Underrun> first_underruns() const;
 
@@ -80,18 +80,18 @@ class OutputMeter {
     Clock::time_point start_;
     double cpu_start_s_ = 0;
     // Times of the newest late callbacks, samples; -1: none.
-    std::int64_t ours_at_ = -1;
-    std::int64_t machines_at_ = -1;
+    std::int64_t late_rendering_at_ = -1;
+    std::int64_t late_scheduling_at_ = -1;
     std::int64_t last_samples_ = 0;  ///< length of the last block
     std::atomic<bool> known_thread_{false};
     std::atomic<bool> realtime_{true};
-    std::atomic<std::uint64_t> ours_{0};
-    std::atomic<std::uint64_t> others_{0};
-    struct Kept {
+    std::atomic<std::uint64_t> rendering_underruns_{0};
+    std::atomic<std::uint64_t> other_underruns_{0};
+    struct FirstUnderrun {
         std::atomic<double> time_s{0};
-        std::atomic<UnderrunCause> cause{UnderrunCause::host};
+        std::atomic<UnderrunCause> cause{UnderrunCause::sound_system};
     };
-    std::array<Kept, 64> kept_{};
+    std::array<FirstUnderrun, 64> first_underruns_{};
     std::atomic<double> load_{0};
     std::atomic<double> worst_load_{0};
     std::atomic<double> busy_s_{0};

@@ -85,7 +85,7 @@ class Propagation {
     /// newest frame, else 0. Found by random walks that cannot pass a wall by rounding.
     std::vector<char> sources_connected(const FrameInput& input) const;
 
-    /// Sets the rays per source from the next frame on, 1 to Simulation::kMostRays.
+    /// Sets the rays per source from the next frame on, 1 to Simulation::kMaxRays.
     void set_rays(int rays);
 
     /// Length of the responses: Simulation::ir_length_s, or the longest reverberation time of the

@@ -172,12 +172,12 @@ std::optional<Estimator> estimator_from_name(const std::string& name);
 struct Simulation {
     /// Largest number of rays: those of a source in one frame and their results have to fit in
     /// memory.
-    static constexpr int kMostRays = 200'000;
+    static constexpr int kMaxRays = 200'000;
     /// Highest order of image sources: the time for those of a frame increases with its square.
     static constexpr int kHighestSpecularOrder = 100;
 
     Estimator estimator = Estimator::patch;  ///< how energy responses are estimated
-    int rays = 1000;         ///< rays per source and frame, 1 to kMostRays; more rays, less noise
+    int rays = 1000;         ///< rays per source and frame, 1 to kMaxRays; more rays, less noise
     int order = 0;           ///< highest reflection order of all paths; 0: no limit
     int specular_order = 3;  ///< highest order of the image sources, 0 to kHighestSpecularOrder
     bool specular = true;    ///< false omits purely specular paths
@@ -190,7 +190,7 @@ struct Simulation {
     float frame_rate_hz = 30;          ///< propagation frames per second, above 0 to 1000
     std::optional<float> ir_length_s;  ///< length of the responses, above 0 to 10 s; if absent:
                                        ///< from the reverberation time of the room, at most 4 s
-    std::uint64_t seed = 1;      ///< seed of all random numbers
+    std::uint64_t seed = 1;            ///< seed of all random numbers
     std::optional<int> threads;  ///< threads for tracing, >= 1; if absent: all processors but one
     int memory_mb = 256;         ///< memory of all caches in 10^6 bytes, >= 1
 
