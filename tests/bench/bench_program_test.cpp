@@ -50,7 +50,7 @@ void check_keys(const nlohmann::json& row, const std::vector<std::string>& keys)
 
 }  // namespace
 
-TEST_CASE("bench_smoke: noise prints a row an estimator and writes the figures as JSON") {
+TEST_CASE("bench_smoke: noise prints a row for each estimator and writes the figures as JSON") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kScene).string();
     const ProgramResult result =
@@ -127,7 +127,7 @@ TEST_CASE("bench_smoke: --markdown writes the printed figures under their comman
     }
 }
 
-TEST_CASE("bench_smoke: a scene without paths is measured but for moving ends") {
+TEST_CASE("bench_smoke: in a scene without paths all measurements but those of movement are made") {
     const TemporaryFolder folder;
     const std::string scene =
         folder
@@ -233,7 +233,7 @@ TEST_CASE("bench_smoke: an interrupted measurement leaves no files") {
     CHECK(names_in(outputs).empty());
 }
 
-TEST_CASE("bench_smoke: bad input is one line and exit code 2") {
+TEST_CASE("bench_smoke: invalid input gives one line and exit status 2") {
     const TemporaryFolder folder;
     const std::string still =
         folder

@@ -102,7 +102,7 @@ TEST_CASE("the reference's standard error is that of independent repetitions") {
     CHECK(claimed / spread < 1.45);
 }
 
-TEST_CASE("paths that end in mirrors reach the reference's receivers, each at its own") {
+TEST_CASE("paths that end in mirrors reach the right one of the reference's receivers") {
     // One lossless wall, wholly specular in a half space: source and two receivers above it. Image
     // sources left to the rays (order 0), each receiver hears its image at 1 / (4 pi d^2).
     Scene scene = lossless_box();
@@ -160,7 +160,7 @@ TEST_CASE("relative deviation is the standard deviation over the mean, averaged 
     CHECK(relative_deviation(restarts, {0, 1}) == Approx(0.5).epsilon(1e-12));
 }
 
-TEST_CASE("direction deviation is the rms angle round the mean direction") {
+TEST_CASE("direction deviation is the rms angle from the mean direction") {
     // Two directions 30 degrees to either side of the x axis: each 30 degrees off, n - 1 = 1:
     // 30 sqrt(2). Lengths do not matter where both are alike. Single precision inside.
     const float c = std::cos(std::numbers::pi_v<float> / 6);
@@ -185,7 +185,7 @@ TEST_CASE("the energy ratio is the mean over groups of the restarts' mean over t
     CHECK(energy_ratio({low, high}, reference, {0, 10}) == Approx(1.5).epsilon(1e-12));
 }
 
-TEST_CASE("tracking compares from the reference's peak to the end") {
+TEST_CASE("tracking compares the responses from the reference's peak to the end") {
     const std::vector<double> reference{1, 5, 4, 2};
     const BinRange bins = bins_from_peak(reference);
     CHECK(bins.first == 1);
@@ -195,7 +195,8 @@ TEST_CASE("tracking compares from the reference's peak to the end") {
           Approx(0.04 + 0.25).epsilon(1e-12));
 }
 
-TEST_CASE("reflected sound is measured in bins of 10 ms, with image sources, without the direct") {
+TEST_CASE(
+    "reflected sound is measured in bins of 10 ms, with image sources, without direct sound") {
     EnergyResponse response = arrival_at(0.123, 2, Vec3(0, 1, 0));
     response.paths.push_back({0, 34.32F, Vec3(1, 0, 0), Bands::filled(1), 0});
     response.paths.push_back({1, 70.35F, Vec3(1, 0, 0), Bands::filled(1), 5});  // 205 ms
@@ -213,7 +214,7 @@ TEST_CASE("reflected sound is measured in bins of 10 ms, with image sources, wit
     CHECK(glm::length(direction[4] - Vec3(8, 0, 0)) < 1e-5F);
 }
 
-TEST_CASE("reference and estimators measure the same where image sources are yet to be found") {
+TEST_CASE("reference and estimators agree before image sources have been discovered") {
     // A hall of small planes: of the sequences only those of order 1 are listed.
     Scene scene = test::grey_room(test::bumpy_box(Vec3(12, 9, 5), 1, 0.005F), 0.1F, 0.1F,
                                   Vec3(3, 4, 1.5F), Vec3(9, 5, 1.2F));
@@ -249,14 +250,14 @@ TEST_CASE("reference and estimators measure the same where image sources are yet
     }
 }
 
-TEST_CASE("late bins go from 50 to 500 ms, or to the response's end") {
+TEST_CASE("late bins range from 50 to 500 ms or the end of the response") {
     CHECK(late_bins(80).first == 5);
     CHECK(late_bins(80).end == 50);
     CHECK(late_bins(30).end == 30);
     CHECK(late_bins(3).count() == 0);
 }
 
-TEST_CASE("a table is aligned and its rows are the same in Markdown and JSON") {
+TEST_CASE("a table is aligned and has the same rows in Markdown and JSON") {
     const std::vector<Row> rows{
         {{{"estimator", "pt"},
           {"rays", std::int64_t{1000}},
@@ -284,7 +285,7 @@ TEST_CASE("a table is aligned and its rows are the same in Markdown and JSON") {
     CHECK(document["rows"][1]["none"].is_null());
 }
 
-TEST_CASE("the textbook's convolver gives the sum over all inputs, from the first sample on") {
+TEST_CASE("the uniform convolver gives the sum over all inputs from the first sample on") {
     constexpr std::size_t kBlock = 16;
     constexpr std::size_t kBlocks = 6;
     constexpr std::size_t kTaps = 37;  // more than two partitions, the last one not full
@@ -323,7 +324,7 @@ TEST_CASE("the textbook's convolver gives the sum over all inputs, from the firs
     }
 }
 
-TEST_CASE("The worst block is one that is slow in most rounds, whatever else was slow once") {
+TEST_CASE("The worst block is the one that is slow in most rounds, not one that was slow once") {
     BlockTimes times(4);
     times.add({1, 2, 1, 1});
     times.add({1, 2, 20, 1});  // something else came between

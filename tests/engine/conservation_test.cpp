@@ -58,7 +58,7 @@ double images_between(const Vec3& source, const Vec3& listener, double rho, doub
 
 }  // namespace
 
-TEST_CASE("without scattering a box has the image sources' energy, however they are found") {
+TEST_CASE("without scattering the energy of a box is that of its image sources for every method") {
     // Whether paths come from image sources or, above the specular order, from rays.
     for (const int specular_order : {0, 3}) {
         Scene scene = test::grey_room(test::box(kSize), 0.2F, 0, kSource, kListener);
@@ -91,7 +91,8 @@ TEST_CASE("without scattering a box has the image sources' energy, however they 
     }
 }
 
-TEST_CASE("image sources of high orders share a box with the rays, without overlap or gap") {
+TEST_CASE(
+    "image sources of high orders and rays share the energy of a box without overlap or gap") {
     // Edges split the beam of an image source in pieces with other orders of planes: in frame 20
     // there are more of them than the candidates that are kept. Once as it is, once turned and
     // shifted, as floats round it.
@@ -127,7 +128,7 @@ TEST_CASE("image sources of high orders share a box with the rays, without overl
     }
 }
 
-TEST_CASE("image sources of high orders and rays share rooms of other shapes") {
+TEST_CASE("image sources of high orders and rays share the energy of rooms of other shapes") {
     // A prism over the corners of a floor, from z = 0 to 3 m.
     const auto prism = [](const std::vector<glm::vec2>& corners) {
         Object room;
@@ -210,7 +211,7 @@ TEST_CASE("image sources of high orders and rays share rooms of other shapes") {
     }
 }
 
-TEST_CASE("in a hall of many planes nothing is missed before it is an image source") {
+TEST_CASE("in a hall of many planes no energy is missing before image sources are discovered") {
     // 1552 triangles, nearly all of them planes: sequences of order 1 are listed. The bumps turn
     // walls by up to 0.8 degrees, the sum over images of the even box is right within a percent.
     const Vec3 size(24, 18, 10);
@@ -262,7 +263,7 @@ TEST_CASE("in a hall of many planes nothing is missed before it is an image sour
     }
 }
 
-TEST_CASE("a restart forgets image sources and sends other chains for them") {
+TEST_CASE("a restart removes discovered image sources and traces different chains") {
     Scene scene = test::grey_room(test::bumpy_box(Vec3(12, 9, 5), 1, 0.005F), 0.1F, 0,
                                   Vec3(3, 4, 1.5F), Vec3(9, 5, 1.2F));
     scene.simulation.specular_order = 3;
@@ -282,7 +283,7 @@ TEST_CASE("a restart forgets image sources and sends other chains for them") {
     CHECK(first_paths(1) == one);
 }
 
-TEST_CASE("a hall of many planes gives the same bits with any number of threads") {
+TEST_CASE("a hall of many planes gives identical responses with any number of threads") {
     Scene scene = test::grey_room(test::bumpy_box(Vec3(12, 9, 5), 1, 0.005F), 0.1F, 0.05F,
                                   Vec3(3, 4, 1.5F), Vec3(9, 5, 1.2F));
     scene.simulation.specular_order = 4;
@@ -302,7 +303,7 @@ TEST_CASE("a hall of many planes gives the same bits with any number of threads"
     }
 }
 
-TEST_CASE("the specular order decides who finds a path, not how much there is") {
+TEST_CASE("the specular order changes the method that finds a path, not the energy") {
     // Partly specular walls that differ by band.
     Scene scene = test::grey_room(test::box(kSize), 0.2F, 0.5F, kSource, kListener);
     scene.materials[0].absorption = {{0.05F, 0.1F, 0.2F, 0.3F, 0.1F, 0.4F, 0.2F, 0.6F}};
@@ -339,7 +340,7 @@ TEST_CASE("the specular order decides who finds a path, not how much there is") 
     CHECK(all_between(propagation.response(0), 0, 0.25) < 0.66 * totals[1][0].mean);
 }
 
-TEST_CASE("energy is conserved for any scattering, image sources and all") {
+TEST_CASE("energy is conserved for any scattering, including image sources") {
     // Lossless: late energy is c P / V, of which the image sources' part comes first.
     for (const float scattering : {0.0F, 0.05F, 0.5F, 1.0F}) {
         Scene scene = test::grey_room(test::box(kSize), 0, scattering, kSource, kListener);
@@ -360,7 +361,8 @@ TEST_CASE("energy is conserved for any scattering, image sources and all") {
     }
 }
 
-TEST_CASE("source and listener may be exchanged where walls mirror in part and bands differ") {
+TEST_CASE(
+    "source and listener are interchangeable with partly specular walls that differ by band") {
     Scene there = test::grey_room(test::l_shaped_room(), 0.2F, 0.3F, Vec3(5, 1.5F, 1.5F),
                                   Vec3(1.5F, 5, 1.2F));
     there.materials.push_back({"soft",

@@ -186,7 +186,7 @@ TEST_CASE("Lambert boxes decay more slowly than Eyring by the known factors") {
     }
 }
 
-TEST_CASE("a Lambert plane gives back rho P / (8 pi h^2), spread in time as r^-5") {
+TEST_CASE("a Lambert plane reflects rho P / (8 pi h^2), spread in time as r^-5") {
     constexpr float kHeight_m = 1;
     const Scene scene = test::grey_room(test::square(6), 0.2F, 1, Vec3(0.05F, 0.03F, kHeight_m),
                                         Vec3(0.05F, 0.03F, kHeight_m));
@@ -212,7 +212,7 @@ TEST_CASE("a Lambert plane gives back rho P / (8 pi h^2), spread in time as r^-5
     CHECK(std::abs(tail.mean - exact_tail) < test::kFamilyZ * tail.standard_error + 0.03 * exact);
 }
 
-TEST_CASE("order 1 from the middle of a cube to its middle is 0.762761 rho P / a^2") {
+TEST_CASE("order 1 from the centre of a cube to its centre is 0.762761 rho P / a^2") {
     constexpr float kSide_m = 4;
     const Scene scene =
         test::grey_room(test::box(Vec3(kSide_m)), 0.25F, 1, Vec3(kSide_m / 2), Vec3(kSide_m / 2));
@@ -224,7 +224,7 @@ TEST_CASE("order 1 from the middle of a cube to its middle is 0.762761 rho P / a
     CHECK(std::abs(e.z(1.03 * exact)) > test::kRefutedZ);  // companion
 }
 
-TEST_CASE("source and listener may be exchanged") {
+TEST_CASE("source and listener are interchangeable") {
     for (const float scattering : {1.0F, 0.3F}) {
         const Scene there = test::grey_room(test::l_shaped_room(), 0.2F, scattering,
                                             Vec3(5, 1.5F, 1.5F), Vec3(1.5F, 5, 1.2F));

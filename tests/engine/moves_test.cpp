@@ -48,7 +48,7 @@ std::vector<Vec3> walk(const Vec3& before, int frames) {
 
 }  // namespace
 
-TEST_CASE("from tau after a change on, nothing from before it is left, to the bit") {
+TEST_CASE("from tau after a change on, nothing from before it remains, to the bit") {
     for (const float scattering : {1.0F, 0.5F}) {
         const Scene scene = room(scattering);
         const int window = scene.simulation.window_frames();
@@ -72,7 +72,7 @@ TEST_CASE("from tau after a change on, nothing from before it is left, to the bi
     }
 }
 
-TEST_CASE("when a source stops, what is left of its walk is gone after tau") {
+TEST_CASE("when a source stops, nothing of its walk remains after tau") {
     const Scene scene = room();
     const auto run = [&](float y, int rest) {
         std::vector<Vec3> places;
@@ -86,7 +86,7 @@ TEST_CASE("when a source stops, what is left of its walk is gone after tau") {
     CHECK(run(2, 2).energy != run(1.9F, 2).energy);  // companion
 }
 
-TEST_CASE("what a listener hears of a source that stands does not depend on where he was") {
+TEST_CASE("the response of a static source does not depend on earlier positions of the listener") {
     // Mirrors and Lambert surfaces; specular paths of all orders are the rays'.
     const Scene scene = room(0.3F);
     const Vec3 here = scene.listener.pose.position;
@@ -111,7 +111,7 @@ TEST_CASE("what a listener hears of a source that stands does not depend on wher
     CHECK(crept.energy != at_last(Vec3(0.002F, 0, 0), 2).energy);
 }
 
-TEST_CASE("the level behind a door that shuts is right within 1 dB 0.3 s later") {
+TEST_CASE("0.3 s after a door has shut the level behind it is right within 1 dB") {
     const Scene scene = load_scene(AULA_SOURCE_DIR "/scenes/door.json").scene;
     Simulation simulation = scene.simulation;
     simulation.threads = 1;
@@ -160,7 +160,7 @@ TEST_CASE("the level behind a door that shuts is right within 1 dB 0.3 s later")
           3);  // companion: the open door's level is not taken for the shut one's
 }
 
-TEST_CASE("late fluence in a lossless room is c P / V wherever an object has gone") {
+TEST_CASE("late fluence in a lossless room is c P / V after any movement of an object") {
     // A block that floats, so that no faces meet; half of what meets it is mirrored.
     Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0, 0.5F, Vec3(0.6F, 3.5F, 2.6F),
                                   Vec3(4.4F, 0.4F, 0.4F));
@@ -192,7 +192,7 @@ TEST_CASE("late fluence in a lossless room is c P / V wherever an object has gon
     }
 }
 
-TEST_CASE("while everything moves, memory stays flat and below its cap") {
+TEST_CASE("while everything moves, memory is constant and below its limit") {
     Scene scene = room(0.6F);
     Object block = test::box(Vec3(0.5F, 0.5F, 0.5F));
     block.path = Trajectory{{{0, {Vec3(1, 1, 0.5F)}},

@@ -106,7 +106,8 @@ std::array<test::Estimate, 2> levels(const Scene& scene, Estimator estimator) {
 
 }  // namespace
 
-TEST_CASE("nothing is heard behind a moving object that shuts a room, wherever its panels are") {
+TEST_CASE(
+    "it is silent behind a moving object that closes a room, for any position of its panels") {
     Object fine = object_of({6.2F});
     for (int i = 0; i < 4; ++i) {
         fine = test::quartered(fine, [](const Vec3& a, const Vec3& b) { return 0.5F * (a + b); });
@@ -133,7 +134,7 @@ TEST_CASE("nothing is heard behind a moving object that shuts a room, wherever i
     CHECK(passed(room_with({standing({6.2F, 0, 0, -4, 2})}), false) > 100 * kSilent);
 }
 
-TEST_CASE("levels on both sides of a screen are those of path tracing, shut and ajar") {
+TEST_CASE("levels on both sides of a screen agree with path tracing, shut and ajar") {
     for (const Screen& screen : {Screen{6.2F}, Screen{6.1F, 30}, Screen{6.2F, 0, 0, -4, 1},
                                  Screen{6.1F, 30, 0.05F, -4, 1.5F}}) {
         const Scene scene = room_with({standing(screen)});
@@ -160,7 +161,7 @@ TEST_CASE("levels on both sides of a screen are those of path tracing, shut and 
     }
 }
 
-TEST_CASE("nothing is heard behind a shut screen while it moves") {
+TEST_CASE("it is silent behind a shut screen while it moves") {
     for (const float thickness_m : {0.0F, 0.04F}) {
         const Screen begin{5.9F, 0, thickness_m};
         const Screen end{7.1F, 20, thickness_m};
@@ -179,7 +180,7 @@ TEST_CASE("nothing is heard behind a shut screen while it moves") {
     }
 }
 
-TEST_CASE("behind a screen that shuts, sound is gone a window of frames later") {
+TEST_CASE("it is silent behind a screen a window of frames after it has shut") {
     const Screen screen{6.2F, 0, 0.04F, -4.6F, 2.55F};
     const Pose shut = pose_of(screen);
     Pose open = shut;
@@ -200,7 +201,8 @@ TEST_CASE("behind a screen that shuts, sound is gone a window of frames later") 
     CHECK(behind(kShut + scene.simulation.window_frames()) < kSilent);
 }
 
-TEST_CASE("a shut door that overlaps its frame is silent behind it, ajar it is heard") {
+TEST_CASE(
+    "it is silent behind a shut door that overlaps its frame, and not behind one that is ajar") {
     Scene scene = load_scene(AULA_SOURCE_DIR "/scenes/door.json").scene;
     for (Object& object : scene.objects) {
         if (object.name != "door") continue;
@@ -229,7 +231,7 @@ TEST_CASE("a shut door that overlaps its frame is silent behind it, ajar it is h
     CHECK(passed_at(3.4) > 100 * kSilent);  // companion
 }
 
-TEST_CASE("late fluence in a lossless room is c P / V while a screen turns in it") {
+TEST_CASE("late fluence in a lossless room is c P / V while a screen turns") {
     Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0, 1, Vec3(0.6F, 3.5F, 2.6F),
                                   Vec3(4.4F, 0.4F, 0.4F));
     Object screen;

@@ -101,7 +101,7 @@ double mean_spread(const Scene& scene) {
 
 }  // namespace
 
-TEST_CASE("at equal rays the caches are quieter than plain path tracing, and right") {
+TEST_CASE("at equal rays the caches have less noise than path tracing, and no bias") {
     Scene scene =
         test::grey_room(test::box(Vec3(10, 8, 4)), 0.2F, 1, Vec3(3, 3, 1.5F), Vec3(5, 4, 2));
     scene.simulation.ir_length_s = 0.55F;

@@ -26,7 +26,7 @@ double total(const EnergyResponse& response) { return test::total(response); }
 
 }  // namespace
 
-TEST_CASE("with tau = 0 the cache holds plain path tracing's energies bit for bit") {
+TEST_CASE("with tau = 0 the cache has the energies of plain path tracing to the bit") {
     const Scene scene = box_room();
     const RayScene rays(scene);
     const PatchSubdivision subdivision(rays, 0.5F);
@@ -65,7 +65,7 @@ TEST_CASE("with tau = 0 the cache holds plain path tracing's energies bit for bi
     }
 }
 
-TEST_CASE("with tau = 0 and lambda -> 0 the echogram is plain path tracing's") {
+TEST_CASE("with tau = 0 and lambda -> 0 the echogram is that of plain path tracing") {
     const Scene scene = box_room();
     Propagation plain(scene, with(scene, Estimator::pt, 0.5F));
     for (const Estimator estimator : {Estimator::dpc, Estimator::dpc_published}) {
@@ -120,7 +120,7 @@ TEST_CASE("late fluence in a lossless room is c P / V, for any shape") {
     }
 }
 
-TEST_CASE("air takes exp(-m c t) of all that arrives at t, in every estimator") {
+TEST_CASE("air attenuates all energy that arrives at t by exp(-m c t), in every estimator") {
     // Grey walls: all bands take the same ways, so that they compare bin by bin, without noise.
     for (const float scattering : {0.0F, 0.5F, 1.0F}) {
         Scene scene = test::grey_room(test::box(Vec3(30, 20, 12)), 0.1F, scattering, Vec3(8, 5, 2),
@@ -157,7 +157,7 @@ TEST_CASE("air takes exp(-m c t) of all that arrives at t, in every estimator") 
     }
 }
 
-TEST_CASE("dpc-published is louder than the truth, as a lossless room shows") {
+TEST_CASE("dpc-published overestimates the energy of a lossless room") {
     const Scene scene = box_room(0);
     Propagation propagation(scene, with(scene, Estimator::dpc_published, 0.3F, 0.5F));
     const auto samples = test::restarts(propagation, scene, 6, 15, [](const EnergyResponse& r) {
@@ -224,7 +224,7 @@ TEST_CASE("patch finds the exact energy of every order in a Lambert box") {
     }
 }
 
-TEST_CASE("the same seed gives the same bits with one thread and with three") {
+TEST_CASE("the same seed gives identical responses with one thread and with three") {
     for (const Estimator estimator :
          {Estimator::pt, Estimator::dpc_published, Estimator::dpc, Estimator::patch}) {
         Scene scene = box_room(0.2F, 0.4F);
@@ -266,7 +266,7 @@ TEST_CASE("the same seed gives the same bits with one thread and with three") {
     }
 }
 
-TEST_CASE("the rays told beforehand are those that a frame sends") {
+TEST_CASE("the rays stated in advance are those that a frame traces") {
     const Scene scene = box_room(0.2F, 0.5F);
     for (const Estimator estimator : {Estimator::dpc, Estimator::patch}) {
         Propagation propagation(scene, with(scene, estimator, 0.3F));
@@ -284,7 +284,7 @@ TEST_CASE("the rays told beforehand are those that a frame sends") {
     }
 }
 
-TEST_CASE("a listener that jumps hears the new place at once") {
+TEST_CASE("after a jump of the listener the response is that of the new position immediately") {
     const Scene scene = box_room();
     Propagation propagation(scene, with(scene, Estimator::patch, 0.3F));
     FrameInput input = test::static_input(scene);
@@ -302,7 +302,7 @@ TEST_CASE("a listener that jumps hears the new place at once") {
     CHECK(e.standard_error * std::sqrt(12.0) < 0.02 * e.mean);
 }
 
-TEST_CASE("nothing older than tau is heard of a source that has moved away") {
+TEST_CASE("no energy older than tau remains of a source that has moved away") {
     // Two rooms that no sound joins; the source jumps from the listener's to the other.
     Scene scene = box_room();
     scene.objects.push_back(test::box(Vec3(5, 4, 3), 0, Vec3(10, 0, 0)));
@@ -342,7 +342,7 @@ TEST_CASE("a door that closes silences the room behind it within tau") {
     CHECK(total(propagation.response(0)) < 1e-4 * open);
 }
 
-TEST_CASE("little memory makes patches larger, not the sound wrong") {
+TEST_CASE("less memory makes patches larger, without bias") {
     Scene scene = box_room(0);
     Simulation small = with(scene, Estimator::patch, 0.35F, 0.1F);
     small.memory_mb = 4;
@@ -358,7 +358,7 @@ TEST_CASE("little memory makes patches larger, not the sound wrong") {
     CHECK(plenty.statistics().memory_bytes > 4'500'000);  // companion
 }
 
-TEST_CASE("directions point to where the sound comes from") {
+TEST_CASE("directions point to the origin of the sound") {
     // A floor only: everything arrives from below.
     Scene scene = test::grey_room(test::square(20), 0.1F, 1, Vec3(0, 0, 1.5F), Vec3(2, 0, 1.5F));
     for (const Estimator estimator :
@@ -383,7 +383,7 @@ TEST_CASE("directions point to where the sound comes from") {
     }
 }
 
-TEST_CASE("the response is as long as the room rings, at most 4 s") {
+TEST_CASE("the response is as long as the reverberation of the room, at most 4 s") {
     const auto length = [](float absorption) {
         const Scene scene = box_room(absorption);
         return Propagation(scene, scene.simulation).response_length_s();
@@ -394,7 +394,7 @@ TEST_CASE("the response is as long as the room rings, at most 4 s") {
     CHECK(length(0) == Approx(4).margin(0.05));
 }
 
-TEST_CASE("the response of a room whose walls all move is as long as of one that stands") {
+TEST_CASE("the response of a room whose walls all move is as long as that of a static room") {
     const auto length = [](bool moves) {
         Scene scene = box_room(0.2F);
         if (moves) scene.objects[0].path = Trajectory{{{0, {}}, {1, {Vec3(1, 0, 0)}}}, false};

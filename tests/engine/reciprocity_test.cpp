@@ -101,7 +101,7 @@ double distance(const Figures& a, const Figures& b) {
 
 }  // namespace
 
-TEST_CASE("rays from the listener give the response and directions that rays from the source do") {
+TEST_CASE("rays from the listener give the same response and directions as rays from the source") {
     const Scene scene = colourful_room();
     const Figures forward = from_source(scene);
     CHECK(distance(forward, from_listener(scene)) < test::kFamilyZ);
@@ -123,7 +123,7 @@ TEST_CASE("purely specular paths above the image sources' order are the same fro
     CHECK(distance(forward, from_listener(beside)) > test::kRefutedZ);
 }
 
-TEST_CASE("under a limit of order both ends give the same response") {
+TEST_CASE("with a limited order both ends give the same response") {
     Scene scene = colourful_room();
     scene.simulation.order = 2;
     const Figures forward = from_source(scene);
@@ -132,7 +132,7 @@ TEST_CASE("under a limit of order both ends give the same response") {
     CHECK(distance(forward, from_listener(scene)) > test::kRefutedZ);  // companion
 }
 
-TEST_CASE("a limit of order holds at partly specular surfaces") {
+TEST_CASE("the order is limited at partly specular surfaces as well") {
     // Plain path tracing counts reflections one by one.
     Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.2F, 0.5F, Vec3(1.2F, 1.1F, 1.5F),
                                   Vec3(3.7F, 2.9F, 1.2F));

@@ -77,7 +77,7 @@ std::vector<Box> diffuse_boxes(const json& rooms) {
 
 }  // namespace
 
-TEST_CASE("diffuse boxes have the reverberation times that another engine found") {
+TEST_CASE("diffuse boxes have the reverberation times of another engine") {
     const auto file = test::shared_data("spps_reference/spps_validation.json");
     if (file.empty()) {
         WARN("skipped: no shared/data/spps_reference");
@@ -261,7 +261,7 @@ void check_late_decays(const ModalRoom& room, const std::array<std::pair<Vec3, V
 
 }  // namespace
 
-TEST_CASE("coupled rooms decay late at their slowest mode's rate") {
+TEST_CASE("the late decay of coupled rooms has the rate of their slowest mode") {
     if (const auto room = modal_room_of("coupled_rooms_art", "mesh_materials.obj",
                                         "AudioForGames_30_patches", 1)) {
         check_late_decays(*room, {{{Vec3(7, 3.5F, 1.5F), Vec3(5, 3, 1.5F)},
@@ -269,14 +269,14 @@ TEST_CASE("coupled rooms decay late at their slowest mode's rate") {
     }
 }
 
-TEST_CASE("the museum decays late at its slowest mode's rate") {
+TEST_CASE("the late decay of the museum has the rate of its slowest mode") {
     if (const auto room = museum()) {
         check_late_decays(*room, {{{Vec3(10.5F, 15, 1.5F), Vec3(10.5F, 14, 1.2F)},
                                    {Vec3(4, 15, 1.5F), Vec3(4, 22, 1.5F)}}});
     }
 }
 
-TEST_CASE("within the museum's large room sound decays late as by plain path tracing") {
+TEST_CASE("the late decay in the museum's large room agrees with plain path tracing") {
     const auto room = museum();
     if (!room) return;
     const Vec3 from(2.5F, 11, 1.5F);
@@ -299,7 +299,7 @@ TEST_CASE("within the museum's large room sound decays late as by plain path tra
     }
 }
 
-TEST_CASE("with air a diffuse box decays as another engine's table says") {
+TEST_CASE("with air a diffuse box decays as in another engine's table") {
     const auto file = test::shared_data("spps_reference/spps_validation.json");
     if (file.empty()) {
         WARN("skipped: no shared/data/spps_reference");
@@ -324,7 +324,7 @@ TEST_CASE("with air a diffuse box decays as another engine's table says") {
     }
 }
 
-TEST_CASE("a walk through a level of a game is followed without lag") {
+TEST_CASE("a walk through a game level is tracked without lag") {
     const auto file = test::shared_data("openarena/oa_dm1.obj");
     if (file.empty()) {
         WARN("skipped: no shared/data/openarena");

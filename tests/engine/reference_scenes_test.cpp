@@ -192,7 +192,7 @@ TEST_CASE("reference: the sphere decays at its exact rate, and not at Eyring's")
     }
 }
 
-TEST_CASE("reference: boxes decay more slowly than Eyring says") {
+TEST_CASE("reference: boxes decay more slowly than by Eyring's formula") {
     for (const char* name : {"decay_box", "decay_cube"}) {
         const Reference r = reference(name);
         const double tolerance = r.number("relative_tolerance");
@@ -206,7 +206,7 @@ TEST_CASE("reference: boxes decay more slowly than Eyring says") {
     }
 }
 
-TEST_CASE("reference: the 10 x 8 x 4 box decays as other engines found") {
+TEST_CASE("reference: the 10 x 8 x 4 box decays as in other engines") {
     for (const char* name : {"box_10x8x4", "noise_box"}) {
         const Reference r = reference(name);
         const auto parameters = aula::room_parameters(response(r.scene, 10, 1000));

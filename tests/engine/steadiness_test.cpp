@@ -35,7 +35,7 @@ double firefly(const Scene& scene, Estimator estimator, double begin_s, double e
 
 }  // namespace
 
-TEST_CASE("near walls, edges and corners no frame flashes") {
+TEST_CASE("near walls, edges and corners no frame has an outlier") {
     for (const Vec3& source : {kSource, Vec3(0.002F)}) {
         for (const Vec3& listener : {Vec3(0.003F, 2.2F, 1), Vec3(4.998F, 3.999F, 2)}) {
             const Scene scene =
@@ -51,7 +51,7 @@ TEST_CASE("near walls, edges and corners no frame flashes") {
     CHECK(firefly(scene, Estimator::pt, 0.05, 0.052, 100) > 1.8);
 }
 
-TEST_CASE("as source and listener come to a wall together the first reflection stays bounded") {
+TEST_CASE("the first reflection is bounded as source and listener approach a wall together") {
     // At a height h it is rho / (8 pi h^2); a patch of the size lambda holds no more than
     // 2 B / A = rho / lambda^2, and no less than half of that nearby.
     double before = 0;
@@ -71,7 +71,7 @@ TEST_CASE("as source and listener come to a wall together the first reflection s
     CHECK(before > 0.8 / 0.25 * 0.5);
 }
 
-TEST_CASE("tiny patches far from the origin cost no more than near it") {
+TEST_CASE("tiny patches cost no more far from the origin than near it") {
     // Floats are 6 cm apart at a million metres: the box is as good as they allow.
     const Vec3 corner(999990, 0, 0);
     Scene scene = test::grey_room(test::box(Vec3(1), 0, corner), 0.2F, 1, corner + Vec3(0.25F),
@@ -88,7 +88,7 @@ TEST_CASE("tiny patches far from the origin cost no more than near it") {
     }
 }
 
-TEST_CASE("very little memory ends the search for a patch size, too") {
+TEST_CASE("the search for a patch size ends with very little memory as well") {
     Scene scene = test::grey_room(test::icosphere(3, 2), 0.2F, 1, Vec3(0), Vec3(1, 0, 0));
     scene.objects.push_back(test::box(Vec3(0.5F), 0, Vec3(-1)));
     const Source source = scene.sources[0];
@@ -101,7 +101,7 @@ TEST_CASE("very little memory ends the search for a patch size, too") {
     CHECK(test::fault(propagation.response(0)) == "");
 }
 
-TEST_CASE("direct sound is there after three seconds, and a response holds as much") {
+TEST_CASE("direct sound after three seconds is found, and a response is long enough for it") {
     Scene scene = test::grey_room(Object{}, 0, 0, Vec3(0), Vec3(1100, 0, 0));
     scene.objects.clear();
     scene.simulation.direct = true;
@@ -118,7 +118,7 @@ TEST_CASE("direct sound is there after three seconds, and a response holds as mu
     }
 }
 
-TEST_CASE("image sources keep to the limit of all orders") {
+TEST_CASE("image sources observe the limit of the reflection order") {
     Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.2F, 0, kSource, kListener);
     scene.simulation.direct = true;
     scene.simulation.specular_order = 3;
@@ -135,7 +135,7 @@ TEST_CASE("image sources keep to the limit of all orders") {
     }
 }
 
-TEST_CASE("mirror paths of high order follow a listener after a long rest, too") {
+TEST_CASE("mirror paths of high order follow a listener also after a long rest") {
     // So many rays that the cache is soon complete and no more are traced.
     Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.2F, 0.0F, kSource, kListener);
     Simulation simulation = test::with(scene, Estimator::patch, 0.05F, 0.2F);
@@ -157,7 +157,7 @@ TEST_CASE("mirror paths of high order follow a listener after a long rest, too")
     CHECK(test::energy_between(left.response(0), 0, 0.05) != Approx(here).epsilon(0.06));
 }
 
-TEST_CASE("mirror paths of high order follow a source before a listener who rests") {
+TEST_CASE("mirror paths of high order follow a source in front of a static listener") {
     // The listener has gathered enough; for what no gather finds it is to send all the same.
     Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.2F, 0.0F, kSource, kListener);
     Simulation simulation = test::with(scene, Estimator::patch, 0.05F, 0.2F);

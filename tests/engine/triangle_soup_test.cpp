@@ -103,7 +103,7 @@ TEST_CASE("duplicate and degenerate triangles change nothing") {
     check_lossless(lossless(box), kUnbiased);
 }
 
-TEST_CASE("thin surfaces in a room leave its late energy alone, however they lie") {
+TEST_CASE("thin surfaces do not change the late energy of a room, in any orientation") {
     RandomStream random(derive_seed(test::test_seed(), 1));
     for (const auto& [count, size_m] : {std::pair(12, 1.0F), std::pair(300, 0.3F)}) {
         CAPTURE(count, size_m);
@@ -113,7 +113,7 @@ TEST_CASE("thin surfaces in a room leave its late energy alone, however they lie
     }
 }
 
-TEST_CASE("hollow things in a room leave its late energy alone, whatever their insides") {
+TEST_CASE("hollow objects do not change the late energy of a room, with any interior") {
     // Closed boxes as thick as a book: half of what looks up in a cell is the inside of a bottom.
     Scene scene = lossless(test::box(kSize));
     const Vec3 book(0.3F, 0.3F, 0.06F);
@@ -135,7 +135,7 @@ TEST_CASE("hollow things in a room leave its late energy alone, whatever their i
     CHECK(std::abs(e.z(0.9)) > test::kRefutedZ);
 }
 
-TEST_CASE("mirrors among scattering surfaces neither take nor give energy") {
+TEST_CASE("mirrors among scattering surfaces neither remove nor add energy") {
     RandomStream random(derive_seed(test::test_seed(), 2));
     Scene scene = lossless(test::box(kSize));
     scene.materials.push_back({"mirror", Bands{}, Bands{}});
@@ -169,7 +169,7 @@ TEST_CASE("a source on a wall, an edge or a corner sends all its energy into the
     }
 }
 
-TEST_CASE("a mirror that a source or a listener lies on doubles the direct sound") {
+TEST_CASE("a mirror doubles the direct sound of a source or listener on it") {
     for (const bool listens : {false, true}) {
         const Vec3 place(2, 1.5F, 0);
         Scene scene = test::grey_room(test::box(kSize), 0, 0, listens ? kListener : place,
@@ -187,7 +187,7 @@ TEST_CASE("a mirror that a source or a listener lies on doubles the direct sound
     }
 }
 
-TEST_CASE("a listener near or on a wall, an edge or a corner hears the room") {
+TEST_CASE("a listener near or on a wall, an edge or a corner receives the energy of the room") {
     for (const Vec3& listener :
          {Vec3(2, 1.5F, 0.05F), Vec3(2, 1.5F, 0), Vec3(0, 1.5F, 0), Vec3(5, 4, 3)}) {
         CAPTURE(listener.x, listener.y, listener.z);
@@ -195,13 +195,13 @@ TEST_CASE("a listener near or on a wall, an edge or a corner hears the room") {
     }
 }
 
-TEST_CASE("on a wall whose normal faces out the room is taken all the same") {
+TEST_CASE("on a wall whose normal faces outwards the position is moved into the room as well") {
     Object box = test::box(kSize);
     for (auto& t : box.triangles) std::swap(t[0], t[1]);
     check_lossless(lossless(box, 1, Vec3(2, 1.5F, 0), Vec3(0, 2, 1)), {Estimator::patch});
 }
 
-TEST_CASE("a thin wall between two rooms lets nothing through, wherever it stands") {
+TEST_CASE("a thin wall between two rooms is opaque at any position") {
     for (const float at_m : {5.0F, 5.1F, 5.25F, 5.37F}) {
         Scene scene = test::grey_room(test::box(Vec3(10, 4, 3)), 0.2F, 1, kSource, Vec3(8, 3, 1));
         scene.objects.push_back(test::box(Vec3(0.1F, 4, 3), 0, Vec3(at_m, 0, 0)));
@@ -215,7 +215,7 @@ TEST_CASE("a thin wall between two rooms lets nothing through, wherever it stand
     }
 }
 
-TEST_CASE("inside of a solid little is heard, and around it nothing is lost") {
+TEST_CASE("inside a solid there is little energy, and around it none is lost") {
     Scene scene = lossless(test::box(kSize));
     scene.objects.push_back(test::box(Vec3(1.03F, 0.97F, 0.8F), 0, Vec3(2.13F, 1.61F, 0)));
     const double solid_m3 = 1.03 * 0.97 * 0.8;
@@ -227,7 +227,8 @@ TEST_CASE("inside of a solid little is heard, and around it nothing is lost") {
     CHECK(inside.mean < 0.1);
 }
 
-TEST_CASE("a source at the listener, in the middle or on a wall, has a finite response") {
+TEST_CASE(
+    "a source at the listener's position, in the middle or on a wall, has a finite response") {
     for (const Vec3& place : {kListener, Vec3(2, 1.5F, 0), Vec3(0)}) {
         Scene scene = test::grey_room(test::box(kSize), 0.2F, 0.3F, place, place);
         scene.simulation.direct = true;
@@ -246,7 +247,7 @@ TEST_CASE("a source at the listener, in the middle or on a wall, has a finite re
     }
 }
 
-TEST_CASE("T-junctions and cracks of rounding's width leak nothing to speak of") {
+TEST_CASE("T-junctions and cracks as wide as rounding errors leak negligible energy") {
     // The floor is cut in strips whose corners meet no corner of the walls, moved by up to 10 um.
     Object box = test::box(kSize);
     RandomStream random(derive_seed(test::test_seed(), 3));
@@ -262,8 +263,7 @@ TEST_CASE("T-junctions and cracks of rounding's width leak nothing to speak of")
     check_lossless(lossless(box), kUnbiased);
 }
 
-TEST_CASE(
-    "whatever the triangles, responses are finite, not negative, and the same with two threads") {
+TEST_CASE("for any triangles responses are finite, not negative, and the same with two threads") {
     RandomStream random(derive_seed(test::test_seed(), 4));
     for (int trial = 0; trial < 16; ++trial) {
         Scene scene =

@@ -101,7 +101,7 @@ std::size_t rank_of(const Part& part, const std::string& file) {
 
 }  // namespace
 
-TEST_CASE("a folder includes only those before it in its part, and only the parts it is built on") {
+TEST_CASE("a folder includes only earlier folders of its part and parts that it depends on") {
     const fs::path project = AULA_SOURCE_DIR;
     std::size_t checked = 0;
     for (const Part& part : kParts) {

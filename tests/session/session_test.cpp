@@ -141,7 +141,7 @@ TEST_CASE("A listener at twice the distance hears half the pressure, later") {
     REQUIRE(static_cast<double>(far[960]) == Approx(0.5 / 3.432).epsilon(0.0116));
 }
 
-TEST_CASE("A rendering ends however many frames the renderer holds") {
+TEST_CASE("A rendering ends for any number of frames that the renderer holds") {
     // Frames that come faster than the long levels of the convolver go over to them.
     Scene scene = test::small_room();
     scene.sources.push_back(scene.sources[0]);
@@ -160,7 +160,7 @@ TEST_CASE("A rendering ends however many frames the renderer holds") {
     CHECK(sound_info(file).samples == 28800);
 }
 
-TEST_CASE("What is not finite is rendered as silence, with a warning") {
+TEST_CASE("Samples that are not finite are rendered as silence, with a warning") {
     Scene scene = free_field({1, 0, 0});
     scene.sources[0].signal = Source::Signal::noise;
     scene.sources[0].gain_db = 1000;
@@ -178,7 +178,7 @@ TEST_CASE("What is not finite is rendered as silence, with a warning") {
     CHECK(read_sound(file, 48000).warnings.empty());
 }
 
-TEST_CASE("A rendering that is stopped leaves nothing behind") {
+TEST_CASE("A stopped rendering leaves no file") {
     const TemporaryFolder folder;
     REQUIRE_FALSE(render_offline(free_field({1, 0, 0}), {}, folder.path() / "out.wav",
                                  [](double) { return false; }));
@@ -204,7 +204,7 @@ TEST_CASE("The reverberations of two sources in opposite corners are uncorrelate
     CHECK(correlation(left, measured(same, "left")) > 0.5);
 }
 
-TEST_CASE("A source sounds alike alone and among others, measured and rendered") {
+TEST_CASE("A source has the same response alone and among others, measured and rendered") {
     const Scene scene = reverberant_room();
     Scene reversed = scene;
     std::swap(reversed.sources[0], reversed.sources[1]);

@@ -105,7 +105,7 @@ TEST_CASE("Every shipped room's response is as long as its reverberation") {
     }
 }
 
-TEST_CASE("The shipped scenes are as loud as each other, and do not clip") {
+TEST_CASE("The shipped scenes are equally loud and do not clip") {
     const TemporaryFolder folder;
     for (const fs::path& file : shipped_rooms()) {
         const Heard walk = heard(load_scene(file).scene, folder.path() / "out.wav");
@@ -117,7 +117,7 @@ TEST_CASE("The shipped scenes are as loud as each other, and do not clip") {
     }
 }
 
-TEST_CASE("No shipped walk ends within a sound or with the stub of a repetition") {
+TEST_CASE("No shipped walk ends within a sound or at the start of a repetition") {
     for (const fs::path& file : shipped_rooms()) {
         const Scene scene = load_scene(file).scene;
         for (const Source& source : scene.sources) {

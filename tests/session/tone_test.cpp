@@ -16,7 +16,7 @@ using test::tone;
 
 }  // namespace
 
-TEST_CASE("A tone stays a tone while the listener walks and turns: nothing clicks") {
+TEST_CASE("A tone has no clicks while the listener walks and turns") {
     const test::TemporaryFolder folder;
     const auto file = folder.path() / "tone.wav";
     {

@@ -214,7 +214,7 @@ TEST_CASE("Threads keep the real-time priority inherited from their parent, the 
     CHECK(of_child == SCHED_FIFO);
 }
 
-TEST_CASE("A thread that gives way and its children have a higher nice value, no other thread") {
+TEST_CASE("Lowering a thread's priority raises its nice value and that of its children only") {
     if (sched_getscheduler(0) != SCHED_OTHER) {
         WARN("skipped: this thread is not scheduled like others");
         return;
@@ -239,7 +239,7 @@ TEST_CASE("A thread that gives way and its children have a higher nice value, no
     CHECK(nice() == before);
 }
 
-TEST_CASE("A thread that gives way has short time slices if the system supports them") {
+TEST_CASE("A thread of lowered priority has short time slices if the system supports them") {
     struct {
         std::uint32_t size = 48;
         std::uint32_t policy = 0;

@@ -7,7 +7,8 @@
 
 using namespace aula;
 
-TEST_CASE("A late callback is the program's fault if it computed long, otherwise the machine's") {
+TEST_CASE(
+    "A late callback is attributed to rendering if it computed long, otherwise to scheduling") {
     constexpr double kSound_s = 256.0 / 48000;
     struct Case {
         double wall;  // re the duration of the block
@@ -24,7 +25,7 @@ TEST_CASE("A late callback is the program's fault if it computed long, otherwise
     CHECK(lateness_cause(c.wall * kSound_s, c.cpu * kSound_s, kSound_s) == c.cause);
 }
 
-TEST_CASE("An underrun after callbacks in time is attributed to the host") {
+TEST_CASE("An underrun after callbacks in time is attributed to the sound system") {
     // One hour per sample: every callback is in time.
     OutputMeter meter(1.0 / 3600);
     meter.begin(false);
@@ -38,7 +39,7 @@ TEST_CASE("An underrun after callbacks in time is attributed to the host") {
     CHECK(meter.first_underruns()[0].time_s == Approx(256 * 3600.0));
 }
 
-TEST_CASE("An underrun after a callback that computed too long is attributed to the program") {
+TEST_CASE("An underrun after a callback that computed too long is attributed to rendering") {
     // A sample is shorter than any callback.
     OutputMeter meter(1e15);
     meter.begin(false);
@@ -51,7 +52,7 @@ TEST_CASE("An underrun after a callback that computed too long is attributed to 
 }
 
 TEST_CASE(
-    "An underrun shortly after a callback that was not scheduled is attributed to the machine") {
+    "An underrun shortly after a callback that was not scheduled is attributed to scheduling") {
     constexpr double kRate_hz = 48000;
     constexpr int kBlock = 256;
     constexpr double kSound_s = kBlock / kRate_hz;

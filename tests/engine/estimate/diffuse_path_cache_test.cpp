@@ -82,7 +82,7 @@ TEST_CASE("the published bias formula tends to the harmonic number for rare path
     CHECK(published_bias(0.01, 30) == Approx(3.30).margin(0.01));
 }
 
-TEST_CASE("dpc-published is biased as the formula says, dpc is not") {
+TEST_CASE("dpc-published has the bias of the formula, dpc has none") {
     const double m = GENERATE(1.0, 0.1, 0.01);
     CAPTURE(m);
     const int per_block = m < 0.05 ? 4000 : 1000;
@@ -96,7 +96,7 @@ TEST_CASE("dpc-published is biased as the formula says, dpc is not") {
     if (m < 0.5) CHECK(std::abs(windowed.z(published_bias(m, 30))) > test::kRefutedZ);
 }
 
-TEST_CASE("a published entry lives F frames counting its first, however often it is hit") {
+TEST_CASE("a published entry lives F frames including its first for any number of hits") {
     DiffusePathCache cache(Readout::published, 3, kPlenty);
     const std::vector<Arrival> hit{arrival(1, 10, 1)};
     cache.add_frame(hit, kRays);
@@ -125,7 +125,7 @@ TEST_CASE("an entry keeps the sums of Eq. 3.4 and reads out Eq. 3.2 and 3.3") {
     CHECK(response.total(0) == Approx(3.5 / kRays));
 }
 
-TEST_CASE("the window forgets exactly what has left it") {
+TEST_CASE("the window removes exactly the frames that have left it") {
     DiffusePathCache cache(Readout::windowed, 5, kPlenty);
     std::mt19937_64 random(4);
     std::uniform_real_distribution<float> energy(0, 1e-3F);
@@ -143,7 +143,7 @@ TEST_CASE("the window forgets exactly what has left it") {
     CHECK(read_energy(cache) == 0);
 }
 
-TEST_CASE("what does not fit in memory is forgotten, oldest first") {
+TEST_CASE("entries that exceed the memory are removed, oldest first") {
     const auto readout = GENERATE(Readout::published, Readout::windowed);
     constexpr std::size_t kBytes = 100'000;
     DiffusePathCache cache(readout, 1000, kBytes);
@@ -163,7 +163,7 @@ TEST_CASE("what does not fit in memory is forgotten, oldest first") {
     if (readout == Readout::windowed) CHECK(read_energy(cache) == Approx(50.0 / kRays));
 }
 
-TEST_CASE("where a path came from is forgotten with its arrivals") {
+TEST_CASE("the direction of a path is removed with its arrivals") {
     constexpr int kWindow = 3;
     DiffusePathCache cache(Readout::windowed, kWindow, kPlenty);
     const std::vector<Arrival> from_y(5, arrival(1, 10, 1));

@@ -27,7 +27,7 @@ using Batches = std::vector<int>;
 
 }  // namespace
 
-TEST_CASE("sources that stand send rays themselves, wherever the listener goes") {
+TEST_CASE("static sources emit rays for any movement of the listener") {
     for (const EmitterStatus& listener : {kMoves, kStatic, kNew}) {
         const EmissionPlan p = plan({kStatic}, {listener});
         CHECK(p.sources == Batches{kMax});
@@ -35,7 +35,7 @@ TEST_CASE("sources that stand send rays themselves, wherever the listener goes")
     }
 }
 
-TEST_CASE("a listener that stands sends the rays for sources that move") {
+TEST_CASE("a static listener emits the rays for moving sources") {
     const EmissionPlan one = plan({kMoves}, {kStatic});
     CHECK(one.sources == Batches{0});
     CHECK(one.listeners == Batches{kMax});
@@ -49,7 +49,7 @@ TEST_CASE("a listener that stands sends the rays for sources that move") {
     CHECK(apart.listeners == Batches{kMax, 0});
 }
 
-TEST_CASE("where both ends move the fewer of them send rays") {
+TEST_CASE("if both ends move, the end with fewer emitters emits rays") {
     CHECK(plan({kMoves}, {kMoves}).sources == Batches{kMax});
     CHECK(plan({kMoves}, {kMoves}).listeners == Batches{0});
     const EmissionPlan crowd = plan({kMoves, kMoves, kMoves}, {kMoves});
@@ -58,13 +58,13 @@ TEST_CASE("where both ends move the fewer of them send rays") {
     CHECK(plan({kMoves, kMoves}, {kMoves, kMoves}).sources == Batches{kMax, kMax});
 }
 
-TEST_CASE("who has gathered enough sends nothing") {
+TEST_CASE("an emitter with enough rays emits nothing") {
     CHECK(plan({kComplete}, {kStatic}).sources == Batches{0});
     CHECK(plan({kMoves}, {kComplete}).listeners == Batches{0});
     CHECK(plan({kMoves}, {kComplete}).sources == Batches{0});
 }
 
-TEST_CASE("sources that stand share the rays of two, who has least first") {
+TEST_CASE("static sources share the rays of two, fewest rays first") {
     const EmissionPlan p = plan(std::vector<EmitterStatus>(32, kStatic), {kMoves});
     CHECK(sum(p.sources) == 2 * kMax);
     const EmissionPlan uneven =
@@ -80,7 +80,7 @@ TEST_CASE("sources that stand share the rays of two, who has least first") {
     CHECK(sum(moving.sources) == 3 * kMax);
 }
 
-TEST_CASE("no new source waits for its first rays") {
+TEST_CASE("a new source emits rays in its first frame") {
     const EmissionPlan p = plan(std::vector<EmitterStatus>(100, kNew), {kStatic});
     CHECK(p.sources == Batches(100, 1));
 }

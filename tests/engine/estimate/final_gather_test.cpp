@@ -146,7 +146,7 @@ GatherHit hit_of(std::uint32_t patch, float length_m, bool late) {
 
 }  // namespace
 
-TEST_CASE("what patches radiate arrives later by the gather's length, uniform in time in its bin") {
+TEST_CASE("radiated energy is delayed by the gather ray's length, uniform in time within its bin") {
     // Responses with bins of one, of four and of seven widths, and coarse ones.
     const TimeBins bins = GENERATE(TimeBins(0.06), TimeBins(0.4), TimeBins(2.5), TimeBins(0.9, 3));
     const bool directed = GENERATE(false, true);
@@ -173,7 +173,7 @@ TEST_CASE("what patches radiate arrives later by the gather's length, uniform in
     }
 }
 
-TEST_CASE("air takes its share of the whole way of a gather, mirrors included") {
+TEST_CASE("air attenuates the whole length of a gather ray, including reflections at mirrors") {
     const Vec3 inside(3, 2, 1.5F);
     Scene scene = test::grey_room(test::box(Vec3(8, 6, 4)), 0.1F, 0.4F, inside, inside);
     const RayScene rays(scene);
@@ -202,7 +202,7 @@ TEST_CASE("air takes its share of the whole way of a gather, mirrors included") 
     CHECK(longest_m > (settings.mirrors ? 15.0F : 5.0F));
 }
 
-TEST_CASE("hits of a patch that are joined keep their rays' mean length and direction") {
+TEST_CASE("joined hits of a patch have the mean length and direction of their rays") {
     const Vec3 inside(3, 2, 1.5F);
     const Scene scene = test::grey_room(test::box(Vec3(8, 6, 4)), 0.1F, 1, inside, inside);
     const RayScene rays(scene);

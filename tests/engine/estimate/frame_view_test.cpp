@@ -16,7 +16,7 @@ FrameInput input_of(const Scene& scene) {
 
 }  // namespace
 
-TEST_CASE("Lines start at the source, end on walls, and lose what the walls absorb") {
+TEST_CASE("Path lines start at the source, end on walls and lose the energy that walls absorb") {
     const Scene scene = test::small_room();
     Propagation propagation(scene, scene.simulation);
     const FrameInput input = input_of(scene);
@@ -41,7 +41,8 @@ TEST_CASE("Lines start at the source, end on walls, and lose what the walls abso
 }
 
 TEST_CASE(
-    "What patches radiate adds up to what the walls scatter, and parts of time to the whole") {
+    "The energies of all patches sum to the energy that walls scatter, and those of time intervals "
+    "to the total") {
     Scene scene = test::small_room();
     scene.simulation.order = 1;
     Propagation propagation(scene, scene.simulation);

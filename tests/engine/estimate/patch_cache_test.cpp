@@ -63,7 +63,7 @@ class Walk {
 
 }  // namespace
 
-TEST_CASE("while nothing changes a patch cache gathers for ever") {
+TEST_CASE("while nothing changes a patch cache accumulates without limit") {
     Walk walk(5);
     for (int f = 0; f < 100; ++f) walk.frame(Vec3(0), f % 2 ? 1 : 2);
     CHECK(walk.cache.emitted() == 100);
@@ -71,7 +71,7 @@ TEST_CASE("while nothing changes a patch cache gathers for ever") {
     CHECK(radiated(walk.cache, 2) == Approx(0.5));
 }
 
-TEST_CASE("once the source has moved nothing older than the window is left") {
+TEST_CASE("after a movement of the source no energy older than the window remains") {
     Walk walk(5);
     for (int f = 0; f < 100; ++f) walk.frame(Vec3(0), 1);
     for (int f = 1; f <= 4; ++f) walk.frame(Vec3(0.01F, 0, 0), 2);
@@ -93,7 +93,7 @@ TEST_CASE("a walking source keeps the frames within reach of the patch size") {
     CHECK(walk.cache.emitted() <= 5);
 }
 
-TEST_CASE("after a jump only the present is heard") {
+TEST_CASE("after a jump only the present frame remains") {
     Walk walk(30);
     for (int f = 0; f < 20; ++f) walk.frame(Vec3(0), 1);
     walk.frame(Vec3(5, 0, 0), 2);
@@ -101,7 +101,7 @@ TEST_CASE("after a jump only the present is heard") {
     CHECK(radiated(walk.cache, 1) == 0);
 }
 
-TEST_CASE("a moving scene counts like a moving source") {
+TEST_CASE("a moving scene invalidates frames as a moving source does") {
     Walk walk(30);
     for (int f = 0; f < 20; ++f) walk.frame(Vec3(0), 1, 0.05 * f);
     CHECK(walk.cache.emitted() <= 5);
@@ -109,7 +109,7 @@ TEST_CASE("a moving scene counts like a moving source") {
     CHECK(radiated(walk.cache, 1) == 0);
 }
 
-TEST_CASE("however short the log, sums and rays are those of the same frames") {
+TEST_CASE("for any length of the log, sums and rays belong to the same frames") {
     // Steps, rests and jumps with frames of uneven size, each deposit of one ray.
     std::mt19937_64 random(test::test_seed());
     std::uniform_int_distribution<int> size(1, 40);
@@ -145,7 +145,7 @@ TEST_CASE("however short the log, sums and rays are those of the same frames") {
     CHECK(short_logs > 100);  // that frames were let go while others came is what is tested
 }
 
-TEST_CASE("removing is exact: sums are those of the frames that are left") {
+TEST_CASE("removal is exact: the sums are those of the remaining frames") {
     std::mt19937_64 random(9);
     std::uniform_real_distribution<float> energy(0, 1);
     std::uniform_int_distribution<std::uint32_t> patch(0, kPatches - 1);
@@ -173,7 +173,7 @@ TEST_CASE("removing is exact: sums are those of the frames that are left") {
     }
 }
 
-TEST_CASE("a source that creeps keeps the frames of the window, neither more nor fewer") {
+TEST_CASE("a slowly moving source keeps exactly the frames of the window") {
     for (const int window : {1, 2, 5, 12}) {
         Walk walk(window);
         // Within reach of the patch size all the way, so that age alone decides.
@@ -187,7 +187,7 @@ TEST_CASE("a source that creeps keeps the frames of the window, neither more nor
     }
 }
 
-TEST_CASE("what has stood and creeps on keeps a window of frames from the first step on") {
+TEST_CASE("a source that starts moving slowly keeps a window of frames from the first step on") {
     constexpr int kWindow = 5;
     Walk walk(kWindow);
     for (int f = 0; f < 20; ++f) walk.frame(Vec3(0), 1);
@@ -198,7 +198,7 @@ TEST_CASE("what has stood and creeps on keeps a window of frames from the first 
     }
 }
 
-TEST_CASE("after a step within reach each new frame takes the place of one from before") {
+TEST_CASE("after a small step each new frame replaces one from before") {
     Walk walk(30);
     constexpr int kBefore = 10;
     for (int f = 0; f < kBefore; ++f) walk.frame(Vec3(0), 1);
@@ -211,7 +211,7 @@ TEST_CASE("after a step within reach each new frame takes the place of one from 
     }
 }
 
-TEST_CASE("a listener's directions are those of the frames that are left, to the bit") {
+TEST_CASE("a listener's directions are those of the remaining frames, to the bit") {
     // Frames that leave one by one, and most of them together.
     const bool static_first = GENERATE(false, true);
     CAPTURE(static_first);
@@ -261,14 +261,14 @@ TEST_CASE("a listener's directions are those of the frames that are left, to the
     CHECK(held > 10);
 }
 
-TEST_CASE("a short log keeps memory flat") {
+TEST_CASE("a short log bounds the memory") {
     Walk walk(1000, 20 * sizeof(Deposit));
     for (int f = 0; f < 100; ++f) walk.frame(Vec3(1e-4F * static_cast<float>(f), 0, 0), 1);
     CHECK(walk.cache.emitted() <= 21);
     CHECK(radiated(walk.cache, 1) == Approx(1));
 }
 
-TEST_CASE("deposits keep energies in the mean, however faint beside the strongest band") {
+TEST_CASE("deposits preserve mean energies even if they are small relative to the strongest band") {
     Bands energy;
     for (std::size_t b = 0; b < kBandCount; ++b) {
         energy[b] = std::pow(10.0F, -static_cast<float>(b));

@@ -60,7 +60,8 @@ EnergyResponse heard(const SegmentCache& segments, const Vec3& at, double scale)
 
 }  // namespace
 
-TEST_CASE("a receiver hears a segment by its chord, at its delay, wherever it is") {
+TEST_CASE(
+    "a receiver detects a segment in proportion to its chord, at its delay, at any position") {
     SegmentCache segments = window();
     run(segments, 0, 1);
     constexpr float kVolume_m3 =
@@ -96,7 +97,7 @@ TEST_CASE("a receiver hears a segment by its chord, at its delay, wherever it is
     CHECK(heard(segments, Vec3(101, 0, 0), 1).total(0) == 0);
 }
 
-TEST_CASE("air takes its share of a segment up to the receiver") {
+TEST_CASE("air attenuates a segment up to the receiver") {
     Bands attenuation_per_m;
     attenuation_per_m[6] = 0.008F;
     attenuation_per_m[7] = 0.024F;
@@ -112,7 +113,7 @@ TEST_CASE("air takes its share of a segment up to the receiver") {
     }
 }
 
-TEST_CASE("segments of an emitter that stands are kept until newer ones need their room") {
+TEST_CASE("segments of a static emitter are kept until newer ones need their memory") {
     SegmentCache segments = window();
     run(segments, 0, 15);
     CHECK(segments.rays() == 15 * kRays);
@@ -132,7 +133,7 @@ TEST_CASE("segments of an emitter that stands are kept until newer ones need the
     CHECK(small.rays() == 2 * kRays);
 }
 
-TEST_CASE("once an emitter has moved, its old segments are not heard") {
+TEST_CASE("after a movement of an emitter its old segments are not detected") {
     SegmentCache slow = window();
     run(slow, 0, 15, 0.01F);
     CHECK(slow.rays() == 4 * kRays);  // of the window
@@ -149,7 +150,7 @@ TEST_CASE("once an emitter has moved, its old segments are not heard") {
     CHECK(stopped.rays() == 0);
 }
 
-TEST_CASE("a segment that begins within the sphere is heard from there on only") {
+TEST_CASE("a segment that begins within the sphere is detected from its start only") {
     SegmentCache segments = window();
     run(segments, 0, 1);
     constexpr float kVolume_m3 =
@@ -163,7 +164,7 @@ TEST_CASE("a segment that begins within the sphere is heard from there on only")
     CHECK(heard(segments, Vec3(-0.41F, 0.3F, 0), 1).total(0) == 0);
 }
 
-TEST_CASE("a segment of much energy is heard in a larger sphere, and as loud in the mean") {
+TEST_CASE("a segment of high energy has a larger sphere and the same mean detection") {
     SegmentCache segments = window();
     DepositBatch batch = one_segment();
     batch.segments[0].growth = 4;  // less than one ray of its wave front would allow: 14.4
@@ -176,7 +177,7 @@ TEST_CASE("a segment of much energy is heard in a larger sphere, and as loud in 
     CHECK(heard(segments, Vec3(20, 1.01F, 0), 1).total(0) == 0);
 }
 
-TEST_CASE("segments that an image source may count keep the small sphere, whatever their energy") {
+TEST_CASE("segments that an image source may count keep the small sphere for any energy") {
     DepositBatch batch;
     for (int i = 0; i < 100; ++i) {
         batch.segments.push_back({Vec3(0), Vec3(1, 0, 0), 10, 3, 0});
@@ -189,7 +190,8 @@ TEST_CASE("segments that an image source may count keep the small sphere, whatev
     CHECK(batch.segments[2].growth <= 1);
 }
 
-TEST_CASE("what an image source may count has a cache entry apart from what scatters on its way") {
+TEST_CASE(
+    "paths that an image source may count and paths that scatter have separate cache entries") {
     DepositBatch batch;
     for (const std::uint64_t sequence : {0U, 77U}) {
         batch.segments.push_back({Vec3(0), Vec3(1, 0, 0), 10, 3, 0});

@@ -4,7 +4,8 @@
 
 using namespace aula;
 
-TEST_CASE("points drawn in a polygon are uniform: each part has them by its area") {
+TEST_CASE(
+    "random points in a polygon are uniform: each part has a number in proportion to its area") {
     // A triangle without one corner, and a triangle.
     ClippedPolygon polygon;
     for (const Vec3& v : {Vec3(0, 0, 1), Vec3(3, 0, 1), Vec3(0, 2, 1)}) polygon.add(v);

@@ -15,7 +15,7 @@ int cells_between(const GridAxis& cuts, float from_m, float to_m) {
 
 }  // namespace
 
-TEST_CASE("a place lies in the cell that begins before it and ends behind it") {
+TEST_CASE("a position lies in the cell that contains it") {
     for (const float cell_m : {0.1F, 0.5F, 3.0F}) {
         const GridAxis cuts(10.13F, cell_m, {{2.31F, 10}, {2.44F, 9}, {7.77F, 1}});
         for (float x = -3; x < 14; x += 0.00371F) {
@@ -31,7 +31,7 @@ TEST_CASE("a place lies in the cell that begins before it and ends behind it") {
     }
 }
 
-TEST_CASE("walls cut cells, small ones only where they are apart from larger ones") {
+TEST_CASE("cells are cut at walls, at small ones only if they are apart from larger ones") {
     const GridAxis cuts(10, 0.5F, {{2.3F, 10}, {2.31F, 20}, {5.05F, 5}});
     CHECK(cells_between(cuts, 2.3099F, 2.3101F) == 1);
     CHECK(cells_between(cuts, 2.2999F, 2.3001F) == 0);
@@ -41,7 +41,7 @@ TEST_CASE("walls cut cells, small ones only where they are apart from larger one
     CHECK(cells_between(none, 0, 10) == 20);
 }
 
-TEST_CASE("many walls at most double the cells, and a flat scene parts its sides") {
+TEST_CASE("many walls at most double the number of cells, and a flat scene separates its sides") {
     std::vector<GridAxis::Wall> walls;
     for (int i = 1; i < 1000; ++i) walls.push_back({0.01F * static_cast<float>(i), 1.0});
     const GridAxis cuts(10, 0.5F, walls);
@@ -51,7 +51,7 @@ TEST_CASE("many walls at most double the cells, and a flat scene parts its sides
     CHECK(flat.cell(-1e-4F) != flat.cell(0));
 }
 
-TEST_CASE("what is no place has a cell that is there, not one beyond all memory") {
+TEST_CASE("a position that is not finite has a valid cell") {
     const GridAxis cuts(10, 0.5F, {});
     for (const float none : {std::numeric_limits<float>::quiet_NaN(), 1e30F, -1e30F,
                              std::numeric_limits<float>::infinity()}) {

@@ -84,7 +84,7 @@ void add_boxes(Scene& scene, int across) {
 
 }  // namespace
 
-TEST_CASE("where sound falls evenly no part of a patch is told from another") {
+TEST_CASE("under uniform irradiance all parts of a patch are equal") {
     const Surveyed s(room());
     RandomStream random(1);
     int uneven = 0;
@@ -96,7 +96,7 @@ TEST_CASE("where sound falls evenly no part of a patch is told from another") {
     CHECK(uneven < 20);
 }
 
-TEST_CASE("a lid over a hollow radiates all that its patch takes") {
+TEST_CASE("a lid over a hollow box radiates all energy of its patch") {
     for (const int across : {1, 20}) {
         CAPTURE(across);
         Scene scene = room();
@@ -114,7 +114,7 @@ TEST_CASE("a lid over a hollow radiates all that its patch takes") {
     }
 }
 
-TEST_CASE("faces at one place count as one") {
+TEST_CASE("coincident faces count as one") {
     Scene scene = room();
     add_boxes(scene, 1);
     add_boxes(scene, 1);
@@ -124,7 +124,7 @@ TEST_CASE("faces at one place count as one") {
     CHECK(Surveyed(scene).share_seen() == Approx(1).margin(0.15));
 }
 
-TEST_CASE("a lid under a beam radiates most of what its patch takes") {
+TEST_CASE("a lid under a beam radiates most of the energy of its patch") {
     Scene scene = room();
     add_boxes(scene, 1);
     // Half of the lid is covered, and the beam ends within pieces of it: their hits are spread over
@@ -143,7 +143,7 @@ TEST_CASE("a lid under a beam radiates most of what its patch takes") {
     CHECK((kLid_m2 / 2 + 0.5 * 0.2) / double{s.met(kOnLid, kDown).area_m2} < 0.6);
 }
 
-TEST_CASE("a patch that a moving object is in is taken as even, and as before once it has left") {
+TEST_CASE("a patch is uniform while it contains a moving object, and as before afterwards") {
     Scene scene = room();
     add_boxes(scene, 1);
     // Its top comes into the lid's cell, beside the lid.
@@ -170,7 +170,7 @@ TEST_CASE("a patch that a moving object is in is taken as even, and as before on
     CHECK(inside().irradiance == inside_before.irradiance);
 }
 
-TEST_CASE("direct sound makes no part of a patch louder than the others") {
+TEST_CASE("direct sound makes no part of a patch stronger than the others") {
     // A source 3 cm above the floor: its direct sound falls on a hand's breadth of one patch.
     const Vec3 low(2.3F, 2.2F, 0.03F);
     const Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 1, low, low);

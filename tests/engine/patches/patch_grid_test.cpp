@@ -63,7 +63,8 @@ TEST_CASE("the patches of a box have its surface, also where walls lie on cell b
     }
 }
 
-TEST_CASE("points off a wall have one patch wherever it is to a fraction of a millimetre") {
+TEST_CASE(
+    "points near a wall have the same patch for any position of the wall within a millimetre") {
     // A box outside gives the grid its origin, so that no wall of the room is there.
     for (int k = 0; k < 20; ++k) {
         const float corner_m = 1 + 5e-5F * static_cast<float>(k);
@@ -88,7 +89,7 @@ TEST_CASE("points off a wall have one patch wherever it is to a fraction of a mi
     }
 }
 
-TEST_CASE("the same wall twice counts once") {
+TEST_CASE("a duplicate wall counts once") {
     const Vec3 inside(2, 2, 1.4F);
     Scene scene = room(test::box(Vec3(5, 4, 3)), inside);
     scene.objects.push_back(test::box(Vec3(5, 4, 3)));
@@ -125,7 +126,7 @@ TEST_CASE("a floor under a solid does not count") {
     CHECK(area < 94 + 12 - 2);  // companion: the hidden floor is not in it
 }
 
-TEST_CASE("the number of patches follows area, not triangles") {
+TEST_CASE("the number of patches depends on area, not on triangles") {
     const Vec3 inside(0.1F, 0.2F, 0);
     Surveyed coarse(room(test::icosphere(3, 3), inside), 0.5F, inside);
     Surveyed fine(room(test::icosphere(3, 5), inside), 0.5F, inside);
@@ -159,7 +160,7 @@ TEST_CASE("a box of 12 triangles and one of 200 000 have the same patches") {
     CHECK(static_cast<double>(narrow.grid.reached()) > 3 * static_cast<double>(few.grid.reached()));
 }
 
-TEST_CASE("patches are as large as their most allows, and have the same surface") {
+TEST_CASE("patches are as large as their maximum number requires, with the same total area") {
     const Vec3 inside(2, 2, 1.4F);
     const Scene scene = room(test::box(Vec3(5, 4, 3)), inside);
     Surveyed few(scene, 0.25F, inside, 400);
@@ -190,7 +191,7 @@ Scene room_with_sliding_block(const Vec3& size, const Vec3& begin, const Vec3& e
 
 }  // namespace
 
-TEST_CASE("the extent of a grid is that of the whole one") {
+TEST_CASE("the extent of a grid is that of the complete grid") {
     const Vec3 inside(2, 2, 1.4F);
     const Scene scene = room(test::box(Vec3(5, 4, 3), 0, Vec3(0)), inside);
     for (const double max : {100.0, 1e5}) {
@@ -201,7 +202,7 @@ TEST_CASE("the extent of a grid is that of the whole one") {
     }
 }
 
-TEST_CASE("what moves has its part of the most patches") {
+TEST_CASE("moving objects have a share of the maximum number of patches") {
     constexpr double kMax = 400;
     constexpr double kBlock_m2 = 48;
     Scene scene = room_with_sliding_block(Vec3(3, 3, 2.5F), Vec3(3, 0.5F, 0), Vec3(4, 0.5F, 0), 1);
@@ -216,7 +217,7 @@ TEST_CASE("what moves has its part of the most patches") {
     CHECK(with_block(Surveyed(scene, 0.25F, kBesideBlock, kMax).grid) > kMax);
 }
 
-TEST_CASE("patches that an object has left are given up") {
+TEST_CASE("patches that an object has left are released") {
     const Scene scene = room_with_sliding_block(Vec3(1), Vec3(0, 1, 1), Vec3(1000, 1, 1), 1000);
     Surveyed s(scene, 0.5F, kBesideBlock);
     std::size_t early = 0;
@@ -256,7 +257,7 @@ TEST_CASE("sound that has passed through a moving object is direct until a wall 
     CHECK(later > kPaths);
 }
 
-TEST_CASE("a survey measures segments from wall to wall, through what moves") {
+TEST_CASE("a survey measures segments from wall to wall, through moving objects") {
     const RayScene rays(
         room_with_sliding_block(Vec3(3, 3, 2), Vec3(3, 0.5F, 0.5F), Vec3(5, 0.5F, 0.5F), 1));
     const double empty_m =
@@ -284,7 +285,7 @@ TEST_CASE("a survey measures segments from wall to wall, through what moves") {
     CHECK(pieces_m / hits < 0.9 * mean_m);
 }
 
-TEST_CASE("a ray is not lost through the floor that a moving object stands on") {
+TEST_CASE("no ray is lost through the floor under a moving object") {
     const auto lost = [](const Scene& scene) {
         int count = 0;
         trace_random_walks(RayScene(scene), {&kBesideBlock, 1},
@@ -319,7 +320,8 @@ TEST_CASE("a moving object's patches follow it") {
     CHECK(top_area(7.3F) > 0.1F);
 }
 
-TEST_CASE("a moving object's patches have its surface, each cell another number, move after move") {
+TEST_CASE(
+    "a moving object's patches have its area, and every cell a unique number, in every move") {
     const Vec3 step(0.37F, 0.21F, 0.013F);
     constexpr int kMoves = 12;
     Scene scene = room_with_sliding_block(Vec3(1), Vec3(1.9F, 0.3F, 0.8F),
@@ -369,7 +371,7 @@ TEST_CASE("a moving object's patches have its surface, each cell another number,
     }
 }
 
-TEST_CASE("an object that trembles in its cells keeps its patches") {
+TEST_CASE("an object that oscillates within its cells keeps its patches") {
     Scene scene = room_with_sliding_block(Vec3(1), Vec3(2.02F, 1.02F, 1.02F), Vec3(7, 2, 0), 21);
     auto& points = scene.objects.back().path->points;
     points.insert(points.begin() + 1,
@@ -404,7 +406,7 @@ TEST_CASE("an object that trembles in its cells keeps its patches") {
     CHECK(after != PatchGrid::kNone);
 }
 
-TEST_CASE("a number that was given up goes to one patch") {
+TEST_CASE("a released number is reused by one patch") {
     // A block leaves its patches, trembles where it came to until they have been given up for many
     // moves, and goes on with all that it meets kept: it needs more numbers than were given up.
     Scene scene = room_with_sliding_block(Vec3(1), Vec3(1.9F, 0.3F, 0.8F), Vec3(0), 0.5);
@@ -445,7 +447,9 @@ TEST_CASE("a number that was given up goes to one patch") {
     CHECK(met.size() >= 50);
 }
 
-TEST_CASE("what moves is not counted as reached, and does not hide what it covers at the start") {
+TEST_CASE(
+    "moving objects do not count as reached and do not hide surfaces that they cover at the "
+    "start") {
     const Vec3 inside = kBesideBlock;
     Surveyed empty(room(test::box(Vec3(10, 4, 3)), inside), 0.5F, inside);
     Scene scene = room_with_sliding_block(Vec3(2), Vec3(4, 1, 0.3F), Vec3(7, 1, 0.3F), 1);

@@ -43,7 +43,7 @@ TEST_CASE("the key vertex faces the shortest edge, rows and columns follow lambd
     CHECK(grid.columns == 5);  // ceil(3 / 0.7)
 }
 
-TEST_CASE("every row has the columns of Eq. 3.1, and every one of them is met") {
+TEST_CASE("every row has the columns of Eq. 3.1, and all of them are hit") {
     const Scene scene = one_triangle();
     const RayScene rays(scene);
     const PatchSubdivision subdivision(rays, 0.7F);

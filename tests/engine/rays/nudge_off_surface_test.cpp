@@ -23,7 +23,9 @@ bool is_inside(const Vec3& place) {
 
 }  // namespace
 
-TEST_CASE("a place on a wall, an edge or a corner is moved into the room, whichever way it faces") {
+TEST_CASE(
+    "a position on a wall, an edge or a corner is moved into the room, for any orientation of the "
+    "faces") {
     Object walls = test::box(kSize);
     for (const bool outward : {false, true}) {
         if (outward)

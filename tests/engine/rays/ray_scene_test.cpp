@@ -22,7 +22,7 @@ std::size_t leaks(const RayScene& scene, const std::vector<Ray>& rays) {
 
 }  // namespace
 
-TEST_CASE("rays in a box hit its walls where they must, in batches of any size") {
+TEST_CASE("rays in a box hit its walls at the right points, in batches of any size") {
     const Vec3 size(5, 4, 3);
     const Vec3 origin(1, 2, 1.5F);
     const RayScene scene(test::grey_room(test::box(size), 0.1F, 1, origin, origin));
@@ -50,7 +50,7 @@ TEST_CASE("rays in a box hit its walls where they must, in batches of any size")
     }
 }
 
-TEST_CASE("a ray ends at its longest distance") {
+TEST_CASE("a ray ends at its maximum distance") {
     const RayScene scene(test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 1, Vec3(1), Vec3(2)));
     const Ray rays[] = {{Vec3(1, 1, 1), Vec3(1, 0, 0), 3.9F}, {Vec3(1, 1, 1), Vec3(1, 0, 0), 4.1F}};
     Hit hits[2];
@@ -59,7 +59,7 @@ TEST_CASE("a ray ends at its longest distance") {
     CHECK(hits[1].any());
 }
 
-TEST_CASE("rays one by one hit what rays in packets hit") {
+TEST_CASE("single rays have the hits of rays in packets") {
     const RayScene scene(test::grey_room(test::icosphere(2, 4), 0.1F, 1, Vec3(0), Vec3(0)));
     RandomStream random(1);
     std::vector<Ray> rays(1000);
@@ -83,7 +83,7 @@ TEST_CASE("rays one by one hit what rays in packets hit") {
     CHECK(same > 400);
 }
 
-TEST_CASE("among few triangles, tried one by one, rays hit what they hit in a hierarchy") {
+TEST_CASE("the brute-force intersector has the hits of the hierarchy") {
     // A soup of triangles that cross each other, degenerate ones among them.
     Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 1, Vec3(1), Vec3(2));
     RandomStream random(2);
@@ -144,7 +144,7 @@ TEST_CASE("no ray leaks through the edges of a room of few triangles") {
     CHECK(leaks(scene, rays) == 0);
 }
 
-TEST_CASE("walls part what is not visible") {
+TEST_CASE("walls block visibility") {
     const RayScene scene(test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 1, Vec3(1), Vec3(2)));
     CHECK(scene.visible(Vec3(1, 1, 1), Vec3(4, 3, 2)));
     CHECK_FALSE(scene.visible(Vec3(1, 1, 1), Vec3(6, 1, 1)));
@@ -167,7 +167,7 @@ TEST_CASE("no ray leaks through the edges of a finely divided sphere") {
     CHECK(leaks(scene, rays) == 0);
 }
 
-TEST_CASE("a moving object is met where it is") {
+TEST_CASE("a moving object is hit at its present position") {
     Scene scene = test::grey_room(test::box(Vec3(10, 4, 3)), 0.1F, 1, Vec3(1), Vec3(2));
     Object door = test::box(Vec3(0.1F, 4, 3));
     door.path = Trajectory{{{0, {Vec3(2, 0, 0)}}, {1, {Vec3(5, 0, 0)}}}, false};
@@ -188,7 +188,7 @@ TEST_CASE("a moving object is met where it is") {
     CHECK(distance() == Approx(4));
 }
 
-TEST_CASE("of triangles with the same corners the first is met, though many lie in one place") {
+TEST_CASE("of any number of triangles with the same corners the first is hit") {
     Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 1, Vec3(1), Vec3(2));
     Object other = scene.objects[0];
     // The same triangles with other first corners, one of them seen from the other side.
@@ -217,7 +217,7 @@ TEST_CASE("of triangles with the same corners the first is met, though many lie 
     CHECK(on_diagonal > 10);
 }
 
-TEST_CASE("a moving triangle in the place of another leaves it when it moves") {
+TEST_CASE("a moving triangle that coincides with another separates from it when it moves") {
     Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 1, Vec3(1), Vec3(2));
     for (int i = 0; i < 5; ++i)
         scene.objects.push_back(scene.objects[0]);  // beyond BruteForceIntersector
@@ -231,7 +231,7 @@ TEST_CASE("a moving triangle in the place of another leaves it when it moves") {
     CHECK(moving.triangle(hit.triangle).object == 3);
 }
 
-TEST_CASE("the scene has moved as far as the object that moved farthest") {
+TEST_CASE("the movement of the scene is that of the object that moved farthest") {
     Scene scene = test::grey_room(test::box(Vec3(10, 4, 3)), 0.1F, 1, Vec3(1), Vec3(2));
     for (const float distance_m : {0.2F, 2.0F, 0.1F}) {
         Object object = test::box(Vec3(0.1F));

@@ -91,7 +91,7 @@ TEST_CASE("a random walk leaves no room where its surfaces cross at acute angles
     CHECK(escaped(scene_of(tent), {8, 2, 0.5F}, 20000) > 0);
 }
 
-TEST_CASE("sound finds a way through an opening, and none through a wall") {
+TEST_CASE("sound reaches a source through an opening, not through a wall") {
     const Vec3 here(2, 1.5F, 1.2F);
     const Vec3 there(7, 2.5F, 1.7F);
     std::vector<Object> rooms{test::box(Vec3(5, 4, 3)), test::box(Vec3(4, 4, 3), 0, Vec3(5, 0, 0))};
@@ -122,13 +122,13 @@ TEST_CASE("sound finds a way through an opening, and none through a wall") {
     CHECK(connected(rays, here, {&there, 1}, 1)[0] != 0);
 }
 
-TEST_CASE("in free field sound finds its way where nothing hides the source") {
+TEST_CASE("in free field sound reaches every source that is not hidden") {
     CHECK(joined(scene_of({}), Vec3(0), Vec3(100, 0, 0)));
     const Object screen = quad({Vec3(5, -9, -9), Vec3(5, 9, -9), Vec3(5, 9, 9), Vec3(5, -9, 9)});
     CHECK_FALSE(joined(scene_of({screen}), Vec3(0), Vec3(10, 0, 0)));
 }
 
-TEST_CASE("volume and surface of a room are known whatever its faces are like") {
+TEST_CASE("volume and surface of a room are found for any representation of its faces") {
     constexpr double kVolume_m3 = 40 * 20 * 12;
     constexpr double kSurface_m2 = 2 * (40 * 20 + 40 * 12 + 20 * 12);
     const Vec3 size(40, 20, 12);
@@ -168,14 +168,14 @@ TEST_CASE("volume and surface of a room are known whatever its faces are like") 
         CHECK(*room.volume_m3 == Approx(kVolume_m3).epsilon(0.05));
         CHECK(room.open_share == Approx(0.05).margin(0.01));
     }
-    SECTION("without a ceiling nothing is said") {
+    SECTION("without a ceiling there is no result") {
         const RoomGeometry room =
             measured(scene_of({walls(size, [](int wall, int) { return wall == 5; })}), inside);
         CHECK_FALSE(room.volume_m3);
     }
 }
 
-TEST_CASE("a narrow corridor with open ends has its volume and mean free path") {
+TEST_CASE("a narrow corridor with open ends has the right volume and mean free path") {
     // 30 x 1.5 x 2.9 m.
     const RoomGeometry room =
         measured(scene_of({walls(Vec3(30, 1.5F, 2.9F), [](int wall, int) { return wall < 2; })}),
@@ -197,7 +197,7 @@ TEST_CASE("Sabine's and Eyring's times follow from the mean free path") {
           Approx(24 * std::log(10.0) * 320 / (c * 304 * -std::log(0.9))).epsilon(0.01));
 }
 
-TEST_CASE("a place in the notch of an L-shaped room is outside") {
+TEST_CASE("a position in the notch of an L-shaped room is outside") {
     const Scene scene = scene_of({test::l_shaped_room()});
     const std::array<Vec3, 4> places{Vec3(1, 1, 1.5F), Vec3(5, 5, 1.5F), Vec3(5, 1, 1.5F),
                                      Vec3(3.2F, 3.2F, 1.5F)};
@@ -206,7 +206,7 @@ TEST_CASE("a place in the notch of an L-shaped room is outside") {
     CHECK(outside_room(RayScene(scene), std::span(places).subspan(3), 1) == std::vector<char>{0});
 }
 
-TEST_CASE("what escapes counts as absorbed, and a place that loses more of it is inside") {
+TEST_CASE("escaping energy counts as absorbed, and a position near a hole is still inside") {
     // A box without its ceiling.
     Object walls = test::box(Vec3(5, 4, 3));
     std::erase_if(walls.triangles, [&](const auto& triangle) {

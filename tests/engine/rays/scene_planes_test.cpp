@@ -43,7 +43,7 @@ std::pair<Vec3, Vec3> axes_of(const Vec3& normal) {
 
 }  // namespace
 
-TEST_CASE("coplanar triangles share a plane whichever way they face, in any direction") {
+TEST_CASE("coplanar triangles share a plane for either orientation and any direction") {
     aula::RandomStream random(1);
     for (int trial = 0; trial < 500; ++trial) {
         // Every eighth normal lies on the borders of the index's cells and signs.
@@ -71,7 +71,7 @@ TEST_CASE("coplanar triangles share a plane whichever way they face, in any dire
     }
 }
 
-TEST_CASE("planes that differ by more than the tolerance stay apart") {
+TEST_CASE("planes that differ by more than the tolerance are separate") {
     const auto planes_with = [](const Vec3& lift_a, const Vec3& lift_b) {
         Object object;
         add_triangle(object, {0, 0, 0}, {2, 0, 0}, {0, 2, 0});
@@ -97,7 +97,7 @@ TEST_CASE("degenerate triangles have no plane") {
     CHECK(planes.count() == 1);
 }
 
-TEST_CASE("a moving object's planes move with it and leave those they shared") {
+TEST_CASE("a moving object's planes move with it and separate from shared planes") {
     Object wall;
     add_triangle(wall, {0, 0, 0}, {0, 4, 0}, {0, 0, 4});
     Object door;
@@ -165,7 +165,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("a plane reflects if any of its triangles does, wherever that comes among them") {
+TEST_CASE("a plane reflects if any of its triangles does, in any order of the triangles") {
     for (const std::uint32_t mirror : {0U, 1U, 2U}) {
         CAPTURE(mirror);
         Object object;

@@ -17,7 +17,7 @@ constexpr double kRounding = 1e-5;
 
 }  // namespace
 
-TEST_CASE("The axes of other programs become Aula's, and come back") {
+TEST_CASE("Conversions from and to the axes of other programs are inverse") {
     const Vec3 v{1, 2, 3};
     CHECK(from_axes(Axes::z_up, v) == v);
     CHECK(from_axes(Axes::y_up, v) == Vec3(1, -3, 2));

@@ -16,7 +16,7 @@ TEST_CASE("the material library has at least 40 materials, each named once and w
     }
 }
 
-TEST_CASE("the material library has the materials that scenes count on") {
+TEST_CASE("the material library has the materials that the scene format promises") {
     const auto library = aula::material_library();
     for (const char* name :
          {"plaster", "wood", "concrete", "brick", "glass", "carpet", "curtain", "marble", "tile",
@@ -37,7 +37,7 @@ TEST_CASE("all coefficients of the material library are within 0 to 1") {
     }
 }
 
-TEST_CASE("a carpet swallows the treble, a marble floor nothing, an audience nearly all") {
+TEST_CASE("a carpet absorbs treble, a marble floor almost nothing, an audience almost everything") {
     const auto library = aula::material_library();
     const auto absorption = [&](const std::string& name) {
         return std::find_if(library.begin(), library.end(),

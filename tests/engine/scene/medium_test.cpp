@@ -56,13 +56,12 @@ TEST_CASE("air absorption agrees with the octave table of ISO 9613-2") {
     }
 }
 
-TEST_CASE("1 kHz loses 4.66 dB a kilometre at 20 degrees and half humidity") {
+TEST_CASE("1 kHz is attenuated by 4.66 dB per kilometre at 20 degrees and 50 % humidity") {
     // ISO 9613-1, table 1, three digits: half a unit of the last one.
     CHECK(std::abs(attenuation_db_per_km({})[4] - 4.66) < 0.006);
 }
 
-TEST_CASE(
-    "an octave higher in air an octave denser, with as much more vapour, doubles absorption") {
+TEST_CASE("absorption doubles if frequency, density and vapour double") {
     // Absorption over pressure depends on frequency over pressure and on the vapour's share alone.
     const float octave = std::pow(10.0F, 0.3F);
     aula::Medium dense;

@@ -66,7 +66,7 @@ void check(const std::vector<Mistake>& mistakes) {
 
 }  // namespace
 
-TEST_CASE("surfaces that are wrong are named where they are") {
+TEST_CASE("invalid surfaces are refused with their place") {
     const char* const box = R"("min": [0, 0, 0])";
     check({
         {box, R"("surfaces": {})", "/geometry/0/surfaces", "wrong type, an object"},
@@ -87,12 +87,12 @@ TEST_CASE("surfaces that are wrong are named where they are") {
     });
 }
 
-TEST_CASE("the scene that the mistakes are made in is itself without one") {
+TEST_CASE("the scene into which errors are inserted has none itself") {
     const TemporaryFolder folder;
     CHECK(aula::load_scene(folder.write("scene.json", kValid)).warnings.empty());
 }
 
-TEST_CASE("unknown keys are named with the key that was meant") {
+TEST_CASE("unknown keys are refused with a similar known key") {
     check({
         {"\"medium\"", "\"mdium\"", "/mdium", "did you mean \"medium\"?"},
         {"\"temperature_c\"", "\"temperature\"", "/medium/temperature", "\"temperature_c\""},
@@ -108,7 +108,7 @@ TEST_CASE("unknown keys are named with the key that was meant") {
     });
 }
 
-TEST_CASE("what is required and missing is named") {
+TEST_CASE("missing required keys are named") {
     check({
         {"\"aula\": 1,", "", "/aula", "missing"},
         {"\"aula\": 1", "\"aula\": 2", "/aula", "2 is out of range"},
@@ -128,7 +128,7 @@ TEST_CASE("what is required and missing is named") {
     });
 }
 
-TEST_CASE("a value of the wrong type says which type it has and which was expected") {
+TEST_CASE("the error for a wrong type names the type found and the type expected") {
     check({
         {"[1, 1, 1]", "\"here\"", "/sources/0/position", "wrong type, a string"},
         {"[1, 1, 1]", "[1, 1]", "/sources/0/position", "a list of 2"},
@@ -151,7 +151,7 @@ TEST_CASE("a value of the wrong type says which type it has and which was expect
                       Contains("s.json: wrong type, a list; expected an object"));
 }
 
-TEST_CASE("numbers that JSON cannot hold are refused where they stand") {
+TEST_CASE("numbers that JSON cannot represent are refused with their place") {
     check({
         {"[1, 1, 1]", "[1, NaN, 1]", "/sources/0/position/1", "NaN is not a JSON number"},
         {"[1, 1, 1]", "[1, 1, nan]", "/sources/0/position/2", "nan is not"},
@@ -161,7 +161,7 @@ TEST_CASE("numbers that JSON cannot hold are refused where they stand") {
     });
 }
 
-TEST_CASE("numbers that make no sense are refused where they stand") {
+TEST_CASE("numbers out of range are refused with their place") {
     check({
         {"0.1,0.1,", "0.1,1.5,", "/materials/plaster/absorption/1", "1.5 is out of range"},
         {"0.1,0.1,", "-0.1,0.1,", "/materials/plaster/absorption/0", "-0.1 is out of range"},
@@ -196,7 +196,7 @@ TEST_CASE("numbers that make no sense are refused where they stand") {
     });
 }
 
-TEST_CASE("meshes that are none are refused with the place of the fault") {
+TEST_CASE("invalid meshes are refused with the place of the error") {
     check({
         {"[0,1,2,3]", "[0,1,2,4]", "/geometry/1/faces/0/3", "index 4 is out of range"},
         {"[0,1,2,3]", "[0,1,2,-1]", "/geometry/1/faces/0/3", "-1 is out of range"},
@@ -207,7 +207,7 @@ TEST_CASE("meshes that are none are refused with the place of the fault") {
     });
 }
 
-TEST_CASE("names must be known, unique and lead to files that exist") {
+TEST_CASE("names must be known and unique, and files must exist") {
     check({
         {"\"name\": \"b\"", "\"name\": \"a\"", "/sources/1/name", "duplicate name \"a\""},
         {"\"name\": \"door\"", "\"name\": \"room\"", "/geometry/1/name", "duplicate name \"room\""},
@@ -229,7 +229,7 @@ TEST_CASE("names must be known, unique and lead to files that exist") {
                       Contains("/sources: no source; expected"));
 }
 
-TEST_CASE("syntax errors say line and column, what is there and what was expected") {
+TEST_CASE("syntax errors contain line and column, the text found and the text expected") {
     const std::string first = "line 2, column 3";
     const std::string second = "line 2, column 11";
     check({
@@ -257,7 +257,7 @@ TEST_CASE("syntax errors say line and column, what is there and what was expecte
         Contains("empty.json: line 1, column 1: found the end of the text; expected a value"));
 }
 
-TEST_CASE("a NUL byte is refused where it is, also behind the scene") {
+TEST_CASE("a NUL byte is refused with its place, also after the end of the scene") {
     const TemporaryFolder folder;
     const auto error_of = [&](const std::string& text) -> std::string {
         try {
@@ -273,7 +273,7 @@ TEST_CASE("a NUL byte is refused where it is, also behind the scene") {
     CHECK_THAT(error_of(nul + kValid), Contains("line 1, column 1: a NUL byte"));
 }
 
-TEST_CASE("a signal that is no file says what it is") {
+TEST_CASE("the error for a signal that is not a regular file names its type") {
     const TemporaryFolder folder;
     std::filesystem::create_directory(folder.path() / "folder");
     REQUIRE(mkfifo((folder.path() / "pipe").c_str(), 0600) == 0);
@@ -292,7 +292,7 @@ TEST_CASE("a signal that is no file says what it is") {
     CHECK_THAT(error_of("none"), Contains("/sources/0/signal: no such file, \""));
 }
 
-TEST_CASE("an unknown material says which was meant, and not all that there are") {
+TEST_CASE("the error for an unknown material suggests a similar name instead of listing all") {
     const std::string error = error_after("\"plaster\"}", "\"plastr\"}");
     CHECK(error ==
           "/geometry/0/material: unknown material \"plastr\", did you mean \"plaster\"?; expected "
@@ -303,7 +303,7 @@ TEST_CASE("an unknown material says which was meant, and not all that there are"
                Contains("did you mean \"plastic_chairs\" or \"wooden_chairs\"?"));
 }
 
-TEST_CASE("absurd nesting is refused before it costs the stack") {
+TEST_CASE("excessive nesting is refused before it exhausts the stack") {
     const TemporaryFolder folder;
     CHECK_THROWS_WITH(aula::load_scene(folder.write("deep.json", std::string(100000, '['))),
                       Contains("nested too deeply"));
@@ -317,7 +317,7 @@ TEST_CASE("a scene file that cannot be read is named") {
 }
 
 TEST_CASE(
-    "all errors of a scene are known, in the order of reading, and none follows from another") {
+    "all errors of a scene are reported in the order of reading, without consequential errors") {
     const TemporaryFolder folder;
     const auto messages = [&](const std::string& text) {
         const auto file = folder.write("scene.json", text);
@@ -388,7 +388,7 @@ TEST_CASE(
     CHECK(many.back() == "150 more errors; expected none");
 }
 
-TEST_CASE("whatever bytes change in a scene file, loading succeeds or throws InputError") {
+TEST_CASE("with any bytes changed in a scene file, loading succeeds or throws InputError") {
     const TemporaryFolder folder;
     const std::string valid = kValid;
     std::mt19937 random(20240601);
@@ -467,7 +467,7 @@ TEST_CASE(
     CHECK(error_after(R"("geometry": [)", R"("geometry": [)" + objects) == "no error");
 }
 
-TEST_CASE("more values than a scene may hold are refused, and faces of too many corners") {
+TEST_CASE("too many values, and faces with too many corners, are refused") {
     std::string values = "0";
     for (int i = 0; i < 10'000'000; ++i) values += ",0";
     CHECK_THAT(error_after(R"("aula": 1)", R"("aula": 1, "expect": [)" + values + "]"),
@@ -478,12 +478,12 @@ TEST_CASE("more values than a scene may hold are refused, and faces of too many 
                Contains("/geometry/1/faces/0: a face of 4097 corners; expected at most 4096"));
 }
 
-TEST_CASE("a scene file without end is refused") {
+TEST_CASE("an endless scene file is refused") {
     CHECK_THROWS_WITH(aula::load_scene("/dev/zero"),
                       Contains("/dev/zero: holds more than 268435456"));
 }
 
-TEST_CASE("an order of image sources that would take minutes a frame is refused") {
+TEST_CASE("an order of image sources that would take minutes per frame is refused") {
     CHECK_THAT(error_after(R"("rays": 1000)", R"("specular_order": 101)"),
                Contains("/simulation/specular_order: 101 is out of range; expected a whole number "
                         "from 0 to 100"));

@@ -38,7 +38,7 @@ float area(const aula::Object& object) {
 
 }  // namespace
 
-TEST_CASE("every key of a scene file arrives") {
+TEST_CASE("every key of a scene file is read") {
     const aula::test::TemporaryFolder folder;
     folder.write("voice.wav", "");
     const auto file = folder.write("scene.json", R"({
@@ -148,14 +148,14 @@ TEST_CASE("scattering is 0.1 where a material does not state it") {
     CHECK(scene.materials.at(0).scattering == aula::Bands::filled(0.1F));
 }
 
-TEST_CASE("a scene's material goes before one of the same name that ships with Aula") {
+TEST_CASE("a scene's material takes precedence over the library's of the same name") {
     const Scene scene = load(scene_text(
         R"("materials": {"wood": {"absorption": 0.77}}, "geometry": [{"box": [9,9,9], "material": "wood"}])"));
     CHECK(scene.materials.size() == 1);
     CHECK(scene.materials[0].absorption == aula::Bands::filled(0.77F));
 }
 
-TEST_CASE("the walls of a box face in") {
+TEST_CASE("the walls of a box face inwards") {
     const Scene scene = load(scene_text(R"("geometry": [{"box": [4, 6, 8], "material": "wood"}])"));
     const aula::Object& box = scene.objects.at(0);
     for (const auto& [a, b, c] : box.triangles) {
@@ -182,7 +182,7 @@ TEST_CASE("polygon faces become triangles that cover them") {
     CHECK(area(scene.objects.at(0)) == Approx(4 - 1.5));
 }
 
-TEST_CASE("a path alone gives the position at its beginning") {
+TEST_CASE("without a position the start of the path is used") {
     const Scene scene = load(R"({"aula": 1,
         "sources": [{"path": {"points": [{"t": 0, "position": [1,2,3]}]}}],
         "listener": {"path": {"points": [{"t": 0, "position": [4,5,6]}]}}})");
@@ -190,7 +190,7 @@ TEST_CASE("a path alone gives the position at its beginning") {
     CHECK(scene.listener.pose.position == Vec3(4, 5, 6));
 }
 
-TEST_CASE("a source and a listener outside the geometry are warnings that say where") {
+TEST_CASE("a source or a listener outside the geometry causes a warning with its position") {
     const auto lines = warnings(
         R"({"aula": 1, "geometry": [{"box": [4, 4, 3], "material": "wood"}],
             "sources": [{"name": "in", "position": [1, 1, 1]}, {"name": "out", "position": [1, 1, 9]}],
@@ -203,7 +203,7 @@ TEST_CASE("a source and a listener outside the geometry are warnings that say wh
                         "(1, -1, 1)") != std::string::npos);
 }
 
-TEST_CASE("bounds follow moving geometry, and free field has none") {
+TEST_CASE("bounds include moving geometry, and free field has none") {
     CHECK(warnings(R"({"aula": 1, "geometry": [{"box": [4, 4, 3], "material": "wood",
             "path": {"points": [{"t": 0, "position": [0,0,0]}, {"t": 9, "position": [50,0,0]}]}}],
             "sources": [{"position": [1, 1, 1]}], "listener": {"position": [51, 1, 1]}})")
@@ -211,7 +211,7 @@ TEST_CASE("bounds follow moving geometry, and free field has none") {
     CHECK(warnings(scene_text(R"("expect": 0)")).empty());
 }
 
-TEST_CASE("surfaces give their triangles another material, the first and the last included") {
+TEST_CASE("surfaces change the material of their triangles, including the first and the last") {
     const Scene scene = load(scene_text(R"("materials": {"wall": {"absorption": 0.1},
         "pane": {"absorption": 0.2}, "felt": {"absorption": 0.9}},
         "geometry": [{"box": [4, 3, 2], "material": "wall", "surfaces": [

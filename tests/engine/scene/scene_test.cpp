@@ -55,7 +55,7 @@ TEST_CASE("roll is applied before pitch and pitch before yaw") {
     check_near(pose.rotation() * Vec3(0, -1, 0), {0, 1, 0});
 }
 
-TEST_CASE("a path is linear between its points and rests before and after them") {
+TEST_CASE("a path is linear between its points and constant before and after them") {
     const aula::Trajectory path{{{1, pose_at_x(0, 0)}, {3, pose_at_x(4, 2)}, {4, pose_at_x(4, 6)}},
                                 false};
     CHECK(path.at(0).position.x == 0);
@@ -81,7 +81,7 @@ TEST_CASE("two points at one time are a jump to the second") {
     CHECK(path.at(1).position.x == 5);
 }
 
-TEST_CASE("a path of one point stands still, looped or not") {
+TEST_CASE("a path of one point is constant, looped or not") {
     for (const bool loop : {false, true}) {
         const aula::Trajectory path{{{0, pose_at_x(7)}}, loop};
         CHECK(path.at(0).position.x == 7);
@@ -106,7 +106,7 @@ TEST_CASE("world vertices are rotated about the local origin, then moved by path
     check_near(object.world_vertices(1)[1], {100, 10, 2});
 }
 
-TEST_CASE("estimators are known by their names only") {
+TEST_CASE("estimators are selected by their exact names only") {
     using aula::Estimator;
     for (const auto e :
          {Estimator::pt, Estimator::dpc_published, Estimator::dpc, Estimator::patch}) {
@@ -129,7 +129,9 @@ TEST_CASE("the window is the rounded number of frames in the response time, at l
     CHECK(s.window_frames() == 2);
 }
 
-TEST_CASE("the bounds of geometry hold its vertices at every point of their paths, boxes exactly") {
+TEST_CASE(
+    "the bounds of geometry contain its vertices at every point of their paths; those of boxes are "
+    "exact") {
     std::mt19937 random(7);
     std::uniform_real_distribution<float> place(-3, 3);
     const auto point = [&] { return Vec3(place(random), place(random), place(random)); };
@@ -176,7 +178,7 @@ TEST_CASE("the bounds of a mesh on a path of a million points are found in linea
     CHECK(aula::geometry_bounds({object}).max.x == Approx(2).margin(1e-3));
 }
 
-TEST_CASE("between two points of a path position and all three angles are in proportion") {
+TEST_CASE("between two points of a path the position and all angles are interpolated") {
     const aula::Pose a{{1, 2, 3}, 0.1F, 0.2F, 0.3F};
     const aula::Pose b{{3, 6, 9}, 0.5F, 1.0F, 1.5F};
     aula::Trajectory path;

@@ -90,7 +90,7 @@ TEST_CASE("the shipped rooms are closed around their sources and walks") {
     }
 }
 
-TEST_CASE("the shipped walks meet no wall and no furniture, and look where they go") {
+TEST_CASE("the shipped walks pass through no wall or furniture, and look ahead") {
     for (const fs::path& file : scene_files(kScenes)) {
         INFO(file);
         const Scene scene = aula::load_scene(file).scene;
@@ -120,14 +120,14 @@ TEST_CASE("the shipped walks meet no wall and no furniture, and look where they 
     }
 }
 
-TEST_CASE("a walk through the wall of the two rooms would be found") {
+TEST_CASE("a walk through the wall of the two rooms is detected") {
     const RayScene rays(aula::load_scene(kScenes / "two_rooms.json").scene);
     CHECK(is_unobstructed(rays, {7, 2.5F, 1.65F}, {5, 2.5F, 1.65F}));
     CHECK_FALSE(is_unobstructed(rays, {7, 3.5F, 1.65F}, {5, 3.5F, 1.65F}));
     CHECK(escaping_share(rays, {6.1F, 3.5F, 5}) > 0.4);
 }
 
-TEST_CASE("the two rooms' walk goes from one room through the door into the other") {
+TEST_CASE("the walk of the two rooms leads from one room through the door into the other") {
     const Scene scene = aula::load_scene(kScenes / "two_rooms.json").scene;
     const RayScene rays(scene);
     const auto& points = scene.listener.path->points;

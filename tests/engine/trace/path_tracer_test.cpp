@@ -133,7 +133,7 @@ TEST_CASE("each band keeps its own absorption and scattering on a shared ray") {
     CHECK(std::abs(e.mean - 1) < test::kFamilyZ * e.standard_error + 1e-3);
 }
 
-TEST_CASE("energy is conserved for any scattering, and roulette takes none away") {
+TEST_CASE("energy is conserved for any scattering, with roulette") {
     // Lossless room: late fluence per second is c P / V, for any scattering.
     for (const float scattering : {0.0F, 0.1F, 0.5F, 1.0F}) {
         Scene room = kBox;
@@ -253,7 +253,7 @@ TEST_CASE("the error falls with the square root of the rays") {
     CHECK(spread(250) / spread(4000) == Approx(4).epsilon(0.2));
 }
 
-TEST_CASE("purely specular paths up to the specular order are left to the image sources") {
+TEST_CASE("purely specular paths up to the specular order are omitted for the image sources") {
     Scene room = kBox;
     room.materials[0].scattering = Bands{};
     Traced traced(room);
@@ -267,7 +267,7 @@ TEST_CASE("purely specular paths up to the specular order are left to the image 
     CHECK(traced.arrivals(1).empty());
 }
 
-TEST_CASE("air takes energy by path length") {
+TEST_CASE("air attenuates energy by path length") {
     Traced dry(kBox);
     Traced damp(kBox);
     damp.settings.attenuation_per_m = Bands::filled(0.01F);
@@ -287,7 +287,7 @@ TEST_CASE("air takes energy by path length") {
     CHECK(compared > 50);
 }
 
-TEST_CASE("paths come to rest off what they hit, on their side, however far and grazing") {
+TEST_CASE("hit points are off the surface on the ray's side, at any distance and angle") {
     // Few triangles, and more than those that are tried one by one.
     const std::pair<Object, float> rooms[] = {
         {test::box(Vec3(1000, 150, 40), 0, Vec3(-500, -75, -20)), 19.9F},
@@ -322,7 +322,7 @@ TEST_CASE("paths come to rest off what they hit, on their side, however far and 
     }
 }
 
-TEST_CASE("paths come to rest between faces that meet at an acute angle") {
+TEST_CASE("hit points lie between faces that meet at an acute angle") {
     // Two faces that meet at x = z = 0 with 30 degrees between them, the lower one at z = 0.
     const float slope = std::tan(std::numbers::pi_v<float> / 6);
     Object wedge;
@@ -360,7 +360,7 @@ TEST_CASE("paths come to rest between faces that meet at an acute angle") {
     CHECK(tested > 1000);  // companion
 }
 
-TEST_CASE("a lobe that has next to nothing is not drawn, whatever the number") {
+TEST_CASE("a lobe of negligible energy is never chosen") {
     std::uint64_t state = 0;
     while (RandomStream(state).uniform_2d()[0] != 0) ++state;
     const Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 1e-40F, Vec3(1), Vec3(2));
@@ -373,7 +373,7 @@ TEST_CASE("a lobe that has next to nothing is not drawn, whatever the number") {
     CHECK(paths->energy[0].sum() == Approx(0.9 * kBandCount));
 }
 
-TEST_CASE("vectors of bands have their sums in one order, to the bit, and their maxima") {
+TEST_CASE("band vectors have reproducible sums, to the bit, and right maxima") {
     RandomStream random(1);
     for (int i = 0; i < 200; ++i) {
         std::array<Bands, 8> whole;
@@ -396,7 +396,9 @@ TEST_CASE("vectors of bands have their sums in one order, to the bit, and their 
     }
 }
 
-TEST_CASE("spheres that grow with a segment's energy keep late specular levels and calm them") {
+TEST_CASE(
+    "spheres that grow with a segment's energy preserve late specular levels and reduce their "
+    "noise") {
     // A box with one pair of hard walls: few rays between them carry its late sound. Exact by
     // images of all orders.
     const Vec3 size(12, 9, 5);
@@ -502,7 +504,7 @@ TEST_CASE("spheres that grow with a segment's energy keep late specular levels a
     CHECK(grown.arrivals < 1.3 * fixed.arrivals);
 }
 
-TEST_CASE("large spheres stand for what their middle sees of a room") {
+TEST_CASE("large spheres represent the part of a room that is visible from their centre") {
     // A lossless L-shaped room: fluence is the same everywhere, so that every sphere has to find
     // it, whatever walls hide.
     const Scene scene =
@@ -595,7 +597,7 @@ TEST_CASE("a specular ray has the key of the path that an image source counts, f
     }
 }
 
-TEST_CASE("what a ray brings does not depend on the other rays of its batch") {
+TEST_CASE("the result of a ray does not depend on the other rays of its batch") {
     // A room without a ceiling, of many planes: rays end at any time and others take their lanes.
     Object walls = test::bumpy_box(Vec3(5, 4, 3), 0.5F, 0.005F);
     std::erase_if(walls.triangles, [&](const auto& triangle) {
@@ -639,7 +641,7 @@ TEST_CASE("what a ray brings does not depend on the other rays of its batch") {
     CHECK(segments_of_few > 100);
 }
 
-TEST_CASE("roulette takes nothing from the mean of late reflections") {
+TEST_CASE("roulette preserves the mean of late reflections") {
     // Mirrors that absorb half: from order 27 on a ray has less than -80 dB and plays.
     Scene room = kBox;
     room.materials[0] = {"", Bands::filled(0.5F), Bands{}};

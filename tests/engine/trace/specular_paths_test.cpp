@@ -171,7 +171,7 @@ TEST_CASE("a shoebox has the image sources of the closed form, orders 0 to 3") {
     CHECK(double{paths[1].length_m} != Approx(double{other[1].length_m}).epsilon(2e-7));
 }
 
-TEST_CASE("source and listener may be anywhere in a shoebox") {
+TEST_CASE("image sources are right for any source and listener in a shoebox") {
     const Scene scene = scene_of({box(kSize)});
     const RayScene rays(scene);
     const SpecularPaths specular(rays, 3, kRadius_m, 1);
@@ -202,7 +202,7 @@ TEST_CASE("paths that meet an edge or a corner exactly count once") {
     CHECK(glm::length(at_once[0].direction) == 1);
 }
 
-TEST_CASE("in the open there is the direct sound alone") {
+TEST_CASE("in free field there is only direct sound") {
     const RayScene rays(scene_of({}));
     SpecularPaths specular(rays, 3, kRadius_m, 1);
     specular.discover({0, 0, 0}, 0);
@@ -222,7 +222,7 @@ TEST_CASE("order 0 has no reflections") {
     CHECK(specular.find(kSource, kListener, false, Bands{}).paths.empty());
 }
 
-TEST_CASE("walls that scatter or absorb everything send no images") {
+TEST_CASE("walls that scatter or absorb everything have no images") {
     for (const Material& m : {material(0.2F, 1), material(1, 0)}) {
         Scene scene = scene_of({box(kSize)});
         for (Material& wall : scene.materials) wall = m;
@@ -264,7 +264,7 @@ TEST_CASE("a partition lets paths through its opening only") {
     CHECK(per_order(beside) == std::array<int, 4>{1, 6, 0, 0});
 }
 
-TEST_CASE("an L-shaped room hides images round its corner") {
+TEST_CASE("an L-shaped room hides images behind its corner") {
     // The L: x 0..6, y 0..2 and x 0..2, y 0..6; floor and ceiling left out.
     Object room;
     const auto wall = [&](float x0, float y0, float x1, float y1) {
@@ -295,7 +295,7 @@ TEST_CASE("an L-shaped room hides images round its corner") {
               .paths.size() == 4);
 }
 
-TEST_CASE("no image is heard through a closed wall, even where its path meets the wall's edge") {
+TEST_CASE("no image is audible through a closed wall, even if its path meets the wall's edge") {
     // Two rooms, 5 x 4 x 3 m and 4 x 4 x 3 m, and the wall between them at x = 5, once in each. The
     // path by y = 0 reaches its wall at x = 5 exactly, the one by the ceiling at x = 5.
     Object there = box({4, 4, 3});
@@ -341,7 +341,7 @@ TEST_CASE("coincident duplicate faces reflect once") {
     CHECK(per_order(paths) == std::array<int, 4>{1, 6, 18, 38});
 }
 
-TEST_CASE("near a wall levels stay finite, on it there is no reflection in it") {
+TEST_CASE("near a wall levels are finite, and on it there is no reflection in it") {
     const RayScene rays(scene_of({box(kSize)}));
     const SpecularPaths specular(rays, 3, kRadius_m, 1);
     for (const float gap_m : {0.0F, 1e-6F, 1e-4F, 1e-3F, 1e-2F}) {
@@ -372,7 +372,7 @@ TEST_CASE("neither a source nor a listener on a wall has a reflection in it") {
     CHECK(per_order(specular.find(above, above + 0.5F, true, Bands{}).paths)[1] == 6);
 }
 
-TEST_CASE("a plate that lies on the floor takes the floor's place where it is") {
+TEST_CASE("a plate on the floor replaces the floor in its area") {
     // So thin that a look at the floor meets its top, of material 5.
     Object plate = box({3, 2, 1.2e-3F});
     for (Vec3& v : plate.vertices) v += Vec3(1, 1, 0);
@@ -396,7 +396,7 @@ TEST_CASE("a plate that lies on the floor takes the floor's place where it is") 
     }
 }
 
-TEST_CASE("a mirror that leaves the plane of another goes on reflecting") {
+TEST_CASE("a mirror that leaves the plane of another still reflects") {
     Object still;
     add_screen(still, 0, -50, 0, -50, 50);
     Object moving;
@@ -483,7 +483,7 @@ TEST_CASE("the same calls find the same paths") {
     }
 }
 
-TEST_CASE("valid paths are kept while rays keep finding others") {
+TEST_CASE("valid paths are kept while rays discover others") {
     // Many small mirrors in a room: more sequences than are kept.
     Scene scene = scene_of({box(kSize)});
     Object clutter;
@@ -508,7 +508,7 @@ TEST_CASE("valid paths are kept while rays keep finding others") {
     CHECK(before.size() > 10);
 }
 
-TEST_CASE("images follow an object that moves and keep their identity") {
+TEST_CASE("images follow a moving object and keep their identity") {
     Object wall;
     add_screen(wall, 5, -50, 50, -50, 50);
     Object mirror;
@@ -589,7 +589,7 @@ TEST_CASE("an image has one key from both ends and for every order of its planes
     CHECK(all.count(0) == 0);
 }
 
-TEST_CASE("images of other orders of planes that do not commute have other keys") {
+TEST_CASE("images of different orders of planes that do not commute have different keys") {
     const aula::MirrorPlane a{{1, 0, 0}, 1};
     const aula::MirrorPlane b{glm::normalize(glm::dvec3(1, 1, 0)), 2};
     const aula::ImageTransform none;
@@ -602,7 +602,7 @@ TEST_CASE("images of other orders of planes that do not commute have other keys"
     CHECK(none.then_from_listener(a).key() != none.key());
 }
 
-TEST_CASE("what a ray brings counts where its image is not tried") {
+TEST_CASE("energy of a ray counts if its image is not tried") {
     // 100 mirrors far away: sequences above order 1 are not listed.
     Scene scene = scene_of({box(kSize)});
     Object clutter;

@@ -9,7 +9,8 @@ using namespace aula;
 using namespace aula::test;
 
 TEST_CASE(
-    "An auralizer renders without allocating, freeing, locking or writing while all changes") {
+    "An auralizer neither allocates, frees, locks nor writes in render() while everything "
+    "changes") {
     if (!RealtimeTrap::available()) {
         WARN("skipped: sanitizers own these functions");
         return;

@@ -152,7 +152,7 @@ TEST_CASE("On the exact clock any blocks and any number of threads give the same
     CHECK((render_with_changes({256}, 1, output) == reference));
 }
 
-TEST_CASE("A pause on the exact clock is the same for any blocks, and time stands still in it") {
+TEST_CASE("A pause on the exact clock is the same for any blocks and stops the time") {
     const auto play = [](const std::vector<int>& sizes) {
         Auralizer auralizer(room_with_panel(), mono());
         auralizer.add_source({.position = {1, 1, 1}}, 0);
@@ -174,7 +174,7 @@ TEST_CASE("A pause on the exact clock is the same for any blocks, and time stand
     CHECK((play({1000, 17}) == reference));
 }
 
-TEST_CASE("Changes that are made right before their sample time give the bytes of early ones") {
+TEST_CASE("Changes made just before their sample time give the same bytes as early ones") {
     const auto play = [](bool early, int size) {
         Auralizer auralizer(room_with_panel(), mono());
         const SourceId source = auralizer.add_source({.position = {1, 1, 1}}, 0);
@@ -209,7 +209,8 @@ TEST_CASE("Frames that are computed ahead give the same bytes") {
     CHECK((play(true) == play(false)));
 }
 
-TEST_CASE("A change takes effect at its sample time, a place in the first frame from there on") {
+TEST_CASE(
+    "A change takes effect at its sample time, a position in the first frame at or after it") {
     // Frames begin every 1600 samples.
     const auto play = [](const std::function<void(Auralizer&, SourceId)>& change) {
         Auralizer auralizer(free_field({1, 0, 0}), mono());
@@ -236,7 +237,7 @@ TEST_CASE("A change takes effect at its sample time, a place in the first frame 
           }) == Approx(4800).margin(20));
 }
 
-TEST_CASE("A source at first plays its first sample at once, after its way, as loud as it is") {
+TEST_CASE("An initial source plays its first sample without a fade, after the propagation delay") {
     Auralizer auralizer(free_field({3.432F, 0, 0}), mono());
     const auto heard =
         rendered(auralizer, 2000, {100}, [](std::int64_t n) { return n == 0 ? 1.0F : 0.0F; });
@@ -245,7 +246,7 @@ TEST_CASE("A source at first plays its first sample at once, after its way, as l
     CHECK(auralizer.latency_samples() == 256);
 }
 
-TEST_CASE("A tone stays a tone while all that can change does: no click") {
+TEST_CASE("A tone has no clicks while everything changes") {
     const std::string what =
         GENERATE("nothing", "add", "remove", "transform", "material", "gain", "pause", "listener");
     Scene scene = room_with_panel();
@@ -282,7 +283,7 @@ TEST_CASE("A tone stays a tone while all that can change does: no click") {
     CHECK(share_off_tone(cut) > 1e-5);
 }
 
-TEST_CASE("A source that was removed rings out, and its place is taken by others") {
+TEST_CASE("A removed source rings out, and its slot is reused") {
     Scene scene = room_with_panel();
     AuralizerOptions options = mono();
     options.max_sources = 1;
@@ -306,7 +307,7 @@ TEST_CASE("A source that was removed rings out, and its place is taken by others
     CHECK(std::any_of(again.begin(), again.end(), [](float x) { return std::abs(x) > 0.001F; }));
 }
 
-TEST_CASE("A room without sources is silent, and 64 sources are heard") {
+TEST_CASE("A room without sources is silent, and 64 sources are audible") {
     Scene scene = room_with_panel();
     scene.simulation.estimator =
         GENERATE(Estimator::patch, Estimator::pt, Estimator::dpc, Estimator::dpc_published);
@@ -329,7 +330,7 @@ TEST_CASE("A room without sources is silent, and 64 sources are heard") {
     CHECK(auralizer.sources().size() == 32);
 }
 
-TEST_CASE("What is heard of a source is its impulse response") {
+TEST_CASE("The output for an impulse is the impulse response of the source") {
     Scene scene = room_with_panel();
     const OutputFormat output =
         GENERATE(OutputFormat::mono, OutputFormat::binaural, OutputFormat::foa);
@@ -358,7 +359,8 @@ TEST_CASE("What is heard of a source is its impulse response") {
     CHECK(auralizer.impulse_response({77}).empty());
 }
 
-TEST_CASE("A panel hides a source while it is in the way, and a material changes the level") {
+TEST_CASE(
+    "A panel between source and listener hides the source, and a material changes the level") {
     Scene scene = room_with_panel();
     Auralizer auralizer(scene, mono());
     auralizer.set_listener(at(4, 2, 1), 0);
@@ -390,7 +392,7 @@ TEST_CASE("A panel hides a source while it is in the way, and a material changes
     CHECK(10 * std::log10(late_energy() / before) == Approx(0).margin(1));
 }
 
-TEST_CASE("What cannot be done throws one line, and all plays on") {
+TEST_CASE("Invalid commands throw an error of one line, and rendering continues") {
     Scene scene = room_with_panel();
     Auralizer auralizer(scene, mono());
     CHECK_THROWS_AS(auralizer.set_transform(0, {}), InputError);  // not movable
@@ -408,7 +410,7 @@ TEST_CASE("What cannot be done throws one line, and all plays on") {
     CHECK_THROWS_AS(Auralizer(scene, mono()), InputError);
 }
 
-TEST_CASE("Threads of an auralizer have ordinary priority, and end with it") {
+TEST_CASE("Threads of an auralizer have ordinary priority and end with its destructor") {
     const std::set<std::string> before = thread_ids();
     const RenderClock clock = GENERATE(RenderClock::exact, RenderClock::real_time);
     {
@@ -424,7 +426,7 @@ TEST_CASE("Threads of an auralizer have ordinary priority, and end with it") {
 }
 
 TEST_CASE(
-    "On the real-time clock a new source is in the second frame that is begun at the latest") {
+    "On the real-time clock a new source is in the second frame after its addition at the latest") {
     Auralizer auralizer(free_field({1, 0, 0}), mono(RenderClock::real_time));
     REQUIRE(test::comes([&] { return auralizer.status().frames > 2; }));
     const std::uint64_t added_at = auralizer.status().frames;
@@ -476,7 +478,7 @@ TEST_CASE("Numbers that are not finite, not shares or not rigid are refused, and
     CHECK(render(true) == render(false));
 }
 
-TEST_CASE("Changes of a source that begins later count from its beginning on") {
+TEST_CASE("Changes of a source that begins later take effect at its beginning") {
     const auto render = [](std::int64_t change_at, bool removed) {
         Auralizer auralizer(room_with_panel(), mono());
         const SourceId source = auralizer.add_source({.position = {1, 1, 1}}, 4800);
@@ -495,7 +497,7 @@ TEST_CASE("Changes of a source that begins later count from its beginning on") {
     CHECK(std::any_of(early.begin(), early.end(), [](float x) { return x != 0; }) == !removed);
 }
 
-TEST_CASE("A source that is removed at the end of time is heard until then") {
+TEST_CASE("A source that is removed at the largest sample time is audible until then") {
     Auralizer auralizer(room_with_panel(), mono());
     const SourceId source = auralizer.add_source({.position = {1, 1, 1}}, 0);
     // The end of its reverberation must not overflow, which the sanitizer reports.
@@ -504,7 +506,7 @@ TEST_CASE("A source that is removed at the end of time is heard until then") {
     CHECK(std::any_of(sound.end() - 4800, sound.end(), [](float x) { return x != 0; }));
 }
 
-TEST_CASE("Paths of a scene move what has one, and nothing else") {
+TEST_CASE("Paths of a scene move only the sources, listener and objects that have one") {
     Scene scene = room_with_panel();
     scene.objects[1].path = Trajectory{{{0, {}}, {1, at(0.5F, 0, 0)}}, false};
     const auto render = [&](bool follows) {
@@ -525,7 +527,7 @@ TEST_CASE("Paths of a scene move what has one, and nothing else") {
     CHECK(render(true) == render(false));
 }
 
-TEST_CASE("A material that changes during a pause is heard after it") {
+TEST_CASE("A material that changes during a pause is audible after it") {
     Scene scene = room_with_panel();
     AuralizerOptions options = mono(RenderClock::real_time);
     Auralizer auralizer(scene, options);

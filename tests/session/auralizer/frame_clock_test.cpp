@@ -43,7 +43,7 @@ struct Run {
 
 }  // namespace
 
-TEST_CASE("frames keep to the sound of a device whose clock is another") {
+TEST_CASE("frames follow the playback time of a device with a different clock") {
     Run run;
     // A thousandth fast, in blocks of 256 samples.
     const auto played = [](double now_s) {
@@ -60,8 +60,7 @@ TEST_CASE("frames keep to the sound of a device whose clock is another") {
     CHECK(std::abs(deaf.clock.time_s() - 1.001 * deaf.now_s) > kFrame_s + 0.006);
 }
 
-TEST_CASE(
-    "a frame begins so that it is done two milliseconds before its end, with the newest pose") {
+TEST_CASE("a frame starts as late as allows it to end two milliseconds before its deadline") {
     Run run;
     run.until(2, 0.020, [](double now_s) { return now_s; });
     const auto spare = std::chrono::duration<double>(run.clock.end() - run.clock.begin()).count();
@@ -76,14 +75,14 @@ TEST_CASE(
           Approx(0.012).margin(1e-6));
 }
 
-TEST_CASE("frames that take too long leave out others and stay with the sound") {
+TEST_CASE("frames that take too long skip others and keep up with the playback time") {
     Run run;
     run.until(10, 2.5 * kFrame_s, [](double now_s) { return now_s; });
     CHECK(run.missed > 100);
     CHECK(std::abs(run.clock.time_s() - run.now_s) < 3 * kFrame_s);
 }
 
-TEST_CASE("while a device is gone time waits for the sound, and goes on with it") {
+TEST_CASE("while a device is lost the frame time waits, and continues with the playback") {
     constexpr double kGone_s = 10;
     constexpr double kBack_s = 40;
     const auto played = [](double now_s) {

@@ -6,7 +6,7 @@
 
 using namespace aula;
 
-TEST_CASE("A wall is all of its triangles and no others") {
+TEST_CASE("A surface consists of all of its triangles and no others") {
     const Scene scene = test::small_room();
     const RayScene rays(scene);
     CHECK(surface_of(rays, 0) == std::vector<std::uint32_t>{0, 1});
@@ -14,7 +14,9 @@ TEST_CASE("A wall is all of its triangles and no others") {
     CHECK(triangles_like(scene, 5).size() == 12);
 }
 
-TEST_CASE("Scenes of other materials and sources have the same geometry; a moved object has not") {
+TEST_CASE(
+    "Scenes with other materials and sources have the same geometry; those with a moved object do "
+    "not") {
     const Scene scene = test::small_room();
     Scene edited = with_material(scene, {0, 1}, {"curtain", {}, {}});
     edited.sources[0].position.x += 1;
@@ -31,7 +33,7 @@ TEST_CASE("Scenes of other materials and sources have the same geometry; a moved
     CHECK_FALSE(same_geometry(moving, faster));
 }
 
-TEST_CASE("A wall is given another material, and the scene before stays as it was") {
+TEST_CASE("Changing the material of a surface does not modify the original scene") {
     const Scene scene = test::small_room();
     const Material curtain{"curtain", Bands::filled(0.6F), Bands::filled(0.4F)};
     const Scene edited = with_material(scene, {0, 1}, curtain);
@@ -49,7 +51,7 @@ TEST_CASE("A wall is given another material, and the scene before stays as it wa
     CHECK(with_material(twice, {3}, other).materials.size() == 3);
 }
 
-TEST_CASE("A material is replaced by its name, by one that ships with Aula, too") {
+TEST_CASE("A material is replaced by name, also by one of the library") {
     const Scene scene = with_material(test::small_room(), {0, 1}, {"paper", {}, {}});
     const auto edited = with_material_replaced(scene, "wall", "curtain");
     REQUIRE(edited);

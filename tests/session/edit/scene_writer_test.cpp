@@ -135,7 +135,7 @@ constexpr const char* kRoom = R"({
 
 }  // namespace
 
-TEST_CASE("Every shipped scene that is saved in another folder says what it said") {
+TEST_CASE("Every shipped scene saved to another folder has the same content") {
     const TemporaryFolder folder;
     fs::create_directories(folder.path() / "a" / "b");
     for (const fs::path& file : shipped_scenes()) {
@@ -153,7 +153,8 @@ TEST_CASE("Every shipped scene that is saved in another folder says what it said
     }
 }
 
-TEST_CASE("In every shipped scene one surface's new material is saved, and no other changes") {
+TEST_CASE(
+    "In every shipped scene the new material of one surface is saved and nothing else changes") {
     const TemporaryFolder folder;
     for (const fs::path& file : shipped_scenes()) {
         const LoadedScene read = load_scene(file);
@@ -173,7 +174,9 @@ TEST_CASE("In every shipped scene one surface's new material is saved, and no ot
     }
 }
 
-TEST_CASE("A saved scene keeps all but comments: quads, paths, remarks, what it expects") {
+TEST_CASE(
+    "A saved scene keeps everything but comments: quads, paths, sources of materials, "
+    "expectations") {
     const Written scene(kRoom);
     const std::string text = scene.text(scene.read().scene);
     CHECK(json_text(parse_json(text, "saved")) == json_text(*scene.read().json));
@@ -183,7 +186,7 @@ TEST_CASE("A saved scene keeps all but comments: quads, paths, remarks, what it 
     CHECK(text.find("\"source\": \"measured\"") != std::string::npos);
 }
 
-TEST_CASE("A saved scene has what was changed: places, gains, loops, settings") {
+TEST_CASE("A saved scene has all changes: positions, gains, loops, settings") {
     const Written scene(kRoom);
     Scene edited = scene.read().scene;
     edited.sources[0].path.reset();
@@ -203,7 +206,7 @@ TEST_CASE("A saved scene has what was changed: places, gains, loops, settings") 
     CHECK(scene.saved(edited).listener.pose.yaw_rad == Approx(1.25).epsilon(1e-6));
 }
 
-TEST_CASE("New materials of walls are saved with their values where the library has others") {
+TEST_CASE("New materials of surfaces are saved with their values if the library's differ") {
     const Written scene(kRoom);
     const auto library = material_library();
     const auto named = [&](const std::string& name) {
@@ -226,7 +229,7 @@ TEST_CASE("New materials of walls are saved with their values where the library 
           std::string::npos);
 }
 
-TEST_CASE("A scene that was saved and is edited again is saved as it is then") {
+TEST_CASE("A scene that is edited again after saving is saved with all edits") {
     const Written scene(kRoom);
     const Scene once = with_material(scene.read().scene, {0, 1, 2, 3}, {"felt", {}, {}});
     const Written again(scene.text(once));
@@ -235,7 +238,7 @@ TEST_CASE("A scene that was saved and is edited again is saved as it is then") {
     CHECK(materials_of(again.saved(twice)) == materials_of(twice));
 }
 
-TEST_CASE("A sound file that is called like a signal is still a file in another folder") {
+TEST_CASE("A sound file named like a built-in signal remains a file in another folder") {
     const TemporaryFolder folder;
     fs::create_directories(folder.path() / "out");
     for (const char* name : {"noise", "voice.wav"}) std::ofstream(folder.path() / name) << name;
@@ -258,7 +261,7 @@ TEST_CASE("A sound file that is called like a signal is still a file in another 
                       read.scene);
 }
 
-TEST_CASE("A scene that cannot be written leaves nothing behind") {
+TEST_CASE("A scene that cannot be written leaves no file") {
     const Written scene(kRoom);
     CHECK_THROWS_AS(
         write_edited_scene(scene.read(), scene.read().scene, scene.folder() / "scene.json",

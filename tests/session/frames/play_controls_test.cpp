@@ -30,7 +30,7 @@ double energy(const PlayControls& controls) {
 
 }  // namespace
 
-TEST_CASE("Parts of the sound can be left out, and the source turned down or moved by hand") {
+TEST_CASE("Parts of the sound can be omitted, and a source attenuated or moved") {
     const double all = energy({});
     PlayControls controls;
     controls.direct = controls.early = controls.late = false;
@@ -57,7 +57,7 @@ TEST_CASE("Parts of the sound can be left out, and the source turned down or mov
     CHECK(energy(controls) > 4 * all);
 }
 
-TEST_CASE("A muted source is not heard, and one with solo alone") {
+TEST_CASE("A muted source is inaudible, and a source with solo mutes all others") {
     PlayControls controls;
     CHECK(controls.heard(0));
     CHECK(controls.heard(5));
@@ -73,7 +73,7 @@ TEST_CASE("A muted source is not heard, and one with solo alone") {
     CHECK_FALSE(controls.heard(1));
 }
 
-TEST_CASE("Of two who change controls neither undoes what the other did") {
+TEST_CASE("Two callers that change different controls do not undo each other's changes") {
     PlayControls known;
     known.sources.resize(1);
     known.listener = Pose{};

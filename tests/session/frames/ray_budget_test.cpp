@@ -20,7 +20,7 @@ double frame_s(int rays) { return 20e-6 * rays + 0.005; }
 
 }  // namespace
 
-TEST_CASE("The number of rays settles where a frame takes what it may") {
+TEST_CASE("The number of rays converges to frames that take their allowed time") {
     for (const int start : {100, 1000, 20000}) {
         int rays = start;
         for (int frame = 0; frame < 100; ++frame)
@@ -29,7 +29,7 @@ TEST_CASE("The number of rays settles where a frame takes what it may") {
     }
 }
 
-TEST_CASE("Rays stay within bounds, and are kept when a frame traced none") {
+TEST_CASE("The number of rays is bounded, and constant after a frame without rays") {
     int rays = 1000;
     for (int frame = 0; frame < 100; ++frame)
         rays = rays_within_budget(rays, frame_of(rays), frame_s(rays), 0.001);

@@ -34,7 +34,7 @@ TEST_CASE("An impulse is one unit sample at time 0") {
     for (std::size_t i = 1; i < samples.size(); ++i) REQUIRE(samples[i] == 0);
 }
 
-TEST_CASE("A looped impulse comes back each second") {
+TEST_CASE("A looped impulse repeats each second") {
     const Signal impulse(source(Source::Signal::impulse, true), kRate_hz, 1);
     REQUIRE_FALSE(impulse.length_samples());
     REQUIRE(impulse.cycle_samples() == 48000);
@@ -43,7 +43,7 @@ TEST_CASE("A looped impulse comes back each second") {
         REQUIRE(samples[i] == ((i == 10 || i == 48010) ? 1 : 0));
 }
 
-TEST_CASE("Noise is the same however it is cut into blocks") {
+TEST_CASE("Noise is the same for any division into blocks") {
     const Signal noise(source(Source::Signal::noise, false), kRate_hz, 7);
     REQUIRE_FALSE(noise.length_samples());
     const auto whole = read(noise, 0, 1000);
@@ -94,7 +94,7 @@ TEST_CASE("The noises of two sources of a scene are independent") {
     REQUIRE(own / kCount != Approx(0).margin(margin));
 }
 
-TEST_CASE("Noise and a wave that is cut begin in mid-wave; silence and an onset do not") {
+TEST_CASE("Noise and a truncated wave begin in mid-wave; silence and an onset do not") {
     std::vector<float> wave(4800);
     std::vector<float> cut(4800);
     for (std::size_t i = 0; i < wave.size(); ++i) {

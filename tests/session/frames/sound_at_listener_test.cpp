@@ -50,13 +50,13 @@ TEST_CASE("A path of fluence 1/(4 pi d^2) has the pressure 1/d, and order 0 is t
     REQUIRE(sound.ambisonics[0].size() == 8);
 }
 
-TEST_CASE("What is left of the room is in front of a head that looks left") {
+TEST_CASE("Sound from the left of the room is in front of a head that is turned left") {
     const auto front = in_head(head_rotation(looking(kPi / 2)), {0, 1, 0});
     REQUIRE(static_cast<double>(front[0]) == Approx(1).margin(kRounding));
     REQUIRE(static_cast<double>(front[1]) == Approx(0).margin(kRounding));
 }
 
-TEST_CASE("A head turns evenly in the time between two poses, the short way round") {
+TEST_CASE("A head turns at constant speed between two poses, by the smaller angle") {
     HeadMotion motion(1600);
     motion.turn_to(looking(kPi - 0.1F));
     const auto at_once = motion.advance(1600);
@@ -74,7 +74,7 @@ TEST_CASE("A head turns evenly in the time between two poses, the short way roun
             Approx(-std::sin(0.1)).margin(10 * kRounding));
 }
 
-TEST_CASE("Poses that come more often than frames are followed as often") {
+TEST_CASE("Poses that arrive more often than frames are all followed") {
     HeadMotion motion(1600);
     motion.turn_to(looking(0));
     motion.advance(400);

@@ -57,7 +57,7 @@ TEST_CASE("An unlooped signal alone is played to its end and rings out") {
     REQUIRE(live(scene).end_s == offline(scene).end_s);
 }
 
-TEST_CASE("With loops alone one round is rendered, and playing has no end") {
+TEST_CASE("With loops only, one cycle is rendered, and playback is endless") {
     Scene scene = scene_with(Source::Signal::impulse, true);
     REQUIRE(offline(scene).end_s == 1);
     scene.listener.path = walk(6, true);
@@ -65,7 +65,7 @@ TEST_CASE("With loops alone one round is rendered, and playing has no end") {
     REQUIRE(std::isinf(live(scene).end_s));
 }
 
-TEST_CASE("Where nothing is finite 10 s are rendered") {
+TEST_CASE("Without anything finite 10 s are rendered") {
     const Scene scene = scene_with(Source::Signal::noise, true);
     REQUIRE(offline(scene).end_s == 10);
     REQUIRE(std::isinf(live(scene).end_s));
@@ -87,7 +87,7 @@ TEST_CASE("The tail lasts until sound from far away has arrived") {
     REQUIRE(offline(scene).end_s < 10.2);
 }
 
-TEST_CASE("Signals that go on are faded out after the end of the input, not before") {
+TEST_CASE("Endless signals are faded out after the end of the input, not before") {
     const Timeline timeline{.input_end_s = 1, .end_s = 2};
     std::vector<float> block(static_cast<std::size_t>(kRate_hz), 1.0F);
     timeline.fade(static_cast<std::int64_t>(kRate_hz / 2), kRate_hz, block);
@@ -100,7 +100,7 @@ TEST_CASE("Signals that go on are faded out after the end of the input, not befo
     REQUIRE(at(1 + Timeline::kFade_s + 1e-4) == 0);
 }
 
-TEST_CASE("What is heard is silent from the end on, and as it is until shortly before") {
+TEST_CASE("The output is silent from the end on and unchanged until shortly before") {
     const Timeline timeline{.end_s = 1};
     std::vector<float> block(static_cast<std::size_t>(kRate_hz), 1.0F);
     timeline.end(static_cast<std::int64_t>(kRate_hz / 2), kRate_hz, block);
@@ -113,7 +113,7 @@ TEST_CASE("What is heard is silent from the end on, and as it is until shortly b
     REQUIRE(block.back() == 0);
 }
 
-TEST_CASE("The longest of all paths counts, be it the listener's, a source's or an object's") {
+TEST_CASE("The longest path of listener, sources and objects counts") {
     const std::array<double, 3> durations_s{2, 5, 8};
     for (int turn = 0; turn < 3; ++turn) {
         const auto duration_s = [&](int k) {
@@ -167,7 +167,7 @@ TEST_CASE("A walk and a signal play at the same time, and the longer one ends th
     REQUIRE(ends({signal(0.25, true), signal(0.75, true)}, false) == 2);
 }
 
-TEST_CASE("The tail waits for the sound from where all are at the end of the walk") {
+TEST_CASE("The tail lasts until sound from the final positions has arrived") {
     constexpr float kFar_m = 3432;  // 10 s
     Pose far;
     far.position.x = kFar_m;

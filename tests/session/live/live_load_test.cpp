@@ -39,14 +39,14 @@ int play(LiveLoad& load, const Machine& machine, double seconds, double jitter =
 
 }  // namespace
 
-TEST_CASE("A machine that keeps up plays all rays and the whole response") {
+TEST_CASE("If frames are fast enough, rays and response length are not reduced") {
     LiveLoad load(kFull);
     CHECK(play(load, {0.001, 4e-6}, 60) == 0);
     CHECK(load.rays() == 1000);
     CHECK(load.length_s() == 3);
 }
 
-TEST_CASE("A machine that is too slow for all rays plays fewer, and the whole response") {
+TEST_CASE("If frames are too slow for all rays, rays are reduced before the response length") {
     LiveLoad load(kFull);
     const Machine machine{0.002, 1.6e-5};  // 54 ms with all
     play(load, machine, 10);
@@ -55,8 +55,7 @@ TEST_CASE("A machine that is too slow for all rays plays fewer, and the whole re
     CHECK(load.length_s() == 3);
 }
 
-TEST_CASE(
-    "A slow machine keeps up within some seconds, with a shorter response, then stays there") {
+TEST_CASE("On a slow machine the response is shortened within some seconds and then constant") {
     for (const double slower : {3.0, 10.0, 20.0}) {
         INFO(slower);
         LiveLoad load(kFull);
@@ -73,7 +72,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("Frames of seconds are lowered by what the first ones take") {
+TEST_CASE("Frames of several seconds are reduced in proportion to the first ones") {
     LiveLoad load(kFull);
     load.add(5, kPeriod_s);
     CHECK(load.rays() == 300);
@@ -87,7 +86,7 @@ TEST_CASE("Frames of seconds are lowered by what the first ones take") {
     CHECK(load.length_s() == 0.3);
 }
 
-TEST_CASE("What was given does not fall, however slow the machine") {
+TEST_CASE("Given values are not reduced on any machine") {
     const Machine machine{0.05, 1e-4};
     LiveLoad::Full full = kFull;
     full.rays_fall = false;
@@ -111,7 +110,7 @@ TEST_CASE("What was given does not fall, however slow the machine") {
     CHECK(play(none, machine, 60) == 0);
 }
 
-TEST_CASE("Frames that other programs delay now and then change nothing") {
+TEST_CASE("Occasional delays of frames change nothing") {
     LiveLoad load(kFull);
     std::mt19937 random(1);
     for (int frame = 0; frame < 10'000; ++frame)
@@ -120,8 +119,7 @@ TEST_CASE("Frames that other programs delay now and then change nothing") {
     CHECK(load.length_s() == 3);
 }
 
-TEST_CASE(
-    "Rays come back when a machine has time again, and do not go to and fro where it has not") {
+TEST_CASE("Rays increase again when frames are fast, and do not oscillate otherwise") {
     LiveLoad load(kFull);
     play(load, {0.002, 1.6e-5}, 10);
     const int fewer = load.rays();

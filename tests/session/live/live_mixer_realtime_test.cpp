@@ -7,7 +7,8 @@
 using namespace aula;
 using namespace aula::test;
 
-TEST_CASE("The audio thread neither allocates, frees, locks nor writes while what plays changes") {
+TEST_CASE(
+    "The audio thread neither allocates, frees, locks nor writes during changes of playback") {
     if (!RealtimeTrap::available()) {
         WARN("skipped: sanitizers own these functions");
         return;

@@ -43,7 +43,7 @@ Scene dry_room() {
 
 }  // namespace
 
-TEST_CASE("A tone stays a tone while estimator, order, materials and source change: no click") {
+TEST_CASE("A tone has no clicks while estimator, order, materials and source change") {
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
     std::vector<std::unique_ptr<PreparedScene>> all;
     Scene scene = dry_room();
@@ -87,7 +87,7 @@ TEST_CASE("A tone stays a tone while estimator, order, materials and source chan
     CHECK(share_off_tone(cut) > 1e-6);
 }
 
-TEST_CASE("Going over to the same scene is not heard: what ends and what begins add up") {
+TEST_CASE("A switch to the same scene is inaudible: both playbacks add up") {
     const Scene scene = test::free_field({3, 0, 0});
     const auto heard = [&](bool changes) {
         LiveMixer mixer(kRate_hz, kTakeBlock, 1);
@@ -112,7 +112,7 @@ TEST_CASE("Going over to the same scene is not heard: what ends and what begins 
     CHECK(worst < 2e-5 * static_cast<double>(loudest));
 }
 
-TEST_CASE("What begins in mid-wave, or is taken up in its middle, rises; an onset is as it is") {
+TEST_CASE("A signal that begins or continues in mid-wave fades in; an onset is unchanged") {
     struct Case {
         int start_block;
         bool anew;
@@ -168,7 +168,7 @@ TEST_CASE("What begins in mid-wave, or is taken up in its middle, rises; an onse
     CHECK(near);
 }
 
-TEST_CASE("What a playback has sent out is heard to its end, however far it has to go") {
+TEST_CASE("Sound emitted by an old playback is audible to its end at any distance") {
     // 100 m away sound is under way for 0.29 s, much longer than the room would ring.
     Scene scene = test::free_field({100, 0, 0});
     scene.simulation.ir_length_s = 0.1F;
@@ -193,7 +193,7 @@ TEST_CASE("What a playback has sent out is heard to its end, however far it has 
     CHECK(worst < 2e-5 * static_cast<double>(loudest));
 }
 
-TEST_CASE("What was asked to last half a second lasts as long, and ends without a click") {
+TEST_CASE("A requested duration of half a second is exact and ends without a click") {
     const Scene scene = dry_room();
     const auto heard = [&](std::optional<double> duration_s) {
         SessionOptions options = mono();
@@ -222,7 +222,7 @@ TEST_CASE("What was asked to last half a second lasts as long, and ends without 
     CHECK(share_off_tone(cut) > 1e-6);
 }
 
-TEST_CASE("Sound that is not finite is muted and counted, and what follows is heard") {
+TEST_CASE("Samples that are not finite are muted and counted, and later ones are audible") {
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
     const Scene scene = test::free_field({1, 0, 0});
     // A tone of which 10 ms are not numbers.
@@ -240,7 +240,7 @@ TEST_CASE("Sound that is not finite is muted and counted, and what follows is he
     CHECK(std::any_of(heard.begin() + 24000, heard.end(), [](float x) { return x != 0; }));
 }
 
-TEST_CASE("What nobody reads in time is counted as lost") {
+TEST_CASE("Samples that are not read in time are counted as lost") {
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
     mixer.listen(true);
     // Two seconds of 96000 samples fit, rounded up to a power of two: 131072, or 512 blocks.
@@ -248,7 +248,7 @@ TEST_CASE("What nobody reads in time is counted as lost") {
     CHECK(mixer.lost_samples() == 8 * kTakeBlock);
 }
 
-TEST_CASE("Of many changes in a row the last is played, and all playbacks come back") {
+TEST_CASE("Of many changes in a row the last is played, and all playbacks are returned") {
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
     Scene scene = test::free_field({1, 0, 0});
     scene.simulation.ir_length_s = 0.3F;
@@ -283,7 +283,7 @@ TEST_CASE("Of many changes in a row the last is played, and all playbacks come b
           Approx(static_cast<double>(reference.back()) / 2).epsilon(0.0116));
 }
 
-TEST_CASE("Another signal fades in on a source that plays") {
+TEST_CASE("A new signal of a playing source fades in") {
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
     const Scene scene = test::free_field({1, 0, 0});
     auto prepared = tone_in(scene);
@@ -309,7 +309,7 @@ TEST_CASE("Another signal fades in on a source that plays") {
     CHECK(difference < 0.03 * 0.03 * energy);
 }
 
-TEST_CASE("A pause fades to silence where time stands still, and back without a click") {
+TEST_CASE("A pause fades to silence, stops the time and fades back without a click") {
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
     auto prepared = tone_in(test::free_field({1, 0, 0}));
     double paused_at_s = 0;

@@ -17,7 +17,7 @@ PlayStatus status_of(int rays, double length_s) {
 
 }  // namespace
 
-TEST_CASE("What a machine keeps up with is named by what was lowered") {
+TEST_CASE("The report of a reduced load names the reduced values") {
     CHECK(reduction_text(status_of(1000, 3)).empty());
     CHECK(reduction_text(status_of(300, 3)) == "keeps up with 300 of 1000 rays");
     CHECK(reduction_text(status_of(1000, 1.2)) == "keeps up with 1.2 of 3.0 s of response");
@@ -25,7 +25,7 @@ TEST_CASE("What a machine keeps up with is named by what was lowered") {
           "keeps up with 300 of 1000 rays and 1.2 of 3.0 s of response");
 }
 
-TEST_CASE("News of the load come once when it has settled, and again for a shorter response") {
+TEST_CASE("A reduction is reported once when it is stable, and again for a shorter response") {
     LoadNews news;
     CHECK_FALSE(news.take(status_of(1000, 3), 1));
     CHECK_FALSE(news.take(status_of(700, 3), 2));

@@ -12,7 +12,7 @@
 using namespace aula;
 using namespace aula::test;
 
-TEST_CASE("A recording holds every sample that is heard while it is made") {
+TEST_CASE("A recording contains every output sample of its time") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "heard.wav";
     Scene scene = free_field({1, 0, 0});
@@ -44,7 +44,7 @@ TEST_CASE("A recording holds every sample that is heard while it is made") {
     CHECK(names_in(folder.path()).size() == 1);
 }
 
-TEST_CASE("What a recording lacks is said: with what it has it is all that was heard") {
+TEST_CASE("Recorded and lost samples of a recording sum to all output samples") {
     const TemporaryFolder folder;
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
     Monitor monitor(mixer, kRate_hz);

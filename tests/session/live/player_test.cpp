@@ -34,7 +34,8 @@ double share_off_tone_within(std::vector<float> samples) {
 }  // namespace
 
 TEST_CASE(
-    "A scene that is too heavy plays with fewer rays and a shorter response until it keeps up") {
+    "A scene that is too heavy plays with fewer rays and a shorter response until frames are in "
+    "time") {
     Scene scene = small_room();
     scene.simulation.ir_length_s.reset();
     scene.materials[0].absorption = Bands::filled(0.1F);
@@ -71,7 +72,7 @@ TEST_CASE(
     }));
 }
 
-TEST_CASE("A player takes no fewer rays and no shorter response than was asked for") {
+TEST_CASE("A player does not reduce given rays and a given response length") {
     Scene scene = small_room();
     scene.simulation.rays = 3000;
     scene.simulation.frame_rate_hz = 1000;
@@ -88,7 +89,7 @@ TEST_CASE("A player takes no fewer rays and no shorter response than was asked f
     CHECK(player.status().heard_change == 0);
 }
 
-TEST_CASE("What plays live is changed without a click; a change that fails leaves it playing") {
+TEST_CASE("Changes during live playback do not click; after a failed change playback continues") {
     const JackServer server(256);
     if (!server.running()) {
         WARN("skipped: no JACK server can run here");
@@ -148,7 +149,7 @@ TEST_CASE("What plays live is changed without a click; a change that fails leave
     CHECK(comes([&] { return player.status().sources[0] == Vec3(2, 0, 0); }));
 }
 
-TEST_CASE("On the silent device frames keep to the sound, and a walk to its path") {
+TEST_CASE("On the silent device frames follow the playback time and the listener its path") {
     constexpr double kSpeed_m_s = 1;
     Scene scene = small_room();
     scene.simulation.rays = 50;
@@ -201,7 +202,7 @@ TEST_CASE("On the silent device frames keep to the sound, and a walk to its path
     CHECK(player.status().device == DeviceState::playing);
 }
 
-TEST_CASE("On the silent device a session plays to its end") {
+TEST_CASE("On the silent device a session ends after its duration") {
     Scene scene = free_field({1, 0, 0});
     SessionOptions options;
     options.output = OutputFormat::mono;

@@ -101,7 +101,7 @@ Scene two_rooms(bool open) {
 
 }  // namespace
 
-TEST_CASE("N frames give what each estimator says best: the last response, or the mean") {
+TEST_CASE("N frames give the better of the last response and the mean, by estimator") {
     Scene scene = small_room();
     scene.simulation.rays = 50;
     const int window = scene.simulation.window_frames();
@@ -128,7 +128,7 @@ TEST_CASE("N frames give what each estimator says best: the last response, or th
     }
 }
 
-TEST_CASE("For the frames that it is taken of, the last response of patch is less noisy") {
+TEST_CASE("The last response of patch is less noisy than the mean of the same frames") {
     Scene scene = small_room();
     scene.simulation.rays = 50;
     constexpr int kRuns = 24;
@@ -149,7 +149,7 @@ TEST_CASE("For the frames that it is taken of, the last response of patch is les
     CHECK(last[1] - last[0] * last[0] < (mean[1] - mean[0] * mean[0]) / 1.3);
 }
 
-TEST_CASE("Without N the errors are as good as promised, whatever the seed") {
+TEST_CASE("Without N the errors are within their limits for any seed") {
     Scene scene = small_room();
     scene.simulation.rays = 100;
     const auto one = measure(scene, {});
@@ -179,7 +179,7 @@ TEST_CASE("Without N the errors are as good as promised, whatever the seed") {
     CHECK(*c[4].edt_s != Approx(*b[4].edt_s).epsilon(0.057));
 }
 
-TEST_CASE("A measurement that ends after 2000 frames says what is not as certain as wanted") {
+TEST_CASE("A measurement that ends after 2000 frames names the parameters outside the limits") {
     Scene scene = small_room();
     scene.simulation.rays = 1;
     scene.simulation.ir_length_s = 0.3F;
@@ -264,13 +264,13 @@ TEST_CASE("Standard errors of the mean's parameters are those of repeated means"
     CHECK(estimated[0] == Approx(4.343 * 0.1414 / std::sqrt(kWindows)).epsilon(0.1));
 }
 
-TEST_CASE("A measurement stops when it is asked to") {
+TEST_CASE("A measurement stops on request") {
     int asked = 0;
     REQUIRE_FALSE(measure(small_room(), 100, [&](double) { return ++asked < 3; }));
     REQUIRE(asked == 3);
 }
 
-TEST_CASE("What comes from the left is positive in Y, zero in X, and louder in the left ear") {
+TEST_CASE("Sound from the left is positive in Y, zero in X, and louder in the left ear") {
     Scene scene = free_field({0, 3.432F, 0});
     const auto measurement = measure(scene, 1);
     SessionOptions options;
@@ -295,7 +295,7 @@ TEST_CASE("What comes from the left is positive in Y, zero in X, and louder in t
     CHECK(energy[0] > 4 * energy[1]);
 }
 
-TEST_CASE("A head that turns towards a source has it in front") {
+TEST_CASE("A source is in front of a head that has turned towards it") {
     Scene scene = free_field({0, 3.432F, 0});
     scene.listener.pose.yaw_rad = 1.5707963F;
     const auto measurement = measure(scene, 1);
@@ -306,7 +306,7 @@ TEST_CASE("A head that turns towards a source has it in front") {
     CHECK(static_cast<double>(foa[1][480]) == Approx(0).margin(1e-4));
 }
 
-TEST_CASE("The impulse response decays as the report says") {
+TEST_CASE("The impulse response has the decay times of the report") {
     Scene scene = test::small_room();
     scene.materials[0].absorption = Bands::filled(0.1F);
     scene.simulation.rays = 200;

@@ -81,7 +81,8 @@ TEST_CASE("An OSC message is its address and its arguments") {
     CHECK(switches[0].number(3) == 7.0);
 }
 
-TEST_CASE("A bundle is its messages, in bundles, too, at once whatever their time") {
+TEST_CASE(
+    "A bundle gives its messages, also those of inner bundles, immediately for any time tag") {
     const std::string inner = bundle({kGain});
     const auto messages = parse(bundle({kPosition, inner, kPosition}));
     REQUIRE(messages.size() == 3);
@@ -91,7 +92,7 @@ TEST_CASE("A bundle is its messages, in bundles, too, at once whatever their tim
     CHECK(parse(later).size() == 1);
 }
 
-TEST_CASE("A bundle of bundles as deep as a packet can hold does no harm") {
+TEST_CASE("A bundle nested as deeply as a packet allows does no harm") {
     std::string deep(kGain);
     while (deep.size() < 60'000) deep = bundle({deep});
     Input input;
@@ -99,7 +100,7 @@ TEST_CASE("A bundle of bundles as deep as a packet can hold does no harm") {
     CHECK(input.parse(kGain).size() == 1);
 }
 
-TEST_CASE("A message that was cut off is not taken") {
+TEST_CASE("A truncated message is ignored") {
     for (const std::string_view whole : {kPosition, kGain})
         for (std::size_t size = 0; size < whole.size(); ++size) {
             INFO(size << " of " << whole.size());
@@ -114,7 +115,7 @@ TEST_CASE("A message that was cut off is not taken") {
     CHECK(parse(lying).empty());
 }
 
-TEST_CASE("Of a bundle that was cut off nothing is taken but whole messages") {
+TEST_CASE("Of a truncated bundle only complete messages are accepted") {
     const std::string whole = bundle({kGain, kPosition});
     for (std::size_t size = 0; size < whole.size(); ++size) {
         INFO(size << " of " << whole.size());
@@ -124,7 +125,7 @@ TEST_CASE("Of a bundle that was cut off nothing is taken but whole messages") {
     }
 }
 
-TEST_CASE("OSC is listened to on this machine alone unless asked, on a port that is free") {
+TEST_CASE("OSC is received from this machine only unless requested otherwise, on a free port") {
     Input input;
     const int sender = socket(AF_INET, SOCK_DGRAM, 0);
     sockaddr_in address{};
@@ -147,13 +148,13 @@ TEST_CASE("OSC is listened to on this machine alone unless asked, on a port that
         CHECK_THROWS_AS(OscInput(wrong, [](const OscMessage&) {}), InputError);
 }
 
-TEST_CASE("Numbers that are none, or too large, are not taken") {
+TEST_CASE("Numbers that are not finite or too large are ignored") {
     CHECK_FALSE(parse("/a\0\0,f\0\0\x7f\xc0\0\0"sv)[0].number(0));  // NaN
     CHECK_FALSE(parse("/a\0\0,f\0\0\x7f\x80\0\0"sv)[0].number(0));  // infinity
     CHECK_FALSE(parse("/a\0\0,f\0\0\x7f\x00\0\0"sv)[0].number(0));
 }
 
-TEST_CASE("Any bytes at all are read without harm") {
+TEST_CASE("Arbitrary bytes are read without harm") {
     std::mt19937 random(1);
     Input input;
     std::size_t taken = 0;
