@@ -20,7 +20,7 @@ const Vec3 kSize(5, 4, 3);
 const Vec3 kSource(1.2F, 1.1F, 1.5F);
 const Vec3 kListener(3.7F, 2.9F, 1.2F);
 
-/// Bins and paths between two times. 1/m2
+/// Bins and paths between two times. In 1/m2.
 double all_between(const EnergyResponse& response, double begin_s, double end_s,
                    std::size_t band = 0) {
     double sum = test::energy_between(response, begin_s, end_s, band);
@@ -31,8 +31,8 @@ double all_between(const EnergyResponse& response, double begin_s, double end_s,
     return sum;
 }
 
-/// Energy of all image sources of a box with equal walls, between two times: rho^n / (4 pi d^2);
-/// of all orders or all but one.
+/// Energy of all image sources of a box with equal walls, between two times: rho^n / (4 pi d^2); of
+/// all orders, or of all but one.
 double images_between(const Vec3& source, const Vec3& listener, double rho, double begin_m,
                       double end_m, int without_order = -1, const Vec3& size = kSize) {
     const auto along = [&](int axis, int n) {
@@ -78,10 +78,10 @@ TEST_CASE("without scattering the energy of a box is that of its image sources f
                     images_between(kSource, kListener, 0.8, begin_s * c, end_s * c);
                 CAPTURE(specular_order, estimator_name(estimator), begin_s, e.mean,
                         e.standard_error, exact);
-                // A sphere of 0.3 m averages 1 / d^2: R^2 / (5 d^2), 0.4 % of the first order. An
-                // arrival on a border may fall on its other side: spread by the sphere, 1 %.
+                // The sphere of 0.3 m averages 1 / d^2: R^2 / (5 d^2), 0.4 % of the first order.
+                // The sphere may move arrivals across the border of an interval: 1 %.
                 CHECK(std::abs(e.mean - exact) < test::kFamilyZ * e.standard_error + 0.01 * exact);
-                // Companion: the paths of one order, early or late, are missed.
+                // Companion: without the paths of one order, early or late.
                 const double lacking = images_between(kSource, kListener, 0.8, begin_s * c,
                                                       end_s * c, begin_s == 0 ? 2 : 5);
                 CHECK(std::abs(e.mean - lacking) >
@@ -93,9 +93,9 @@ TEST_CASE("without scattering the energy of a box is that of its image sources f
 
 TEST_CASE(
     "image sources of high orders and rays share the energy of a box without overlap or gap") {
-    // Edges split the beam of an image source in pieces with other orders of planes: in frame 20
-    // there are more of them than the candidates that are kept. Once as it is, once turned and
-    // shifted, as floats round it.
+    // Edges split the beam of an image source into parts with different orders of planes. In frame
+    // 20 there are more of them than candidates are kept. Once axis-aligned, once turned and
+    // shifted, with rounded coordinates.
     const Vec3 x = glm::normalize(Vec3(0.6F, 0.48F, 0.64F));
     const Vec3 y = glm::normalize(glm::cross(Vec3(0.3F, -1, 0.2F), x));
     const Vec3 z = glm::cross(x, y);
@@ -119,10 +119,10 @@ TEST_CASE(
                     [](const EnergyResponse& r) { return all_between(r, 0.02, 0.1); }));
                 CAPTURE(turned, specular_order, estimator_name(estimator), e.mean / exact,
                         e.standard_error / exact);
-                // 1 %: spheres of 0.5 m at 7 m and more, arrivals on the borders. Pieces that count
-                // twice are 2.5 % at order 8, 7 % at 10 and 10 % at 12.
+                // 1 %: spheres of 0.5 m at 7 m and more, arrivals on the borders. Parts that count
+                // twice would add 2.5 % at order 8, 7 % at 10 and 10 % at 12.
                 CHECK(std::abs(e.mean - exact) < test::kFamilyZ * e.standard_error + 0.01 * exact);
-                CHECK(e.standard_error < 0.01 * exact);  // so that 5 % would be seen
+                CHECK(e.standard_error < 0.01 * exact);  // so that 5 % would be detected
             }
         }
     }
@@ -203,8 +203,8 @@ TEST_CASE("image sources of high orders and rays share the energy of rooms of ot
             const test::Estimate e = all(specular_order, 2000);
             const double error = std::hypot(e.standard_error, by_rays.standard_error);
             CAPTURE(room.name, specular_order, e.mean / by_rays.mean, error / by_rays.mean);
-            // 2.5 % (0.1 dB): an image source is heard at a point, rays in a sphere of 0.5 m, in
-            // which corners of the room hide part of the images.
+            // 2.5 % (0.1 dB): an image source is audible at a point, rays in a sphere of 0.5 m, in
+            // part of which corners of the room hide images.
             CHECK(std::abs(e.mean - by_rays.mean) < test::kFamilyZ * error + 0.025 * by_rays.mean);
             CHECK(error < 0.005 * by_rays.mean);
         }
@@ -213,7 +213,8 @@ TEST_CASE("image sources of high orders and rays share the energy of rooms of ot
 
 TEST_CASE("in a hall of many planes no energy is missing before image sources are discovered") {
     // 1552 triangles, nearly all of them planes: sequences of order 1 are listed. The bumps turn
-    // walls by up to 0.8 degrees, the sum over images of the even box is right within a percent.
+    // walls by up to 0.8 degrees: the sum over the images of the plane box is right within a per
+    // cent.
     const Vec3 size(24, 18, 10);
     const Vec3 source(5.2F, 7.1F, 1.6F);
     const Vec3 listener(17.7F, 11.3F, 1.3F);
@@ -228,10 +229,10 @@ TEST_CASE("in a hall of many planes no energy is missing before image sources ar
     const auto check = [](const std::vector<double>& samples) {
         const test::Estimate e = test::estimate(samples);
         CAPTURE(e.mean, e.standard_error);
-        // 1 % for the bumps, 1 % for spheres of 0.5 m; 2 % for sequences that are met the sooner,
-        // the likelier they are valid.
+        // 1 % for the bumps, 1 % for spheres of 0.5 m; 2 % because more probable sequences are
+        // discovered earlier.
         CHECK(std::abs(e.mean - 1) < test::kFamilyZ * e.standard_error + 0.04);
-        // Companion: if a fifth were missing.
+        // Companion: a fifth is missing.
         CHECK(std::abs(e.mean - 0.8) > test::kFamilyZ * e.standard_error);
     };
     for (const int specular_order : {3, 5}) {
@@ -241,7 +242,7 @@ TEST_CASE("in a hall of many planes no energy is missing before image sources ar
             Propagation propagation(scene, test::with(scene, estimator, 0.1F, 0.5F));
             check(test::restarts(propagation, scene, 16, 1, early));
         }
-        // Legs and entries that are kept over frames in which their sequences become candidates.
+        // Segments and entries are kept over frames in which their sequences become candidates.
         for (const Estimator estimator : {Estimator::dpc, Estimator::patch}) {
             CAPTURE(specular_order, estimator_name(estimator));
             Propagation propagation(scene, test::with(scene, estimator, 0.1F, 0.5F));
@@ -325,14 +326,15 @@ TEST_CASE("the specular order changes the method that finds a path, not the ener
         for (const auto& of_band : samples) totals.back().push_back(test::estimate(of_band));
     }
     for (std::size_t b = 0; b < kBandCount; ++b) {
-        const test::Estimate& most = totals[1][b];  // the fewest paths are the rays'
+        const test::Estimate& most = totals[1][b];  // with the fewest paths from rays
         const test::Estimate& e = totals[0][b];
         const double error = std::hypot(e.standard_error, most.standard_error);
         CAPTURE(b, e.mean, most.mean, error);
         // The sphere of 0.5 m: R^2 / (5 d^2) of the first order's part, below 1 %.
         CHECK(std::abs(e.mean - most.mean) < test::kFamilyZ * error + 0.01 * most.mean);
     }
-    // The companion: of band 0, all mirrors, the image sources of three orders are over a third.
+    // The companion: in band 0, with mirrors only, image sources of three orders have more than a
+    // third of the energy.
     Simulation without = test::with(scene, Estimator::patch, 0.25F, 0.1F);
     without.specular = false;
     Propagation propagation(scene, without);
@@ -341,7 +343,7 @@ TEST_CASE("the specular order changes the method that finds a path, not the ener
 }
 
 TEST_CASE("energy is conserved for any scattering, including image sources") {
-    // Lossless: late energy is c P / V, of which the image sources' part comes first.
+    // Lossless: late energy is c P / V, including the image sources, which arrive first.
     for (const float scattering : {0.0F, 0.05F, 0.5F, 1.0F}) {
         Scene scene = test::grey_room(test::box(kSize), 0, scattering, kSource, kListener);
         scene.simulation.specular_order = 3;
@@ -353,8 +355,8 @@ TEST_CASE("energy is conserved for any scattering, including image sources") {
                 test::restarts(propagation, scene, 10, 3,
                                [](const EnergyResponse& r) { return all_between(r, 0.05, 0.2); }));
             CAPTURE(scattering, estimator_name(estimator), e.mean, e.standard_error, exact);
-            // Images lie in space as the room's volume repeats: their count in a shell of 17 to
-            // 69 m differs from the volume's share by less than 1 %.
+            // There is one image per volume of the room: their number in a shell of 17 to 69 m
+            // differs from the ratio of the volumes by less than 1 %.
             CHECK(std::abs(e.mean - exact) < test::kFamilyZ * e.standard_error + 0.015 * exact);
             CHECK(std::abs(e.z(1.15 * exact)) > test::kRefutedZ);  // companion
         }
@@ -369,7 +371,7 @@ TEST_CASE(
                                {{0.1F, 0.2F, 0.4F, 0.6F, 0.8F, 0.9F, 0.9F, 1}},
                                {{0.2F, 0.3F, 0.5F, 0.8F, 1, 1, 0.1F, 0.5F}}});
     there.materials[0].scattering = {{0, 0.1F, 0.3F, 0.5F, 0.7F, 0.9F, 0.2F, 1}};
-    // One wing soft, one hard: the two ways differ in all but the sum.
+    // One wing absorbing, one hard: the two directions differ in everything but the sum.
     Object& room = there.objects[0];
     for (std::size_t t = 0; t < room.triangles.size(); ++t) {
         float x = 0;
@@ -398,9 +400,9 @@ TEST_CASE(
         CAPTURE(b, one[b].mean, other[b].mean, error);
         // Patches of 0.5 m, 1 %.
         CHECK(std::abs(one[b].mean - other[b].mean) < test::kFamilyZ * error + 0.01 * one[b].mean);
-        CHECK(error < 0.05 * one[b].mean);  // so that a difference would be seen
+        CHECK(error < 0.05 * one[b].mean);  // so that a difference would be detected
     }
-    // The companion: the other wing's listener beside the source hears something else.
+    // Companion: the response of a listener beside the source in the other wing differs.
     Scene elsewhere = there;
     elsewhere.listener.pose.position = Vec3(1.5F, 1.5F, 1.2F);
     const auto third = totals(elsewhere);

@@ -1,4 +1,4 @@
-// Rooms whose answer is known exactly. rho = 1 - alpha, P = 1, all walls Lambert, no air.
+// Rooms with an exact solution. rho = 1 - alpha, P = 1, all walls Lambert, no air.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -64,7 +64,7 @@ TEST_CASE("the sphere's decay constants are those of its equation") {
 TEST_CASE("orders of a Lambert sphere are rho^n P / (pi R^2) at any place") {
     constexpr float kRadius_m = 3;
     const Object sphere = test::icosphere(kRadius_m, 4);
-    // The mesh is a little smaller than the sphere: the radius with its surface.
+    // The mesh is slightly smaller than the sphere: the radius with the mesh's surface area.
     const double radius_2 = test::surface_m2(sphere) / (4 * kPi);
     const Scene scene =
         test::grey_room(sphere, 0.3F, 1, Vec3(1.2F, 0.4F, -0.3F), Vec3(-1, -1.1F, 0.5F));
@@ -122,7 +122,7 @@ TEST_CASE("from a sphere's centre to its centre the lengths have the exact mean 
         return m;
     };
     auto before = moments(1);
-    // Order 1 at the centre: everything comes straight back, exactly.
+    // Order 1 at the centre: all energy returns, exactly.
     CHECK(before[0] / settings.rays == Approx(1 / (kPi * radius_m * radius_m)).epsilon(0.03));
     CHECK(before[1] / before[0] == Approx(2 * radius_m).epsilon(2e-3));
     for (int n = 2; n <= 4; ++n) {
@@ -148,14 +148,14 @@ TEST_CASE("a Lambert sphere decays at its exact rate, not at Eyring's") {
     const Object sphere = test::icosphere(kRadius_m, 4);
     const double volume = test::volume_m3(sphere);
     const double surface = test::surface_m2(sphere);
-    // The radius that has the mesh's own mean free path 4 V / S = 4 R / 3.
+    // The radius with the mesh's mean free path 4 V / S = 4 R / 3.
     const double radius_m = 3 * volume / surface;
     for (const float alpha : {0.3F, 0.5F}) {
         const Scene scene = test::grey_room(sphere, alpha, 1, Vec3(0), Vec3(0.5F, 0.2F, 0));
         const double c = double{scene.medium.speed_of_sound_m_s()};
         const double exact = sphere_decay(1 - double{alpha}) * c / (2 * radius_m);
         const double eyring = -std::log1p(-double{alpha}) * c * surface / (4 * volume);
-        // From 8 mean free times on, over 40 dB at most.
+        // From 8 mean free times on, over at most 40 dB.
         const double begin_s = 8 * 4 * radius_m / (3 * c);
         const test::Estimate e =
             decay_rate(scene, 0.3F, begin_s, begin_s + std::min(9 / exact, 0.28 - begin_s));
@@ -182,7 +182,7 @@ TEST_CASE("Lambert boxes decay more slowly than Eyring by the known factors") {
         CAPTURE(c.size.x, c.alpha, e.mean, e.standard_error, eyring);
         CHECK(std::abs(e.mean - eyring / c.factor) <
               test::kFamilyZ * e.standard_error + 1e-3 * eyring);
-        CHECK(std::abs(e.z(eyring)) > test::kRefutedZ);  // a right engine must not match Eyring
+        CHECK(std::abs(e.z(eyring)) > test::kRefutedZ);  // a correct engine does not match Eyring
     }
 }
 
@@ -238,6 +238,6 @@ TEST_CASE("source and listener are interchangeable") {
         CAPTURE(scattering, one.mean, other.mean, error);
         // Patches of 0.5 m: 0.5 %.
         CHECK(std::abs(one.mean - other.mean) < test::kFamilyZ * error + 5e-3 * one.mean);
-        CHECK(error < 0.02 * one.mean);  // companion: a difference would be seen
+        CHECK(error < 0.02 * one.mean);  // companion: a difference would be detected
     }
 }

@@ -1,4 +1,4 @@
-// What is heard while sources, listeners and geometry move.
+// Responses while sources, listeners and geometry move.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -25,7 +25,7 @@ Scene room(float scattering = 1) {
     return scene;
 }
 
-/// Steps through `frames` frames of the source's positions, the listener standing or walking.
+/// Steps through `frames` frames of the source's positions with a static or walking listener.
 EnergyResponse after(const Scene& scene, const std::vector<Vec3>& source, bool listener_walks) {
     Propagation propagation(scene, scene.simulation);
     for (std::size_t f = 0; f < source.size(); ++f) {
@@ -37,7 +37,7 @@ EnergyResponse after(const Scene& scene, const std::vector<Vec3>& source, bool l
     return propagation.response(0);
 }
 
-/// A source that stands at one of two places, then walks on from the same place.
+/// A source that rests at one of two positions, then walks from a common position.
 std::vector<Vec3> walk(const Vec3& before, int frames) {
     std::vector<Vec3> places(20, before);
     for (int f = 0; f < frames; ++f) {
@@ -58,7 +58,7 @@ TEST_CASE("from tau after a change on, nothing from before it remains, to the bi
             const auto run = [&](const Vec3& before, int frames) {
                 return after(scene, walk(before, frames), listener_walks);
             };
-            // Two pasts that differ in where the source was, less than a jump away.
+            // Two histories that differ in the source's position by less than a jump.
             const Vec3 here(1.9F, 2.1F, 1.2F);
             const Vec3 there(2, 1.9F, 1.1F);
             const EnergyResponse a = run(here, window);
@@ -66,7 +66,7 @@ TEST_CASE("from tau after a change on, nothing from before it remains, to the bi
             CHECK(a.energy == b.energy);
             CHECK(a.direction == b.direction);
             CHECK(a.total(0) > 0);
-            // Companion: right after the change the past is heard.
+            // Companion: right after the change the history has an effect.
             CHECK(run(here, 1).energy != run(there, 1).energy);
         }
     }
@@ -87,7 +87,7 @@ TEST_CASE("when a source stops, nothing of its walk remains after tau") {
 }
 
 TEST_CASE("the response of a static source does not depend on earlier positions of the listener") {
-    // Mirrors and Lambert surfaces; specular paths of all orders are the rays'.
+    // Mirrors and Lambert surfaces; rays find specular paths of all orders.
     const Scene scene = room(0.3F);
     const Vec3 here = scene.listener.pose.position;
     const auto at_last = [&](const Vec3& step, std::uint64_t seed) {
@@ -104,10 +104,10 @@ TEST_CASE("the response of a static source does not depend on earlier positions 
     };
     const EnergyResponse crept = at_last(Vec3(0.002F, 0, 0), 1);
     const EnergyResponse walked = at_last(Vec3(-0.1F, -0.05F, 0), 1);
-    // Exact: the rays of all frames are heard at the last place, whatever came before it.
+    // Exact: the rays of all frames are gathered at the last position for any history.
     CHECK(crept.energy == walked.energy);
     CHECK(crept.direction == walked.direction);
-    // Companion: other rays are heard otherwise.
+    // Companion: other rays give another response.
     CHECK(crept.energy != at_last(Vec3(0.002F, 0, 0), 2).energy);
 }
 
@@ -129,8 +129,8 @@ TEST_CASE("0.3 s after a door has shut the level behind it is right within 1 dB"
     input.time_s = kShut_s;
     for (int f = 0; f < 150; ++f) shut.step(input);
     const double converged = energy(shut.response(0));
-    // Some sixteen gather rays find the fanlight, so that one level strays by 0.22 dB from seed to
-    // seed, of which 1 dB is four and a half.
+    // Some sixteen gather rays find the fanlight: the standard deviation of a level over seeds is
+    // 0.22 dB, and 1 dB is four and a half times that.
     constexpr int kSeeds = 6;
     constexpr int kFirst = -24;
     constexpr int kLast = 9;  // 0.3 s
@@ -156,12 +156,11 @@ TEST_CASE("0.3 s after a door has shut the level behind it is right within 1 dB"
     }
     std::printf("door: farthest of %d seeds %.2f dB\n", kSeeds, farthest_db);
     CHECK(farthest_db < 1);
-    CHECK(error_db(kFirst) >
-          3);  // companion: the open door's level is not taken for the shut one's
+    CHECK(error_db(kFirst) > 3);  // companion: the level with the open door is not accepted
 }
 
 TEST_CASE("late fluence in a lossless room is c P / V after any movement of an object") {
-    // A block that floats, so that no faces meet; half of what meets it is mirrored.
+    // A block in the air, so that no faces touch; half of the incident energy is mirrored.
     Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0, 0.5F, Vec3(0.6F, 3.5F, 2.6F),
                                   Vec3(4.4F, 0.4F, 0.4F));
     Object block = test::box(Vec3(1.5F, 1.5F, 1.5F));
@@ -169,7 +168,7 @@ TEST_CASE("late fluence in a lossless room is c P / V after any movement of an o
     scene.objects.push_back(block);
     const double volume_m3 = 60 - 1.5 * 1.5 * 1.5;
     const double exact = double{scene.medium.speed_of_sound_m_s()} / volume_m3 * (0.35 - 0.15);
-    // From where the block was made, on its way, and after it has come to rest.
+    // From the initial position of the block, during its movement, and after it.
     for (const int last : {0, 15, 34}) {
         std::vector<double> samples;
         for (std::uint64_t seed = 1; seed <= 8; ++seed) {
@@ -178,7 +177,7 @@ TEST_CASE("late fluence in a lossless room is c P / V after any movement of an o
             simulation.rays = 500;
             Propagation propagation(scene, simulation);
             for (int f = std::max(0, last - 3); f <= last; ++f) {
-                // At first with a jump, then on from frame to frame.
+                // First with a jump, then from frame to frame.
                 propagation.step(test::static_input(scene, f / kFrameRate_hz));
             }
             samples.push_back(test::energy_between(propagation.response(0), 0.15, 0.35));
@@ -187,7 +186,7 @@ TEST_CASE("late fluence in a lossless room is c P / V after any movement of an o
         CAPTURE(last, e.mean, e.standard_error, exact);
         // Statistical, and the areas of patches that the block cuts, sampled at 64 points.
         CHECK(std::abs(e.mean - exact) < test::kFamilyZ * e.standard_error + 5e-3 * exact);
-        // The companion: five per cent less is told apart.
+        // Companion: five per cent less is detected.
         CHECK(std::abs(e.z(0.95 * exact)) > test::kRefutedZ);
     }
 }
@@ -209,7 +208,7 @@ TEST_CASE("while everything moves, memory is constant and below its limit") {
     constexpr int kFrames = 1600;
     for (int f = 0; f < kFrames; ++f) {
         FrameInput input = test::static_input(scene, f / kFrameRate_hz);
-        // Walks, rests and jumps, each at its own time.
+        // Walks, rests and jumps at different times.
         const auto phase = [&](int period) {
             return f % (2 * period) < period ? 0.04F * static_cast<float>(f % period) : 0.0F;
         };
@@ -221,9 +220,9 @@ TEST_CASE("while everything moves, memory is constant and below its limit") {
         part = std::max(part, propagation.statistics().memory_bytes);
     }
     CHECK(max[0] < 1'000'000);
-    // What the second half may meet that the first did not; a row kept every frame is far more.
+    // The second half may reach some new cells; keeping a row in every frame would be far more.
     CHECK(static_cast<double>(max[1]) < 1.02 * static_cast<double>(max[0]));
-    // Companion: without the cap there is more to keep.
+    // Companion: without the limit more is kept.
     scene.simulation.memory_mb = 100;
     Propagation free(scene, scene.simulation);
     for (int f = 0; f < 40; ++f) {

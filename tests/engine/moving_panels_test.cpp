@@ -1,4 +1,4 @@
-// What passes the plane faces of moving objects: screens and doors.
+// Energy that passes the plane faces of moving objects: screens and doors.
 
 #include <algorithm>
 #include <array>
@@ -21,10 +21,11 @@ const Vec3 kSource(2, 2, 1.5F);
 const Vec3 kBeside(3.5F, 3.2F, 1.2F);  // on the source's side
 const Vec3 kBehind(10, 3, 1.4F);
 
-/// Of the level on the source's side. Rays nearly parallel to a wall may pass an edge by rounding.
+/// Relative to the level on the source's side. Rays nearly parallel to a wall may pass an edge by
+/// rounding.
 constexpr double kSilent = 1e-6;
 
-/// A screen across a room of 12 x 5 x 3 m, that overlaps its walls, floor and ceiling.
+/// A screen across a room of 12 x 5 x 3 m that overlaps its walls, floor and ceiling.
 struct Screen {
     float x_m = 6;
     float yaw_deg = 0;
@@ -73,7 +74,7 @@ FrameInput input_of(const Scene& scene, double time_s = 0) {
 
 double energy(const EnergyResponse& response) { return response.total(4); }
 
-/// The level behind over that on the source's side after some frames of `patch`.
+/// The level behind relative to that on the source's side after some frames of `patch`.
 double passed(const Scene& scene, bool source_walks) {
     Propagation propagation(scene, scene.simulation, 2);
     FrameInput input = input_of(scene);
@@ -154,7 +155,7 @@ TEST_CASE("levels on both sides of a screen agree with path tracing, shut and aj
             const double error = std::hypot(patch[l].standard_error, traced[l].standard_error);
             const double allowed = (l == 0 ? 0.01 : 0.02) * traced[l].mean;
             CHECK(std::abs(patch[l].mean - traced[l].mean) < test::kFamilyZ * error + allowed);
-            // Companion: a fifth more is told apart.
+            // Companion: a fifth more is detected.
             CHECK(std::abs(1.2 * patch[l].mean - traced[l].mean) >
                   test::kFamilyZ * error + allowed);
         }
@@ -195,7 +196,7 @@ TEST_CASE("it is silent behind a screen a window of frames after it has shut") {
     for (int f = 0; f <= kShut; ++f) {
         const double level = behind(f);
         CAPTURE(f);
-        CHECK(level > 100 * kSilent);  // companion: it still rings
+        CHECK(level > 100 * kSilent);  // companion: it still rings out
     }
     for (int f = 1; f < scene.simulation.window_frames(); ++f) behind(kShut + f);
     CHECK(behind(kShut + scene.simulation.window_frames()) < kSilent);
@@ -211,7 +212,7 @@ TEST_CASE(
             v.z += v.z > 1 ? 0.02F : -0.02F;
         }
     }
-    // A pane in the plane of the kitchen's wall shuts the fanlight.
+    // A pane in the plane of the kitchen's wall closes the fanlight.
     Object pane;
     pane.vertices = {Vec3(4, 1.48F, 2.13F), Vec3(4, 2.42F, 2.13F), Vec3(4, 2.42F, 2.47F),
                      Vec3(4, 1.48F, 2.47F)};
@@ -259,7 +260,7 @@ TEST_CASE("late fluence in a lossless room is c P / V while a screen turns") {
         // Statistical, and the areas of patches that the screen divides, of 256 samples. While the
         // screen moves, its patches, a ninth of all, lack the frames before it came to their cells.
         CHECK(std::abs(e.mean - exact) < test::kFamilyZ * e.standard_error + allowed * exact);
-        // The companion: a tenth less is told apart.
+        // Companion: a tenth less is detected.
         CHECK(std::abs(e.z(0.9 * exact)) > test::kRefutedZ);
     }
 }

@@ -1,5 +1,4 @@
-// The noise of the estimators against plain path tracing: the reason for caching. Headless; prints
-// one line an estimator.
+// Noise of the estimators relative to plain path tracing. Prints one line for each estimator.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -61,7 +60,7 @@ Noise measure(const Scene& scene, Estimator estimator, int restarts, float radiu
     return noise;
 }
 
-/// Mean over groups of the energy ratio to a reference, with its standard error.
+/// Mean over groups of the ratio of the energy to a reference, with its standard error.
 test::Estimate ratio(const Noise& noise, const Noise& reference) {
     test::Estimate e;
     double variance = 0;
@@ -72,14 +71,14 @@ test::Estimate ratio(const Noise& noise, const Noise& reference) {
         e.mean += a.mean / b.mean / n;
         variance += std::pow(a.standard_error / a.mean, 2) + std::pow(b.standard_error / b.mean, 2);
     }
-    // Neighbouring groups hold the same rays: count their errors as if they went together.
+    // Neighbouring groups hold the same rays: their errors count as fully correlated.
     e.standard_error = std::sqrt(variance / n);
     return e;
 }
 
-/// The mean over bins of sqrt(1 + v^2), v the relative spread of the arrivals' energies: their
-/// squares fall as in a room that reflects the square of the share, their number as in one that
-/// reflects all.
+/// The mean over bins of sqrt(1 + v^2), v the relative spread of the arrivals' energies. Squared
+/// energies decay as in a room whose walls reflect the square of their share, the number of
+/// arrivals as in a lossless room.
 double mean_spread(const Scene& scene) {
     const double reflected = 1 - double{scene.materials[0].absorption[0]};
     const auto response = [&](double share) {
@@ -122,13 +121,13 @@ TEST_CASE("at equal rays the caches have less noise than path tracing, and no bi
                     noise->relative_deviation, r.mean, r.standard_error);
     }
 
-    // A deviation from 64 restarts has a standard error of 9 %, over 45 bins far less; the bars
-    // leave a factor of two.
+    // A deviation from 64 restarts has a standard error of 9 %, over 45 bins far less; the limits
+    // have a margin of a factor of two.
     CHECK(patch.relative_deviation < 0.1 * plain.relative_deviation);
     CHECK(dpc.relative_deviation < 0.3 * plain.relative_deviation);
     // The law of independent rays: of k expected arrivals, chords across a sphere, a bin's relative
-    // variance is (9/8) (1 + v^2) / k. Rays cross the sphere c pi R^2 / V times a second. Even
-    // first directions take something off, at most the spread v of the energies; 4 % are three
+    // variance is (9/8) (1 + v^2) / k. Rays cross the sphere c pi R^2 / V times a second. Uniform
+    // initial directions reduce it by at most the spread v of the energies; 4 % are three standard
     // errors.
     const double k = 1000 * 343.2 * std::numbers::pi * 0.25 / 320 * 0.01;
     const double min = std::sqrt(9.0 / 8 / k);

@@ -121,7 +121,7 @@ TEST_CASE("late fluence in a lossless room is c P / V, for any shape") {
 }
 
 TEST_CASE("air attenuates all energy that arrives at t by exp(-m c t), in every estimator") {
-    // Grey walls: all bands take the same ways, so that they compare bin by bin, without noise.
+    // Grey walls: all bands have the same paths and can be compared bin by bin, without noise.
     for (const float scattering : {0.0F, 0.5F, 1.0F}) {
         Scene scene = test::grey_room(test::box(Vec3(30, 20, 12)), 0.1F, scattering, Vec3(8, 5, 2),
                                       Vec3(22, 14, 3));
@@ -147,11 +147,11 @@ TEST_CASE("air attenuates all energy that arrives at t by exp(-m c t), in every 
             REQUIRE(without_air > 0);
             const double error = energy / without_air;
             CAPTURE(scattering, estimator_name(estimator), error, time_s / without_air);
-            // The time of an arrival is known to its bin, up to 8 ms or 2.7 m: evenly to 3.3 %
-            // of energy to either side. Plain path tracing has some five arrivals, whose mean is
-            // within 0.9 %; four of these, and the roundings of deposits.
+            // The time of an arrival is known to its bin, up to 8 ms or 2.7 m: uniform within
+            // +- 3.3 % of energy. Plain path tracing has some five arrivals with a standard error
+            // of 0.9 %; four of these, and the rounding of deposits.
             CHECK(error == Approx(1).epsilon(0.04));
-            // The companion: a way of 10 m left out would be a fifth.
+            // Companion: the omission of 10 m of a path would be a fifth.
             CHECK(std::exp(double{m[7] - m[0]} * 10) > 1.2);
         }
     }
@@ -167,7 +167,7 @@ TEST_CASE("dpc-published overestimates the energy of a lossless room") {
     const double exact = 343.2 / 60 * 0.2;
     CAPTURE(e.mean, e.standard_error, exact);
     // Nearly all paths of higher order are hit once in 15 frames: mean over true of the k-th frame
-    // of an empty cache is H_15 = 3.3; it has to be far above 1.
+    // of an empty cache is H_15 = 3.3; the result must be far above 1.
     CHECK(e.mean > 2 * exact);
     CHECK(e.mean < 3.4 * exact);
 }
@@ -201,7 +201,7 @@ TEST_CASE("patch agrees with plain path tracing for any scattering and each band
             CAPTURE(part, band, a.mean, b.mean, error);
             // The detector sphere averages over 0.5 m: up to 1 % at the onset.
             CHECK(std::abs(a.mean - b.mean) < test::kFamilyZ * error + 0.01 * a.mean);
-            CHECK(error < 0.08 * a.mean);  // so that a missing or doubled part would be seen
+            CHECK(error < 0.08 * a.mean);  // so that a missing or doubled part would be detected
         }
     }
 }
@@ -277,7 +277,7 @@ TEST_CASE("the rays stated in advance are those that a frame traces") {
             propagation.step(input);
             CHECK(rays.size() == propagation.statistics().segments);
             CHECK(rays.front().origin == scene.sources[0].position);
-            // Each frame sends others.
+            // Each frame has other rays.
             if (!before.empty()) CHECK(rays.front().direction != before.front().direction);
             before = rays;
         }
@@ -297,13 +297,13 @@ TEST_CASE("after a jump of the listener the response is that of the new position
     there.listener.pose.position = input.listeners[0];
     Propagation reference(there, with(there, Estimator::patch, 0.3F));
     const test::Estimate e = test::estimate(test::restarts(reference, there, 12, 15, total));
-    // A frame more or less of the same statistics: 5 standard deviations of one restart.
+    // One frame more or less of the same statistics: 5 standard deviations of one restart.
     CHECK(std::abs(after - e.mean) < 5 * e.standard_error * std::sqrt(12.0));
     CHECK(e.standard_error * std::sqrt(12.0) < 0.02 * e.mean);
 }
 
 TEST_CASE("no energy older than tau remains of a source that has moved away") {
-    // Two rooms that no sound joins; the source jumps from the listener's to the other.
+    // Two separate rooms; the source jumps from the listener's room to the other.
     Scene scene = box_room();
     scene.objects.push_back(test::box(Vec3(5, 4, 3), 0, Vec3(10, 0, 0)));
     scene.sources[0].path =
@@ -359,7 +359,7 @@ TEST_CASE("less memory makes patches larger, without bias") {
 }
 
 TEST_CASE("directions point to the origin of the sound") {
-    // A floor only: everything arrives from below.
+    // Only a floor: all reflections arrive from below.
     Scene scene = test::grey_room(test::square(20), 0.1F, 1, Vec3(0, 0, 1.5F), Vec3(2, 0, 1.5F));
     for (const Estimator estimator :
          {Estimator::pt, Estimator::dpc_published, Estimator::dpc, Estimator::patch}) {
@@ -374,11 +374,11 @@ TEST_CASE("directions point to the origin of the sound") {
         }
         CAPTURE(estimator_name(estimator));
         REQUIRE(energy > 0);
-        CHECK(test::fault(r).empty());  // directions are no longer than their energy
+        CHECK(test::fault(r).empty());  // directions no longer than their energy
         CHECK(sum.z / energy < -0.5F);
-        // The floor between the two is bright: from the source's side, minus x.
+        // The floor between the two radiates most: from the source's side, minus x.
         CHECK(sum.x / energy < -0.1F);
-        // 30 rays or so arrive in a frame of plain path tracing; the others have many frames.
+        // About 30 rays arrive in a frame of plain path tracing; the others use many frames.
         if (estimator != Estimator::pt) CHECK(std::abs(sum.y / energy) < 0.1F);
     }
 }
@@ -415,7 +415,7 @@ TEST_CASE("a path of a million points costs time in proportion to them") {
     }
     scene.sources[0].position = Vec3(0);
     const Propagation propagation(scene, scene.simulation);
-    // In the open the response holds the direct sound over the longest way, clamped to 4 s.
+    // In free field the response includes the direct sound over the longest distance, at most 4 s.
     const double direct_s = 999 / double{scene.medium.speed_of_sound_m_s()};
     CHECK(propagation.response_length_s() == Approx(0.1 + direct_s).margin(0.05));
 }

@@ -1,4 +1,4 @@
-// Rays from either end give the same responses: sound travels both ways alike.
+// Rays from either end give the same responses.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -14,7 +14,7 @@ using namespace aula;
 namespace {
 
 constexpr int kRestarts = 32;
-constexpr int kMoves = 3;  // frames until a standing listener alone sends rays
+constexpr int kMoves = 3;  // frames until only a static listener emits rays
 
 /// A room whose walls differ from band to band, with air.
 Scene colourful_room() {
@@ -30,7 +30,7 @@ Scene colourful_room() {
     return scene;
 }
 
-/// What is compared: energies of bands and direction moments, early and late.
+/// Compared figures: energies of bands and intensities, early and late.
 using Figures = std::vector<std::vector<double>>;
 
 void read(const EnergyResponse& response, Figures& figures) {
@@ -55,7 +55,7 @@ void read(const EnergyResponse& response, Figures& figures) {
     }
 }
 
-/// Rays from the source: everything stands.
+/// Rays from the source: everything is static.
 Figures from_source(const Scene& scene) {
     Propagation propagation(scene, scene.simulation);
     Figures figures;
@@ -67,7 +67,7 @@ Figures from_source(const Scene& scene) {
     return figures;
 }
 
-/// Rays from the listener: the source comes from far away in jumps, the last one to its place.
+/// Rays from the listener: the source approaches in jumps, the last one to its position.
 Figures from_listener(const Scene& scene, std::size_t listener_count = 1) {
     Propagation propagation(scene, scene.simulation, listener_count);
     Figures figures;
@@ -106,7 +106,7 @@ TEST_CASE("rays from the listener give the same response and directions as rays 
     const Figures forward = from_source(scene);
     CHECK(distance(forward, from_listener(scene)) < test::kFamilyZ);
     CHECK(distance(forward, from_listener(scene, 2)) < test::kFamilyZ);
-    // Companion: a source half a metre away is told from this one.
+    // Companion: a source half a metre away is distinguished from this one.
     Scene beside = scene;
     beside.sources[0].position += Vec3(0.5F, 0, 0);
     CHECK(distance(forward, from_listener(beside)) > test::kRefutedZ);
@@ -152,7 +152,7 @@ TEST_CASE("the order is limited at partly specular surfaces as well") {
         CAPTURE(order, a.mean, b.mean, error);
         // The detector sphere averages over 0.5 m: up to 1 % at the onset.
         CHECK(std::abs(a.mean - b.mean) < test::kFamilyZ * error + 0.01 * a.mean);
-        // Companion: a tenth more, as if the next order were let in, is refuted.
+        // Companion: a tenth more, as with the next order, is refuted.
         CHECK(std::abs(b.mean - 1.1 * a.mean) > test::kRefutedZ * error + 0.01 * a.mean);
     }
 }

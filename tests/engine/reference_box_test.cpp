@@ -36,19 +36,19 @@ TEST_CASE("the reference box has its room-acoustic parameters") {
     const aula::Scene scene = aula::load_scene(file).scene;
     const aula::RoomParameters parameters = aula::room_parameters(mean_response(scene, 40));
     const aula::BandParameters& p = parameters[4];
-    // Statistical, fixed seed; six seeds spread by (standard deviation) 0.0006 s, 0.0006 s,
-    // 0.014 dB, 0.0006, 0.04 ms and 0.004 dB. Four of them, and 0.5% for the decay times, 0.02 dB
-    // for the levels as the answer is an independent numerical solution's.
+    // Statistical, fixed seed; six seeds spread by (standard deviation) 0.0006 s, 0.0006 s, 0.014
+    // dB, 0.0006, 0.04 ms and 0.004 dB. Four of them, and 0.5% for the decay times, 0.02 dB for the
+    // levels, because the reference is an independent numerical solution.
     CHECK(p.t30_s.value() == Approx(0.4811).margin(0.0048));
     CHECK(p.edt_s.value() == Approx(0.4828).margin(0.0048));
     CHECK(p.c80_db.value() == Approx(9.24).margin(0.08));
     CHECK(p.d50.value() == Approx(0.7484).margin(0.003));
     CHECK(p.ts_s.value() == Approx(0.0367).margin(0.0002));
     CHECK(p.g_db.value() == Approx(22.92).margin(0.035));
-    // The companion: a Lambert box does not decay as Eyring has it.
+    // Companion: a Lambert box does not decay by Eyring's formula.
     const aula::Bands eyring_s =
         aula::eyring_time_s(60, 94, scene.materials[0].absorption, aula::Bands{}, 343);
     CHECK(std::abs(p.t30_s.value() - double{eyring_s[4]}) > 0.0048);
-    // All bands are alike here and share their rays.
+    // All bands are equal here and share their rays.
     CHECK(parameters[0].t30_s.value() == Approx(p.t30_s.value()).epsilon(1e-4));
 }

@@ -1,4 +1,5 @@
-// Against what others computed. The data are not part of the project: tests are skipped without.
+// Comparison with results of other programs. The data are not part of the project: without them the
+// tests are skipped.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -33,7 +34,7 @@ json read_json(const std::filesystem::path& file) {
     return json::parse(stream);
 }
 
-/// The mean response after `frames` of `rays`; the caches go on gathering.
+/// The mean response after `frames` of `rays`; the caches continue to accumulate.
 EnergyResponse response(const Scene& scene, float length_s, int frames, int rays,
                         float patch_size_m, Estimator estimator = Estimator::patch,
                         std::uint64_t seed = test::test_seed()) {
@@ -44,12 +45,12 @@ EnergyResponse response(const Scene& scene, float length_s, int frames, int rays
     simulation.seed = seed;
     simulation.threads.reset();
     Propagation propagation(scene, simulation);
-    // Deposits first, then many gathers of them.
+    // First deposits, then many gathers.
     for (int f = 0; f < frames; ++f) propagation.step(test::static_input(scene));
     return test::mean_response(propagation, scene, frames);
 }
 
-/// A box as the reference has it, up to eight absorption coefficients in its bands.
+/// A box of the reference, with up to eight absorption coefficients in its bands.
 struct Box {
     Vec3 size{0};
     float distance_m = 0;
@@ -112,8 +113,8 @@ TEST_CASE("diffuse boxes have the reverberation times of another engine") {
         }
     }
     CHECK(rooms == 94);
-    // With our own error, below 0.5 %, and theirs: their T30 strays by up to 1.5 % between rooms
-    // that should go smoothly with absorption.
+    // Aula's error, below 0.5 %, and the reference's: its T30 deviates by up to 1.5 % from a smooth
+    // dependence on absorption.
     CHECK(within_3_percent >= 92);
     CHECK(within_4_percent == 94);
     CHECK(eyring_within_4_percent < 20);  // companion
@@ -121,8 +122,8 @@ TEST_CASE("diffuse boxes have the reverberation times of another engine") {
 
 namespace {
 
-/// A room of the radiance-transfer reference: its mesh with the table's materials, which start at
-/// a band of their own; lower bands are as the first.
+/// A room of the radiance-transfer reference: its mesh with the table's materials, which start at a
+/// band of the reference; lower bands equal the first one.
 Scene modal_room(const std::filesystem::path& mesh_file, const std::filesystem::path& table_file,
                  std::size_t first_band) {
     Scene scene = test::grey_room(Object{}, 0, 0, Vec3(0), Vec3(0));
@@ -184,9 +185,8 @@ double decay_time_s(const EnergyResponse& response, std::size_t band, double fro
     return -60 * (n * t2 - t1 * t1) / (n * tl - t1 * l1);
 }
 
-/// Late decay times from one place to another, by band, shortened as the modes' are: their delays
-/// are cut to whole milliseconds, half of one too short on each mean free path, so that they decay
-/// faster by that.
+/// Late decay times between two positions, by band, shortened as those of the modes: their delays
+/// are truncated to whole milliseconds, on average by half of one for each mean free path.
 Bands late_decay_s(Scene scene, double length_s, Estimator estimator, int rays, const Vec3& from,
                    const Vec3& to, std::uint64_t seed = test::test_seed()) {
     scene.sources[0].position = from;
@@ -217,7 +217,7 @@ struct ModalRoom {
     double length_s() const { return 1.2 * mode_s(kFirstDecay, 0); }
 };
 
-/// Nothing where the data are missing.
+/// Empty if the data are missing.
 std::optional<ModalRoom> modal_room_of(const std::string& room, const std::string& mesh,
                                        const std::string& patches, std::size_t first_band) {
     const auto folder = test::shared_data(room);
@@ -229,15 +229,15 @@ std::optional<ModalRoom> modal_room_of(const std::string& room, const std::strin
                      read_json(folder / "modart_t60.json").at("t60").at(patches), first_band};
 }
 
-/// Of the meshes there this is the one that the table and the modes belong to.
+/// The mesh to which the table and the modes belong.
 std::optional<ModalRoom> museum() {
     return modal_room_of("museum_raves", "mesh_54patches.obj", "Museum_54_patches", 2);
 }
 
 /// Checks late decays between pairs of places against the slowest modes, by band, in the mean over
-/// seeds: a single one strays by 3 %, at times by 8 %. The modes' patches are few: from 20 to 30 of
-/// them the coupled rooms' times grow by up to a tenth. Hence the 12 %, and 2 % for the mean's own
-/// error.
+/// seeds: a single one deviates by 3 %, at most by 8 %. The modes' patches are few: from 20 to 30
+/// of them the coupled rooms' times grow by up to a tenth. Hence the 12 %, and 2 % for the mean's
+/// own error.
 void check_late_decays(const ModalRoom& room, const std::array<std::pair<Vec3, Vec3>, 2>& places) {
     constexpr std::uint64_t kSeeds = 8;
     for (const auto& [from, to] : places) {
@@ -252,7 +252,7 @@ void check_late_decays(const ModalRoom& room, const std::array<std::pair<Vec3, V
             CAPTURE(b);
             std::printf(" %+.1f %%", 100 * (double{late_s[b]} / room.mode_s(b, 0) - 1));
             CHECK(double{late_s[b]} == Approx(room.mode_s(b, 0)).epsilon(0.14));
-            // The companion: the next mode.
+            // Companion: the next mode.
             CHECK(double{late_s[b]} != Approx(room.mode_s(b, 1)).epsilon(0.14));
         }
         std::printf("\n");
@@ -292,9 +292,9 @@ TEST_CASE("the late decay in the museum's large room agrees with plain path trac
         std::printf(
             "museum's large room: %5.0f Hz, slower than the mode: patch %+5.1f %%, pt %+5.1f %%\n",
             double{kBandCentres_hz[b]}, slower_percent(patch_s), slower_percent(path_s));
-        // Statistical: one seed strays from another by 1 to 2 % in either.
+        // Statistical: seeds differ by 1 to 2 % in either.
         CHECK(patch_s[b] == Approx(path_s[b]).epsilon(0.05));
-        // Companion: the mode's own time, which its few patches make too short.
+        // Companion: the time of the mode, too short because of its few patches.
         CHECK(double{patch_s[b]} != Approx(room->mode_s(b, 0)).epsilon(0.05));
     }
 }
@@ -308,7 +308,7 @@ TEST_CASE("with air a diffuse box decays as in another engine's table") {
     const json times_s = read_json(file).at("air_absorption").at("results").at("spps").at("rt_s");
     Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 1, Vec3(2.5F, 2, 1.5F), Vec3(1));
     scene.simulation.direct = true;
-    scene.medium.air_absorption = true;  // 20 C, 50 %, as there
+    scene.medium.air_absorption = true;  // 20 C, 50 %, as in the reference
     const RoomParameters p = room_parameters(response(scene, 0.9F, 8, 2500, 0.5F));
     for (std::size_t b = 0; b < kBandCount; ++b) {
         const std::string band = std::to_string(std::lround(kBandCentres_hz[b]));
@@ -317,7 +317,7 @@ TEST_CASE("with air a diffuse box decays as in another engine's table") {
         // Both engines' noise; measured 0.1 %, at 8 kHz 0.7 %.
         CHECK(*p[b].t30_s == Approx(times_s[band].get<double>()).epsilon(0.01));
     }
-    // The companion: the band below has another time, from 1 kHz on.
+    // Companion: the time of the band below differs, from 1 kHz on.
     for (std::size_t b = 4; b < kBandCount; ++b) {
         const std::string below = std::to_string(std::lround(kBandCentres_hz[b - 1]));
         CHECK(*p[b].t30_s != Approx(times_s[below].get<double>()).epsilon(0.01));
@@ -337,7 +337,7 @@ TEST_CASE("a walk through a game level is tracked without lag") {
     level.vertices = std::move(mesh.vertices);
     level.triangles = std::move(mesh.triangles);
     level.triangle_materials.assign(level.triangles.size(), 0);
-    const Vec3 from(-17.5F, 24, 1.35F);  // one of its spawn points; the source is at another
+    const Vec3 from(-17.5F, 24, 1.35F);  // a spawn point of the level; the source is at another one
     Scene scene = test::grey_room(level, 0.1F, 1, Vec3(-20.5F, 30.5F, 1.35F), from);
     scene.simulation.rays = 1000;
     scene.listener.path = Trajectory{{{0, {from}}, {4, {from + Vec3(0, 6, 0)}}}, false};
@@ -358,8 +358,8 @@ TEST_CASE("a walk through a game level is tracked without lag") {
         const double error = number(row, "tracking_error");
         std::printf("a game's level: %s walks, %s: tracking error %.3f, energy ratio %.3f\n",
                     mover.c_str(), estimator.c_str(), error, number(row, "energy_ratio"));
-        // Measured .025 and .030, of which the reference has .01. The companion: plain path
-        // tracing, .67 and .71.
+        // Measured: 0.025 and 0.030, of which 0.01 is the reference's error. Companion: plain path
+        // tracing, 0.67 and 0.71.
         CHECK((error < 0.05) == (estimator == "patch"));
         ++checked;
     }

@@ -11,8 +11,8 @@
 #include "aula/engine/scene_file.h"
 #include "tests/support/statistics.h"
 
-// The reference scenes against the answers in their own files, by the estimator `patch`. Rays and
-// frames are so many that the statistical error is a third of the tolerance in the file or less.
+// The reference scenes against the solutions in their files, with the estimator `patch`. Rays and
+// frames are so many that the statistical error is at most a third of the file's tolerance.
 
 using aula::Bands;
 using aula::EnergyResponse;
@@ -50,7 +50,7 @@ EnergyResponse response(const Scene& scene, int frames, int rays, int order = 0)
     aula::Propagation propagation(scene, simulation);
     const aula::FrameInput input{.sources = {scene.sources[0].position},
                                  .listeners = {scene.listener.pose.position}};
-    // The cache gathers over all frames by itself; gather rays are new in each.
+    // The cache accumulates over all frames; gather rays are new in each frame.
     EnergyResponse mean;
     for (int f = 0; f < frames; ++f) {
         propagation.step(input);
@@ -72,7 +72,7 @@ struct Order {
     double length_variance_m2 = 0;
 };
 
-/// Orders 1 to `highest`, each as what a limit of that order adds to the limit before.
+/// Orders 1 to `highest`, each as the difference of two limits of the order.
 std::vector<Order> orders(const Scene& scene, int highest, int frames, int rays, std::size_t band) {
     std::vector<Order> result;
     std::vector<double> before;
@@ -175,7 +175,7 @@ TEST_CASE("reference: path lengths in the sphere, source and listener at its cen
         INFO("order " << n + 1);
         CHECK(found[n].mean_length_m ==
               Approx(r.list("order_mean_length_m")[n]).epsilon(r.tolerance("order_mean_length")));
-        if (n == 0) continue;  // all of one length: what is left is the width of a time bin
+        if (n == 0) continue;  // all of one length: the remainder is the width of a time bin
         CHECK(found[n].length_variance_m2 == Approx(r.list("order_length_variance_m2")[n])
                                                  .epsilon(r.tolerance("order_length_variance")));
     }
@@ -267,6 +267,6 @@ TEST_CASE("reference: a smooth box has exactly the image sources' arrivals") {
             CHECK(double{path.energy[b]} == Approx(want).epsilon(r.tolerance("relative_energy")));
         }
     }
-    // All of the sound: nothing is left over for the rays.
+    // All of the energy: nothing remains for the rays.
     for (const Bands& energy : e.energy) CHECK(energy == Bands{});
 }

@@ -1,4 +1,4 @@
-// What must not happen: fireflies, singularities, endless work, sound that is heard too long.
+// Defects to exclude: fireflies, singularities, endless computation, sound that lasts too long.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -19,7 +19,8 @@ namespace {
 const Vec3 kSource(1.2F, 1.1F, 1.5F);
 const Vec3 kListener(3.7F, 2.9F, 1.2F);
 
-/// The largest over the mean of the energy in a bin of 20 ms, over frames of their own rays each.
+/// The ratio of the maximum to the mean of the energy in a bin of 20 ms, over frames with
+/// independent rays.
 double firefly(const Scene& scene, Estimator estimator, double begin_s, double end_s, int frames) {
     Propagation propagation(scene, test::with(scene, estimator, 0.2F, 0));
     std::vector<double> energies;
@@ -41,19 +42,19 @@ TEST_CASE("near walls, edges and corners no frame has an outlier") {
             const Scene scene =
                 test::grey_room(test::box(Vec3(5, 4, 3)), 0.2F, 0.7F, source, listener);
             CAPTURE(source.x, source.y, source.z, listener.x, listener.y, listener.z);
-            // A frame's noise is 6 % here and up to 20 % in a corner: no frame of sixty at
-            // more than 4 standard deviations, and so no heavy tail.
+            // A frame's noise is 6 % here and up to 20 % in a corner: no frame of sixty deviates by
+            // more than 4 standard deviations: there is no heavy tail.
             CHECK(firefly(scene, Estimator::patch, 0.05, 0.07, 60) < 1.8);
         }
     }
-    // The companion: plain path tracing, of which a bin holds ten arrivals, does flash.
+    // Companion: plain path tracing, with ten arrivals per bin, has outliers.
     const Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.2F, 0.7F, kSource, kListener);
     CHECK(firefly(scene, Estimator::pt, 0.05, 0.052, 100) > 1.8);
 }
 
 TEST_CASE("the first reflection is bounded as source and listener approach a wall together") {
-    // At a height h it is rho / (8 pi h^2); a patch of the size lambda holds no more than
-    // 2 B / A = rho / lambda^2, and no less than half of that nearby.
+    // At a height h it is rho / (8 pi h^2); a patch of size lambda radiates at most 2 B / A = rho /
+    // lambda^2, and nearby at least half of that.
     double before = 0;
     for (const float height_m : {1.0F, 0.5F, 0.1F, 0.02F, 0.001F}) {
         const Vec3 place(0.25F, 0.25F, height_m);
@@ -72,7 +73,7 @@ TEST_CASE("the first reflection is bounded as source and listener approach a wal
 }
 
 TEST_CASE("tiny patches cost no more far from the origin than near it") {
-    // Floats are 6 cm apart at a million metres: the box is as good as they allow.
+    // Floats are 6 cm apart at a million metres: the box is as exact as they allow.
     const Vec3 corner(999990, 0, 0);
     Scene scene = test::grey_room(test::box(Vec3(1), 0, corner), 0.2F, 1, corner + Vec3(0.25F),
                                   corner + Vec3(0.5F));
@@ -148,17 +149,17 @@ TEST_CASE("mirror paths of high order follow a listener also after a long rest")
     propagation.step(input);
     Propagation fresh(scene, simulation);
     fresh.step(input);
-    // Two frames' estimates of the same place: a million rays, 1 %.
+    // Estimates of two frames at the same position: a million rays, 1 %.
     const double here = test::energy_between(fresh.response(0), 0, 0.05);
     CHECK(test::energy_between(propagation.response(0), 0, 0.05) == Approx(here).epsilon(0.03));
-    // Companion: where the listener rested the energy is another.
+    // Companion: the energy differs where the listener rested.
     Propagation left(scene, simulation);
     left.step(test::static_input(scene));
     CHECK(test::energy_between(left.response(0), 0, 0.05) != Approx(here).epsilon(0.06));
 }
 
 TEST_CASE("mirror paths of high order follow a source in front of a static listener") {
-    // The listener has gathered enough; for what no gather finds it is to send all the same.
+    // The listener has enough rays, but must emit for the paths that no gather finds.
     Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.2F, 0.0F, kSource, kListener);
     Simulation simulation = test::with(scene, Estimator::patch, 0.05F, 0.2F);
     simulation.rays = 1 << 17;
@@ -193,7 +194,7 @@ TEST_CASE("scrambled points have the same mean as independent rays and far less 
         const ArrivalTracer tracer(rays, subdivision, images, settings);
         std::vector<double> hits;
         for (int f = 0; f < 300; ++f) {
-            // The rays that meet one quarter of the floor, known by their second start.
+            // The rays that hit one quarter of the floor, by the start of their second segment.
             double sum = 0;
             for (int b = 0; b < tracer.batch_count(); ++b) {
                 for (const Ray& ray :
@@ -210,9 +211,9 @@ TEST_CASE("scrambled points have the same mean as independent rays and far less 
     CAPTURE(scrambled.mean, scrambled.standard_error, independent.mean, independent.standard_error);
     CHECK(std::abs(scrambled.mean - independent.mean) <
           test::kFamilyZ * std::hypot(scrambled.standard_error, independent.standard_error));
-    // A region's count has an error of N^-3/4 in place of N^-1/2: a fifth of it for 1024.
+    // The error of a region's count is N^-3/4 instead of N^-1/2: a fifth of it for 1024.
     CHECK(scrambled.standard_error < 0.4 * independent.standard_error);
-    // The companion: independent rays have the binomial spread.
+    // Companion: independent rays have the binomial spread.
     const double p = independent.mean;
     CHECK(independent.standard_error * std::sqrt(300.0) ==
           Approx(std::sqrt(p * (1 - p) / 1024)).epsilon(4 / std::sqrt(2 * 300.0)));

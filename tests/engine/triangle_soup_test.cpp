@@ -1,5 +1,5 @@
-// Geometry as it comes: faces that look either way, twice, without area, with cracks, open; sources
-// and listeners on surfaces, inside of solids, at one place.
+// Imperfect geometry: faces of either orientation, duplicate, without area, with cracks, open;
+// sources and listeners on surfaces, inside solids, at the same position.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -37,7 +37,7 @@ void add_triangle(Object& object, const Vec3& a, const Vec3& b, const Vec3& c,
     object.triangle_materials.push_back(material);
 }
 
-/// Triangles of about `size_m` hanging in a box, of the given number of materials.
+/// Triangles of about `size_m` in a box, of the given number of materials.
 Object clutter(RandomStream& random, int count, float size_m, const Vec3& low, const Vec3& high,
                std::uint32_t materials = 1) {
     Object object;
@@ -50,7 +50,7 @@ Object clutter(RandomStream& random, int count, float size_m, const Vec3& low, c
     return object;
 }
 
-/// The late energy in a lossless room, over c P / V.
+/// The late energy in a lossless room relative to c P / V.
 test::Estimate late_ratio(const Scene& scene, Estimator estimator, double volume_m3) {
     Propagation propagation(scene, test::with(scene, estimator, 0.35F, 0.1F));
     auto samples = test::restarts(propagation, scene, 12, 3, [](const EnergyResponse& r) {
@@ -67,8 +67,8 @@ void check_lossless(const Scene& scene, std::initializer_list<Estimator> estimat
     for (const Estimator estimator : estimators) {
         const test::Estimate e = late_ratio(scene, estimator, 60);
         CAPTURE(estimator_name(estimator), e.mean, e.standard_error);
-        // Systematic: patches' areas from samples; besides, 3 frames let the room's own modes
-        // count for less than 1e-3.
+        // Systematic: patches' areas from samples; besides, after 3 frames the modes of the room
+        // are below 1e-3.
         CHECK(std::abs(e.mean - 1) < test::kFamilyZ * e.standard_error + systematic);
         CHECK(std::abs(e.z(1.15)) > test::kRefutedZ);  // companion
     }
@@ -114,7 +114,7 @@ TEST_CASE("thin surfaces do not change the late energy of a room, in any orienta
 }
 
 TEST_CASE("hollow objects do not change the late energy of a room, with any interior") {
-    // Closed boxes as thick as a book: half of what looks up in a cell is the inside of a bottom.
+    // Closed boxes as thick as a book: half of the upward faces in a cell are insides of bottoms.
     Scene scene = lossless(test::box(kSize));
     const Vec3 book(0.3F, 0.3F, 0.06F);
     int books = 0;
@@ -129,9 +129,10 @@ TEST_CASE("hollow objects do not change the late energy of a room, with any inte
     const double volume_m3 = 60 - books * double{book.x * book.y * book.z};
     const test::Estimate e = late_ratio(scene, Estimator::patch, volume_m3);
     CAPTURE(e.mean, e.standard_error);
-    // Systematic: parts of patches are known from some hundred hits each.
+    // Systematic: parts of patches have some hundred hits each.
     CHECK(std::abs(e.mean - 1) < test::kFamilyZ * e.standard_error + 0.01);
-    // Companion: with the books' insides, a ninth of all faces, it would be so much less.
+    // Companion: with the insides of the books, a ninth of all faces, it would be lower by that
+    // share.
     CHECK(std::abs(e.z(0.9)) > test::kRefutedZ);
 }
 
@@ -182,7 +183,7 @@ TEST_CASE("a mirror doubles the direct sound of a source or listener on it") {
         REQUIRE(paths.size() == 7);  // direct, six walls
         REQUIRE(paths[0].order == 0);
         CHECK(paths[1].order == 1);
-        // A millimetre above it the paths' lengths differ by less than two.
+        // A millimetre above it the paths' lengths differ by less than two millimetres.
         CHECK(double{paths[1].energy[0]} == Approx(double{paths[0].energy[0]}).epsilon(2e-3));
     }
 }
@@ -222,7 +223,7 @@ TEST_CASE("inside a solid there is little energy, and around it none is lost") {
     const test::Estimate e = late_ratio(scene, Estimator::patch, 60 - solid_m3);
     CHECK(std::abs(e.mean - 1) < test::kFamilyZ * e.standard_error + 0.01);
     scene.listener.pose.position = Vec3(2.6F, 2, 0.4F);
-    // Patches of the floor that lie partly under it bring in a little.
+    // Patches of the floor that are partly under it contribute a little.
     const test::Estimate inside = late_ratio(scene, Estimator::patch, 60 - solid_m3);
     CHECK(inside.mean < 0.1);
 }
@@ -240,7 +241,7 @@ TEST_CASE(
             CAPTURE(estimator_name(estimator));
             CHECK(test::fault(response) == "");
             REQUIRE(!response.paths.empty());
-            // The direct sound from 0.1 m, as nearer ones are.
+            // The direct sound from 0.1 m, the minimum distance.
             CHECK(double{response.paths[0].energy[0]} ==
                   Approx(1 / (4 * std::numbers::pi * 0.01)).epsilon(1e-5));
         }
@@ -248,7 +249,8 @@ TEST_CASE(
 }
 
 TEST_CASE("T-junctions and cracks as wide as rounding errors leak negligible energy") {
-    // The floor is cut in strips whose corners meet no corner of the walls, moved by up to 10 um.
+    // The floor is divided into strips whose corners touch no corner of the walls, moved by up to
+    // 10 um.
     Object box = test::box(kSize);
     RandomStream random(derive_seed(test::test_seed(), 3));
     box.triangles.erase(box.triangles.begin(), box.triangles.begin() + 2);

@@ -21,7 +21,7 @@ TEST_CASE("a worker pool does every job once, with any number of threads") {
 TEST_CASE("an exception of a job reaches the caller, and the pool can be used again") {
     for (const int threads : {1, 2, 5}) {
         WorkerPool pool(threads);
-        // Thrown by whichever thread takes the job, the caller's or another.
+        // Thrown on the thread that takes the job, the caller's or another.
         for (const std::size_t bad : {0U, 1U, 500U, 999U}) {
             const auto job = [&](std::size_t i) {
                 if (i == bad) throw std::runtime_error("job");

@@ -38,7 +38,8 @@ double read_energy(const DiffusePathCache& cache) {
 }
 
 /// Mean energy over frames of a path that is hit a Poisson number of times (mean m) a frame, over
-/// its true energy; in blocks, so that the standard error takes the window's correlation along.
+/// its true energy; in blocks, so that the standard error includes the correlation within the
+/// window.
 test::Estimate mean_over_true(Readout readout, double m, int window, int blocks,
                               int frames_per_block) {
     std::mt19937_64 random(test::test_seed());
@@ -89,7 +90,7 @@ TEST_CASE("dpc-published has the bias of the formula, dpc has none") {
     const auto published = mean_over_true(Readout::published, m, 30, 40, per_block);
     CAPTURE(published.mean, published.standard_error);
     CHECK(std::abs(published.z(published_bias(m, 30))) < 3);
-    CHECK(published.z(1.0) > test::kRefutedZ);  // companion: it is not unbiased
+    CHECK(published.z(1.0) > test::kRefutedZ);  // companion: it is biased
     const auto windowed = mean_over_true(Readout::windowed, m, 30, 40, per_block);
     CAPTURE(windowed.mean, windowed.standard_error);
     CHECK(std::abs(windowed.z(1.0)) < 3);
@@ -137,7 +138,7 @@ TEST_CASE("the window removes exactly the frames that have left it") {
     }
     for (int f = 0; f < 4; ++f) cache.add_frame({}, kRays);
     CHECK(cache.size() > 0);
-    // Fixed point leaves no rest: entries vanish with their last arrival.
+    // Fixed point leaves no remainder: entries are removed with their last arrival.
     cache.add_frame({}, kRays);
     CHECK(cache.size() == 0);
     CHECK(read_energy(cache) == 0);
@@ -159,7 +160,7 @@ TEST_CASE("entries that exceed the memory are removed, oldest first") {
     CHECK(max_frame_bytes < kBytes + 50'000);
     CHECK(cache.find({path, path}));
     CHECK_FALSE(cache.find({1, 1}));
-    // The energy of what is left stays right: 50 arrivals of energy 1 in each frame.
+    // The energy of the remaining entries is right: 50 arrivals of energy 1 in each frame.
     if (readout == Readout::windowed) CHECK(read_energy(cache) == Approx(50.0 / kRays));
 }
 

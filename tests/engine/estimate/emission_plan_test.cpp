@@ -39,11 +39,11 @@ TEST_CASE("a static listener emits the rays for moving sources") {
     const EmissionPlan one = plan({kMoves}, {kStatic});
     CHECK(one.sources == Batches{0});
     CHECK(one.listeners == Batches{kMax});
-    // A source that stands goes on by itself.
+    // A static source continues to emit.
     const EmissionPlan two = plan({kMoves, kStatic}, {kStatic});
     CHECK(two.sources == Batches{0, kMax});
     CHECK(two.listeners == Batches{kMax});
-    // Another listener who moves has no use for the first one's rays.
+    // A second, moving listener cannot use the rays of the first one.
     const EmissionPlan apart = plan({kMoves}, {kStatic, kMoves});
     CHECK(apart.sources == Batches{kMax});
     CHECK(apart.listeners == Batches{kMax, 0});
@@ -72,7 +72,7 @@ TEST_CASE("static sources share the rays of two, fewest rays first") {
     CHECK(sum(uneven.sources) == 2 * kMax);
     CHECK(uneven.sources[2] == kMax);
     CHECK(uneven.sources[1] == kMax);
-    // Whoever moves has all that one may send.
+    // A moving emitter emits the maximum.
     std::vector<EmitterStatus> one_moves(32, kStatic);
     one_moves[7] = kMoves;
     const EmissionPlan moving = plan(one_moves, {kMoves});

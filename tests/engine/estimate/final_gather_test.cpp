@@ -21,7 +21,7 @@ struct Rows {
     TimeBins bins;
     PatchCache cache;
     WorkerPool workers{1};
-    std::vector<DepositBatch> kept;  // what the cache was given
+    std::vector<DepositBatch> kept;  // the input of the cache
 
     Rows(const TimeBins& time_bins, std::uint32_t patches, bool directed)
         : bins(time_bins), cache(bins.count(), 1, 0.5F, 1'000'000'000, directed) {
@@ -49,7 +49,8 @@ struct Rows {
         cache.add_frame(kRays, patches, {&batch, 1}, workers);
     }
 
-    /// What the definition gives: each bin's energy, uniform in time, later by the hit's length.
+    /// The result by definition: the energy of each bin, uniform in time, delayed by the hit's
+    /// length.
     EnergyResponse expected(const std::vector<GatherHit>& hits, double share) const {
         std::vector<std::array<double, kBandCount>> energy(bins.count());
         std::vector<glm::dvec3> direction(bins.count(), glm::dvec3(0));
@@ -57,7 +58,7 @@ struct Rows {
         for (const GatherHit& hit : hits) {
             const auto& deposits = kept[0].deposits.part[DepositParts::part_of(hit.patch)];
             const bool has_late = hit.late;
-            // The direction carries the energy of all bands by the row's whole spectrum.
+            // The direction has the energy of all bands of the row's spectrum.
             std::array<double, kBandCount> row{};
             for (const Deposit& d : deposits) {
                 if (d.patch != hit.patch || (!has_late && d.bin >= late_bin)) continue;
@@ -73,7 +74,7 @@ struct Rows {
             for (const Deposit& d : deposits) {
                 if (d.patch != hit.patch) continue;
                 double factor = share * PatchCache::kUnit / kRays;
-                // From 0.5 s on a quarter of the rays stands for all.
+                // From 0.5 s on a quarter of the rays represents all.
                 if (d.bin >= late_bin) factor *= has_late ? 4 : 0;
                 const double shift_s = double{hit.length_m} / double{kSpeed_m_s};
                 const double begin_s = bins.begin_s(d.bin) + shift_s;
@@ -100,7 +101,7 @@ struct Rows {
                 response.energy[k][b] = static_cast<float>(energy[k][b]);
                 sum += energy[k][b];
             }
-            // No longer than the energy.
+            // The direction is no longer than the energy.
             const double length = glm::length(direction[k]);
             response.direction[k] = Vec3(direction[k] * (length > sum ? sum / length : 1.0));
         }
@@ -165,7 +166,7 @@ TEST_CASE("radiated energy is delayed by the gather ray's length, uniform in tim
         // Rounding of times of up to 2.5 s to floats of a bin's width, and of some ten sums.
         const EnergyResponse expected = rows.expected(hits, 0.7);
         CHECK(worst(response, expected) < 2e-5);
-        // The companion: a tenth of a millisecond is seen, where it can be.
+        // Companion: a tenth of a millisecond is detected where possible.
         if (length_m < 10) {
             for (GatherHit& hit : hits) hit.length_m += 0.03432F;
             CHECK(worst(response, rows.expected(hits, 0.7)) > 2e-4);
@@ -181,7 +182,8 @@ TEST_CASE("air attenuates the whole length of a gather ray, including reflection
     const PatchGrid grid(rays, 0.5F, {&inside, 1}, 1, workers);
     GatherSettings settings;
     settings.rays = 512;
-    // The first band, without air, decides of the roulette, so that the bands compare ray by ray.
+    // The first band, without air, determines the roulette, so that bands can be compared ray by
+    // ray.
     settings.attenuation_per_m[7] = 0.1F;
     settings.attenuation_per_m[6] = 0.03F;
     settings.mirrors = GENERATE(false, true);
@@ -193,8 +195,8 @@ TEST_CASE("air attenuates the whole length of a gather ray, including reflection
         for (const std::size_t b : {6U, 7U}) {
             const double exact =
                 std::exp(-double{settings.attenuation_per_m[b]} * double{hit.length_m});
-            // Hits whose lengths differ by up to half a patch are one: 0.25 m to either side, and
-            // the roundings of a dozen mirrors.
+            // Hits whose lengths differ by up to half a patch are joined: +- 0.25 m, and the
+            // rounding of a dozen reflections.
             CHECK(double{hit.weight[b] / hit.weight[0]} == Approx(exact).epsilon(0.1 * 0.26));
         }
     }
@@ -216,7 +218,7 @@ TEST_CASE("joined hits of a patch have the mean length and direction of their ra
     const std::vector<Ray> sent = gather_rays(rays, grid, inside, settings, 1);
     CHECK(hits.size() < sent.size() / 2);
 
-    // Sums over a patch, of all rays that meet it, by the weight 4 / (M A).
+    // Sums over all rays that hit a patch, with the weight 4 / (M A).
     struct Sum {
         double weight = 0;
         double length = 0;

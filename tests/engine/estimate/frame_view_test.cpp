@@ -20,7 +20,7 @@ TEST_CASE("Path lines start at the source, end on walls and lose the energy that
     const Scene scene = test::small_room();
     Propagation propagation(scene, scene.simulation);
     const FrameInput input = input_of(scene);
-    CHECK(propagation.path_lines(input, 0, 10, 4).empty());  // there was no frame yet
+    CHECK(propagation.path_lines(input, 0, 10, 4).empty());  // before the first frame
     propagation.step(input);
     const auto lines = propagation.path_lines(input, 0, 50, 4);
     REQUIRE(lines.size() == 50);
@@ -33,7 +33,7 @@ TEST_CASE("Path lines start at the source, end on walls and lose the energy that
             const float to_wall_m = std::min({p.x, 5 - p.x, p.y, 4 - p.y, p.z, 3 - p.z});
             CHECK(std::abs(to_wall_m) < 2e-4F);  // RayScene::kOffset_m and rounding
         }
-        // Absorption and scattering are alike in all bands, so a reflection leaves 0.7 exactly.
+        // Absorption and scattering are equal in all bands: a reflection leaves 0.7 exactly.
         CHECK(static_cast<double>(line.energy[4]) == Approx(std::pow(0.7, 4)).epsilon(1e-4));
     }
     CHECK(propagation.path_lines(input, 0, 5000, 2).size() ==
@@ -83,7 +83,7 @@ TEST_CASE("The number of rays can be changed from frame to frame without bias") 
     const double changing = propagation.response(0).total(4);
     const double constant = steady.response(0).total(4);
     CHECK(changing == Approx(constant).epsilon(0.1));
-    // Companion: a room that absorbs a third more is told from it.
+    // Companion: a third more absorption is detected.
     Scene drier = scene;
     drier.materials[0].absorption = Bands::filled(0.4F);
     Propagation dry(drier, drier.simulation);

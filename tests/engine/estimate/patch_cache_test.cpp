@@ -80,7 +80,7 @@ TEST_CASE("after a movement of the source no energy older than the window remain
     walk.frame(Vec3(0.01F, 0, 0), 2);
     CHECK(radiated(walk.cache, 1) == 0);
     CHECK(radiated(walk.cache, 2) == Approx(1));
-    // It stands again: it gathers again.
+    // The source is static again: energy accumulates again.
     for (int f = 0; f < 50; ++f) walk.frame(Vec3(0.01F, 0, 0), 2);
     CHECK(walk.cache.emitted() == 55);
 }
@@ -88,7 +88,7 @@ TEST_CASE("after a movement of the source no energy older than the window remain
 TEST_CASE("a walking source keeps the frames within reach of the patch size") {
     Walk walk(30);
     for (int f = 0; f < 100; ++f) walk.frame(Vec3(0.05F * static_cast<float>(f), 0, 0), 1);
-    // Reach is 0.4 of 0.5 m: the present frame and those up to 0.2 m behind, to rounding.
+    // Valid within 0.4 of 0.5 m: the present frame and those up to 0.2 m behind, up to rounding.
     CHECK(walk.cache.emitted() >= 4);
     CHECK(walk.cache.emitted() <= 5);
 }
@@ -110,7 +110,7 @@ TEST_CASE("a moving scene invalidates frames as a moving source does") {
 }
 
 TEST_CASE("for any length of the log, sums and rays belong to the same frames") {
-    // Steps, rests and jumps with frames of uneven size, each deposit of one ray.
+    // Steps, rests and jumps with frames of different size, each deposit of one ray.
     std::mt19937_64 random(test::test_seed());
     std::uniform_int_distribution<int> size(1, 40);
     std::uniform_int_distribution<int> length(1, 12);
@@ -142,7 +142,7 @@ TEST_CASE("for any length of the log, sums and rays belong to the same frames") 
             }
         }
     }
-    CHECK(short_logs > 100);  // that frames were let go while others came is what is tested
+    CHECK(short_logs > 100);  // frames were removed while others were added
 }
 
 TEST_CASE("removal is exact: the sums are those of the remaining frames") {
@@ -176,12 +176,12 @@ TEST_CASE("removal is exact: the sums are those of the remaining frames") {
 TEST_CASE("a slowly moving source keeps exactly the frames of the window") {
     for (const int window : {1, 2, 5, 12}) {
         Walk walk(window);
-        // Within reach of the patch size all the way, so that age alone decides.
+        // Within 0.4 of the patch size all the time, so that only age decides.
         for (int f = 0; f < 40; ++f) {
             walk.frame(Vec3(1e-4F * static_cast<float>(f), 0, 0), 1);
             CHECK(walk.cache.emitted() == static_cast<std::uint64_t>(std::min(f + 1, window)));
         }
-        // A frame in which no rays are sent ages them as well.
+        // Frames without rays count for their age as well.
         walk.rest(Vec3(0.005F, 0, 0));
         CHECK(walk.cache.emitted() == static_cast<std::uint64_t>(window - 1));
     }
@@ -204,7 +204,7 @@ TEST_CASE("after a small step each new frame replaces one from before") {
     for (int f = 0; f < kBefore; ++f) walk.frame(Vec3(0), 1);
     for (int f = 1; f <= 20; ++f) {
         walk.frame(Vec3(0.1F, 0, 0), 2);
-        // As many as right after the step, until all are from after it; then more.
+        // As many as right after the step until all are newer than the step; then more.
         const int held = std::max(kBefore + 1, f);
         CHECK(walk.cache.emitted() == static_cast<std::uint64_t>(held));
         CHECK(radiated(walk.cache, 2) == Approx(f / static_cast<double>(held)));
@@ -212,7 +212,7 @@ TEST_CASE("after a small step each new frame replaces one from before") {
 }
 
 TEST_CASE("a listener's directions are those of the remaining frames, to the bit") {
-    // Frames that leave one by one, and most of them together.
+    // Frames removed one by one, and most of them together.
     const bool static_first = GENERATE(false, true);
     CAPTURE(static_first);
     std::mt19937_64 random(10);
@@ -233,7 +233,7 @@ TEST_CASE("a listener's directions are those of the remaining frames, to the bit
             batch.deposits.add(deposit);
         }
         DepositBatch again = batch;
-        // Steps within reach, so that the window alone decides; at last or all the time.
+        // Small steps, so that only the window decides; at the end or all the time.
         const int steps = static_first ? std::max(0, f - (kFrames - 2)) : f;
         const PatchCache::State state{static_cast<std::uint64_t>(f),
                                       Vec3(1e-4F * static_cast<float>(steps), 0, 0), 0};
@@ -284,10 +284,10 @@ TEST_CASE("deposits preserve mean energies even if they are small relative to th
         }
     }
     for (std::size_t b = 0; b < kBandCount; ++b) {
-        // Even shares of roundings up: right to one of 2^20 steps of a unit of 2^-14.
+        // Unbiased rounding: right to one of 2^20 steps of a unit of 2^-14.
         CHECK(std::abs(sum[b] - double{energy[b]}) < 0x1p-34 + 1e-6 * double{energy[b]});
     }
-    // Companion: cut off, the faintest is lost.
+    // Companion: truncation loses the smallest energy.
     Deposit deposit;
     deposit.set_energy(load_bands(energy), 0);
     CHECK(deposit.units()[kBandCount - 1] == 0);

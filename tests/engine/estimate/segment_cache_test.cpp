@@ -18,7 +18,7 @@ constexpr int kRays = 10;
 constexpr std::size_t kMax = 20;
 constexpr std::size_t kMemory_bytes = 1 << 20;
 
-/// A segment from the origin along x, as of a path that was 3 m long.
+/// A segment from the origin along x of a path that was 3 m long before.
 DepositBatch one_segment(float length_m = 100) {
     DepositBatch batch;
     batch.segments.push_back({Vec3(0), Vec3(1, 0, 0), length_m, 3, 0});
@@ -30,7 +30,7 @@ SegmentCache window(std::size_t memory_bytes = kMemory_bytes) {
     return {4, 0.5F, Bands{}, kMax, memory_bytes};
 }
 
-/// Frames of one segment each, the emitter moving on by `step_m` from frame to frame.
+/// Frames of one segment each, with the emitter moving by `step_m` from frame to frame.
 void run(SegmentCache& segments, std::uint64_t first, std::uint64_t frames, float step_m = 0) {
     for (std::uint64_t f = first; f < first + frames; ++f) {
         segments.advance({f, Vec3(0, step_m * static_cast<float>(f), 0), 0});
@@ -39,7 +39,7 @@ void run(SegmentCache& segments, std::uint64_t first, std::uint64_t frames, floa
     }
 }
 
-/// What is heard of the segments of one ray, `scale` times.
+/// `scale` times what is detected of the segments of one ray.
 EnergyResponse heard(const SegmentCache& segments, const Vec3& at, double scale) {
     static const RayScene open{Scene{}};
     EnergyResponse response;
@@ -69,13 +69,13 @@ TEST_CASE(
     for (const float x : {2.0F, 20.0F}) {
         const EnergyResponse response = heard(segments, Vec3(x, 0.3F, 0), 1.0 / kRays);
         const std::size_t bin = response.bins.index(double{x + 3} / 343.2);
-        // The chord 0.3 m off the middle is 0.8 m long. Rounding of squares of 20 m: 1e-5 of it.
+        // The chord 0.3 m from the centre is 0.8 m long. Rounding of squares of 20 m: 1e-5 of it.
         const float energy = 0.5F * 0.8F / kVolume_m3 / kRays;
         CHECK(response.energy[bin][0] == Approx(energy).epsilon(1e-4));
         CHECK(response.direction[bin].x == Approx(-8 * energy).epsilon(1e-4));
         CHECK(response.total(0) == Approx(double{energy}).epsilon(1e-4));
     }
-    // The segments of a frame are looked through many at once.
+    // Segments of a frame are tested many at a time.
     SegmentCache many(4, 0.5F, Bands{}, 100, kMemory_bytes);
     std::vector<DepositBatch> batches(40);
     for (std::size_t i = 0; i < batches.size(); ++i) {
@@ -105,7 +105,7 @@ TEST_CASE("air attenuates a segment up to the receiver") {
     run(segments, 0, 1);
     for (const float x : {2.0F, 50.0F}) {
         const EnergyResponse response = heard(segments, Vec3(x, 0.3F, 0), 1.0 / kRays);
-        // What a segment has lost before is in its energy. Rounding of exponentials.
+        // The energy of a segment includes earlier losses. Rounding of exponentials.
         for (const std::size_t b : {6U, 7U}) {
             CHECK(response.total(b) / response.total(0) ==
                   Approx(std::exp(-double{attenuation_per_m[b]} * double{x})).epsilon(1e-5));
@@ -122,7 +122,7 @@ TEST_CASE("segments of a static emitter are kept until newer ones need their mem
     run(segments, 15, 15);
     CHECK(segments.rays() == kMax * kRays);
     CHECK(segments.full());
-    // The window's four frames stay where segments are many, but for want of memory.
+    // The window's four frames are kept if there are many segments, unless memory is short.
     SegmentCache crowded = {4, 0.5F, Bands{}, 1, kMemory_bytes};
     run(crowded, 0, 15);
     CHECK(crowded.rays() == 4 * kRays);
@@ -140,11 +140,11 @@ TEST_CASE("after a movement of an emitter its old segments are not detected") {
     CHECK_FALSE(slow.is_current());
     SegmentCache fast = window();
     run(fast, 0, 15, 0.3F);
-    CHECK(fast.rays() == 2 * kRays);  // 0.6 m are beyond reach
+    CHECK(fast.rays() == 2 * kRays);  // 0.6 m are too far
     SegmentCache stopped = window();
     run(stopped, 0, 15);
     stopped.advance({15, Vec3(0, 0.1F, 0), 0});
-    // Of the fifteen three are left of a window of four.
+    // With these fifteen, three frames of a window of four remain.
     CHECK(stopped.rays() == 3 * kRays);
     stopped.advance({20, Vec3(0, 0.1F, 0), 0});
     CHECK(stopped.rays() == 0);
@@ -155,7 +155,7 @@ TEST_CASE("a segment that begins within the sphere is detected from its start on
     run(segments, 0, 1);
     constexpr float kVolume_m3 =
         4.0F / 3 * std::numbers::pi_v<float> * kRadius_m * kRadius_m * kRadius_m;
-    // Of the chord of 0.8 m, 0.4 m to either side of the sphere's middle.
+    // Of the chord of 0.8 m, 0.4 m to either side of the sphere's centre.
     for (const auto& [x, chord_m] : {std::pair{0.2F, 0.6F}, {-0.2F, 0.2F}, {0.4F, 0.8F}}) {
         CAPTURE(x);
         CHECK(heard(segments, Vec3(x, 0.3F, 0), 1.0 / kRays).total(0) ==
@@ -169,7 +169,7 @@ TEST_CASE("a segment of high energy has a larger sphere and the same mean detect
     DepositBatch batch = one_segment();
     batch.segments[0].growth = 4;  // less than one ray of its wave front would allow: 14.4
     segments.add({&batch, 1}, kRays);
-    // Sphere 4 of twice the radius; the line passes it 0.8 m beside its middle.
+    // Sphere 4 of twice the radius; the line passes 0.8 m from its centre.
     const float radius_m = 2 * kRadius_m;
     const float volume_m3 = 4.0F / 3 * std::numbers::pi_v<float> * radius_m * radius_m * radius_m;
     CHECK(heard(segments, Vec3(20, 0.8F, 0), 1.0 / kRays).total(0) ==

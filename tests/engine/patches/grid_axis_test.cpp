@@ -57,5 +57,5 @@ TEST_CASE("a position that is not finite has a valid cell") {
                              std::numeric_limits<float>::infinity()}) {
         CHECK(cuts.cell(none) == 0);
     }
-    CHECK(cuts.cell(1e3F) > 20);  // companion: far away, yet a place
+    CHECK(cuts.cell(1e3F) > 20);  // companion: far away, but finite
 }

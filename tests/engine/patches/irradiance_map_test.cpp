@@ -17,8 +17,8 @@ const Vec3 kDown(0, 0, -1);
 constexpr float kPatch_m = 0.5F;
 constexpr double kPatch_m2 = 0.25;
 
-/// Where the hollow boxes of these tests stand, in one cell of the grid: the insides of their
-/// bottoms and their lids look up from it.
+/// Position of the hollow boxes, in one cell of the grid: the insides of their bottoms and their
+/// lids face upwards in it.
 const Vec3 kCorner(2.05F, 2.05F, 1.1F);
 constexpr float kSide_m = 0.4F;
 constexpr float kHeight_m = 0.06F;
@@ -53,7 +53,7 @@ struct Surveyed {
                 grid.relative_irradiance(patch, hit.triangle, point, normal)};
     }
 
-    /// What of the sound of the lid's patch is radiated by what looks up from its cell, seen from
+    /// Share of the energy of the lid's patch that the upward faces of its cell radiate, seen from
     /// above.
     double share_seen() const {
         const std::uint32_t patch = met(kOnLid, kDown).patch;
@@ -72,7 +72,7 @@ struct Surveyed {
 
 Scene room() { return test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 1, kInside, kInside); }
 
-/// A hollow box, or many side by side, whose triangles are small.
+/// A hollow box, or many side by side, with small triangles.
 void add_boxes(Scene& scene, int across) {
     const float side_m = kSide_m / static_cast<float>(across);
     for (int i = 0; i < across * across; ++i) {
@@ -91,8 +91,8 @@ TEST_CASE("under uniform irradiance all parts of a patch are equal") {
     for (int i = 0; i < 2000; ++i) {
         if (s.met(kInside, uniform_direction(random.uniform_2d())).irradiance != 1) ++uneven;
     }
-    // At six standard deviations none of 376 patches but where the random walks is not yet even;
-    // each is met by 5 rays.
+    // At six standard deviations none of 376 patches, except where the random walks are not yet
+    // uniform; each is hit by 5 rays.
     CHECK(uneven < 20);
 }
 
@@ -102,11 +102,10 @@ TEST_CASE("a lid over a hollow box radiates all energy of its patch") {
         Scene scene = room();
         add_boxes(scene, across);
         const Surveyed s(scene);
-        // Some 400 hits of the random walks for the whole, where the parts' own noise is gone: 5 %.
-        // A quarter of a hit beside 16 is taken as known, and brings the share 1 % nearer to a
-        // half.
+        // Some 400 hits of random walks in total, without the noise of single parts: 5 %. The prior
+        // of a quarter of a hit beside 16 moves the share by 1 % towards a half.
         CHECK(s.share_seen() == Approx(1).margin(0.15));
-        // Companions: by area alone the lid had half, and the inside the other.
+        // Companions: by area alone lid and inside would each have half.
         const Surveyed::Place lid = s.met(kCorner + Vec3(0.2F, 0.21F, 1), kDown);
         CHECK(kLid_m2 / double{lid.area_m2} < 0.6);
         const Surveyed::Place inside = s.met(kCorner + Vec3(0.005F, 0.004F, 0.03F), kDown);
@@ -119,34 +118,35 @@ TEST_CASE("coincident faces count as one") {
     add_boxes(scene, 1);
     add_boxes(scene, 1);
     for (auto& [a, b, c] : scene.objects.back().triangles) std::swap(a, b);
-    // As above. A ray meets now one face and now the other: by themselves each would have counted
-    // half of the hits.
+    // As above. A ray may hit either of the faces: counted separately each would have half of the
+    // hits.
     CHECK(Surveyed(scene).share_seen() == Approx(1).margin(0.15));
 }
 
 TEST_CASE("a lid under a beam radiates most of the energy of its patch") {
     Scene scene = room();
     add_boxes(scene, 1);
-    // Half of the lid is covered, and the beam ends within pieces of it: their hits are spread over
-    // their whole area, of which a part is seen.
+    // Half of the lid is covered, and the beam ends within pieces of it: the hits of a piece are
+    // spread over its whole area, part of which is visible.
     scene.objects.push_back(
         test::box(Vec3(0.8F, 0.2F, 0.2F), 0, kCorner + Vec3(-0.2F, 0.1F, kHeight_m)));
     const Surveyed s(scene);
-    // 1 were exact. The open half of the lid, 0.08 m2, and the beam's top, 0.1 m2, take the sound:
-    // were all of the lid's pieces covered by half, half of its share of 4 in 9 would be lost. The
-    // 400 hits of the random walks are known to 5 %.
+    // 1 would be exact. The open half of the lid, 0.08 m2, and the top of the beam, 0.1 m2, receive
+    // the energy: if all pieces of the lid were half covered, half of its share of 4/9 would be
+    // lost. The standard error of the 400 hits is 5 %.
     const double share = s.share_seen();
     CAPTURE(share);
     CHECK(share > (1 - 0.5 * 0.08 / 0.18) / 1.05);
     CHECK(share < 1.05);
-    // Companion: by area alone what is seen, half of the lid and 0.5 m of the beam, had half.
+    // Companion: by area alone the visible part, half of the lid and 0.5 m of the beam, would have
+    // half.
     CHECK((kLid_m2 / 2 + 0.5 * 0.2) / double{s.met(kOnLid, kDown).area_m2} < 0.6);
 }
 
 TEST_CASE("a patch is uniform while it contains a moving object, and as before afterwards") {
     Scene scene = room();
     add_boxes(scene, 1);
-    // Its top comes into the lid's cell, beside the lid.
+    // Its top moves into the lid's cell, beside the lid.
     Object block = test::box(Vec3(0.04F, 0.04F, 0.05F));
     block.path = Trajectory{
         {{0, {Vec3(4, 3, 2)}}, {1, {Vec3(2.005F, 2.005F, 1.2F)}}, {2, {Vec3(4, 3, 2)}}}, false};
@@ -171,7 +171,7 @@ TEST_CASE("a patch is uniform while it contains a moving object, and as before a
 }
 
 TEST_CASE("direct sound makes no part of a patch stronger than the others") {
-    // A source 3 cm above the floor: its direct sound falls on a hand's breadth of one patch.
+    // A source 3 cm above the floor: its direct sound falls on a small part of one patch.
     const Vec3 low(2.3F, 2.2F, 0.03F);
     const Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 1, low, low);
     const Surveyed s(scene, low);

@@ -23,7 +23,7 @@ struct Surveyed {
              double max_patches = std::numeric_limits<double>::infinity())
         : rays(scene), grid(rays, patch_size_m, {&inside, 1}, 1, workers, max_patches) {}
 
-    /// Sum of the areas of all patches that rays from a point see.
+    /// Sum of the areas of all patches that rays from a point hit.
     double seen_area_m2(const Vec3& from, int count) {
         std::set<std::uint32_t> seen;
         RandomStream random(1);
@@ -56,8 +56,8 @@ TEST_CASE("the patches of a box have its surface, also where walls lie on cell b
         const Object object = test::box(Vec3(5, 4, 3), 0, corner);
         const Vec3 inside = corner + Vec3(2, 2, 1.4F);
         Surveyed s(room(object, inside), 0.5F, inside);
-        // Areas are exact by clipping; single precision over a few hundred sums. All 0.25 m2 cells
-        // are seen by 10^5 rays; slivers at the border of an unaligned box may be missed.
+        // Areas are exact by clipping; single precision over a few hundred sums. 10^5 rays hit all
+        // cells of 0.25 m2; slivers at the border of an unaligned box may be missed.
         CHECK(s.seen_area_m2(inside, 100000) ==
               Approx(test::surface_m2(object)).epsilon(corner == Vec3(0) ? 1e-4 : 5e-3));
     }
@@ -65,7 +65,7 @@ TEST_CASE("the patches of a box have its surface, also where walls lie on cell b
 
 TEST_CASE(
     "points near a wall have the same patch for any position of the wall within a millimetre") {
-    // A box outside gives the grid its origin, so that no wall of the room is there.
+    // A box outside determines the origin of the grid, so that no wall of the room is there.
     for (int k = 0; k < 20; ++k) {
         const float corner_m = 1 + 5e-5F * static_cast<float>(k);
         const Vec3 inside(3, 3, 2.4F);
@@ -80,7 +80,7 @@ TEST_CASE(
             CAPTURE(k, high);
             REQUIRE(near != PatchGrid::kNone);
             CHECK(s.grid.area_m2(near) == Approx(0.25).epsilon(1e-3));
-            // Exact: points after longer ways are further off, by a few micrometres.
+            // Exact: points after longer rays are farther off the wall, by a few micrometres.
             for (const float distance_m : {1.0F, 3.0F, 8.0F}) {
                 CHECK(s.grid.find(wall + RayScene::offset_after(distance_m) * normal, normal) ==
                       near);
@@ -102,8 +102,8 @@ TEST_CASE("a floor under a solid does not count") {
     Scene scene = room(test::box(Vec3(5, 4, 3)), inside);
     scene.objects.push_back(test::box(Vec3(2, 2, 1), 0, Vec3(2.13F, 1.13F, 0)));
     Surveyed s(scene, 0.5F, inside);
-    // The floor loses the 4 m2 under the block; its top and two of its sides are seen, and two
-    // more are not from here: count patches from several places.
+    // The floor loses the 4 m2 under the block. Not all of its sides are visible from one point:
+    // patches are counted from several points.
     std::set<std::uint32_t> seen;
     double area = 0;
     for (const Vec3& from : {Vec3(1, 1, 2), Vec3(4.8F, 3.8F, 2), Vec3(1, 3.6F, 0.5F),
@@ -120,7 +120,7 @@ TEST_CASE("a floor under a solid does not count") {
             if (seen.insert(patch).second) area += double{s.grid.area_m2(patch)};
         }
     }
-    // 94 m2 of room, less 4 under the block, and 4 + 8 of the block's. Cells that the block cuts
+    // 94 m2 of the room, less 4 under the block, plus 4 + 8 of the block. Cells that the block cuts
     // are sampled with 16 points: 28 such cells of 0.25 m2 with a spread of 0.12 m2 / 4 each.
     CHECK(area == Approx(94 - 4 + 12).margin(1));
     CHECK(area < 94 + 12 - 2);  // companion: the hidden floor is not in it
@@ -136,7 +136,7 @@ TEST_CASE("the number of patches depends on area, not on triangles") {
 
 namespace {
 
-/// Every triangle in four, `times` over.
+/// Every triangle divided into four, `times` times.
 Object tessellated(Object object, int times) {
     const auto middle = [](const Vec3& a, const Vec3& b) { return (a + b) * 0.5F; };
     for (int i = 0; i < times; ++i) object = test::quartered(std::move(object), middle);
@@ -152,10 +152,10 @@ TEST_CASE("a box of 12 triangles and one of 200 000 have the same patches") {
     REQUIRE(fine.triangles.size() == 12 * 16384);
     Surveyed few(room(box, inside), 0.5F, inside);
     Surveyed many(room(fine, inside), 0.5F, inside);
-    // What the random walks finds; the rims' slivers come down to chance.
+    // Found by random walks; slivers at the rims are a matter of chance.
     CHECK(static_cast<double>(many.grid.reached()) ==
           Approx(static_cast<double>(few.grid.reached())).epsilon(0.03));
-    // Companion: patches half as wide are four times as many.
+    // Companion: there are four times as many patches of half the width.
     Surveyed narrow(room(box, inside), 0.25F, inside);
     CHECK(static_cast<double>(narrow.grid.reached()) > 3 * static_cast<double>(few.grid.reached()));
 }
@@ -165,11 +165,11 @@ TEST_CASE("patches are as large as their maximum number requires, with the same 
     const Scene scene = room(test::box(Vec3(5, 4, 3)), inside);
     Surveyed few(scene, 0.25F, inside, 400);
     CHECK(few.grid.reached() <= 400);
-    // Exact: sizes go up by a quarter, which makes patches 1.6 times fewer, and the walls of this
-    // room have a row more at their ends at most.
+    // Exact: sizes increase in steps of a quarter, which reduces the number by 1.6; walls have at
+    // most one more row at their ends.
     CHECK(static_cast<double>(few.grid.reached()) > 400 / 1.6 / 1.2);
     CHECK(few.seen_area_m2(inside, 100000) == Approx(94).epsilon(1e-3));
-    // Companion: as small as wanted they are 94 / 0.0625.
+    // Companion: at the requested size there are 94 / 0.0625.
     Surveyed all(scene, 0.25F, inside);
     CHECK(all.grid.patch_size_m() == 0.25F);
     CHECK(all.grid.reached() == 1504);
@@ -179,7 +179,8 @@ namespace {
 
 const Vec3 kBesideBlock(1, 1, 2);
 
-/// A room of 10 x 4 x 3 m through which a block slides along x, from `begin` to `end` in so many s.
+/// A room of 10 x 4 x 3 m with a block that slides along x from `begin` to `end` in that many
+/// seconds.
 Scene room_with_sliding_block(const Vec3& size, const Vec3& begin, const Vec3& end,
                               double duration_s) {
     Scene scene = room(test::box(Vec3(10, 4, 3)), kBesideBlock);
@@ -211,7 +212,7 @@ TEST_CASE("moving objects have a share of the maximum number of patches") {
         return static_cast<double>(grid.reached()) + 4 * kBlock_m2 / (size_m * size_m);
     };
     CHECK(with_block(Surveyed(scene, 0.25F, kBesideBlock, kMax).grid) <= kMax);
-    // Companion: a block that stands, of which as few patches count as sound reaches.
+    // Companion: a static block, of which only the patches count that sound reaches.
     scene.objects.back().path.reset();
     for (Vec3& v : scene.objects.back().vertices) v += Vec3(3, 0.5F, 0);
     CHECK(with_block(Surveyed(scene, 0.25F, kBesideBlock, kMax).grid) > kMax);
@@ -226,13 +227,13 @@ TEST_CASE("patches that an object has left are released") {
         s.grid.scene_moved(5);
         if (k == 40) early = s.grid.size();
     }
-    // It has gone 100 m; within six moves it meets some cells more or less.
+    // It has moved by 100 m; within six moves it intersects some cells more or less.
     CHECK(s.grid.size() <= early + 30);
     const std::uint32_t here = s.grid.find(Vec3(100.3F, 1.3F, 2 + 1e-4F), Vec3(0, 0, 1));
     REQUIRE(here != PatchGrid::kNone);
     CHECK(s.grid.area_m2(here) > 0.1F);
     CHECK(s.grid.find(Vec3(50.3F, 1.3F, 2 + 1e-4F), Vec3(0, 0, 1)) == PatchGrid::kNone);
-    // Companion: kept, they pile up.
+    // Companion: if kept, they accumulate.
     for (int k = 1; k <= 400; ++k) {
         s.rays.move(0.25 * k);
         s.grid.scene_moved(1000);
@@ -251,9 +252,9 @@ TEST_CASE("sound that has passed through a moving object is direct until a wall 
                            CHECK(hit.any());
                            ++(reflections == 0 ? direct : later);
                        });
-    // Exact: each path's first wall, for many behind the block.
+    // Exact: the first wall of each path, for many behind the block.
     CHECK(direct == kPaths);
-    // Companion: it has others.
+    // Companion: the number of others is different from zero.
     CHECK(later > kPaths);
 }
 
@@ -266,10 +267,10 @@ TEST_CASE("a survey measures segments from wall to wall, through moving objects"
     // 4 V / S of the room without the block: 65536 segments with a spread of some 0.6 of their
     // mean are 0.25 %, and of 32 the first is not diffuse, by a third at most.
     CHECK(empty_m == Approx(4 * 120 / 164.0).epsilon(0.02));
-    // With the block the paths are the same, up to rounding.
+    // With the block the paths are the same up to rounding.
     const double mean_m = survey_room(rays, {&kBesideBlock, 1}, 1).mean_free_path_m;
     CHECK(mean_m == Approx(empty_m).epsilon(0.005));
-    // Companion: pieces from the block on are shorter.
+    // Companion: segments that begin at the block are shorter.
     double pieces_m = 0;
     int hits = 0;
     trace_random_walks(
@@ -298,7 +299,7 @@ TEST_CASE("no ray is lost through the floor under a moving object") {
     // Companion: through a hole in the floor beside it.
     scene.objects.front().triangles.erase(scene.objects.front().triangles.begin());
     CHECK(lost(scene) > 0);
-    // Nor are rays caught in an object: without walls all of them get away.
+    // Rays are not caught in an object either: without walls all of them escape.
     scene.objects.front().triangles.clear();
     scene.objects.front().triangle_materials.clear();
     CHECK(lost(scene) == 2000);
@@ -352,7 +353,7 @@ TEST_CASE(
             const std::uint32_t patch = s.grid.find(corner + at, normal);
             REQUIRE(patch != PatchGrid::kNone);
             if (met.insert(patch).second) area_m2 += double{s.grid.area_m2(patch)};
-            // It is where it is said to be.
+            // The cell contains the point.
             const PatchCell cell = s.grid.cell(patch);
             for (int a = 0; a < 3; ++a) {
                 CHECK(corner[a] + at[a] > cell.low[a] - 1e-3F);
@@ -364,7 +365,7 @@ TEST_CASE(
         // Exact by clipping, as nothing covers it; slivers at its rims may be missed.
         CHECK(area_m2 == Approx(6).epsilon(0.01));
         CHECK(met.size() >= 24);
-        // The room's own patches stay.
+        // The patches of the room remain.
         CHECK(s.grid.find(Vec3(9.8F, 3.8F, 1e-4F), Vec3(0, 0, 1)) == floor);
         CHECK(s.grid.area_m2(floor) == floor_m2);
         CHECK_FALSE(met.contains(floor));
@@ -388,14 +389,14 @@ TEST_CASE("an object that oscillates within its cells keeps its patches") {
         s.grid.scene_moved(5);
         CHECK(top() == before);
     }
-    // The companion: once it has been gone for as long, they are given up.
+    // Companion: after as many moves elsewhere they are released.
     for (int k = 1; k <= 6; ++k) {
         CHECK(top() == before);
         s.rays.move(20 + k);
         s.grid.scene_moved(5);
     }
     CHECK(top() == PatchGrid::kNone);
-    // Back again it gets others, and keeps these, too.
+    // After its return it has new ones and keeps these as well.
     std::uint32_t after = PatchGrid::kNone;
     for (int k = 1; k <= 12; ++k) {
         s.rays.move(5 + k);
@@ -407,8 +408,9 @@ TEST_CASE("an object that oscillates within its cells keeps its patches") {
 }
 
 TEST_CASE("a released number is reused by one patch") {
-    // A block leaves its patches, trembles where it came to until they have been given up for many
-    // moves, and goes on with all that it meets kept: it needs more numbers than were given up.
+    // A block leaves its patches and oscillates at its new position until they have been released
+    // for many moves. It then moves on with all its patches kept: it needs more numbers than were
+    // released.
     Scene scene = room_with_sliding_block(Vec3(1), Vec3(1.9F, 0.3F, 0.8F), Vec3(0), 0.5);
     Trajectory path{{{0, {Vec3(1.9F, 0.3F, 0.8F)}}}, false};
     for (int k = 1; k <= 6; ++k)
@@ -443,7 +445,7 @@ TEST_CASE("a released number is reused by one patch") {
         CHECK(glm::all(glm::lessThanEqual(point, cell.high)));
         met.insert(patch);
     }
-    // Companion: they are many.
+    // Companion: there are many of them.
     CHECK(met.size() >= 50);
 }
 
@@ -454,9 +456,9 @@ TEST_CASE(
     Surveyed empty(room(test::box(Vec3(10, 4, 3)), inside), 0.5F, inside);
     Scene scene = room_with_sliding_block(Vec3(2), Vec3(4, 1, 0.3F), Vec3(7, 1, 0.3F), 1);
     Surveyed with_block(scene, 0.5F, inside);
-    // Exact: the patches of the room, whatever moves in it.
+    // Exact: the patches of the room, for any movement in it.
     CHECK(with_block.grid.reached() == empty.grid.reached());
-    // A block that stands within the one that moves, where no patch of the room is seen.
+    // A static block inside the moving one, from which no patch of the room is visible.
     scene.objects.push_back(test::box(Vec3(1), 0, Vec3(4.5F, 1.5F, 0.9F)));
     Surveyed s(scene, 0.5F, inside);
     const auto top_m2 = [&] {

@@ -12,7 +12,7 @@ namespace {
 
 const Vec3 kSize(5, 4, 3);
 
-/// Inside the box by a step of 1 mm, but for rounding.
+/// Inside the box by a step of 1 mm, up to rounding.
 bool is_inside(const Vec3& place) {
     constexpr float kStep_m = 0.99e-3F;
     for (int axis = 0; axis < 3; ++axis) {
@@ -35,7 +35,7 @@ TEST_CASE(
             const Vec3 share(static_cast<float>(place % 3), static_cast<float>(place / 3 % 3),
                              static_cast<float>(place / 9));
             const Vec3 at = 0.5F * share * kSize;
-            if (share == Vec3(1)) continue;  // the middle
+            if (share == Vec3(1)) continue;  // the centre
             const Vec3 moved = off_surface(rays, at);
             CAPTURE(outward, at.x, at.y, at.z, moved.x, moved.y, moved.z);
             CHECK(is_inside(moved));

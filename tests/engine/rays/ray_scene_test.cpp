@@ -12,7 +12,7 @@ using namespace aula;
 
 namespace {
 
-/// Rays that meet nothing.
+/// Rays without a hit.
 std::size_t leaks(const RayScene& scene, const std::vector<Ray>& rays) {
     std::vector<Hit> hits(rays.size());
     scene.intersect(rays, hits);
@@ -79,7 +79,7 @@ TEST_CASE("single rays have the hits of rays in packets") {
         // Rounding of single precision over two metres.
         CHECK(packets[i].distance_m == Approx(singles[i].distance_m).epsilon(1e-6));
     }
-    // A ray through an edge may be given to either neighbour.
+    // A ray through an edge may hit either neighbour.
     CHECK(same > 400);
 }
 
@@ -124,8 +124,8 @@ TEST_CASE("the brute-force intersector has the hits of the hierarchy") {
         CHECK(tried[i].v == Approx(found[i].v).margin(1e-4));
     }
     CHECK(hits > rays.size() / 2);
-    // Rays through an edge of the soup, or that end right at a wall: an edge of 5 m with rounding
-    // of 1e-6 m on either side is met by one ray in 1e5.
+    // Rays through an edge of the soup, or that end at a wall: an edge of 5 m with rounding of 1e-6
+    // m on either side is hit by one ray in 1e5.
     CHECK(others <= 5);
 }
 
@@ -148,7 +148,7 @@ TEST_CASE("walls block visibility") {
     const RayScene scene(test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 1, Vec3(1), Vec3(2)));
     CHECK(scene.visible(Vec3(1, 1, 1), Vec3(4, 3, 2)));
     CHECK_FALSE(scene.visible(Vec3(1, 1, 1), Vec3(6, 1, 1)));
-    // Points on a wall are seen from inside.
+    // Points on a wall are visible from inside.
     CHECK(scene.visible(Vec3(0, 1, 1), Vec3(4, 3, 2)));
     CHECK(scene.visible(Vec3(1, 1, 1), Vec3(1, 1, 1)));
 }
@@ -206,7 +206,7 @@ TEST_CASE("of any number of triangles with the same corners the first is hit") {
     CHECK(std::all_of(hits.begin(), hits.end(), [](const Hit& h) { return h.triangle < 12; }));
     CHECK(leaks(many, rays) == 0);
     CHECK_FALSE(many.visible(Vec3(1, 2, 1), Vec3(6, 2, 1)));
-    // Companion: triangles that share two corners of three are all there.
+    // Companion: triangles that share two of three corners are all hit.
     scene.objects.assign(1, other);
     scene.objects[0].triangles.insert(scene.objects[0].triangles.end(), 60, {0, 1, 6});
     scene.objects[0].triangle_materials.resize(72, 0);

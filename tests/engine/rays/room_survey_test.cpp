@@ -39,8 +39,8 @@ bool joined(const Scene& scene, const Vec3& listener, const Vec3& source) {
     return connected(RayScene(scene), listener, {&source, 1}, 1)[0] != 0;
 }
 
-/// A box from the origin, each wall of 10 x 10 rectangles, those left out for which `missing`
-/// holds.
+/// A box from the origin with walls of 10 x 10 rectangles, except those for which `missing` is
+/// true.
 Object walls(const Vec3& size, const std::function<bool(int wall, int part)>& missing) {
     constexpr int kParts = 10;
     Object object;
@@ -62,7 +62,7 @@ Object walls(const Vec3& size, const std::function<bool(int wall, int part)>& mi
             corner(u + 1, v);
             corner(u + 1, v + 1);
             corner(u, v + 1);
-            // Every other faces out.
+            // Every other one faces outwards.
             object.triangles.push_back({first, first + 1, first + 2});
             object.triangles.push_back({first, first + 3, first + 2});
         }
@@ -78,7 +78,7 @@ RoomGeometry measured(const Scene& scene, const Vec3& inside) {
 }  // namespace
 
 TEST_CASE("a random walk leaves no room where its surfaces cross at acute angles") {
-    // A tent of 10 degrees: the roof goes through the floor, whose other side is outdoors.
+    // A tent of 10 degrees: the roof intersects the floor, whose other side is outdoors.
     std::vector<Object> tent{
         quad({Vec3(-1, 0, 0), Vec3(12, 0, 0), Vec3(12, 5, 0), Vec3(-1, 5, 0)}),
         quad({Vec3(-1, 0, -0.17F), Vec3(12, 0, 2.1F), Vec3(12, 5, 2.1F), Vec3(-1, 5, -0.17F)}),
@@ -98,7 +98,7 @@ TEST_CASE("sound reaches a source through an opening, not through a wall") {
     CHECK_FALSE(joined(scene_of(rooms), here, there));
     CHECK(joined(scene_of(rooms), here, Vec3(4, 3, 2)));
     CHECK_FALSE(joined(scene_of(rooms), here, Vec3(20, 2, 1)));
-    // Companion: half of the wall between them is missing, in both rooms.
+    // Companion: without half of the wall between them, in both rooms.
     const auto open_wall = [](Object& room, std::ptrdiff_t triangles) {
         const auto in_wall = [&](const auto& t) {
             return room.vertices[t[0]].x == 5 && room.vertices[t[1]].x == 5 &&
@@ -111,7 +111,7 @@ TEST_CASE("sound reaches a source through an opening, not through a wall") {
     open_wall(rooms[0], 1);
     open_wall(rooms[1], 2);
     CHECK(joined(scene_of(rooms), here, there));
-    // A shut door is solid where it is, though it may move.
+    // A shut door is opaque although it can move.
     rooms.push_back(quad({Vec3(5, 0, 0), Vec3(5, 4, 0), Vec3(5, 4, 3), Vec3(5, 0, 3)}));
     rooms.back().path =
         Trajectory{{{0, {Vec3(0), 0, 0, 0}}, {1, {Vec3(0, 0, 10), 0, 0, 0}}}, false};
@@ -164,7 +164,7 @@ TEST_CASE("volume and surface of a room are found for any representation of its 
     SECTION("one face of twenty missing") {
         const RoomGeometry room =
             measured(scene_of({walls(size, [](int, int part) { return part % 20 == 7; })}), inside);
-        // Escaping rays have other lengths: within the share that is open.
+        // Escaping rays have other lengths: within the open share.
         CHECK(*room.volume_m3 == Approx(kVolume_m3).epsilon(0.05));
         CHECK(room.open_share == Approx(0.05).margin(0.01));
     }
@@ -202,7 +202,7 @@ TEST_CASE("a position in the notch of an L-shaped room is outside") {
     const std::array<Vec3, 4> places{Vec3(1, 1, 1.5F), Vec3(5, 5, 1.5F), Vec3(5, 1, 1.5F),
                                      Vec3(3.2F, 3.2F, 1.5F)};
     CHECK(outside_room(RayScene(scene), places, 1) == std::vector<char>{0, 1, 0, 1});
-    // Companion: where all are outside nobody knows which is the room.
+    // Companion: if all positions are outside, the room is unknown.
     CHECK(outside_room(RayScene(scene), std::span(places).subspan(3), 1) == std::vector<char>{0});
 }
 

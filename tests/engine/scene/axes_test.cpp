@@ -49,7 +49,7 @@ TEST_CASE("A pose from a front and a top of the head has these axes") {
     const auto check = [](const Vec3& front, const Vec3& up) {
         const glm::mat3 axes = pose_looking({1, 2, 3}, front, up).rotation();
         CHECK(distance(axes[0], glm::normalize(front)) < 2e-4);
-        // What of the top is across the front.
+        // Component of the top perpendicular to the front.
         const Vec3 x = glm::normalize(front);
         CHECK(distance(axes[2], glm::normalize(up - glm::dot(up, x) * x)) < 2e-4);
     };

@@ -5,7 +5,7 @@
 
 namespace {
 
-// Attenuation of pure tones in decibels a kilometre.
+// Attenuation of pure tones in decibels per kilometre.
 std::array<double, aula::kBandCount> attenuation_db_per_km(const aula::Medium& medium) {
     const aula::Bands m = medium.attenuation_per_m();
     std::array<double, aula::kBandCount> db{};
@@ -62,7 +62,7 @@ TEST_CASE("1 kHz is attenuated by 4.66 dB per kilometre at 20 degrees and 50 % h
 }
 
 TEST_CASE("absorption doubles if frequency, density and vapour double") {
-    // Absorption over pressure depends on frequency over pressure and on the vapour's share alone.
+    // Absorption over pressure depends only on frequency over pressure and on the share of vapour.
     const float octave = std::pow(10.0F, 0.3F);
     aula::Medium dense;
     dense.pressure_kpa *= octave;

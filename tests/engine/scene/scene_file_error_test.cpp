@@ -51,8 +51,8 @@ std::string error_after(const std::string& part, const std::string& replacement)
 struct Mistake {
     const char* part;
     const char* replacement;
-    const char* place;    // how the message begins
-    const char* problem;  // and what it says
+    const char* place;    // start of the message
+    const char* problem;  // text in the message
 };
 
 void check(const std::vector<Mistake>& mistakes) {
@@ -297,7 +297,7 @@ TEST_CASE("the error for an unknown material suggests a similar name instead of 
     CHECK(error ==
           "/geometry/0/material: unknown material \"plastr\", did you mean \"plaster\"?; expected "
           "a material of the scene, or one that \"aula materials\" lists");
-    // None is near: those whose names hold the word.
+    // No similar name: those whose names contain the word.
     CHECK_THAT(error_after("\"wood\"", "\"tapestry\""), Contains("\"tapestry\"; expected"));
     CHECK_THAT(error_after("\"wood\"", "\"chairs\""),
                Contains("did you mean \"plastic_chairs\" or \"wooden_chairs\"?"));
@@ -377,7 +377,7 @@ TEST_CASE(
                                    "/simulation/speed",
                                    "/simulation/estimator",
                                    "/simulation/rays"});
-    // Of very many the first hundred, and how many more.
+    // Of very many the first hundred and the number of the others.
     std::string faces;
     for (int i = 0; i < 250; ++i) faces += i ? ", [0, 1, 7]" : "[0, 1, 7]";
     const auto many = messages(R"({"aula": 1, "geometry": [{"vertices": [[0,0,0], [1,0,0], [1,1,0]],
@@ -425,14 +425,14 @@ TEST_CASE("with any bytes changed in a scene file, loading succeeds or throws In
             CHECK(std::string(error.what()).find('\n') == std::string::npos);
         }
     }
-    // Both happen, or the test would prove nothing.
+    // Both cases occur, or the test would prove nothing.
     CHECK(loaded > 20);
     CHECK(refused > 1000);
 }
 
 TEST_CASE(
     "a scene of a hundred thousand keys, names, materials or vertices is read in linear time") {
-    // Quadratic time would be minutes.
+    // Quadratic time would take minutes.
     const auto numbered = [](const char* prefix, const std::string& value) {
         std::string members;
         for (int i = 0; i < 100'000; ++i) {
@@ -445,7 +445,7 @@ TEST_CASE(
     CHECK_THAT(error, Contains("/listener/key0: unknown key"));
     std::string materials = R"("materials": {)" + numbered("m", R"({"absorption": 0.1})") + ", ";
     CHECK(error_after(R"("materials": {)", materials) == "no error");
-    // An error about an unknown one does not list them.
+    // The error for an unknown one does not list them.
     std::string text = kValid;
     text.replace(text.find(R"("materials": {)"), 14, materials);
     text.replace(text.find("\"wood\""), 6, "\"nougat\"");

@@ -11,7 +11,7 @@ using aula::Vec3;
 
 namespace {
 
-// A scene around some members of the top object.
+// A scene with some members of the top object.
 std::string scene_text(const std::string& members) {
     return R"({"aula": 1, "sources": [{"position": [1, 1, 1]}], "listener": {"position": [2, 1, 1]}, )" +
            members + "}";

@@ -163,7 +163,7 @@ TEST_CASE(
 }
 
 TEST_CASE("the bounds of a mesh on a path of a million points are found in linear time") {
-    // Every vertex at every point would be 1e11: hours.
+    // Every vertex at every point would be 1e11 operations: hours.
     aula::Object object;
     for (int v = 0; v < 100'000; ++v) {
         const auto angle = static_cast<float>(v);

@@ -21,7 +21,7 @@ namespace {
 
 const fs::path kScenes = fs::path(AULA_SOURCE_DIR) / "scenes";
 
-/// The scene files right in a folder, by name.
+/// The scene files in a folder, without its subfolders, by name.
 std::vector<fs::path> scene_files(const fs::path& folder) {
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(folder)) {
@@ -48,7 +48,7 @@ double escaping_share(const RayScene& scene, const Vec3& from) {
     return static_cast<double>(lost) / kRays;
 }
 
-/// True if a walker's head, chest and knees meet nothing between two points of a walk.
+/// True if head, chest and knees of a walker are unobstructed between two points of a walk.
 bool is_unobstructed(const RayScene& scene, const Vec3& from, const Vec3& to) {
     constexpr std::array<float, 3> kBelowHead_m{0, 0.5F, 1.1F};
     return std::all_of(kBelowHead_m.begin(), kBelowHead_m.end(), [&](float below_m) {

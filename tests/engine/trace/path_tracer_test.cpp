@@ -111,8 +111,8 @@ TEST_CASE("energies of the orders of a Lambert box are the exact ones") {
 }
 
 TEST_CASE("each band keeps its own absorption and scattering on a shared ray") {
-    // Bands with the same absorption must agree in total energy whatever the others do, and a band
-    // with alpha = 1 must stay silent.
+    // Bands with the same absorption must agree in total energy for any values of the others, and a
+    // band with alpha = 1 must be silent.
     Scene mixed = kBox;
     mixed.materials[0].absorption = {{0.2F, 0.5F, 0.2F, 1.0F, 0.2F, 0.05F, 0.9F, 0.2F}};
     Scene grey = kBox;
@@ -139,7 +139,7 @@ TEST_CASE("energy is conserved for any scattering, with roulette") {
         Scene room = kBox;
         room.materials[0].absorption = Bands{};
         room.materials[0].scattering = Bands::filled(scattering);
-        room.materials[0].scattering[5] = 0.3F;  // a band of its own
+        room.materials[0].scattering[5] = 0.3F;  // one band differs
         Traced traced(room);
         traced.settings.max_length_m = 120;
         traced.settings.rays = 4000;
@@ -213,8 +213,8 @@ TEST_CASE("plain path tracing has the variance of independent hits") {
 }
 
 TEST_CASE("chords of a uniform field have the variance factor 9/8") {
-    // A lossless room: all energies are 1, only chords differ; chords clipped at walls excluded by
-    // a listener in the middle.
+    // A lossless room: all energies are 1, only chords differ; a listener in the middle excludes
+    // chords clipped at walls.
     Scene room = kBox;
     room.materials[0].absorption = Bands{};
     room.listener.pose.position = Vec3(2.5F, 2, 1.5F);
@@ -276,7 +276,7 @@ TEST_CASE("air attenuates energy by path length") {
     REQUIRE(b.size() > 100);
     std::size_t compared = 0;
     for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
-        // Where roulette does not play yet: 0.8^n is far above 1e-8 within 60 m.
+        // Without roulette: 0.8^n is far above 1e-8 within 60 m.
         if (a[i].length_m > 60 || a[i].length_m != b[i].length_m) continue;
         // 2e-7 of the polynomial for each of up to 50 reflections.
         CHECK(
@@ -288,7 +288,7 @@ TEST_CASE("air attenuates energy by path length") {
 }
 
 TEST_CASE("hit points are off the surface on the ray's side, at any distance and angle") {
-    // Few triangles, and more than those that are tried one by one.
+    // Few triangles, and more than the brute-force intersector takes.
     const std::pair<Object, float> rooms[] = {
         {test::box(Vec3(1000, 150, 40), 0, Vec3(-500, -75, -20)), 19.9F},
         {test::icosphere(100, 4), 99}};
@@ -312,7 +312,7 @@ TEST_CASE("hit points are off the surface on the ray's side, at any distance and
                 const glm::dvec3 normal(paths->normal.at(i));
                 const double off_m =
                     glm::dot(normal, glm::dvec3(paths->point.at(i)) - glm::dvec3(t.vertices[0]));
-                // Single precision rounds places of a kilometre to 3e-5.
+                // Single precision rounds positions of a kilometre to 3e-5.
                 const float distance_m = paths->hits.distance_m[i];
                 CHECK(off_m > 5e-5);
                 CHECK(off_m < 2 * double{RayScene::offset_after(distance_m)});
@@ -337,7 +337,8 @@ TEST_CASE("hit points lie between faces that meet at an acute angle") {
     for (int round = 0; round < 20; ++round) {
         paths->count = kLanes;
         for (std::size_t i = 0; i < kLanes; ++i) {
-            // To the lower face within 0.1 mm of the edge: straight above is the other side.
+            // To the lower face within 0.1 mm of the edge: the point along the normal is on the
+            // other side.
             const auto [u, v] = random.uniform_2d();
             const Vec3 origin(1 + u, 0, (0.2F + 0.7F * v) * slope);
             const Vec3 target(2e-5F + 8e-5F * random.uniform(), 2 * random.uniform() - 1, 0);
@@ -349,7 +350,8 @@ TEST_CASE("hit points lie between faces that meet at an acute angle") {
         paths->arrive(rays);
         for (std::size_t i = 0; i < kLanes; ++i) {
             const Vec3 point = paths->point.at(i);
-            // Exact, but for what parallels the face nearly: that rests straight above it.
+            // Exact, except for rays nearly parallel to the face: their point is offset along the
+            // normal.
             if (paths->rays.direction.at(i).z > -0.11F) continue;
             if (paths->hits.triangle[i] > 1) continue;
             CHECK(point.z < slope * point.x);
@@ -489,24 +491,24 @@ TEST_CASE(
                 of_grown.standard_error, max);
         // Spheres of up to some metres may move an arrival to a neighbouring bin: 2 %.
         CHECK(std::abs(of_grown.mean - 1) < test::kFamilyZ * of_grown.standard_error + 0.02);
-        CHECK(of_grown.standard_error < 0.08);  // so that this says something
+        CHECK(of_grown.standard_error < 0.08);  // so that the check is significant
         fixed_deviation += of_fixed.standard_error * std::sqrt(double{kFrames}) / kBins;
         grown_deviation += of_grown.standard_error * std::sqrt(double{kFrames}) / kBins;
     }
     // The relative standard deviation of a bin and frame. The segments' number and the share of a
     // sphere in the room give 2000 x pi 0.25 x 17 / 540 = 49 equal hits in a bin, of up to four
-    // times the mean energy in a fixed sphere or a grown one: 2 / sqrt(49) = 0.29 at most for even
+    // times the mean energy in a fixed sphere or a grown one: at most 2 / sqrt(49) = 0.29 for equal
     // chords, times sqrt(9/8).
     CAPTURE(fixed_deviation, grown_deviation);
     CHECK(grown_deviation < 0.31);
     CHECK(fixed_deviation > 2 * grown_deviation);  // companion
-    // Evening out costs few hits: at most one more for four of mean energy in each band.
+    // Equalisation costs few hits: at most one more for four of mean energy in each band.
     CHECK(grown.arrivals < 1.3 * fixed.arrivals);
 }
 
 TEST_CASE("large spheres represent the part of a room that is visible from their centre") {
-    // A lossless L-shaped room: fluence is the same everywhere, so that every sphere has to find
-    // it, whatever walls hide.
+    // A lossless L-shaped room: fluence is the same everywhere, so that every sphere must find it
+    // with any occlusion by walls.
     const Scene scene =
         test::grey_room(test::l_shaped_room(), 0, 0, Vec3(1, 5, 1), Vec3(4.5F, 1.2F, 1.6F));
     const RayScene rays(scene);
@@ -541,7 +543,7 @@ TEST_CASE("large spheres represent the part of a room that is visible from their
         // 2 % for 512 probes of the volume.
         CHECK(std::abs(e.mean - exact) < test::kFamilyZ * e.standard_error + 0.02 * exact);
     }
-    // Companion: the whole ball's volume in place of the seen one is far off.
+    // Companion: the volume of the whole ball instead of the visible part is far off.
     CHECK(receiver.seen_share[16] < 0.3F);
 }
 
@@ -585,20 +587,20 @@ TEST_CASE("a specular ray has the key of the path that an image source counts, f
                 if (along < 0 || along > segment.length_m || beside > 0.15F) continue;
                 ++crossing;
                 const auto found = lengths_m.find(batch.segment_energies[i].image);
-                // A ray 15 cm beside the target is shorter by that at most.
+                // A ray 15 cm beside the target is shorter by at most that.
                 known += found != lengths_m.end() &&
                          std::abs(found->second - segment.before_m - along) < 0.15F;
             }
         }
         CAPTURE(from_listener, crossing, known);
         CHECK(crossing > 30);
-        // A ray beside the target may follow an image that is heard only there.
+        // A ray beside the target may follow an image that is audible only there.
         CHECK(known > 0.9 * crossing);
     }
 }
 
 TEST_CASE("the result of a ray does not depend on the other rays of its batch") {
-    // A room without a ceiling, of many planes: rays end at any time and others take their lanes.
+    // A room of many planes without a ceiling: rays end at any time and others take their lanes.
     Object walls = test::bumpy_box(Vec3(5, 4, 3), 0.5F, 0.005F);
     std::erase_if(walls.triangles, [&](const auto& triangle) {
         return std::all_of(triangle.begin(), triangle.end(),
@@ -642,7 +644,7 @@ TEST_CASE("the result of a ray does not depend on the other rays of its batch") 
 }
 
 TEST_CASE("roulette preserves the mean of late reflections") {
-    // Mirrors that absorb half: from order 27 on a ray has less than -80 dB and plays.
+    // Mirrors that absorb half: from order 27 on a ray has less than -80 dB and roulette begins.
     Scene room = kBox;
     room.materials[0] = {"", Bands::filled(0.5F), Bands{}};
     const RayScene rays(room);
@@ -663,6 +665,6 @@ TEST_CASE("roulette preserves the mean of late reflections") {
         return sum / settings.rays;
     };
     const double late = energy_up_to(30) - energy_up_to(29);
-    // One ray in 10.7 is left: 1.6 % of standard error, four of them.
+    // One ray in 10.7 remains: a standard error of 1.6 %, four of them.
     CHECK(late * std::pow(2.0, 30) == Approx(1).margin(0.063));
 }

@@ -166,7 +166,7 @@ TEST_CASE("a shoebox has the image sources of the closed form, orders 0 to 3") {
     CHECK(ids(paths).size() == paths.size());
     const double attenuation{0.01F};
     check_against_images(paths, box_images(scene, kSize, kSource, kListener, 3), attenuation);
-    // The companion: a source 1 mm away has other lengths.
+    // Companion: a source 1 mm away has other lengths.
     const auto other = specular.find(kSource + Vec3(1e-3F, 0, 0), kListener, true, Bands{}).paths;
     CHECK(double{paths[1].length_m} != Approx(double{other[1].length_m}).epsilon(2e-7));
 }
@@ -194,7 +194,7 @@ TEST_CASE("paths that meet an edge or a corner exactly count once") {
     const Vec3 centre(2);
     const auto paths = specular.find(centre, Vec3(2, 2, 1), true, Bands{}).paths;
     CHECK(per_order(paths) == std::array<int, 4>{1, 6, 18, 38});
-    // Both at the centre: no distance, but a finite level.
+    // Both at the centre: zero distance, but a finite level.
     const auto at_once = specular.find(centre, centre, true, Bands{}).paths;
     CHECK(per_order(at_once) == std::array<int, 4>{1, 6, 18, 38});
     CHECK(at_once[0].length_m == 0);
@@ -245,7 +245,7 @@ TEST_CASE("a screen blocks the direct sound and reflects on both sides") {
         CHECK(paths[1].order == 1);
         CHECK(double{paths[1].length_m} == Approx(std::sqrt(9 + 0.04)));
     }
-    // Past its edge nothing is blocked and nothing is reflected.
+    // Beyond its edge nothing is blocked or reflected.
     CHECK(specular.find({1, 3.2F, 1.5F}, {4, 3.2F, 1.5F}, true, Bands{}).paths.size() == 1);
 }
 
@@ -255,17 +255,17 @@ TEST_CASE("a partition lets paths through its opening only") {
     add_screen(room, 2.5F, 2.5F, 4, 0, 3);
     const RayScene rays(scene_of({room}));
     const SpecularPaths specular(rays, 1, kRadius_m, 1);
-    // Through the opening: the direct sound, floor, ceiling and both end walls. The ways by the
+    // Through the opening: the direct sound, floor, ceiling and both end walls. The paths by the
     // side walls would cross the partition.
     const auto through = specular.find({1, 2, 1.5F}, {4.2F, 2.1F, 1.5F}, true, Bands{}).paths;
     CHECK(per_order(through) == std::array<int, 4>{1, 4, 0, 0});
-    // Both on one side, beside the opening: the partition hides the far wall and takes its place.
+    // Both on one side, beside the opening: the partition hides and replaces the far wall.
     const auto beside = specular.find({1, 0.6F, 1.5F}, {1.4F, 0.8F, 1}, true, Bands{}).paths;
     CHECK(per_order(beside) == std::array<int, 4>{1, 6, 0, 0});
 }
 
 TEST_CASE("an L-shaped room hides images behind its corner") {
-    // The L: x 0..6, y 0..2 and x 0..2, y 0..6; floor and ceiling left out.
+    // The L: x 0..6, y 0..2 and x 0..2, y 0..6; without floor and ceiling.
     Object room;
     const auto wall = [&](float x0, float y0, float x1, float y1) {
         add_quad(room, {Vec3(x0, y0, 0), Vec3(x1, y1, 0), Vec3(x1, y1, 3), Vec3(x0, y0, 3)});
@@ -280,11 +280,11 @@ TEST_CASE("an L-shaped room hides images behind its corner") {
     const SpecularPaths specular(rays, 2, kRadius_m, 1);
     const auto paths = specular.find({5, 1.4F, 1.5F}, {1.2F, 5, 1.5F}, true, Bands{}).paths;
     // The inner corner hides the source itself and its images in either outer wall; the image in
-    // both is seen, by way of x = 0 (y = 3.8) and y = 0 (x = 3.6).
+    // both is audible, by x = 0 (y = 3.8) and y = 0 (x = 3.6).
     REQUIRE(paths.size() == 1);
     CHECK(paths[0].order == 2);
     CHECK(double{paths[0].length_m} == Approx(std::hypot(5 + 1.2, 1.4 + 5)));
-    // The companion: without the inner walls there is more.
+    // Companion: without the inner walls there are more.
     Object open;
     std::swap(open, room);
     wall(0, 0, 6, 0);
@@ -306,7 +306,7 @@ TEST_CASE("no image is audible through a closed wall, even if its path meets the
     const Vec3 listener(3, 2, 1.5F);
     CHECK(specular.find(source, listener, true, Bands{}).paths.empty());
     CHECK(specular.find(listener, source, true, Bands{}).paths.empty());
-    // Anywhere else, and where first orders meet the wall's four edges up to rounding.
+    // At other positions, and where first orders meet the wall's four edges up to rounding.
     aula::RandomStream random(3);
     for (int i = 0; i < 300; ++i) {
         const auto xy = random.uniform_2d();
@@ -322,7 +322,7 @@ TEST_CASE("no image is audible through a closed wall, even if its path meets the
         other.y += i % 2 == 0 ? 1e-4F : -1e-4F;
         CHECK(specular.find(other, here, true, Bands{}).paths.empty());
     }
-    // The companion: without the wall they are heard.
+    // Companion: without the wall they are audible.
     Object open = box({9, 4, 3});
     const RayScene open_rays(scene_of({open}));
     CHECK(SpecularPaths(open_rays, 1, kRadius_m, 1)
@@ -368,12 +368,12 @@ TEST_CASE("neither a source nor a listener on a wall has a reflection in it") {
         const auto paths = specular.find(source, listener, true, Bands{}).paths;
         CHECK(per_order(paths) == std::array<int, 4>{1, 5, 0, 0});
     }
-    // The companion: away from it there are six.
+    // Companion: away from it there are six.
     CHECK(per_order(specular.find(above, above + 0.5F, true, Bands{}).paths)[1] == 6);
 }
 
 TEST_CASE("a plate on the floor replaces the floor in its area") {
-    // So thin that a look at the floor meets its top, of material 5.
+    // So thin that a ray towards the floor hits its top, of material 5.
     Object plate = box({3, 2, 1.2e-3F});
     for (Vec3& v : plate.vertices) v += Vec3(1, 1, 0);
     const RayScene rays(scene_of({box(kSize), plate}));
@@ -383,7 +383,7 @@ TEST_CASE("a plate on the floor replaces the floor in its area") {
         const Vec3 listener(x, 2.1F, 1.5F);
         const auto paths = specular.find(source, listener, true, Bands{}).paths;
         CHECK(per_order(paths)[1] == 6);
-        // By way of the floor or the plate: from below.
+        // By the floor or the plate: from below.
         int below = 0;
         for (const SpecularPath& path : paths) {
             if (path.order != 1 || path.direction.z > -0.9F) continue;
@@ -424,7 +424,7 @@ TEST_CASE("discovery finds the same paths as the full list") {
     auto listed =
         SpecularPaths(plain_rays, 3, kRadius_m, 1).find(kSource, kListener, true, Bands{}).paths;
 
-    // Far away stand 100 mirrors, no two coplanar: too many sequences to list beyond order 1.
+    // 100 mirrors far away, no two coplanar: too many sequences to list beyond order 1.
     Scene cluttered = plain;
     Object clutter;
     aula::RandomStream random(5);
@@ -438,14 +438,14 @@ TEST_CASE("discovery finds the same paths as the full list") {
     const RayScene rays(cluttered);
     SpecularPaths specular(rays, 3, kRadius_m, 1);
     CHECK(specular.find(kSource, kListener, true, Bands{}).paths.size() < listed.size());
-    // Each of the 62 paths covers some permille of the sphere at least; 20 frames of 512 rays.
+    // Each of the 62 paths covers at least some per mille of the sphere; 20 frames of 512 rays.
     std::vector<SpecularPath> found;
     for (std::uint64_t frame = 0; frame < 20; ++frame) {
         specular.discover(kListener, frame);
         found = specular.find(kSource, kListener, true, Bands{}).paths;
     }
     REQUIRE(found.size() == listed.size());
-    // Of equal lengths the order is that of their keys, which belong to a scene.
+    // Paths of equal length are ordered by their keys, which depend on the scene.
     const auto by_energy = [](const SpecularPath& p, const SpecularPath& q) {
         return std::pair(p.length_m, p.energy[0]) < std::pair(q.length_m, q.energy[0]);
     };
@@ -528,7 +528,7 @@ TEST_CASE("images follow a moving object and keep their identity") {
     CHECK(double{after[1].length_m} == Approx(5));
     CHECK(ids(after) == ids(before));
 
-    // A wall that comes between them.
+    // A wall that moves between them.
     mirror.path->points[1].pose.position = {1.5F, 0, 0};
     RayScene between(scene_of({wall, mirror}));
     SpecularPaths cut(between, 2, kRadius_m, 1);
@@ -538,7 +538,7 @@ TEST_CASE("images follow a moving object and keep their identity") {
 }
 
 TEST_CASE("an image has one key from both ends and for every order of its planes") {
-    // The walls of a box that is turned in space, as floats round it.
+    // The walls of a box that is turned in space, with rounded coordinates.
     const Vec3 x = glm::normalize(Vec3(0.6F, 0.5F, 0.62F));
     const Vec3 y = glm::normalize(glm::cross(Vec3(0.3F, -1, 0.2F), x));
     const std::array<Vec3, 3> axes{x, y, glm::cross(x, y)};
@@ -559,7 +559,7 @@ TEST_CASE("an image has one key from both ends and for every order of its planes
                 planes.push_back(static_cast<std::size_t>(2 * axis) + (from + k) % 2);
             }
         }
-        // Mix the axes, each in its own order.
+        // Interleaves the axes, each in its own order.
         for (std::size_t swaps = 0; swaps < 20; ++swaps) {
             const auto k = static_cast<std::size_t>(5 * random.uniform());
             if (planes[k] / 2 != planes[k + 1] / 2) std::swap(planes[k], planes[k + 1]);
@@ -641,12 +641,12 @@ TEST_CASE("energy of a ray counts if its image is not tried") {
         return response;
     };
     CHECK(read(tried).total(0) == Approx(0.25));
-    specular.restart(1);  // forgets all that rays have met
+    specular.restart(1);  // removes all discovered sequences
     const aula::SpecularSound none = specular.find(kSource, kListener, false, Bands{});
     CHECK_FALSE(none.has_tried(found->id));
     const aula::EnergyResponse response = read(none);
     CHECK(response.total(0) == Approx(1.25));
-    // Both hits of the sequence count where their mean length is.
+    // Both hits of the sequence count at their mean length.
     const std::size_t bin = response.bins.index(10.1 / double{response.speed_of_sound_m_s});
     CHECK(response.energy[bin][0] == Approx(bin == response.bins.index(10 / 343.2) ? 1.25 : 1));
     CHECK(response.direction[bin].y == Approx(8.0));
@@ -656,7 +656,8 @@ TEST_CASE("energy of a ray counts if its image is not tried") {
 }
 
 TEST_CASE("candidates that rays along them may still reach are kept, whether valid or not") {
-    // If only valid ones were kept, a sphere would have its rays beside the paths of its middle.
+    // If only valid ones were kept, rays beside the paths of the sphere's centre would count in
+    // addition.
     const RayScene rays(scene_of({aula::test::bumpy_box(Vec3(12, 9, 5), 0.5F, 0.005F)}));
     SpecularPaths specular(rays, 3, kRadius_m, 1);
     std::set<std::uint64_t> before;
@@ -666,7 +667,7 @@ TEST_CASE("candidates that rays along them may still reach are kept, whether val
         CHECK(std::includes(now.begin(), now.end(), before.begin(), before.end()));
         before = now;
     }
-    // Listeners 0.3 m away find paths that were not valid here, without a chain of their own.
+    // Listeners 0.3 m away find paths that were not valid here, without a chain from there.
     SpecularPaths other(rays, 3, kRadius_m, 1);
     for (std::uint64_t frame = 0; frame < 12; ++frame) {
         other.discover(kListener, frame);
@@ -680,6 +681,6 @@ TEST_CASE("candidates that rays along them may still reach are kept, whether val
             beside.begin(), beside.end(), [&](std::uint64_t id) { return before.count(id) == 0; }));
     }
     CAPTURE(more, before.size());
-    // 38; if only valid candidates were kept, those that were met in the last frame give 24.
+    // 38; if only valid candidates were kept, those discovered in the last frame would give 24.
     CHECK(more >= 31);
 }
