@@ -36,7 +36,7 @@ double all_between(const EnergyResponse& response, double begin_s, double end_s,
 double images_between(const Vec3& source, const Vec3& listener, double rho, double begin_m,
                       double end_m, int without_order = -1, const Vec3& size = kSize) {
     const auto along = [&](int axis, int n) {
-        // Image n of the source: n even shifts it by n lengths, n odd mirrors it, too.
+        // Image n of the source: shifted by n lengths, and mirrored if n is odd.
         const double length = double{size[axis]};
         const double at = double{source[axis]};
         return (n % 2 == 0 ? n * length + at : (n + 1) * length - at) - double{listener[axis]};
