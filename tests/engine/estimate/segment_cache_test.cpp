@@ -192,7 +192,7 @@ TEST_CASE("segments that an image source may count keep the small sphere for any
 
 TEST_CASE(
     "paths that an image source may count and paths that scatter have separate cache entries") {
-    DepositBatch batch;
+    ArrivalBatch batch;
     for (const std::uint64_t sequence : {0U, 77U}) {
         batch.segments.push_back({Vec3(0), Vec3(1, 0, 0), 10, 3, 0});
         batch.segment_energies.push_back({Bands::filled(1), Vec3(-1, 0, 0), sequence});
