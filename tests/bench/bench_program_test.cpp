@@ -25,12 +25,12 @@ ProgramResult run(const std::string& arguments) {
 
 std::string json_in(const TemporaryFolder& folder) { return folder.path() / "rows.json"; }
 
-/// What a run wrote there.
+/// Rows that a run wrote to the file.
 nlohmann::json rows_in(const TemporaryFolder& folder) {
     return nlohmann::json::parse(read_file(json_in(folder)));
 }
 
-/// A small room through which the listener walks a tenth of a second.
+/// A small room in which the listener walks for a tenth of a second.
 constexpr const char* kScene = R"({
   "aula": 1,
   "geometry": [{"box": [5, 4, 3], "material": "wall"}],
@@ -114,7 +114,8 @@ TEST_CASE("bench_smoke: --markdown writes the printed figures under their comman
         CAPTURE(section);
         CHECK(document.find(section) != std::string::npos);
     }
-    // A line per row: those of all tables, two lines above each of the six, one per fact.
+    // One line per row of all tables, two lines above each of the six tables, one line per fact of
+    // the head.
     std::istringstream lines(document);
     std::size_t table_lines = 0;
     for (std::string line; std::getline(lines, line);) table_lines += line.rfind('|', 0) == 0;

@@ -20,7 +20,7 @@ using namespace aula::bench;
 
 namespace {
 
-/// The box of 5 x 4 x 3 m, walls that reflect all and wholly by Lambert's law.
+/// The box of 5 x 4 x 3 m with lossless Lambert walls.
 Scene lossless_box() {
     Scene scene = load_scene(AULA_SOURCE_DIR "/scenes/reference/box_5x4x3.json").scene;
     for (Material& material : scene.materials) material.absorption = Bands{};
@@ -53,7 +53,7 @@ EnergyResponse arrival_at(double time_s, float energy, const Vec3& direction) {
 }  // namespace
 
 TEST_CASE("the reference gives the exact energies of a Lambert box, order by order") {
-    // Sums over the orders up to n of the exact answer for rho = 1 at (1.2, 1.1, 1.5) and
+    // Sums over the orders up to n of the exact solution for rho = 1 at (1.2, 1.1, 1.5) and
     // (3.7, 2.9, 1.2); printed to 5 digits.
     const double exact[] = {0.025561, 0.034597, 0.038235, 0.040175, 0.041179, 0.041769};
     const Scene scene = lossless_box();
@@ -64,11 +64,11 @@ TEST_CASE("the reference gives the exact energies of a Lambert box, order by ord
         wanted += exact[order - 1] * kBandCount;
         const Reference::Estimate found = energy_up_to(order, scene, source, listener, 1 << 17);
         CAPTURE(order, found.mean, wanted, found.standard_error);
-        // Sharp enough to see 1 %; fixed seed; 3.5 standard errors are passed by chance in 0.3 % of
-        // such families of six; rounding of the answer 2e-5.
+        // Precise enough to detect 1 %; fixed seed; 3.5 standard errors are exceeded by chance in
+        // 0.3 % of such families of six; rounding of the solution 2e-5.
         CHECK(found.standard_error < 0.003 * wanted);
         CHECK(std::abs(found.mean - wanted) < 3.5 * found.standard_error + 2e-5 * wanted);
-        // The companion: an answer that is off by 2 % in its last order is told apart.
+        // Companion: a deviation by 2 % in the last order is detected.
         const double wrong = wanted + 0.02 * wanted;
         CHECK(std::abs(found.mean - wrong) > 3.5 * found.standard_error);
     }
@@ -97,14 +97,15 @@ TEST_CASE("the reference's standard error is that of independent repetitions") {
     double squares = 0;
     for (const double m : means) squares += (m - mean) * (m - mean);
     const double spread = std::sqrt(squares / (kRepetitions - 1));
-    // The spread of 24 has a relative deviation of 1 / sqrt(46) = 15 %: three of them.
+    // The standard deviation of 24 samples has a relative deviation of 1 / sqrt(46) = 15 %: three
+    // of them.
     CHECK(claimed / spread > 0.55);
     CHECK(claimed / spread < 1.45);
 }
 
 TEST_CASE("paths that end in mirrors reach the right one of the reference's receivers") {
-    // One lossless wall, wholly specular in a half space: source and two receivers above it. Image
-    // sources left to the rays (order 0), each receiver hears its image at 1 / (4 pi d^2).
+    // One lossless wall, wholly specular in a half space: source and two receivers above it.
+    // Without image sources (order 0) rays find the image of each receiver at 1 / (4 pi d^2).
     Scene scene = lossless_box();
     for (Material& material : scene.materials) material.scattering = Bands{};
     Simulation simulation = scene.simulation;
@@ -122,8 +123,8 @@ TEST_CASE("paths that end in mirrors reach the right one of the reference's rece
             for (const float wall : {0.0F, size[axis]}) {
                 Vec3 image = source;
                 image[axis] = 2 * wall - source[axis];
-                // The mean over a sphere of radius R differs from the point by R^2 / (5 d^2) and
-                // by next to nothing beyond.
+                // The mean over a sphere of radius R differs from the point by R^2 / (5 d^2);
+                // higher terms are negligible.
                 const double d2 = std::pow(double{glm::distance(image, receivers[r])}, 2);
                 constexpr double kRadius2 =
                     double{Reference::kDetectorRadius_m} * double{Reference::kDetectorRadius_m};
@@ -132,8 +133,8 @@ TEST_CASE("paths that end in mirrors reach the right one of the reference's rece
         }
         const Reference::Estimate found = reference.energy(r, {0, 50});
         CAPTURE(r, found.mean, wanted, found.standard_error);
-        // Statistical, fixed seed: 3.5 standard errors. The companion: without one of the six
-        // images, a tenth or more is missing.
+        // Statistical, fixed seed: 3.5 standard errors. Companion: without one of the six images, a
+        // tenth or more is missing.
         CHECK(std::abs(found.mean - wanted) < 3.5 * found.standard_error);
         CHECK(found.standard_error < 0.02 * wanted);
     }
@@ -154,15 +155,15 @@ TEST_CASE("the reference does not depend on the number of threads") {
 }
 
 TEST_CASE("relative deviation is the standard deviation over the mean, averaged over bins") {
-    // Bin 0: 1, 2, 3: deviation 1, mean 2. Bin 1: no spread. Bin 2: always empty, left out.
+    // Bin 0: 1, 2, 3: deviation 1, mean 2. Bin 1: no spread. Bin 2: always empty, omitted.
     const std::vector<std::vector<double>> restarts{{1, 4, 0}, {2, 4, 0}, {3, 4, 0}};
     CHECK(relative_deviation(restarts, {0, 3}) == Approx(0.25).epsilon(1e-12));
     CHECK(relative_deviation(restarts, {0, 1}) == Approx(0.5).epsilon(1e-12));
 }
 
 TEST_CASE("direction deviation is the rms angle from the mean direction") {
-    // Two directions 30 degrees to either side of the x axis: each 30 degrees off, n - 1 = 1:
-    // 30 sqrt(2). Lengths do not matter where both are alike. Single precision inside.
+    // Two directions 30 degrees to either side of the x axis: each 30 degrees off, n - 1 = 1: 30
+    // sqrt(2). Lengths have no effect if both are equal. Single precision inside.
     const float c = std::cos(std::numbers::pi_v<float> / 6);
     const std::vector<std::vector<Vec3>> restarts{{2.0F * Vec3(c, 0.5F, 0)},
                                                   {2.0F * Vec3(c, -0.5F, 0)}};
@@ -172,8 +173,7 @@ TEST_CASE("direction deviation is the rms angle from the mean direction") {
 }
 
 TEST_CASE("the energy ratio is the mean over groups of the restarts' mean over the reference") {
-    // Two groups: twice the reference, and as much as it; the second is far weaker and counts
-    // alike.
+    // Two groups: twice the reference and equal to it; the second is far weaker and counts equally.
     std::vector<double> reference(10, 1.0);
     std::vector<double> low(10, 1.0);
     std::vector<double> high(10, 3.0);
@@ -215,7 +215,7 @@ TEST_CASE(
 }
 
 TEST_CASE("reference and estimators agree before image sources have been discovered") {
-    // A hall of small planes: of the sequences only those of order 1 are listed.
+    // A hall of small planes: only sequences of order 1 are all candidates.
     Scene scene = test::grey_room(test::bumpy_box(Vec3(12, 9, 5), 1, 0.005F), 0.1F, 0.1F,
                                   Vec3(3, 4, 1.5F), Vec3(9, 5, 1.2F));
     scene.simulation.specular_order = 3;
@@ -240,8 +240,8 @@ TEST_CASE("reference and estimators agree before image sources have been discove
                 }));
             CAPTURE(estimator_name(estimator), frames, e.mean / wanted.mean,
                     e.standard_error / wanted.mean, wanted.standard_error / wanted.mean);
-            // 3 %: sequences that are met the sooner, the likelier they are valid, and spheres of
-            // 0.5 m. Without image sources in both the ratio is 1.47 after the first frame.
+            // 3 %: more probable sequences are discovered earlier, and spheres of 0.5 m. Without
+            // image sources in both the ratio is 1.47 after the first frame.
             CHECK(std::abs(e.mean - wanted.mean) <
                   test::kFamilyZ * std::hypot(e.standard_error, wanted.standard_error) +
                       0.03 * wanted.mean);
@@ -327,7 +327,7 @@ TEST_CASE("the uniform convolver gives the sum over all inputs from the first sa
 TEST_CASE("The worst block is the one that is slow in most rounds, not one that was slow once") {
     BlockTimes times(4);
     times.add({1, 2, 1, 1});
-    times.add({1, 2, 20, 1});  // something else came between
+    times.add({1, 2, 20, 1});  // another process interfered
     times.add({3, 6, 3, 3});   // the whole machine was slower
     CHECK(times.mean_us() == 1.25);
     CHECK(times.worst_over_mean() == Approx(2 / 1.25));

@@ -8,7 +8,7 @@
 
 using namespace aula;
 
-/// The input holds the arguments, one a line.
+/// The input contains the arguments, one per line.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     std::vector<std::string> lines{"aula"};
     std::string line;

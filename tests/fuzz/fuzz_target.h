@@ -21,13 +21,13 @@ inline const TemporaryFolder& fuzz_folder() {
     return folder;
 }
 
-/// The input as a file of that name in fuzz_folder(), for readers that take files.
+/// The input as a file of that name in fuzz_folder(), for readers of files.
 inline std::filesystem::path input_file(const char* name, const std::uint8_t* data,
                                         std::size_t size) {
     return fuzz_folder().write(name, std::string(reinterpret_cast<const char*>(data), size));
 }
 
-/// Ends the program where a claim about any input does not hold.
+/// Ends the program if a condition that must hold for any input is false.
 inline void expect(bool holds, const char* claim) {
     if (holds) return;
     std::fprintf(stderr, "does not hold: %s\n", claim);

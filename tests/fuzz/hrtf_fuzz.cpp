@@ -7,7 +7,7 @@ using namespace aula;
 
 namespace {
 
-/// Takes values off the input; zeros follow its end.
+/// Reads values from the input; zeros follow its end.
 class Values {
  public:
     Values(const std::uint8_t* data, std::size_t size) : data_(data), size_(size) {}
@@ -17,7 +17,7 @@ class Values {
         take(&x, 1);
         return x;
     }
-    /// Every bit pattern, or, so that inputs get past the checks, a small number.
+    /// Any bit pattern, or a small number, so that inputs pass the checks.
     float number(bool any) {
         float x = 0;
         if (!any) return static_cast<float>(byte()) / 16 - 8;
@@ -39,7 +39,7 @@ class Values {
 
 }  // namespace
 
-/// The input holds what a SOFA file has measured.
+/// The input contains the measurements of a SOFA file.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     Values values(data, size);
     const std::uint8_t any = values.byte();

@@ -10,8 +10,7 @@
 
 namespace aula::test {
 
-/// Makes an HRTF from any measurements or file: what is made can be heard, what is refused gets one
-/// line.
+/// Makes an HRTF from any measurements or file. It must be usable, or be refused with one line.
 template <class Input>
 int make_any_hrtf(const Input& input) {
     try {

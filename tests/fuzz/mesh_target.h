@@ -9,7 +9,7 @@
 
 namespace aula::test {
 
-/// Reads a mesh from any bytes: what is read can be used, what is refused gets one line.
+/// Reads a mesh from any bytes. It must be usable, or be refused with one line.
 template <class Read>
 int read_any_mesh(const std::uint8_t* data, std::size_t size, const Read& read) {
     try {

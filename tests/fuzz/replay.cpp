@@ -1,4 +1,4 @@
-// Reads each file of the folders given once, in the order of their names.
+// Reads each file of the given folders once, in the order of their names.
 
 #include <algorithm>
 #include <cstdint>
@@ -17,7 +17,7 @@ int main(int argc, char** argv) {
             files.push_back(entry.path());
     std::sort(files.begin(), files.end());
     for (const std::filesystem::path& file : files) {
-        // Which file it was, should it be the last.
+        // Name of the file, in case it ends the program.
         std::fprintf(stderr, "%s\n", file.c_str());
         std::ifstream stream(file, std::ios::binary);
         const std::vector<char> bytes{std::istreambuf_iterator<char>(stream), {}};

@@ -11,7 +11,7 @@ using namespace aula;
 
 namespace {
 
-/// Whether a text in there could name a file outside the folder, or a device in it.
+/// Whether a text in the input could name a file outside the folder, or a device.
 bool names_other_folder(const JsonValue& json) {
     if (const auto* text = std::get_if<std::string>(&json.value))
         return text->find('/') != std::string::npos || text->starts_with("..");
@@ -26,7 +26,7 @@ bool names_other_folder(const JsonValue& json) {
 
 }  // namespace
 
-/// What scenes may refer to lies beside them: room.obj and voice.wav.
+/// Scenes may refer to room.obj and voice.wav in their folder.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     [[maybe_unused]] static const bool written = [] {
         test::fuzz_folder().write("room.obj",
@@ -40,7 +40,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         if (names_other_folder(parse_json(text, "scene.json"))) return 0;
         const LoadedScene loaded = load_scene(test::input_file("scene.json", data, size));
         for (const std::string& warning : loaded.warnings) test::expect_one_line(warning);
-        // What is saved can be loaded.
+        // A saved scene can be loaded.
         const auto folder = test::fuzz_folder().path();
         const std::string saved = edited_scene_text(loaded, loaded.scene, folder, folder);
         load_scene(test::fuzz_folder().write("saved.json", saved));

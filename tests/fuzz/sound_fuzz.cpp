@@ -9,7 +9,7 @@
 using namespace aula;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    // Whatever prints on standard output writes to this file.
+    // Output to standard output goes to this file.
     [[maybe_unused]] static const auto* const printed =
         std::freopen((test::fuzz_folder().path() / "stdout").c_str(), "w", stdout);
     const auto file = test::input_file("sound", data, size);

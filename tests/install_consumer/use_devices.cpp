@@ -1,4 +1,4 @@
-// Plays silence for a moment on the device that discards it.
+// Plays silence for a short time on the silent device.
 #include <aula/devices/device.h>
 
 #include <algorithm>

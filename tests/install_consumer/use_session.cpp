@@ -1,4 +1,4 @@
-// A block of a room with a source: use_session SCENE
+// Renders a block of a room with a source: use_session SCENE
 #include <aula/auralizer.h>
 #include <aula/engine/scene_file.h>
 

@@ -11,7 +11,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A part of the project and its folders: each may include those before it. "" is the part's root.
+/// A part of the project and its folders, each of which may include earlier ones. "" is the part's
+/// root.
 struct Part {
     std::string_view root;
     std::vector<std::string_view> folders;
@@ -124,7 +125,7 @@ TEST_CASE("a folder includes only earlier folders of its part and parts that it 
                     included == "aula/exception.h" ||
                     std::any_of(part.may_include.begin(), part.may_include.end(),
                                 [&](std::string_view other) { return lies_in(target, other); });
-                // Headers of other projects in quotes would need a reason of their own.
+                // Headers of other projects must not be included in quotes.
                 CHECK(allowed);
             }
         }

@@ -36,7 +36,7 @@ std::vector<float> rendered(const Scene& scene) {
     return read_sound(file, 48000).samples;
 }
 
-/// A small room of which only the reverberation is heard, with two sources in opposite corners.
+/// A small room with reverberation only and two sources in opposite corners.
 Scene reverberant_room() {
     Scene scene = test::small_room();
     scene.simulation.direct = false;
@@ -105,7 +105,7 @@ TEST_CASE("A pose takes effect at the first sample at or after its frame's time"
     REQUIRE(stepping.size() == 48000);
     const auto differ = std::mismatch(standing.begin(), standing.end(), stepping.begin()).first;
     const auto first = static_cast<std::size_t>(differ - standing.begin());
-    // 15/30 s is sample 24000. The first weights of a fade may round to nothing.
+    // 15/30 s is sample 24000. The first weights of a fade may round to zero.
     REQUIRE(first >= 24000);
     REQUIRE(first < 24000 + 4);
 }
@@ -142,7 +142,7 @@ TEST_CASE("A listener at twice the distance hears half the pressure, later") {
 }
 
 TEST_CASE("A rendering ends for any number of frames that the renderer holds") {
-    // Frames that come faster than the long levels of the convolver go over to them.
+    // Frames at a higher rate than the long levels of the convolver can exchange filters.
     Scene scene = test::small_room();
     scene.sources.push_back(scene.sources[0]);
     scene.sources[1].name = "other";
@@ -194,10 +194,10 @@ TEST_CASE("The reverberations of two sources in opposite corners are uncorrelate
     CHECK(std::abs(correlation(left, right)) < 0.1);
     std::vector<float> both(left.size());
     for (std::size_t n = 0; n < left.size(); ++n) both[n] = left[n] + right[n];
-    // By 3 dB: 10 lg(1 + 0.1) is what the correlation leaves open.
+    // By 3 dB: 10 lg(1 + 0.1) is the uncertainty by the correlation.
     const double apart = product(left, left) + product(right, right);
     CHECK(10 * std::log10(product(both, both) / apart) == Approx(0).margin(0.42));
-    // The companion: of one name they agree, but for their energies.
+    // Companion: with equal names they agree except for their energies.
     Scene same = scene;
     same.sources[1].name = "left";
     same.sources[0].name = "another";
@@ -211,8 +211,8 @@ TEST_CASE("A source has the same response alone and among others, measured and r
     Scene alone = scene;
     alone.sources.erase(alone.sources.begin());
     const auto reference = measured(scene, "right");
-    // The energies of 150 rays a frame stray by a few per cent a bin, and so does the noise that
-    // they shape: that leaves more than 0.95 of the correlation, other carriers less than 0.1.
+    // The energies of 150 rays per frame deviate by a few per cent per bin, and so does the shaped
+    // noise: the correlation remains above 0.95, with other carriers it is below 0.1.
     for (const Scene& other : {reversed, alone})
         CHECK(correlation(measured(other, "right"), reference) > 0.95);
     for (Scene other : {scene, reversed, alone}) {
@@ -250,8 +250,8 @@ TEST_CASE("Along a walk the tail of a 1 kHz tone varies less than in a diffuse f
         builder.build(propagation.response(0), response);
         walk_db.push_back(tail_level_db(response, 1000));
     }
-    // A diffuse field's level is that of an exponentially distributed energy. So is that of noises
-    // that know nothing of each other.
+    // The energy of a tone in a diffuse field is exponentially distributed, and so is that of
+    // independent noises.
     const double diffuse_db = 10 / std::log(10.0) * std::numbers::pi / std::sqrt(6.0);
     std::vector<double> independent_db;
     for (int name = 0; name < 2 * kPlaces; ++name) {
@@ -266,7 +266,7 @@ TEST_CASE("Along a walk the tail of a 1 kHz tone varies less than in a diffuse f
         "%d independent noises, and by %.2f dB in a diffuse field\n",
         walk, independent, 2 * kPlaces, diffuse_db);
     CHECK(walk < diffuse_db / 2);
-    // Statistical: the logarithm of an exponential variable has a kurtosis of 5.4; of 120 values
-    // the standard deviation is known to 9.6 %. 3 of these.
+    // Statistical: the logarithm of an exponential variable has a kurtosis of 5.4; the standard
+    // deviation of 120 values is known to 9.6 %. 3 of these.
     CHECK(independent == Approx(diffuse_db).epsilon(0.3));
 }

@@ -16,7 +16,7 @@
 #include "aula/engine/scene_file.h"
 #include "tests/support/temporary_folder.h"
 
-// How the scenes that ship with Aula sound.
+// Level and duration of the sound of the shipped scenes.
 
 using namespace aula;
 using namespace aula::test;
@@ -34,9 +34,9 @@ std::vector<fs::path> shipped_rooms() {
     return files;
 }
 
-/// The longest reverberation time of any octave and source at the walk's beginning.
+/// The longest reverberation time of any octave and source at the start of the walk.
 double longest_t30_s(Scene scene) {
-    // Of 20 frames T30 is known to a few percent.
+    // T30 of 20 frames is known to a few per cent.
     constexpr int kFrames = 20;
     constexpr float kLong_s = 6;
     scene.simulation.ir_length_s = kLong_s;
@@ -68,9 +68,9 @@ struct Heard {
     float peak;
 };
 
-/// The walk as it is rendered to a file for the ears.
+/// The binaural rendering of the walk.
 Heard heard(Scene scene, const fs::path& file) {
-    // Fewer rays and frames than the scene's own: noisier, but as loud within 0.5 LU.
+    // Fewer rays and frames than in the scene: noisier, but equally loud within 0.5 LU.
     scene.simulation.rays = 100;
     scene.simulation.frame_rate_hz = 6;
     REQUIRE(render_offline(scene, {}, file));
@@ -99,7 +99,7 @@ TEST_CASE("Every shipped room's response is as long as its reverberation") {
     for (const fs::path& file : shipped_rooms()) {
         INFO(file);
         const Scene scene = load_scene(file).scene;
-        // Where the scene says nothing the room decides, and is tested elsewhere.
+        // Lengths that follow from the room are tested elsewhere.
         if (!scene.simulation.ir_length_s) continue;
         CHECK(longest_t30_s(scene) < static_cast<double>(*scene.simulation.ir_length_s));
     }
@@ -110,8 +110,8 @@ TEST_CASE("The shipped scenes are equally loud and do not clip") {
     for (const fs::path& file : shipped_rooms()) {
         const Heard walk = heard(load_scene(file).scene, folder.path() / "out.wav");
         INFO(file << ": " << walk.loudness_lufs << " LUFS, peak " << walk.peak);
-        // -23 LUFS within 1.5: a pair of scenes differs by 3 at most, by less than 1 as rendered
-        // with their own settings.
+        // -23 LUFS within 1.5: a pair of scenes differs by at most 3, and by less than 1 with the
+        // scenes' settings.
         CHECK(walk.loudness_lufs == Approx(-23).margin(1.5));
         CHECK(walk.peak < 1);
     }
@@ -128,7 +128,7 @@ TEST_CASE("No shipped walk ends within a sound or at the start of a repetition")
             const double length_s = static_cast<double>(samples.size()) / kRate_hz;
             for (double s = 0; s + 0.05 < length_s; s += 0.05)
                 loudest_db = std::max(loudest_db, level_db(samples, s, s + 0.05));
-            // Sources are faded out in Timeline::kFade_s from the walk's end.
+            // Sources are faded out in Timeline::kFade_s from the end of the walk on.
             CHECK(level_db(samples, end_s - 0.05, end_s + Timeline::kFade_s) < loudest_db - 30);
         }
     }

@@ -43,7 +43,7 @@ TEST_CASE("A tone has no clicks while the listener walks and turns") {
         CHECK(share < 1e-6);
     }
 
-    // The companion: a bump of a millisecond, a tenth of the tone high, is found.
+    // Companion: a bump of a millisecond, a tenth of the tone high, is detected.
     auto clicking = tone();
     for (std::size_t i = 24000; i < 24048; ++i) clicking[i] += 0.01F;
     CHECK(share_off_tone(tone()) < 1e-6);

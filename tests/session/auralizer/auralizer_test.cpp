@@ -31,7 +31,7 @@ AuralizerOptions mono(RenderClock clock = RenderClock::exact) {
     return options;
 }
 
-/// The small room without its source, with a movable panel before the listener.
+/// The small room without its source, with a movable panel in front of the listener.
 Scene room_with_panel() {
     Scene scene = test::small_room();
     scene.simulation.rays = 100;
@@ -71,8 +71,8 @@ float noise_at(std::int64_t n) {
 
 using Signal = std::function<float(std::int64_t)>;
 
-/// Renders with calls of the given sizes, over and over, every source playing the signal;
-/// `before(position)` is called before each call. The channels, one after another.
+/// Renders with calls of the given sizes, repeated; every source plays the signal. Calls
+/// `before(position)` before each call. Returns the channels, one after the other.
 std::vector<float> rendered(Auralizer& auralizer, std::int64_t length,
                             const std::vector<int>& sizes, const Signal& signal,
                             const std::function<void(std::int64_t)>& before = {},
@@ -123,7 +123,7 @@ std::vector<float> render_with_changes(const std::vector<int>& sizes, int thread
     return rendered(auralizer, 12000, sizes, noise_at);
 }
 
-/// How many samples from the start on are the same.
+/// Number of equal samples from the start.
 std::int64_t same_until(const std::vector<float>& a, const std::vector<float>& b) {
     return std::mismatch(a.begin(), a.end(), b.begin()).first - a.begin();
 }
@@ -147,7 +147,7 @@ TEST_CASE("On the exact clock any blocks and any number of threads give the same
         CHECK((render_with_changes(sizes, 1, output) == reference));
     }
     CHECK((render_with_changes({256}, 3, output) == reference));
-    // Nor does it matter how the thread that calls computes.
+    // The result is also independent of the caller's floating-point mode.
     const FlushDenormals flush;
     CHECK((render_with_changes({256}, 1, output) == reference));
 }
@@ -228,8 +228,8 @@ TEST_CASE(
           Approx(4800).margin(2));
     CHECK(differs([](Auralizer& a, SourceId s) { a.set_gain(s, -6, 3201); }) ==
           Approx(4800).margin(2));
-    // The fade's first weights are 6e-6 of a sample: some rounding; and the sound takes 140 samples
-    // to come.
+    // The fade's first weights are 6e-6 of a sample: rounding; and the sound is delayed by 140
+    // samples.
     CHECK(differs([](Auralizer& a, SourceId s) { a.remove_source(s, 3333); }) ==
           Approx(3333 + 140).margin(20));
     CHECK(differs([](Auralizer& a, SourceId) {
@@ -277,7 +277,7 @@ TEST_CASE("A tone has no clicks while everything changes") {
     INFO(what << ", off the tone: " << 10 * std::log10(share) << " dB");
     // The requirement is -60 dB; an abrupt begin is at -36 dB.
     CHECK(share < 1e-6);
-    // The companion: what is cut off in the middle is found.
+    // Companion: a signal that is cut off in the middle is detected.
     auto cut = heard;
     std::fill(cut.begin() + 24000, cut.end(), 0.0F);
     CHECK(share_off_tone(cut) > 1e-5);
@@ -339,7 +339,7 @@ TEST_CASE("The output for an impulse is the impulse response of the source") {
     Auralizer auralizer(scene, options);
     const SourceId source = auralizer.add_source({.position = {1, 1, 1}, .gain_db = -6}, 0);
     CHECK(auralizer.impulse_response(source).empty());
-    // One frame only, so that it holds for all that is heard.
+    // One frame only, so that it applies to the whole output.
     const auto heard =
         rendered(auralizer, 1536, {256}, [](std::int64_t n) { return n == 0 ? 1.0F : 0.0F; });
     const auto response = auralizer.impulse_response(source);
@@ -437,7 +437,7 @@ TEST_CASE(
         if (!auralizer.visible(source)) frames = seen;
         return auralizer.visible(source);
     }));
-    // One was being computed; the one after it has the source.
+    // One frame was being computed; the next one has the source.
     CHECK(frames <= added_at + 1);
     const auto heard = rendered(auralizer, 4800, {256}, noise_at);
     CHECK(std::any_of(heard.begin(), heard.end(), [](float x) { return std::abs(x) > 0.001F; }));
@@ -552,7 +552,7 @@ TEST_CASE("A material that changes during a pause is audible after it") {
     Material open;
     open.absorption = Bands::filled(0.99F);
     auralizer.set_material(0, open);
-    // Frames whose time passes during the pause take the change up.
+    // Frames whose time passes during the pause apply the change.
     const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(200);
     REQUIRE(play_until([&] { return std::chrono::steady_clock::now() > until; }));
     auralizer.resume();

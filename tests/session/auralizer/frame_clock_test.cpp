@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kFrame_s = 1.0 / 30;
 
-/// Time that passes as the test says, and the frames that are made in it.
+/// Simulated time, and the frames that are computed in it.
 struct Run {
     FrameClock::Clock::time_point start{};
     double now_s = 0;
@@ -26,7 +26,8 @@ struct Run {
         now_s = std::max(now_s, std::chrono::duration<double>(time - start).count());
     }
 
-    /// Frames that take `cost_s` until a time; `played` gives the sound that was played by then.
+    /// Frames that take `cost_s` until a time; `played` gives the duration of the sound played
+    /// until a time.
     void until(double end_s, double cost_s, const std::function<double(double)>& played) {
         while (now_s < end_s) {
             clock.next(kFrame_s);
@@ -50,11 +51,11 @@ TEST_CASE("frames follow the playback time of a device with a different clock") 
         return std::floor(1.001 * now_s * 48000 / 256) * 256 / 48000;
     };
     run.until(60, 0.005, played);
-    // Behind by 50 frames of what a frame drifts, 1.7 ms, and by half a block, 2.7 ms.
+    // Behind by the drift of 50 frames, 1.7 ms, and by half a block, 2.7 ms.
     CHECK(std::abs(run.clock.time_s() - 1.001 * run.now_s) < kFrame_s + 0.006);
     CHECK(run.frames == Approx(60 * 1.001 / kFrame_s).margin(2));
     CHECK(run.missed == 0);
-    // Companion: a clock that follows its own time alone is 60 ms behind.
+    // Companion: a clock that does not follow the playback is 60 ms behind.
     Run deaf;
     deaf.until(60, 0.005, [](double now_s) { return now_s; });
     CHECK(std::abs(deaf.clock.time_s() - 1.001 * deaf.now_s) > kFrame_s + 0.006);
@@ -65,7 +66,7 @@ TEST_CASE("a frame starts as late as allows it to end two milliseconds before it
     run.until(2, 0.020, [](double now_s) { return now_s; });
     const auto spare = std::chrono::duration<double>(run.clock.end() - run.clock.begin()).count();
     CHECK(spare == Approx(0.022).margin(1e-6));
-    // One that took long is remembered for a second.
+    // A frame that took long is remembered for a second.
     run.clock.took(0.030);
     for (int i = 0; i < 29; ++i) run.clock.took(0.010);
     CHECK(std::chrono::duration<double>(run.clock.end() - run.clock.begin()).count() ==

@@ -42,7 +42,7 @@ TEST_CASE("Changing the material of a surface does not modify the original scene
     CHECK(material_of(edited, 2).name == "wall");
     CHECK(material_of(scene, 0).name == "wall");
     CHECK(edited.materials.size() == 2);
-    // The same again adds nothing; another of the same name does not change the first.
+    // An equal material adds nothing; another one of the same name does not change the first.
     CHECK(with_material(edited, {2}, curtain).materials.size() == 2);
     const Material other{"curtain", Bands::filled(0.2F), Bands::filled(0.4F)};
     const Scene twice = with_material(edited, {2}, other);

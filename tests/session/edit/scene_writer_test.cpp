@@ -84,7 +84,7 @@ void check_same_scenes(const Scene& a, const Scene& b) {
     CHECK(a.medium.air_absorption == b.medium.air_absorption);
 }
 
-/// A scene file with one of everything, in a separate folder.
+/// A scene file with all kinds of content, in a separate folder.
 class Written {
  public:
     explicit Written(const std::string& text) : file_(folder_.path() / "in" / "scene.json") {
@@ -97,7 +97,7 @@ class Written {
     const LoadedScene& read() const { return read_; }
     fs::path folder() const { return file_.parent_path(); }
 
-    /// The edited scene as a file of another folder says it.
+    /// The edited scene, read from a file in another folder.
     Scene saved(const Scene& edited) const {
         const fs::path file = folder_.path() / "out" / "deeper" / "saved.json";
         write_edited_scene(read_, edited, file_, file);
@@ -146,7 +146,7 @@ TEST_CASE("Every shipped scene saved to another folder has the same content") {
         const LoadedScene again = load_scene(saved);
         CHECK(again.warnings.empty());
         check_same_scenes(again.scene, read.scene);
-        // In its own folder nothing differs but comments and white space.
+        // In the original folder nothing differs but comments and white space.
         CHECK(json_text(parse_json(
                   edited_scene_text(read, read.scene, file.parent_path(), file.parent_path()),
                   "saved")) == json_text(*read.json));
@@ -168,7 +168,7 @@ TEST_CASE(
         const LoadedScene again = load_scene(saved);
         check_same_scenes(again.scene, edited);
         CHECK(materials_of(edited) != materials_of(read.scene));
-        // Meshes stay files, faces stay as they are.
+        // Meshes remain files, faces are unchanged.
         const bool has_mesh = text_of(file).find("\"file\"") != std::string::npos;
         CHECK((text_of(saved).find("\"file\"") != std::string::npos) == has_mesh);
     }
@@ -201,7 +201,7 @@ TEST_CASE("A saved scene has all changes: positions, gains, loops, settings") {
     edited.listener.path.reset();
     edited.listener.pose.position.x = 1.1F;
     check_same_scenes(scene.saved(edited), edited);
-    // Degrees and back: three roundings.
+    // Conversion to degrees and back: three roundings.
     edited.listener.pose.yaw_rad = 1.25F;
     CHECK(scene.saved(edited).listener.pose.yaw_rad == Approx(1.25).epsilon(1e-6));
 }
@@ -224,7 +224,7 @@ TEST_CASE("New materials of surfaces are saved with their values if the library'
     const std::string text = scene.text(edited);
     CHECK(text.find("\"curtain 2\": {") != std::string::npos);
     CHECK(text.find("\"glass\": {") == std::string::npos);
-    // All of the screen is glass: its own key says so.
+    // The whole screen is glass: the key `material` is changed.
     CHECK(text.find("\"faces\": [[0, 1, 2, 3]],\n      \"material\": \"glass\"") !=
           std::string::npos);
 }
@@ -252,7 +252,7 @@ TEST_CASE("A sound file named like a built-in signal remains a file in another f
     const LoadedScene read = load_scene(file);
     write_edited_scene(read, read.scene, file, folder.path() / "out" / "saved.json");
     check_same_scenes(load_scene(folder.path() / "out" / "saved.json").scene, read.scene);
-    // And through a link to the folder: ".." is that of the folder itself.
+    // Also through a link to the folder: ".." is the parent of the target.
     fs::create_directories(folder.path() / "far" / "away");
     fs::create_directory_symlink(folder.path() / "out", folder.path() / "far" / "away" / "link");
     write_edited_scene(read, read.scene, file,

@@ -11,7 +11,7 @@ using namespace aula::test;
 
 namespace {
 
-/// Energy of what is heard of a noise in a room for a second.
+/// Energy of one second of noise in a room.
 double energy(const PlayControls& controls) {
     Scene scene = small_room();
     scene.simulation.rays = 200;
@@ -53,7 +53,7 @@ TEST_CASE("Parts of the sound can be omitted, and a source attenuated or moved")
     controls.sources[0].gain_db = -20;
     CHECK(energy(controls) == Approx(all / 100).epsilon(1e-4));  // rounding
     controls.sources[0] = {};
-    controls.sources[0].position = Vec3(3.6F, 2.8F, 1.2F);  // at the listener's ear
+    controls.sources[0].position = Vec3(3.6F, 2.8F, 1.2F);  // close to the listener's ear
     CHECK(energy(controls) > 4 * all);
 }
 
@@ -77,10 +77,10 @@ TEST_CASE("Two callers that change different controls do not undo each other's c
     PlayControls known;
     known.sources.resize(1);
     known.listener = Pose{};
-    PlayControls now = known;  // one has moved the listener and a source since
+    PlayControls now = known;  // one caller has moved the listener and a source
     now.listener->position = Vec3(1, 2, 3);
     now.sources[0].position = Vec3(4, 5, 6);
-    PlayControls wanted = known;  // the other mutes that source, and changes the rays
+    PlayControls wanted = known;  // the other mutes that source and changes the rays
     wanted.sources[0].muted = true;
     wanted.rays = 500;
     wanted.direct = false;

@@ -71,7 +71,7 @@ TEST_CASE("Noise is white at -20 dBFS") {
     REQUIRE(sum / n == Approx(0).margin(4 * 0.1 / std::sqrt(n)));
     REQUIRE(squares / n == Approx(0.01).margin(4 * 0.01 * std::sqrt(0.8 / n)));
     REQUIRE(neighbours / n == Approx(0).margin(4 * 0.01 / std::sqrt(n)));
-    // The companion: a level 0.1 dB higher is told apart.
+    // Companion: a level 0.1 dB higher is detected.
     REQUIRE(squares / n * 1.0233 != Approx(0.01).margin(4 * 0.01 * std::sqrt(0.8 / n)));
 }
 

@@ -83,6 +83,6 @@ TEST_CASE("Poses that arrive more often than frames are all followed") {
     const auto half_way = motion.advance(1);
     REQUIRE(static_cast<double>(in_head(half_way, {1, 0, 0})[1]) ==
             Approx(-std::sin(0.5 + 1.0 / 400)).margin(10 * kRounding));
-    // There after the 400 samples that have passed between the two poses, not after a frame.
+    // Complete after the 400 samples between the two poses, not after a frame.
     REQUIRE(motion.advance(199) == head_rotation(looking(1)));
 }

@@ -13,7 +13,7 @@ using namespace aula;
 
 constexpr double kRate_hz = 48000;
 constexpr double kResponse_s = 1.5;
-/// The response and the fade of what would go on.
+/// The response, and the fade of endless signals.
 constexpr double kTail_s = kResponse_s + Timeline::kFade_s;
 
 Trajectory walk(double duration_s, bool loop) {
@@ -82,7 +82,7 @@ TEST_CASE("A given duration is exact") {
 TEST_CASE("The tail lasts until sound from far away has arrived") {
     Scene scene = scene_with(Source::Signal::impulse, false);
     scene.sources[0].position = {3432, 0, 0};
-    // 10 s at 343.2 m/s, and not much more.
+    // 10 s at 343.2 m/s, and slightly more.
     REQUIRE(offline(scene).end_s > 10);
     REQUIRE(offline(scene).end_s < 10.2);
 }
@@ -129,7 +129,7 @@ TEST_CASE("The longest path of listener, sources and objects counts") {
             CAPTURE(turn, loop);
             REQUIRE(offline(scene).end_s == Approx(loop ? 8 : 8 + kTail_s));
             REQUIRE(live(scene).end_s == (loop ? Timeline{}.end_s : offline(scene).end_s));
-            // Neither the first nor the last of sources and objects is left out.
+            // The first and the last of sources and objects count as well.
             std::swap(scene.sources[0].path, scene.sources[1].path);
             std::swap(scene.objects[0].path, scene.objects[1].path);
             REQUIRE(offline(scene).end_s == Approx(loop ? 8 : 8 + kTail_s));
@@ -157,10 +157,10 @@ TEST_CASE("A walk and a signal play at the same time, and the longer one ends th
         REQUIRE(ends(finite, plays) == Approx(3 + kTail_s));
         scene.listener.path = walk(0.75, false);
         REQUIRE(ends(finite, plays) == Approx(1.25 + kTail_s));
-        // What goes on by itself is faded out at the walk's end.
+        // An endless signal is faded out at the end of the walk.
         REQUIRE(ends({signal(0.5, true), signal(0.25, false)}, plays) == Approx(0.75 + kTail_s));
     }
-    // One round of what only repeats is the longest one's.
+    // With loops only, one cycle is that of the longest loop.
     scene.listener.path = walk(0.5, true);
     REQUIRE(ends({signal(0.25, true), signal(0.75, true), signal(0.5, true)}, false) == 0.75);
     scene.listener.path = walk(2, true);
@@ -176,11 +176,11 @@ TEST_CASE("The tail lasts until sound from the final positions has arrived") {
             Scene scene = scene_with(Source::Signal::noise, false);
             Trajectory path;
             path.points = {{0, away ? Pose{} : far}, {8, away ? far : Pose{}}};
-            // Near each other all the time.
+            // At a small distance all the time.
             scene.sources.resize(3, scene.sources[0]);
             (listener_walks ? scene.listener.path : scene.sources[1].path) = path;
             CAPTURE(listener_walks, away);
-            // A twentieth of a second for what filters add, and a fade.
+            // A twentieth of a second for the filters, and a fade.
             const double wait_s = away ? 10.05 + Timeline::kFade_s : kTail_s;
             REQUIRE(offline(scene).end_s == Approx(8 + wait_s).margin(1e-3));
         }

@@ -48,7 +48,7 @@ TEST_CASE("Recorded and lost samples of a recording sum to all output samples") 
     const TemporaryFolder folder;
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
     Monitor monitor(mixer, kRate_hz);
-    // Faster than it is read, where the machine is not very slow.
+    // Faster than it is read, unless the machine is very slow.
     constexpr int kBlocks = 4000;
     take(mixer, kBlocks, [&](int block) {
         if (block == 0) monitor.record(folder.path() / "heard.wav");

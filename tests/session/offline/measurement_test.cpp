@@ -42,7 +42,7 @@ double level_db(const EnergyResponse& response, std::size_t band) {
     return 10 * std::log10(response.total(band));
 }
 
-/// The responses that propagation publishes in so many frames: the mean of all, and the last.
+/// The responses of that many frames of the propagation: their mean, and the last one.
 struct Published {
     std::vector<double> mean, last;  // [ms] of one band
 };
@@ -123,7 +123,7 @@ TEST_CASE("N frames give the better of the last response and the mean, by estima
         CHECK(measurement->frames == best.frames);
         // Rounding of single precision: the mean is rounded once, each response a few times.
         CHECK(difference(measurement->responses[0], best.last ? p.last : p.mean) < 1e-5);
-        // Companion: the other of the two is something else.
+        // Companion: the other one of the two differs.
         CHECK(difference(measurement->responses[0], best.last ? p.mean : p.last) > 1e-3);
     }
 }
@@ -145,7 +145,7 @@ TEST_CASE("The last response of patch is less noisy than the mean of the same fr
         mean[1] += of_mean * of_mean / kRuns;
     }
     // Statistical: the rays are 75 % effective against 30 %, so that the variances are as 1 to 2.5.
-    // Both are of the same rays; F(23, 23) of independent ones would exceed 2.5 in 2 % of cases.
+    // Both use the same rays; F(23, 23) of independent ones would exceed 2.5 in 2 % of cases.
     CHECK(last[1] - last[0] * last[0] < (mean[1] - mean[0] * mean[0]) / 1.3);
 }
 
@@ -169,7 +169,7 @@ TEST_CASE("Without N the errors are within their limits for any seed") {
         CHECK(*a[band].t30_s == Approx(*b[band].t30_s).epsilon(0.057));
         CHECK(*a[band].edt_s == Approx(*b[band].edt_s).epsilon(0.057));
     }
-    // The companion: walls that absorb a sixth less are told apart by each of them.
+    // Companion: each of them detects walls that absorb a sixth less.
     scene.materials[0].absorption = Bands::filled(0.25F);
     const auto louder = measure(scene, {});
     const RoomParameters c = room_parameters(louder->responses[0]);
@@ -192,7 +192,7 @@ TEST_CASE("A measurement that ends after 2000 frames names the parameters outsid
         measurement->warnings[0],
         Catch::Matchers::StartsWith("source \"source\": standard errors after 2000 frames: ") &&
             Catch::Matchers::Contains("EDT") && Catch::Matchers::Contains("(at most 1 %)"));
-    // Companion: of frames that were asked for no errors are known.
+    // Companion: for a given number of frames no errors are known.
     CHECK(measure(scene, 20)->warnings.empty());
 }
 
@@ -257,7 +257,8 @@ TEST_CASE("Standard errors of the mean's parameters are those of repeated means"
     }
     for (int i = 0; i < 4; ++i) {
         INFO("parameter " << i);
-        // Statistical: of 60 means the spread is known to 1 / sqrt(2 * 59) = 9 %; four of these.
+        // Statistical: the standard deviation of 60 means is known to 1 / sqrt(2 * 59) = 9 %; four
+        // of these.
         CHECK(estimated[i] == Approx(std::sqrt(squares[i] - sum[i] * sum[i])).epsilon(0.37));
     }
     // Analytic: the level's error of 50 windows with 14 % each (level and time) is 0.088 dB.
@@ -291,7 +292,8 @@ TEST_CASE("Sound from the left is positive in Y, zero in X, and louder in the le
     for (std::size_t ear = 0; ear < 2; ++ear)
         for (const float x : ears[ear])
             energy[ear] += static_cast<double>(x) * static_cast<double>(x);
-    // A head shades the far ear by some 10 dB over the whole spectrum; 6 dB is clear of it.
+    // The head attenuates sound at the far ear by some 10 dB over the whole spectrum; 6 dB is well
+    // below.
     CHECK(energy[0] > 4 * energy[1]);
 }
 
@@ -327,10 +329,10 @@ TEST_CASE("The impulse response has the decay times of the report") {
         }
         INFO(centre_hz << " Hz: " << heard_s << " s heard, " << reported_s << " s reported");
         // Statistical: a decay of T = 0.9 s of noise of bandwidth B has a T30 with the relative
-        // standard error of about 0.6 / sqrt(B T), 2.4 % at 1 kHz, half of that for four seeds;
-        // 5 % is four of these, and a listener's just noticeable difference.
+        // standard error of about 0.6 / sqrt(B T), 2.4 % at 1 kHz, half of that for four seeds; 5 %
+        // is four of these, and the just noticeable difference.
         CHECK(heard_s == Approx(reported_s).epsilon(0.05));
-        // The companion: walls that absorb a tenth more are told apart.
+        // Companion: walls that absorb a tenth more are detected.
         CHECK(heard_s != Approx(reported_s / 1.1).epsilon(0.05));
     }
 }

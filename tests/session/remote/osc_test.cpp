@@ -20,7 +20,7 @@ using namespace std::string_view_literals;
 
 namespace {
 
-/// An input on a free port, and what came.
+/// An input on a free port, and the messages that it received.
 class Input {
  public:
     std::vector<OscMessage> parse(std::string_view packet) {
@@ -88,7 +88,7 @@ TEST_CASE(
     REQUIRE(messages.size() == 3);
     CHECK(messages[1].address == "/aula/source/gain");
     std::string later = bundle({kGain});
-    later[8] = '\x7f';  // a date far ahead
+    later[8] = '\x7f';  // a date in the far future
     CHECK(parse(later).size() == 1);
 }
 
@@ -136,7 +136,7 @@ TEST_CASE("OSC is received from this machine only unless requested otherwise, on
                    reinterpret_cast<const sockaddr*>(&address), sizeof(address)) > 0);
     close(sender);
     CHECK(input.wait().size() == 1);
-    // The kernel's table says who is bound where, in hexadecimal digits: 127.0.0.1, a port.
+    // The kernel's table lists bound sockets in hexadecimal digits: 127.0.0.1, a port.
     std::ifstream table("/proc/net/udp");
     const std::string bound((std::istreambuf_iterator<char>(table)), {});
     std::array<char, 16> port{};
@@ -162,7 +162,7 @@ TEST_CASE("Arbitrary bytes are read without harm") {
         std::string packet = i % 2 == 0 ? bundle({kGain, kPosition}) : std::string(kPosition);
         for (int changes = 0; changes < 4; ++changes)
             packet[random() % packet.size()] = static_cast<char>(random() % 256);
-        // Half of them cut off, too.
+        // Half of them are truncated.
         const std::size_t size = i % 4 < 2 ? packet.size() : random() % (packet.size() + 1);
         taken += input.parse(std::string_view(packet).substr(0, size)).size();
     }
