@@ -18,7 +18,7 @@ namespace {
     throw InputError(option, "", "\"" + text + "\" is not usable; expected " + expected);
 }
 
-/// The whole text as a number in [least, most]. Throws InputError with what was expected.
+/// The whole text as a number in [min, max]. Throws InputError with the expected value.
 template <typename T>
 T read_number(const std::string& option, const std::string& text, T min, T max,
               const std::string& expected) {
@@ -88,7 +88,7 @@ std::string parse_message(const CLI::ParseError& error) {
 }
 
 /// The options of the program. CLI11 finds them on the command line. Their values are parsed here,
-/// so that each message says what was expected.
+/// so that each message contains what was expected.
 class Options {
  public:
     explicit Options(Arguments& arguments) : arguments_(arguments) {
@@ -153,7 +153,7 @@ class Options {
         });
     }
 
-    /// A number above 0, or from 0 where `zero` is allowed.
+    /// A number above 0, or at least 0 if `zero` is allowed.
     void real(const std::string& option, double max, const std::string& expected,
               std::function<void(double)> take, bool zero = false) {
         const double min = zero ? 0 : std::numeric_limits<float>::min();

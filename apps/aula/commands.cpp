@@ -38,7 +38,7 @@ struct Place {
     std::optional<double> time_s;  ///< on the path; empty at rest or at its start
 };
 
-/// Initial places of the listener, then of the sources.
+/// Initial positions of the listener, then of the sources.
 std::vector<Place> first_places(const Scene& scene) {
     std::vector<Place> places{{"the listener", scene.listener.pose_at(0).position, {}}};
     for (const Source& source : scene.sources)
@@ -46,7 +46,7 @@ std::vector<Place> first_places(const Scene& scene) {
     return places;
 }
 
-/// Adds places along a path, 0.5 m apart, or farther apart on paths longer than 128 m.
+/// Adds positions along a path, 0.5 m apart, or farther apart on paths longer than 128 m.
 void add_along(const std::string& name, const Trajectory& path, std::vector<Place>& places) {
     constexpr double kMaxPlaces = 256;
     double length_m = 0;
@@ -69,7 +69,7 @@ void add_along(const std::string& name, const Trajectory& path, std::vector<Plac
     }
 }
 
-/// The initial places and places along all paths.
+/// The initial positions and positions along all paths.
 std::vector<Place> all_places(const Scene& scene) {
     std::vector<Place> places = first_places(scene);
     if (scene.listener.path) add_along("the listener", *scene.listener.path, places);
@@ -84,7 +84,7 @@ std::vector<Vec3> positions(const std::vector<Place>& places) {
     return points;
 }
 
-/// Places outside and inside the room.
+/// Positions outside and inside the room.
 struct SortedPlaces {
     std::vector<Place> outside;
     std::vector<Vec3> inside;
@@ -335,14 +335,14 @@ void check_signals(const Scene& scene, const Arguments& arguments) {
     warn(warnings_of(signals), arguments.quiet);
 }
 
-/// Warns of the listener and the sources outside the room, once each.
+/// Warns of the listener and sources outside the room, once each.
 void check_places(const Scene& scene, const SortedPlaces& sorted, const Arguments& arguments) {
     const Bounds bounds = geometry_bounds(scene.objects);
     std::vector<std::string> reported;
     for (const Place& place : sorted.outside) {
         if (std::find(reported.begin(), reported.end(), place.name) != reported.end()) continue;
         reported.push_back(place.name);
-        // Reading the scene has warned of places outside the bounds.
+        // Reading the scene has warned of positions outside the bounds.
         if (!bounds.contains(place.position)) continue;
         const Vec3& p = place.position;
         warn({arguments.scene.string() + ": " + place.name + " is outside the room" +

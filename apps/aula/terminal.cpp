@@ -105,7 +105,7 @@ std::optional<Key> KeyInput::read(int timeout_ms) const {
     ssize_t count = ::read(STDIN_FILENO, bytes.data(), 1);
     if (count == 1 && bytes[0] == '\x1b' && poll(&input, 1, 0) > 0)
         count += std::max<ssize_t>(0, ::read(STDIN_FILENO, bytes.data() + 1, 2));
-    if (count <= 0) return Key::quit;  // the terminal is gone
+    if (count <= 0) return Key::quit;  // the terminal has been closed
     const std::string_view pressed(bytes.data(), static_cast<std::size_t>(count));
     if (pressed == "q" || pressed == "Q") return Key::quit;
     for (const auto& [sequence, key] : kSequences)

@@ -20,7 +20,7 @@ float after_press(float remaining, float step) {
     return std::clamp(remaining + step, -std::abs(step), std::abs(step));
 }
 
-/// Removes up to `most` from the remaining distance; returns the distance removed.
+/// Removes up to `max` from the remaining distance; returns the distance removed.
 float consume(float& remaining, float max) {
     const float moved = std::clamp(remaining, -max, max);
     remaining -= moved;

@@ -60,7 +60,7 @@ Subject load(const std::string& file, const Settings& settings) {
     return subject;
 }
 
-/// Measures, prints each table as soon as it is complete and keeps all of them.
+/// Measures, prints each table when it is complete, and stores all of them.
 class Bench {
  public:
     Bench(const Settings& settings, const std::string& command, ProgressLine& progress)
@@ -117,7 +117,7 @@ class Bench {
     std::vector<Row> rows_;
 };
 
-/// The command line as it was given, but for the program's folder.
+/// The command line without the program's folder.
 std::string command_line(int argc, char** argv) {
     std::string command = std::filesystem::path(argv[0]).filename();
     for (int i = 1; i < argc; ++i) command += std::string(" ") + argv[i];
@@ -150,7 +150,7 @@ int run(int argc, char** argv) {
     settings.progress = [&](const std::string& text) { progress.show(text); };
 
     aula::bench::ConvolutionSweep convolution_sweep;
-    // First, because options take effect in this order: sizes that are given override these.
+    // First, because options take effect in this order: given sizes override these.
     app.add_flag_callback(
         "--quick",
         [&] {
@@ -256,7 +256,7 @@ int run(int argc, char** argv) {
 
     remove_files_at_signals();
     try {
-        // Opened first, so that hours of measurements are not lost to a wrong name.
+        // Opened first, so that a wrong name does not cost hours of measurements.
         std::optional<aula::OutputFile> json_file;
         std::optional<aula::OutputFile> markdown_file;
         if (!json.empty()) json_file.emplace(json);

@@ -33,7 +33,7 @@ int main() {
     scene.objects[door].translation = {5.05F, 4, 0};  // the hinge
 
     aula::AuralizerOptions options;
-    options.clock = aula::RenderClock::exact;  // a game leaves the default: real_time
+    options.clock = aula::RenderClock::exact;  // a game uses the default: real_time
     aula::Auralizer auralizer(scene, options);
     const aula::SourceId noise = auralizer.add_source({.position = {2, 2.5F, 1.5F}});
     auralizer.set_listener({.position = {8, 2.5F, 1.7F}, .yaw_rad = 3.14F});
@@ -43,7 +43,7 @@ int main() {
     std::array<float, 800> input{}, left{}, right{};
     const std::array<float*, 2> outputs{left.data(), right.data()};
     double sum = 0;
-    for (int frame = 1; frame <= 240; ++frame) {  // 60 a second
+    for (int frame = 1; frame <= 240; ++frame) {  // 60 per second
         const float open = std::clamp(static_cast<float>(frame - 120) / 30, 0.0F, 1.0F);
         auralizer.set_transform(door, aula::RigidTransform(aula::Pose{.yaw_rad = -1.4F * open}));
         for (float& sample : input) sample = uniform(random);

@@ -1,5 +1,5 @@
-// An own audio callback; a thread that asks for 256 samples every 5.3 ms plays the device.
-// A source is added, circles the head and is removed while the room is heard.
+// An audio callback of the program; a thread that requests 256 samples every 5.3 ms represents the
+// device. A source is added, circles the head and is removed during playback.
 #include <aula/auralizer.h>
 #include <aula/engine/scene_file.h>
 
@@ -42,7 +42,7 @@ int main(int argc, char** argv) {
             callback();
         }
     });
-    for (int step = 0; step < 90; ++step) {  // [any other thread] 30 poses a second
+    for (int step = 0; step < 90; ++step) {  // [any other thread] 30 poses per second
         const auto angle = static_cast<float>(step) * 0.07F;
         auralizer.set_source(tone,
                              {.position = head + aula::Vec3(std::cos(angle), std::sin(angle), 0)});

@@ -33,7 +33,7 @@ int main(int argc, char** argv) {
         std::vector<float> interleaved(kBlock * channels);
         std::vector<float*> pointers;
         for (std::vector<float>& channel : output) pointers.push_back(channel.data());
-        auralizer.commit(length);  // nothing changes but by the scene's paths
+        auralizer.commit(length);  // only the scene's paths change anything
         for (std::int64_t at = 0; at < length; at += kBlock) {
             for (std::int64_t n = 0; n < kBlock; ++n) {
                 const auto k = static_cast<std::size_t>(at + n);

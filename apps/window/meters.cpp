@@ -151,7 +151,7 @@ void Meters::draw(const Model& model) {
     if (s.underruns == 0) {
         line(formatted("no underrun in %.0f s", s.time_s), {0.5F, 0.85F, 0.6F, 1});
     } else {
-        // Gaps caused by the sound server are no fault of the program.
+        // Gaps caused by the sound server are shown less prominently.
         const bool ours = s.rendering_underruns > 0;
         const std::string when = model.last_underrun_s() < 0
                                      ? "earlier"

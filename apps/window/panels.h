@@ -34,7 +34,7 @@ struct Choices {
 /// A small button drawn as pressed while `on`. Returns true when clicked.
 bool toggle(const char* label, bool on);
 
-/// Draws the scene's name, one line on the audible response, and buttons.
+/// Draws the scene's name, one line about the response at the listener, and buttons.
 void draw_top_bar(Model& model, Choices& choices, Camera& camera);
 
 /// Draws the controls of sources, surface, view and simulation.

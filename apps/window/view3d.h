@@ -18,7 +18,7 @@ namespace aula {
 struct RoomStyle {
     bool solid = true;
     bool edges = true;
-    bool cut_away = true;       ///< omits sides that face away from the sound
+    bool cut_away = true;       ///< omits sides that face away from the sound field
     float overlay_opacity = 0;  ///< of the patches' energies, 0..1
 };
 

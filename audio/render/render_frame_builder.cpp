@@ -119,8 +119,8 @@ void RenderFrameBuilder::State::omit(std::size_t source, RenderFrame& frame) {
     transform.transform(silence, source, frame.parts->reverberation);
 }
 
-/// Assigns the strongest early paths, `most` of them, to slots of moving paths. A path keeps its
-/// slot while it moves.
+/// Assigns the strongest `max` early paths to slots of moving paths. A path keeps its slot while it
+/// moves.
 void RenderFrameBuilder::State::choose_moving(std::size_t source,
                                               std::span<const DiscretePath> early,
                                               std::size_t max) {

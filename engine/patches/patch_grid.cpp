@@ -206,7 +206,7 @@ struct PatchGrid::State {
     }
 
     /// Finds the patches of all triangles, and marks those that sound from `inside` reaches. False
-    /// if there are more than `most`.
+    /// if there are more than `max_patches`.
     bool find_patches(std::span<const Vec3> inside, double max_patches) {
         double moving_m2 = 0;
         for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
@@ -226,7 +226,7 @@ struct PatchGrid::State {
     }
 
     /// Marks the patches that sound from `inside` reaches, until a round adds hardly any. False if
-    /// there are more than `most`.
+    /// there are more than `max_patches`.
     bool mark_reachable_from(std::span<const Vec3> inside, double max_patches) {
         std::size_t hits = 0;
         for (int round = 0; round < kWalkRounds; ++round) {

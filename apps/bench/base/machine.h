@@ -4,7 +4,7 @@
 
 namespace aula::bench {
 
-/// What measured times depend on.
+/// Properties of a machine that measured times depend on.
 struct Machine {
     std::string processor;  ///< model
     unsigned processors = 0;

@@ -57,7 +57,7 @@ double cpu_time_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 int rays_for_cpu_time(double budget_s, int rays, const std::function<double(int)>& frame_cpu_s) {
     constexpr int kRounds = 5;
     constexpr double kCloseEnough = 0.02;
-    // The cost has a fixed part and one per ray: scaling by proportion converges from one side.
+    // The cost has a fixed part and a part per ray: proportional scaling converges from one side.
     for (int round = 0; round < kRounds; ++round) {
         const double share = frame_cpu_s(rays) / budget_s;
         if (std::abs(share - 1) < kCloseEnough) break;

@@ -30,7 +30,7 @@ struct Settings {
     double rest_s = 0;                     ///< tracking: rest of both ends before the walk
     int sources = 32;                      ///< of the command sources, compared with one
     double reference_rays = 64e6;          ///< at most, even if the reference has not converged
-    std::function<void(const std::string&)> progress;  ///< takes the present step, a few words
+    std::function<void(const std::string&)> progress;  ///< receives the present step in a few words
 };
 
 /// A scene to be measured: with a name, overridden settings and its first source only.

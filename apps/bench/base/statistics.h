@@ -23,9 +23,9 @@ struct BinRange {
 /// The bins from 50 to 500 ms, of `bin_count` at most.
 BinRange late_bins(std::size_t bin_count);
 
-/// Reflected sound: bins and image sources, without the direct sound. Which of the two holds a
-/// specular path depends on what has been found. Energy per bin of kBin_s, summed over the octave
-/// bands, up to 500 ms. 1/m2
+/// Reflected sound: bins and image sources, without the direct sound. A specular path is in either,
+/// depending on whether its image source has been discovered. Energy per bin of kBin_s, summed over
+/// the octave bands, up to 500 ms, in 1/m2.
 std::vector<double> estimated_energy(const EnergyResponse& response);
 
 /// The same for the direction sums, per group of bins.

@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kExchange_hz = 30;
 
-// Filters exchanged in turn. A level that takes only every fifth or sixth of them meets different
+// Filters exchanged in turn. A level that takes only every fifth or sixth of them gets different
 // ones.
 constexpr unsigned kFilters = 7;
 
@@ -197,7 +197,7 @@ void measure_case(const ConvolutionCase& c, std::uint64_t seed, int rounds,
             row.figures.end(),
             {{"exchange_hz", convolver.exchange_hz},
              {"mean_us", mean_us},
-             // Separate threads compute at times of the scheduler's choice.
+             // The scheduler determines when separate threads compute.
              {"worst_us", convolver.all_threads ? Value{} : Value{worst * mean_us}},
              {"ratio", own ? 1.0 : aula_us[0] / mean_us},
              {"half_ratio", own ? Value{} : Value{aula_us[1] / mean_us}},

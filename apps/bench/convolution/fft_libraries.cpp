@@ -15,7 +15,7 @@ namespace aula::bench {
 namespace {
 
 #ifdef AULA_BENCH_FFTW
-// The library may take its time to find its best.
+// The library may spend time on finding its fastest plan.
 FftPair plan_fftw(std::size_t size) {
     AlignedVector<float> signal(size);
     AlignedVector<std::complex<float>> spectrum(size / 2 + 1);

@@ -47,7 +47,7 @@ void UniformConvolver::process(std::span<const float* const> inputs,
                 const Spectrum& x = history_[i * partitions_ + (newest_ + p) % partitions_];
                 const Spectrum& h = filters_[(o * inputs_ + i) * partitions_ + p];
                 for (std::size_t k = 0; k < sum_.size(); ++k) {
-                    // Written out: the operator of std::complex also cares for infinities.
+                    // Written out: the operator of std::complex also handles infinities.
                     sum_[k] +=
                         std::complex<float>(x[k].real() * h[k].real() - x[k].imag() * h[k].imag(),
                                             x[k].real() * h[k].imag() + x[k].imag() * h[k].real());
@@ -55,7 +55,7 @@ void UniformConvolver::process(std::span<const float* const> inputs,
             }
         }
         fft_.inverse(sum_.data(), signal_.data());
-        // The first half of the circle is wrapped round: overlap-save keeps the second.
+        // The first half contains circular aliasing: overlap-save keeps the second half.
         std::copy_n(signal_.begin() + static_cast<std::ptrdiff_t>(block_), block_, outputs[o]);
     }
 }

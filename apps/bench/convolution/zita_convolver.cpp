@@ -43,7 +43,7 @@ ZitaConvolver::~ZitaConvolver() {
 }
 
 void ZitaConvolver::set_filter(std::size_t input, std::size_t output, std::span<const float> taps) {
-    std::vector<float> copy(taps.begin(), taps.end());  // the library asks for what it may change
+    std::vector<float> copy(taps.begin(), taps.end());  // the library requires a mutable buffer
     need(state_->convolver.impdata_create(static_cast<std::uint32_t>(input),
                                           static_cast<std::uint32_t>(output), 1, copy.data(), 0,
                                           static_cast<std::int32_t>(copy.size())),

@@ -7,7 +7,7 @@
 namespace aula::bench {
 
 /// zita-convolver, either with partitions of one block in the calling thread, or with growing
-/// partitions in separate threads, which each call waits for.
+/// partitions in separate threads, for which each call waits.
 class ZitaConvolver {
  public:
     /// Throws InputError if zita-convolver refuses.

@@ -19,8 +19,8 @@ constexpr int kFrames = 120;
 constexpr float kSourceFraction = 0.5F;  // position of a source along a ray to the wall
 constexpr std::uint64_t kReferenceRound = 1 << 16;
 
-/// Positions of sources: that of the scene's first, then each half-way along a random ray from one
-/// before it.
+/// Positions of sources: the first one is the scene's; each further one is half-way along a random
+/// ray from an earlier one.
 std::vector<Vec3> source_positions(const Scene& scene, int count) {
     const RayScene rays(scene);
     std::vector<Vec3> found{scene.sources[0].position_at(0)};
@@ -36,7 +36,7 @@ std::vector<Vec3> source_positions(const Scene& scene, int count) {
     return found;
 }
 
-/// What the frames of a number of sources cost, and the last responses.
+/// Cost of the frames of a number of sources, and their last responses.
 struct Outcome {
     double frame_cpu_s = 0;
     std::vector<std::vector<double>> energy;  // [source][bin] after the last frame

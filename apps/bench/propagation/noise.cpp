@@ -62,7 +62,7 @@ Restarts run(const Subject& subject, Estimator estimator, int rays, int restarts
     return result;
 }
 
-/// Relative standard error of the mean ratio that comes from the reference.
+/// Contribution of the reference to the relative standard error of the mean ratio.
 double ratio_error(const Reference& reference, BinRange bins) {
     double squares = 0;
     int groups = 0;
@@ -73,7 +73,7 @@ double ratio_error(const Reference& reference, BinRange bins) {
     return groups > 0 ? std::sqrt(squares) / groups : 0;
 }
 
-/// Standard error of the mean ratio that comes from the estimator.
+/// Contribution of the estimator to the standard error of the mean ratio.
 double ratio_error(const Restarts& restarts, const std::vector<double>& reference, BinRange bins) {
     std::vector<double> ratios;
     double mean = 0;
@@ -97,7 +97,7 @@ struct Run {
     Restarts restarts;
 };
 
-/// Traces until the reference is good enough.
+/// Traces until the reference is accurate enough.
 void converge(Reference& reference, BinRange bins, const Settings& settings) {
     WorkerPool workers(static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
     do {

@@ -8,8 +8,8 @@
 namespace aula::bench {
 
 /// Deviation of an estimator's response between restarts, and its bias. First rows at equal rays
-/// (basis "rays"), then rows at equal CPU time (basis "cpu"): each estimator has as many rays as
-/// make its frame cost as much as that of `patch` at the scene's rays.
+/// (basis "rays"), then rows at equal CPU time (basis "cpu"): each estimator has the number of rays
+/// whose frame costs as much as that of `patch` with the scene's rays.
 std::vector<Row> measure_noise(const Subject& subject, const Settings& settings);
 
 const std::vector<Column>& noise_columns();

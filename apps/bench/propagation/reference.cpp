@@ -13,7 +13,7 @@ namespace aula::bench {
 
 namespace {
 
-/// A ray below this share of its first energy in every band (-120 dB) plays roulette.
+/// Roulette starts when a ray is below this share of its initial energy in every band (-120 dB).
 constexpr float kRouletteEnergy = 1e-12F;
 
 }  // namespace
@@ -21,7 +21,7 @@ constexpr float kRouletteEnergy = 1e-12F;
 struct Reference::Path {
     Vec3 origin{0};
     Vec3 direction{0};
-    Bands energy = Bands::filled(1);  // but for air
+    Bands energy = Bands::filled(1);  // without air
     float length_m = 0;
     int order = 0;
     bool diffuse = false;        // a diffuse reflection has happened
@@ -45,8 +45,8 @@ Reference::Reference(const Scene& scene, const Simulation& simulation, double ti
     add_image_sources();
 }
 
-/// Chains of rays find the image sources that are not listed: the beam of one that covers a
-/// ten-thousandth of the sphere is missed with a probability of 0.6 %.
+/// Chains of rays discover image sources of higher orders: one whose beam covers 1e-4 of the sphere
+/// is missed with a probability of 0.6 %.
 void Reference::add_image_sources() {
     constexpr std::uint64_t kDiscoveries = 100;
     const int order = simulation_.order > 0
@@ -105,7 +105,7 @@ void Reference::trace_batch(std::uint64_t seed, Sums& sums) const {
             if (!hit.any()) continue;
             if (simulation_.order > 0 && path.order == simulation_.order) continue;
 
-            // Go to the hit.
+            // Advance to the hit.
             const Material& material = scene_.material(scene_.triangle(hit.triangle));
             const Vec3 normal = scene_.facing_normal(hit, path.direction);
             path.origin = scene_.point(hit, path.direction);
@@ -113,11 +113,11 @@ void Reference::trace_batch(std::uint64_t seed, Sums& sums) const {
             path.energy *= complement(material.absorption);
             ++path.order;
 
-            // What leaves diffusely goes straight to a receiver, too.
+            // Diffusely reflected energy also reaches a receiver directly.
             const Bands scattered = path.energy * material.scattering;
             next_event(path, normal, scattered, path.random.uniform(), sums);
 
-            // Choose how the ray itself goes on.
+            // Choose the reflection of the ray.
             const float total = path.energy.sum();
             if (!(total > 0)) continue;
             const float p = scattered.sum() / total;
@@ -142,8 +142,8 @@ void Reference::trace_batch(std::uint64_t seed, Sums& sums) const {
 }
 
 /// A Lambert surface that radiates the energy B sends B cos(theta) / pi into a unit of solid angle:
-/// at the distance d the fluence is B cos(theta) / (pi d^2). One of P receivers is picked evenly,
-/// hence the factor P.
+/// at the distance d the fluence is B cos(theta) / (pi d^2). One of P receivers is chosen at
+/// random, hence the factor P.
 void Reference::next_event(const Path& path, const Vec3& normal, const Bands& radiated, float pick,
                            Sums& sums) const {
     const auto count = static_cast<float>(receivers_.size());
@@ -185,7 +185,7 @@ std::size_t Reference::bin_of(float length_m) const {
     return static_cast<std::size_t>(double{length_m} / (double{speed_of_sound_m_s_} * kBin_s));
 }
 
-/// Air takes its part by the length of the whole path.
+/// Air attenuates by the length of the whole path.
 void Reference::add(std::size_t receiver, float length_m, const Bands& energy, Sums& sums) const {
     const std::size_t bin = bin_of(length_m);
     if (bin >= bin_count_) return;

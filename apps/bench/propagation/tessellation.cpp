@@ -8,7 +8,7 @@ namespace aula::bench {
 
 namespace {
 
-/// The point i / n of the way from a to b, with the same bits from either end.
+/// The point at the fraction i / n from a to b, identical to the bit from either end.
 Vec3 between(Vec3 a, Vec3 b, std::uint32_t i, std::uint32_t n) {
     const auto order = [](const Vec3& p) { return std::array{p.x, p.y, p.z}; };
     if (order(b) < order(a)) {

@@ -31,7 +31,7 @@ double median(std::vector<double> values) {
 }
 
 struct Speed {
-    double segments = 0;  // a frame
+    double segments = 0;  // per frame
     double prepare_s = 0;
     double frame_s = 0;
     double one_thread_frame_s = 0;  // of the same frames

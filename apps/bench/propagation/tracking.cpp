@@ -52,7 +52,8 @@ std::vector<Walk> walks_of(const Subject& subject, const Settings& settings) {
     const auto window = static_cast<std::size_t>(subject.scene.simulation.window_frames());
     const auto count = std::max(window + static_cast<std::size_t>(settings.positions),
                                 static_cast<std::size_t>(duration_s * rate_hz));
-    // An end at rest is at its first position, or at the other one's if its path is in use.
+    // An end at rest is at its first position, or at the other end's if the moving end uses its
+    // path.
     const Vec3 listener_rest = listener.pose_at(0).position;
     const Vec3 source_rest = source.position_at(0);
 
@@ -172,7 +173,7 @@ class WalkReference {
 
     const std::vector<Bundle>& bundles() const { return bundles_; }
 
-    /// Doubles the rays.
+    /// Doubles the number of rays.
     void trace_more(WorkerPool& workers) {
         const double more = rays() == 0 ? kFirstReferenceRays : rays();
         for (auto& tracer : tracers_) {
@@ -181,7 +182,7 @@ class WalkReference {
         }
     }
 
-    /// Of all tracers together.
+    /// Sum over all tracers.
     double rays() const {
         double sum = 0;
         for (const auto& tracer : tracers_) sum += static_cast<double>(tracer->rays());
@@ -193,7 +194,7 @@ class WalkReference {
         return tracers_[tracer]->response(receiver);
     }
 
-    /// Relative standard error, rms over positions and the bins that are measured.
+    /// Relative standard error, rms over positions and measured bins.
     double error() const {
         double squares = 0;
         for (std::size_t i = 0; i < places_.size(); ++i) {
@@ -258,7 +259,7 @@ std::vector<Row> measure_walk(const Subject& subject, const Walk& walk, const Se
         runs.push_back({"rays", estimator, scene_rays,
                         follow(subject, walk, estimator, scene_rays, all, settings)});
     }
-    // The cost is taken over the first frames, alike for all.
+    // The cost is measured over the first frames, equally for all.
     const double budget_s =
         follow(subject, walk, Estimator::patch, scene_rays, cost_frames, settings).frame_cpu_s;
     add_runs_at_equal_cpu_time(
@@ -268,7 +269,8 @@ std::vector<Row> measure_walk(const Subject& subject, const Walk& walk, const Se
         },
         [&](Run& r) { r.published = follow(subject, walk, r.estimator, r.rays, all, settings); });
 
-    // Converge the reference against the best of them; that of the walk before may serve.
+    // Converge the reference to the error of the best of them; that of the previous walk is reused
+    // if its rays are the same.
     std::vector<Bundle> bundles = bundles_of(subject, walk);
     if (!reference || reference->bundles() != bundles) {
         reference = std::make_unique<WalkReference>(subject, std::move(bundles),

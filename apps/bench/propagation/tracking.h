@@ -8,8 +8,9 @@
 namespace aula::bench {
 
 /// Error of an estimator's response while the listener, the source or both move: rows at equal
-/// rays, then at equal CPU time as in measure_noise. An end without a path takes the other's; where
-/// both take one path, the source follows it backwards. Throws InputError if the scene has no path.
+/// rays, then at equal CPU time as in measure_noise. An end without a path uses the other's; if
+/// both use the same path, the source follows it backwards. Throws InputError if the scene has no
+/// path.
 std::vector<Row> measure_tracking(const Subject& subject, const Settings& settings);
 
 const std::vector<Column>& tracking_columns();

@@ -21,7 +21,7 @@ Layout window_layout(float width, float height, float em, float meters_height) {
     const float bar = 2.3F * em;
     const float below = std::max(0.0F, height - bar);
     const float side = std::min(24 * em, 0.42F * width);
-    // At most half of a small window, whatever the content.
+    // At most half of a small window for any content.
     const float plots = std::min(std::clamp(0.26F * height, 13.5F * em, 24 * em), 0.5F * below);
     const float meters = std::min(meters_height, 0.5F * below);
     const float left = width - side;
