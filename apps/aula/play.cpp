@@ -113,8 +113,8 @@ class DeviceNews {
         if (playing == played_) return;
         played_ = playing;
         say(line, "the output device \"" + name_ +
-                      (playing ? "\" is back"
-                               : "\" or its server is gone; waiting for it for " +
+                      (playing ? "\" is available again"
+                               : "\" or its server is lost; waiting for it for " +
                                      std::to_string(std::lround(AudioDevice::kReconnectTimeout_s)) +
                                      " s"));
     }

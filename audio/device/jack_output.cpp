@@ -51,7 +51,7 @@ class JackOutput final : public Output {
  public:
     JackOutput(const DeviceInfo& device, const OutputSettings& settings)
         : device_(device), settings_(settings), client_(open_client("aula")) {
-        if (!client_) fail("the server is gone");
+        if (!client_) fail("the server is not available");
         const double rate_hz = jack_get_sample_rate(client_.get());
         if (rate_hz != settings.sample_rate_hz) {
             refuse_rate(device, settings.sample_rate_hz, rate_hz);
@@ -71,7 +71,7 @@ class JackOutput final : public Output {
         settings_.meter->touch();
         if (jack_activate(client_.get()) != 0) fail("cannot be started");
         const std::vector<std::string> inputs = inputs_of(client_.get(), device_.name);
-        if (inputs.size() < settings_.channels) fail("its inputs are gone");
+        if (inputs.size() < settings_.channels) fail("its inputs have disappeared");
         for (std::size_t c = 0; c < settings_.channels; ++c) {
             const int error =
                 jack_connect(client_.get(), jack_port_name(ports_[c]), inputs[c].c_str());
@@ -141,7 +141,7 @@ class JackInput final : public Input {
  public:
     explicit JackInput(const InputSettings& settings)
         : settings_(settings), client_(open_client("aula-microphone")) {
-        if (!client_) throw Failure("no microphone: the JACK server is gone");
+        if (!client_) throw Failure("no microphone: the JACK server is not available");
         const std::unique_ptr<const char*, FreePorts> ports(
             jack_get_ports(client_.get(), nullptr, JACK_DEFAULT_AUDIO_TYPE,
                            JackPortIsOutput | JackPortIsPhysical));
@@ -154,7 +154,7 @@ class JackInput final : public Input {
         jack_on_shutdown(client_.get(), &JackInput::shut_down, this);
         if (port_ == nullptr || jack_activate(client_.get()) != 0 ||
             jack_connect(client_.get(), name_.c_str(), jack_port_name(port_)) != 0)
-            throw Failure("the microphone \"" + name_ + "\" (JACK) cannot be listened to");
+            throw Failure("the microphone \"" + name_ + "\" (JACK) cannot be opened");
     }
 
     const std::string& name() const override { return name_; }

@@ -42,7 +42,7 @@ void ignore(const char*) {}
 std::string reason(PaError error) {
     switch (error) {
         case paDeviceUnavailable:
-            return "the device is in use or gone";
+            return "the device is in use or not available";
         case paInvalidSampleRate:
             return "the device refuses the sample rate";
         case paInvalidChannelCount:
@@ -200,7 +200,7 @@ class PortAudioOutput final : public Output {
         const auto found = std::find_if(devices.begin(), devices.end(), [&](const DeviceInfo& d) {
             return d.name == device.name && d.host_api == device.host_api;
         });
-        if (found == devices.end()) fail("is gone");
+        if (found == devices.end()) fail("is not available");
         const std::lock_guard lock(library());
         PaStreamParameters output{};
         output.device = found->index;
@@ -286,8 +286,7 @@ class PortAudioInput final : public Input {
         PaError error = stream_->open(&input, nullptr, settings.sample_rate_hz, settings.block);
         if (error == paNoError) error = stream_->start();
         if (error != paNoError)
-            throw Failure("the microphone \"" + name_ +
-                          "\" cannot be listened to: " + reason(error));
+            throw Failure("the microphone \"" + name_ + "\" cannot be opened: " + reason(error));
     }
 
     const std::string& name() const override { return name_; }

@@ -76,8 +76,8 @@ SoundHandle open_sound(const fs::path& file, SF_INFO& info) {
     const fs::file_status status = fs::status(file, error);
     if (!fs::exists(status)) fail(file, "no such file; expected a sound file");
     // Opening a pipe would block; reading a device might not end.
-    if (!fs::is_regular_file(status)) fail(file, "is no regular file; expected a sound file");
-    if (!has_known_format(file)) fail(file, std::string("is of no known format") + kExpected);
+    if (!fs::is_regular_file(status)) fail(file, "is not a regular file; expected a sound file");
+    if (!has_known_format(file)) fail(file, std::string("has an unknown format") + kExpected);
     info = {};
     // An absolute name: libsndfile reads "-" as standard input.
     SoundHandle sound(sf_open(fs::absolute(file).c_str(), SFM_READ, &info));
@@ -163,7 +163,7 @@ struct WavWriter::State {
     std::int64_t muted = 0;
 
     [[noreturn]] void fail(const std::string& why) const {
-        throw Failure(name.string() + ": writing failed: " + why + "; nothing was kept");
+        throw Failure(name.string() + ": writing failed: " + why + "; no file was written");
     }
 };
 
@@ -201,7 +201,7 @@ WavWriter::WavWriter(const fs::path& file, double sample_rate_hz, std::size_t ch
             break;
     }
     state_->sound.reset(sf_open_fd(state_->part->descriptor(), SFM_WRITE, &info, SF_FALSE));
-    if (!state_->sound) state_->fail("a WAV file of this rate and format cannot be begun");
+    if (!state_->sound) state_->fail("a WAV file of this rate and format cannot be created");
     // The peak chunk contains the time of day; without it equal sounds give equal files.
     sf_command(state_->sound.get(), SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);
     sf_command(state_->sound.get(), SFC_SET_CLIPPING, nullptr, SF_TRUE);

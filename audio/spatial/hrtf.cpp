@@ -62,7 +62,7 @@ void check(const HeadMeasurements& measured, double sample_rate_hz) {
         samples > kLongestResponse_samples ||
         measured.responses.size() != 2 * directions * samples ||
         measured.delays_samples.size() != 2 * directions)
-        fail("sizes that do not go together; expected two responses for each of 4 directions");
+        fail("inconsistent sizes; expected two responses for each of 4 directions");
     const float rate_hz = measured.sample_rate_hz;
     if (!(rate_hz >= kLowestRate_hz && rate_hz <= kHighestRate_hz))
         fail("a sample rate of " + std::to_string(rate_hz) + " Hz; expected 8000 to 768000 Hz");

@@ -161,7 +161,8 @@ HeadMeasurements read_sofa(const std::filesystem::path& file) {
     const Descriptor input(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
     if (input.number() < 0) fail(errno == EACCES ? "may not be read" : "no such file");
     struct stat status {};
-    if (fstat(input.number(), &status) != 0 || !S_ISREG(status.st_mode)) fail("is no regular file");
+    if (fstat(input.number(), &status) != 0 || !S_ISREG(status.st_mode))
+        fail("is not a regular file");
 
     int ends[2] = {-1, -1};
     if (pipe2(ends, O_CLOEXEC) != 0) fail_to_start(file);

@@ -44,7 +44,7 @@ Chunks find_chunks(std::string_view file) {
         const std::uint32_t type = word(at + 4);
         at += 8;
         if (size > file.size() - at)
-            throw InputError("a GLB file that is cut off; expected all of it");
+            throw InputError("a truncated GLB file; expected a complete one");
         const std::string_view chunk = file.substr(at, size);
         if (type == kJson && !has_json) chunks.json = chunk;
         if (type == kBinary && !chunks.binary) chunks.binary = chunk;

@@ -78,7 +78,7 @@ std::uint64_t whole_number(double value, const char* what) {
 
 // Reads the header. The cursor is then after the word end_header.
 Header read_header(TextCursor& cursor) {
-    if (cursor.word() != "ply") cursor.fail("no PLY file; expected \"ply\" at its beginning");
+    if (cursor.word() != "ply") cursor.fail("not a PLY file; expected \"ply\" at its beginning");
     Header header;
     bool has_format = false;
     while (!cursor.at_end()) {
@@ -143,7 +143,7 @@ class BinaryValues {
     template <class T>
     double next_as() {
         if (rest_.size() < sizeof(T)) {
-            throw InputError("its data end early; expected as many as the header says");
+            throw InputError("its data end early; expected as many as the header states");
         }
         const T value = read_scalar<T>(rest_.data(), order_);
         rest_.remove_prefix(sizeof(T));

@@ -222,7 +222,8 @@ Object read_mesh(const JsonReader& json, const std::filesystem::path& folder,
         for (const char* key : {"materials", "default_material"}) {
             if (const auto other = json.find(key)) {
                 other->fail(
-                    "stands beside \"material\", which is for the whole mesh; expected one "
+                    "cannot be combined with \"material\", which is for the whole mesh; expected "
+                    "one "
                     "of the two");
             }
         }

@@ -80,7 +80,8 @@ Trajectory read_trajectory(const JsonReader& json) {
                 const JsonReader time = item.require("t", kTime_s.expected);
                 point.time_s = time.number(kTime_s);
                 if (point.time_s < before_s) {
-                    time.fail("the time goes back; expected at least the time of the point before");
+                    time.fail(
+                        "the time decreases; expected at least the time of the previous point");
                 }
             });
             Vec3 position(0);

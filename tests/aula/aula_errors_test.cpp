@@ -184,7 +184,7 @@ TEST_CASE("A damaged file of an unsupported format prints one line, nothing on s
         CHECK(check.status == 2);
         CHECK(check.out.empty());
         CHECK(check.err == "aula: " + (folder.path() / "voice.wav").string() +
-                               ": is of no known format; expected WAV, RF64, W64, AIFF, AU, CAF, "
+                               ": has an unknown format; expected WAV, RF64, W64, AIFF, AU, CAF, "
                                "FLAC, Ogg, MP3 or NIST SPHERE\n");
     }
 }

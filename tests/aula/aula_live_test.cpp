@@ -96,7 +96,7 @@ TEST_CASE("Without a device the program plays for the requested duration") {
     CHECK(played.status == 0);
     CHECK(played.out.empty());
     CHECK(played.err.find("played 1.0 s, ") != std::string::npos);
-    CHECK(played.err.find("is gone") == std::string::npos);
+    CHECK(played.err.find("is lost") == std::string::npos);
 }
 
 TEST_CASE("If no device exists, the error message names the option to play without one") {
@@ -138,10 +138,10 @@ TEST_CASE("The end and the return of a PulseAudio server are reported with one l
     const auto says = [&](const std::string& text) {
         return comes([&] { return program.err().find(text) != std::string::npos; });
     };
-    CHECK(says("is gone"));
+    CHECK(says("is lost"));
     server.restart();
     REQUIRE(server.running());
-    CHECK(says("is back"));
+    CHECK(says("is available again"));
     CHECK(sound_arrives(server, folder));
     program.signal(SIGINT);
     REQUIRE(comes([&] { return !program.running(); }));

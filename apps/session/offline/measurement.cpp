@@ -31,8 +31,8 @@ constexpr double kGrowth = 1.25;
 /// depend on the number of frames in a response; more windows give a better error estimate.
 constexpr int kWindowFrames = 8;
 
-constexpr const char* kNotConnected = "no way leads there";
-constexpr const char* kTooQuiet = "in every octave more than 60 dB below its level at 1 m";
+constexpr const char* kNotConnected = "no path connects them";
+constexpr const char* kTooQuiet = "more than 60 dB below its level at 1 m in every octave";
 
 /// Frames of an independent window: for `dpc*` the window of the cache, limited so that enough
 /// windows fit in a measurement.
@@ -177,7 +177,7 @@ std::optional<Measurement> measure(const Scene& scene, std::optional<int> frames
         if (!m.audible[s]) {
             m.warnings.push_back(source + "not audible at the listener, " +
                                  (connected[s] ? kTooQuiet : kNotConnected) +
-                                 "; its parameters are left out");
+                                 "; its parameters are omitted");
         } else if (!frames && !certain[s]) {
             const std::string uncertain = uncertain_parameters(means[s]);
             if (uncertain.empty()) continue;

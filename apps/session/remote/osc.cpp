@@ -45,8 +45,8 @@ int bound_socket(const std::string& address) {
         return made;
     if (made >= 0) close(made);
     throw InputError("--osc", "",
-                     "\"" + address + "\" cannot be listened to; expected " +
-                         std::string(kExpected) + " that is free");
+                     "\"" + address + "\" cannot be opened; expected " + std::string(kExpected) +
+                         " that is free");
 }
 
 int port_of(int socket) {

@@ -221,12 +221,12 @@ TEST_CASE("Sound formats are identified by their first bytes, not by the name of
         // A tag before the sound is skipped.
         std::ofstream(folder / name, std::ios::binary)
             << std::string("ID3\4\0\0\0\0\0\4", 10) << "none" << bytes(corpus / name);
-        CHECK(error_of(folder / name).find("no known format") == std::string::npos);
+        CHECK(error_of(folder / name).find("has an unknown format") == std::string::npos);
     }
     for (const char* name : {"avr", "htk", "ircam", "mat4", "mat5", "mpc2k", "paf", "pvf", "sds",
                              "svx", "voc", "wve", "xi"}) {
         CAPTURE(name);
-        CHECK(error_of(corpus / name).find("is of no known format") != std::string::npos);
+        CHECK(error_of(corpus / name).find("has an unknown format") != std::string::npos);
     }
 }
 
@@ -234,7 +234,7 @@ TEST_CASE("A pipe or a device is not read as sound") {
     const TemporaryFolder folder;
     REQUIRE(mkfifo((folder / "pipe.wav").c_str(), 0600) == 0);
     for (const fs::path& file : {folder / "pipe.wav", fs::path("/dev/zero")})
-        CHECK(error_of(file) == file.string() + ": is no regular file; expected a sound file");
+        CHECK(error_of(file) == file.string() + ": is not a regular file; expected a sound file");
 }
 
 TEST_CASE("A truncated sound file is read to its end with a warning") {

@@ -254,7 +254,7 @@ TEST_CASE("GLB files that are truncated or of another version are refused") {
     json["buffers"][0].erase("uri");
     const std::string file = glb(json.dump(), square_bytes(), 60);
     // A chunk that ends 8 bytes beyond the file.
-    CHECK_THAT(error_of(glb(json.dump(), square_bytes().substr(8), 60)), Contains("cut off"));
+    CHECK_THAT(error_of(glb(json.dump(), square_bytes().substr(8), 60)), Contains("truncated"));
     for (std::size_t size = 4; size < file.size(); ++size) {
         CHECK_FALSE(error_of(file.substr(0, size)).empty());
     }

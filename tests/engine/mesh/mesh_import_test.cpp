@@ -283,7 +283,7 @@ TEST_CASE("errors of mesh files name the scene file, the place and the reason") 
                Contains("/geometry/0/file: cannot use the mesh") && Contains("bad.obj"));
     CHECK_THAT(
         error_of(folder, R"("file": "a.obj", "material": "soft", "default_material": "soft")"),
-        Contains("/geometry/0/default_material: stands beside"));
+        Contains("/geometry/0/default_material: cannot be combined"));
     CHECK_THAT(error_of(folder, R"("file": "a.obj", "materials": {"stone": "nougat"})"),
                Contains("/geometry/0/materials/stone: unknown material \"nougat\"; expected"));
     CHECK_THAT(error_of(folder, R"("file": "a.obj", "scale": 1e6)"),

@@ -209,7 +209,7 @@ TEST_CASE("the data of a PLY with carriage returns as line ends may begin with a
 
 TEST_CASE("PLY files with an invalid header or short data are refused quickly") {
     const std::string ascii = "ply\nformat ascii 1.0\n";
-    CHECK_THAT(ply_error("PLY\nformat ascii 1.0\nelement vertex 3\n"), Contains("no PLY file"));
+    CHECK_THAT(ply_error("PLY\nformat ascii 1.0\nelement vertex 3\n"), Contains("not a PLY file"));
     CHECK_THAT(ply_error(ascii + "element vertex 3\nend_headers\n"), Contains("end_header"));
     CHECK_THAT(ply_error("ply\rformat ascii 1.0\relement vertex 3\rproperty\r\r\rfloat x\r"),
                Contains("the type of a property"));

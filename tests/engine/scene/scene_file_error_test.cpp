@@ -176,7 +176,7 @@ TEST_CASE("numbers out of range are refused with their place") {
         {"\"temperature_c\": 20", "\"pressure_kpa\": 0", "/medium/pressure_kpa", "0 is out"},
         {"\"name\": \"a\"", "\"gain_db\": 1000", "/sources/0/gain_db", "1000 is out of range"},
         {"\"t\": 0", "\"t\": -1", "/sources/1/path/points/0/t", "-1 is out of range"},
-        {"\"t\": 0", "\"t\": 3", "/sources/1/path/points/1/t", "the time goes back"},
+        {"\"t\": 0", "\"t\": 3", "/sources/1/path/points/1/t", "the time decreases"},
         {"[{\"t\": 0, \"position\": [1,1,1]}, {\"t\": 2, \"position\": [2,1,1]}]", "[]",
          "/sources/1/path/points", "empty path"},
         {"\"patch\"", "\"path\"", "/simulation/estimator",
