@@ -15,7 +15,7 @@
 #include "engine/estimate/patch_propagation.h"
 #include "engine/rays/nudge_off_surface.h"
 #include "engine/rays/room_survey.h"
-#include "engine/scene/places.h"
+#include "engine/scene/scene_positions.h"
 #include "engine/trace/arrival_tracer.h"
 #include "engine/trace/detection_spheres.h"
 #include "engine/trace/specular_paths.h"
@@ -106,7 +106,7 @@ struct Propagation::State {
           attenuation_per_m(scene.medium.attenuation_per_m()),
           rays(scene),
           workers(settings.threads.value_or(default_threads())),
-          inside(places(scene)),
+          inside(scene_positions(scene)),
           bins(response_length_s()),
           specular(rays, image_source_order(), settings.listener_radius_m,
                    derive_seed(settings.seed, SeedPurpose::specular)),
@@ -236,10 +236,10 @@ struct Propagation::State {
 
     /// The frame's positions, with those on surfaces moved off them: on a surface half of the rays
     /// would be lost.
-    FrameInput off_surfaces(const FrameInput& given) const {
+    FrameInput nudged(const FrameInput& given) const {
         FrameInput input = given;
-        for (Vec3& source : input.sources) source = off_surface(rays, source);
-        for (Vec3& listener : input.listeners) listener = off_surface(rays, listener);
+        for (Vec3& source : input.sources) source = nudge_off_surface(rays, source);
+        for (Vec3& listener : input.listeners) listener = nudge_off_surface(rays, listener);
         return input;
     }
 
@@ -343,7 +343,7 @@ void Propagation::step(const FrameInput& given) {
         s.specular.scene_moved();
         if (s.patches) s.patches->scene_moved();
     }
-    const FrameInput input = s.off_surfaces(given);
+    const FrameInput input = s.nudged(given);
 
     // The paths that image sources count are selected before the rays' paths are evaluated.
     Stopwatch watch;
@@ -363,7 +363,7 @@ void Propagation::step(const FrameInput& given) {
 
 std::vector<Ray> Propagation::rays(const FrameInput& given) const {
     const State& s = *state_;
-    const FrameInput input = s.off_surfaces(given);
+    const FrameInput input = s.nudged(given);
     const PropagationFrame frame = s.frame_of(input, s.frame);
     if (s.patches) return s.patches->rays(frame);
     std::vector<Ray> all;
@@ -392,7 +392,7 @@ std::vector<PathLine> Propagation::path_lines(const FrameInput& given, std::size
                                               int count, int order) const {
     const State& s = *state_;
     if (s.frame == 0) return {};
-    const FrameInput input = s.off_surfaces(given);
+    const FrameInput input = s.nudged(given);
     const int max = s.simulation.order > 0 ? std::min(order, s.simulation.order) : order;
     const PropagationFrame newest = s.frame_of(input, s.frame - 1);
     if (s.patches) return s.patches->path_lines(newest, source, count, max);
@@ -412,7 +412,7 @@ float Propagation::patch_size_m() const {
 
 std::vector<char> Propagation::sources_connected(const FrameInput& given) const {
     const State& s = *state_;
-    const FrameInput input = s.off_surfaces(given);
+    const FrameInput input = s.nudged(given);
     return connected(s.rays, input.listeners[0], input.sources,
                      derive_seed(s.simulation.seed, SeedPurpose::connection));
 }

@@ -50,13 +50,13 @@ Vec3 read_point(const std::string& option, const std::string& text) {
     return {numbers[0], numbers[1], numbers[2]};
 }
 
-void place_listener(Scene& scene, const Vec3& position) {
+void set_listener_position(Scene& scene, const Vec3& position) {
     scene.listener.pose = scene.listener.pose_at(0);
     scene.listener.pose.position = position;
     scene.listener.path.reset();
 }
 
-void place_source(Scene& scene, const std::string& name, const Vec3& position) {
+void set_source_position(Scene& scene, const std::string& name, const Vec3& position) {
     std::string names;
     for (Source& source : scene.sources) {
         if (source.name == name) {
@@ -96,7 +96,7 @@ class Options {
         app_.allow_windows_style_options(false);
         app_.add_option("SCENE", words_, "scene, or a command and its scene");
         add_modes();
-        add_places();
+        add_positions();
         add_simulation();
         add_sound();
         add_window();
@@ -188,11 +188,11 @@ class Options {
         app_.add_flag("--list-devices", list_devices_);
     }
 
-    void add_places() {
+    void add_positions() {
         text("--position", [this](const std::string& value) {
             const Vec3 position = read_point("--position", value);
             arguments_.scene_changes.push_back(
-                [position](Scene& scene) { place_listener(scene, position); });
+                [position](Scene& scene) { set_listener_position(scene, position); });
         });
         app_.add_option("--source-position", source_positions_)->allow_extra_args(false);
     }
@@ -335,7 +335,7 @@ class Options {
             const std::string name = text.substr(0, equals);
             const Vec3 position = read_point("--source-position", text.substr(equals + 1));
             arguments_.scene_changes.push_back(
-                [name, position](Scene& scene) { place_source(scene, name, position); });
+                [name, position](Scene& scene) { set_source_position(scene, name, position); });
         }
     }
 

@@ -18,7 +18,7 @@
 #include "engine/patches/patch_grid.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/rays/room_survey.h"
-#include "engine/scene/places.h"
+#include "engine/scene/scene_positions.h"
 
 namespace aula {
 
@@ -32,30 +32,31 @@ constexpr std::uint64_t kSeed = 1;
 constexpr const char* kMeasuring = "measuring the room";
 
 /// A position of the listener or of a source.
-struct Place {
+struct NamedPosition {
     std::string name;
     Vec3 position{0};
     std::optional<double> time_s;  ///< on the path; empty at rest or at its start
 };
 
 /// Initial positions of the listener, then of the sources.
-std::vector<Place> first_places(const Scene& scene) {
-    std::vector<Place> places{{"the listener", scene.listener.pose_at(0).position, {}}};
+std::vector<NamedPosition> initial_positions(const Scene& scene) {
+    std::vector<NamedPosition> positions{{"the listener", scene.listener.pose_at(0).position, {}}};
     for (const Source& source : scene.sources)
-        places.push_back({"the source \"" + source.name + "\"", source.position_at(0), {}});
-    return places;
+        positions.push_back({"the source \"" + source.name + "\"", source.position_at(0), {}});
+    return positions;
 }
 
 /// Adds positions along a path, 0.5 m apart, or farther apart on paths longer than 128 m.
-void add_along(const std::string& name, const Trajectory& path, std::vector<Place>& places) {
-    constexpr double kMaxPlaces = 256;
+void add_along(const std::string& name, const Trajectory& path,
+               std::vector<NamedPosition>& positions) {
+    constexpr double kMaxPositions = 256;
     double length_m = 0;
     const auto step_m = [&](std::size_t i) {
         return double{
             glm::distance(path.points[i - 1].pose.position, path.points[i].pose.position)};
     };
     for (std::size_t i = 1; i < path.points.size(); ++i) length_m += step_m(i);
-    const double apart_m = std::max(0.5, length_m / kMaxPlaces);
+    const double apart_m = std::max(0.5, length_m / kMaxPositions);
     double next_m = apart_m;
     double passed_m = 0;
     for (std::size_t i = 1; i < path.points.size(); ++i) {
@@ -63,30 +64,30 @@ void add_along(const std::string& name, const Trajectory& path, std::vector<Plac
             const double share = (next_m - passed_m) / step_m(i);
             const double time_s =
                 std::lerp(path.points[i - 1].time_s, path.points[i].time_s, share);
-            places.push_back({name, path.at(time_s).position, time_s});
+            positions.push_back({name, path.at(time_s).position, time_s});
         }
         passed_m += step_m(i);
     }
 }
 
 /// The initial positions and positions along all paths.
-std::vector<Place> all_places(const Scene& scene) {
-    std::vector<Place> places = first_places(scene);
-    if (scene.listener.path) add_along("the listener", *scene.listener.path, places);
+std::vector<NamedPosition> positions_along_paths(const Scene& scene) {
+    std::vector<NamedPosition> positions = initial_positions(scene);
+    if (scene.listener.path) add_along("the listener", *scene.listener.path, positions);
     for (const Source& source : scene.sources)
-        if (source.path) add_along("the source \"" + source.name + "\"", *source.path, places);
-    return places;
+        if (source.path) add_along("the source \"" + source.name + "\"", *source.path, positions);
+    return positions;
 }
 
-std::vector<Vec3> positions(const std::vector<Place>& places) {
+std::vector<Vec3> points_of(const std::vector<NamedPosition>& positions) {
     std::vector<Vec3> points;
-    for (const Place& place : places) points.push_back(place.position);
+    for (const NamedPosition& item : positions) points.push_back(item.position);
     return points;
 }
 
 /// Positions outside and inside the room.
-struct SortedPlaces {
-    std::vector<Place> outside;
+struct SortedPositions {
+    std::vector<NamedPosition> outside;
     std::vector<Vec3> inside;
 };
 
@@ -97,14 +98,14 @@ auto result_of(const std::string& what, const Arguments& arguments, const Work& 
     return work();
 }
 
-SortedPlaces sort_places(const RayScene& rays, const std::vector<Place>& places) {
-    const std::vector<char> outside = outside_room(rays, positions(places), kSeed);
-    SortedPlaces sorted;
-    for (std::size_t i = 0; i < places.size(); ++i) {
+SortedPositions sort_positions(const RayScene& rays, const std::vector<NamedPosition>& positions) {
+    const std::vector<char> outside = outside_room(rays, points_of(positions), kSeed);
+    SortedPositions sorted;
+    for (std::size_t i = 0; i < positions.size(); ++i) {
         if (outside[i]) {
-            sorted.outside.push_back(places[i]);
+            sorted.outside.push_back(positions[i]);
         } else {
-            sorted.inside.push_back(places[i].position);
+            sorted.inside.push_back(positions[i].position);
         }
     }
     return sorted;
@@ -264,8 +265,8 @@ int show_info(const Arguments& arguments) {
     const Scene scene = read_scene(arguments);
     const RayScene rays(scene);
     std::printf("%-16s%zu\n", "triangles", rays.triangle_count());
-    const SortedPlaces sorted =
-        result_of(kMeasuring, arguments, [&] { return sort_places(rays, first_places(scene)); });
+    const SortedPositions sorted = result_of(
+        kMeasuring, arguments, [&] { return sort_positions(rays, initial_positions(scene)); });
     const RoomGeometry room =
         result_of(kMeasuring, arguments, [&] { return measure_room(rays, sorted.inside, kSeed); });
     if (rays.triangle_count() > 0) {
@@ -289,7 +290,7 @@ int show_info(const Arguments& arguments) {
     if (scene.listener.path) std::printf("%-16s%s\n", "", describe(*scene.listener.path).c_str());
     if (rays.triangle_count() == 0) return 0;
     const PatchGrid::Extent patches = result_of("counting patches", arguments, [&] {
-        return PatchGrid::extent(rays, scene.simulation.patch_size_m, places(scene),
+        return PatchGrid::extent(rays, scene.simulation.patch_size_m, scene_positions(scene),
                                  scene.simulation.seed, kMaxPatches);
     });
     std::printf("%-16s%zu of %.2f m\n", "patches", patches.reached,
@@ -301,8 +302,8 @@ int show_info(const Arguments& arguments) {
     } else {
         std::printf("%-16s%.2g %% of the reflections\n", "leaks", 100 * escape);
     }
-    for (const Place& place : sorted.outside)
-        std::printf("%-16s%s is outside the room\n", "", printable(place.name).c_str());
+    for (const NamedPosition& item : sorted.outside)
+        std::printf("%-16s%s is outside the room\n", "", printable(item.name).c_str());
     std::printf("\n");
     for (std::size_t m = 0; m < room.area_m2.size(); ++m) {
         if (room.area_m2[m] == 0) continue;
@@ -336,24 +337,25 @@ void check_signals(const Scene& scene, const Arguments& arguments) {
 }
 
 /// Warns of the listener and sources outside the room, once each.
-void check_places(const Scene& scene, const SortedPlaces& sorted, const Arguments& arguments) {
+void check_positions(const Scene& scene, const SortedPositions& sorted,
+                     const Arguments& arguments) {
     const Bounds bounds = geometry_bounds(scene.objects);
     std::vector<std::string> reported;
-    for (const Place& place : sorted.outside) {
-        if (std::find(reported.begin(), reported.end(), place.name) != reported.end()) continue;
-        reported.push_back(place.name);
+    for (const NamedPosition& item : sorted.outside) {
+        if (std::find(reported.begin(), reported.end(), item.name) != reported.end()) continue;
+        reported.push_back(item.name);
         // Reading the scene has warned of positions outside the bounds.
-        if (!bounds.contains(place.position)) continue;
-        const Vec3& p = place.position;
-        warn({arguments.scene.string() + ": " + place.name + " is outside the room" +
-              (place.time_s ? formatted(" after %.1f s", *place.time_s) : "") +
+        if (!bounds.contains(item.position)) continue;
+        const Vec3& p = item.position;
+        warn({arguments.scene.string() + ": " + item.name + " is outside the room" +
+              (item.time_s ? formatted(" after %.1f s", *item.time_s) : "") +
               formatted(", at (%g, %g, %g)", double{p.x}, double{p.y}, double{p.z})},
              arguments.quiet);
     }
 }
 
 /// Reports the share of reflections that escape and their effect on the reverberation time.
-void check_leaks(const Scene& scene, const RayScene& rays, const SortedPlaces& sorted,
+void check_leaks(const Scene& scene, const RayScene& rays, const SortedPositions& sorted,
                  const Arguments& arguments) {
     // Relative error of the reverberation time; the just noticeable difference is 5 %.
     constexpr double kHarmless = 0.01;
@@ -381,10 +383,10 @@ int check_scene(const Arguments& arguments) {
     const Scene scene = read_scene(arguments);
     check_signals(scene, arguments);
     const RayScene rays(scene);
-    const SortedPlaces sorted =
-        result_of(kMeasuring, arguments, [&] { return sort_places(rays, all_places(scene)); });
+    const SortedPositions sorted = result_of(
+        kMeasuring, arguments, [&] { return sort_positions(rays, positions_along_paths(scene)); });
     check_leaks(scene, rays, sorted, arguments);
-    check_places(scene, sorted, arguments);
+    check_positions(scene, sorted, arguments);
     std::size_t triangles = 0;
     for (const Object& object : scene.objects) triangles += object.triangles.size();
     std::printf("%s: ok, %s, %s, %s\n", printable(arguments.scene.string()).c_str(),

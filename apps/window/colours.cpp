@@ -74,9 +74,9 @@ Colour energy_colour(float value) {
         {0.98F, 0.65F, 0.15F},
         {1.00F, 0.95F, 0.55F},
     }};
-    const float place = std::clamp(value, 0.0F, 1.0F) * static_cast<float>(kMap.size() - 1);
-    const auto low = std::min(static_cast<std::size_t>(place), kMap.size() - 2);
-    return glm::mix(kMap[low], kMap[low + 1], place - static_cast<float>(low));
+    const float index = std::clamp(value, 0.0F, 1.0F) * static_cast<float>(kMap.size() - 1);
+    const auto low = std::min(static_cast<std::size_t>(index), kMap.size() - 2);
+    return glm::mix(kMap[low], kMap[low + 1], index - static_cast<float>(low));
 }
 
 }  // namespace aula

@@ -9,7 +9,7 @@
 
 #include "apps/window/colours.h"
 #include "apps/window/view/sides.h"
-#include "engine/scene/places.h"
+#include "engine/scene/scene_positions.h"
 
 namespace aula {
 
@@ -102,16 +102,16 @@ void Picture::pick(Model& model, const Screen& screen, const ImVec2& mouse, bool
 
 void Picture::interact(Model& model, const Box& area, const Choices& choices) {
     const ImGuiIO& io = ImGui::GetIO();
-    const Screen seen = screen(model, area);
+    const Screen projection = screen(model, area);
     const bool here = !io.WantCaptureMouse && area.contains(io.MousePos.x, io.MousePos.y);
     if (here && ImGui::IsMouseClicked(ImGuiMouseButton_Left))
-        drag_target_ = target_at(model, seen, io.MousePos);
+        drag_target_ = target_at(model, projection, io.MousePos);
     const bool moves = io.MouseDelta.x != 0 || io.MouseDelta.y != 0;
     constexpr float kTurn_rad = 0.006F;
     if (drag_target_.what != DragTarget::Kind::nothing && io.MouseDown[0]) {
         drag_target_.moved |= ImGui::IsMouseDragging(ImGuiMouseButton_Left, 4);
         if (drag_target_.moved && moves && drag_target_.what != DragTarget::Kind::view)
-            drag(model, seen, io);
+            drag(model, projection, io);
         if (drag_target_.moved && moves && drag_target_.what == DragTarget::Kind::view) {
             if (io.KeyShift && !camera.first_person)
                 camera.pan(-io.MouseDelta.x / area.height, io.MouseDelta.y / area.height);
@@ -137,7 +137,7 @@ void Picture::interact(Model& model, const Box& area, const Choices& choices) {
         if (drag_target_.what == DragTarget::Kind::source && drag_target_.moved)
             model.source_moved();
         if (drag_target_.what == DragTarget::Kind::view && !drag_target_.moved && here)
-            pick(model, seen, io.MousePos, choices.style.cut_away && !camera.first_person);
+            pick(model, projection, io.MousePos, choices.style.cut_away && !camera.first_person);
         drag_target_ = {};
     }
 }
@@ -145,7 +145,7 @@ void Picture::interact(Model& model, const Box& area, const Choices& choices) {
 /// Updates the triangles after a change of the scene or a movement.
 void Picture::follow_scene(Model& model) {
     if (geometry_version_ != model.geometry_version()) {
-        sides_ = interior_sides(model.rays(), places(model.scene()));
+        sides_ = interior_sides(model.rays(), scene_positions(model.scene()));
         if (geometry_version_ != 0) {
             const bool first_person = camera.first_person;
             camera = Camera::around(model.low(), model.high());
@@ -230,19 +230,19 @@ void Picture::draw(Model& model, const Box& area, const Choices& choices, float 
     follow_scene(model);
     follow_patches(model, choices, dt_s);
     add_lines(model, choices);
-    const Screen seen = screen(model, area);
+    const Screen projection = screen(model, area);
     RoomStyle style = choices.style;
     style.overlay_opacity = overlay_opacity_;
     style.cut_away = style.cut_away && !camera.first_person;
     const auto pixels = [&](float x) { return static_cast<int>(std::lround(x * scale)); };
-    view_.draw(seen.matrix(), seen.eye(), style, pixels(area.x),
+    view_.draw(projection.matrix(), projection.eye(), style, pixels(area.x),
                height - pixels(area.y + area.height), pixels(area.width), pixels(area.height));
 }
 
 void Picture::draw_labels(const Model& model, const Box& area, const Choices& choices) const {
     ImDrawList* draw = ImGui::GetBackgroundDrawList();
     draw->PushClipRect({area.x, area.y}, {area.x + area.width, area.y + area.height});
-    const Screen seen = screen(model, area);
+    const Screen projection = screen(model, area);
     const float em = ImGui::GetFontSize();
     const auto label = [&](const glm::vec2& at, const std::string& text, const Colour& colour) {
         const ImVec2 size = ImGui::CalcTextSize(text.c_str());
@@ -254,10 +254,10 @@ void Picture::draw_labels(const Model& model, const Box& area, const Choices& ch
     };
     for (std::size_t s = 0; s < model.status().sources.size(); ++s) {
         if (s >= model.scene().sources.size()) break;
-        const Vec3 place = model.status().sources[s];
-        const auto at = seen.project(place);
+        const Vec3 position = model.status().sources[s];
+        const auto at = projection.project(position);
         if (!at) continue;
-        const float radius = std::clamp(0.12F * seen.pixels_per_metre(place), 6.0F, 26.0F);
+        const float radius = std::clamp(0.12F * projection.pixels_per_metre(position), 6.0F, 26.0F);
         const bool heard = model.controls.heard(s);
         draw->AddCircleFilled(to_im(*at), radius, packed(heard ? kSource : Colour(0.45F), 0.95F),
                               24);
@@ -269,18 +269,19 @@ void Picture::draw_labels(const Model& model, const Box& area, const Choices& ch
     }
     const Pose pose = listener(model);
     if (!camera.first_person) {
-        if (const auto at = seen.project(pose.position)) {
+        if (const auto at = projection.project(pose.position)) {
             const glm::mat3 axes = pose.rotation();
             const float size_m =
-                std::max(0.16F, 9 / std::max(1.0F, seen.pixels_per_metre(pose.position)));
-            const auto nose = seen.project(pose.position + 2.4F * size_m * axes[0]);
-            const auto left = seen.project(pose.position + size_m * axes[1]);
-            const auto right = seen.project(pose.position - size_m * axes[1]);
+                std::max(0.16F, 9 / std::max(1.0F, projection.pixels_per_metre(pose.position)));
+            const auto nose = projection.project(pose.position + 2.4F * size_m * axes[0]);
+            const auto left = projection.project(pose.position + size_m * axes[1]);
+            const auto right = projection.project(pose.position - size_m * axes[1]);
             if (nose && left && right)
                 draw->AddTriangleFilled(to_im(*nose), to_im(*left), to_im(*right),
                                         packed(kListener, 0.85F));
             draw->AddCircleFilled(
-                to_im(*at), std::clamp(size_m * seen.pixels_per_metre(pose.position), 6.0F, 30.0F),
+                to_im(*at),
+                std::clamp(size_m * projection.pixels_per_metre(pose.position), 6.0F, 30.0F),
                 packed(kListener), 24);
             label(*at - glm::vec2(0, 0.5F * em), "listener", kListener);
         }

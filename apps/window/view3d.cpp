@@ -112,17 +112,17 @@ void main() { shown = c; }
 void append(std::vector<float>& data, const Vec3& v) { data.insert(data.end(), {v.x, v.y, v.z}); }
 
 /// A position rounded to millimetres, so that adjacent triangles share vertices.
-struct Place {
+struct RoundedPosition {
     long x, y, z;
-    explicit Place(const Vec3& v)
+    explicit RoundedPosition(const Vec3& v)
         : x(std::lround(v.x * 1000)), y(std::lround(v.y * 1000)), z(std::lround(v.z * 1000)) {}
-    auto operator<=>(const Place&) const = default;
+    auto operator<=>(const RoundedPosition&) const = default;
 };
 
 struct EdgeHash {
-    std::size_t operator()(const std::pair<Place, Place>& edge) const {
+    std::size_t operator()(const std::pair<RoundedPosition, RoundedPosition>& edge) const {
         std::size_t hash = 0;
-        for (const Place* p : {&edge.first, &edge.second})
+        for (const RoundedPosition* p : {&edge.first, &edge.second})
             for (const long k : {p->x, p->y, p->z})
                 hash = (hash ^ static_cast<std::size_t>(k)) * 0x9E3779B97F4A7C15ULL;
         return hash ^ (hash >> 29);
@@ -176,13 +176,14 @@ void View3d::make_edges(const RayScene& rays) {
         std::uint32_t second;
         bool sharp;
     };
-    std::unordered_map<std::pair<Place, Place>, Edge, EdgeHash> edges;
+    std::unordered_map<std::pair<RoundedPosition, RoundedPosition>, Edge, EdgeHash> edges;
     for (std::uint32_t t = 0; t < rays.triangle_count(); ++t) {
         const RayScene::Triangle& triangle = rays.triangle(t);
         for (std::size_t i = 0; i < 3; ++i) {
             const Vec3& a = triangle.vertices[i];
             const Vec3& b = triangle.vertices[(i + 1) % 3];
-            const std::pair<Place, Place> ends = std::minmax({Place(a), Place(b)});
+            const std::pair<RoundedPosition, RoundedPosition> ends =
+                std::minmax({RoundedPosition(a), RoundedPosition(b)});
             const auto [entry, added] = edges.try_emplace(ends, Edge{a, b, t, t, true});
             if (added) continue;
             Edge& edge = entry->second;

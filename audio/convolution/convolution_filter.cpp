@@ -99,9 +99,9 @@ void FilterTransform::State::transform(std::span<const std::span<const float>> r
 void FilterTransform::State::repeat(std::size_t input, ConvolutionFilter& filter) const {
     for (std::size_t l = 0; l < levels_.size(); ++l) {
         const std::size_t count = levels_[l].partitioning.count;
-        for (std::size_t place = input * count; place < (input + 1) * count; ++place) {
-            filter.levels_[l].memory[place] = levels_[l].newest.memory[place];
-            filter.levels_[l].partitions[place] = levels_[l].newest.partitions[place];
+        for (std::size_t index = input * count; index < (input + 1) * count; ++index) {
+            filter.levels_[l].memory[index] = levels_[l].newest.memory[index];
+            filter.levels_[l].partitions[index] = levels_[l].newest.partitions[index];
         }
     }
 }

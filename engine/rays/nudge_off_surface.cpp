@@ -19,14 +19,14 @@ constexpr float kOnSurface_m = 5e-4F;
 constexpr float kStep_m = 2 * kOnSurface_m;
 
 /// The triangle index of the nearest surface within kOnSurface_m, or kNoTriangle.
-std::uint32_t surface_at(const RayScene& scene, const Vec3& place) {
+std::uint32_t surface_at(const RayScene& scene, const Vec3& position) {
     // A surface through the point stops a ray along the axis nearest to its normal. One of two
     // opposite rays is sufficient, but near an edge rounding may lose either.
     std::array<Ray, 6> probes;
     for (std::size_t i = 0; i < probes.size(); ++i) {
         Vec3 direction(0);
         direction[static_cast<int>(i / 2)] = i % 2 == 0 ? 1.0F : -1.0F;
-        probes[i] = {place - kStep_m * direction, direction, 2 * kStep_m};
+        probes[i] = {position - kStep_m * direction, direction, 2 * kStep_m};
     }
     std::array<Hit, 6> hits;
     scene.intersect(probes, hits);
@@ -35,7 +35,8 @@ std::uint32_t surface_at(const RayScene& scene, const Vec3& place) {
     for (const Hit& hit : hits) {
         if (!hit.any()) continue;
         const RayScene::Triangle& triangle = scene.triangle(hit.triangle);
-        const float distance_m = std::abs(glm::dot(place - triangle.vertices[0], triangle.normal));
+        const float distance_m =
+            std::abs(glm::dot(position - triangle.vertices[0], triangle.normal));
         if (distance_m >= nearest_m || triangle.normal == Vec3(0)) continue;
         nearest = hit.triangle;
         nearest_m = distance_m;
@@ -44,11 +45,11 @@ std::uint32_t surface_at(const RayScene& scene, const Vec3& place) {
 }
 
 /// The number of directions, of 64, in which a surface is visible from a point.
-std::ptrdiff_t closed_in(const RayScene& scene, const Vec3& place) {
+std::ptrdiff_t enclosing_hits(const RayScene& scene, const Vec3& position) {
     const ScrambledSobol sobol(1);
     std::array<Ray, 64> probes;
     for (std::uint32_t i = 0; i < probes.size(); ++i) {
-        probes[i] = {place, uniform_direction(sobol.point(i))};
+        probes[i] = {position, uniform_direction(sobol.point(i))};
     }
     std::array<Hit, 64> hits;
     scene.intersect(probes, hits);
@@ -57,10 +58,10 @@ std::ptrdiff_t closed_in(const RayScene& scene, const Vec3& place) {
 
 }  // namespace
 
-Vec3 off_surface(const RayScene& scene, const Vec3& place) {
+Vec3 nudge_off_surface(const RayScene& scene, const Vec3& position) {
     // In a corner the point is moved one step from each face.
     constexpr int kMaxFaces = 6;
-    Vec3 at = place;
+    Vec3 at = position;
     for (int face = 0; face < kMaxFaces; ++face) {
         const std::uint32_t surface = surface_at(scene, at);
         if (surface == kNoTriangle) break;
@@ -69,7 +70,7 @@ Vec3 off_surface(const RayScene& scene, const Vec3& place) {
             at - glm::dot(at - triangle.vertices[0], triangle.normal) * triangle.normal;
         const Vec3 front = foot + kStep_m * triangle.normal;
         const Vec3 back = foot - kStep_m * triangle.normal;
-        at = closed_in(scene, back) > closed_in(scene, front) ? back : front;
+        at = enclosing_hits(scene, back) > enclosing_hits(scene, front) ? back : front;
     }
     return at;
 }

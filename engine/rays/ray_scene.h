@@ -106,7 +106,7 @@ class RayScene {
     /// The triangle's unit normal on the side of the incoming ray.
     Vec3 facing_normal(const Hit& hit, const Vec3& ray_direction) const;
 
-    /// Offset of every point that represents a place on a surface, on its side: ray origins, and
+    /// Offset of every point that represents a position on a surface, on its side: ray origins, and
     /// the points that assign deposits, gather rays and area samples to patches.
     static constexpr float kOffset_m = 1e-4F;
 

@@ -18,7 +18,7 @@ constexpr int kSurveyBounces = 32;
 constexpr int kMaxPieces = 4;
 
 /// An offset from a surface that exceeds the rounding error at this position.
-float offset_at(const Vec3& place) { return RayScene::offset_after(2 * glm::length(place)); }
+float offset_at(const Vec3& position) { return RayScene::offset_after(2 * glm::length(position)); }
 
 /// The start of the segment after a hit: a point of the previous segment just above the surface. No
 /// surface lies between that point and the previous segment's start, so that no walk leaves a room
@@ -312,14 +312,14 @@ double escape_per_reflection(const RayScene& scene, std::span<const Vec3> inside
     return segments > 0 ? escaped / segments : 0;
 }
 
-std::vector<char> outside_room(const RayScene& scene, std::span<const Vec3> places,
+std::vector<char> outside_room(const RayScene& scene, std::span<const Vec3> positions,
                                std::uint64_t seed) {
     constexpr int kPaths = 64;
-    constexpr double kFew = 0.25;  // of the reflections of the most enclosed place
+    constexpr double kFew = 0.25;  // of the reflections of the most enclosed position
     std::vector<int> reflections;
-    for (const Vec3& place : places) {
+    for (const Vec3& position : positions) {
         int count = 0;
-        trace_random_walks(scene, {&place, 1},
+        trace_random_walks(scene, {&position, 1},
                            {.paths = kPaths, .bounces = kSurveyBounces, .seed = seed},
                            [&](int, const Ray&, const Hit& hit) { count += hit.any() ? 1 : 0; });
         reflections.push_back(count);

@@ -68,9 +68,9 @@ RoomGeometry measure_room(const RayScene& scene, std::span<const Vec3> inside, s
 double escape_per_reflection(const RayScene& scene, std::span<const Vec3> inside,
                              std::uint64_t seed);
 
-/// For each place, whether it is outside a room that contains other places: walks from there escape
-/// after far fewer reflections than walks from the most enclosed place.
-std::vector<char> outside_room(const RayScene& scene, std::span<const Vec3> places,
+/// For each position, whether it is outside a room that contains other positions: walks from there
+/// escape after far fewer reflections than walks from the most enclosed position.
+std::vector<char> outside_room(const RayScene& scene, std::span<const Vec3> positions,
                                std::uint64_t seed);
 
 /// Sabine's reverberation time in s for each band, including air absorption; infinite without loss.

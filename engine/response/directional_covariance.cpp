@@ -137,9 +137,9 @@ void DirectionalCovariance::mixing(const Vec3& mean, float* triangle) const {
     const Vec3 direction = length > 0 ? mean / static_cast<float>(length) : Vec3{0, 0, 1};
     std::array<double, kMaxHarmonics> harmonics;
     spherical_harmonics(direction, 2 * order_, harmonics.data());
-    const double place = length * kLengths;
-    const std::size_t below = std::min(static_cast<std::size_t>(place), kLengths - 1);
-    const double share = place - static_cast<double>(below);
+    const double position = length * kLengths;
+    const std::size_t below = std::min(static_cast<std::size_t>(position), kLengths - 1);
+    const double share = position - static_cast<double>(below);
     for (int l = 0, k = 0; l <= 2 * order_; ++l) {
         const auto order = static_cast<std::size_t>(l);
         // Linear interpolation of the table: a mixture of two distributions.

@@ -97,7 +97,7 @@ struct Moments {
 };
 
 struct Channel {
-    std::size_t place = 0;         ///< start of its carriers
+    std::size_t offset = 0;        ///< start of its carriers
     std::vector<Moments> moments;  ///< [segment]
 };
 
@@ -134,7 +134,7 @@ ImpulseResponseBuilder::State::State(std::shared_ptr<const NoiseCarriers> carrie
       channels_(field_.channels()) {
     assert(length_s > 0);
     for (std::size_t c = 0; c < channels_.size(); ++c) {
-        channels_[c].place = carriers_->place(source, c);
+        channels_[c].offset = carriers_->offset(source, c);
     }
 }
 
@@ -255,7 +255,7 @@ Moments ImpulseResponseBuilder::State::moments(const Channel& channel,
         const double unit{carriers_->step()[b]};
         std::array<double, 3> sum{};
         for (std::size_t first = begin; first < end; first += kChunk_samples) {
-            const std::int16_t* const carrier = carriers_->read(b, channel.place, first);
+            const std::int16_t* const carrier = carriers_->read(b, channel.offset, first);
             const double offset{middle(first, segment.begin_cell)};
             for (std::size_t j = 0; j < std::min(kChunk_samples, end - first); ++j) {
                 const auto x = static_cast<double>(carrier[j]);
@@ -344,7 +344,7 @@ void ImpulseResponseBuilder::State::build(const EnergyResponse& energy, ImpulseR
             for (std::size_t c = 0; c < channels_.size(); ++c) {
                 std::array<const std::int16_t*, kBandCount> carrier{};
                 for (std::size_t b = 0; b < kBandCount; ++b) {
-                    carrier[b] = carriers_->read(b, channels_[c].place, first);
+                    carrier[b] = carriers_->read(b, channels_[c].offset, first);
                 }
                 float* const shaped = noises.data() + c * kChunk_samples;
                 const Bands scale = gain[c] * carriers_->step();

@@ -94,7 +94,7 @@ NoiseCarriers::NoiseCarriers(double sample_rate_hz, std::uint64_t seed)
     }
 }
 
-std::size_t NoiseCarriers::place(std::string_view source, std::size_t channel) const {
+std::size_t NoiseCarriers::offset(std::string_view source, std::size_t channel) const {
     assert(channel < kMaxChannels);
     // The channels of a source are spaced evenly over the period, those of low orders farthest
     // apart.

@@ -13,7 +13,7 @@ namespace aula {
 /// Noise carriers of impulse responses: a seeded white sequence, split by a power-complementary
 /// octave filter bank and levelled to constant short-time power. The sequence is periodic in
 /// kPeriod_s and shared by all sources of a scene; each channel of each source starts reading at a
-/// different place. All bands of a channel start at the same place: they are parts of one white
+/// different offset. All bands of a channel have the same offset: they are parts of one white
 /// noise, so that overlapping bands do not interfere. Immutable.
 class NoiseCarriers {
  public:
@@ -34,11 +34,11 @@ class NoiseCarriers {
 
     /// The start of a channel of a source in the period, samples. It depends on the seed and the
     /// name only, so that a source sounds the same with any other sources.
-    std::size_t place(std::string_view source, std::size_t channel) const;
+    std::size_t offset(std::string_view source, std::size_t channel) const;
 
-    /// The kMaxRead_samples samples of a band from `sample` after a place on, in units of step().
-    const std::int16_t* read(std::size_t band, std::size_t place, std::size_t sample) const {
-        return carriers_[band].data() + (place + sample) % period_samples_;
+    /// The kMaxRead_samples samples of a band from `sample` after an offset, in units of step().
+    const std::int16_t* read(std::size_t band, std::size_t offset, std::size_t sample) const {
+        return carriers_[band].data() + (offset + sample) % period_samples_;
     }
 
     std::size_t memory_bytes() const;

@@ -155,15 +155,15 @@ std::vector<std::uint32_t> map_materials(const JsonReader& json, const ImportedM
     std::vector<std::optional<std::uint32_t>> mapped(mesh.material_names.size());
     std::vector<bool> used(mesh.material_names.size(), false);
     for (const std::uint32_t material : mesh.triangle_materials) used[material] = true;
-    std::unordered_map<std::string, std::size_t> places;
-    for (const std::string& name : mesh.material_names) places.emplace(name, places.size());
+    std::unordered_map<std::string, std::size_t> indices;
+    for (const std::string& name : mesh.material_names) indices.emplace(name, indices.size());
 
     if (const auto mapping = json.find("materials")) {
         for (const auto& [name, target] : mapping->members("an object of material names")) {
-            const auto known = places.find(name);
+            const auto known = indices.find(name);
             std::uint32_t material = 0;
             target.attempt([&, &to = target] { material = materials.require(to); });
-            if (known != places.end()) {
+            if (known != indices.end()) {
                 mapped[known->second] = material;
             } else {
                 warnings.push_back(target.message("the mesh has no material " + quoted(name) +

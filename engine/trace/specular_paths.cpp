@@ -24,7 +24,7 @@ constexpr double kNearest_m = 0.1;
 // Images are tested at this offset from their position: in symmetric rooms their paths meet edges
 // and corners exactly, where a ray may miss the surfaces.
 constexpr Point kNudge_m(1.1e-4, 1.9e-4, 3.7e-4);
-// The nudge does not cross a plane beyond this distance; off_surface() moves points by more.
+// The nudge does not cross a plane beyond this distance; nudge_off_surface() moves points by more.
 constexpr double kOnPlane_m = 5e-4;
 
 // Merged triangles are up to 1 mm from their plane.
@@ -165,8 +165,8 @@ void SpecularPaths::discover(const Vec3& listener, std::uint64_t frame) {
         // Start points fill the whole sphere. From its centre alone, sequences that are valid there
         // would be met first, and their neighbours would be left to the rays as well.
         const auto radius_m = static_cast<float>(radius_m_) * std::cbrt(random.uniform());
-        const Vec3 place = listener + radius_m * uniform_direction(random.uniform_2d());
-        rays[i] = {.origin = scene_.visible(listener, place) ? place : listener,
+        const Vec3 point = listener + radius_m * uniform_direction(random.uniform_2d());
+        rays[i] = {.origin = scene_.visible(listener, point) ? point : listener,
                    .direction = uniform_direction(sobol.point(i))};
     }
     std::vector<Hit> hits;
@@ -352,8 +352,8 @@ void SpecularPaths::follow(std::vector<Probe>& probes, const Vec3& source,
         probes.erase(probes.begin() + static_cast<std::ptrdiff_t>(alive), probes.end());
     }
     std::erase_if(arrived, [&](const Probe& probe) {
-        const auto is_on = [&](const Vec3& place, std::uint32_t plane) {
-            return std::abs(planes_[plane].distance_m(Point(place))) < kOnPlane_m;
+        const auto is_on = [&](const Vec3& point, std::uint32_t plane) {
+            return std::abs(planes_[plane].distance_m(Point(point))) < kOnPlane_m;
         };
         return key_of(probe.planes) != probe.image || is_on(listener, probe.planes.front()) ||
                is_on(source, probe.planes.back());

@@ -441,7 +441,7 @@ TEST_CASE(
     for (const std::string option : {"--offline", "--ir", "--echogram", "--screenshot"})
         refused({option, "-"});
     refused({"--report=-"});
-    // Companion: files with different names and places are written.
+    // Companion: files with different names and folders are written.
     const ProgramResult written = aula_with(
         {scene, "--frames", "1", "--ir", in + "ir.wav", "--echogram", in + "sub/new.csv"});
     INFO(written.err);

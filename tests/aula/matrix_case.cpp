@@ -69,7 +69,7 @@ class CaseMaker {
         choose_sound();
         choose_simulation();
         choose_mode();
-        for (auto& [key, value] : simulation_.items()) place(key, value);
+        for (auto& [key, value] : simulation_.items()) add_setting(key, value);
         std::ofstream(folder_ / "scene.json") << scene_.dump(2) << '\n';
         case_.command.insert(case_.command.begin(), {"aula", (folder_ / "scene.json").string()});
         case_.command.emplace_back("--quiet");
@@ -78,7 +78,7 @@ class CaseMaker {
 
  private:
     /// Writes a setting to the scene file or to the command line.
-    void place(const std::string& key, const Json& value) {
+    void add_setting(const std::string& key, const Json& value) {
         static const std::vector<std::pair<std::string, std::string>> kOptions = {
             {"estimator", "--estimator"},
             {"rays", "--rays"},

@@ -39,11 +39,11 @@ EnergyResponse after(const Scene& scene, const std::vector<Vec3>& source, bool l
 
 /// A source that rests at one of two positions, then walks from a common position.
 std::vector<Vec3> walk(const Vec3& before, int frames) {
-    std::vector<Vec3> places(20, before);
+    std::vector<Vec3> positions(20, before);
     for (int f = 0; f < frames; ++f) {
-        places.emplace_back(2 + 0.01F * static_cast<float>(f), 2, 1.2F);
+        positions.emplace_back(2 + 0.01F * static_cast<float>(f), 2, 1.2F);
     }
-    return places;
+    return positions;
 }
 
 }  // namespace
@@ -75,11 +75,11 @@ TEST_CASE("from tau after a change on, nothing from before it remains, to the bi
 TEST_CASE("when a source stops, nothing of its walk remains after tau") {
     const Scene scene = room();
     const auto run = [&](float y, int rest) {
-        std::vector<Vec3> places;
+        std::vector<Vec3> positions;
         for (int f = 0; f < 12; ++f)
-            places.emplace_back(1.5F + 0.04F * static_cast<float>(f), y, 1);
-        for (int f = 0; f < rest; ++f) places.emplace_back(2, 2, 1);
-        return after(scene, places, true);
+            positions.emplace_back(1.5F + 0.04F * static_cast<float>(f), y, 1);
+        for (int f = 0; f < rest; ++f) positions.emplace_back(2, 2, 1);
+        return after(scene, positions, true);
     };
     const int window = scene.simulation.window_frames();
     CHECK(run(2, window).energy == run(1.9F, window).energy);
@@ -102,13 +102,13 @@ TEST_CASE("the response of a static source does not depend on earlier positions 
         }
         return propagation.response(0);
     };
-    const EnergyResponse crept = at_last(Vec3(0.002F, 0, 0), 1);
+    const EnergyResponse moved_slowly = at_last(Vec3(0.002F, 0, 0), 1);
     const EnergyResponse walked = at_last(Vec3(-0.1F, -0.05F, 0), 1);
     // Exact: the rays of all frames are gathered at the last position for any history.
-    CHECK(crept.energy == walked.energy);
-    CHECK(crept.direction == walked.direction);
+    CHECK(moved_slowly.energy == walked.energy);
+    CHECK(moved_slowly.direction == walked.direction);
     // Companion: other rays give another response.
-    CHECK(crept.energy != at_last(Vec3(0.002F, 0, 0), 2).energy);
+    CHECK(moved_slowly.energy != at_last(Vec3(0.002F, 0, 0), 2).energy);
 }
 
 TEST_CASE("0.3 s after a door has shut the level behind it is right within 1 dB") {

@@ -75,9 +75,10 @@ Figures from_listener(const Scene& scene, std::size_t listener_count = 1) {
         propagation.restart(derive_seed(test::test_seed(), 1, i));
         FrameInput input = test::static_input(scene);
         if (listener_count == 2) input.listeners = {Vec3(2, 3.5F, 0.5F), input.listeners[0]};
-        const Vec3 place = input.sources[0];
+        const Vec3 position = input.sources[0];
         for (int f = 0; f <= kMoves; ++f) {
-            input.sources[0] = f < kMoves ? Vec3(4.5F, 0.5F + static_cast<float>(f), 2.5F) : place;
+            input.sources[0] =
+                f < kMoves ? Vec3(4.5F, 0.5F + static_cast<float>(f), 2.5F) : position;
             propagation.step(input);
         }
         read(propagation.response(0, listener_count - 1), figures);

@@ -234,13 +234,14 @@ std::optional<ModalRoom> museum() {
     return modal_room_of("museum_raves", "mesh_54patches.obj", "Museum_54_patches", 2);
 }
 
-/// Checks late decays between pairs of places against the slowest modes, by band, in the mean over
-/// seeds: a single one deviates by 3 %, at most by 8 %. The modes' patches are few: from 20 to 30
-/// of them the coupled rooms' times grow by up to a tenth. Hence the 12 %, and 2 % for the mean's
-/// own error.
-void check_late_decays(const ModalRoom& room, const std::array<std::pair<Vec3, Vec3>, 2>& places) {
+/// Checks late decays between pairs of positions against the slowest modes, by band, in the mean
+/// over seeds: a single one deviates by 3 %, at most by 8 %. The modes' patches are few: from 20 to
+/// 30 of them the coupled rooms' times grow by up to a tenth. Hence the 12 %, and 2 % for the
+/// mean's own error.
+void check_late_decays(const ModalRoom& room,
+                       const std::array<std::pair<Vec3, Vec3>, 2>& positions) {
     constexpr std::uint64_t kSeeds = 8;
-    for (const auto& [from, to] : places) {
+    for (const auto& [from, to] : positions) {
         Bands late_s;
         for (std::uint64_t k = 0; k < kSeeds; ++k) {
             late_s += late_decay_s(room.scene, room.length_s(), Estimator::patch, 2500, from, to,

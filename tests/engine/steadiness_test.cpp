@@ -57,8 +57,8 @@ TEST_CASE("the first reflection is bounded as source and listener approach a wal
     // lambda^2, and nearby at least half of that.
     double before = 0;
     for (const float height_m : {1.0F, 0.5F, 0.1F, 0.02F, 0.001F}) {
-        const Vec3 place(0.25F, 0.25F, height_m);
-        const Scene scene = test::grey_room(test::square(8), 0.2F, 1, place, place);
+        const Vec3 position(0.25F, 0.25F, height_m);
+        const Scene scene = test::grey_room(test::square(8), 0.2F, 1, position, position);
         Simulation simulation = test::with(scene, Estimator::patch, 0.1F);
         simulation.order = 1;
         Propagation propagation(scene, simulation);

@@ -24,7 +24,7 @@ const Vec3 kListener(3.7F, 2.9F, 1.2F);
 const std::initializer_list<Estimator> kUnbiased{Estimator::dpc, Estimator::patch};
 
 /// Uniform in a box.
-Vec3 place(RandomStream& random, const Vec3& low, const Vec3& high) {
+Vec3 random_point(RandomStream& random, const Vec3& low, const Vec3& high) {
     const auto xy = random.uniform_2d();
     return low + Vec3(xy[0], xy[1], random.uniform()) * (high - low);
 }
@@ -42,7 +42,7 @@ Object clutter(RandomStream& random, int count, float size_m, const Vec3& low, c
                std::uint32_t materials = 1) {
     Object object;
     for (int i = 0; i < count; ++i) {
-        const Vec3 at = place(random, low, high);
+        const Vec3 at = random_point(random, low, high);
         add_triangle(object, at, at + size_m * uniform_direction(random.uniform_2d()),
                      at + size_m * uniform_direction(random.uniform_2d()),
                      static_cast<std::uint32_t>(random.bits() % materials));
@@ -171,10 +171,10 @@ TEST_CASE("a source on a wall, an edge or a corner sends all its energy into the
 }
 
 TEST_CASE("a mirror doubles the direct sound of a source or listener on it") {
-    for (const bool listens : {false, true}) {
-        const Vec3 place(2, 1.5F, 0);
-        Scene scene = test::grey_room(test::box(kSize), 0, 0, listens ? kListener : place,
-                                      listens ? place : kListener);
+    for (const bool is_listener : {false, true}) {
+        const Vec3 position(2, 1.5F, 0);
+        Scene scene = test::grey_room(test::box(kSize), 0, 0, is_listener ? kListener : position,
+                                      is_listener ? position : kListener);
         scene.simulation.direct = true;
         scene.simulation.specular_order = 1;
         Propagation propagation(scene, test::with(scene, Estimator::patch, 0.1F));
@@ -230,8 +230,8 @@ TEST_CASE("inside a solid there is little energy, and around it none is lost") {
 
 TEST_CASE(
     "a source at the listener's position, in the middle or on a wall, has a finite response") {
-    for (const Vec3& place : {kListener, Vec3(2, 1.5F, 0), Vec3(0)}) {
-        Scene scene = test::grey_room(test::box(kSize), 0.2F, 0.3F, place, place);
+    for (const Vec3& position : {kListener, Vec3(2, 1.5F, 0), Vec3(0)}) {
+        Scene scene = test::grey_room(test::box(kSize), 0.2F, 0.3F, position, position);
         scene.simulation.direct = true;
         scene.simulation.specular_order = 3;
         for (const Estimator estimator : test::kAllEstimators) {
@@ -292,7 +292,7 @@ TEST_CASE("for any triangles responses are finite, not negative, and the same wi
             const Vec3 b = soup.vertices[random.bits() % soup.vertices.size()];
             if (kind < 0.2F) return a;
             if (kind < 0.3F) return (a + b) * 0.5F;
-            return place(random, Vec3(-4), Vec3(4));
+            return random_point(random, Vec3(-4), Vec3(4));
         };
         scene.sources[0].position = somewhere();
         scene.listener.pose.position =

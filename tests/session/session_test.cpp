@@ -241,11 +241,11 @@ TEST_CASE("Along a walk the tail of a 1 kHz tone varies less than in a diffuse f
     const double length_s = propagation.response_length_s();
     ImpulseResponseBuilder builder(carriers, length_s, "left");
     ImpulseResponse response;
-    constexpr int kPlaces = 60;
+    constexpr int kPositions = 60;
     constexpr float kStep_m = 0.06F;  // a sixth of the wavelength
     std::vector<double> walk_db;
-    for (int place = 0; place < kPlaces; ++place) {
-        input.listeners[0] = Vec3(0.5F + kStep_m * static_cast<float>(place), 2, 1.5F);
+    for (int position = 0; position < kPositions; ++position) {
+        input.listeners[0] = Vec3(0.5F + kStep_m * static_cast<float>(position), 2, 1.5F);
         propagation.step(input);
         builder.build(propagation.response(0), response);
         walk_db.push_back(tail_level_db(response, 1000));
@@ -254,7 +254,7 @@ TEST_CASE("Along a walk the tail of a 1 kHz tone varies less than in a diffuse f
     // independent noises.
     const double diffuse_db = 10 / std::log(10.0) * std::numbers::pi / std::sqrt(6.0);
     std::vector<double> independent_db;
-    for (int name = 0; name < 2 * kPlaces; ++name) {
+    for (int name = 0; name < 2 * kPositions; ++name) {
         ImpulseResponseBuilder(carriers, length_s, std::to_string(name))
             .build(propagation.response(0), response);
         independent_db.push_back(tail_level_db(response, 1000));
@@ -264,7 +264,7 @@ TEST_CASE("Along a walk the tail of a 1 kHz tone varies less than in a diffuse f
     std::printf(
         "the tail of a 1 kHz tone varies by %.2f dB along a walk of 3.6 m, by %.2f dB over\n"
         "%d independent noises, and by %.2f dB in a diffuse field\n",
-        walk, independent, 2 * kPlaces, diffuse_db);
+        walk, independent, 2 * kPositions, diffuse_db);
     CHECK(walk < diffuse_db / 2);
     // Statistical: the logarithm of an exponential variable has a kurtosis of 5.4; the standard
     // deviation of 120 values is known to 9.6 %. 3 of these.

@@ -22,9 +22,9 @@ std::string to_text(const Value& value, int decimals) {
     if (const auto* number = std::get_if<double>(&value)) return fixed(*number, decimals);
     if (const auto* whole = std::get_if<std::int64_t>(&value)) return std::to_string(*whole);
     if (const auto* text = std::get_if<std::string>(&value)) return *text;
-    if (const auto* place = std::get_if<std::array<double, 3>>(&value)) {
-        return fixed((*place)[0], decimals) + "," + fixed((*place)[1], decimals) + "," +
-               fixed((*place)[2], decimals);
+    if (const auto* position = std::get_if<std::array<double, 3>>(&value)) {
+        return fixed((*position)[0], decimals) + "," + fixed((*position)[1], decimals) + "," +
+               fixed((*position)[2], decimals);
     }
     return "-";
 }

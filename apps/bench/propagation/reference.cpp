@@ -40,7 +40,7 @@ Reference::Reference(const Scene& scene, const Simulation& simulation, double ti
       max_length_m_(static_cast<float>(static_cast<double>(bin_count) * kBin_s) *
                     speed_of_sound_m_s_),
       attenuation_per_m_(scene.medium.attenuation_per_m()),
-      strands_(kStrands, Sums(receivers_.size() * bin_count, 0)),
+      estimates_(kEstimates, Sums(receivers_.size() * bin_count, 0)),
       images_(receivers_.size() * bin_count, 0) {
     add_image_sources();
 }
@@ -69,11 +69,11 @@ void Reference::add_image_sources() {
 }
 
 void Reference::trace(std::uint64_t rays, WorkerPool& workers) {
-    const std::uint64_t rounds = (rays + kBatchRays * kStrands - 1) / (kBatchRays * kStrands);
-    workers.run(kStrands, [&](std::size_t strand) {
+    const std::uint64_t rounds = (rays + kBatchRays * kEstimates - 1) / (kBatchRays * kEstimates);
+    workers.run(kEstimates, [&](std::size_t estimate) {
         for (std::uint64_t round = 0; round < rounds; ++round) {
-            trace_batch(derive_seed(simulation_.seed, 0x5eed, strand, rounds_ + round),
-                        strands_[strand]);
+            trace_batch(derive_seed(simulation_.seed, 0x5eed, estimate, rounds_ + round),
+                        estimates_[estimate]);
         }
     });
     rounds_ += static_cast<std::uint32_t>(rounds);
@@ -196,22 +196,22 @@ void Reference::add(std::size_t receiver, float length_m, const Bands& energy, S
 }
 
 Reference::Estimate Reference::energy(std::size_t receiver, BinRange bins) const {
-    const double rays_of_strand = static_cast<double>(rays()) / kStrands;
+    const double rays_of_strand = static_cast<double>(rays()) / kEstimates;
     double mean = 0;
     double squares = 0;
-    for (const Sums& strand : strands_) {
+    for (const Sums& estimate : estimates_) {
         double energy = 0;
         for (std::size_t b = bins.first; b < bins.end; ++b) {
-            energy += strand[receiver * bin_count_ + b] / rays_of_strand;
+            energy += estimate[receiver * bin_count_ + b] / rays_of_strand;
         }
-        mean += energy / kStrands;
-        squares += energy * energy / kStrands;
+        mean += energy / kEstimates;
+        squares += energy * energy / kEstimates;
     }
     const auto image = images_.begin() + static_cast<std::ptrdiff_t>(receiver * bin_count_);
     const double images = std::accumulate(image + static_cast<std::ptrdiff_t>(bins.first),
                                           image + static_cast<std::ptrdiff_t>(bins.end), 0.0);
-    const double variance = std::max(0.0, squares - mean * mean) * kStrands / (kStrands - 1);
-    return {mean + images, std::sqrt(variance / kStrands)};
+    const double variance = std::max(0.0, squares - mean * mean) * kEstimates / (kEstimates - 1);
+    return {mean + images, std::sqrt(variance / kEstimates)};
 }
 
 std::vector<double> Reference::response(std::size_t receiver) const {

@@ -33,7 +33,7 @@ class Reference {
     /// Traces at least `rays` more.
     void trace(std::uint64_t rays, WorkerPool& workers);
 
-    std::uint64_t rays() const { return std::uint64_t{rounds_} * kBatchRays * kStrands; }
+    std::uint64_t rays() const { return std::uint64_t{rounds_} * kBatchRays * kEstimates; }
 
     /// Energy in a range of bins.
     Estimate energy(std::size_t receiver, BinRange bins) const;
@@ -46,7 +46,7 @@ class Reference {
 
  private:
     /// Independent estimates, whose spread gives the standard error.
-    static constexpr std::size_t kStrands = 64;
+    static constexpr std::size_t kEstimates = 64;
     static constexpr std::uint64_t kBatchRays = 256;
 
     struct Path;
@@ -67,7 +67,7 @@ class Reference {
     float speed_of_sound_m_s_;
     float max_length_m_;
     Bands attenuation_per_m_;
-    std::vector<Sums> strands_;
+    std::vector<Sums> estimates_;
     Sums images_;
     std::uint32_t rounds_ = 0;
 };

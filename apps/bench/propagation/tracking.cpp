@@ -163,7 +163,7 @@ class WalkReference {
         : bundles_(std::move(bundles)) {
         for (const Bundle& bundle : bundles_) {
             for (std::size_t r = 0; r < bundle.receivers.size(); ++r) {
-                places_.push_back({tracers_.size(), r});
+                receivers_.push_back({tracers_.size(), r});
             }
             tracers_.push_back(std::make_unique<Reference>(subject.scene, subject.scene.simulation,
                                                            bundle.time_s, bundle.emitter,
@@ -190,29 +190,29 @@ class WalkReference {
     }
 
     std::vector<double> response(std::size_t position) const {
-        const auto [tracer, receiver] = places_[position];
+        const auto [tracer, receiver] = receivers_[position];
         return tracers_[tracer]->response(receiver);
     }
 
     /// Relative standard error, rms over positions and measured bins.
     double error() const {
         double squares = 0;
-        for (std::size_t i = 0; i < places_.size(); ++i) {
-            const auto [tracer, receiver] = places_[i];
+        for (std::size_t i = 0; i < receivers_.size(); ++i) {
+            const auto [tracer, receiver] = receivers_[i];
             const BinRange bins = bins_from_peak(response(i));
             squares += std::pow(tracers_[tracer]->relative_error(receiver, bins), 2);
         }
-        return std::sqrt(squares / static_cast<double>(places_.size()));
+        return std::sqrt(squares / static_cast<double>(receivers_.size()));
     }
 
  private:
-    struct Place {
+    struct ReceiverIndex {
         std::size_t tracer;
         std::size_t receiver;
     };
     std::vector<Bundle> bundles_;
     std::vector<std::unique_ptr<Reference>> tracers_;  ///< of each bundle
-    std::vector<Place> places_;                        ///< of each position
+    std::vector<ReceiverIndex> receivers_;             ///< of each position
 };
 
 struct Deviation {

@@ -23,9 +23,9 @@ class LatencyCounts {
  public:
     void add(std::int64_t ns) noexcept AULA_NONBLOCKING {
         const std::int64_t step = ns < 0 ? 0 : ns / kStep_ns;
-        const std::size_t place =
+        const std::size_t bin =
             static_cast<std::size_t>(step) < kSteps ? static_cast<std::size_t>(step) : kSteps - 1;
-        counts_[place].fetch_add(1, std::memory_order_relaxed);
+        counts_[bin].fetch_add(1, std::memory_order_relaxed);
     }
 
     /// The duration that a share of all entries did not exceed, rounded up to a step; 0 if there

@@ -15,7 +15,7 @@ namespace aula {
 namespace {
 
 /// The object, and the index within it, of a triangle index that counts over all objects.
-std::pair<std::size_t, std::size_t> place_of(const Scene& scene, std::uint32_t triangle) {
+std::pair<std::size_t, std::size_t> locate(const Scene& scene, std::uint32_t triangle) {
     std::size_t left = triangle;
     for (std::size_t object = 0; object < scene.objects.size(); ++object) {
         if (left < scene.objects[object].triangles.size()) return {object, left};
@@ -86,7 +86,7 @@ std::vector<std::uint32_t> surface_of(const RayScene& rays, std::uint32_t triang
 }
 
 std::vector<std::uint32_t> triangles_like(const Scene& scene, std::uint32_t triangle) {
-    const auto [object, index] = place_of(scene, triangle);
+    const auto [object, index] = locate(scene, triangle);
     const std::uint32_t material = scene.objects[object].triangle_materials[index];
     std::vector<std::uint32_t> found;
     std::uint32_t t = 0;
@@ -100,7 +100,7 @@ std::vector<std::uint32_t> triangles_like(const Scene& scene, std::uint32_t tria
 }
 
 const Material& material_of(const Scene& scene, std::uint32_t triangle) {
-    const auto [object, index] = place_of(scene, triangle);
+    const auto [object, index] = locate(scene, triangle);
     return scene.materials[scene.objects[object].triangle_materials[index]];
 }
 
@@ -123,7 +123,7 @@ Scene with_material(const Scene& scene, const std::vector<std::uint32_t>& triang
     const auto index = static_cast<std::uint32_t>(
         find([&](const Material& m) { return m.name == wanted.name; }) - edited.materials.begin());
     for (const std::uint32_t triangle : triangles) {
-        const auto [object, own] = place_of(edited, triangle);
+        const auto [object, own] = locate(edited, triangle);
         edited.objects[object].triangle_materials[own] = index;
     }
     return edited;

@@ -87,9 +87,9 @@ float Screen::pixels_per_metre(const Vec3& point) const {
 }
 
 Ray Screen::ray(glm::vec2 pixel) const {
-    const glm::vec2 place = (pixel - corner_) / size_;
+    const glm::vec2 relative = (pixel - corner_) / size_;
     const glm::vec4 far =
-        glm::inverse(matrix_) * glm::vec4(2 * place.x - 1, 1 - 2 * place.y, 0.5F, 1);
+        glm::inverse(matrix_) * glm::vec4(2 * relative.x - 1, 1 - 2 * relative.y, 0.5F, 1);
     return {eye_, glm::normalize(Vec3(far) / far.w - eye_)};
 }
 

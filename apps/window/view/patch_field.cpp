@@ -34,8 +34,8 @@ void PatchField::for_each_texel(const PatchCell& cell, const Visit& visit) const
     const Vec3& d = cell.direction;
     const int axis = d.x != 0 ? 0 : d.y != 0 ? 1 : 2;
     const int direction = 2 * axis + (d[axis] < 0 ? 1 : 0);
-    const auto texel = [&](const Vec3& place) {
-        return glm::clamp(glm::ivec3(glm::floor((place - origin_) / cell_m_)), glm::ivec3(0),
+    const auto texel = [&](const Vec3& position) {
+        return glm::clamp(glm::ivec3(glm::floor((position - origin_) / cell_m_)), glm::ivec3(0),
                           size_ - 1);
     };
     const glm::ivec3 middle = texel((cell.low + cell.high) * 0.5F);

@@ -108,13 +108,13 @@ TEST_CASE("Equalisation raises frequencies without energy by at most 24 dB") {
 
 TEST_CASE("The delay of the head's centre does not depend on the density of directions") {
     const std::vector<std::array<float, 3>> even = lattice(400);
-    std::vector<std::array<float, 3>> crowded = even;
+    std::vector<std::array<float, 3>> dense = even;
     for (const auto& d : lattice(20000)) {
-        if (d[1] > 0.95F) crowded.push_back(d);
+        if (d[1] > 0.95F) dense.push_back(d);
     }
-    REQUIRE(crowded.size() > 2 * even.size());
+    REQUIRE(dense.size() > 2 * even.size());
     const double exact = sphere_head(even).centre_delay_s();
-    const HeadResponses head = sphere_head(crowded);
+    const HeadResponses head = sphere_head(dense);
     // The weights are counted with 20000 points, 50 for each uniform direction: 1 %.
     CHECK(head.centre_delay_s() == Approx(exact).epsilon(0.02));
     // Companion: the unweighted mean differs.

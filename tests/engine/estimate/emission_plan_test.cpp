@@ -52,9 +52,9 @@ TEST_CASE("a static listener emits the rays for moving sources") {
 TEST_CASE("if both ends move, the end with fewer emitters emits rays") {
     CHECK(plan({kMoves}, {kMoves}).sources == Batches{kMax});
     CHECK(plan({kMoves}, {kMoves}).listeners == Batches{0});
-    const EmissionPlan crowd = plan({kMoves, kMoves, kMoves}, {kMoves});
-    CHECK(crowd.sources == Batches{0, 0, 0});
-    CHECK(crowd.listeners == Batches{kMax});
+    const EmissionPlan many_moving = plan({kMoves, kMoves, kMoves}, {kMoves});
+    CHECK(many_moving.sources == Batches{0, 0, 0});
+    CHECK(many_moving.listeners == Batches{kMax});
     CHECK(plan({kMoves, kMoves}, {kMoves, kMoves}).sources == Batches{kMax, kMax});
 }
 

@@ -123,9 +123,9 @@ TEST_CASE("segments of a static emitter are kept until newer ones need their mem
     CHECK(segments.rays() == kMax * kRays);
     CHECK(segments.full());
     // The window's four frames are kept if there are many segments, unless memory is short.
-    SegmentCache crowded = {4, 0.5F, Bands{}, 1, kMemory_bytes};
-    run(crowded, 0, 15);
-    CHECK(crowded.rays() == 4 * kRays);
+    SegmentCache full = {4, 0.5F, Bands{}, 1, kMemory_bytes};
+    run(full, 0, 15);
+    CHECK(full.rays() == 4 * kRays);
     SegmentCache two = window();
     run(two, 0, 2);
     SegmentCache small = window(two.memory_bytes());

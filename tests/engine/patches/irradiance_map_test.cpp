@@ -35,18 +35,18 @@ struct Surveyed {
     explicit Surveyed(const Scene& scene, const Vec3& inside = kInside)
         : rays(scene), grid(rays, kPatch_m, {&inside, 1}, test::test_seed(), workers) {}
 
-    struct Place {
+    struct PatchPoint {
         std::uint32_t patch = PatchGrid::kNone;
         float area_m2 = 0;     // of the patch
         float irradiance = 0;  // in it
     };
-    Place met(const Vec3& from, const Vec3& way) const {
-        const Ray ray{from, way};
+    PatchPoint hit_by(const Vec3& from, const Vec3& direction) const {
+        const Ray ray{from, direction};
         Hit hit;
         rays.intersect({&ray, 1}, {&hit, 1});
         REQUIRE(hit.any());
-        const Vec3 point = rays.point(hit, way);
-        const Vec3 normal = rays.facing_normal(hit, way);
+        const Vec3 point = rays.point(hit, direction);
+        const Vec3 normal = rays.facing_normal(hit, direction);
         const std::uint32_t patch = grid.find(point, normal);
         REQUIRE(patch != PatchGrid::kNone);
         return {patch, grid.area_m2(patch),
@@ -56,15 +56,16 @@ struct Surveyed {
     /// Share of the energy of the lid's patch that the upward faces of its cell radiate, seen from
     /// above.
     double share_seen() const {
-        const std::uint32_t patch = met(kOnLid, kDown).patch;
+        const std::uint32_t patch = hit_by(kOnLid, kDown).patch;
         RandomStream random(1);
         constexpr int kPoints = 4000;
         double share = 0;
         for (int i = 0; i < kPoints; ++i) {
             const auto [x, y] = random.uniform_2d();
-            const Place place = met(kCell + Vec3(kPatch_m * x, kPatch_m * y, 1), kDown);
-            if (place.patch != patch) continue;
-            share += kPatch_m2 / kPoints * double{place.irradiance / place.area_m2};
+            const PatchPoint patch_point =
+                hit_by(kCell + Vec3(kPatch_m * x, kPatch_m * y, 1), kDown);
+            if (patch_point.patch != patch) continue;
+            share += kPatch_m2 / kPoints * double{patch_point.irradiance / patch_point.area_m2};
         }
         return share;
     }
@@ -89,7 +90,7 @@ TEST_CASE("under uniform irradiance all parts of a patch are equal") {
     RandomStream random(1);
     int uneven = 0;
     for (int i = 0; i < 2000; ++i) {
-        if (s.met(kInside, uniform_direction(random.uniform_2d())).irradiance != 1) ++uneven;
+        if (s.hit_by(kInside, uniform_direction(random.uniform_2d())).irradiance != 1) ++uneven;
     }
     // At six standard deviations none of 376 patches, except where the random walks are not yet
     // uniform; each is hit by 5 rays.
@@ -106,9 +107,9 @@ TEST_CASE("a lid over a hollow box radiates all energy of its patch") {
         // of a quarter of a hit beside 16 moves the share by 1 % towards a half.
         CHECK(s.share_seen() == Approx(1).margin(0.15));
         // Companions: by area alone lid and inside would each have half.
-        const Surveyed::Place lid = s.met(kCorner + Vec3(0.2F, 0.21F, 1), kDown);
+        const Surveyed::PatchPoint lid = s.hit_by(kCorner + Vec3(0.2F, 0.21F, 1), kDown);
         CHECK(kLid_m2 / double{lid.area_m2} < 0.6);
-        const Surveyed::Place inside = s.met(kCorner + Vec3(0.005F, 0.004F, 0.03F), kDown);
+        const Surveyed::PatchPoint inside = s.hit_by(kCorner + Vec3(0.005F, 0.004F, 0.03F), kDown);
         CHECK(inside.irradiance < 0.2F);
     }
 }
@@ -140,7 +141,7 @@ TEST_CASE("a lid under a beam radiates most of the energy of its patch") {
     CHECK(share < 1.05);
     // Companion: by area alone the visible part, half of the lid and 0.5 m of the beam, would have
     // half.
-    CHECK((kLid_m2 / 2 + 0.5 * 0.2) / double{s.met(kOnLid, kDown).area_m2} < 0.6);
+    CHECK((kLid_m2 / 2 + 0.5 * 0.2) / double{s.hit_by(kOnLid, kDown).area_m2} < 0.6);
 }
 
 TEST_CASE("a patch is uniform while it contains a moving object, and as before afterwards") {
@@ -152,10 +153,10 @@ TEST_CASE("a patch is uniform while it contains a moving object, and as before a
         {{0, {Vec3(4, 3, 2)}}, {1, {Vec3(2.005F, 2.005F, 1.2F)}}, {2, {Vec3(4, 3, 2)}}}, false};
     scene.objects.push_back(block);
     Surveyed s(scene);
-    const auto lid = [&] { return s.met(kCorner + Vec3(0.2F, 0.21F, 1), kDown); };
-    const auto inside = [&] { return s.met(kCorner + Vec3(0.005F, 0.004F, 0.03F), kDown); };
-    const Surveyed::Place lid_before = lid();
-    const Surveyed::Place inside_before = inside();
+    const auto lid = [&] { return s.hit_by(kCorner + Vec3(0.2F, 0.21F, 1), kDown); };
+    const auto inside = [&] { return s.hit_by(kCorner + Vec3(0.005F, 0.004F, 0.03F), kDown); };
+    const Surveyed::PatchPoint lid_before = lid();
+    const Surveyed::PatchPoint inside_before = inside();
     REQUIRE(lid_before.irradiance > 1.2F);
     REQUIRE(inside_before.irradiance < 0.2F);
     s.rays.move(1);
@@ -178,6 +179,6 @@ TEST_CASE("direct sound makes no part of a patch stronger than the others") {
     RandomStream random(1);
     for (int i = 0; i < 200; ++i) {
         const auto [x, y] = random.uniform_2d();
-        CHECK(s.met(low + Vec3(0.4F * x - 0.2F, 0.4F * y - 0.2F, 1), kDown).irradiance == 1);
+        CHECK(s.hit_by(low + Vec3(0.4F * x - 0.2F, 0.4F * y - 0.2F, 1), kDown).irradiance == 1);
     }
 }

@@ -199,11 +199,12 @@ TEST_CASE("Sabine's and Eyring's times follow from the mean free path") {
 
 TEST_CASE("a position in the notch of an L-shaped room is outside") {
     const Scene scene = scene_of({test::l_shaped_room()});
-    const std::array<Vec3, 4> places{Vec3(1, 1, 1.5F), Vec3(5, 5, 1.5F), Vec3(5, 1, 1.5F),
-                                     Vec3(3.2F, 3.2F, 1.5F)};
-    CHECK(outside_room(RayScene(scene), places, 1) == std::vector<char>{0, 1, 0, 1});
+    const std::array<Vec3, 4> positions{Vec3(1, 1, 1.5F), Vec3(5, 5, 1.5F), Vec3(5, 1, 1.5F),
+                                        Vec3(3.2F, 3.2F, 1.5F)};
+    CHECK(outside_room(RayScene(scene), positions, 1) == std::vector<char>{0, 1, 0, 1});
     // Companion: if all positions are outside, the room is unknown.
-    CHECK(outside_room(RayScene(scene), std::span(places).subspan(3), 1) == std::vector<char>{0});
+    CHECK(outside_room(RayScene(scene), std::span(positions).subspan(3), 1) ==
+          std::vector<char>{0});
 }
 
 TEST_CASE("escaping energy counts as absorbed, and a position near a hole is still inside") {
@@ -222,6 +223,6 @@ TEST_CASE("escaping energy counts as absorbed, and a position near a hole is sti
     // Both trace 10,000 segments: 2 % of the share, four standard errors.
     CHECK(double{survey_room(rays, {&middle, 1}, 2).mean_absorption[0]} ==
           Approx(escaped + 0.1 * (1 - escaped)).epsilon(0.05));
-    const std::array<Vec3, 3> places{middle, high, Vec3(2.5F, 2, 8)};
-    CHECK(outside_room(rays, places, 1) == std::vector<char>{0, 0, 1});
+    const std::array<Vec3, 3> positions{middle, high, Vec3(2.5F, 2, 8)};
+    CHECK(outside_room(rays, positions, 1) == std::vector<char>{0, 0, 1});
 }

@@ -345,8 +345,8 @@ TEST_CASE("between two bins the direction is the energy-weighted mean of both") 
     for (int i = 0; i < kSources; ++i) {
         const ImpulseResponse ir = build(r, 0.4, 1, std::to_string(i));
         for (std::size_t k = 0; k < 3; ++k) {
-            const std::size_t place = std::array{middle, edge, next}[k];
-            for (std::size_t n = place - 4; n < place + 4; ++n) {
+            const std::size_t position = std::array{middle, edge, next}[k];
+            for (std::size_t n = position - 4; n < position + 4; ++n) {
                 front[k] += double{ir.channels[0][n]} * double{ir.channels[1][n]};
                 all[k] += double{ir.channels[0][n]} * double{ir.channels[0][n]};
             }

@@ -73,21 +73,21 @@ TEST_CASE("the carriers have the power of their bands") {
     CHECK(sum == Approx(1).epsilon(1e-6));  // rounding
 }
 
-TEST_CASE("the place of a source depends on its name and the seed only") {
+TEST_CASE("the offset of a source depends on its name and the seed only") {
     const NoiseCarriers again(48000, 1);
     const NoiseCarriers other(48000, 2);
-    CHECK(carriers().place("violin", 0) == again.place("violin", 0));
-    CHECK(carriers().place("violin", 0) != carriers().place("viola", 0));
-    CHECK(carriers().place("violin", 0) != other.place("violin", 0));
-    CHECK(carriers().place("", 0) < kPeriod_samples);
+    CHECK(carriers().offset("violin", 0) == again.offset("violin", 0));
+    CHECK(carriers().offset("violin", 0) != carriers().offset("viola", 0));
+    CHECK(carriers().offset("violin", 0) != other.offset("violin", 0));
+    CHECK(carriers().offset("", 0) < kPeriod_samples);
 }
 
 TEST_CASE("the channels of a source are at least half a second apart") {
-    std::vector<std::size_t> places;
+    std::vector<std::size_t> offsets;
     for (std::size_t c = 0; c < NoiseCarriers::kMaxChannels; ++c) {
-        places.push_back(carriers().place("violin", c));
+        offsets.push_back(carriers().offset("violin", c));
         for (std::size_t d = 0; d < c; ++d) {
-            const std::size_t apart = (places[c] + kPeriod_samples - places[d]) % kPeriod_samples;
+            const std::size_t apart = (offsets[c] + kPeriod_samples - offsets[d]) % kPeriod_samples;
             CHECK(std::min(apart, kPeriod_samples - apart) >= 24000);
             // Those of the first order are farther apart.
             if (c < 4) CHECK(std::min(apart, kPeriod_samples - apart) >= 48000);

@@ -133,8 +133,10 @@ TEST_CASE(
     "the bounds of geometry contain its vertices at every point of their paths; those of boxes are "
     "exact") {
     std::mt19937 random(7);
-    std::uniform_real_distribution<float> place(-3, 3);
-    const auto point = [&] { return Vec3(place(random), place(random), place(random)); };
+    std::uniform_real_distribution<float> coordinate(-3, 3);
+    const auto point = [&] {
+        return Vec3(coordinate(random), coordinate(random), coordinate(random));
+    };
     for (int i = 0; i < 100; ++i) {
         const bool is_box = i % 2 == 0;
         aula::Object object;
@@ -148,7 +150,7 @@ TEST_CASE(
         object.path->loop = i % 3 == 0;
         for (int p = 0; p < 6; ++p) {
             const double time_s = p / 2;  // every second point is a jump
-            object.path->points.push_back({time_s, {point(), place(random)}});
+            object.path->points.push_back({time_s, {point(), coordinate(random)}});
         }
         aula::Bounds every;
         for (const auto& p : object.path->points) {

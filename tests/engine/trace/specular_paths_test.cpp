@@ -75,8 +75,8 @@ void add_screen(Object& object, float at, float y0, float y1, float z0, float z1
 struct Image {
     int order;
     double length_m;
-    glm::dvec3 way;  ///< from the listener
-    double share;    ///< product of (1 - s)(1 - alpha)
+    glm::dvec3 offset;  ///< from the listener
+    double share;       ///< product of (1 - s)(1 - alpha)
 };
 
 /// Allen and Berkley's images of a source in a box.
@@ -109,8 +109,8 @@ std::vector<Image> box_images(const Scene& scene, const Vec3& size, const Vec3& 
             for (const AxisImage& z : along[2]) {
                 const int order = x.order + y.order + z.order;
                 if (order > max) continue;
-                const glm::dvec3 way = glm::dvec3(x.at, y.at, z.at) - glm::dvec3(listener);
-                images.push_back({order, glm::length(way), way, x.share * y.share * z.share});
+                const glm::dvec3 offset = glm::dvec3(x.at, y.at, z.at) - glm::dvec3(listener);
+                images.push_back({order, glm::length(offset), offset, x.share * y.share * z.share});
             }
         }
     }
@@ -122,10 +122,10 @@ void check_against_images(const std::vector<SpecularPath>& paths, std::vector<Im
                           double attenuation_per_m) {
     REQUIRE(paths.size() == images.size());
     for (const SpecularPath& path : paths) {
-        const glm::dvec3 way = glm::dvec3(path.direction) * double{path.length_m};
+        const glm::dvec3 offset = glm::dvec3(path.direction) * double{path.length_m};
         const auto image =
             std::min_element(images.begin(), images.end(), [&](const Image& a, const Image& b) {
-                return glm::distance(a.way, way) < glm::distance(b.way, way);
+                return glm::distance(a.offset, offset) < glm::distance(b.offset, offset);
             });
         const double energy = image->share * std::exp(-attenuation_per_m * image->length_m) /
                               (4 * std::numbers::pi * image->length_m * image->length_m);
@@ -133,7 +133,7 @@ void check_against_images(const std::vector<SpecularPath>& paths, std::vector<Im
         // Rounding of floats, of some products of them, of a unit vector times up to 20 m.
         CHECK(double{path.length_m} == Approx(image->length_m).epsilon(2e-7));
         CHECK(double{path.energy[0]} == Approx(energy).epsilon(2e-6));
-        CHECK(glm::distance(image->way, way) < 5e-6);
+        CHECK(glm::distance(image->offset, offset) < 5e-6);
         images.erase(image);
     }
 }
@@ -176,13 +176,13 @@ TEST_CASE("image sources are right for any source and listener in a shoebox") {
     const RayScene rays(scene);
     const SpecularPaths specular(rays, 3, kRadius_m, 1);
     aula::RandomStream random(1);
-    const auto place = [&] {
+    const auto random_point = [&] {
         const auto xy = random.uniform_2d();
         return Vec3(xy[0], xy[1], random.uniform()) * (kSize - 0.02F) + 0.01F;
     };
     for (int i = 0; i < 100; ++i) {
-        const Vec3 source = place();
-        const Vec3 listener = place();
+        const Vec3 source = random_point();
+        const Vec3 listener = random_point();
         check_against_images(specular.find(source, listener, true, Bands{}).paths,
                              box_images(scene, kSize, source, listener, 3), 0);
     }

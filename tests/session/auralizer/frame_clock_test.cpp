@@ -56,9 +56,9 @@ TEST_CASE("frames follow the playback time of a device with a different clock") 
     CHECK(run.frames == Approx(60 * 1.001 / kFrame_s).margin(2));
     CHECK(run.missed == 0);
     // Companion: a clock that does not follow the playback is 60 ms behind.
-    Run deaf;
-    deaf.until(60, 0.005, [](double now_s) { return now_s; });
-    CHECK(std::abs(deaf.clock.time_s() - 1.001 * deaf.now_s) > kFrame_s + 0.006);
+    Run uncorrected;
+    uncorrected.until(60, 0.005, [](double now_s) { return now_s; });
+    CHECK(std::abs(uncorrected.clock.time_s() - 1.001 * uncorrected.now_s) > kFrame_s + 0.006);
 }
 
 TEST_CASE("a frame starts as late as allows it to end two milliseconds before its deadline") {

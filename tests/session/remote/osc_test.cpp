@@ -110,9 +110,9 @@ TEST_CASE("A truncated message is ignored") {
     CHECK(parse("/a\0\0fff\0"sv).empty());
     CHECK(parse("/a\0\0,b\0\0\0\0\0\4abcd"sv).empty());
     CHECK(parse("/a\0\0,s\0\0unended"sv).empty());
-    std::string lying = bundle({kGain});
-    lying[16] = '\x7f';
-    CHECK(parse(lying).empty());
+    std::string corrupt = bundle({kGain});
+    corrupt[16] = '\x7f';
+    CHECK(parse(corrupt).empty());
 }
 
 TEST_CASE("Of a truncated bundle only complete messages are accepted") {

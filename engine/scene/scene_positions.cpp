@@ -1,8 +1,8 @@
-#include "engine/scene/places.h"
+#include "engine/scene/scene_positions.h"
 
 namespace aula {
 
-std::vector<Vec3> places(const Scene& scene) {
+std::vector<Vec3> scene_positions(const Scene& scene) {
     std::vector<Vec3> positions;
     const auto add = [&](const Vec3& position, const std::optional<Trajectory>& path) {
         if (!path) {
