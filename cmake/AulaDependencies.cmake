@@ -1,5 +1,5 @@
-# The libraries that the components stand on, each found when it is needed; read by Aula's own build
-# and by find_package(aula).
+# Third-party libraries of the components, each searched for only if it is needed. Used by Aula's
+# build and by find_package(aula).
 include(CMakeFindDependencyMacro)
 
 macro(aula_find_engine_dependencies)
@@ -27,8 +27,8 @@ macro(aula_find_devices_dependencies)
     pkg_check_modules(ALSA REQUIRED IMPORTED_TARGET alsa)
     pkg_check_modules(LIBLO REQUIRED IMPORTED_TARGET liblo)
 
-    # PortAudio's archive, where there is one that links, has a function that takes its messages;
-    # its shared library hides it.
+    # The static library of PortAudio, if it can be linked, has a function that redirects its
+    # messages; the shared library hides it.
     find_library(AULA_PORTAUDIO_ARCHIVE libportaudio.a HINTS ${PORTAUDIO_LIBRARY_DIRS})
     if(AULA_PORTAUDIO_ARCHIVE)
         include(CheckCXXSourceCompiles)

@@ -1,17 +1,17 @@
-# Warnings of our own code; never exported.
+# Warnings for Aula's code; not exported.
 add_library(aula_warnings INTERFACE)
-# Compilers note that vectors are passed otherwise with other instruction sets; all is built by one.
+# Compilers warn that the ABI of vectors depends on the instruction set; all code is built with one.
 target_compile_options(aula_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
                                                -Wno-psabi)
 # Clang 14 counts explicit conversions, such as double{x}, as promotions.
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     target_compile_options(aula_warnings INTERFACE -Wdouble-promotion)
 endif()
-# GCC 12 sees overlaps in std::string that are not there (GCC bug 105651).
+# GCC 12 reports false overlaps in std::string (GCC bug 105651).
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
     target_compile_options(aula_warnings INTERFACE -Wno-restrict)
 endif()
-# Against the exploitation of faults in readers of files; sanitizers bring their own checks.
+# Hardening for readers of untrusted files; sanitizers have separate checks.
 add_link_options(-Wl,-z,relro,-z,now)
 add_compile_options(-fstack-protector-strong)
 if(NOT AULA_SANITIZE)

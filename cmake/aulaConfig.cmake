@@ -1,5 +1,5 @@
-# find_package(aula COMPONENTS engine audio session devices): each component brings those that it
-# is built on. Without COMPONENTS: session.
+# find_package(aula COMPONENTS engine audio session devices): each component includes those that
+# it depends on. Without COMPONENTS: session.
 include("${CMAKE_CURRENT_LIST_DIR}/AulaDependencies.cmake")
 set(aula_components ${aula_FIND_COMPONENTS})
 if(NOT aula_components)

@@ -1,4 +1,4 @@
-# Writes the header OUTPUT with the commit of the sources in SOURCE. The file keeps its time where
+# Writes the header OUTPUT with the commit of the sources in SOURCE. The file is not touched if
 # the commit is the same. A parent folder's repository does not count.
 cmake_minimum_required(VERSION 3.25)
 cmake_path(GET SOURCE PARENT_PATH parent)

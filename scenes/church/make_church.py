@@ -309,7 +309,7 @@ def write(path):
         for t in triangles:
             for p in t:
                 index.setdefault(p, len(index) + 1)
-    lines = ["# A church of our own making, written by make_church.py. Metres, z up.",
+    lines = ["# A church, written by make_church.py. Metres, z up.",
              "mtllib church.mtl"]
     lines += ["v " + " ".join(f"{c:.5f}".rstrip("0").rstrip(".") for c in p) for p in index]
     for material in sorted(groups):

@@ -1,5 +1,5 @@
 # cmake -DSOURCE=.. -DBUILD=.. -DFILES=.. -DWORK=.. -DGENERATOR=.. -DCOMPILER=.. -P first_build.cmake:
-# installs from a build folder that has FILES of BUILD alone: what is built for the program aula.
+# installs from a build folder that contains only FILES of BUILD: those built for the program aula.
 file(REMOVE_RECURSE "${WORK}")
 function(run)
     execute_process(COMMAND ${ARGV} COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)

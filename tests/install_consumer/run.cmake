@@ -40,7 +40,7 @@ if(size LESS 384000)
     message(FATAL_ERROR "file.wav has ${size} bytes")
 endif()
 
-# A game's loop: nothing is heard through the shut door, and the noise is when it is open.
+# A game's loop: silent behind the shut door, noise behind the open one.
 execute_process(COMMAND "${WORK}/session/game_loop" OUTPUT_VARIABLE levels COMMAND_ECHO STDOUT
                 COMMAND_ERROR_IS_FATAL ANY)
 if(NOT levels MATCHES "2.00 s  door   0 % open  level -200.0 dB"
@@ -48,14 +48,14 @@ if(NOT levels MATCHES "2.00 s  door   0 % open  level -200.0 dB"
     message(FATAL_ERROR "levels of the game's loop:\n${levels}")
 endif()
 
-# An own callback: all its blocks, and sound at both ears.
+# An audio callback: all blocks, and sound at both ears.
 execute_process(COMMAND "${WORK}/session/own_callback" "${SCENE}" OUTPUT_VARIABLE heard
                 COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)
 if(NOT heard MATCHES "^153600 samples.*left 0.[0-9]*[1-9][0-9]*, right 0.[0-9]*[1-9][0-9]* rms")
     message(FATAL_ERROR "the own callback printed ${heard}")
 endif()
 
-# A component that does not exist is named.
+# The error for an unknown component names it.
 execute_process(COMMAND "${CMAKE_COMMAND}" -S "${CONSUMER}" -B "${WORK}/none"
                         "-DCMAKE_PREFIX_PATH=${WORK}/prefix" -DCOMPONENT=sounds
                 RESULT_VARIABLE status ERROR_VARIABLE message OUTPUT_QUIET)
