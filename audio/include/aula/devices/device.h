@@ -54,9 +54,9 @@ using AudioCallback = std::function<void(std::span<float* const> outputs, int sa
 
 /// State of an audio device.
 enum class DeviceState {
-    playing,  ///< also before start()
-    lost,     ///< server or card disappeared; silent until it is available again
-    gone      ///< stopped, or not available again within AudioDevice::kReconnectTimeout_s
+    playing,     ///< also before start()
+    lost,        ///< server or card disappeared; silent until it is available again
+    unavailable  ///< stopped, or not available again within AudioDevice::kReconnectTimeout_s
 };
 
 /// An output device that requests samples by a callback. If it is lost, opening it is
@@ -93,7 +93,7 @@ class AudioDevice {
     /// The selected device. Its latency is measured by start().
     const DeviceInfo& info() const;
 
-    /// Whether the device plays, is lost or gone. [any thread]
+    /// Whether the device plays, is lost or is unavailable. [any thread]
     DeviceState state() const;
     /// True if the state is DeviceState::playing. [any thread]
     bool active() const { return state() == DeviceState::playing; }
