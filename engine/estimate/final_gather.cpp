@@ -1,14 +1,15 @@
 #include "engine/estimate/final_gather.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <optional>
 
 #include "engine/base/air_attenuation.h"
 #include "engine/base/band_vector.h"
 #include "engine/base/multiversion.h"
 #include "engine/base/sampling.h"
+#include "engine/estimate/shifted_histogram.h"
 
 namespace aula {
 
@@ -107,42 +108,6 @@ void trace_batch(const RayScene& scene, const PatchGrid& grid, const Vec3& recei
     }
 }
 
-/// Consecutive bins of equal width.
-struct Region {
-    std::size_t first_bin = 0;
-    std::size_t end_bin = 0;
-    float width_s = 0;
-};
-
-std::vector<Region> regions_of(const TimeBins& bins) {
-    std::vector<Region> regions;
-    for (std::size_t k = 0; k < bins.count(); ++k) {
-        const auto width_s = static_cast<float>(bins.end_s(k) - bins.begin_s(k));
-        if (regions.empty() || std::abs(regions.back().width_s - width_s) > 1e-6F) {
-            regions.push_back({k, k, width_s});
-        }
-        regions.back().end_bin = k + 1;
-    }
-    return regions;
-}
-
-/// One patch's row as floats.
-struct FloatRow {
-    std::vector<float> energy;  // [bin][band]
-    std::vector<float> sum;     // [bin], over bands
-    std::vector<float> moment;  // [bin][4], for a listener's cache
-    Bands total;
-    std::size_t first_bin = 0;
-    std::size_t end_bin = 0;
-};
-
-/// The contribution of a chunk of hits. One bin more than the response receives the overflow at its
-/// end.
-struct Partial {
-    std::vector<float> energy;     // [bin][band]
-    std::vector<float> direction;  // [bin][4]
-};
-
 /// Converts bins [first_bin, end_bin) of a row to floats, with their sums over bands; adds to
 /// `total`.
 AULA_MULTIVERSION
@@ -171,120 +136,59 @@ void convert_moments(const std::int64_t* moments, std::size_t first_bin, std::si
     }
 }
 
-/// Adds `count` bins of the output's width: each leaves the share `stays` in the output bin of its
-/// number and the rest in the next.
-inline void add_equal_bins(const float* in, std::size_t count, float stays, const float* weight,
-                           float* out) {
-    const BandVector keep = stays * load_bands(weight);
-    const BandVector pass = (1 - stays) * load_bands(weight);
-    BandVector passed{};
-    for (std::size_t k = 0; k < count; ++k) {
-        const BandVector here = load_bands(in + k * kBandCount);
-        store_bands(load_bands(out + k * kBandCount) + keep * here + passed, out + k * kBandCount);
-        passed = pass * here;
+/// Rows of a cache as histograms. Consecutive hits of a patch share the conversion.
+class RowReader {
+ public:
+    RowReader(const PatchCache& cache, std::size_t bin_count, double scale)
+        : cache_(cache), scale_(scale) {
+        histogram_.energy.resize(bin_count * kBandCount);
+        histogram_.sum.resize(bin_count);
+        if (cache.directed()) histogram_.moment.resize(bin_count * 4);
     }
-    store_bands(load_bands(out + count * kBandCount) + passed, out + count * kBandCount);
-}
 
-/// As add_equal_bins, for one number per bin times the four components of a direction.
-inline void add_equal_sums(const float* sum, std::size_t count, float stays, const float* direction,
-                           float* out) {
-    const FourVector keep = stays * load_four(direction);
-    const FourVector pass = (1 - stays) * load_four(direction);
-    FourVector passed{};
-    for (std::size_t k = 0; k < count; ++k) {
-        store_four(load_four(out + k * 4) + keep * sum[k] + passed, out + k * 4);
-        passed = pass * sum[k];
-    }
-    store_four(load_four(out + count * 4) + passed, out + count * 4);
-}
-
-/// As add_equal_bins, for the three components of a direction and a fourth that is 0.
-inline void add_equal_moments(const float* in, std::size_t count, float stays, const float* weight,
-                              float* out) {
-    const FourVector keep = stays * load_four(weight);
-    const FourVector pass = (1 - stays) * load_four(weight);
-    FourVector passed{};
-    for (std::size_t k = 0; k < count; ++k) {
-        const FourVector here = load_four(in + k * 4);
-        store_four(load_four(out + k * 4) + keep * here + passed, out + k * 4);
-        passed = pass * here;
-    }
-    store_four(load_four(out + count * 4) + passed, out + count * 4);
-}
-
-/// Adds bins [bin, end) of equal width until the output's width changes at out_end. The first
-/// begins `x` output bins after the start of output bin `out`. An output bin is 1 / `ratio` times
-/// as wide, `ratio` <= 1. `direction` multiplies the moments, if given, or else the sums. Energy is
-/// uniform in time inside a bin: the part before the next output edge stays, the rest goes to the
-/// next bin. Returns the bin after the last one added.
-AULA_MULTIVERSION
-std::size_t add_bins(const float* energy, const float* sum, const float* moment, std::size_t bin,
-                     std::size_t end, float ratio, const float* weight, const float* direction,
-                     float x, std::size_t out, std::size_t out_end, float* out_energy,
-                     float* out_direction) {
-    if (ratio > 0.999F) {
-        const std::size_t count = std::min(end - bin, out_end - out);
-        add_equal_bins(energy + bin * kBandCount, count, 1 - x, weight,
-                       out_energy + out * kBandCount);
-        if (moment) {
-            add_equal_moments(moment + bin * 4, count, 1 - x, direction, out_direction + out * 4);
-        } else {
-            add_equal_sums(sum + bin, count, 1 - x, direction, out_direction + out * 4);
+    /// A patch's row, of which at least the bins up to `end_bin` are converted.
+    const TimeHistogram& read(std::uint32_t patch, std::size_t end_bin) {
+        const PatchCache::Row& row = cache_.row(patch);
+        if (patch != patch_) {
+            patch_ = patch;
+            converted_ = row.first_bin;
+            histogram_.total = {};
         }
-        return bin + count;
-    }
-    const BandVector weights = load_bands(weight);
-    const FourVector directions = load_four(direction);
-    for (; bin < end && out < out_end; ++bin) {
-        const float stays = std::min(1.0F, (1 - x) / ratio);
-        const float goes = 1 - stays;
-        const BandVector e = weights * load_bands(energy + bin * kBandCount);
-        float* to = out_energy + out * kBandCount;
-        store_bands(load_bands(to) + stays * e, to);
-        store_bands(load_bands(to + kBandCount) + goes * e, to + kBandCount);
-        const FourVector d =
-            moment ? directions * load_four(moment + bin * 4) : directions * sum[bin];
-        float* towards = out_direction + out * 4;
-        store_four(load_four(towards) + stays * d, towards);
-        store_four(load_four(towards + 4) + goes * d, towards + 4);
-        x += ratio;
-        if (x >= 1) {
-            x -= 1;
-            ++out;
+        if (converted_ < end_bin) {
+            convert_row(row.sum, converted_, end_bin, scale_, histogram_.energy.data(),
+                        histogram_.sum.data(), histogram_.total);
+            if (cache_.directed()) {
+                convert_moments(row.moment, converted_, end_bin, scale_, histogram_.moment.data());
+            }
+            converted_ = end_bin;
         }
+        return histogram_;
     }
-    return bin;
-}
 
-/// Adds bins [first_bin, end_bin) of a row, multiplied by `factor` and delayed by `shift_s`.
-void add_row(const FloatRow& row, std::size_t first_bin, std::size_t end_bin, float factor,
-             const GatherHit& hit, const TimeBins& bins, const std::vector<Region>& regions,
-             double shift_s, Partial& partial) {
-    // The direction carries the energy of all bands: the mean weight over the row's own spectrum.
-    const Bands weight = hit.weight * factor;
-    float weighted = 0;
-    for (std::size_t b = 0; b < kBandCount; ++b) weighted += weight[b] * row.total[b];
-    const float mean_weight = weighted / row.total.sum();
-    const bool directed = !row.moment.empty();
-    const Vec3 mean = directed ? Vec3(mean_weight) : hit.direction * mean_weight;
-    const std::array<float, 4> direction{mean.x, mean.y, mean.z, 0};
-    for (const Region& in : regions) {
-        std::size_t bin = std::max(first_bin, in.first_bin);
-        const std::size_t end = std::min(end_bin, in.end_bin);
-        while (bin < end) {
-            const double begin_s = bins.begin_s(bin) + shift_s;
-            const std::size_t out = bins.index(begin_s);
-            if (out >= bins.count()) return;
-            const auto region = std::find_if(regions.begin(), regions.end(),
-                                             [&](const Region& r) { return out < r.end_bin; });
-            const auto x =
-                static_cast<float>((begin_s - bins.begin_s(out)) / double{region->width_s});
-            bin = add_bins(row.energy.data(), row.sum.data(),
-                           directed ? row.moment.data() : nullptr, bin, end,
-                           in.width_s / region->width_s, weight.value.data(), direction.data(), x,
-                           out, region->end_bin, partial.energy.data(), partial.direction.data());
-        }
+ private:
+    const PatchCache& cache_;
+    double scale_;
+    std::uint32_t patch_ = PatchGrid::kNone;
+    std::size_t converted_ = 0;  ///< end of the converted bins
+    TimeHistogram histogram_;
+};
+
+/// Adds the energy that arrives by one hit.
+void add_hit(const GatherHit& hit, const PatchCache& cache, std::size_t late_bin, double delay_s,
+             RowReader& rows, ShiftedHistogram& sum) {
+    if (hit.patch >= cache.row_count()) return;
+    const PatchCache::Row& row = cache.row(hit.patch);
+    if (row.end_bin == 0) return;
+    // Late hits come first within a patch, so that a row is converted once.
+    const std::size_t end_bin =
+        hit.late ? row.end_bin : std::min<std::size_t>(row.end_bin, late_bin);
+    const TimeHistogram& radiated = rows.read(hit.patch, end_bin);
+    if (!(radiated.total.sum() > 0)) return;
+    sum.add(radiated, row.first_bin, std::min(end_bin, late_bin), delay_s, hit.weight,
+            hit.direction);
+    if (hit.late) {
+        sum.add(radiated, std::max<std::size_t>(row.first_bin, late_bin), end_bin, delay_s,
+                hit.weight * (1 / kLateShare), hit.direction);
     }
 }
 
@@ -369,60 +273,24 @@ void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, d
                   WorkerPool& workers, EnergyResponse& response) {
     if (cache.emitted() == 0) return;
     const TimeBins& bins = response.bins;
-    const std::vector<Region> regions = regions_of(bins);
+    const std::size_t late_bin = bins.index(kLate_s);
     const double scale = share * PatchCache::kUnit / static_cast<double>(cache.emitted());
-    std::vector<Partial> partials(kChunks);
+    std::vector<std::optional<ShiftedHistogram>> parts(kChunks);
     workers.run(kChunks, [&](std::size_t chunk) {
-        Partial& partial = partials[chunk];
-        partial.energy.assign((bins.count() + 1) * kBandCount, 0);
-        partial.direction.assign((bins.count() + 1) * 4, 0);
-        FloatRow row;
-        row.energy.resize(bins.count() * kBandCount);
-        row.sum.resize(bins.count());
-        if (cache.directed()) row.moment.resize(bins.count() * 4);
-        const std::size_t late_bin = bins.index(kLate_s);
-        std::uint32_t present = PatchGrid::kNone;
+        ShiftedHistogram& part = parts[chunk].emplace(bins);
+        RowReader rows(cache, bins.count(), scale);
         for (std::size_t i = hits.size() * chunk / kChunks; i < hits.size() * (chunk + 1) / kChunks;
              ++i) {
-            const GatherHit& hit = hits[i];
-            if (hit.patch >= cache.row_count()) continue;
-            const PatchCache::Row& source = cache.row(hit.patch);
-            if (source.end_bin == 0) continue;
-            if (hit.patch != present) {
-                present = hit.patch;
-                row.first_bin = row.end_bin = source.first_bin;
-                row.total = {};
-            }
-            // Late hits come first within a patch, so that a row is converted once.
-            const std::size_t end_bin =
-                hit.late ? source.end_bin : std::min<std::size_t>(source.end_bin, late_bin);
-            if (row.end_bin < end_bin) {
-                convert_row(source.sum, row.end_bin, end_bin, scale, row.energy.data(),
-                            row.sum.data(), row.total);
-                if (cache.directed()) {
-                    convert_moments(source.moment, row.end_bin, end_bin, scale, row.moment.data());
-                }
-                row.end_bin = end_bin;
-            }
-            if (!(row.total.sum() > 0)) continue;
-            const double shift_s = double{hit.length_m} / double{response.speed_of_sound_m_s};
-            add_row(row, row.first_bin, std::min(end_bin, late_bin), 1, hit, bins, regions, shift_s,
-                    partial);
-            if (hit.late) {
-                add_row(row, std::max(row.first_bin, late_bin), end_bin, 1 / kLateShare, hit, bins,
-                        regions, shift_s, partial);
-            }
+            const double delay_s = double{hits[i].length_m} / double{response.speed_of_sound_m_s};
+            add_hit(hits[i], cache, late_bin, delay_s, rows, part);
         }
     });
     for (std::size_t k = 0; k < bins.count(); ++k) {
         Bands energy;
         Vec3 direction(0);
-        for (const Partial& partial : partials) {
-            for (std::size_t b = 0; b < kBandCount; ++b) {
-                energy[b] += partial.energy[k * kBandCount + b];
-            }
-            direction += Vec3(partial.direction[k * 4], partial.direction[k * 4 + 1],
-                              partial.direction[k * 4 + 2]);
+        for (const auto& part : parts) {
+            energy += part->energy(k);
+            direction += part->moment(k);
         }
         // Directions are weighted by a row's whole spectrum, which may differ from that of one bin.
         const float length = glm::length(direction);
