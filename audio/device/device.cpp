@@ -164,7 +164,7 @@ struct AudioDevice::State {
         }
     }
 
-    /// Monitors the device until it is stopped or gone. [watcher thread]
+    /// Monitors the device until it is stopped or unavailable. [watcher thread]
     void watch() {
         std::unique_lock lock(mutex);
         const auto stopped_after = [&](auto time) {

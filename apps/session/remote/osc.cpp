@@ -112,8 +112,8 @@ struct OscInput::Server {
     Server(const Server&) = delete;
     Server& operator=(const Server&) = delete;
 
-    /// The callback of liblo for every message, whatever its address. The receiver compares
-    /// addresses, because liblo's pattern matching can take unbounded time.
+    /// The callback of liblo for messages of any address. The receiver compares addresses, because
+    /// liblo's pattern matching can take unbounded time.
     static int pass(const char* path, const char* types, lo_arg** values, int count, lo_message,
                     void* self) {
         if (path[0] != '/') return 0;

@@ -11,7 +11,7 @@ constexpr double kPeriod_s = 1.0 / 30;
 constexpr LiveLoad::Full kFull{
     .rays = 1000, .length_s = 3, .rays_fall = true, .length_falls = true};
 
-/// A machine on which a frame takes so much for each second of response: for all, and for a ray.
+/// A machine whose frames take a fixed time and a time per ray, for each second of response.
 struct Machine {
     double second_s;
     double ray_second_s;
@@ -21,7 +21,7 @@ struct Machine {
     }
 };
 
-/// Plays for a while; how often rays or length changed.
+/// Plays for a while. Returns the number of changes of rays or length.
 int play(LiveLoad& load, const Machine& machine, double seconds, double jitter = 0) {
     std::mt19937 random(1);
     std::lognormal_distribution<double> factor(0, jitter);
@@ -65,7 +65,7 @@ TEST_CASE("On a slow machine the response is shortened within some seconds and t
         CHECK(load.length_s() < 3);
         CHECK(load.length_s() >= 0.3);
         CHECK(load.rays() >= 100);
-        // Where rays come back to is known after a few trials, ever less often.
+        // Rays increase in trials that become less and less frequent.
         play(load, machine, 300);
         CHECK(play(load, machine, 300) <= 6);
         CHECK(machine.frame_s(load) < 0.9 * kPeriod_s);
@@ -100,7 +100,7 @@ TEST_CASE("Given values are not reduced on any machine") {
     play(rays, machine, 60);
     CHECK(rays.rays() == 100);
     CHECK(rays.length_s() == 3);
-    // Chosen by hand while it plays.
+    // Chosen by the user during playback.
     LiveLoad by_hand(kFull);
     for (int frame = 0; frame < 1000; ++frame) by_hand.add(0.1, kPeriod_s, false);
     CHECK(by_hand.rays() == 1000);
@@ -126,7 +126,7 @@ TEST_CASE("Rays increase again when frames are fast, and do not oscillate otherw
     REQUIRE(fewer < 1000);
     play(load, {0.001, 4e-6}, 60);
     CHECK(load.rays() == 1000);
-    // A cost that jumps over the band in which nothing changes: each trial doubles the wait.
+    // A cost that jumps across the range without changes: each trial doubles the wait.
     LiveLoad other(kFull);
     int changes = 0;
     for (double s = 0; s < 600;) {
@@ -136,5 +136,5 @@ TEST_CASE("Rays increase again when frames are fast, and do not oscillate otherw
         changes += other.rays() != rays ? 1 : 0;
         s += std::max(took_s, kPeriod_s);
     }
-    CHECK(changes < 40);  // without the longer waits about 150
+    CHECK(changes < 40);  // about 150 without longer waits
 }

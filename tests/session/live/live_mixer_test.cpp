@@ -27,7 +27,7 @@ SessionOptions mono() {
     return options;
 }
 
-/// The room, playing a second of a swelling tone.
+/// The room, in which a tone with a sin^2 envelope of a second plays.
 std::unique_ptr<PreparedScene> tone_in(const Scene& scene, bool starts_anew = false) {
     Reusable before;
     before.sources = scene.sources;
@@ -62,11 +62,11 @@ TEST_CASE("A tone has no clicks while estimator, order, materials and source cha
             scene.materials[0].absorption = Bands::filled(0.9F);
             change();
         }
-        if (block == 79) {  // while the one before fades in
+        if (block == 79) {  // while the previous one fades in
             scene.sources[0].position.x += 1;
             change();
         }
-        if (block == 81) {  // while that waits
+        if (block == 81) {  // while that one waits
             scene.simulation.estimator = Estimator::pt;
             change();
         }
@@ -76,7 +76,7 @@ TEST_CASE("A tone has no clicks while estimator, order, materials and source cha
     // The requirement is -60 dB; a click of one block's length would be at -40 dB or above.
     CHECK(share < 1e-6);
 
-    // The companion: the same changes as a hard cut from one room to another.
+    // Companion: the same changes as a hard cut from one room to another.
     LiveMixer other(kRate_hz, kTakeBlock, 1);
     auto room = tone_in(scene);
     const auto after = take(other, 2 * kSecond_blocks, [&](int block) {
@@ -93,7 +93,7 @@ TEST_CASE("A switch to the same scene is inaudible: both playbacks add up") {
         LiveMixer mixer(kRate_hz, kTakeBlock, 1);
         std::vector<std::unique_ptr<PreparedScene>> all;
         return take(mixer, kSecond_blocks, [&](int block) {
-            // One that begins anew: what follows goes on in its time.
+            // A playback that begins anew: later ones continue in its time.
             const bool anew = block == 40;
             if (block == 0 || anew || (changes && (block == 80 || block == 110))) {
                 all.push_back(tone_in(scene, anew));
@@ -116,8 +116,8 @@ TEST_CASE("A signal that begins or continues in mid-wave fades in; an onset is u
     struct Case {
         int start_block;
         bool anew;
-        bool onset;           ///< a unit sample, else a wave that is cut
-        double rise_samples;  ///< 0: at once
+        bool onset;           ///< a unit sample, otherwise a truncated wave
+        double rise_samples;  ///< 0: immediately
     };
     const Case c =
         GENERATE(Case{0, false, false, 960}, Case{20, true, false, 960},
@@ -141,7 +141,7 @@ TEST_CASE("A signal that begins or continues in mid-wave fades in; an onset is u
     constexpr std::size_t kLate = 347;
     const auto start = static_cast<std::size_t>(c.start_block * kTakeBlock) + kLate;
     if (c.onset) {
-        // The first of two is as high as the second. Rounding: some hundred operations of 6e-8.
+        // The first of two is as large as the second. Rounding: some hundred operations of 6e-8.
         const auto peak = [&](std::size_t at) {
             float max = 0;
             for (std::size_t i = at - 100; i < at + 100; ++i)
@@ -161,7 +161,7 @@ TEST_CASE("A signal that begins or continues in mid-wave fades in; an onset is u
         const double position = std::min(1.0, (static_cast<double>(i) + 48) / c.rise_samples);
         const double max = double{size} * (0.5 - 0.5 * std::cos(std::numbers::pi * position));
         above = above || double{std::abs(heard[start + i])} > 1.02 * max + 1e-6;
-        // The companion: it does not rise much later either.
+        // Companion: the rise is not much later either.
         near = near || (position < 0.7 && double{std::abs(heard[start + i])} > 0.8 * max);
     }
     CHECK_FALSE(above);
@@ -169,7 +169,7 @@ TEST_CASE("A signal that begins or continues in mid-wave fades in; an onset is u
 }
 
 TEST_CASE("Sound emitted by an old playback is audible to its end at any distance") {
-    // 100 m away sound is under way for 0.29 s, much longer than the room would ring.
+    // Over 100 m sound travels for 0.29 s, much longer than the reverberation.
     Scene scene = test::free_field({100, 0, 0});
     scene.simulation.ir_length_s = 0.1F;
     const auto heard = [&](bool changes) {
@@ -209,13 +209,13 @@ TEST_CASE("A requested duration of half a second is exact and ends without a cli
     };
     const auto through = heard(1000);
     const auto ended = heard(0.5);
-    // What is heard of a sample comes later by the limiter's delay.
+    // The output is delayed by the limiter.
     constexpr std::size_t kDelay = 207;
     constexpr std::size_t kEnd = 24000 + kDelay;
     CHECK(std::equal(ended.begin(), ended.begin() + kEnd - 960, through.begin()));
     CHECK(std::all_of(ended.begin() + kEnd, ended.end(), [](float x) { return x == 0; }));
     CHECK(share_off_tone(ended) < 1e-6);
-    // The companion: the other one went on, and cut there it clicks.
+    // Companion: the other one continued; cut there, it clicks.
     auto cut = through;
     std::fill(cut.begin() + kEnd, cut.end(), 0.0F);
     CHECK(cut != through);
@@ -225,7 +225,7 @@ TEST_CASE("A requested duration of half a second is exact and ends without a cli
 TEST_CASE("Samples that are not finite are muted and counted, and later ones are audible") {
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
     const Scene scene = test::free_field({1, 0, 0});
-    // A tone of which 10 ms are not numbers.
+    // A tone with 10 ms of NaN.
     std::vector<float> tone = test::tone();
     std::fill(tone.begin() + 9600, tone.begin() + 10080, std::numeric_limits<float>::quiet_NaN());
     Reusable before;
@@ -267,7 +267,7 @@ TEST_CASE("Of many changes in a row the last is played, and all playbacks are re
         }
     });
     CHECK(back == kChanges - 1);
-    // A constant at 2 m, but for the mean that octave bands leave out: half of what it is at 1 m.
+    // A constant at 2 m, half of its value at 1 m.
     LiveMixer near(kRate_hz, kTakeBlock, 1);
     Scene one = scene;
     one.sources[0].position.x = 1;
@@ -287,7 +287,7 @@ TEST_CASE("A new signal of a playing source fades in") {
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
     const Scene scene = test::free_field({1, 0, 0});
     auto prepared = tone_in(scene);
-    // A quarter of a turn behind: not in step with the first, still the same tone.
+    // A quarter of a period later: the same tone with another phase.
     std::vector<float> other = test::tone();
     std::rotate(other.begin(), other.begin() + 12, other.end());
     const auto heard = take(mixer, 2 * kSecond_blocks, [&](int block) {
@@ -297,7 +297,7 @@ TEST_CASE("A new signal of a playing source fades in") {
             std::make_unique<SignalSet>(SignalSet{std::make_shared<const Signal>(other, false)}));
     });
     CHECK(share_off_tone(heard) < 1e-6);
-    // A metre away, 140 samples later: what is heard at the end is the other tone.
+    // A metre away, 140 samples later: the output at the end is the other tone.
     double difference = 0;
     double energy = 0;
     for (std::size_t i = 36000; i < 44000; ++i) {
@@ -330,7 +330,7 @@ TEST_CASE("A pause fades to silence, stops the time and fades back without a cli
                       [](float x) { return x == 0; }));
     CHECK(std::any_of(heard.begin() + 145 * kTakeBlock, heard.begin() + 160 * kTakeBlock,
                       [](float x) { return std::abs(x) > 0.01F; }));
-    // The companion: the same tone cut off at once.
+    // Companion: the same tone cut off without a fade.
     std::vector<float> cut = heard;
     std::fill(cut.begin() + 80 * kTakeBlock, cut.begin() + 140 * kTakeBlock, 0.0F);
     CHECK(share_off_tone(cut) > 1e-6);

@@ -20,8 +20,7 @@ namespace {
 using namespace aula;
 using namespace aula::test;
 
-/// The share of a recording's energy that is off the tone, its ends faded so that they count for
-/// nothing.
+/// The share of a recording's energy outside the tone, with faded ends.
 double share_off_tone_within(std::vector<float> samples) {
     for (std::size_t i = 0; i < samples.size(); ++i) {
         const double swell = std::sin(std::numbers::pi * static_cast<double>(i) /
@@ -39,7 +38,7 @@ TEST_CASE(
     Scene scene = small_room();
     scene.simulation.ir_length_s.reset();
     scene.materials[0].absorption = Bands::filled(0.1F);
-    // More than any machine traces in 5 ms.
+    // More rays than any machine traces in 5 ms.
     scene.simulation.rays = 5000;
     scene.simulation.frame_rate_hz = 200;
     SessionOptions options;
@@ -51,7 +50,7 @@ TEST_CASE(
     REQUIRE(comes([&] { return player.status().rays < 5000; }));
     CHECK(player.status().full_rays == 5000);
     CHECK(reduction_text(player.status()).find("of 5000 rays") != std::string::npos);
-    // What is chosen by hand stays.
+    // A value chosen by the user is kept.
     PlayControls controls;
     controls.rays = 440;
     player.control(controls);
@@ -62,7 +61,7 @@ TEST_CASE(
         return status.response_length_s < 0.7 * status.full_response_length_s;
     }));
     CHECK(player.status().rays == 440);
-    // Another scene begins with all that it has.
+    // Another scene begins with its full rays and response length.
     scene.simulation.ir_length_s = 0.5F;
     const auto change = player.change(scene, options, true);
     REQUIRE(comes([&] {
@@ -138,13 +137,13 @@ TEST_CASE("Changes during live playback do not click; after a failed change play
     CHECK(comes([&] { return player.status().frames > frames + 5; }));
     player.stop_recording();
 
-    // All fades, and gains, from frame to frame: -60 dB is the requirement; a hard cut of the sound
+    // All fades, and gains that change from frame to frame: the requirement is -60 dB; a hard cut
     // is at -40 dB or above.
     CHECK(share_off_tone_within(read_sound(file, kRate_hz).samples) < 1e-6);
 
     const auto third = player.change(free_field({2, 0, 0}), options, true);
     REQUIRE(comes([&] { return player.status().heard_change == third; }));
-    CHECK_FALSE(player.controls().sources.size() == 1);  // as the new scene has it
+    CHECK_FALSE(player.controls().sources.size() == 1);  // those of the new scene
     CHECK(player.status().change_error.empty());
     CHECK(comes([&] { return player.status().sources[0] == Vec3(2, 0, 0); }));
 }
@@ -166,8 +165,8 @@ TEST_CASE("On the silent device frames follow the playback time and the listener
     options.duration_s = 1000;
     Player player(scene, options);
     CHECK(player.device().name == AudioDevice::kNone);
-    // Whatever the machine does meanwhile, each frame time is computed or counted as late: of all
-    // that was played, but for what is played while the status is made, and the frame ahead.
+    // With any load of the machine, each frame time is computed or counted as late, except those
+    // played while the status is made and the frame ahead.
     const auto off_frames = [&] {
         const double before_s = player.status().time_s;
         const PlayStatus status = player.status();
@@ -177,23 +176,23 @@ TEST_CASE("On the silent device frames follow the playback time and the listener
     };
     for (const double time_s : {0.3, 1.0, 1.5}) {
         REQUIRE(comes([&] { return player.status().time_s >= time_s; }));
-        // The first frame is made before the sound begins, the newest up to a frame ahead; the
-        // frames follow the sound, played in blocks of 256, within three frames.
+        // The first frame is computed before the sound begins, the newest up to a frame ahead.
+        // Frames follow the sound, played in blocks of 256, within three frames.
         CHECK(comes([&] { return off_frames() < 4; }));
-        // The listener is where the path is at the frame's time, a frame or two behind.
+        // The listener is on the path at the frame's time, one or two frames behind.
         CHECK(comes([&] {
             const PlayStatus status = player.status();
             const double walked_s = (double{status.listener.position.x} - 1) / kSpeed_m_s;
             return std::abs(status.scene_time_s - walked_s) < 4.0 / 50;
         }));
     }
-    // The companion: frames that are counted by another rate are far off.
+    // Companion: frames counted at another rate deviate far more.
     CHECK(player.status().frames + player.status().late_frames > 45);
-    // It is taken to its end, and the frames go on while the sound does.
+    // The path ends, and frames continue as long as the sound.
     REQUIRE(comes([&] { return player.status().listener.position.x == 3.0F; }));
     const auto frames = player.status().frames;
     CHECK(comes([&] { return player.status().frames > frames + 5; }));
-    // Changes are heard there as well.
+    // Changes take effect there as well.
     const auto change = player.change(free_field({2, 0, 0}), options, true);
     REQUIRE(comes([&] { return player.status().heard_change == change; }));
     CHECK(comes([&] { return player.status().sources[0] == Vec3(2, 0, 0); }));
@@ -211,6 +210,6 @@ TEST_CASE("On the silent device a session ends after its duration") {
     Player player(scene, options);
     CHECK(comes([&] { return player.status().finished; }));
     CHECK(player.status().time_s == Approx(0.3));
-    // The frames of the last times may be counted a little later.
+    // The last frame times may be counted slightly later.
     CHECK(comes([&] { return player.status().frames + player.status().late_frames >= 9; }));
 }
