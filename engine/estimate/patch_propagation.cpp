@@ -28,7 +28,7 @@ constexpr double kSegmentShare = 0.05;
 /// Segments of all sources, or listeners, together: a search takes some 0.2 ms a frame.
 constexpr std::size_t kMaxSegments = 1 << 16;
 
-/// An end with less than this share of the rays is not used: it would cost a gather.
+/// An end with less than this share of the rays is ignored, which saves its gather.
 constexpr double kMinShare = 0.1;
 
 /// Number of pairs static for longer than a window that are gathered again in a frame, in turn.

@@ -48,8 +48,8 @@ Patch PatchSubdivision::patch(const Hit& hit, bool back) const {
     const float gamma_left = std::max(gamma[(grid.key_vertex + 1) % 3], 0.0F);
     const auto zeta = std::min(
         static_cast<std::uint32_t>(gamma_key * static_cast<float>(grid.rows)), grid.rows - 1);
-    // Differs from the text's xi = floor(gamma_va N_xi_zeta): in row zeta gamma_va only reaches
-    // 1 - gamma_vk, so the count would shrink twice. With N_xi all patches are equally wide and the
+    // Differs from the text's xi = floor(gamma_va N_xi_zeta): in row zeta gamma_va is at most 1 -
+    // gamma_vk, so that factor would apply twice. With N_xi all patches are equally wide and the
     // row has exactly the columns of Eq. 3.1.
     const auto xi =
         std::min(static_cast<std::uint32_t>(gamma_left * static_cast<float>(grid.columns)),
