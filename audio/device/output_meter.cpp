@@ -13,8 +13,8 @@ constexpr double kLoadSmoothing_s = 0.5;
 /// A server reports a gap with a delay of up to this.
 constexpr double kReportDelay_s = 0.2;
 
-/// A late callback that computed for more than this share of its block's duration is the program's
-/// fault.
+/// The lateness of a callback that computed for more than this share of its block's duration is
+/// attributed to rendering.
 constexpr double kComputingShare = 0.5;
 
 /// CPU time of this thread, by a system call that never blocks.
