@@ -21,9 +21,8 @@ bool section(const char* name, bool open = true) {
 
 void draw_source(Model& model, std::size_t s) {
     const Source& source = model.scene().sources[s];
-    SourceControl& control = model.controls.sources[s];
+    const SourceControl control = model.controls().sources[s];
     ImGui::PushID(static_cast<int>(s));
-    bool changed = false;
     const bool watched = model.request.source == s;
     if (ImGui::Selectable(source.name.c_str(), watched && model.scene().sources.size() > 1, 0,
                           {ImGui::GetContentRegionAvail().x - 4.2F * ImGui::GetFontSize(), 0})) {
@@ -32,23 +31,15 @@ void draw_source(Model& model, std::size_t s) {
     }
     tooltip("select for rays, patches and plots");
     ImGui::SameLine();
-    if (toggle("M", control.muted)) {
-        control.muted = !control.muted;
-        changed = true;
-    }
+    if (toggle("M", control.muted)) model.set_control(s, &SourceControl::muted, !control.muted);
     tooltip("mute");
     ImGui::SameLine(0, 4);
-    if (toggle("S", control.solo)) {
-        control.solo = !control.solo;
-        changed = true;
-    }
+    if (toggle("S", control.solo)) model.set_control(s, &SourceControl::solo, !control.solo);
     tooltip("solo: mute all sources without S");
     float gain_db = control.gain_db.value_or(source.gain_db);
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.5F);
-    if (ImGui::SliderFloat("##gain", &gain_db, -40, 20, "%.1f dB")) {
-        control.gain_db = gain_db;
-        changed = true;
-    }
+    if (ImGui::SliderFloat("##gain", &gain_db, -40, 20, "%.1f dB"))
+        model.set_control(s, &SourceControl::gain_db, gain_db);
     tooltip(
         "gain: at 0 dB a full-scale signal is at full scale at 1 m; ctrl and click to type a "
         "number");
@@ -66,31 +57,29 @@ void draw_source(Model& model, std::size_t s) {
         ImGui::EndCombo();
     }
     tooltip("signal of the source; drop a sound file onto the window to play it");
-    if (changed) model.send_controls();
     ImGui::PopID();
 }
 
 void draw_parts(Model& model) {
-    PlayControls& controls = model.controls;
-    bool changed = ImGui::Checkbox("direct", &controls.direct);
+    const auto part = [&](const char* name, bool PlayControls::*control) {
+        bool audible = model.controls().*control;
+        if (ImGui::Checkbox(name, &audible)) model.set_control(control, audible);
+    };
+    part("direct", &PlayControls::direct);
     tooltip("direct sound (1)");
     ImGui::SameLine();
-    changed |= ImGui::Checkbox("early", &controls.early);
+    part("early", &PlayControls::early);
     tooltip("image sources: early specular reflections (2)");
     ImGui::SameLine();
-    changed |= ImGui::Checkbox("late", &controls.late);
+    part("late", &PlayControls::late);
     tooltip("reverberation (3)");
     ImGui::SetNextItemWidth(-1);
-    changed |= ImGui::SliderFloat("##wet", &controls.wet, 0, 1,
-                                  controls.wet == 0.5F  ? "dry - neutral - wet"
-                                  : controls.wet < 0.5F ? "drier"
-                                                        : "wetter");
+    float wet = model.controls().wet;
+    const char* balance = wet == 0.5F ? "dry - neutral - wet" : wet < 0.5F ? "drier" : "wetter";
+    if (ImGui::SliderFloat("##wet", &wet, 0, 1, balance))
+        model.set_control(&PlayControls::wet, wet);
     tooltip("balance of direct sound and reflections; right click: neutral");
-    if (ImGui::IsItemClicked(ImGuiMouseButton_Right)) {
-        controls.wet = 0.5F;
-        changed = true;
-    }
-    if (changed) model.send_controls();
+    if (ImGui::IsItemClicked(ImGuiMouseButton_Right)) model.set_control(&PlayControls::wet, 0.5F);
 }
 
 constexpr const char* kRaysMeaning =
@@ -148,8 +137,7 @@ void draw_settings(Model& model, Choices& choices) {
         if (ImGui::SmallButton(preset.name)) {
             Simulation s = model.setting().simulation;
             preset.set(s);
-            model.controls.rays.reset();
-            model.send_controls();
+            model.set_control(&PlayControls::rays, std::nullopt);
             model.set_simulation(s, model.setting().ambisonic_order);
         }
         tooltip(preset.meaning);
@@ -181,7 +169,7 @@ void draw_settings(Model& model, Choices& choices) {
         "Estimator of the reverberation. patch: radiated energy cached per patch. dpc: diffuse "
         "path "
         "cache; dpc-published: as published. pt: path tracing without a cache.");
-    bool automatic = model.controls.frame_share.has_value();
+    bool automatic = model.controls().frame_share.has_value();
     if (automatic) {
         ImGui::BeginDisabled();
         int rays = model.status().rays;
@@ -190,23 +178,20 @@ void draw_settings(Model& model, Choices& choices) {
         ImGui::EndDisabled();
     } else {
         // The number of rays applies in the next frame without preparation.
-        int rays = model.controls.rays.value_or(model.status().rays);
+        int rays = model.controls().rays.value_or(model.status().rays);
         if (ImGui::SliderInt("rays", &rays, 100, 20000, "%d", ImGuiSliderFlags_Logarithmic))
             model.set_rays(rays);
         tooltip(kRaysMeaning);
     }
     if (ImGui::Checkbox("auto", &automatic)) {
-        model.controls.frame_share =
-            automatic ? std::optional<double>(choices.budget) : std::nullopt;
-        model.send_controls();
+        model.set_control(&PlayControls::frame_share,
+                          automatic ? std::optional<double>(choices.budget) : std::nullopt);
     }
     tooltip("adapt the number of rays to a share of the frame period");
     ImGui::SameLine();
     ImGui::SetNextItemWidth(width - ImGui::GetCursorPosX() + ImGui::GetStyle().WindowPadding.x);
-    if (ImGui::SliderFloat("budget", &choices.budget, 0.1F, 0.9F, "%.2f of a frame") && automatic) {
-        model.controls.frame_share = choices.budget;
-        model.send_controls();
-    }
+    if (ImGui::SliderFloat("budget", &choices.budget, 0.1F, 0.9F, "%.2f of a frame") && automatic)
+        model.set_control(&PlayControls::frame_share, choices.budget);
     tooltip("share of the frame period for auto");
     ImGui::SliderInt("order", &s.order, 0, 50, s.order == 0 ? "no limit" : "%d");
     item("highest reflection order; no limit: rays end at the length of the response");
@@ -237,7 +222,7 @@ void draw_settings(Model& model, Choices& choices) {
     ImGui::PopItemWidth();
     choices.draft = active && !done ? std::optional(s) : std::nullopt;
     if (done) {
-        s.rays = model.controls.rays.value_or(s.rays);
+        s.rays = model.controls().rays.value_or(s.rays);
         model.set_simulation(s, ambisonic_order);
     }
 }
@@ -408,7 +393,7 @@ void draw_view_choices(Model& model, Choices& choices) {
 
 void draw_controls(Model& model, Choices& choices) {
     if (section("Sources")) {
-        for (std::size_t s = 0; s < model.controls.sources.size(); ++s) draw_source(model, s);
+        for (std::size_t s = 0; s < model.controls().sources.size(); ++s) draw_source(model, s);
         draw_parts(model);
     }
     if (section("Surface")) draw_surface(model, choices);

@@ -36,10 +36,11 @@ std::optional<Vec3> on_level(const Ray& ray, float z) {
 
 }  // namespace
 
-Picture::Picture(const Model& model) : camera(Camera::around(model.low(), model.high())) {}
+Picture::Picture(const Model& model)
+    : camera(Camera::around(model.bounds().min, model.bounds().max)) {}
 
 Pose Picture::listener(const Model& model) const {
-    return model.controls.listener.value_or(model.status().listener);
+    return model.controls().listener.value_or(model.status().listener);
 }
 
 Screen Picture::screen(const Model& model, const Box& area) const {
@@ -72,7 +73,7 @@ void Picture::drag(Model& model, const Screen& screen, const ImGuiIO& io) {
         to = *level;
     }
     constexpr float kMargin_m = 0.05F;
-    to = glm::clamp(to, model.low() + kMargin_m, model.high() - kMargin_m);
+    to = glm::clamp(to, model.bounds().min + kMargin_m, model.bounds().max - kMargin_m);
     if (is_source) {
         model.move_source(drag_target_.source, to);
     } else {
@@ -148,7 +149,7 @@ void Picture::follow_scene(Model& model) {
         sides_ = interior_sides(model.rays(), scene_positions(model.scene()));
         if (geometry_version_ != 0) {
             const bool first_person = camera.first_person;
-            camera = Camera::around(model.low(), model.high());
+            camera = Camera::around(model.bounds().min, model.bounds().max);
             camera.first_person = first_person;
         }
         geometry_version_ = model.geometry_version();
@@ -190,7 +191,7 @@ void Picture::follow_patches(Model& model, const Choices& choices, double dt_s) 
     if (!view || !request.patches || view->patch_size_m <= 0) return;
     if (view->patch_size_m != field_patch_m_) {
         field_patch_m_ = view->patch_size_m;
-        field_.cover(model.low(), model.high(), field_patch_m_);
+        field_.cover(model.bounds().min, model.bounds().max, field_patch_m_);
     }
     if (view->patches.empty() && choices.overlay == EnergyOverlay::total) return;
     field_.update(view->patches, choices.plots.band, dt_s);
@@ -258,7 +259,7 @@ void Picture::draw_labels(const Model& model, const Box& area, const Choices& ch
         const auto at = projection.project(position);
         if (!at) continue;
         const float radius = std::clamp(0.12F * projection.pixels_per_metre(position), 6.0F, 26.0F);
-        const bool heard = model.controls.heard(s);
+        const bool heard = model.controls().heard(s);
         draw->AddCircleFilled(to_im(*at), radius, packed(heard ? kSource : Colour(0.45F), 0.95F),
                               24);
         draw->AddCircle(to_im(*at), radius, packed({0.1F, 0.05F, 0}, 0.9F), 24, 1.5F);

@@ -122,16 +122,15 @@ class App {
     }
 
     void toggle_part(bool PlayControls::*part) {
-        model_.controls.*part = !(model_.controls.*part);
-        model_.send_controls();
+        model_.set_control(part, !(model_.controls().*part));
     }
 
     void mute_all() {
-        std::vector<SourceControl>& sources = model_.controls.sources;
+        const std::vector<SourceControl>& sources = model_.controls().sources;
         const bool all = std::all_of(sources.begin(), sources.end(),
                                      [](const SourceControl& s) { return s.muted; });
-        for (SourceControl& source : sources) source.muted = !all;
-        model_.send_controls();
+        for (std::size_t s = 0; s < sources.size(); ++s)
+            model_.set_control(s, &SourceControl::muted, !all);
     }
 
     void handle_key(int key) {

@@ -223,19 +223,17 @@ TEST_CASE("A new file that stays empty is removed") {
 TEST_CASE("Opening a scene resets the sources' controls") {
     Room room;
     Model& model = room.model();
-    model.controls.sources[0].muted = true;
-    model.send_controls();
+    model.set_control(0, &SourceControl::muted, true);
     model.open(room.file("two"));
     REQUIRE(room.shows([&] { return model.scene_file() == room.file("two"); }));
     REQUIRE(room.shows([&] { return model.status().sources.size() == 2; }));
-    CHECK(model.controls.sources.size() == 2);
-    CHECK_FALSE(model.controls.sources[0].muted);
-    model.controls.sources[1].muted = true;
-    model.send_controls();
+    CHECK(model.controls().sources.size() == 2);
+    CHECK_FALSE(model.controls().sources[0].muted);
+    model.set_control(1, &SourceControl::muted, true);
     model.open(room.file("room"));
     REQUIRE(room.shows([&] { return model.scene_file() == room.file("room"); }));
-    CHECK(model.controls.sources.size() == 1);
-    CHECK_FALSE(model.controls.sources[0].muted);
+    CHECK(model.controls().sources.size() == 1);
+    CHECK_FALSE(model.controls().sources[0].muted);
 }
 
 TEST_CASE("Two settings each keep their estimator and view") {
@@ -335,4 +333,39 @@ TEST_CASE("OSC and the window change different controls without overwriting each
     CHECK(model.player().controls().listener->position == Vec3(1, 1, 1));
     REQUIRE(room.shows([&] { return model.status().listener.yaw_rad > 1.5F; }));
     CHECK(model.status().latency.head_p50_ms > 0);
+}
+
+TEST_CASE("An edited scene file is reloaded: its positions apply, and undo restores a move") {
+    const TemporaryFolder folder;
+    const auto file = folder.path() / "edited.json";
+    auto write = [&, edits = 0](const std::string& material) mutable {
+        std::ofstream(file) << R"({"aula": 1, "geometry": [{"box": [5, 4, 3], "material": ")"
+                            << material << R"("}],
+            "sources": [{"name": "voice", "position": [1, 1, 1.5], "signal": "noise"}],
+            "listener": {"position": [4, 3, 1.6]}, "simulation": {"rays": 100}})";
+        // Edits follow one another faster than the clock of some file systems.
+        std::filesystem::last_write_time(
+            file, std::filesystem::last_write_time(file) + std::chrono::seconds(++edits));
+    };
+    write("wood");
+    Room room;
+    Model& model = room.model();
+    model.open(file);
+    REQUIRE(room.shows([&] { return model.scene_file() == file; }));
+    model.move_source(0, {2, 1, 1.5F});
+    model.source_moved();
+
+    write("no such material");
+    REQUIRE(room.shows([&] { return room.says("edited.json:"); }));
+    CHECK(material_of(model.scene(), 0).name == "wood");
+    CHECK(model.controls().sources[0].position);
+    write("curtain");
+    REQUIRE(room.shows([&] { return room.says("edited.json reloaded"); }));
+    CHECK_FALSE(room.says("edited.json:"));
+    CHECK(material_of(model.scene(), 0).name == "curtain");
+    CHECK_FALSE(model.player().controls().source(0).position);
+
+    model.undo();
+    CHECK(material_of(model.scene(), 0).name == "wood");
+    CHECK(model.player().controls().source(0).position == Vec3(2, 1, 1.5F));
 }

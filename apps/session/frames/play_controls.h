@@ -52,8 +52,4 @@ struct PlayControls {
     float wet_gain() const { return std::min(1.0F, 2 * wet); }
 };
 
-/// `now` with all differences between `from` and `to`. Two callers that each modify a copy of the
-/// controls do not undo each other's changes.
-PlayControls with_changes(PlayControls now, const PlayControls& from, const PlayControls& to);
-
 }  // namespace aula

@@ -72,28 +72,3 @@ TEST_CASE("A muted source is inaudible, and a source with solo mutes all others"
     controls.sources[1].muted = true;
     CHECK_FALSE(controls.heard(1));
 }
-
-TEST_CASE("Two callers that change different controls do not undo each other's changes") {
-    PlayControls known;
-    known.sources.resize(1);
-    known.listener = Pose{};
-    PlayControls now = known;  // one caller has moved the listener and a source
-    now.listener->position = Vec3(1, 2, 3);
-    now.sources[0].position = Vec3(4, 5, 6);
-    PlayControls wanted = known;  // the other mutes that source and changes the rays
-    wanted.sources[0].muted = true;
-    wanted.rays = 500;
-    wanted.direct = false;
-
-    const PlayControls both = with_changes(now, known, wanted);
-    CHECK(both.listener->position == Vec3(1, 2, 3));
-    CHECK(both.sources[0].position == Vec3(4, 5, 6));
-    CHECK(both.sources[0].muted);
-    CHECK(both.rays == 500);
-    CHECK_FALSE(both.direct);
-    CHECK(both.early);
-
-    wanted.listener.reset();
-    CHECK_FALSE(with_changes(now, known, wanted).listener);
-    CHECK(with_changes({}, known, wanted).sources.size() == 1);
-}

@@ -1,0 +1,27 @@
+#include "apps/window/model/playback_news.h"
+
+namespace aula {
+
+bool PlaybackNews::take(const PlayStatus& status, const MonitorStatus& heard, double now_s,
+                        MessageLog& log) {
+    const bool muted = status.muted_samples > 0;
+    if (muted && !muted_) log.say("samples that are not finite are muted", true);
+    muted_ = muted;
+
+    if (status.underruns > underruns_) last_underrun_s_ = status.time_s;
+    underruns_ = status.underruns;
+
+    const bool failed = status.failed_changes > failed_changes_;
+    failed_changes_ = status.failed_changes;
+    if (failed) log.say(status.change_error, true);
+
+    if (const auto text = load_news_.take(status, now_s)) log.say("this machine " + *text);
+
+    if (heard.error != recording_error_) {
+        recording_error_ = heard.error;
+        if (!recording_error_.empty()) log.say(recording_error_, true);
+    }
+    return failed;
+}
+
+}  // namespace aula

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "apps/session/live/load_news.h"
+#include "apps/session/live/monitor.h"
+#include "apps/session/live/player.h"
+#include "apps/window/model/message_log.h"
+
+namespace aula {
+
+/// Turns changes of a player's status into messages. [one thread]
+class PlaybackNews {
+ public:
+    /// Compares with the status of the last call. True if a change of scene or options has failed
+    /// since.
+    bool take(const PlayStatus& status, const MonitorStatus& heard, double now_s, MessageLog& log);
+
+    /// Time of the sound at the last underrun; negative: none.
+    double last_underrun_s() const { return last_underrun_s_; }
+
+ private:
+    std::uint64_t underruns_ = 0;
+    double last_underrun_s_ = -1;
+    bool muted_ = false;
+    std::uint64_t failed_changes_ = 0;
+    LoadNews load_news_;
+    std::string recording_error_;
+};
+
+}  // namespace aula

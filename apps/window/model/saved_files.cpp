@@ -1,0 +1,64 @@
+#include "apps/window/model/saved_files.h"
+
+#include <vector>
+
+#include "apps/session/base/output_file.h"
+#include "apps/session/edit/scene_writer.h"
+#include "apps/session/offline/measurement_text.h"
+#include "apps/window/model/new_file.h"
+
+namespace aula {
+
+std::string save_played_scene(const EditedScene& edited, const PlayControls& controls,
+                              const Simulation& simulation) {
+    const LoadedScene& read = edited.read();
+    Scene saved = edited.scene();
+    saved.simulation = simulation;
+    std::string left_out = "comments";
+    for (std::size_t s = 0; s < saved.sources.size(); ++s) {
+        const SourceControl control = controls.source(s);
+        Source& source = saved.sources[s];
+        source.loop = read.scene.sources[s].loop;
+        if (control.gain_db) source.gain_db = *control.gain_db;
+        if (!control.position) continue;
+        source.position = *control.position;
+        if (source.path) left_out += " and the path of " + source.name + ", which was moved";
+        source.path.reset();
+    }
+    if (controls.listener && !saved.listener.path) saved.listener.pose = *controls.listener;
+    const NewFile file(edited.file().stem().string() + "-edited", ".json");
+    write_edited_scene(read, saved, edited.file(), file.path());
+    return "scene written to " + file.path().string() + ", without " + left_out;
+}
+
+std::string save_response(const Scene& scene, const FrameView& view, const SessionOptions& session,
+                          const std::string& stem) {
+    Scene measured = scene;
+    measured.sources = {scene.sources[view.source]};
+    measured.listener.pose = view.listener;
+    measured.listener.path.reset();
+    measured.simulation = view.simulation;
+    Measurement measurement;
+    measurement.responses = {view.response};
+    measurement.audible = {is_audible(view.response)};
+    measurement.length_s = view.length_s;
+    measurement.frames = 1;
+
+    const NewFile response_file(stem + "-ir", ".wav");
+    const NewFile report_file(stem + "-report", ".json");
+    const auto channels = impulse_response(measured, 0, measurement, session,
+                                           hrtf_for(session, session.sample_rate_hz));
+    WavWriter writer(response_file.path(), session.sample_rate_hz, channels.size(),
+                     SampleFormat::float32);
+    std::vector<float> interleaved;
+    for (std::size_t i = 0; i < channels[0].size(); ++i)
+        for (const auto& channel : channels) interleaved.push_back(channel[i]);
+    writer.write(interleaved);
+    OutputFile report(report_file.path());
+    report.write(report_json(measured, room_parameters(measurement)));
+    writer.commit();
+    report.commit();
+    return response_file.path().string() + " and " + report_file.path().string() + " written";
+}
+
+}  // namespace aula

@@ -1,0 +1,89 @@
+#include "apps/window/model/playback_news.h"
+
+#include <catch2/catch.hpp>
+
+using namespace aula;
+
+namespace {
+
+/// The news of a sequence of statuses.
+struct Played {
+    PlaybackNews news;
+    MessageLog log;
+    double now_s = 0;
+
+    bool take(const PlayStatus& status, const MonitorStatus& heard = {}) {
+        return news.take(status, heard, ++now_s, log);
+    }
+    std::size_t count(const std::string& text) const {
+        std::size_t found = 0;
+        for (const auto& message : log.messages()) found += message.text == text ? 1 : 0;
+        return found;
+    }
+};
+
+}  // namespace
+
+TEST_CASE("Muted samples give one message") {
+    Played played;
+    PlayStatus status;
+    CHECK_FALSE(played.take(status));
+    CHECK(played.log.messages().empty());
+    status.muted_samples = 10;
+    played.take(status);
+    status.muted_samples = 20;
+    played.take(status);
+    CHECK(played.count("samples that are not finite are muted") == 1);
+    CHECK(played.log.messages().back().is_error);
+}
+
+TEST_CASE("Each failed change gives a message and is reported once") {
+    Played played;
+    PlayStatus status;
+    for (std::uint64_t failure = 1; failure <= 2; ++failure) {
+        status.failed_changes = failure;
+        status.change_error = "no rays";
+        CHECK(played.take(status));
+        CHECK_FALSE(played.take(status));
+        CHECK(played.count("no rays") == failure);
+    }
+}
+
+TEST_CASE("The time of the last underrun is kept") {
+    Played played;
+    PlayStatus status;
+    status.time_s = 3;
+    played.take(status);
+    CHECK(played.news.last_underrun_s() < 0);
+    status.underruns = 1;
+    played.take(status);
+    status.time_s = 8;
+    played.take(status);
+    CHECK(played.news.last_underrun_s() == 3);
+    status.underruns = 2;
+    played.take(status);
+    CHECK(played.news.last_underrun_s() == 8);
+}
+
+TEST_CASE("A recording that ends early gives one message, also the second time") {
+    Played played;
+    MonitorStatus heard;
+    heard.error = "disk full";
+    played.take({}, heard);
+    played.take({}, heard);
+    CHECK(played.count("disk full") == 1);
+    played.take({}, {});
+    played.take({}, heard);
+    CHECK(played.count("disk full") == 2);
+}
+
+TEST_CASE("A reduced number of rays gives a message when it has been constant for some seconds") {
+    Played played;
+    PlayStatus status;
+    status.rays = 300;
+    status.full_rays = 1000;
+    for (int second = 0; second < 10; ++second) played.take(status);
+    REQUIRE(played.log.messages().size() == 1);
+    CHECK(played.log.messages()[0].text.starts_with("this machine keeps up with 300 of 1000 rays"));
+    CHECK_FALSE(played.log.messages()[0].is_error);
+}

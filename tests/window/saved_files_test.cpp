@@ -1,0 +1,113 @@
+#include "apps/window/model/saved_files.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "aula/audio/sound_file.h"
+#include "aula/engine/scene_file.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/test_scenes.h"
+
+using namespace aula;
+using namespace aula::test;
+
+namespace {
+
+/// Makes a temporary folder the working directory.
+class WorkingFolder {
+ public:
+    WorkingFolder() { std::filesystem::current_path(folder_.path()); }
+    ~WorkingFolder() { std::filesystem::current_path(before_); }
+    WorkingFolder(const WorkingFolder&) = delete;
+    WorkingFolder& operator=(const WorkingFolder&) = delete;
+
+ private:
+    std::filesystem::path before_ = std::filesystem::current_path();
+    TemporaryFolder folder_;
+};
+
+EditedScene scene_of(const char* listener) {
+    std::ofstream("walk.json") << R"({"aula": 1,
+        "geometry": [{"box": [5, 4, 3], "material": "wood"}],
+        "sources": [{"name": "voice", "position": [1, 1, 1.5], "signal": "noise"},
+                    {"name": "guest", "signal": "noise",
+                     "path": {"points": [{"t": 0, "position": [2, 1, 1.5]},
+                                         {"t": 9, "position": [2, 3, 1.5]}]}}],
+        "listener": )" << listener
+                               << R"(, "simulation": {"ir_length_s": 0.4}})";
+    WindowOptions options;
+    options.load = [](const std::filesystem::path& file) { return load_scene(file); };
+    return EditedScene(open_scene(options, "walk.json"));
+}
+
+}  // namespace
+
+TEST_CASE("A saved scene has the gains and positions of the controls and the simulation") {
+    const WorkingFolder folder;
+    const EditedScene edited = scene_of(R"({"position": [4, 3, 1.6]})");
+    PlayControls controls;
+    controls.sources.resize(2);
+    controls.sources[0].gain_db = -7.0F;
+    controls.sources[1].position = Vec3(3, 2, 1);
+    controls.listener = Pose{.position = {2, 2, 1.7F}};
+    Simulation simulation = edited.scene().simulation;
+    simulation.rays = 321;
+    const std::string message = save_played_scene(edited, controls, simulation);
+    CHECK(message ==
+          "scene written to walk-edited.json, without comments and the path of guest, which was "
+          "moved");
+    const Scene saved = load_scene("walk-edited.json").scene;
+    CHECK(saved.simulation.rays == 321);
+    CHECK(saved.sources[0].gain_db == -7);
+    CHECK(saved.sources[0].position == Vec3(1, 1, 1.5F));
+    CHECK(saved.sources[1].position == Vec3(3, 2, 1));
+    CHECK_FALSE(saved.sources[1].path);
+    CHECK_FALSE(saved.sources[0].loop);
+    CHECK(saved.listener.pose.position == Vec3(2, 2, 1.7F));
+}
+
+TEST_CASE("A saved scene keeps trajectories of the listener and of sources that were not moved") {
+    const WorkingFolder folder;
+    const EditedScene edited = scene_of(
+        R"({"path": {"points": [{"t": 0, "position": [4, 3, 1.6]},
+                                {"t": 100, "position": [1, 3, 1.6]}]}})");
+    PlayControls controls;  // without entries for the sources
+    controls.listener = Pose{.position = {2, 2, 1.7F}};
+    CHECK(save_played_scene(edited, controls, edited.scene().simulation) ==
+          "scene written to walk-edited.json, without comments");
+    const Scene saved = load_scene("walk-edited.json").scene;
+    REQUIRE(saved.listener.path);
+    CHECK(saved.listener.path->duration_s() == 100);
+    CHECK(saved.sources[1].path);
+}
+
+TEST_CASE("The response of a view is written as a sound file with the report of its source") {
+    const WorkingFolder folder;
+    Scene scene = small_room();
+    scene.sources.push_back(scene.sources[0]);
+    scene.sources[1].name = "second";
+    FrameView view;
+    view.source = 1;
+    view.listener = scene.listener.pose;
+    view.simulation = scene.simulation;
+    view.length_s = 0.4;
+    view.response.bins = TimeBins(view.length_s);
+    for (std::size_t bin = 0; bin < view.response.bins.count(); ++bin) {
+        const double time_s = view.response.bins.begin_s(bin);
+        view.response.energy.push_back(Bands::filled(static_cast<float>(std::exp(-30 * time_s))));
+        view.response.direction.push_back(Vec3(0));
+    }
+    SessionOptions session;
+    session.output = OutputFormat::mono;
+    CHECK(save_response(scene, view, session, "room") ==
+          "room-ir.wav and room-report.json written");
+    const SoundClip clip = read_sound("room-ir.wav", session.sample_rate_hz);
+    CHECK(static_cast<double>(clip.samples.size()) > 0.3 * session.sample_rate_hz);
+    std::ifstream in("room-report.json");
+    const std::string report{std::istreambuf_iterator<char>(in), {}};
+    CHECK(report.find("second") != std::string::npos);
+}
