@@ -54,14 +54,14 @@ void require(bool holds, const std::string& what) {
 void check_sound(const std::filesystem::path& file, const MatrixCase& test, double min_s,
                  double max_s) {
     const SoundInfo info = sound_info(file);
-    const auto frames = static_cast<double>(info.samples);
+    const auto length = static_cast<double>(info.samples);
     std::ostringstream found;
-    found << file.filename().string() << ": " << info.samples << " frames of " << info.channels
+    found << file.filename().string() << ": " << info.samples << " samples in " << info.channels
           << " channels; expected " << min_s * test.sample_rate_hz << " to "
           << max_s * test.sample_rate_hz << " of " << test.channels;
     // Rounded to a sample.
-    require(frames >= std::floor(min_s * test.sample_rate_hz) &&
-                frames <= std::ceil(max_s * test.sample_rate_hz) && info.channels == test.channels,
+    require(length >= std::floor(min_s * test.sample_rate_hz) &&
+                length <= std::ceil(max_s * test.sample_rate_hz) && info.channels == test.channels,
             found.str());
     if (info.samples == 0) return;
     const SoundClip clip = read_sound(file, info.sample_rate_hz);

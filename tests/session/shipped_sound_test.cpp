@@ -51,7 +51,7 @@ double longest_t30_s(Scene scene) {
     return longest_s;
 }
 
-/// The frames of a float WAV file, interleaved.
+/// The samples of a float WAV file, interleaved.
 std::vector<float> wav_samples(const fs::path& file) {
     std::ifstream in(file, std::ios::binary);
     const std::vector<char> bytes{std::istreambuf_iterator<char>(in), {}};
