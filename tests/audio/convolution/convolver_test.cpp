@@ -200,3 +200,23 @@ TEST_CASE("Filters that are filled again reuse released memory") {
     CHECK(seen.size() <= 3);
     CHECK(seen.size() >= 2);
 }
+
+TEST_CASE("Half precision holds the spectrum of any taps without overflow") {
+    // A single tap of almost 1, and taps of one sign: some bin has the sum of all magnitudes, which
+    // is scaled to just below the largest power of two.
+    for (const std::size_t taps : {1U, 1000U}) {
+        const ConvolutionShape shape{1, 1, 128, 12000, true};
+        Responses responses(1, Signals(1, Signal(shape.taps)));
+        for (std::size_t k = 0; k < taps; ++k)
+            responses[0][0][10000 + k] = 0.99999F / static_cast<float>(taps);
+        const ConvolutionFilter filter = make_filter(shape, responses);
+        Convolver convolver(shape, 0);
+        convolver.exchange(&filter);
+        const Signals inputs(1, Signal(16000, 1));
+        Signals outputs(1, Signal(16000));
+        run(convolver, inputs, outputs, 0, 16000, {128});
+        CAPTURE(taps);
+        CHECK(outputs[0].back() == Approx(1).epsilon(0x1p-10));  // rounding to 11 bits
+        CHECK(worst_error(outputs, direct(inputs, responses)) < kHalfRounding);
+    }
+}

@@ -232,3 +232,38 @@ TEST_CASE("Input in portions of any size at the output's rate is output without 
         CHECK(last > 19000);
     }
 }
+
+TEST_CASE("After an interruption the surplus is measured anew") {
+    Line line;
+    // Almost empty before the interruption.
+    line.write(2 * kBlock);
+    line.read(4);
+    const std::size_t reserve = line.buffer().reserve();
+    // It returns with 20 blocks too many, which are dropped after a second.
+    line.write(reserve + 21 * kBlock);
+    for (int i = 0; i < 48000 / kBlock + 2; ++i) {
+        line.read();
+        line.write(kBlock);
+    }
+    std::vector<float> block(kBlock);
+    std::size_t left = 0;
+    do {
+        line.buffer().read(block);
+        ++left;
+    } while (block.back() != 0);
+    CHECK(left <= reserve / kBlock + 4);
+    CHECK(line.largest_step() < kSmooth);
+}
+
+TEST_CASE("Blocks longer than a second are buffered") {
+    constexpr int kLong = 8192;
+    CaptureBuffer buffer(8000, kLong);
+    const std::vector<float> in(kLong, 0.5F);
+    std::vector<float> out(kLong);
+    buffer.write(in);
+    for (int i = 0; i < 5; ++i) {
+        buffer.write(in);
+        buffer.read(out);
+        CHECK(out.back() == 0.5F);
+    }
+}

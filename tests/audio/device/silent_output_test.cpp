@@ -1,5 +1,8 @@
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <future>
+#include <span>
+#include <utility>
 
 #include "aula/devices/device.h"
 
@@ -27,4 +30,27 @@ TEST_CASE("The silent device requests blocks continuously and has no underruns")
     CHECK(device.meter().underruns() == 0);
     CHECK(device.meter().mean_load() > 0);
     CHECK(device.reconnects() == 0);
+}
+
+TEST_CASE("Each channel of the silent device has its own memory for a block") {
+    constexpr int kBlock = 32;
+    std::promise<bool> distinct;
+    bool called = false;
+    AudioDevice device(AudioDevice::kNone, 48000, 3, kBlock,
+                       [&](std::span<float* const> outputs, int samples) {
+                           if (std::exchange(called, true)) return;
+                           float value = 0;
+                           for (float* const channel : outputs)
+                               std::fill_n(channel, samples, ++value);
+                           value = 0;
+                           bool kept = true;
+                           for (const float* const channel : outputs) {
+                               ++value;
+                               kept = kept && channel[0] == value && channel[samples - 1] == value;
+                           }
+                           distinct.set_value(kept);
+                       });
+    device.start();
+    CHECK(distinct.get_future().get());
+    device.stop();
 }

@@ -234,3 +234,20 @@ TEST_CASE("The ceiling holds at any sample rate and for any number of channels")
         }
     }
 }
+
+TEST_CASE("A peak that decays sample by sample is held for the look-ahead") {
+    // The gain required rises with each sample, more slowly than the release.
+    constexpr float kDecay = 1e-4F;
+    Stereo in;
+    for (auto& channel : in) {
+        for (int n = 0; n < 4000; ++n)
+            channel.push_back(n < 500 ? 0 : 20 * std::exp(-kDecay * static_cast<float>(n - 500)));
+    }
+    int latency = 0;
+    const Stereo out = limited(in, latency);
+    CHECK(*std::max_element(out[0].begin(), out[0].end()) <= kCeiling);
+    // A sample is limited by the peaks up to 4 ms before it.
+    for (const std::size_t n : {1500U, 2500U, 3500U}) {
+        CHECK(out[0][n] > kCeiling * std::exp(-kDecay * 192));
+    }
+}

@@ -412,3 +412,11 @@ TEST_CASE("A sound of several blocks of the reader is read to its last sample") 
         CHECK(read_sound(folder / "a.wav", 48000).samples == samples);
     }
 }
+
+TEST_CASE("A sample rate that is not whole is written rounded to nearest") {
+    const TemporaryFolder folder;
+    for (const auto& [rate_hz, written_hz] : {std::pair{44099.6, 44100}, {48000.4, 48000}}) {
+        write_wav(folder / "a.wav", rate_hz, 1, {0.5F});
+        CHECK(sound_info(folder / "a.wav").sample_rate_hz == written_hz);
+    }
+}

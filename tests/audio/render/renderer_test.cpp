@@ -633,8 +633,8 @@ TEST_CASE("Half precision of late reverberation has an error of -74 dB") {
         error += std::pow(double{half[n]} - double{exact[n]}, 2);
     }
     // Rounding to 11 bits has a variance of 2^-20 / 12 re the square of the power of two below a
-    // number, -71.0 dB. The mean of that square is 0.54 of the variance of normal deviates, -2.7 dB.
-    // 16000 taps: a standard error of 0.05 dB. Single precision has -140 dB.
+    // number, -71.0 dB. The mean of that square is 0.54 of the variance of normal deviates, -2.7
+    // dB. 16000 taps: a standard error of 0.05 dB. Single precision has -140 dB.
     CHECK(10 * std::log10(error / energy) == Approx(-73.7).margin(0.2));
 }
 
@@ -657,5 +657,43 @@ TEST_CASE("Direct sound has its delay at every sample rate and block size") {
             if (std::abs(player.output(0)[n] - (n == at ? 0.5F : 0.0F)) > 1e-6F)
                 FAIL("sample " << n << ": " << player.output(0)[n]);
         }
+    }
+}
+
+TEST_CASE("A frame has the nearest whole number of samples, at least one") {
+    RendererConfig config;
+    for (const auto& [rate_hz, frame_s, samples] : {std::tuple{48000.0, 1.0 / 30, 1600},
+                                                    {44100.0, 1.0 / 30, 1470},
+                                                    {44100.0, 1.0 / 80, 551},
+                                                    {48000.0, 1.0 / 70, 686},
+                                                    {48000.0, 1e-6, 1}}) {
+        config.sample_rate_hz = rate_hz;
+        config.frame_s = frame_s;
+        CAPTURE(rate_hz, frame_s);
+        CHECK(frame_samples(config) == samples);
+    }
+}
+
+TEST_CASE("A turn of the head crossfades the field linearly over a block, at least 64 samples") {
+    const HeadRotation left{{{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}}};
+    for (const auto& [block, turn] : {std::pair{256, 256}, {16, 64}}) {
+        RendererConfig config = config_for(OutputFormat::foa, 1, 16);
+        config.block = block;
+        Signals late(4, Signal(1));
+        late[0][0] = late[3][0] = 1;  // from the front, then from the right
+        Player player(config, nullptr, {Signal(2048, 1)});
+        player.publish({sound_of(late)});
+        const std::vector<std::size_t> calls{static_cast<std::size_t>(block)};
+        player.play_until(1024, calls);
+        player.play_until(2048, calls, left);
+        CAPTURE(block);
+        double worst = 0;
+        for (int n = 0; n < 1024; ++n) {
+            const double share = std::min(1.0, (n + 1.0) / turn);
+            const auto at = static_cast<std::size_t>(1024 + n);
+            worst = std::max(worst, std::abs(double{player.output(3)[at]} - (1 - share)));
+            worst = std::max(worst, std::abs(double{player.output(1)[at]} + share));
+        }
+        CHECK(worst < 1e-5);  // rounding
     }
 }
