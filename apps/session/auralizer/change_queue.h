@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <compare>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -12,32 +13,39 @@ namespace aula {
 /// The sample time of what does not come.
 inline constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 
-/// Changes of a target, each with its sample time.
+/// When a change takes effect. At one sample the changes of before_frame follow all others,
+/// whichever thread was first.
+struct ChangeTime {
+    std::int64_t sample = 0;
+    bool of_before_frame = false;
+    friend auto operator<=>(const ChangeTime&, const ChangeTime&) = default;
+};
+
+/// Changes of a target in the order of their times; those of one time in the order of their calls.
 template <typename Target>
 class ChangeQueue {
  public:
-    /// Adds a change after all others of its time.
-    void add(std::int64_t at, std::function<void(Target&)> apply) {
+    void add(const ChangeTime& time, std::function<void(Target&)> apply) {
         const auto later = std::upper_bound(
-            changes_.begin(), changes_.end(), at,
-            [](std::int64_t time, const auto& change) { return time < change.at; });
-        changes_.insert(later, {at, std::move(apply)});
+            changes_.begin(), changes_.end(), time,
+            [](const ChangeTime& added, const Change& change) { return added < change.time; });
+        changes_.insert(later, {time, std::move(apply)});
     }
 
-    /// Applies and removes all changes up to a time.
+    /// Applies and removes all changes up to a sample.
     void apply(std::int64_t until, Target& target) {
-        while (!changes_.empty() && changes_.front().at <= until) {
+        while (!changes_.empty() && changes_.front().time.sample <= until) {
             changes_.front().apply(target);
             changes_.pop_front();
         }
     }
 
-    /// The time of the next change; kNever if there is none.
-    std::int64_t next() const { return changes_.empty() ? kNever : changes_.front().at; }
+    /// The sample of the next change; kNever if there is none.
+    std::int64_t next() const { return changes_.empty() ? kNever : changes_.front().time.sample; }
 
  private:
     struct Change {
-        std::int64_t at = 0;
+        ChangeTime time;
         std::function<void(Target&)> apply;
     };
     std::deque<Change> changes_;

@@ -32,16 +32,26 @@ void ExactPlayback::commit(std::int64_t until) {
 
 int ExactPlayback::latency_samples() const { return kBlock; }
 
-std::int64_t ExactPlayback::time_of(std::int64_t at) const {
-    return std::max(at, in_before_frame() ? *frame_sample_ : committed_);
+ChangeTime ExactPlayback::time_of(std::int64_t at) const {
+    if (in_before_frame()) return {std::max(at, *frame_sample_), true};
+    return {std::max(at, committed_), false};
 }
 
-void ExactPlayback::route(std::size_t slot, SourceId source, std::int64_t at) {
-    renderer_changes_.add(at, [slot, source](RoomRenderer& r) { r.set_source(slot, source); });
+void ExactPlayback::begin_source(SourceId source, const ChangeTime& time) {
+    renderer_changes_.add(time, [this, source](RoomRenderer& renderer) {
+        renderer.set_source(renderer_slots_.begin(source), source);
+    });
 }
 
-void ExactPlayback::turn_head(std::size_t listener, const Pose& pose, std::int64_t at) {
-    renderer_changes_.add(at, [listener, pose](RoomRenderer& r) { r.turn_head(listener, pose); });
+void ExactPlayback::end_source(SourceId source, const ChangeTime& time) {
+    renderer_changes_.add(time, [this, source](RoomRenderer& renderer) {
+        renderer.set_source(renderer_slots_.end(source), {});
+    });
+}
+
+void ExactPlayback::turn_head(std::size_t listener, const Pose& pose, const ChangeTime& time) {
+    renderer_changes_.add(
+        time, [listener, pose](RoomRenderer& renderer) { renderer.turn_head(listener, pose); });
 }
 
 /// The first sample at or after a frame's time.

@@ -23,9 +23,10 @@ class ExactPlayback : public RoomPlayback {
 
  private:
     void compute_frames(Auralizer& auralizer) override;
-    std::int64_t time_of(std::int64_t at) const override;
-    void route(std::size_t slot, SourceId source, std::int64_t at) override;
-    void turn_head(std::size_t listener, const Pose& pose, std::int64_t at) override;
+    ChangeTime time_of(std::int64_t at) const override;
+    void begin_source(SourceId source, const ChangeTime& time) override;
+    void end_source(SourceId source, const ChangeTime& time) override;
+    void turn_head(std::size_t listener, const Pose& pose, const ChangeTime& time) override;
 
     std::int64_t frame_start(std::int64_t frame) const;
     void render_block();

@@ -25,7 +25,7 @@ void FrameComputer::compute(const FrameRoom& room, ListenerFrames& frames) {
             maker_.set_object_material(change.object, change.material);
         maker_.fill(room.state, frames);
         for (const SourceState& source : room.state.sources) {
-            if (source.ringing) continue;
+            if (source.removed_at) continue;
             Sight sight{{source.id}, {}};
             for (std::size_t l = 0; l < frames.size(); ++l) {
                 const SourceSound* const sound = maker_.sound(source.id, l);

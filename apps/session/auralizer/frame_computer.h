@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "apps/session/auralizer/source_slots.h"
 #include "apps/session/frames/frame_maker.h"
 #include "aula/auralizer.h"
 
@@ -20,7 +21,8 @@ struct MaterialChange {
 /// The room of a frame.
 struct FrameRoom {
     RoomState state;
-    std::vector<MaterialChange> materials;  ///< changed since the frame before
+    SourceSlots slots;                        ///< of the sources that are present
+    std::vector<MaterialChange> materials{};  ///< changed since the frame before
 };
 
 /// A render frame for each listener.

@@ -17,27 +17,33 @@ RealTimePlayback::RealTimePlayback(const Scene& scene, const AuralizerOptions& o
     : RoomPlayback(scene, options, options.block),
       block_(options.block),
       part_outputs_(options.listeners * channel_count(options.output)),
-      routed_(computer_.config().sources),
       frame_heads_(options.listeners) {
     for (std::size_t l = 0; l < options.listeners; ++l)
         heads_.push_back(std::make_unique<Mailbox<Pose>>(1));
-    const std::vector<SourceId> initial = sources();
-    std::copy(initial.begin(), initial.end(), routed_.begin());
 }
 
-std::int64_t RealTimePlayback::time_of(std::int64_t /*at*/) const {
-    return in_before_frame() ? *frame_sample_ : rendered_.load();
+// Never before that of an earlier call, so that changes keep the order of the calls.
+ChangeTime RealTimePlayback::time_of(std::int64_t /*at*/) const { return {rendered_.load()}; }
+
+void RealTimePlayback::begin_source(SourceId source, const ChangeTime& /*time*/) {
+    renderer_slots_.begin(source);
+    publish_routes();
 }
 
-void RealTimePlayback::route(std::size_t slot, SourceId source, std::int64_t /*at*/) {
-    routed_[slot] = source;
-    auto all = routes_.reclaim();
-    if (!all) all = std::make_unique<std::vector<SourceId>>();
-    *all = routed_;
-    routes_.publish(std::move(all));
+void RealTimePlayback::end_source(SourceId source, const ChangeTime& /*time*/) {
+    renderer_slots_.end(source);
+    publish_routes();
 }
 
-void RealTimePlayback::turn_head(std::size_t listener, const Pose& pose, std::int64_t /*at*/) {
+void RealTimePlayback::publish_routes() {
+    auto routes = routes_.reclaim();
+    if (!routes) routes = std::make_unique<std::vector<SourceId>>();
+    *routes = renderer_slots_.playing();
+    routes_.publish(std::move(routes));
+}
+
+void RealTimePlayback::turn_head(std::size_t listener, const Pose& pose,
+                                 const ChangeTime& /*time*/) {
     if (in_before_frame())
         frame_heads_[listener] = pose;
     else

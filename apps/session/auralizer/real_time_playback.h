@@ -25,9 +25,11 @@ class RealTimePlayback : public RoomPlayback {
     using Clock = FrameClock::Clock;
 
     void compute_frames(Auralizer& auralizer) override;
-    std::int64_t time_of(std::int64_t at) const override;
-    void route(std::size_t slot, SourceId source, std::int64_t at) override;
-    void turn_head(std::size_t listener, const Pose& pose, std::int64_t at) override;
+    ChangeTime time_of(std::int64_t at) const override;
+    void begin_source(SourceId source, const ChangeTime& time) override;
+    void end_source(SourceId source, const ChangeTime& time) override;
+    void turn_head(std::size_t listener, const Pose& pose, const ChangeTime& time) override;
+    void publish_routes();
 
     bool wait_until(Clock::time_point time);
     void publish(ListenerFrames frames);
@@ -42,7 +44,6 @@ class RealTimePlayback : public RoomPlayback {
     std::vector<std::unique_ptr<Mailbox<Pose>>> heads_;  ///< [listener]
 
     // Guarded by the mutex.
-    std::vector<SourceId> routed_;                  ///< [slot] as published last
     std::vector<std::optional<Pose>> frame_heads_;  ///< [listener] that the next frame brings
 };
 

@@ -18,13 +18,19 @@ std::shared_ptr<const Hrtf> hrtf_of(const AuralizerOptions& options) {
     return std::make_shared<const Hrtf>(options.hrtf, options.sample_rate_hz);
 }
 
-FrameSettings settings_of(const AuralizerOptions& options, int block) {
+/// Slots of the renderer beyond AuralizerOptions::max_sources. The slot of a removed source is
+/// free for a while before another source plays in it.
+constexpr std::size_t kSpareSlots = 2;
+
+FrameSettings settings_of(const Scene& scene, const AuralizerOptions& options, int block) {
+    // Where the scene's sources are all that there can be, others seldom follow.
+    const std::size_t spare = std::min(options.max_sources - scene.sources.size(), kSpareSlots);
     return {.sample_rate_hz = options.sample_rate_hz,
             .block = block,
             .output = options.output,
             .ambisonic_order = options.ambisonic_order,
             .half_precision_tail = options.half_precision_tail,
-            .max_sources = options.max_sources,
+            .max_sources = options.max_sources + spare,
             .listeners = options.listeners};
 }
 
@@ -37,21 +43,23 @@ RoomPlayback::RoomPlayback(const Scene& scene, const AuralizerOptions& options, 
                            const std::shared_ptr<const Hrtf>& hrtf)
     : rate_hz_(options.sample_rate_hz),
       before_frame_(options.before_frame),
-      computer_(scene, settings_of(options, block), hrtf),
+      computer_(scene, settings_of(scene, options, block), hrtf),
       renderer_(computer_.config(), options.listeners, hrtf),
+      renderer_slots_(computer_.config().sources),
       pause_(rate_hz_, block),
       tail_samples_(std::llround((computer_.response_length_s() + kRingTail_s) * rate_hz_)),
-      slots_(computer_.config().sources) {
-    room_.state = room_state(scene, 0);
+      sources_(options.max_sources),
+      room_{.state = room_state(scene, 0), .slots = renderer_slots_} {
     const Pose pose = room_.state.listeners[0];
     room_.state.listeners.assign(options.listeners, pose);
     for (const Object& object : scene.objects)
         room_.state.objects.push_back(object.transform_at(0));
     for (std::size_t l = 0; l < options.listeners; ++l) renderer_.turn_head(l, pose);
-    for (std::size_t s = 0; s < scene.sources.size(); ++s) {
-        // As room_state() numbers them.
-        const SourceSlots::Place place = slots_.add(0);
-        renderer_.set_source(place.slot, place.source);
+    for (SourceState& state : room_.state.sources) {
+        const SourceId source = sources_.add({});
+        state.id = source.number;
+        state.slot = room_.slots.begin(source);
+        renderer_.set_source(renderer_slots_.begin(source), source);
     }
 }
 
@@ -79,57 +87,54 @@ void RoomPlayback::stop() {
 
 SourceId RoomPlayback::add_source(const NewSource& source, std::int64_t at) {
     const std::lock_guard lock(mutex_);
-    const std::int64_t time = time_of(at);
-    const auto [id, slot] = slots_.add(time);
-    const SourceState state{
+    const ChangeTime time = time_of(at);
+    const SourceId id = sources_.add(time);
+    SourceState state{
         .id = id.number,
-        .slot = slot,
         .name = source.name.empty() ? "source " + std::to_string(id.number) : source.name,
         .position = source.position,
         .gain_db = source.gain_db};
-    changes_.add(time, [state](FrameRoom& room) {
+    changes_.add(time, [state](FrameRoom& room) mutable {
+        state.slot = room.slots.begin({state.id});
         // The slot's ringing source ends.
         std::erase_if(room.state.sources,
                       [&](const SourceState& other) { return other.slot == state.slot; });
         room.state.sources.push_back(state);
     });
-    route(slot, id, time);
+    begin_source(id, time);
     return id;
 }
 
 void RoomPlayback::remove_source(SourceId source, std::int64_t at) {
     const std::lock_guard lock(mutex_);
-    const auto removal = slots_.remove(source, time_of(at), tail_samples_);
-    if (!removal) return;
-    changes_.add(removal->at, [source, rung_out_at = removal->rung_out_at](FrameRoom& room) {
-        for (SourceState& state : room.state.sources) {
-            if (state.id != source.number) continue;
-            state.ringing = true;
-            state.rung_out_at = rung_out_at;
-        }
+    const std::optional<ChangeTime> time = sources_.remove(source, time_of(at));
+    if (!time) return;
+    changes_.add(*time, [source, at = time->sample](FrameRoom& room) {
+        room.slots.end(source);
+        for (SourceState& state : room.state.sources)
+            if (state.id == source.number) state.removed_at = at;
     });
-    route(removal->slot, {}, removal->at);
+    end_source(source, *time);
 }
 
 std::vector<SourceId> RoomPlayback::sources() const {
     const std::lock_guard lock(mutex_);
-    return slots_.sources();
+    return sources_.sources();
 }
 
 void RoomPlayback::change_source(SourceId source, std::int64_t at,
                                  std::function<void(SourceState&)> change) {
     const std::lock_guard lock(mutex_);
-    const std::int64_t now = time_of(at);
-    changes_.add(std::max(now, slots_.begins_at(source, now)),
+    changes_.add(sources_.after_beginning(source, time_of(at)),
                  [number = source.number, change = std::move(change)](FrameRoom& room) {
                      for (SourceState& state : room.state.sources)
-                         if (state.id == number && !state.ringing) change(state);
+                         if (state.id == number && !state.removed_at) change(state);
                  });
 }
 
 void RoomPlayback::set_listener(std::size_t listener, const Pose& pose, std::int64_t at) {
     const std::lock_guard lock(mutex_);
-    const std::int64_t time = time_of(at);
+    const ChangeTime time = time_of(at);
     changes_.add(time,
                  [listener, pose](FrameRoom& room) { room.state.listeners[listener] = pose; });
     turn_head(listener, pose, time);
@@ -165,15 +170,18 @@ void RoomPlayback::call_before_frame(Auralizer& auralizer, std::int64_t sample, 
 void RoomPlayback::apply_changes(std::int64_t until, std::int64_t now, double time_s) {
     const std::lock_guard lock(mutex_);
     changes_.apply(until, room_);
+    sources_.forget(now);
     std::erase_if(room_.state.sources, [&](const SourceState& source) {
-        return source.ringing && source.rung_out_at <= now;
+        return source.removed_at && now - *source.removed_at >= tail_samples_;
     });
     room_.state.time_s = time_s;
 }
 
 FrameRoom RoomPlayback::take_changes(std::int64_t until, std::int64_t now, double time_s) {
     apply_changes(until, now, time_s);
-    return {room_.state, std::exchange(room_.materials, {})};
+    FrameRoom room = room_;
+    room_.materials.clear();
+    return room;
 }
 
 }  // namespace aula

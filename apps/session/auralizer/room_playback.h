@@ -17,6 +17,7 @@
 #include "apps/session/auralizer/frame_computer.h"
 #include "apps/session/auralizer/pause_fade.h"
 #include "apps/session/auralizer/room_renderer.h"
+#include "apps/session/auralizer/source_register.h"
 #include "apps/session/auralizer/source_slots.h"
 #include "aula/auralizer.h"
 
@@ -61,7 +62,7 @@ class RoomPlayback {
     /// Calls AuralizerOptions::before_frame; changes that it makes have this sample time.
     void call_before_frame(Auralizer& auralizer, std::int64_t sample, double time_s);
 
-    /// Applies all changes up to a time to the room. Sources that have rung out at sample `now`
+    /// Applies all changes up to a sample to the room. Sources that have rung out at sample `now`
     /// end.
     void apply_changes(std::int64_t until, std::int64_t now, double time_s);
 
@@ -72,16 +73,18 @@ class RoomPlayback {
     bool in_before_frame() const {
         return frame_sample_.has_value() && std::this_thread::get_id() == frame_thread_;
     }
-    /// The time at which a change that is made now takes effect.
-    virtual std::int64_t time_of(std::int64_t at) const = 0;
-    /// Tells the renderer what a slot plays from a time on.
-    virtual void route(std::size_t slot, SourceId source, std::int64_t at) = 0;
-    virtual void turn_head(std::size_t listener, const Pose& pose, std::int64_t at) = 0;
+    /// When a change that is made now takes effect.
+    virtual ChangeTime time_of(std::int64_t at) const = 0;
+    // Tell the renderer.
+    virtual void begin_source(SourceId source, const ChangeTime& time) = 0;
+    virtual void end_source(SourceId source, const ChangeTime& time) = 0;
+    virtual void turn_head(std::size_t listener, const Pose& pose, const ChangeTime& time) = 0;
 
     const double rate_hz_;
     const std::function<void(Auralizer&, double)> before_frame_;
     FrameComputer computer_;
     RoomRenderer renderer_;                   ///< of the rendering thread
+    SourceSlots renderer_slots_;              ///< as the renderer is told
     PauseFade pause_;                         ///< likewise
     std::atomic<std::int64_t> rendered_ = 0;  ///< samples
 
@@ -97,7 +100,7 @@ class RoomPlayback {
 
     const std::int64_t tail_samples_;
     std::thread::id frame_thread_;  ///< guarded by the mutex, as what follows
-    SourceSlots slots_;
+    SourceRegister sources_;
     ChangeQueue<FrameRoom> changes_;
     FrameRoom room_;  ///< with all changes up to the newest frame; of the propagation thread
 };

@@ -27,7 +27,8 @@ class RoomRenderer {
     std::size_t slots() const noexcept { return slots_.size(); }
 
     /// Assigns a source to a slot from the next sample on; number 0 clears the slot. A source that
-    /// begins after the first sample fades in; one that ends fades out.
+    /// ends fades out; one that begins after the first sample fades in, a frame after the end of
+    /// the slot's source before it.
     void set_source(std::size_t slot, SourceId source) noexcept AULA_NONBLOCKING;
 
     /// Turns a listener's head from the next sample on.
@@ -40,8 +41,9 @@ class RoomRenderer {
 
  private:
     struct Slot {
-        SourceId source;
-        bool open = false;  ///< otherwise fading out or silent
+        SourceId source;  ///< that plays; fading out if another is next
+        SourceId next;
+        std::int64_t free_at = 0;  ///< for the next source, after the end of the source
         Fade fade;
         std::vector<float> faded;
     };
@@ -52,12 +54,15 @@ class RoomRenderer {
         HeadMotion head;
     };
 
-    const float* read(Slot& slot, std::span<const SourceSignal> inputs, int offset,
+    const float* signal(const Slot& slot, std::span<const SourceSignal> inputs,
+                        std::size_t offset) const noexcept AULA_NONBLOCKING;
+    const float* read(Slot& slot, std::span<const SourceSignal> inputs, std::size_t offset,
                       std::span<const float> weights,
                       std::size_t samples) noexcept AULA_NONBLOCKING;
 
-    std::size_t channels_;  ///< of a listener
-    bool started_ = false;
+    std::size_t channels_;       ///< of a listener
+    std::int64_t rest_samples_;  ///< of a slot between two sources: a frame, for one without them
+    std::int64_t time_samples_ = 0;
     std::vector<Slot> slots_;
     std::vector<std::unique_ptr<Listener>> listeners_;
     std::vector<float> silence_;

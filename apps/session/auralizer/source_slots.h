@@ -1,54 +1,45 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
-#include <cstdint>
-#include <optional>
+#include <deque>
+#include <numeric>
 #include <vector>
 
 #include "aula/auralizer.h"
 
 namespace aula {
 
-/// The sources of an auralizer and the slots of the renderer that they occupy.
+/// Assigns the renderer's slots to sources. Equal sequences of calls give equal slots: the frames
+/// and the renderer follow the same changes at different times.
 class SourceSlots {
  public:
-    explicit SourceSlots(std::size_t slots) : slots_(slots) {}
+    explicit SourceSlots(std::size_t slots) : playing_(slots), free_(slots) {
+        std::iota(free_.begin(), free_.end(), std::size_t{0});
+    }
 
-    struct Place {
-        SourceId source;
-        std::size_t slot = 0;
-    };
+    /// The slot of a source that begins: the one that has been free the longest. There must be one.
+    std::size_t begin(SourceId source) {
+        const std::size_t slot = free_.front();
+        free_.pop_front();
+        playing_[slot] = source;
+        return slot;
+    }
 
-    /// Adds a source in a slot that is free at a time, or in that of the source that has rung out
-    /// the most. Throws InputError if there is none.
-    Place add(std::int64_t at);
+    /// Frees the slot of a source that plays, and returns it.
+    std::size_t end(SourceId source) {
+        const auto at = std::find(playing_.begin(), playing_.end(), source);
+        *at = {};
+        free_.push_back(static_cast<std::size_t>(at - playing_.begin()));
+        return free_.back();
+    }
 
-    struct Removal {
-        std::size_t slot = 0;
-        std::int64_t at = 0;           ///< not before the source begins
-        std::int64_t rung_out_at = 0;  ///< `tail_samples` later
-    };
-
-    /// Removes a source; empty if it is not present.
-    std::optional<Removal> remove(SourceId source, std::int64_t at, std::int64_t tail_samples);
-
-    /// The sources that are present, in the order of their addition.
-    const std::vector<SourceId>& sources() const { return sources_; }
-
-    /// When a source begins; `otherwise` if it is not present.
-    std::int64_t begins_at(SourceId source, std::int64_t otherwise) const;
+    /// [slot] The source that plays; number 0: none.
+    const std::vector<SourceId>& playing() const { return playing_; }
 
  private:
-    struct Slot {
-        SourceId source;               ///< that plays in it
-        std::int64_t begins_at = 0;    ///< of the source
-        std::int64_t removed_at = 0;   ///< of the source before
-        std::int64_t rung_out_at = 0;  ///< likewise
-    };
-
-    std::vector<Slot> slots_;
-    std::vector<SourceId> sources_;
-    std::uint64_t last_number_ = 0;
+    std::vector<SourceId> playing_;
+    std::deque<std::size_t> free_;
 };
 
 }  // namespace aula

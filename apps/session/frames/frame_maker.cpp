@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "apps/session/frames/ray_budget.h"
 #include "apps/session/frames/sound_at_listener.h"
@@ -28,7 +29,8 @@ FrameMaker::FrameMaker(const Scene& scene, const FrameSettings& settings,
       speed_of_sound_m_s_(scene.medium.speed_of_sound_m_s()),
       rays_(scene.simulation.rays),
       listeners_(settings.listeners),
-      sounds_(settings.listeners, std::vector<SourceSound>(config_.sources, absent_sound())) {
+      sounds_(settings.listeners, std::vector<SourceSound>(config_.sources, absent_sound())),
+      slot_sources_(config_.sources) {
     for (std::size_t l = 0; l < settings.listeners; ++l)
         builders_.push_back(std::make_unique<RenderFrameBuilder>(config_, hrtf));
     input_.listeners.resize(settings.listeners);
@@ -58,7 +60,7 @@ void FrameMaker::take_sources(const std::vector<SourceState>& sources) {
     };
     for (std::size_t v = voices_.size(); v-- > 0;) {
         const auto source = find(voices_[v].state.id);
-        if (source != sources.end() && !source->ringing) continue;
+        if (source != sources.end() && !source->removed_at) continue;
         propagation_.remove_source(v);
         if (source != sources.end()) ringing_.push_back(std::move(voices_[v]));
         voices_.erase(voices_.begin() + static_cast<std::ptrdiff_t>(v));
@@ -70,7 +72,7 @@ void FrameMaker::take_sources(const std::vector<SourceState>& sources) {
                                         [&](const Voice& v) { return v.state.id == source.id; });
         if (voice != voices_.end()) {
             voice->state = source;
-        } else if (!source.ringing) {
+        } else if (!source.removed_at) {
             propagation_.add_source(source.position);
             voices_.push_back(make_voice(source));
         }
@@ -125,8 +127,19 @@ void FrameMaker::fill(const RoomState& room, std::span<const std::unique_ptr<Ren
     propagate(room);
     for (std::vector<SourceSound>& of_listener : sounds_)
         std::fill(of_listener.begin(), of_listener.end(), absent_sound());
+    const std::vector<std::uint64_t> before =
+        std::exchange(slot_sources_, std::vector<std::uint64_t>(slot_sources_.size()));
+    // Whether a voice may be in the frame. A slot is absent for a frame between two sources, so
+    // that neither is heard through the response of the other.
+    const auto has_slot = [&](const Voice& voice) {
+        const std::uint64_t last = before[voice.state.slot];
+        if (last != 0 && last != voice.state.id) return false;
+        slot_sources_[voice.state.slot] = voice.state.id;
+        return true;
+    };
     for (std::size_t l = 0; l < frames.size(); ++l) {
-        for (const Voice& voice : ringing_) sounds_[l][voice.state.slot] = sound_of(voice, l, room);
+        for (const Voice& voice : ringing_)
+            if (has_slot(voice)) sounds_[l][voice.state.slot] = sound_of(voice, l, room);
         for (std::size_t v = 0; v < voices_.size(); ++v) {
             Voice& voice = voices_[v];
             ImpulseResponse& response = voice.responses[l];
@@ -135,7 +148,7 @@ void FrameMaker::fill(const RoomState& room, std::span<const std::unique_ptr<Ren
                 for (std::vector<float>& channel : response.channels)
                     for (float& sample : channel) sample *= room.late_gain;
             }
-            sounds_[l][voice.state.slot] = sound_of(voice, l, room);
+            if (has_slot(voice)) sounds_[l][voice.state.slot] = sound_of(voice, l, room);
         }
         builders_[l]->prepare(sounds_[l], *frames[l]);
     }

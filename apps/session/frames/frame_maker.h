@@ -87,6 +87,7 @@ class FrameMaker {
     std::vector<Voice> voices_;                     ///< in the propagation's order
     std::vector<Voice> ringing_;                    ///< removed, and still ringing out
     std::vector<std::vector<SourceSound>> sounds_;  ///< [listener][slot]
+    std::vector<std::uint64_t> slot_sources_;       ///< [slot] in the newest frame; 0: none
 };
 
 }  // namespace aula

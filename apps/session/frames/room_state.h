@@ -18,8 +18,8 @@ struct SourceState {
     Vec3 position{0};
     float gain_db = 0;
     bool heard = true;
-    bool ringing = false;  ///< removed: its last responses are kept, its paths are not traced
-    std::int64_t rung_out_at = 0;  ///< sample time; only if ringing
+    /// Sample time of its removal. Its last responses are kept, its paths are not traced.
+    std::optional<std::int64_t> removed_at{};
 };
 
 /// State of the room for which a frame is computed.

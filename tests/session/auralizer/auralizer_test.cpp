@@ -13,6 +13,7 @@
 
 #include "aula/audio/realtime.h"
 #include "aula/exception.h"
+#include "tests/session/auralizer/auralizer_rendering.h"
 #include "tests/support/test_scenes.h"
 #include "tests/support/tone.h"
 #include "tests/support/wait.h"
@@ -20,84 +21,7 @@
 namespace {
 
 using namespace aula;
-using test::free_field;
-using test::kRate_hz;
-using test::share_off_tone;
-
-AuralizerOptions mono(RenderClock clock = RenderClock::exact) {
-    AuralizerOptions options;
-    options.clock = clock;
-    options.output = OutputFormat::mono;
-    return options;
-}
-
-/// The small room without its source, with a movable panel in front of the listener.
-Scene room_with_panel() {
-    Scene scene = test::small_room();
-    scene.simulation.rays = 100;
-    scene.simulation.ir_length_s = 0.3F;
-    scene.sources.clear();
-    Object panel;
-    panel.name = "panel";
-    panel.vertices = {{0, -1, 0}, {0, 1, 0}, {0, 1, 2}, {0, -1, 2}};
-    panel.triangles = {{0, 1, 2}, {0, 2, 3}};
-    panel.triangle_materials = {0, 0};
-    panel.translation = {2.5F, 2, 0};
-    panel.movable = true;
-    scene.objects.push_back(panel);
-    return scene;
-}
-
-Pose at(float x, float y, float z, float yaw_rad = 0) {
-    Pose pose;
-    pose.position = {x, y, z};
-    pose.yaw_rad = yaw_rad;
-    return pose;
-}
-
-/// A swelling tone, then silence.
-float tone_at(std::int64_t n) {
-    static const std::vector<float> tone = test::tone();
-    return n >= 0 && n < static_cast<std::int64_t>(tone.size()) ? tone[static_cast<std::size_t>(n)]
-                                                                : 0;
-}
-
-float noise_at(std::int64_t n) {
-    auto x = static_cast<std::uint64_t>(n + 1) * 0x9E3779B97F4A7C15ULL;
-    x ^= x >> 31;
-    x *= 0xBF58476D1CE4E5B9ULL;
-    return 0.1F * static_cast<float>(static_cast<double>(x >> 40) * 0x1p-23 - 1);
-}
-
-using Signal = std::function<float(std::int64_t)>;
-
-/// Renders with calls of the given sizes, repeated; every source plays the signal. Calls
-/// `before(position)` before each call. Returns the channels, one after the other.
-std::vector<float> rendered(Auralizer& auralizer, std::int64_t length,
-                            const std::vector<int>& sizes, const Signal& signal,
-                            const std::function<void(std::int64_t)>& before = {},
-                            int max_sources = 8) {
-    std::vector<std::vector<float>> channels(auralizer.output_channels(),
-                                             std::vector<float>(static_cast<std::size_t>(length)));
-    std::vector<float> input(4096);
-    std::size_t call = 0;
-    for (std::int64_t position = 0; position < length;) {
-        const int size = static_cast<int>(
-            std::min<std::int64_t>(sizes[call++ % sizes.size()], length - position));
-        if (before) before(position);
-        for (int n = 0; n < size; ++n) input[static_cast<std::size_t>(n)] = signal(position + n);
-        std::vector<SourceSignal> inputs;
-        for (int number = 1; number <= max_sources; ++number)
-            inputs.push_back({{static_cast<std::uint64_t>(number)}, input.data()});
-        std::vector<float*> outputs;
-        for (auto& channel : channels) outputs.push_back(channel.data() + position);
-        auralizer.render(inputs, outputs, size);
-        position += size;
-    }
-    std::vector<float> all;
-    for (const auto& channel : channels) all.insert(all.end(), channel.begin(), channel.end());
-    return all;
-}
+using namespace aula::test;
 
 /// Two listeners in the room, with changes of every kind.
 std::vector<float> render_with_changes(const std::vector<int>& sizes, int threads,
@@ -247,14 +171,18 @@ TEST_CASE("An initial source plays its first sample without a fade, after the pr
 }
 
 TEST_CASE("A tone has no clicks while everything changes") {
-    const std::string what =
-        GENERATE("nothing", "add", "remove", "transform", "material", "gain", "pause", "listener");
+    const std::string what = GENERATE("nothing", "add", "remove", "replace", "transform",
+                                      "material", "gain", "pause", "listener");
     Scene scene = room_with_panel();
     scene.sources = test::small_room().sources;
-    Auralizer auralizer(scene, mono());
+    AuralizerOptions options = mono();
+    // There is no other slot for the source that replaces the first.
+    if (what == "replace") options.max_sources = 1;
+    Auralizer auralizer(scene, options);
     const SourceId source = auralizer.sources()[0];
     if (what == "add") auralizer.add_source({.position = {1, 3, 2}}, 20011);
-    if (what == "remove") auralizer.remove_source(source, 24001);
+    if (what == "remove" || what == "replace") auralizer.remove_source(source, 24001);
+    if (what == "replace") auralizer.add_source({.position = {1, 3, 2}}, 24001);
     if (what == "material") auralizer.set_material(0, "curtain", 20011);
     if (what == "gain") auralizer.set_gain(source, -12, 20011);
     if (what == "transform") {
@@ -320,12 +248,12 @@ TEST_CASE("A room without sources is silent, and 64 sources are audible") {
     for (int s = 0; s < 64; ++s)
         auralizer.add_source({.position = {0.5F + 0.06F * static_cast<float>(s), 1, 1}});
     CHECK_THROWS_AS(auralizer.add_source({}), InputError);
-    const auto heard = rendered(auralizer, 9600, {256}, noise_at, {}, 64);
+    const auto heard = rendered(auralizer, 9600, {256}, noise_at);
     CHECK(std::any_of(heard.begin(), heard.end(), [](float x) { return std::abs(x) > 0.01F; }));
     CHECK(std::all_of(heard.begin(), heard.end(), [](float x) { return std::isfinite(x); }));
     for (const SourceId source : auralizer.sources())
         if (source.number % 2 == 0) auralizer.remove_source(source);
-    const auto less = rendered(auralizer, 9600, {256}, noise_at, {}, 64);
+    const auto less = rendered(auralizer, 9600, {256}, noise_at);
     CHECK(std::all_of(less.begin(), less.end(), [](float x) { return std::isfinite(x); }));
     CHECK(auralizer.sources().size() == 32);
 }
