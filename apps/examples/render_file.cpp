@@ -22,7 +22,7 @@ int main(int argc, char** argv) {
 
         const std::vector<float> sound =
             aula::read_sound(argv[2], auralizer.sample_rate_hz()).samples;
-        const auto length = static_cast<std::int64_t>(sound.size()) + auralizer.tail_samples();
+        const auto length = static_cast<std::int64_t>(sound.size());
         const std::size_t channels = auralizer.output_channels();
         aula::WavWriter out(argv[3], auralizer.sample_rate_hz(), channels,
                             aula::SampleFormat::float32);
@@ -33,8 +33,8 @@ int main(int argc, char** argv) {
         std::vector<float> interleaved(kBlock * channels);
         std::vector<float*> pointers;
         for (std::vector<float>& channel : output) pointers.push_back(channel.data());
-        auralizer.commit(length);  // only the scene's paths change anything
-        for (std::int64_t at = 0; at < length; at += kBlock) {
+        auralizer.commit(length + auralizer.tail_samples());  // only the scene's paths change it
+        for (std::int64_t at = 0; at < length + auralizer.tail_samples(); at += kBlock) {
             for (std::int64_t n = 0; n < kBlock; ++n) {
                 const auto k = static_cast<std::size_t>(at + n);
                 input[static_cast<std::size_t>(n)] = k < sound.size() ? sound[k] : 0;

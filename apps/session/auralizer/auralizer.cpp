@@ -126,7 +126,7 @@ void Auralizer::set_material(std::size_t object, const Material& material, std::
     state_->check_object(object);
     check_material(material);
     state_->playback->change_room(at, [object, material](FrameRoom& room) {
-        room.materials.push_back({object, material});
+        room.materials.insert_or_assign(object, material);
     });
 }
 

@@ -81,7 +81,7 @@ void ExactPlayback::compute_frames(Auralizer& auralizer) {
         computer_.compute(take_changes(sample, sample, time_s), frames);
         {
             const std::lock_guard lock(mutex_);
-            ready_.push_back(std::move(frames));
+            ready_.push_back({std::move(frames), newest_tail_samples()});
         }
         changed_.notify_all();
     }
@@ -132,8 +132,9 @@ void ExactPlayback::take_frames() {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return failure_ || !ready_.empty(); });
     if (ready_.empty()) std::rethrow_exception(failure_);
-    ListenerFrames frames = std::move(ready_.front());
+    auto [frames, tail_samples] = std::move(ready_.front());
     ready_.pop_front();
+    tail_samples_ = tail_samples;
     for (std::size_t l = 0; l < frames.size(); ++l) {
         Mailbox<RenderFrame>& mailbox = renderer_.frames(l);
         mailbox.publish(std::move(frames[l]));

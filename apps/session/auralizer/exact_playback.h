@@ -32,6 +32,12 @@ class ExactPlayback : public RoomPlayback {
     void render_block();
     void take_frames();
 
+    /// Frames that are computed, and tail_samples() with them.
+    struct Ready {
+        ListenerFrames frames;
+        std::int64_t tail_samples = 0;
+    };
+
     /// A source's signal in the present block.
     struct BlockInput {
         std::vector<float> samples;
@@ -51,8 +57,8 @@ class ExactPlayback : public RoomPlayback {
 
     // Guarded by the mutex.
     ChangeQueue<RoomRenderer> renderer_changes_;
-    std::int64_t committed_ = 0;        ///< all changes before are known
-    std::deque<ListenerFrames> ready_;  ///< computed, to be heard
+    std::int64_t committed_ = 0;  ///< all changes before are known
+    std::deque<Ready> ready_;     ///< computed, to be heard
     std::vector<std::vector<std::unique_ptr<RenderFrame>>> spent_;  ///< [listener] any number
 };
 

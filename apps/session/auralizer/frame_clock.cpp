@@ -51,6 +51,10 @@ void FrameClock::took(double seconds) {
     if (recent_s_.size() > kRecent) recent_s_.pop_front();
 }
 
+void FrameClock::resume(double played_s, Clock::time_point now) {
+    zero_ = now - duration_of(played_s);
+}
+
 void FrameClock::follow(double played_s, Clock::time_point now) {
     const double ahead_s = played_s - std::chrono::duration<double>(now - zero_).count();
     const bool lost = std::abs(ahead_s) > kLost_s;

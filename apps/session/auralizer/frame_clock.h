@@ -43,6 +43,10 @@ class FrameClock {
     /// after the loss of a device.
     void follow(double played_s, Clock::time_point now);
 
+    /// Aligns the clock after a stop of the sound, of which `played_s` were played at `now`. The
+    /// current frame keeps its time in the sound.
+    void resume(double played_s, Clock::time_point now);
+
  private:
     Clock::time_point at(double seconds) const;
 

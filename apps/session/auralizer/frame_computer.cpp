@@ -21,8 +21,8 @@ void FrameComputer::compute(const FrameRoom& room, ListenerFrames& frames) {
     std::vector<Sight> seen;
     {
         const std::lock_guard computing(maker_mutex_);
-        for (const MaterialChange& change : room.materials)
-            maker_.set_object_material(change.object, change.material);
+        for (const auto& [object, material] : room.materials)
+            maker_.set_object_material(object, material);
         maker_.fill(room.state, frames);
         for (const SourceState& source : room.state.sources) {
             if (source.removed_at) continue;

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <span>
@@ -13,16 +14,11 @@
 
 namespace aula {
 
-struct MaterialChange {
-    std::size_t object = 0;
-    Material material;
-};
-
 /// The room of a frame.
 struct FrameRoom {
     RoomState state;
-    SourceSlots slots;                        ///< of the sources that are present
-    std::vector<MaterialChange> materials{};  ///< changed since the frame before
+    SourceSlots slots;                            ///< of the sources that are present
+    std::map<std::size_t, Material> materials{};  ///< of objects, changed since the frame before
 };
 
 /// A render frame for each listener.
@@ -39,6 +35,10 @@ class FrameComputer {
 
     /// Fills a frame of each listener, and allocates those that are null. [propagation thread]
     void compute(const FrameRoom& room, ListenerFrames& frames);
+
+    /// The longest delay of a source's paths in the newest frame; 0 if it is in none. Removed
+    /// sources keep theirs. [propagation thread]
+    double longest_delay_s(SourceId source) const { return maker_.longest_delay_s(source.number); }
 
     /// Counts frame times that were missed. [any thread]
     void count_late_frames(std::uint64_t frames);

@@ -63,6 +63,19 @@ bool RealTimePlayback::wait_until(Clock::time_point time) {
     return !changed_.wait_until(lock, time, [this] { return stop_; });
 }
 
+/// Applies changes until a pause ends, during which the time of frames stops. False at the end.
+bool RealTimePlayback::wait_out_pause(FrameClock& clock) {
+    if (!pause_.silent()) return true;
+    const auto period = std::chrono::duration_cast<Clock::duration>(
+        std::chrono::duration<double>(computer_.config().frame_s));
+    while (pause_.silent()) {
+        apply_changes(kAll, rendered_.load(), clock.time_s());
+        if (!wait_until(Clock::now() + period)) return false;
+    }
+    clock.resume(played_s(), Clock::now());
+    return true;
+}
+
 /// Wakes at each frame time: publishes the frame computed since the one before, then computes the
 /// next.
 void RealTimePlayback::compute_frames(Auralizer& auralizer) {
@@ -74,30 +87,28 @@ void RealTimePlayback::compute_frames(Auralizer& auralizer) {
             clock.next(frame_s);
             if (!wait_until(clock.due())) return;
             if (!computed.empty()) publish(std::exchange(computed, {}));
+            if (!wait_out_pause(clock)) return;
             const std::uint64_t missed = clock.skip_missed(Clock::now());
             if (missed > 0) computer_.count_late_frames(missed);
             if (!wait_until(clock.begin())) return;
         }
         const double time_s = clock.time_s();
         call_before_frame(auralizer, rendered_.load(), time_s);
-        if (pause_.silent()) {
-            apply_changes(kAll, rendered_.load(), time_s);
-        } else {
-            const FrameRoom room = take_changes(kAll, rendered_.load(), time_s);
-            const auto begin = Clock::now();
-            for (std::size_t l = 0; l < heads_.size(); ++l)
-                computed.push_back(renderer_.frames(l).reclaim());
-            computer_.compute(room, computed);
-            clock.took(std::chrono::duration<double>(Clock::now() - begin).count());
-            if (first) publish(std::exchange(computed, {}));
-        }
-        clock.follow(static_cast<double>(rendered_.load()) / rate_hz_, Clock::now());
+        const FrameRoom room = take_changes(kAll, rendered_.load(), time_s);
+        const auto begin = Clock::now();
+        for (std::size_t l = 0; l < heads_.size(); ++l)
+            computed.push_back(renderer_.frames(l).reclaim());
+        computer_.compute(room, computed);
+        clock.took(std::chrono::duration<double>(Clock::now() - begin).count());
+        if (first) publish(std::exchange(computed, {}));
+        clock.follow(played_s(), Clock::now());
     }
 }
 
 void RealTimePlayback::publish(ListenerFrames frames) {
     for (std::size_t l = 0; l < frames.size(); ++l)
         renderer_.frames(l).publish(std::move(frames[l]));
+    tail_samples_ = newest_tail_samples();
     const std::lock_guard lock(mutex_);
     for (std::size_t l = 0; l < heads_.size(); ++l) {
         if (frame_heads_[l]) publish_head(l, *frame_heads_[l]);

@@ -32,6 +32,8 @@ class RealTimePlayback : public RoomPlayback {
     void publish_routes();
 
     bool wait_until(Clock::time_point time);
+    bool wait_out_pause(FrameClock& clock);
+    double played_s() const { return static_cast<double>(rendered_.load()) / rate_hz_; }
     void publish(ListenerFrames frames);
     void publish_head(std::size_t listener, const Pose& pose);
 

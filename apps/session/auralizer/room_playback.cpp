@@ -47,7 +47,7 @@ RoomPlayback::RoomPlayback(const Scene& scene, const AuralizerOptions& options, 
       renderer_(computer_.config(), options.listeners, hrtf),
       renderer_slots_(computer_.config().sources),
       pause_(rate_hz_, block),
-      tail_samples_(std::llround((computer_.response_length_s() + kRingTail_s) * rate_hz_)),
+      tail_samples_(tail_of(computer_.config().longest_delay_s)),
       sources_(options.max_sources),
       room_{.state = room_state(scene, 0), .slots = renderer_slots_} {
     const Pose pose = room_.state.listeners[0];
@@ -73,6 +73,7 @@ void RoomPlayback::run(Auralizer& auralizer) {
     } catch (...) {
         const std::lock_guard lock(mutex_);
         failure_ = std::current_exception();
+        changes_ = {};
     }
     changed_.notify_all();
 }
@@ -87,6 +88,7 @@ void RoomPlayback::stop() {
 
 SourceId RoomPlayback::add_source(const NewSource& source, std::int64_t at) {
     const std::lock_guard lock(mutex_);
+    if (failure_) return {};
     const ChangeTime time = time_of(at);
     const SourceId id = sources_.add(time);
     SourceState state{
@@ -107,6 +109,7 @@ SourceId RoomPlayback::add_source(const NewSource& source, std::int64_t at) {
 
 void RoomPlayback::remove_source(SourceId source, std::int64_t at) {
     const std::lock_guard lock(mutex_);
+    if (failure_) return;
     const std::optional<ChangeTime> time = sources_.remove(source, time_of(at));
     if (!time) return;
     changes_.add(*time, [source, at = time->sample](FrameRoom& room) {
@@ -125,6 +128,7 @@ std::vector<SourceId> RoomPlayback::sources() const {
 void RoomPlayback::change_source(SourceId source, std::int64_t at,
                                  std::function<void(SourceState&)> change) {
     const std::lock_guard lock(mutex_);
+    if (failure_) return;
     changes_.add(sources_.after_beginning(source, time_of(at)),
                  [number = source.number, change = std::move(change)](FrameRoom& room) {
                      for (SourceState& state : room.state.sources)
@@ -134,6 +138,7 @@ void RoomPlayback::change_source(SourceId source, std::int64_t at,
 
 void RoomPlayback::set_listener(std::size_t listener, const Pose& pose, std::int64_t at) {
     const std::lock_guard lock(mutex_);
+    if (failure_) return;
     const ChangeTime time = time_of(at);
     changes_.add(time,
                  [listener, pose](FrameRoom& room) { room.state.listeners[listener] = pose; });
@@ -142,6 +147,7 @@ void RoomPlayback::set_listener(std::size_t listener, const Pose& pose, std::int
 
 void RoomPlayback::change_room(std::int64_t at, std::function<void(FrameRoom&)> change) {
     const std::lock_guard lock(mutex_);
+    if (failure_) return;
     changes_.add(time_of(at), std::move(change));
 }
 
@@ -172,9 +178,23 @@ void RoomPlayback::apply_changes(std::int64_t until, std::int64_t now, double ti
     changes_.apply(until, room_);
     sources_.forget(now);
     std::erase_if(room_.state.sources, [&](const SourceState& source) {
-        return source.removed_at && now - *source.removed_at >= tail_samples_;
+        return source.removed_at &&
+               now - *source.removed_at >= tail_of(computer_.longest_delay_s({source.id}));
     });
     room_.state.time_s = time_s;
+}
+
+/// How long sources are heard after their signals have ended.
+std::int64_t RoomPlayback::tail_of(double longest_delay_s) const {
+    const double length_s = std::max(computer_.response_length_s(), longest_delay_s);
+    return std::llround((length_s + kRingTail_s) * rate_hz_);
+}
+
+std::int64_t RoomPlayback::newest_tail_samples() const {
+    double longest_s = 0;
+    for (const SourceState& source : room_.state.sources)
+        longest_s = std::max(longest_s, computer_.longest_delay_s({source.id}));
+    return tail_of(longest_s);
 }
 
 FrameRoom RoomPlayback::take_changes(std::int64_t until, std::int64_t now, double time_s) {

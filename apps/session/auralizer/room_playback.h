@@ -35,7 +35,7 @@ class RoomPlayback {
     void run(Auralizer& auralizer);
     void stop();
 
-    // [any thread]
+    // Commands have no effect after a failure of the propagation. [any thread]
     SourceId add_source(const NewSource& source, std::int64_t at);
     void remove_source(SourceId source, std::int64_t at);
     std::vector<SourceId> sources() const;
@@ -46,7 +46,7 @@ class RoomPlayback {
     virtual void commit(std::int64_t /*until*/) {}
     AuralizerStatus status() const;
     const FrameComputer& computer() const { return computer_; }
-    std::int64_t tail_samples() const { return tail_samples_; }
+    std::int64_t tail_samples() const { return tail_samples_.load(); }
 
     virtual int latency_samples() const = 0;
     virtual void render(std::span<const SourceSignal> inputs, std::span<float* const> outputs,
@@ -69,6 +69,9 @@ class RoomPlayback {
     /// The same; returns the room for a frame.
     FrameRoom take_changes(std::int64_t until, std::int64_t now, double time_s);
 
+    /// tail_samples() of the frame that was computed last.
+    std::int64_t newest_tail_samples() const;
+
     // With the mutex locked:
     bool in_before_frame() const {
         return frame_sample_.has_value() && std::this_thread::get_id() == frame_thread_;
@@ -87,6 +90,7 @@ class RoomPlayback {
     SourceSlots renderer_slots_;              ///< as the renderer is told
     PauseFade pause_;                         ///< likewise
     std::atomic<std::int64_t> rendered_ = 0;  ///< samples
+    std::atomic<std::int64_t> tail_samples_;  ///< of the newest frame that is heard
 
     mutable std::mutex mutex_;  ///< of what follows
     std::condition_variable changed_;
@@ -98,7 +102,8 @@ class RoomPlayback {
     RoomPlayback(const Scene& scene, const AuralizerOptions& options, int block,
                  const std::shared_ptr<const Hrtf>& hrtf);
 
-    const std::int64_t tail_samples_;
+    std::int64_t tail_of(double longest_delay_s) const;
+
     std::thread::id frame_thread_;  ///< guarded by the mutex, as what follows
     SourceRegister sources_;
     ChangeQueue<FrameRoom> changes_;

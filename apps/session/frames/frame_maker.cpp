@@ -155,6 +155,19 @@ void FrameMaker::fill(const RoomState& room, std::span<const std::unique_ptr<Ren
     frame_s_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
+double FrameMaker::longest_delay_s(std::uint64_t id) const {
+    float longest_m = 0;
+    for (const std::vector<Voice>* const voices : {&voices_, &ringing_}) {
+        for (const Voice& voice : *voices) {
+            if (voice.state.id != id) continue;
+            for (const ImpulseResponse& response : voice.responses)
+                for (const SpecularPath& path : response.paths)
+                    longest_m = std::max(longest_m, path.length_m);
+        }
+    }
+    return std::min(config_.longest_delay_s, static_cast<double>(longest_m / speed_of_sound_m_s_));
+}
+
 const SourceSound* FrameMaker::sound(std::uint64_t id, std::size_t listener) const {
     for (const Voice& voice : voices_)
         if (voice.state.id == id) return &sounds_[listener][voice.state.slot];

@@ -57,6 +57,10 @@ class FrameMaker {
     /// Pose of a listener in the newest frame.
     const Pose& listener(std::size_t index) const { return listeners_[index]; }
 
+    /// The longest delay of the paths of a source, by its id, in the newest frame with it; 0 if it
+    /// was in none.
+    double longest_delay_s(std::uint64_t id) const;
+
     /// The sound of a source in the newest frame, by its id; null if it is not in the frame.
     const SourceSound* sound(std::uint64_t id, std::size_t listener) const;
 

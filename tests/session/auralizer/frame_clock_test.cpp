@@ -97,3 +97,18 @@ TEST_CASE("while a device is lost the frame time waits, and continues with the p
     CHECK(run.frames - before >= 145);
     CHECK(std::abs(run.clock.time_s() - played(run.now_s)) < 2 * kFrame_s + 0.02);
 }
+
+TEST_CASE("A frame keeps its time in the sound when the sound stops") {
+    Run run;
+    run.until(2, 0.005, [](double now_s) { return now_s; });
+    const double time_s = run.clock.time_s();
+    const double played_s = run.now_s;
+    run.now_s += 7;
+    run.clock.resume(played_s, run.now());
+    CHECK(run.clock.time_s() == time_s);
+    CHECK(std::chrono::duration<double>(run.clock.due() - run.now()).count() ==
+          Approx(time_s - played_s).margin(1e-6));
+    run.until(run.now_s + 1, 0.005, [](double now_s) { return now_s - 7; });
+    CHECK(run.missed == 0);
+    CHECK(run.clock.time_s() == Approx(run.now_s - 7).margin(kFrame_s));
+}

@@ -30,7 +30,9 @@ enum class RenderClock {
 
 /// Identifies a source of an Auralizer.
 struct SourceId {
-    std::uint64_t number = 0;  ///< counts from 1, never reused; 0: no source
+    /// Counts from 1, for sources added in AuralizerOptions::before_frame from 2^32 + 1; never
+    /// reused. 0: no source.
+    std::uint64_t number = 0;
     /// True for the same source.
     friend bool operator==(const SourceId&, const SourceId&) = default;
 };
@@ -113,7 +115,8 @@ struct AuralizerStatus {
 /// destructor.
 ///
 /// **Errors**: wrong arguments throw InputError and change nothing. Commands for a source that is
-/// not present have no effect.
+/// not present have no effect, nor do commands after an exception of the propagation thread;
+/// add_source() then returns no source.
 class Auralizer {
  public:
     /// Copies the scene, adds its sources and prepares all memory for rendering. The scene's
@@ -121,14 +124,15 @@ class Auralizer {
     /// and signals of sources are not read. Throws InputError for invalid options, settings or HRTF
     /// files.
     explicit Auralizer(const Scene& scene, AuralizerOptions options = {});
-    /// Waits for the frame in progress and ends all threads.
+    /// Waits for the frame in progress and ends all threads. No other call may be in progress.
     ~Auralizer();
     Auralizer(const Auralizer&) = delete;
     Auralizer& operator=(const Auralizer&) = delete;
 
     /// Adds a source. It is heard from its first frame on; on the real-time clock after at most two
     /// frames. It fades in over 20 ms unless it begins at the first sample. If all places are taken
-    /// by sources and by reverberation of removed sources, the oldest such reverberation ends.
+    /// by sources and by reverberation of removed sources, the oldest such reverberation ends, and
+    /// the source begins when its place has been silent for a frame.
     /// Throws InputError for more than AuralizerOptions::max_sources sources.
     SourceId add_source(const NewSource& source, std::int64_t at = kNow);
 
@@ -191,7 +195,7 @@ class Auralizer {
     void render(std::span<const SourceSignal> inputs, std::span<float* const> outputs, int samples);
 
     /// Number of outputs of render(): channel_count() of the output format for each listener.
-    /// Constant, as are the four values below; any thread may ask for them.
+    /// Constant, as are the three values below; any thread may ask for them.
     std::size_t output_channels() const;
 
     /// Delay from the inputs to the outputs of render(): 0 on the real-time clock, 256 on the exact
@@ -205,8 +209,9 @@ class Auralizer {
     /// the room.
     double response_length_s() const;
 
-    /// How long a source is heard after its signal has ended: the response length and 0.1 s for
-    /// fades and filters.
+    /// How long sources are heard after their signals have ended: the response length, or the
+    /// longest path of the frame that is heard, and 0.1 s for fades and filters. An upper bound
+    /// before the first frame. Any thread may ask for it.
     std::int64_t tail_samples() const;
 
     /// Impulse response of a source at a listener in the newest frame, as it is heard with its gain
