@@ -89,9 +89,9 @@ TEST_CASE("After a job has completed, newest() names the one started last of tho
         end.wait();
         return [] {};
     };
+    jobs.start("short", []() -> BackgroundJobs::LastPart { return [] {}; });
     jobs.start("one", waiting);
     jobs.start("two", waiting);
-    jobs.start("short", []() -> BackgroundJobs::LastPart { return [] {}; });
     std::vector<std::string> errors;
     REQUIRE(finishes(jobs, errors, [&] { return !jobs.runs("short"); }));
     CHECK(jobs.newest() == "two");
