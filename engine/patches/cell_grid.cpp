@@ -17,6 +17,8 @@ constexpr float kAxisAligned = 0.99999F;  // least cosine of a cutting wall's no
 constexpr float kWallCells = 4;           // least area of such a wall, in cell faces
 
 constexpr int kDirectionBit = 60;  // lowest bit of the direction in a key
+constexpr std::int32_t kIndexBias = 1 << 19;
+constexpr std::uint32_t kIndexMask = (1U << 20) - 1;
 
 /// The key of a patch: 20 bits for each index of its cell, and the dominant direction of a normal.
 /// Without branches.
@@ -27,9 +29,8 @@ inline std::uint64_t cell_key(const CellIndex& cell, const Vec3& normal) {
     const std::int32_t axis = along_x ? 0 : along_y ? 2 : 4;
     const float component = along_x ? normal.x : along_y ? normal.y : normal.z;
     const std::int32_t direction = axis + (component > 0 ? 0 : 1);
-    constexpr std::int32_t kBias = 1 << 19;
     const auto bits = [](std::int32_t k) {
-        return static_cast<std::uint64_t>(static_cast<std::uint32_t>(k + kBias) & 0xfffffU);
+        return static_cast<std::uint64_t>(static_cast<std::uint32_t>(k + kIndexBias) & kIndexMask);
     };
     return static_cast<std::uint64_t>(static_cast<std::uint32_t>(direction)) << kDirectionBit |
            bits(cell[0]) << 40 | bits(cell[1]) << 20 | bits(cell[2]);
@@ -115,12 +116,14 @@ void CellGrid::keys_at(const LanePoints& points, const LanePoints& normals,
     cell_keys(points, normals, origin_, cuts_, keys);
 }
 
-PatchCell CellGrid::cell(std::uint64_t key, const CellIndex& index) const {
+PatchCell CellGrid::cell(std::uint64_t key) const {
     PatchCell cell;
     for (int axis = 0; axis < 3; ++axis) {
-        const auto a = static_cast<std::size_t>(axis);
-        cell.low[axis] = origin_[axis] + cuts_[a].begin_m(index[a]);
-        cell.high[axis] = origin_[axis] + cuts_[a].begin_m(index[a] + 1);
+        const GridAxis& cuts = cuts_[static_cast<std::size_t>(axis)];
+        const auto bits = static_cast<std::uint32_t>(key >> (40 - 20 * axis)) & kIndexMask;
+        const std::int32_t index = static_cast<std::int32_t>(bits) - kIndexBias;
+        cell.low[axis] = origin_[axis] + cuts.begin_m(index);
+        cell.high[axis] = origin_[axis] + cuts.begin_m(index + 1);
     }
     const std::uint64_t direction = key >> kDirectionBit;
     cell.direction[static_cast<int>(direction / 2)] = direction % 2 == 0 ? 1.0F : -1.0F;

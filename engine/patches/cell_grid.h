@@ -27,8 +27,8 @@ class CellGrid {
     void keys_at(const LanePoints& points, const LanePoints& normals,
                  std::array<std::uint64_t, kLanes>& keys) const;
 
-    /// The cell of a key; `index` is the index of the cell.
-    PatchCell cell(std::uint64_t key, const CellIndex& index) const;
+    /// The cell of a key.
+    PatchCell cell(std::uint64_t key) const;
 
  private:
     Vec3 origin_{0};  ///< the scene's lowest corner

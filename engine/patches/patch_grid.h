@@ -9,6 +9,7 @@
 
 #include "engine/base/worker_pool.h"
 #include "engine/patches/cell_grid.h"
+#include "engine/patches/patch_index.h"
 #include "engine/rays/ray_scene.h"
 
 namespace aula {
@@ -20,7 +21,7 @@ namespace aula {
 /// thread]
 class PatchGrid {
  public:
-    static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+    static constexpr std::uint32_t kNone = PatchIndex::kNone;
 
     /// `inside`: points in the space that sound can reach, such as sources and listeners. Patches
     /// are larger than requested if sound would otherwise reach more than `max_patches` of them.

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <vector>
+
+namespace aula {
+
+/// The numbers of a grid's rows: those of the patches, which are found by the key of their cell,
+/// and those of the patches' sides. New rows reuse released numbers. [propagation thread;
+/// const functions may run on several threads]
+class PatchIndex {
+ public:
+    static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+    PatchIndex();
+    ~PatchIndex();
+
+    /// The patch of a key, or kNone.
+    std::uint32_t find(std::uint64_t key) const;
+
+    /// The patch of a key, added if there is none. The patch counts as used in the present move.
+    std::uint32_t use(std::uint64_t key);
+
+    /// Adds a row for a side of a patch.
+    std::uint32_t add_side(std::uint32_t patch);
+
+    /// Releases the row of a side.
+    void release_side(std::uint32_t row) { released_.push_back(row); }
+
+    /// Keeps all present patches permanently. Patches that are added later can be released.
+    void keep_present() { kept_ = keys_.size(); }
+
+    /// Begins the next move.
+    void begin_move() { ++moves_; }
+
+    /// Releases the patches that have not been used in the last `keep` moves. Calls
+    /// `before(patch)` for each of them.
+    void release_unused(std::uint64_t keep, const std::function<void(std::uint32_t)>& before);
+
+    /// The patch of a row: the row itself, or that of which it is a side.
+    std::uint32_t patch_of(std::uint32_t row) const { return patch_of_row_[row]; }
+
+    /// The key of a patch that is not released.
+    std::uint64_t key(std::uint32_t patch) const { return keys_[patch]; }
+
+    /// All numbers are below size(); released ones are included.
+    std::size_t size() const { return keys_.size(); }
+
+ private:
+    struct Map;
+    static constexpr std::uint64_t kNoKey = ~0ULL;
+
+    std::uint32_t new_number();
+
+    std::unique_ptr<Map> patch_of_key_;
+    std::vector<std::uint64_t> keys_;  ///< [row]; kNoKey: a side or released
+    std::vector<std::uint64_t> used_;  ///< [patch] move of the last use
+    std::vector<std::uint32_t> patch_of_row_;
+    std::vector<std::uint32_t> released_;  ///< numbers, the last of which is reused first
+    std::size_t kept_ = 0;                 ///< patches that are never released
+    std::uint64_t moves_ = 0;
+};
+
+}  // namespace aula

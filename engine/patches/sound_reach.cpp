@@ -1,0 +1,109 @@
+#include "engine/patches/sound_reach.h"
+
+#include <algorithm>
+
+#include "engine/base/sampling.h"
+#include "engine/rays/room_survey.h"
+
+namespace aula {
+
+namespace {
+
+constexpr int kReachAttempts = 4;     // attempts to reach the sound from a sample
+constexpr std::size_t kChunk = 1024;  // samples of a job
+
+constexpr int kWalks = 4096;
+constexpr int kWalkBounces = 32;
+constexpr int kWalkRounds = 12;
+constexpr std::size_t kHitsPerPatch = 512;  // mean upper limit, to estimate the irradiance
+
+}  // namespace
+
+bool SoundReach::mark(std::span<const Vec3> inside, double max_patches, IrradianceMap& irradiance) {
+    marked_.resize(index_.size(), 0);
+    std::size_t hits = 0;
+    for (int round = 0; round < kWalkRounds; ++round) {
+        const std::size_t before = count_;
+        const RandomWalks walks{
+            .paths = kWalks, .bounces = kWalkBounces, .seed = derive_seed(seed_, 1 << 30, round)};
+        trace_random_walks(scene_, inside, walks,
+                           [&](int reflections, const Ray& ray, const Hit& hit) {
+                               if (!hit.any() || scene_.moves(scene_.triangle(hit.triangle)))
+                                   return;
+                               const Vec3 point = scene_.point(hit, ray.direction);
+                               const Vec3 normal = scene_.facing_normal(hit, ray.direction);
+                               const std::uint32_t patch = index_.find(grid_.key_at(point, normal));
+                               if (patch == PatchIndex::kNone) return;
+                               // Direct sound is omitted: its distribution depends on the start
+                               // point.
+                               if (reflections > 0) {
+                                   irradiance.add_hit(patch, hit.triangle, point, normal);
+                                   ++hits;
+                               }
+                               if (marked_[patch]) return;
+                               marked_[patch] = 1;
+                               ++count_;
+                           });
+        if (static_cast<double>(count_) > max_patches) return false;
+        if (count_ - before <= count_ / 100 && hits >= kHitsPerPatch * count_) break;
+    }
+    return static_cast<double>(count_) <= max_patches;
+}
+
+std::vector<char> SoundReach::reaches(std::span<const SurfaceSample> samples,
+                                      WorkerPool& workers) const {
+    std::vector<char> reached(samples.size(), 0);
+    workers.run((samples.size() + kChunk - 1) / kChunk, [&](std::size_t chunk) {
+        const std::size_t first = chunk * kChunk;
+        const std::size_t count = std::min(kChunk, samples.size() - first);
+        test(samples.subspan(first, count), std::span(reached).subspan(first, count),
+             derive_seed(seed_, 1 << 29, chunk));
+    });
+    return reached;
+}
+
+void SoundReach::test(std::span<const SurfaceSample> samples, std::span<char> reached,
+                      std::uint64_t seed) const {
+    // Coincident faces count once: only the face that a ray hits.
+    constexpr float kAbove_m = 2 * RayScene::kOffset_m;
+    RandomStream random(seed);
+    std::vector<Ray> rays(samples.size());
+    std::vector<Hit> hits(samples.size());
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        const Vec3& n = samples[i].normal;
+        rays[i] = {samples[i].point + kAbove_m * n, -n, 2 * kAbove_m};
+    }
+    scene_.intersect(rays, hits);
+    std::vector<std::size_t> open;  // samples that have not reached the sound yet
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        if (hits[i].triangle == samples[i].triangle) open.push_back(i);
+    }
+    for (int attempt = 0; attempt < kReachAttempts && !open.empty(); ++attempt) {
+        rays.resize(open.size());
+        hits.resize(open.size());
+        for (std::size_t i = 0; i < open.size(); ++i) {
+            const SurfaceSample& sample = samples[open[i]];
+            rays[i] = {sample.off_surface(), lambert_direction(sample.normal, random.uniform_2d())};
+        }
+        scene_.intersect(rays, hits);
+        std::size_t left = 0;
+        for (std::size_t i = 0; i < open.size(); ++i) {
+            if (has_sound(rays[i], hits[i])) {
+                reached[open[i]] = 1;
+            } else {
+                open[left++] = open[i];
+            }
+        }
+        open.resize(left);
+    }
+}
+
+/// True if a ray ends where sound is: in the open, on a marked patch or on a moving object.
+bool SoundReach::has_sound(const Ray& ray, const Hit& hit) const {
+    if (!hit.any() || scene_.moves(scene_.triangle(hit.triangle))) return true;
+    const std::uint32_t patch = index_.find(
+        grid_.key_at(scene_.point(hit, ray.direction), scene_.facing_normal(hit, ray.direction)));
+    return patch < marked_.size() && marked_[patch];
+}
+
+}  // namespace aula

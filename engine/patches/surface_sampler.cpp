@@ -1,0 +1,94 @@
+#include "engine/patches/surface_sampler.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/sampling.h"
+#include "engine/patches/cell_clipping.h"
+
+namespace aula {
+
+namespace {
+
+/// Parts of a patch that are too small for a separate sample. One of them, drawn by area, has one
+/// sample for all, so that samples follow area and not the number of triangles.
+struct Reservoir {
+    float area_m2 = 0;
+    SurfaceSample drawn;
+};
+
+}  // namespace
+
+/// Calls `visit(patch, part, area, normal)` for the part of both sides of a triangle in every cell.
+template <typename Visit>
+void SurfaceSampler::for_each_part(std::uint32_t t, const Visit& visit) {
+    const RayScene::Triangle& triangle = scene_.triangle(t);
+    if (triangle.normal == Vec3(0)) return;
+    for (const bool back : {false, true}) {
+        const Vec3 normal = back ? -triangle.normal : triangle.normal;
+        ClippedPolygon whole;
+        for (const Vec3& v : triangle.vertices) {
+            whole.add(v - grid_.origin() + RayScene::kOffset_m * normal);
+        }
+        for_each_cell(whole, grid_.cuts(), 0, {},
+                      [&](const CellIndex& cell, const ClippedPolygon& part) {
+                          const float area = part.area_m2();
+                          if (area > 0)
+                              visit(index_.use(CellGrid::key(cell, normal)), part, area, normal);
+                      });
+    }
+}
+
+void SurfaceSampler::for_each_patch(std::uint32_t triangle,
+                                    const std::function<void(std::uint32_t)>& visit) {
+    for_each_part(triangle, [&](std::uint32_t patch, const ClippedPolygon&, float, const Vec3&) {
+        visit(patch);
+    });
+}
+
+std::vector<SurfaceSample> SurfaceSampler::sample(
+    std::span<const std::uint32_t> triangles, int per_cell,
+    const std::function<bool(std::uint32_t)>& wanted) {
+    std::vector<SurfaceSample> samples;
+    std::vector<Reservoir> reservoirs;  // [patch]
+    const float samples_per_m2 = static_cast<float>(per_cell) / (grid_.size_m() * grid_.size_m());
+    for (const std::uint32_t t : triangles) {
+        const ScrambledSobol sobol(derive_seed(seed_, t));
+        std::uint32_t next = 0;
+        for_each_part(t, [&](std::uint32_t patch, const ClippedPolygon& part, float area,
+                             const Vec3& normal) {
+            if (!wanted(patch)) return;
+            const auto sample_of = [&](float area_m2) {
+                const Vec3 point =
+                    grid_.origin() + part.point(sobol.point(next++)) - RayScene::kOffset_m * normal;
+                return SurfaceSample{point, normal, t, patch, area_m2};
+            };
+            if (area * samples_per_m2 >= 1) {
+                const int count =
+                    std::min(static_cast<int>(std::ceil(area * samples_per_m2)), per_cell);
+                for (int i = 0; i < count; ++i) {
+                    samples.push_back(sample_of(area / static_cast<float>(count)));
+                }
+                return;
+            }
+            if (reservoirs.size() <= patch) reservoirs.resize(index_.size());
+            Reservoir& rest = reservoirs[patch];
+            rest.area_m2 += area;
+            const float u = RandomStream(derive_seed(seed_, t, patch)).uniform();
+            if (u * rest.area_m2 < area) rest.drawn = sample_of(0);
+            if (rest.area_m2 * samples_per_m2 >= 1) {
+                rest.drawn.area_m2 = rest.area_m2;
+                samples.push_back(rest.drawn);
+                rest.area_m2 = 0;
+            }
+        });
+    }
+    for (Reservoir& rest : reservoirs) {
+        if (!(rest.area_m2 > 0)) continue;
+        rest.drawn.area_m2 = rest.area_m2;
+        samples.push_back(rest.drawn);
+    }
+    return samples;
+}
+
+}  // namespace aula

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "engine/patches/cell_grid.h"
+#include "engine/patches/patch_index.h"
+#include "engine/rays/ray_scene.h"
+
+namespace aula {
+
+/// A point on one side of a triangle that represents a part of the area of its patch.
+struct SurfaceSample {
+    Vec3 point{0};   ///< on the surface
+    Vec3 normal{0};  ///< of this side
+    std::uint32_t triangle = 0;
+    std::uint32_t patch = 0;
+    float area_m2 = 0;
+
+    /// The point at the distance from the surface at which points belong to cells.
+    Vec3 off_surface() const { return point + RayScene::kOffset_m * normal; }
+};
+
+/// Clips both sides of triangles at the cells of a grid, at their present positions. Uses the
+/// patches of these cells in an index. [propagation thread]
+class SurfaceSampler {
+ public:
+    SurfaceSampler(const RayScene& scene, const CellGrid& grid, PatchIndex& index,
+                   std::uint64_t seed)
+        : scene_(scene), grid_(grid), index_(index), seed_(seed) {}
+
+    /// Calls `visit(patch)` for every part of a triangle.
+    void for_each_patch(std::uint32_t triangle, const std::function<void(std::uint32_t)>& visit);
+
+    /// Samples triangles in proportion to area, with `per_cell` samples for a full cell, in patches
+    /// for which `wanted(patch)` is true. The areas of a patch's samples add up to its area.
+    std::vector<SurfaceSample> sample(std::span<const std::uint32_t> triangles, int per_cell,
+                                      const std::function<bool(std::uint32_t)>& wanted);
+
+ private:
+    template <typename Visit>
+    void for_each_part(std::uint32_t triangle, const Visit& visit);
+
+    const RayScene& scene_;
+    const CellGrid& grid_;
+    PatchIndex& index_;
+    std::uint64_t seed_;
+};
+
+}  // namespace aula
