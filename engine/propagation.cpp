@@ -3,22 +3,17 @@
 #include <algorithm>
 #include <cassert>
 #include <glm/geometric.hpp>
-#include <numeric>
-#include <optional>
 #include <thread>
 
 #include "aula/exception.h"
 #include "engine/base/sampling.h"
 #include "engine/base/stopwatch.h"
 #include "engine/base/worker_pool.h"
-#include "engine/estimate/diffuse_path_cache.h"
 #include "engine/estimate/patch_propagation.h"
+#include "engine/estimate/path_propagation.h"
 #include "engine/rays/nudge_off_surface.h"
 #include "engine/rays/room_survey.h"
 #include "engine/scene/scene_positions.h"
-#include "engine/trace/arrival_tracer.h"
-#include "engine/trace/detection_spheres.h"
-#include "engine/trace/specular_paths.h"
 
 namespace aula {
 
@@ -30,22 +25,6 @@ enum class SeedPurpose : std::uint64_t { frame = 1, survey = 3, specular = 5, co
 
 int default_threads() {
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) - 1);
-}
-
-/// Adds the arrivals of a frame that no image source counts, each at its delay, as a mean over the
-/// frame's rays.
-void add_arrivals(std::span<const Arrival> arrivals, int rays, const SpecularSound& images,
-                  EnergyResponse& response) {
-    const float scale = 1 / static_cast<float>(rays);
-    for (const Arrival& arrival : arrivals) {
-        if (images.has_tried(arrival.image)) continue;
-        const std::size_t bin =
-            response.bins.index(double{arrival.length_m} / double{response.speed_of_sound_m_s});
-        if (bin >= response.bins.count()) continue;
-        const Bands energy = arrival.energy * scale;
-        response.energy[bin] += energy;
-        response.direction[bin] += energy.sum() * arrival.direction;
-    }
 }
 
 void check(const Simulation& simulation) {
@@ -80,21 +59,13 @@ struct Propagation::State {
     std::vector<Vec3> inside;
     TimeBins bins;
     SpecularPaths specular;
-
-    // pt, dpc*
-    std::optional<PatchSubdivision> subdivision;
-    std::optional<ArrivalTracer> tracer;
-    std::vector<std::vector<ArrivalBatch>> batches;  // [source][batch]
-    std::vector<DiffusePathCache> path_caches;       // [source * listener_count + listener]
-    // patch
-    std::optional<PatchPropagation> patches;
-
+    std::unique_ptr<ResponseEstimator> estimator;
     std::vector<SpecularSound> images;      // [source * listener_count + listener]
     std::vector<EnergyResponse> responses;  // [source * listener_count + listener]
     std::uint64_t seed;
     std::uint64_t frame = 0;
-    double travel_m = 0;                  // accumulated movement of the scene since the start
-    std::vector<std::size_t> source_ids;  // [source] selects random numbers and path identifiers
+    double travel_m = 0;  // accumulated movement of the scene since the start
+    std::size_t source_count;
     std::size_t next_source_id;
     FrameStatistics statistics;
 
@@ -111,9 +82,9 @@ struct Propagation::State {
           specular(rays, image_source_order(), settings.listener_radius_m,
                    derive_seed(settings.seed, SeedPurpose::specular)),
           seed(settings.seed),
-          source_ids(scene.sources.size()),
-          next_source_id(scene.sources.size() + listeners) {
-        std::iota(source_ids.begin(), source_ids.end(), std::size_t{0});
+          source_count(scene.sources.size()),
+          next_source_id(source_count + listeners) {
+        clear_responses();
         TraceSettings trace;
         trace.rays = simulation.rays;
         trace.order = simulation.order;
@@ -122,17 +93,13 @@ struct Propagation::State {
         trace.speed_of_sound_m_s = speed_of_sound_m_s;
         trace.attenuation_per_m = attenuation_per_m;
         if (simulation.estimator == Estimator::patch) {
-            patches.emplace(rays, specular, simulation, trace, bins, inside, scene.sources.size(),
-                            listener_count, workers);
+            estimator =
+                std::make_unique<PatchPropagation>(rays, specular, simulation, trace, bins, inside,
+                                                   source_count, listener_count, workers);
         } else {
-            subdivision.emplace(rays, simulation.patch_size_m);
-            tracer.emplace(rays, *subdivision, specular, trace);
-            batches.resize(scene.sources.size());
-            for (auto& of_source : batches) {
-                of_source.resize(static_cast<std::size_t>(tracer->batch_count()));
-            }
+            estimator = std::make_unique<PathPropagation>(rays, specular, simulation, trace,
+                                                          source_count, listener_count, workers);
         }
-        restart();
     }
 
     /// Highest order of the image sources; the limit of the reflection order applies to them as
@@ -165,27 +132,17 @@ struct Propagation::State {
         return response;
     }
 
-    /// Memory limit of one pair's diffuse path cache in bytes.
-    std::size_t path_cache_bytes() const {
-        const std::size_t pairs = std::max<std::size_t>(1, source_ids.size() * listener_count);
-        return static_cast<std::size_t>(simulation.memory_mb * 1e6 / static_cast<double>(pairs));
-    }
-
-    DiffusePathCache make_path_cache() const {
-        return {simulation.estimator == Estimator::dpc ? DiffusePathCache::Readout::windowed
-                                                       : DiffusePathCache::Readout::published,
-                simulation.window_frames(), path_cache_bytes()};
+    void clear_responses() {
+        const std::size_t pairs = source_count * listener_count;
+        images.assign(pairs, {});
+        responses.assign(pairs, silent_response());
     }
 
     void add_source(const Vec3& position) {
-        source_ids.push_back(next_source_id++);
-        responses.resize(source_ids.size() * listener_count, silent_response());
+        ++source_count;
+        responses.resize(source_count * listener_count, silent_response());
         images.resize(responses.size());
-        if (patches) return patches->add_source(source_ids.back(), position);
-        batches.emplace_back(static_cast<std::size_t>(tracer->batch_count()));
-        if (simulation.estimator == Estimator::pt) return;
-        for (DiffusePathCache& cache : path_caches) cache.set_memory_bytes(path_cache_bytes());
-        for (std::size_t l = 0; l < listener_count; ++l) path_caches.push_back(make_path_cache());
+        estimator->add_source(next_source_id++, position);
     }
 
     void remove_source(std::size_t source) {
@@ -193,15 +150,10 @@ struct Propagation::State {
             const auto first = pairs.begin() + static_cast<std::ptrdiff_t>(source * listener_count);
             pairs.erase(first, first + static_cast<std::ptrdiff_t>(listener_count));
         };
-        const auto place = static_cast<std::ptrdiff_t>(source);
-        source_ids.erase(source_ids.begin() + place);
+        --source_count;
         erase_pairs(responses);
         erase_pairs(images);
-        if (patches) return patches->remove_source(source);
-        batches.erase(batches.begin() + place);
-        if (path_caches.empty()) return;
-        erase_pairs(path_caches);
-        for (DiffusePathCache& cache : path_caches) cache.set_memory_bytes(path_cache_bytes());
+        estimator->remove_source(source);
     }
 
     /// Invalidates all frames before a change of materials.
@@ -210,28 +162,15 @@ struct Propagation::State {
         constexpr double kFar_m = 1000;
         travel_m += kFar_m;
         specular.materials_changed();
-        if (patches) patches->materials_changed();
+        estimator->materials_changed();
     }
 
     /// Clears all caches.
     void restart() {
-        const std::size_t pairs = source_ids.size() * listener_count;
         frame = 0;
         specular.restart(derive_seed(seed, SeedPurpose::specular));
-        path_caches.clear();
-        images.assign(pairs, {});
-        responses.assign(pairs, silent_response());
-        switch (simulation.estimator) {
-            case Estimator::pt:
-                break;
-            case Estimator::dpc_published:
-            case Estimator::dpc:
-                for (std::size_t i = 0; i < pairs; ++i) path_caches.push_back(make_path_cache());
-                break;
-            case Estimator::patch:
-                patches->restart();
-                break;
-        }
+        clear_responses();
+        estimator->restart();
     }
 
     /// The frame's positions, with those on surfaces moved off them: on a surface half of the rays
@@ -245,54 +184,6 @@ struct Propagation::State {
 
     PropagationFrame frame_of(const FrameInput& input, std::uint64_t number) const {
         return {input, number, derive_seed(seed, SeedPurpose::frame, number), travel_m};
-    }
-
-    /// Traces rays from every source and computes the responses, for `pt` and `dpc*`.
-    void propagate_paths(const PropagationFrame& f) {
-        Stopwatch watch;
-        std::vector<Receiver> receivers;
-        for (const Vec3& listener : f.input.listeners) {
-            receivers.push_back(make_receiver(rays, listener, simulation.listener_radius_m));
-        }
-        const std::size_t batch_count = batches.empty() ? 0 : batches[0].size();
-        workers.run(batches.size() * batch_count, [&](std::size_t job) {
-            const std::size_t s = job / batch_count;
-            const std::size_t b = job % batch_count;
-            batches[s][b].clear();
-            tracer->trace({source_ids[s], f.input.sources[s]}, receivers, f.seed,
-                          static_cast<int>(b), batches[s][b]);
-        });
-        for (std::vector<ArrivalBatch>& of_source : batches) size_spheres(std::span(of_source));
-        workers.run(batches.size() * batch_count, [&](std::size_t job) {
-            collect_segment_arrivals(rays, receivers, attenuation_per_m, simulation.rays,
-                                     batches[job / batch_count][job % batch_count]);
-        });
-        statistics.trace_s += watch.lap_s();
-        for (std::size_t s = 0; s < batches.size(); ++s) {
-            std::vector<std::vector<Arrival>> at(listener_count);
-            for (const ArrivalBatch& batch : batches[s]) {
-                statistics.segments += batch.segment_count;
-                for (const Arrival& arrival : batch.arrivals) {
-                    at[arrival.receiver].push_back(arrival);
-                }
-            }
-            for (std::size_t l = 0; l < listener_count; ++l) {
-                const std::size_t pair = s * listener_count + l;
-                EnergyResponse& response = responses[pair];
-                std::fill(response.energy.begin(), response.energy.end(), Bands{});
-                std::fill(response.direction.begin(), response.direction.end(), Vec3(0));
-                if (!path_caches.empty()) {
-                    path_caches[pair].add_frame(at[l], simulation.rays);
-                    path_caches[pair].add_to(images[pair], response);
-                    statistics.cache_entries += path_caches[pair].size();
-                    statistics.memory_bytes += path_caches[pair].memory_bytes();
-                } else {
-                    add_arrivals(at[l], simulation.rays, images[pair], response);
-                    statistics.memory_bytes += at[l].capacity() * sizeof(Arrival);
-                }
-            }
-        }
-        statistics.cache_s += watch.lap_s();
     }
 
     void find_specular(const FrameInput& input) {
@@ -317,7 +208,7 @@ void Propagation::add_source(const Vec3& position) { state_->add_source(position
 
 void Propagation::remove_source(std::size_t source) { state_->remove_source(source); }
 
-std::size_t Propagation::source_count() const { return state_->source_ids.size(); }
+std::size_t Propagation::source_count() const { return state_->source_count; }
 
 void Propagation::set_object_material(std::size_t object, const Material& material) {
     state_->rays.set_material(object, material);
@@ -331,7 +222,7 @@ void Propagation::change_material(std::size_t material, const Material& coeffici
 
 void Propagation::step(const FrameInput& given) {
     State& s = *state_;
-    assert(given.sources.size() == s.source_ids.size());
+    assert(given.sources.size() == s.source_count);
     assert(given.listeners.size() == s.listener_count);
     s.statistics = {};
 
@@ -341,7 +232,7 @@ void Propagation::step(const FrameInput& given) {
     if (moved_m > 0) {
         s.travel_m += double{moved_m};
         s.specular.scene_moved();
-        if (s.patches) s.patches->scene_moved();
+        s.estimator->scene_moved();
     }
     const FrameInput input = s.nudged(given);
 
@@ -351,30 +242,14 @@ void Propagation::step(const FrameInput& given) {
     s.find_specular(input);
     s.statistics.specular_s += watch.lap_s();
 
-    // Trace rays and update the responses.
-    const PropagationFrame frame = s.frame_of(input, s.frame);
-    if (s.patches) {
-        s.patches->step(frame, s.images, s.responses, s.statistics);
-    } else {
-        s.propagate_paths(frame);
-    }
+    s.estimator->step(s.frame_of(input, s.frame), s.images, s.responses, s.statistics);
     ++s.frame;
 }
 
 std::vector<Ray> Propagation::rays(const FrameInput& given) const {
     const State& s = *state_;
     const FrameInput input = s.nudged(given);
-    const PropagationFrame frame = s.frame_of(input, s.frame);
-    if (s.patches) return s.patches->rays(frame);
-    std::vector<Ray> all;
-    for (std::size_t source = 0; source < input.sources.size(); ++source) {
-        for (int batch = 0; batch < s.tracer->batch_count(); ++batch) {
-            const std::vector<Ray> more =
-                s.tracer->rays({s.source_ids[source], input.sources[source]}, frame.seed, batch);
-            all.insert(all.end(), more.begin(), more.end());
-        }
-    }
-    return all;
+    return s.estimator->rays(s.frame_of(input, s.frame));
 }
 
 const EnergyResponse& Propagation::response(std::size_t source, std::size_t listener) const {
@@ -394,21 +269,15 @@ std::vector<PathLine> Propagation::path_lines(const FrameInput& given, std::size
     if (s.frame == 0) return {};
     const FrameInput input = s.nudged(given);
     const int max = s.simulation.order > 0 ? std::min(order, s.simulation.order) : order;
-    const PropagationFrame newest = s.frame_of(input, s.frame - 1);
-    if (s.patches) return s.patches->path_lines(newest, source, count, max);
-    return s.tracer->lines({s.source_ids[source], input.sources[source]}, newest.seed, count, max);
+    return s.estimator->path_lines(s.frame_of(input, s.frame - 1), source, count, max);
 }
 
 std::vector<PatchEnergy> Propagation::patch_energies(std::size_t source, double begin_s,
                                                      double end_s) const {
-    const State& s = *state_;
-    if (!s.patches) return {};
-    return s.patches->patch_energies(source, begin_s, end_s);
+    return state_->estimator->patch_energies(source, begin_s, end_s);
 }
 
-float Propagation::patch_size_m() const {
-    return state_->patches ? state_->patches->patch_size_m() : 0;
-}
+float Propagation::patch_size_m() const { return state_->estimator->patch_size_m(); }
 
 std::vector<char> Propagation::sources_connected(const FrameInput& given) const {
     const State& s = *state_;
@@ -417,18 +286,7 @@ std::vector<char> Propagation::sources_connected(const FrameInput& given) const 
                      derive_seed(s.simulation.seed, SeedPurpose::connection));
 }
 
-void Propagation::set_rays(int rays) {
-    State& s = *state_;
-    s.simulation.rays = rays;
-    if (s.patches) {
-        s.patches->set_rays(rays);
-        return;
-    }
-    s.tracer->set_rays(rays);
-    for (auto& of_source : s.batches) {
-        of_source.resize(static_cast<std::size_t>(s.tracer->batch_count()));
-    }
-}
+void Propagation::set_rays(int rays) { state_->estimator->set_rays(rays); }
 
 double Propagation::response_length_s() const {
     const auto& given = state_->simulation.ir_length_s;

@@ -7,6 +7,7 @@
 
 #include "engine/base/sampling.h"
 #include "engine/base/stopwatch.h"
+#include "engine/estimate/frame_view.h"
 #include "engine/trace/detection_spheres.h"
 
 namespace aula {
@@ -118,13 +119,13 @@ SegmentCache PatchPropagation::make_segment_cache(bool directed) const {
             max_segments(directed), segment_bytes()};
 }
 
-PatchPropagation::Pair PatchPropagation::silent_pair() const {
+PairResponse PatchPropagation::silent_pair() const {
     EnergyResponse empty;
     empty.bins = bins_;
     empty.speed_of_sound_m_s = speed_of_sound_m_s_;
     empty.energy.resize(bins_.count());
     empty.direction.resize(bins_.count());
-    return {.mean = empty, .newest = empty, .specular = SpecularSum(empty)};
+    return PairResponse(empty);
 }
 
 void PatchPropagation::restart() {
@@ -218,9 +219,8 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
     }
     positions_ = std::move(positions);
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
-        const std::size_t s = i / listener_count_;
-        const std::size_t l = i % listener_count_;
-        pairs_[i].changed = status_[s].changed || status_[source_count_ + l].changed;
+        const auto [source, listener] = ends(i);
+        pairs_[i].begin_frame(status_[source].changed || status_[listener].changed);
     }
 }
 
@@ -278,9 +278,8 @@ std::vector<char> PatchPropagation::pairs_to_gather(std::uint64_t frame) const {
     const std::size_t turn = frame * kStaticPairsPerFrame % count;
     std::vector<char> wanted(count, 0);
     for (std::size_t i = 0; i < count; ++i) {
-        const bool known =
-            !pairs_[i].changed && pairs_[i].is_current && pairs_[i].frames >= window_frames_;
-        wanted[i] = !known || (i + count - turn) % count < kStaticPairsPerFrame;
+        wanted[i] =
+            !pairs_[i].holds(window_frames_) || (i + count - turn) % count < kStaticPairsPerFrame;
     }
     return wanted;
 }
@@ -308,8 +307,7 @@ PatchPropagation::GatherPlan PatchPropagation::plan_gather(
     plan.pairs_at.resize(emitter_count());
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
         if (!wanted[i]) continue;
-        const std::size_t source = i / listener_count_;
-        const std::size_t listener = source_count_ + i % listener_count_;
+        const auto [source, listener] = ends(i);
         const auto all = static_cast<double>(emitted[source] + emitted[listener]);
         if (all == 0) continue;
         double share = static_cast<double>(emitted[source]) / all;
@@ -325,10 +323,7 @@ PatchPropagation::GatherPlan PatchPropagation::plan_gather(
 void PatchPropagation::gather(const PropagationFrame& frame, const std::vector<char>& wanted,
                               FrameStatistics& statistics) {
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
-        if (!wanted[i]) continue;
-        EnergyResponse& newest = pairs_[i].newest;
-        newest.energy.assign(bins_.count(), Bands{});
-        newest.direction.assign(bins_.count(), Vec3(0));
+        if (wanted[i]) pairs_[i].begin_gather();
     }
     const GatherPlan plan = plan_gather(wanted, emitted());
     for (std::size_t id = 0; id < emitter_count(); ++id) {
@@ -338,80 +333,42 @@ void PatchPropagation::gather(const PropagationFrame& frame, const std::vector<c
             trace_gather(scene_, grid_, receiver.position, gather_settings(frame.number),
                          gather_seed(frame, id), workers_, statistics.segments);
         for (const std::size_t i : plan.pairs_at[id]) {
-            const std::size_t from =
-                receiver.is_listener ? i / listener_count_ : source_count_ + i % listener_count_;
+            const std::size_t from = receiver.is_listener ? ends(i).source : ends(i).listener;
             const double share =
                 receiver.is_listener ? plan.shares[i].source : plan.shares[i].listener;
-            add_gathered(hits, caches_[from], share, workers_, pairs_[i].newest);
+            add_gathered(hits, caches_[from], share, workers_, pairs_[i].gathered());
         }
     }
 }
 
-/// True if the segment caches hold nothing from before a change.
-bool PatchPropagation::segments_current(std::size_t i) const {
-    return segment_caches_[i / listener_count_].is_current() &&
-           segment_caches_[source_count_ + i % listener_count_].is_current();
+/// True if the caches of a pair hold nothing from before a change.
+bool PatchPropagation::is_current(std::size_t pair) const {
+    const auto [source, listener] = ends(pair);
+    return caches_[source].is_current() && caches_[listener].is_current() &&
+           segment_caches_[source].is_current() && segment_caches_[listener].is_current();
 }
 
-/// True if patch and segment caches hold nothing from before a change.
-bool PatchPropagation::is_current(std::size_t i) const {
-    return caches_[i / listener_count_].is_current() &&
-           caches_[source_count_ + i % listener_count_].is_current() && segments_current(i);
-}
-
-/// Adds the gathered response to the mean of all frames since the last change, weighted by the rays
-/// of each frame, because early frames are noisier. Each frame alone is unbiased, hence so is the
-/// mean.
-void PatchPropagation::accumulate(std::size_t i) {
-    Pair& pair = pairs_[i];
-    const auto rays = static_cast<double>(caches_[i / listener_count_].emitted() +
-                                          caches_[source_count_ + i % listener_count_].emitted());
-    const bool continues = !pair.changed && pair.is_current && is_current(i) && pair.weight > 0;
-    pair.is_current = is_current(i);
-    if (!continues) {
-        pair.frames = 0;
-        pair.weight = rays;
-        std::swap(pair.mean, pair.newest);
-    } else {
-        pair.weight += rays;
-        const auto part = static_cast<float>(rays / pair.weight);
-        for (std::size_t k = 0; k < bins_.count(); ++k) {
-            for (std::size_t b = 0; b < kBandCount; ++b) {
-                float& mean = pair.mean.energy[k][b];
-                mean += part * (pair.newest.energy[k][b] - mean);
-            }
-            pair.mean.direction[k] += part * (pair.newest.direction[k] - pair.mean.direction[k]);
-        }
+/// Updates a pair's response: the gathered energy and the segments whose paths no image source
+/// counts now.
+void PatchPropagation::update_pair(std::size_t i, bool gathered, const SpecularSound& images,
+                                   EnergyResponse& response) {
+    PairResponse& pair = pairs_[i];
+    const auto [source, listener] = ends(i);
+    if (gathered) {
+        pair.end_gather(caches_[source].emitted() + caches_[listener].emitted(), is_current(i));
     }
-    ++pair.frames;
-}
-
-/// Updates a pair's detections on segments of the rays of both ends.
-void PatchPropagation::detect_segments(std::size_t i) {
-    Pair& pair = pairs_[i];
-    const std::size_t source = i / listener_count_;
-    const std::size_t listener = source_count_ + i % listener_count_;
-    // The segments of the present frame are added to the sum, or the sum restarts.
-    const bool continues = !pair.changed && pair.segments_current && !pair.specular.full();
-    pair.segments_current = segments_current(i);
-    if (!continues) pair.specular.clear();
-    const std::uint64_t rays = std::max(
-        pair.specular.rays(), segment_caches_[source].rays() + segment_caches_[listener].rays());
-    segment_caches_[source].add_to(scene_, receivers_[listener], continues, rays, pair.specular);
-    segment_caches_[listener].add_to(scene_, receivers_[source], continues, rays, pair.specular);
-}
-
-/// Sums the gathered response and the segments whose paths no image source counts now.
-void PatchPropagation::sum_up(std::size_t i, const SpecularSound& images,
-                              EnergyResponse& response) const {
-    const Pair& pair = pairs_[i];
-    response.energy = pair.mean.energy;
-    response.direction = pair.mean.direction;
-    if (mirrors_) pair.specular.add_to(images, response);
+    if (mirrors_) {
+        pair.detect(scene_, segment_caches_[source], receivers_[listener],
+                    segment_caches_[listener], receivers_[source]);
+    }
+    if (!gathered && !mirrors_) return;
+    response.energy = pair.mean().energy;
+    response.direction = pair.mean().direction;
+    if (mirrors_) pair.detected().add_to(images, response);
 }
 
 void PatchPropagation::step(const PropagationFrame& frame, std::span<const SpecularSound> images,
-                            std::vector<EnergyResponse>& responses, FrameStatistics& statistics) {
+                            std::span<EnergyResponse> responses, FrameStatistics& statistics) {
     Stopwatch watch;
     advance(frame);
     statistics.cache_s += watch.lap_s();
@@ -423,11 +380,8 @@ void PatchPropagation::step(const PropagationFrame& frame, std::span<const Specu
 
     const std::vector<char> wanted = pairs_to_gather(frame.number);
     gather(frame, wanted, statistics);
-    workers_.run(pairs_.size(), [&](std::size_t i) {
-        if (wanted[i]) accumulate(i);
-        if (mirrors_) detect_segments(i);
-        if (wanted[i] || mirrors_) sum_up(i, images[i], responses[i]);
-    });
+    workers_.run(pairs_.size(),
+                 [&](std::size_t i) { update_pair(i, wanted[i] != 0, images[i], responses[i]); });
     statistics.gather_s += watch.lap_s();
 
     for (const PatchCache& cache : caches_) {

@@ -1,31 +1,18 @@
 #pragma once
 
-#include <cstdint>
 #include <optional>
-#include <span>
-#include <vector>
 
-#include "aula/engine/frame.h"
 #include "engine/estimate/emission_plan.h"
 #include "engine/estimate/final_gather.h"
-#include "engine/estimate/frame_view.h"
+#include "engine/estimate/pair_response.h"
 #include "engine/estimate/patch_cache.h"
+#include "engine/estimate/response_estimator.h"
 #include "engine/estimate/segment_cache.h"
 #include "engine/patches/patch_grid.h"
 #include "engine/rays/receiver.h"
 #include "engine/trace/deposit_tracer.h"
-#include "engine/trace/specular_paths.h"
-#include "engine/trace/specular_sum.h"
 
 namespace aula {
-
-/// A frame as input to the estimators.
-struct PropagationFrame {
-    const FrameInput& input;
-    std::uint64_t number = 0;  ///< since the start
-    std::uint64_t seed = 0;    ///< of this frame
-    double travel_m = 0;       ///< accumulated movement of the scene since the start
-};
 
 /// The estimator `patch`: time-resolved radiosity by particle tracing with final gather (Jensen
 /// 1996). As in acoustic radiance transfer (Siltanen et al. 2007), surfaces store time-dependent
@@ -38,7 +25,7 @@ struct PropagationFrame {
 /// inaudible. While source, listener and scene are static, the gathered response is the mean of all
 /// frames since the last change, weighted by their rays. Purely specular paths whose image sources
 /// are not tried come from the rays' segments. [propagation thread]
-class PatchPropagation {
+class PatchPropagation final : public ResponseEstimator {
  public:
     /// `inside`: points in the space that sound can reach. The patch size is that of `simulation`,
     /// or larger if memory requires it.
@@ -49,52 +36,28 @@ class PatchPropagation {
     PatchPropagation(const PatchPropagation&) = delete;
     PatchPropagation& operator=(const PatchPropagation&) = delete;
 
-    /// Clears all caches.
-    void restart();
-
-    /// Appends a source; `id` selects its random numbers.
-    void add_source(std::size_t id, const Vec3& position);
-    void remove_source(std::size_t source);
-
-    /// Updates the estimator after a change of the scene's materials.
-    void materials_changed();
-
-    /// Updates the patches after RayScene::move.
-    void scene_moved() { grid_.scene_moved(window_frames_); }
-
-    /// Traces a frame and updates `responses` ([source * listener count + listener], without their
-    /// paths). `images` are those of the frame, in the same order. Adds to `statistics`.
+    void restart() override;
+    void add_source(std::size_t id, const Vec3& position) override;
+    void remove_source(std::size_t source) override;
+    void set_rays(int rays) override;
+    void materials_changed() override;
+    void scene_moved() override { grid_.scene_moved(window_frames_); }
     void step(const PropagationFrame& frame, std::span<const SpecularSound> images,
-              std::vector<EnergyResponse>& responses, FrameStatistics& statistics);
-
-    /// The rays of the next step if nothing moves.
-    std::vector<Ray> rays(const PropagationFrame& frame) const;
-
-    /// The first `count` paths from a source in that frame, up to reflection order `order`.
+              std::span<EnergyResponse> responses, FrameStatistics& statistics) override;
+    std::vector<Ray> rays(const PropagationFrame& frame) const override;
     std::vector<PathLine> path_lines(const PropagationFrame& frame, std::size_t source, int count,
-                                     int order) const;
+                                     int order) const override;
 
-    /// The energy that every patch radiates for a source within a time interval after emission. If
-    /// only listeners emit, the part that would reach the first listener.
-    std::vector<PatchEnergy> patch_energies(std::size_t source, double begin_s, double end_s) const;
-
-    float patch_size_m() const { return grid_.patch_size_m(); }
-
-    /// Sets the rays per emitter from the next frame on.
-    void set_rays(int rays);
+    /// If only listeners emit: the energy that would reach the first listener.
+    std::vector<PatchEnergy> patch_energies(std::size_t source, double begin_s,
+                                            double end_s) const override;
+    float patch_size_m() const override { return grid_.patch_size_m(); }
 
  private:
-    /// A source and a listener.
-    struct Pair {
-        bool changed = false;           ///< since the last frame
-        bool is_current = false;        ///< the response holds nothing from before the last change
-        int frames = 0;                 ///< in the mean
-        double weight = 0;              ///< of the mean, in rays
-        EnergyResponse mean;            ///< of the gathered responses
-        EnergyResponse newest;          ///< gathered in the present frame
-        bool segments_current = false;  ///< all segments of the last frame were valid for these
-                                        ///< positions and this scene
-        SpecularSum specular;
+    /// The emitters of a pair.
+    struct Ends {
+        std::size_t source = 0;
+        std::size_t listener = 0;
     };
     /// Weights of the caches of both ends in a pair's response.
     struct Shares {
@@ -107,11 +70,14 @@ class PatchPropagation {
     };
 
     std::size_t emitter_count() const { return source_count_ + listener_count_; }
+    Ends ends(std::size_t pair) const {
+        return {pair / listener_count_, source_count_ + pair % listener_count_};
+    }
     std::size_t cache_bytes(bool directed) const;
     std::size_t max_segments(bool directed) const;
     std::size_t segment_bytes() const;
     void divide_memory();
-    Pair silent_pair() const;
+    PairResponse silent_pair() const;
     PatchCache make_cache(bool directed) const;
     SegmentCache make_segment_cache(bool directed) const;
     Emitter emitter(std::size_t id, const FrameInput& input) const;
@@ -128,11 +94,9 @@ class PatchPropagation {
                 FrameStatistics& statistics);
     GatherSettings gather_settings(std::uint64_t frame) const;
     std::uint64_t gather_seed(const PropagationFrame& frame, std::size_t receiver) const;
-    bool segments_current(std::size_t pair) const;
     bool is_current(std::size_t pair) const;
-    void accumulate(std::size_t pair);
-    void detect_segments(std::size_t pair);
-    void sum_up(std::size_t pair, const SpecularSound& images, EnergyResponse& response) const;
+    void update_pair(std::size_t pair, bool gathered, const SpecularSound& images,
+                     EnergyResponse& response);
 
     const RayScene& scene_;
     WorkerPool& workers_;
@@ -160,7 +124,7 @@ class PatchPropagation {
     double travel_m_ = 0;
     std::optional<std::uint64_t> last_move_;  // the last frame in which the scene moved
 
-    std::vector<Pair> pairs_;  // [source * listener_count + listener]
+    std::vector<PairResponse> pairs_;  // [source * listener_count + listener]
 };
 
 }  // namespace aula

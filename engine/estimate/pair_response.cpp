@@ -1,0 +1,45 @@
+#include "engine/estimate/pair_response.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace aula {
+
+void PairResponse::begin_gather() {
+    std::fill(gathered_.energy.begin(), gathered_.energy.end(), Bands{});
+    std::fill(gathered_.direction.begin(), gathered_.direction.end(), Vec3(0));
+}
+
+void PairResponse::end_gather(std::uint64_t rays, bool is_current) {
+    const bool continues = !changed_ && is_current_ && is_current && weight_ > 0;
+    is_current_ = is_current;
+    if (!continues) {
+        frames_ = 1;
+        weight_ = static_cast<double>(rays);
+        std::swap(mean_, gathered_);
+        return;
+    }
+    ++frames_;
+    weight_ += static_cast<double>(rays);
+    const auto part = static_cast<float>(static_cast<double>(rays) / weight_);
+    for (std::size_t k = 0; k < mean_.bins.count(); ++k) {
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            float& mean = mean_.energy[k][b];
+            mean += part * (gathered_.energy[k][b] - mean);
+        }
+        mean_.direction[k] += part * (gathered_.direction[k] - mean_.direction[k]);
+    }
+}
+
+void PairResponse::detect(const RayScene& scene, const SegmentCache& of_source,
+                          const Receiver& at_listener, const SegmentCache& of_listener,
+                          const Receiver& at_source) {
+    const bool continues = !changed_ && segments_current_ && !detected_.full();
+    segments_current_ = of_source.is_current() && of_listener.is_current();
+    if (!continues) detected_.clear();
+    const std::uint64_t rays = std::max(detected_.rays(), of_source.rays() + of_listener.rays());
+    of_source.add_to(scene, at_listener, continues, rays, detected_);
+    of_listener.add_to(scene, at_source, continues, rays, detected_);
+}
+
+}  // namespace aula

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "aula/engine/energy_response.h"
+#include "aula/engine/frame.h"
+#include "engine/rays/ray_scene.h"
+#include "engine/trace/specular_paths.h"
+
+namespace aula {
+
+/// A frame as input to the estimators.
+struct PropagationFrame {
+    const FrameInput& input;
+    std::uint64_t number = 0;  ///< since the start
+    std::uint64_t seed = 0;    ///< of this frame
+    double travel_m = 0;       ///< accumulated movement of the scene since the start
+};
+
+/// From traced rays to energy responses, the part that the estimators do not share. Propagation
+/// moves the scene and finds the image sources; an estimator traces rays, maintains its caches and
+/// computes the energy that no image source counts. [propagation thread]
+class ResponseEstimator {
+ public:
+    virtual ~ResponseEstimator() = default;
+
+    /// Clears all caches.
+    virtual void restart() = 0;
+
+    /// Appends a source; `id` selects its random numbers.
+    virtual void add_source(std::size_t id, const Vec3& position) = 0;
+    virtual void remove_source(std::size_t source) = 0;
+
+    /// Sets the rays per emitter from the next frame on.
+    virtual void set_rays(int rays) = 0;
+
+    /// Updates the estimator after a change of the scene's materials.
+    virtual void materials_changed() {}
+
+    /// Updates the estimator after RayScene::move.
+    virtual void scene_moved() {}
+
+    /// Traces a frame and updates `responses` ([source * listener count + listener], without their
+    /// paths). `images` are those of the frame, in the same order. Adds to `statistics`.
+    virtual void step(const PropagationFrame& frame, std::span<const SpecularSound> images,
+                      std::span<EnergyResponse> responses, FrameStatistics& statistics) = 0;
+
+    /// The rays of the next step if nothing moves.
+    virtual std::vector<Ray> rays(const PropagationFrame& frame) const = 0;
+
+    /// The first `count` paths from a source in that frame, up to reflection order `order`.
+    virtual std::vector<PathLine> path_lines(const PropagationFrame& frame, std::size_t source,
+                                             int count, int order) const = 0;
+
+    /// See Propagation::patch_energies and Propagation::patch_size_m.
+    virtual std::vector<PatchEnergy> patch_energies(std::size_t /*source*/, double /*begin_s*/,
+                                                    double /*end_s*/) const {
+        return {};
+    }
+    virtual float patch_size_m() const { return 0; }
+};
+
+}  // namespace aula
