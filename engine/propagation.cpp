@@ -123,24 +123,16 @@ struct Propagation::State {
         return std::clamp(length_s, kShortestDefaultResponse_s, kLongestDefaultResponse_s);
     }
 
-    EnergyResponse silent_response() const {
-        EnergyResponse response;
-        response.bins = bins;
-        response.speed_of_sound_m_s = speed_of_sound_m_s;
-        response.energy.resize(bins.count());
-        response.direction.resize(bins.count());
-        return response;
-    }
-
     void clear_responses() {
         const std::size_t pairs = source_count * listener_count;
         images.assign(pairs, {});
-        responses.assign(pairs, silent_response());
+        responses.assign(pairs, EnergyResponse::silent(bins, speed_of_sound_m_s));
     }
 
     void add_source(const Vec3& position) {
         ++source_count;
-        responses.resize(source_count * listener_count, silent_response());
+        responses.resize(source_count * listener_count,
+                         EnergyResponse::silent(bins, speed_of_sound_m_s));
         images.resize(responses.size());
         estimator->add_source(next_source_id++, position);
     }

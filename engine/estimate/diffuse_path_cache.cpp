@@ -25,12 +25,12 @@ using Map = tsl::robin_map<PathIdentifier, DiffusePathCache::Entry, IdentifierHa
 void change(DiffusePathCache::Entry& entry, const Arrival& arrival, std::int64_t sign) {
     entry.arrival_count += sign;
     for (std::size_t b = 0; b < kBandCount; ++b) {
-        entry.intensity_sum[b] += sign * DiffusePathCache::to_fixed(arrival.energy[b]);
+        entry.energy_sum[b] += sign * DiffusePathCache::to_fixed(arrival.energy[b]);
     }
     entry.length_sum += sign * std::llrint(double{arrival.length_m} / kLengthUnit_m);
     const float energy = arrival.energy.sum();
     for (int axis = 0; axis < 3; ++axis) {
-        entry.direction_sum[static_cast<std::size_t>(axis)] +=
+        entry.intensity_sum[static_cast<std::size_t>(axis)] +=
             sign * DiffusePathCache::to_fixed(energy * arrival.direction[axis]);
     }
 }
@@ -147,18 +147,15 @@ void DiffusePathCache::add_to(const SpecularSound& images, EnergyResponse& respo
         // Eq. 3.3: the mean length determines the delay.
         const double length_m = static_cast<double>(entry.length_sum) * kLengthUnit_m /
                                 static_cast<double>(entry.arrival_count);
-        const std::size_t bin = response.bins.index(length_m / double{response.speed_of_sound_m_s});
-        if (bin >= response.bins.count()) continue;
         // Eq. 3.2: (eta / mu) (I-hat / eta) = I-hat / mu.
         const double scale = kEnergyUnit / static_cast<double>(emitted);
-        for (std::size_t b = 0; b < kBandCount; ++b) {
-            response.energy[bin][b] +=
-                static_cast<float>(static_cast<double>(entry.intensity_sum[b]) * scale);
-        }
-        for (int axis = 0; axis < 3; ++axis) {
-            response.direction[bin][axis] += static_cast<float>(
-                static_cast<double>(entry.direction_sum[static_cast<std::size_t>(axis)]) * scale);
-        }
+        const auto to_float = [&](std::int64_t sum) {
+            return static_cast<float>(static_cast<double>(sum) * scale);
+        };
+        Bands energy;
+        for (std::size_t b = 0; b < kBandCount; ++b) energy[b] = to_float(entry.energy_sum[b]);
+        const auto& [x, y, z] = entry.intensity_sum;
+        response.add(length_m, energy, Vec3(to_float(x), to_float(y), to_float(z)));
     }
 }
 

@@ -125,13 +125,13 @@ void convert_row(const std::int64_t* sums, std::size_t first_bin, std::size_t en
     store_bands(all, total.value.data());
 }
 
-/// Converts bins [first_bin, end_bin) of moments to floats.
-void convert_moments(const std::int64_t* moments, std::size_t first_bin, std::size_t end_bin,
-                     double scale, float* moment) {
+/// Converts bins [first_bin, end_bin) of the intensity to floats.
+void convert_intensity(const std::int64_t* sums, std::size_t first_bin, std::size_t end_bin,
+                       double scale, float* intensity) {
     for (std::size_t k = first_bin; k < end_bin; ++k) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            moment[k * 4 + axis] =
-                static_cast<float>(static_cast<double>(moments[k * 3 + axis]) * scale);
+            intensity[k * 4 + axis] =
+                static_cast<float>(static_cast<double>(sums[k * 3 + axis]) * scale);
         }
     }
 }
@@ -143,7 +143,7 @@ class RowReader {
         : cache_(cache), scale_(scale) {
         histogram_.energy.resize(bin_count * kBandCount);
         histogram_.sum.resize(bin_count);
-        if (cache.directed()) histogram_.moment.resize(bin_count * 4);
+        if (cache.directed()) histogram_.intensity.resize(bin_count * 4);
     }
 
     /// A patch's row, of which at least the bins up to `end_bin` are converted.
@@ -158,7 +158,8 @@ class RowReader {
             convert_row(row.sum, converted_, end_bin, scale_, histogram_.energy.data(),
                         histogram_.sum.data(), histogram_.total);
             if (cache_.directed()) {
-                convert_moments(row.moment, converted_, end_bin, scale_, histogram_.moment.data());
+                convert_intensity(row.intensity, converted_, end_bin, scale_,
+                                  histogram_.intensity.data());
             }
             converted_ = end_bin;
         }
@@ -287,16 +288,16 @@ void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, d
     });
     for (std::size_t k = 0; k < bins.count(); ++k) {
         Bands energy;
-        Vec3 direction(0);
+        Vec3 intensity(0);
         for (const auto& part : parts) {
             energy += part->energy(k);
-            direction += part->moment(k);
+            intensity += part->intensity(k);
         }
         // Directions are weighted by a row's whole spectrum, which may differ from that of one bin.
-        const float length = glm::length(direction);
-        if (length > energy.sum()) direction *= energy.sum() / length;
+        const float length = glm::length(intensity);
+        if (length > energy.sum()) intensity *= energy.sum() / length;
         response.energy[k] += energy;
-        response.direction[k] += direction;
+        response.intensity[k] += intensity;
     }
 }
 

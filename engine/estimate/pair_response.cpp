@@ -5,11 +5,6 @@
 
 namespace aula {
 
-void PairResponse::begin_gather() {
-    std::fill(gathered_.energy.begin(), gathered_.energy.end(), Bands{});
-    std::fill(gathered_.direction.begin(), gathered_.direction.end(), Vec3(0));
-}
-
 void PairResponse::end_gather(std::uint64_t rays, bool is_current) {
     const bool continues = !changed_ && is_current_ && is_current && weight_ > 0;
     is_current_ = is_current;
@@ -27,7 +22,7 @@ void PairResponse::end_gather(std::uint64_t rays, bool is_current) {
             float& mean = mean_.energy[k][b];
             mean += part * (gathered_.energy[k][b] - mean);
         }
-        mean_.direction[k] += part * (gathered_.direction[k] - mean_.direction[k]);
+        mean_.intensity[k] += part * (gathered_.intensity[k] - mean_.intensity[k]);
     }
 }
 

@@ -21,7 +21,7 @@ class PairResponse {
     bool holds(int frames) const { return !changed_ && is_current_ && frames_ >= frames; }
 
     /// Silences gathered(), the response that receives this frame's gather.
-    void begin_gather();
+    void begin_gather() { gathered_.clear_bins(); }
     EnergyResponse& gathered() { return gathered_; }
 
     /// Adds gathered() to the mean of all frames since the last change, weighted by

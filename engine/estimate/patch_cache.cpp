@@ -36,14 +36,14 @@ inline void add_energy(const BandSums& units, std::int64_t sign, std::int64_t* s
     std::memcpy(sums, &sum, sizeof sum);
 }
 
-/// Adds energy times direction, or removes it (sign -1).
-inline void add_moment(const BandSums& units, const Vec3& departure, std::int64_t sign,
-                       std::int64_t* moment) {
+/// Adds the intensity of energy from one direction, or removes it (sign -1).
+inline void add_intensity(const BandSums& units, const Vec3& departure, std::int64_t sign,
+                          std::int64_t* intensity) {
     std::int64_t all = 0;
     for (std::size_t b = 0; b < kBandCount; ++b) all += units[b];
     for (std::size_t axis = 0; axis < kAxes; ++axis) {
-        moment[axis] += sign * std::llrint(static_cast<double>(all) *
-                                           double{departure[static_cast<int>(axis)]});
+        intensity[axis] += sign * std::llrint(static_cast<double>(all) *
+                                              double{departure[static_cast<int>(axis)]});
     }
 }
 
@@ -112,7 +112,7 @@ void PatchCache::keep_newest(std::size_t frames, WorkerPool& workers) {
         for (Row& row : rows_) {
             if (row.deposits == 0) continue;
             std::fill_n(row.sum, bin_count_ * kBandCount, 0);
-            if (directed_) std::fill_n(row.moment, bin_count_ * kAxes, 0);
+            if (directed_) std::fill_n(row.intensity, bin_count_ * kAxes, 0);
             row.deposits = 0;
             row.first_bin = ~0U;
             row.end_bin = 0;
@@ -198,7 +198,7 @@ std::size_t PatchCache::apply_batch(const Batch& batch, std::size_t part, std::i
         Row& row = rows_[deposit.patch];
         if (!row.sum) {
             row.sum = arena_->take(bin_count_ * kBandCount);
-            if (directed_) row.moment = arena_->take(bin_count_ * kAxes);
+            if (directed_) row.intensity = arena_->take(bin_count_ * kAxes);
             ++allocated;
         }
         row.deposits += static_cast<std::uint64_t>(sign);
@@ -207,8 +207,8 @@ std::size_t PatchCache::apply_batch(const Batch& batch, std::size_t part, std::i
         const BandSums units = deposit.units();
         add_energy(units, sign, &row.sum[deposit.bin * kBandCount]);
         if (directed_) {
-            add_moment(units, batch.departures[deposit.ray], sign,
-                       &row.moment[deposit.bin * kAxes]);
+            add_intensity(units, batch.departures[deposit.ray], sign,
+                          &row.intensity[deposit.bin * kAxes]);
         }
     }
     return allocated;

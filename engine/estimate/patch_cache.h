@@ -24,8 +24,8 @@ class PatchCache {
     static constexpr double kUnit = Deposit::kUnit;
 
     /// From this number of rays on, their noise is below that of the gather. Their sums (of all
-    /// bands for moments) stay below 2^63 units even if each ray meets a patch forty times in one
-    /// bin.
+    /// bands for the intensity) stay below 2^63 units even if each ray meets a patch forty times in
+    /// one bin.
     static constexpr std::uint64_t kEnoughRays = 1ULL << 20;
 
     /// The state on which the rays of a frame depend.
@@ -43,16 +43,16 @@ class PatchCache {
     /// The radiated energy of one patch, zero outside [first_bin, end_bin) and nonzero in the first
     /// and last bin of it.
     struct alignas(64) Row {
-        std::int64_t* sum = nullptr;     ///< [bin][band]
-        std::int64_t* moment = nullptr;  ///< [bin][axis] sum over bands of energy times the
-                                         ///< unit direction; null for a source
+        std::int64_t* sum = nullptr;        ///< [bin][band]
+        std::int64_t* intensity = nullptr;  ///< [bin][axis] see EnergyResponse::intensity; null
+                                            ///< for a source
         std::uint64_t deposits = 0;
         std::uint32_t first_bin = ~0U;
         std::uint32_t end_bin = 0;
     };
 
     /// `window_frames` is F >= 1. Frames are logged for later removal in the part of `memory_bytes`
-    /// that the sums leave. `directed`: stores moments.
+    /// that the sums leave. `directed`: stores the intensity.
     PatchCache(std::size_t bin_count, int window_frames, float patch_size_m,
                std::size_t memory_bytes, bool directed = false);
     PatchCache(PatchCache&&) = default;

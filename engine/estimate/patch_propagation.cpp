@@ -120,12 +120,7 @@ SegmentCache PatchPropagation::make_segment_cache(bool directed) const {
 }
 
 PairResponse PatchPropagation::silent_pair() const {
-    EnergyResponse empty;
-    empty.bins = bins_;
-    empty.speed_of_sound_m_s = speed_of_sound_m_s_;
-    empty.energy.resize(bins_.count());
-    empty.direction.resize(bins_.count());
-    return PairResponse(empty);
+    return PairResponse(EnergyResponse::silent(bins_, speed_of_sound_m_s_));
 }
 
 void PatchPropagation::restart() {
@@ -363,7 +358,7 @@ void PatchPropagation::update_pair(std::size_t i, bool gathered, const SpecularS
     }
     if (!gathered && !mirrors_) return;
     response.energy = pair.mean().energy;
-    response.direction = pair.mean().direction;
+    response.intensity = pair.mean().intensity;
     if (mirrors_) pair.detected().add_to(images, response);
 }
 

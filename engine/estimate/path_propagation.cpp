@@ -28,12 +28,8 @@ void add_arrivals(std::span<const Arrival> arrivals, int rays, const SpecularSou
     const float scale = 1 / static_cast<float>(rays);
     for (const Arrival& arrival : arrivals) {
         if (images.has_tried(arrival.image)) continue;
-        const std::size_t bin =
-            response.bins.index(double{arrival.length_m} / double{response.speed_of_sound_m_s});
-        if (bin >= response.bins.count()) continue;
         const Bands energy = arrival.energy * scale;
-        response.energy[bin] += energy;
-        response.direction[bin] += energy.sum() * arrival.direction;
+        response.add(double{arrival.length_m}, energy, energy.sum() * arrival.direction);
     }
 }
 
@@ -150,8 +146,7 @@ void PathPropagation::step(const PropagationFrame& frame, std::span<const Specul
         for (std::size_t l = 0; l < listener_count_; ++l) {
             const std::size_t pair = s * listener_count_ + l;
             EnergyResponse& response = responses[pair];
-            std::fill(response.energy.begin(), response.energy.end(), Bands{});
-            std::fill(response.direction.begin(), response.direction.end(), Vec3(0));
+            response.clear_bins();
             if (!readout_) {
                 add_arrivals(at[l], ray_count(), images[pair], response);
                 statistics.memory_bytes += at[l].capacity() * sizeof(Arrival);

@@ -55,14 +55,14 @@ template <typename Value>
 
 /// Adds bins [bin, end) of equal width until the output's width changes at out_end. The first
 /// begins `x` output bins after the start of output bin `out`. An output bin is 1 / `ratio` times
-/// as wide, `ratio` <= 1. `direction` multiplies the moments, if given, or else the sums. The part
-/// of a bin before the next output edge stays, the rest goes to the next bin. Returns the bin after
-/// the last one added.
+/// as wide, `ratio` <= 1. `direction` multiplies the intensity, if given, or else the sums. The
+/// part of a bin before the next output edge stays, the rest goes to the next bin. Returns the bin
+/// after the last one added.
 AULA_MULTIVERSION
-std::size_t add_bins(const float* energy, const float* sum, const float* moment, std::size_t bin,
+std::size_t add_bins(const float* energy, const float* sum, const float* intensity, std::size_t bin,
                      std::size_t end, float ratio, const float* weight, const float* direction,
                      float x, std::size_t out, std::size_t out_end, float* out_energy,
-                     float* out_moment) {
+                     float* out_intensity) {
     const auto weights = load<BandVector>(weight);
     const auto directions = load<FourVector>(direction);
     if (ratio > 0.999F) {
@@ -70,11 +70,11 @@ std::size_t add_bins(const float* energy, const float* sum, const float* moment,
         const float stays = 1 - x;
         add_equal_bins<BandVector>(energy + bin * kBandCount, count, stays, weights,
                                    out_energy + out * kBandCount);
-        if (moment) {
-            add_equal_bins<FourVector>(moment + bin * 4, count, stays, directions,
-                                       out_moment + out * 4);
+        if (intensity) {
+            add_equal_bins<FourVector>(intensity + bin * 4, count, stays, directions,
+                                       out_intensity + out * 4);
         } else {
-            add_equal_bins<float>(sum + bin, count, stays, directions, out_moment + out * 4);
+            add_equal_bins<float>(sum + bin, count, stays, directions, out_intensity + out * 4);
         }
         return bin + count;
     }
@@ -83,8 +83,8 @@ std::size_t add_bins(const float* energy, const float* sum, const float* moment,
         add_divided<BandVector>(weights * load<BandVector>(energy + bin * kBandCount), stays,
                                 out_energy + out * kBandCount);
         add_divided<FourVector>(
-            moment ? directions * load<FourVector>(moment + bin * 4) : directions * sum[bin], stays,
-            out_moment + out * 4);
+            intensity ? directions * load<FourVector>(intensity + bin * 4) : directions * sum[bin],
+            stays, out_intensity + out * 4);
         x += ratio;
         if (x >= 1) {
             x -= 1;
@@ -97,7 +97,7 @@ std::size_t add_bins(const float* energy, const float* sum, const float* moment,
 }  // namespace
 
 ShiftedHistogram::ShiftedHistogram(const TimeBins& bins)
-    : bins_(bins), energy_((bins.count() + 1) * kBandCount), moment_((bins.count() + 1) * 4) {
+    : bins_(bins), energy_((bins.count() + 1) * kBandCount), intensity_((bins.count() + 1) * 4) {
     for (std::size_t k = 0; k < bins.count(); ++k) {
         const auto width_s = static_cast<float>(bins.end_s(k) - bins.begin_s(k));
         if (regions_.empty() || std::abs(regions_.back().width_s - width_s) > 1e-6F) {
@@ -113,7 +113,7 @@ void ShiftedHistogram::add(const TimeHistogram& histogram, std::size_t first_bin
     float weighted = 0;
     for (std::size_t b = 0; b < kBandCount; ++b) weighted += weight[b] * histogram.total[b];
     const float mean_weight = weighted / histogram.total.sum();
-    const bool directed = !histogram.moment.empty();
+    const bool directed = !histogram.intensity.empty();
     const Vec3 mean = directed ? Vec3(mean_weight) : direction * mean_weight;
     const std::array<float, 4> factors{mean.x, mean.y, mean.z, 0};
     for (const Region& in : regions_) {
@@ -128,9 +128,9 @@ void ShiftedHistogram::add(const TimeHistogram& histogram, std::size_t first_bin
             const auto x =
                 static_cast<float>((begin_s - bins_.begin_s(out)) / double{region->width_s});
             bin = add_bins(histogram.energy.data(), histogram.sum.data(),
-                           directed ? histogram.moment.data() : nullptr, bin, end,
+                           directed ? histogram.intensity.data() : nullptr, bin, end,
                            in.width_s / region->width_s, weight.value.data(), factors.data(), x,
-                           out, region->end_bin, energy_.data(), moment_.data());
+                           out, region->end_bin, energy_.data(), intensity_.data());
         }
     }
 }
@@ -141,8 +141,8 @@ Bands ShiftedHistogram::energy(std::size_t bin) const {
     return energy;
 }
 
-Vec3 ShiftedHistogram::moment(std::size_t bin) const {
-    return {moment_[bin * 4], moment_[bin * 4 + 1], moment_[bin * 4 + 2]};
+Vec3 ShiftedHistogram::intensity(std::size_t bin) const {
+    return {intensity_[bin * 4], intensity_[bin * 4 + 1], intensity_[bin * 4 + 2]};
 }
 
 }  // namespace aula

@@ -10,10 +10,10 @@ namespace aula {
 
 /// Energies and their directions over time bins, in single precision.
 struct TimeHistogram {
-    std::vector<float> energy;  ///< [bin][band]
-    std::vector<float> sum;     ///< [bin], over bands
-    std::vector<float> moment;  ///< [bin][4] sum times direction, and 0; empty: without directions
-    Bands total;                ///< over bins
+    std::vector<float> energy;     ///< [bin][band]
+    std::vector<float> sum;        ///< [bin], over bands
+    std::vector<float> intensity;  ///< [bin][4] and 0; empty: without directions
+    Bands total;                   ///< over bins
 };
 
 /// A sum of histograms, each delayed. Energy is uniform in time inside a bin. A delayed bin divides
@@ -32,8 +32,8 @@ class ShiftedHistogram {
 
     Bands energy(std::size_t bin) const;
 
-    /// Sum of energy times direction.
-    Vec3 moment(std::size_t bin) const;
+    /// See EnergyResponse::intensity.
+    Vec3 intensity(std::size_t bin) const;
 
  private:
     /// Consecutive bins of equal width.
@@ -47,8 +47,8 @@ class ShiftedHistogram {
     std::vector<Region> regions_;
 
     // One bin more than the bins receives the overflow at the end.
-    std::vector<float> energy_;  ///< [bin][band]
-    std::vector<float> moment_;  ///< [bin][4]
+    std::vector<float> energy_;     ///< [bin][band]
+    std::vector<float> intensity_;  ///< [bin][4]
 };
 
 }  // namespace aula

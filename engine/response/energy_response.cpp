@@ -6,6 +6,20 @@
 
 namespace aula {
 
+EnergyResponse EnergyResponse::silent(const TimeBins& bins, float speed_of_sound_m_s) {
+    EnergyResponse response;
+    response.bins = bins;
+    response.speed_of_sound_m_s = speed_of_sound_m_s;
+    response.energy.resize(bins.count());
+    response.intensity.resize(bins.count());
+    return response;
+}
+
+void EnergyResponse::clear_bins() {
+    std::fill(energy.begin(), energy.end(), Bands{});
+    std::fill(intensity.begin(), intensity.end(), Vec3(0));
+}
+
 double EnergyResponse::total(std::size_t band) const {
     double sum = 0;
     for (const Bands& e : energy) sum += double{e[band]};

@@ -120,7 +120,7 @@ struct ImpulseResponseBuilder::State {
 
     std::shared_ptr<const NoiseCarriers> carriers_;
     std::size_t length_samples_;
-    DirectionalCovariance field_;
+    DirectionalCovariance covariance_;
     std::vector<Channel> channels_;  ///< before mixing
     TimeBins bins_;                  ///< time axis of the moments
 };
@@ -130,8 +130,8 @@ ImpulseResponseBuilder::State::State(std::shared_ptr<const NoiseCarriers> carrie
     : carriers_(std::move(carriers)),
       length_samples_(
           static_cast<std::size_t>(std::ceil(length_s * carriers_->sample_rate_hz() - 1e-6))),
-      field_(ambisonic_order),
-      channels_(field_.channels()) {
+      covariance_(ambisonic_order),
+      channels_(covariance_.channels()) {
     assert(length_s > 0);
     for (std::size_t c = 0; c < channels_.size(); ++c) {
         channels_[c].offset = carriers_->offset(source, c);
@@ -170,12 +170,12 @@ std::vector<Segment> ImpulseResponseBuilder::State::envelope(const EnergyRespons
     std::vector<Knot> knots;
     knots.reserve(2 * bins.count() + 1);
     Bands before;
-    Vec3 direction_before{0};
+    Vec3 intensity_before{0};
     float energy_before = 0;
     for (std::size_t i = 0; i <= bins.count(); ++i) {
         const bool inside = i < bins.count();
         Bands a;
-        const Vec3 direction = inside ? energy.direction[i] : Vec3{0};
+        const Vec3 intensity = inside ? energy.intensity[i] : Vec3{0};
         const float sum = inside ? energy.energy[i].sum() : 0;
         if (inside) {
             // p^2 = 4 pi I, spread over the bin's samples.
@@ -189,7 +189,7 @@ std::vector<Segment> ImpulseResponseBuilder::State::envelope(const EnergyRespons
                 std::min(std::sqrt(before[b] * a[b]), std::sqrt(3.0F) * std::min(before[b], a[b]));
         }
         if (sum + energy_before > 0) {
-            edge.direction = (direction_before + direction) / (energy_before + sum);
+            edge.direction = (intensity_before + intensity) / (energy_before + sum);
         } else if (i > 0) {
             edge.direction = knots.back().direction;  // spread energy keeps its direction
         }
@@ -205,9 +205,9 @@ std::vector<Segment> ImpulseResponseBuilder::State::envelope(const EnergyRespons
         knots.push_back(edge);
         if (!inside) break;
         const double centre_s = 0.5 * (bins.begin_s(i) + bins.end_s(i));
-        knots.push_back({cell_at(centre_s), {}, sum > 0 ? direction / sum : edge.direction});
+        knots.push_back({cell_at(centre_s), {}, sum > 0 ? intensity / sum : edge.direction});
         before = a;
-        direction_before = direction;
+        intensity_before = intensity;
         energy_before = sum;
     }
 
@@ -320,9 +320,9 @@ void ImpulseResponseBuilder::State::build(const EnergyResponse& energy, ImpulseR
     std::vector<Bands> gain;
     for (const Channel& channel : channels_) gain.push_back(gains(channel, segments, wanted));
 
-    std::vector<float> mixing(field_.triangle());
-    std::vector<float> mixing_end(field_.triangle());
-    std::vector<float> slope(field_.triangle());
+    std::vector<float> mixing(covariance_.triangle());
+    std::vector<float> mixing_end(covariance_.triangle());
+    std::vector<float> slope(covariance_.triangle());
     std::vector<float> noises(channels_.size() * kChunk_samples);
     std::size_t filled = 0;
     for (const Segment& s : segments) {
@@ -330,8 +330,8 @@ void ImpulseResponseBuilder::State::build(const EnergyResponse& energy, ImpulseR
         const std::size_t end = std::min(first_sample(s.end_cell), length_samples_);
         if (begin >= end) break;
         filled = end;
-        if (&s == &segments.front()) field_.mixing(s.direction, mixing.data());
-        field_.mixing(s.direction_end, mixing_end.data());
+        if (&s == &segments.front()) covariance_.mixing(s.direction, mixing.data());
+        covariance_.mixing(s.direction_end, mixing_end.data());
         const auto per_sample =
             static_cast<float>(1 / (start_samples(s.end_cell) - start_samples(s.begin_cell)));
         for (std::size_t i = 0; i < slope.size(); ++i) {

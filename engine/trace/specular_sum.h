@@ -14,7 +14,7 @@ namespace aula {
 /// image, and contribute while that image is not tried. [propagation thread]
 class SpecularSum {
  public:
-    explicit SpecularSum(const EnergyResponse& empty) : sum_(empty) {}
+    explicit SpecularSum(const EnergyResponse& silent) : sum_(silent) {}
 
     /// Removes all contributions.
     void clear();
@@ -36,7 +36,7 @@ class SpecularSum {
 
     struct Detected {
         Bands energy;
-        Vec3 direction{0};  ///< sum over all bands of energy times direction
+        Vec3 intensity{0};  ///< see EnergyResponse::intensity
         double length_m = 0;
         double count = 0;
     };

@@ -40,13 +40,10 @@ Reference::Estimate energy_up_to(int order, const Scene& scene, const Vec3& sour
 
 /// A response of one arrival in one direction at a time.
 EnergyResponse arrival_at(double time_s, float energy, const Vec3& direction) {
-    EnergyResponse response;
-    response.bins = TimeBins(0.6);
-    response.energy.resize(response.bins.count());
-    response.direction.resize(response.bins.count(), Vec3(0));
+    EnergyResponse response = EnergyResponse::silent(TimeBins(0.6));
     const std::size_t bin = response.bins.index(time_s);
     response.energy[bin] = Bands::filled(energy / kBandCount);
-    response.direction[bin] = energy * direction;
+    response.intensity[bin] = energy * direction;
     return response;
 }
 

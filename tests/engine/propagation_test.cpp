@@ -59,7 +59,7 @@ TEST_CASE("with tau = 0 the cache has the energies of plain path tracing to the 
             for (const auto& [path, sums] : plain) {
                 const auto* entry = cache.find({path.first, path.second});
                 REQUIRE(entry);
-                CHECK(entry->intensity_sum == sums);
+                CHECK(entry->energy_sum == sums);
             }
         }
     }
@@ -256,7 +256,7 @@ TEST_CASE("the same seed gives identical responses with one thread and with thre
         for (std::size_t i = 0; i < results[0].size(); ++i) {
             CHECK(total(results[0][i]) > 0);
             CHECK(results[0][i].energy == results[1][i].energy);
-            CHECK(results[0][i].direction == results[1][i].direction);
+            CHECK(results[0][i].intensity == results[1][i].intensity);
             REQUIRE(results[0][i].paths.size() == results[1][i].paths.size());
             for (std::size_t p = 0; p < results[0][i].paths.size(); ++p) {
                 CHECK(results[0][i].paths[p].energy == results[1][i].paths[p].energy);
@@ -369,7 +369,7 @@ TEST_CASE("directions point to the origin of the sound") {
         Vec3 sum(0);
         float energy = 0;
         for (std::size_t k = 0; k < r.bins.count(); ++k) {
-            sum += r.direction[k];
+            sum += r.intensity[k];
             energy += r.energy[k].sum();
         }
         CAPTURE(estimator_name(estimator));

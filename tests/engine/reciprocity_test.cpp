@@ -44,14 +44,14 @@ void read(const EnergyResponse& response, Figures& figures) {
         for (const std::size_t band : {0U, 3U, 5U, 7U}) {
             add(test::energy_between(response, edges_s[part], edges_s[part + 1], band));
         }
-        double moment[3] = {0, 0, 0};
+        double intensity[3] = {0, 0, 0};
         for (std::size_t k = 0; k < response.bins.count(); ++k) {
             const double begin_s = response.bins.begin_s(k);
             if (begin_s < edges_s[part] || begin_s >= edges_s[part + 1]) continue;
             for (int axis = 0; axis < 3; ++axis)
-                moment[axis] += double{response.direction[k][axis]};
+                intensity[axis] += double{response.intensity[k][axis]};
         }
-        for (const double m : moment) add(m);
+        for (const double i : intensity) add(i);
     }
 }
 

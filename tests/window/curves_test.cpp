@@ -10,13 +10,11 @@ namespace {
 
 /// A decay of 60 dB a second in every band, with a direct sound at 10 ms.
 EnergyResponse decaying() {
-    EnergyResponse response;
-    response.bins = TimeBins(1.0);
+    EnergyResponse response = EnergyResponse::silent(TimeBins(1.0));
     for (std::size_t bin = 0; bin < response.bins.count(); ++bin) {
         const auto energy_to = [&](double time_s) { return std::pow(10.0, -6 * time_s); };
-        response.energy.push_back(Bands::filled(static_cast<float>(
-            energy_to(response.bins.begin_s(bin)) - energy_to(response.bins.end_s(bin)))));
-        response.direction.push_back(Vec3(0));
+        response.energy[bin] = Bands::filled(static_cast<float>(
+            energy_to(response.bins.begin_s(bin)) - energy_to(response.bins.end_s(bin))));
     }
     return response;
 }

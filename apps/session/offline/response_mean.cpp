@@ -20,7 +20,7 @@ void ResponseMean::begin_like(const EnergyResponse& response) {
     if (count_ > 0) return;
     first_ = response;
     energy_.resize(response.energy.size());
-    direction_.resize(response.direction.size());
+    intensity_.resize(response.intensity.size());
 }
 
 void ResponseMean::add(const EnergyResponse& response) {
@@ -29,7 +29,7 @@ void ResponseMean::add(const EnergyResponse& response) {
     for (std::size_t bin = 0; bin < energy_.size(); ++bin) {
         for (std::size_t band = 0; band < kBandCount; ++band)
             energy_[bin][band] += static_cast<double>(response.energy[bin][band]);
-        direction_[bin] += glm::dvec3(response.direction[bin]);
+        intensity_[bin] += glm::dvec3(response.intensity[bin]);
     }
     for (const SpecularPath& path : response.paths) {
         PathSum& sum = paths_.try_emplace(path.id, PathSum{path}).first->second;
@@ -45,7 +45,7 @@ void ResponseMean::add(const ResponseMean& other) {
     for (std::size_t bin = 0; bin < energy_.size(); ++bin) {
         for (std::size_t band = 0; band < kBandCount; ++band)
             energy_[bin][band] += other.energy_[bin][band];
-        direction_[bin] += other.direction_[bin];
+        intensity_[bin] += other.intensity_[bin];
     }
     for (const auto& [id, path] : other.paths_) {
         PathSum& sum = paths_.try_emplace(id, PathSum{path.path}).first->second;
@@ -59,7 +59,7 @@ EnergyResponse ResponseMean::value() const {
     const double share = 1.0 / static_cast<double>(count_);
     for (std::size_t bin = 0; bin < energy_.size(); ++bin) {
         mean.energy[bin] = scaled(energy_[bin], share);
-        mean.direction[bin] = Vec3(direction_[bin] * share);
+        mean.intensity[bin] = Vec3(intensity_[bin] * share);
     }
     mean.paths.clear();
     for (const auto& [id, sum] : paths_) {

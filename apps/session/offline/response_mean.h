@@ -34,7 +34,7 @@ class ResponseMean {
     std::size_t count_ = 0;
     EnergyResponse first_;
     std::vector<Sums> energy_;           ///< [bin]
-    std::vector<glm::dvec3> direction_;  ///< [bin]
+    std::vector<glm::dvec3> intensity_;  ///< [bin]
     std::map<std::uint64_t, PathSum> paths_;
 };
 

@@ -19,20 +19,12 @@ Arrival arrival(std::uint64_t path, float length_m, float energy) {
     return {PathIdentifier{path, path}, 0, length_m, Vec3(0, 1, 0), Bands::filled(energy), 0};
 }
 
-EnergyResponse empty_response() {
-    EnergyResponse response;
-    response.bins = TimeBins(1);
-    response.energy.resize(response.bins.count());
-    response.direction.resize(response.bins.count());
-    return response;
-}
-
 void add_to(const DiffusePathCache& cache, EnergyResponse& response) {
     cache.add_to(SpecularSound{}, response);
 }
 
 double read_energy(const DiffusePathCache& cache) {
-    EnergyResponse response = empty_response();
+    EnergyResponse response = EnergyResponse::silent(TimeBins(1));
     add_to(cache, response);
     return response.total(0);
 }
@@ -116,13 +108,12 @@ TEST_CASE("an entry keeps the sums of Eq. 3.4 and reads out Eq. 3.2 and 3.3") {
     REQUIRE(entry);
     CHECK(entry->arrival_count == 2);
     CHECK(entry->emitted_count == kRays);
-    CHECK(entry->intensity_sum[3] ==
-          DiffusePathCache::to_fixed(1) + DiffusePathCache::to_fixed(0.5F));
-    EnergyResponse response = empty_response();
+    CHECK(entry->energy_sum[3] == DiffusePathCache::to_fixed(1) + DiffusePathCache::to_fixed(0.5F));
+    EnergyResponse response = EnergyResponse::silent(TimeBins(1));
     add_to(cache, response);
     const std::size_t bin = response.bins.index(11.0 / double{response.speed_of_sound_m_s});
     CHECK(response.energy[bin][0] == Approx(1.5 / kRays));
-    CHECK(response.direction[bin].y == Approx(8 * 1.5 / kRays));
+    CHECK(response.intensity[bin].y == Approx(8 * 1.5 / kRays));
     CHECK(response.total(0) == Approx(3.5 / kRays));
 }
 
@@ -172,10 +163,10 @@ TEST_CASE("the direction of a path is removed with its arrivals") {
     Arrival from_x = arrival(1, 10, 1);
     from_x.direction = Vec3(1, 0, 0);
     const auto direction = [&] {
-        EnergyResponse response = empty_response();
+        EnergyResponse response = EnergyResponse::silent(TimeBins(1));
         add_to(cache, response);
         Vec3 sum(0);
-        for (const Vec3& d : response.direction) sum += d;
+        for (const Vec3& d : response.intensity) sum += d;
         return sum;
     };
     for (int frame = 1; frame <= kWindow; ++frame) {

@@ -103,19 +103,12 @@ struct Rows {
             }
             // The direction is no longer than the energy.
             const double length = glm::length(direction[k]);
-            response.direction[k] = Vec3(direction[k] * (length > sum ? sum / length : 1.0));
+            response.intensity[k] = Vec3(direction[k] * (length > sum ? sum / length : 1.0));
         }
         return response;
     }
 
-    EnergyResponse silent() const {
-        EnergyResponse response;
-        response.bins = bins;
-        response.speed_of_sound_m_s = kSpeed_m_s;
-        response.energy.resize(bins.count());
-        response.direction.resize(bins.count());
-        return response;
-    }
+    EnergyResponse silent() const { return EnergyResponse::silent(bins, kSpeed_m_s); }
 };
 
 /// The largest difference of any energy or direction, over the largest energy of a bin.
@@ -128,7 +121,7 @@ double worst(const EnergyResponse& a, const EnergyResponse& b) {
             difference =
                 std::max(difference, double{std::abs(a.energy[k][band] - b.energy[k][band])});
         }
-        difference = std::max(difference, double{glm::length(a.direction[k] - b.direction[k])});
+        difference = std::max(difference, double{glm::length(a.intensity[k] - b.intensity[k])});
     }
     return max > 0 ? difference / max : difference;
 }

@@ -255,8 +255,8 @@ TEST_CASE("a listener's directions are those of the remaining frames, to the bit
             return true;
         };
         CHECK(same(a.sum, b.sum, kBins * kBandCount));
-        CHECK(same(a.moment, b.moment, kBins * 3));
-        if (b.moment && b.moment[3 * 3] != 0) ++held;
+        CHECK(same(a.intensity, b.intensity, kBins * 3));
+        if (b.intensity && b.intensity[3 * 3] != 0) ++held;
     }
     CHECK(held > 10);
 }

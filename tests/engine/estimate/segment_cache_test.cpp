@@ -42,18 +42,15 @@ void run(SegmentCache& segments, std::uint64_t first, std::uint64_t frames, floa
 /// `scale` times what is detected of the segments of one ray.
 EnergyResponse heard(const SegmentCache& segments, const Vec3& at, double scale) {
     static const RayScene open{Scene{}};
-    EnergyResponse response;
-    response.bins = TimeBins(0.2);
-    response.energy.resize(response.bins.count());
-    response.direction.resize(response.bins.count());
+    EnergyResponse response = EnergyResponse::silent(TimeBins(0.2));
     SpecularSum sum(response);
     segments.add_to(open, {at, kRadius_m}, false, segments.rays(), sum);
     sum.add_to(SpecularSound{}, response);
     for (Bands& energy : response.energy) {
         energy *= static_cast<float>(scale * static_cast<double>(sum.rays()));
     }
-    for (Vec3& direction : response.direction) {
-        direction *= static_cast<float>(scale * static_cast<double>(sum.rays()));
+    for (Vec3& intensity : response.intensity) {
+        intensity *= static_cast<float>(scale * static_cast<double>(sum.rays()));
     }
     return response;
 }
@@ -72,7 +69,7 @@ TEST_CASE(
         // The chord 0.3 m from the centre is 0.8 m long. Rounding of squares of 20 m: 1e-5 of it.
         const float energy = 0.5F * 0.8F / kVolume_m3 / kRays;
         CHECK(response.energy[bin][0] == Approx(energy).epsilon(1e-4));
-        CHECK(response.direction[bin].x == Approx(-8 * energy).epsilon(1e-4));
+        CHECK(response.intensity[bin].x == Approx(-8 * energy).epsilon(1e-4));
         CHECK(response.total(0) == Approx(double{energy}).epsilon(1e-4));
     }
     // Segments of a frame are tested many at a time.

@@ -135,7 +135,7 @@ TEST_CASE("energy after the last bin is lost, and only that") {
     }
 }
 
-TEST_CASE("moments are delayed as energies are, with the mean weight over the total") {
+TEST_CASE("intensities are delayed as energies are, with the mean weight over the total") {
     const TimeBins bins(0.9);
     TimeHistogram histogram = random_histogram(bins, 2, bins.count() - 30);
     const Vec3 direction(0.6F, 0, -0.8F);
@@ -144,11 +144,12 @@ TEST_CASE("moments are delayed as energies are, with the mean weight over the to
     ShiftedHistogram of_sums(bins);
     of_sums.add(histogram, 0, bins.count(), 0.0313, weight, direction);
     for (const float sum : histogram.sum) {
-        const Vec3 moment = sum * direction;
-        histogram.moment.insert(histogram.moment.end(), {moment.x, moment.y, moment.z, 0});
+        const Vec3 intensity = sum * direction;
+        histogram.intensity.insert(histogram.intensity.end(),
+                                   {intensity.x, intensity.y, intensity.z, 0});
     }
-    ShiftedHistogram of_moments(bins);
-    of_moments.add(histogram, 0, bins.count(), 0.0313, weight, Vec3(0, 1, 0));
+    ShiftedHistogram of_intensities(bins);
+    of_intensities.add(histogram, 0, bins.count(), 0.0313, weight, Vec3(0, 1, 0));
     double all = 0;
     double weighted = 0;
     for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -159,10 +160,11 @@ TEST_CASE("moments are delayed as energies are, with the mean weight over the to
     for (std::size_t k = 0; k < bins.count(); ++k) {
         CAPTURE(k);
         const double energy = double{later.energy(k).sum()} * weighted / all;
-        for (const ShiftedHistogram* sum : {&of_sums, &of_moments}) {
-            REQUIRE(double{sum->moment(k).x} == Approx(0.6 * energy).epsilon(2e-6).margin(1e-9));
-            REQUIRE(double{sum->moment(k).y} == 0);
-            REQUIRE(double{sum->moment(k).z} == Approx(-0.8 * energy).epsilon(2e-6).margin(1e-9));
+        for (const ShiftedHistogram* sum : {&of_sums, &of_intensities}) {
+            REQUIRE(double{sum->intensity(k).x} == Approx(0.6 * energy).epsilon(2e-6).margin(1e-9));
+            REQUIRE(double{sum->intensity(k).y} == 0);
+            REQUIRE(double{sum->intensity(k).z} ==
+                    Approx(-0.8 * energy).epsilon(2e-6).margin(1e-9));
         }
         for (std::size_t b = 0; b < kBandCount; ++b) {
             REQUIRE(double{of_sums.energy(k)[b]} ==

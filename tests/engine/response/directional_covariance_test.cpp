@@ -151,11 +151,10 @@ TEST_CASE("the covariance of the first-order channels with W is the mean directi
 }
 
 TEST_CASE("the channels of a lower order are the first channels of a higher order") {
-    EnergyResponse r;
-    r.bins = TimeBins(0.3);
+    EnergyResponse r = EnergyResponse::silent(TimeBins(0.3));
     for (std::size_t i = 0; i < r.bins.count(); ++i) {
-        r.energy.push_back(Bands::filled(1));
-        r.direction.push_back(Vec3(0.1F * static_cast<float>(i % 7), 0.2F, 0) * 8.0F);
+        r.energy[i] = Bands::filled(1);
+        r.intensity[i] = Vec3(0.1F * static_cast<float>(i % 7), 0.2F, 0) * 8.0F;
     }
     std::vector<ImpulseResponse> responses(4);
     const auto carriers = aula::make_noise_carriers(48000, 1);

@@ -10,13 +10,10 @@ namespace {
 
 /// Bins with ascending energies, and two paths: one within the response, one after its end.
 EnergyResponse example() {
-    EnergyResponse r;
-    r.bins = TimeBins(0.3);
-    r.speed_of_sound_m_s = 340;
+    EnergyResponse r = EnergyResponse::silent(TimeBins(0.3), 340);
     for (std::size_t i = 0; i < r.bins.count(); ++i) {
-        r.energy.push_back(Bands::filled(static_cast<float>(i + 1)));
+        r.energy[i] = Bands::filled(static_cast<float>(i + 1));
     }
-    r.direction.resize(r.bins.count());
     r.paths.push_back({.length_m = 3.4F + 0.17F, .energy = Bands::filled(1000)});  // 10.5 ms
     r.paths.push_back({.length_m = 3400, .energy = Bands::filled(1e6F)});
     return r;

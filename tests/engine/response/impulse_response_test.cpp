@@ -31,10 +31,7 @@ using BandSums = std::array<double, kBandCount>;
 /// Diffuse, energy per second e0 exp(-13.8155 t / T) from `begin_s` on.
 EnergyResponse decay(double length_s, const std::array<double, kBandCount>& time_s,
                      const std::array<double, kBandCount>& start, double begin_s = 0) {
-    EnergyResponse r;
-    r.bins = TimeBins(length_s);
-    r.energy.resize(r.bins.count());
-    r.direction.resize(r.bins.count());
+    EnergyResponse r = EnergyResponse::silent(TimeBins(length_s));
     for (std::size_t i = r.bins.index(begin_s); i < r.bins.count(); ++i) {
         for (std::size_t b = 0; b < kBandCount; ++b) {
             const double k = 6 * std::log(10.0) / time_s[b];
@@ -173,10 +170,7 @@ TEST_CASE("each octave has its own decay rate") {
 
 TEST_CASE("the smooth envelope preserves the energy of bins") {
     // Steps of +-6 dB and gaps; 8 kHz only, where the carrier has many degrees of freedom.
-    EnergyResponse r;
-    r.bins = TimeBins(1.0);
-    r.energy.resize(r.bins.count());
-    r.direction.resize(r.bins.count());
+    EnergyResponse r = EnergyResponse::silent(TimeBins(1.0));
     for (std::size_t i = 0; i < r.bins.count(); ++i) {
         r.energy[i][7] = i % 5 == 4 ? 0.0F : (i % 2 == 0 ? 1.0F : 4.0F);
     }
@@ -202,7 +196,7 @@ TEST_CASE("the smooth envelope preserves the energy of bins") {
 TEST_CASE("sound from one direction is a plane wave") {
     EnergyResponse r = decay(0.5, all(0.5), all(1), 0.01);
     for (std::size_t i = 0; i < r.bins.count(); ++i) {
-        r.direction[i] = Vec3(0, r.energy[i].sum(), 0);
+        r.intensity[i] = Vec3(0, r.energy[i].sum(), 0);
     }
     const ImpulseResponse ir = build(r, 0.5);
     double worst = 0;
@@ -220,13 +214,10 @@ TEST_CASE("sound from one direction is a plane wave") {
 
 TEST_CASE("energy spread beyond a bin keeps its direction") {
     // Bins with gaps; a period of 63 Hz is as long as 16 bins.
-    EnergyResponse r;
-    r.bins = TimeBins(0.2);
-    r.energy.resize(r.bins.count());
-    r.direction.resize(r.bins.count());
+    EnergyResponse r = EnergyResponse::silent(TimeBins(0.2));
     for (std::size_t i = 5; i + 30 < r.bins.count(); i += 11) {
         r.energy[i][0] = 1;
-        r.direction[i] = Vec3(0, 1, 0);
+        r.intensity[i] = Vec3(0, 1, 0);
     }
     const ImpulseResponse ir = build(r, 0.2);
     double worst = 0;
@@ -240,10 +231,7 @@ TEST_CASE("energy spread beyond a bin keeps its direction") {
 
 TEST_CASE("the energy of a bin is spread over a period of the band's centre frequency") {
     // 1 ms at 63 Hz; a carrier truncated to it would have energy in all octaves.
-    EnergyResponse r;
-    r.bins = TimeBins(0.1);
-    r.energy.resize(r.bins.count());
-    r.direction.resize(r.bins.count());
+    EnergyResponse r = EnergyResponse::silent(TimeBins(0.1));
     const std::size_t bin = r.bins.index(0.02);
     r.energy[bin][0] = 1;
     constexpr int kSources = 16;
@@ -281,10 +269,7 @@ TEST_CASE("the envelope starts where its first bin starts, to a hundredth of a s
             ImpulseResponseBuilder(noise, 0.5, "source", 0).build(r, ir);
             return ir.channels[0];
         };
-        EnergyResponse steady;
-        steady.bins = TimeBins(0.5);
-        steady.energy.resize(steady.bins.count());
-        steady.direction.resize(steady.bins.count());
+        EnergyResponse steady = EnergyResponse::silent(TimeBins(0.5));
         EnergyResponse silent = steady;
         for (std::size_t i = 0; i < steady.bins.count(); ++i) {
             steady.energy[i][7] = static_cast<float>(steady.bins.end_s(i) - steady.bins.begin_s(i));
@@ -324,15 +309,12 @@ TEST_CASE("the envelope starts where its first bin starts, to a hundredth of a s
 
 TEST_CASE("between two bins the direction is the energy-weighted mean of both") {
     // At 8 kHz, where the carrier has many degrees of freedom; energies three to one.
-    EnergyResponse r;
-    r.bins = TimeBins(0.4);
-    r.energy.resize(r.bins.count());
-    r.direction.resize(r.bins.count());
+    EnergyResponse r = EnergyResponse::silent(TimeBins(0.4));
     const std::size_t bin = r.bins.index(0.3);
     r.energy[bin][7] = 3;
-    r.direction[bin] = Vec3(0, 3, 0);
+    r.intensity[bin] = Vec3(0, 3, 0);
     r.energy[bin + 1][7] = 1;
-    r.direction[bin + 1] = Vec3(0, -1, 0);
+    r.intensity[bin + 1] = Vec3(0, -1, 0);
     const auto at = [&](double time_s) {
         return static_cast<std::size_t>(time_s * kRate_hz + 0.5);
     };
@@ -412,7 +394,7 @@ TEST_CASE("a diffuse field has a third of the energy of W on each axis, all inde
 TEST_CASE("a partly directed field has the mean direction and the energy of the response") {
     EnergyResponse r = decay(1.0, all(2.0), all(1));
     for (std::size_t i = 0; i < r.bins.count(); ++i) {
-        r.direction[i] = Vec3(0.4F, 0, -0.3F) * r.energy[i].sum();
+        r.intensity[i] = Vec3(0.4F, 0, -0.3F) * r.energy[i].sum();
     }
     const ImpulseResponse ir = build(r, 1.0);
     const double w = energy_of(ir.channels[0]);
@@ -459,11 +441,9 @@ TEST_CASE("tails of sources of the same energy are uncorrelated and add by 3 dB"
 
 TEST_CASE("tails of different sources are uncorrelated at every lag") {
     // White and stationary: a shift of the same noise would be detected at any lag.
-    EnergyResponse r;
-    r.bins = TimeBins(0.5);
+    EnergyResponse r = EnergyResponse::silent(TimeBins(0.5));
     for (std::size_t i = 0; i < r.bins.count(); ++i) {
-        r.energy.push_back(Bands::filled(static_cast<float>(r.bins.end_s(i) - r.bins.begin_s(i))));
-        r.direction.emplace_back(0);
+        r.energy[i] = Bands::filled(static_cast<float>(r.bins.end_s(i) - r.bins.begin_s(i)));
     }
     const ImpulseResponse left = build(r, 0.5, 1, "left");
     const ImpulseResponse right = build(r, 0.5, 1, "right");
@@ -501,11 +481,9 @@ TEST_CASE("a source uses less than 2 MB besides the shared carriers at 2 s and a
 TEST_CASE("a builder accepts responses with different bins alternately") {
     ImpulseResponseBuilder builder(carriers(1), 0.5, "source");
     EnergyResponse fine = decay(0.5, all(0.5), all(1));
-    EnergyResponse coarse;
-    coarse.bins = TimeBins(0.5, 3);
+    EnergyResponse coarse = EnergyResponse::silent(TimeBins(0.5, 3));
     for (std::size_t i = 0; i < coarse.bins.count(); ++i) {
-        coarse.energy.push_back(Bands::filled(static_cast<float>(i % 3)));
-        coarse.direction.emplace_back(0);
+        coarse.energy[i] = Bands::filled(static_cast<float>(i % 3));
     }
     ImpulseResponse again, alone;
     builder.build(fine, again);

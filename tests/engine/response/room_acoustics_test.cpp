@@ -29,14 +29,7 @@ void add_decay(EnergyResponse& r, double energy, double decay_s) {
     }
 }
 
-EnergyResponse silence(double length_s) {
-    EnergyResponse r;
-    r.bins = TimeBins(length_s);
-    r.speed_of_sound_m_s = 340;
-    r.energy.resize(r.bins.count());
-    r.direction.resize(r.bins.count());
-    return r;
-}
+EnergyResponse silence(double length_s) { return EnergyResponse::silent(TimeBins(length_s), 340); }
 
 /// Direct sound and an exponential decay.
 EnergyResponse example(double length_s, double direct, double late, double decay_s) {

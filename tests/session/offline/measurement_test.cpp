@@ -225,10 +225,7 @@ TEST_CASE("Standard errors of the mean's parameters are those of repeated means"
     constexpr int kWindows = 50;
     std::mt19937 random(7);
     std::normal_distribution<double> normal;
-    EnergyResponse window;
-    window.bins = TimeBins(1.0);
-    window.energy.resize(window.bins.count());
-    window.direction.resize(window.bins.count());
+    EnergyResponse window = EnergyResponse::silent(TimeBins(1.0));
     const auto draw = [&](WindowedMean& mean) {
         const double level = 1 + 0.1 * normal(random);
         const double time_s = 0.5 * (1 + 0.1 * normal(random));

@@ -24,16 +24,31 @@ struct SpecularPath {
 /// Time 0 is the emission. Direct sound and image sources are discrete paths; all other energy is
 /// sorted into time bins.
 struct EnergyResponse {
-    TimeBins bins;                      ///< time axis of `energy` and `direction`
+    TimeBins bins;                      ///< time axis of `energy` and `intensity`
     float speed_of_sound_m_s = 343.2F;  ///< converts lengths of paths to times
     std::vector<Bands> energy;          ///< [bin] without `paths`
-    /// [bin] The active intensity vector: the sum over arrivals and octave bands of the energy
-    /// times the unit direction to where the sound comes from, world axes. Divided by the sum of
-    /// the bin's energies, its length is 1 if all sound comes from one direction and 0 in a diffuse
-    /// field.
-    std::vector<Vec3> direction;
+    /// [bin] The active intensity vector, reversed to point to where the sound comes from: the sum
+    /// over arrivals and octave bands of the energy times the unit direction of arrival, world
+    /// axes. Divided by the sum of the bin's energies, its length is 1 if all sound comes from one
+    /// direction and 0 in a diffuse field.
+    std::vector<Vec3> intensity;
     /// Discrete paths by ascending length. Paths that arrive after the last bin are included.
     std::vector<SpecularPath> paths;
+
+    /// A response without energy.
+    static EnergyResponse silent(const TimeBins& bins, float speed_of_sound_m_s = 343.2F);
+
+    /// Sets energy and intensity of all bins to zero; `paths` remain.
+    void clear_bins();
+
+    /// Adds the energy of a path of that length, and its intensity, to the bin of its arrival.
+    /// After the last bin nothing is added.
+    void add(double length_m, const Bands& arrived, const Vec3& arrived_intensity) {
+        const std::size_t bin = bins.index(length_m / double{speed_of_sound_m_s});
+        if (bin >= bins.count()) return;
+        energy[bin] += arrived;
+        intensity[bin] += arrived_intensity;
+    }
 
     /// Time of arrival of a path in s after the emission.
     double arrival_s(const SpecularPath& path) const {
