@@ -5,7 +5,6 @@
 #include <glm/geometric.hpp>
 #include <thread>
 
-#include "aula/exception.h"
 #include "engine/base/sampling.h"
 #include "engine/base/stopwatch.h"
 #include "engine/base/worker_pool.h"
@@ -25,25 +24,6 @@ enum class SeedPurpose : std::uint64_t { frame = 1, survey = 3, specular = 5, co
 
 int default_threads() {
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) - 1);
-}
-
-void check(const Simulation& simulation) {
-    const auto need = [](bool holds, const char* what) {
-        if (!holds) throw InputError(std::string("simulation: ") + what);
-    };
-    need(simulation.rays >= 1, "rays is below 1");
-    need(simulation.order >= 0, "order is below 0");
-    need(simulation.specular_order >= 0, "specular_order is below 0");
-    need(simulation.specular_order <= Simulation::kHighestSpecularOrder,
-         "specular_order is above 100");
-    need(simulation.patch_size_m > 0, "patch_size_m is not above 0");
-    need(simulation.listener_radius_m > 0, "listener_radius_m is not above 0");
-    need(simulation.frame_rate_hz > 0, "frame_rate_hz is not above 0");
-    need(simulation.response_time_s >= 0, "response_time_s is below 0");
-    need(simulation.memory_mb >= 1, "memory_mb is below 1");
-    need(!simulation.threads || *simulation.threads >= 1, "threads is below 1");
-    need(!simulation.ir_length_s || (*simulation.ir_length_s > 0 && *simulation.ir_length_s <= 10),
-         "ir_length_s is not between 0 and 10");
 }
 
 }  // namespace
@@ -71,7 +51,7 @@ struct Propagation::State {
 
     State(const Scene& given, const Simulation& settings, std::size_t listeners)
         : scene(given),
-          simulation((check(settings), settings)),
+          simulation((settings.check(), settings)),
           listener_count(listeners),
           speed_of_sound_m_s(scene.medium.speed_of_sound_m_s()),
           attenuation_per_m(scene.medium.attenuation_per_m()),

@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "aula/engine/simulation.h"
 #include "engine/estimate/emission_plan.h"
 #include "engine/estimate/final_gather.h"
 #include "engine/estimate/pair_response.h"

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "aula/engine/scene.h"
+#include "aula/engine/simulation.h"
 #include "engine/base/worker_pool.h"
 #include "engine/estimate/diffuse_path_cache.h"
 #include "engine/estimate/response_estimator.h"

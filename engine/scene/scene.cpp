@@ -15,18 +15,6 @@
 namespace aula {
 namespace {
 
-struct EstimatorName {
-    Estimator estimator;
-    const char* name;
-};
-
-constexpr EstimatorName kEstimatorNames[] = {
-    {Estimator::pt, "pt"},
-    {Estimator::dpc_published, "dpc-published"},
-    {Estimator::dpc, "dpc"},
-    {Estimator::patch, "patch"},
-};
-
 Pose interpolate(const Pose& a, const Pose& b, float weight) {
     const auto mix = [weight](const auto& x, const auto& y) { return x + weight * (y - x); };
     return {mix(a.position, b.position), mix(a.yaw_rad, b.yaw_rad), mix(a.pitch_rad, b.pitch_rad),
@@ -103,25 +91,6 @@ Bounds geometry_bounds(const std::vector<Object>& objects) {
         }
     }
     return bounds;
-}
-
-const char* estimator_name(Estimator estimator) {
-    const auto* entry = std::find_if(std::begin(kEstimatorNames), std::end(kEstimatorNames),
-                                     [=](const auto& e) { return e.estimator == estimator; });
-    assert(entry != std::end(kEstimatorNames));
-    return entry->name;
-}
-
-std::optional<Estimator> estimator_from_name(const std::string& name) {
-    for (const EstimatorName& entry : kEstimatorNames) {
-        if (name == entry.name) return entry.estimator;
-    }
-    return std::nullopt;
-}
-
-int Simulation::window_frames() const {
-    constexpr float kMax = 1e9F;  // fits an int
-    return static_cast<int>(std::clamp(std::round(response_time_s * frame_rate_hz), 1.0F, kMax));
 }
 
 Material Scene::find_material(const std::string& name) const {

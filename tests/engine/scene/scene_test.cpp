@@ -106,29 +106,6 @@ TEST_CASE("world vertices are rotated about the local origin, then moved by path
     check_near(object.world_vertices(1)[1], {100, 10, 2});
 }
 
-TEST_CASE("estimators are selected by their exact names only") {
-    using aula::Estimator;
-    for (const auto e :
-         {Estimator::pt, Estimator::dpc_published, Estimator::dpc, Estimator::patch}) {
-        CHECK(aula::estimator_from_name(aula::estimator_name(e)) == e);
-    }
-    CHECK(aula::estimator_name(Estimator::dpc_published) == std::string("dpc-published"));
-    CHECK_FALSE(aula::estimator_from_name("dpc_published").has_value());
-    CHECK_FALSE(aula::estimator_from_name("").has_value());
-}
-
-TEST_CASE("the window is the rounded number of frames in the response time, at least one") {
-    aula::Simulation s;
-    CHECK(s.window_frames() == 15);
-    s.response_time_s = 0;
-    CHECK(s.window_frames() == 1);
-    s.response_time_s = 0.05F;
-    CHECK(s.window_frames() == 2);
-    s.response_time_s = 1;
-    s.frame_rate_hz = 2.4F;
-    CHECK(s.window_frames() == 2);
-}
-
 TEST_CASE(
     "the bounds of geometry contain its vertices at every point of their paths; those of boxes are "
     "exact") {

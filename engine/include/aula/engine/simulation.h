@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace aula {
+
+/// How energy responses are estimated (docs/algorithm.md).
+enum class Estimator {
+    pt,             ///< path tracing of each frame without a cache: the baseline of comparisons
+    dpc_published,  ///< diffuse path cache as published, whose energies are biased
+    dpc,            ///< diffuse path cache that averages over the last `response_time_s`
+    patch           ///< energies cached by patches, with final gather: the least noise
+};
+
+/// The name in scene files and on the command line: "pt", "dpc-published", "dpc", "patch".
+const char* estimator_name(Estimator estimator);
+
+/// The estimator of that name; empty for any other name.
+std::optional<Estimator> estimator_from_name(const std::string& name);
+
+/// The settings of the propagation: the "simulation" object of a scene file.
+struct Simulation {
+    /// Largest number of rays: those of a source in one frame and their results have to fit in
+    /// memory.
+    static constexpr int kMaxRays = 200'000;
+    /// Highest order of image sources: the time for those of a frame increases with its square.
+    static constexpr int kHighestSpecularOrder = 100;
+
+    Estimator estimator = Estimator::patch;  ///< how energy responses are estimated
+    int rays = 1000;         ///< rays per source and frame, 1 to kMaxRays; more rays, less noise
+    int order = 0;           ///< highest reflection order of all paths; 0: no limit
+    int specular_order = 3;  ///< highest order of the image sources, 0 to kHighestSpecularOrder
+    bool specular = true;    ///< false omits purely specular paths
+    bool direct = true;      ///< false omits the direct sound
+    /// tau: the time over which the caches average, >= 0. Longer: less noise, but slower reaction
+    /// to movement.
+    float response_time_s = 0.5F;
+    float patch_size_m = 0.5F;         ///< lambda: edge length of the patches, above 0
+    float listener_radius_m = 0.5F;    ///< radius of the spheres that detect rays at a listener
+    float frame_rate_hz = 30;          ///< propagation frames per second, above 0 to 1000
+    std::optional<float> ir_length_s;  ///< length of the responses, above 0 to 10 s; if absent:
+                                       ///< from the reverberation time of the room, at most 4 s
+    std::uint64_t seed = 1;            ///< seed of all random numbers
+    std::optional<int> threads;  ///< threads for tracing, >= 1; if absent: all processors but one
+    int memory_mb = 256;         ///< memory of all caches in 10^6 bytes, >= 1
+
+    /// True if all settings are equal.
+    friend bool operator==(const Simulation&, const Simulation&) = default;
+
+    /// `response_time_s` in frames: F = max(1, round(tau * frame rate)).
+    int window_frames() const;
+
+    /// Throws InputError if a value is out of its range.
+    void check() const;
+};
+
+}  // namespace aula
