@@ -97,7 +97,7 @@ struct Propagation::State {
         double length_s = double{reverberation_time_s(survey, scene.medium).max()};
         // In the open the response must be long enough for the direct sound as well.
         Bounds bounds;
-        for (const Vec3& point : inside) bounds.add(point);
+        bounds.add(inside);
         length_s =
             std::max(length_s, 0.1 + double{bounds.diagonal_m()} / double{speed_of_sound_m_s});
         return std::clamp(length_s, kShortestDefaultResponse_s, kLongestDefaultResponse_s);

@@ -134,12 +134,6 @@ class DeviceNews {
 constexpr const char* kKeysText =
     "w/s or up/down: walk, a/d: step sideways, left/right: turn, q: quit, ?: these keys";
 
-std::vector<std::string> source_names(const Scene& scene) {
-    std::vector<std::string> names;
-    for (const Source& source : scene.sources) names.push_back(source.name);
-    return names;
-}
-
 /// Replaces materials as requested by OSC messages.
 void replace_materials(OscRemote& remote, Scene& scene, Player& player,
                        const SessionOptions& session) {
@@ -164,7 +158,7 @@ int play_in_terminal(const Arguments& arguments) {
     Player player(scene, session);
     warn(player.warnings(), arguments.quiet);
     std::optional<OscRemote> remote;
-    if (arguments.osc) remote.emplace(*arguments.osc, player, source_names(scene));
+    if (arguments.osc) remote.emplace(*arguments.osc, player, scene.sources);
     PlayStatus status = player.status();
     {
         StatusLine line(!arguments.quiet);

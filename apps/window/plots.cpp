@@ -148,7 +148,7 @@ void draw_impulse_response(const FrameView& view, ImVec2 size, double to_s) {
     float loudest = 1e-6F;
     for (const float p : view.impulse_response) loudest = std::max(loudest, p);
     for (const SpecularPath& path : view.response.paths)
-        loudest = std::max(loudest, std::sqrt(12.566F * path.energy.max()));
+        loudest = std::max(loudest, std::sqrt(squared_pressure(path.energy.max())));
     const float top_db = up_to_ten(20 * std::log10(loudest));
     Plot plot("Impulse response", "dB re 1 m", size, to_s, top_db - 80, top_db);
     std::vector<float> levels_db;
@@ -157,9 +157,8 @@ void draw_impulse_response(const FrameView& view, ImVec2 size, double to_s) {
     plot.area(levels_db, view.length_s / static_cast<double>(levels_db.size()),
               packed(kDiffuse, 0.9F));
     for (auto path = view.response.paths.rbegin(); path != view.response.paths.rend(); ++path) {
-        // p^2 = 4 pi I.
         const float level_db =
-            energy_db(12.566 * static_cast<double>(path->energy.sum()) / kBandCount);
+            energy_db(squared_pressure(static_cast<double>(path->energy.sum())) / kBandCount);
         plot.stem(view.response.arrival_s(*path), level_db,
                   packed(path->order == 0 ? kDirect : kSpecular, path->order == 0 ? 1 : 0.8F),
                   path->order == 0 ? 2.0F : 1.0F);

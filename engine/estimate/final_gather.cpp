@@ -293,7 +293,7 @@ void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, d
             energy += part->energy(k);
             intensity += part->intensity(k);
         }
-        // Directions are weighted by a row's whole spectrum, which may differ from that of one bin.
+        // The intensity is weighted by a row's whole spectrum, which may differ from that of a bin.
         const float length = glm::length(intensity);
         if (length > energy.sum()) intensity *= energy.sum() / length;
         response.energy[k] += energy;

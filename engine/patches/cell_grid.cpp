@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <glm/common.hpp>
-#include <limits>
 #include <map>
 #include <vector>
 
@@ -75,16 +73,10 @@ std::vector<GridAxis::Wall> walls_across(const RayScene& scene, int axis, float 
 }  // namespace
 
 CellGrid::CellGrid(const RayScene& scene, float wanted_m) : size_m_(wanted_m) {
-    Vec3 low(std::numeric_limits<float>::infinity());
-    Vec3 high = -low;
-    for (const RayScene::Triangle& triangle : scene.triangles()) {
-        for (const Vec3& v : triangle.vertices) {
-            low = glm::min(low, v);
-            high = glm::max(high, v);
-        }
-    }
-    if (scene.triangle_count() > 0) origin_ = low;
-    const Vec3 extent = scene.triangle_count() > 0 ? high - low : Vec3(0);
+    const Bounds bounds = scene.bounds();
+    const bool empty = scene.triangle_count() == 0;
+    if (!empty) origin_ = bounds.min;
+    const Vec3 extent = empty ? Vec3(0) : bounds.max - bounds.min;
     // A key has 20 bits per coordinate; moving objects may need some of them.
     size_m_ =
         std::max(wanted_m, std::max({extent.x, extent.y, extent.z}) / static_cast<float>(1 << 17));

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cassert>
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "aula/engine/scene.h"
 #include "engine/base/multiversion.h"
 
 namespace aula {
@@ -112,15 +112,9 @@ void nearest_hits(std::span<const BruteForceIntersector::Lines> triangles, const
 BruteForceIntersector::BruteForceIntersector(std::span<const Vertices> triangles) {
     assert(triangles.size() <= kMax);
     if (triangles.empty()) return;
-    Vec3 low = triangles[0][0];
-    Vec3 high = low;
-    for (const Vertices& vertices : triangles) {
-        for (const Vec3& v : vertices) {
-            low = glm::min(low, v);
-            high = glm::max(high, v);
-        }
-    }
-    middle_ = 0.5F * (low + high);
+    Bounds bounds;
+    for (const Vertices& vertices : triangles) bounds.add(vertices);
+    middle_ = 0.5F * (bounds.min + bounds.max);
     for (const Vertices& vertices : triangles) {
         const Vec3 a = vertices[0] - middle_;
         const Vec3 b = vertices[1] - middle_;

@@ -341,6 +341,12 @@ Vec3 RayScene::facing_normal(const Hit& hit, const Vec3& ray_direction) const {
     return glm::dot(normal, ray_direction) <= 0 ? normal : -normal;
 }
 
+Bounds RayScene::bounds() const {
+    Bounds bounds;
+    for (const Triangle& triangle : triangles_) bounds.add(triangle.vertices);
+    return bounds;
+}
+
 Vec3 RayScene::point(const Hit& hit, const Vec3& ray_direction) const {
     const auto& v = triangles_[hit.triangle].vertices;
     const Vec3 on_surface = v[0] + hit.u * (v[1] - v[0]) + hit.v * (v[2] - v[0]);

@@ -95,6 +95,9 @@ class RayScene {
     }
     const std::vector<Triangle>& triangles() const { return triangles_; }
 
+    /// The bounds of all triangles at their present positions.
+    Bounds bounds() const;
+
     /// True for a triangle of a movable object.
     bool moves(const Triangle& triangle) const { return objects_[triangle.object].moves(); }
 

@@ -1,9 +1,11 @@
 #include "engine/rays/room_survey.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <vector>
 
+#include "aula/engine/room_acoustics.h"
 #include "engine/base/sampling.h"
 
 namespace aula {
@@ -332,30 +334,19 @@ std::vector<char> outside_room(const RayScene& scene, std::span<const Vec3> posi
 }
 
 Bands sabine_time_s(const RoomSurvey& survey, const Medium& medium) {
-    const double c = double{medium.speed_of_sound_m_s()};
-    const Bands attenuation = medium.attenuation_per_m();
-    Bands time_s;
-    for (std::size_t b = 0; b < kBandCount; ++b) {
-        // Energy falls as exp(-(m + a / l) c t).
-        const double per_m =
-            double{attenuation[b]} + double{survey.mean_absorption[b]} / survey.mean_free_path_m;
-        time_s[b] = static_cast<float>(6 * std::log(10.0) / (c * per_m));
-    }
-    return time_s;
+    return sabine_time_s(survey.mean_free_path_m, survey.mean_absorption,
+                         medium.attenuation_per_m(), double{medium.speed_of_sound_m_s()});
 }
 
 Bands reverberation_time_s(const RoomSurvey& survey, const Medium& medium) {
-    Bands time_s;
-    if (!(survey.mean_free_path_m > 0)) return time_s;
-    const double c = double{medium.speed_of_sound_m_s()};
-    const Bands attenuation = medium.attenuation_per_m();
-    for (std::size_t b = 0; b < kBandCount; ++b) {
-        // Eyring with the mean free path l: energy falls as exp(-(m - ln(1 - a) / l) c t).
-        const double per_m = double{attenuation[b]} -
-                             std::log1p(-std::min(0.999, double{survey.mean_absorption[b]})) /
-                                 survey.mean_free_path_m;
-        time_s[b] = static_cast<float>(std::min(100.0, 6 * std::log(10.0) / (c * per_m + 1e-9)));
-    }
+    constexpr float kMostAbsorption = 0.999F;
+    constexpr float kLongest_s = 100;
+    if (!(survey.mean_free_path_m > 0)) return {};
+    Bands absorption = survey.mean_absorption;
+    for (float& a : absorption.value) a = std::min(a, kMostAbsorption);
+    Bands time_s = eyring_time_s(survey.mean_free_path_m, absorption, medium.attenuation_per_m(),
+                                 double{medium.speed_of_sound_m_s()});
+    for (float& time : time_s.value) time = std::min(time, kLongest_s);
     return time_s;
 }
 

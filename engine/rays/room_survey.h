@@ -73,10 +73,11 @@ double escape_per_reflection(const RayScene& scene, std::span<const Vec3> inside
 std::vector<char> outside_room(const RayScene& scene, std::span<const Vec3> positions,
                                std::uint64_t seed);
 
-/// Sabine's reverberation time in s for each band, including air absorption; infinite without loss.
+/// Sabine's reverberation time of each band in s, including air absorption; infinite without loss.
 Bands sabine_time_s(const RoomSurvey& survey, const Medium& medium);
 
-/// Time in s for a decay of a diffuse field by 60 dB, for each band; 0 in the open.
+/// Eyring's reverberation time of each band in s, including air absorption, at most 100 s; 0 in the
+/// open.
 Bands reverberation_time_s(const RoomSurvey& survey, const Medium& medium);
 
 }  // namespace aula

@@ -153,12 +153,10 @@ void ScenePlanes::merge() {
     std::stable_sort(by_size.begin(), by_size.end(),
                      [&](auto a, auto b) { return size_m2[a] > size_m2[b]; });
     plane_of_triangle_.assign(triangles.size(), kNoPlane);
-    Point low(std::numeric_limits<double>::infinity());
-    Point high = -low;
-    for (const RayScene::Triangle& t : triangles) {
-        low = glm::min(low, Point(t.vertices[0]));
-        high = glm::max(high, Point(t.vertices[0]));
-    }
+    Bounds bounds;
+    for (const RayScene::Triangle& t : triangles) bounds.add(t.vertices[0]);
+    const Point low(bounds.min);
+    const Point high(bounds.max);
     PlaneIndex index(0.5 * (low + high), triangles.empty() ? 0 : 0.5 * glm::length(high - low));
     for (const std::uint32_t t : by_size) {
         if (triangles[t].normal == Vec3(0) || !(size_m2[t] > 0)) continue;
@@ -179,10 +177,7 @@ void ScenePlanes::merge() {
 
 void ScenePlanes::include(Plane& plane, std::uint32_t triangle) const {
     const RayScene::Triangle& t = scene_.triangle(triangle);
-    for (const Vec3& v : t.vertices) {
-        plane.low = glm::min(plane.low, v);
-        plane.high = glm::max(plane.high, v);
-    }
+    plane.bounds.add(t.vertices);
     plane.reflects |= reflects(scene_.material(t));
     if (plane.object != t.object) plane.object = kManyObjects;
 }

@@ -19,9 +19,8 @@ class ScenePlanes {
 
     struct Plane {
         Point normal{0};
-        double offset_m = 0;                               ///< dot(normal, x) on the plane
-        Vec3 low{std::numeric_limits<float>::infinity()};  ///< bounds of its triangles
-        Vec3 high{-std::numeric_limits<float>::infinity()};
+        double offset_m = 0;          ///< dot(normal, x) on the plane
+        Bounds bounds{};              ///< of its triangles
         bool reflects = false;        ///< some part reflects specularly in some band
         std::uint32_t reference = 0;  ///< the triangle that defines the plane
         std::uint32_t object = 0;     ///< the object of all its triangles, or kManyObjects

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "engine/base/multiversion.h"
@@ -178,9 +177,9 @@ std::vector<Segment> ImpulseResponseBuilder::State::envelope(const EnergyRespons
         const Vec3 intensity = inside ? energy.intensity[i] : Vec3{0};
         const float sum = inside ? energy.energy[i].sum() : 0;
         if (inside) {
-            // p^2 = 4 pi I, spread over the bin's samples.
+            // The squared pressure is spread over the bin's samples.
             const double samples = (bins.end_s(i) - bins.begin_s(i)) * carriers_->sample_rate_hz();
-            const auto k = static_cast<float>(4 * std::numbers::pi / samples);
+            const auto k = static_cast<float>(squared_pressure(1.0) / samples);
             for (std::size_t b = 0; b < kBandCount; ++b) a[b] = std::sqrt(k * spread_energy[i][b]);
         }
         Knot edge{cell_at(inside ? bins.begin_s(i) : bins.length_s()), {}, Vec3{0}};
@@ -240,7 +239,7 @@ Bands ImpulseResponseBuilder::State::wanted_energy(const EnergyResponse& energy)
     Bands wanted;
     for (std::size_t b = 0; b < kBandCount; ++b) {
         wanted[b] =
-            static_cast<float>(double{carriers_->power()[b]} * 4 * std::numbers::pi * sum[b]);
+            static_cast<float>(double{carriers_->power()[b]} * squared_pressure(1.0) * sum[b]);
     }
     return wanted;
 }

@@ -184,6 +184,19 @@ double time_zero_s(const EnergyResponse& response) {
     return first_path_s;
 }
 
+/// Time in s in which a diffuse field decays by 60 dB, for each band: energy falls as
+/// exp(-(m + w) c t) with the losses m of the air and w = `walls_per_m` of the walls.
+template <typename Walls>
+Bands decay_time_s(const Bands& attenuation_per_m, double speed_of_sound_m_s,
+                   const Walls& walls_per_m) {
+    Bands time_s;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        const double loss_per_m = double{attenuation_per_m[b]} + walls_per_m(b);
+        time_s[b] = static_cast<float>(6 * std::log(10.0) / (speed_of_sound_m_s * loss_per_m));
+    }
+    return time_s;
+}
+
 }  // namespace
 
 RoomParameters room_parameters(const EnergyResponse& response) {
@@ -203,17 +216,18 @@ bool is_audible(const EnergyResponse& response) {
     return false;
 }
 
-Bands eyring_time_s(double volume_m3, double surface_m2, const Bands& mean_absorption,
+Bands sabine_time_s(double mean_free_path_m, const Bands& mean_absorption,
                     const Bands& attenuation_per_m, double speed_of_sound_m_s) {
-    assert(volume_m3 > 0 && surface_m2 > 0 && speed_of_sound_m_s > 0);
-    Bands time_s;
-    for (std::size_t b = 0; b < kBandCount; ++b) {
-        const double loss = 4 * double{attenuation_per_m[b]} * volume_m3 -
-                            surface_m2 * std::log1p(-double{mean_absorption[b]});
-        time_s[b] =
-            static_cast<float>(24 * std::log(10.0) * volume_m3 / (speed_of_sound_m_s * loss));
-    }
-    return time_s;
+    return decay_time_s(attenuation_per_m, speed_of_sound_m_s, [&](std::size_t band) {
+        return double{mean_absorption[band]} / mean_free_path_m;
+    });
+}
+
+Bands eyring_time_s(double mean_free_path_m, const Bands& mean_absorption,
+                    const Bands& attenuation_per_m, double speed_of_sound_m_s) {
+    return decay_time_s(attenuation_per_m, speed_of_sound_m_s, [&](std::size_t band) {
+        return -std::log1p(-double{mean_absorption[band]}) / mean_free_path_m;
+    });
 }
 
 }  // namespace aula

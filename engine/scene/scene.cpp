@@ -63,6 +63,10 @@ void Bounds::add(const Vec3& point) {
     max = glm::max(max, point);
 }
 
+void Bounds::add(std::span<const Vec3> points) {
+    for (const Vec3& point : points) add(point);
+}
+
 float Bounds::diagonal_m() const { return glm::distance(min, max); }
 
 bool Bounds::contains(const Vec3& point) const {
@@ -72,12 +76,12 @@ bool Bounds::contains(const Vec3& point) const {
 Bounds geometry_bounds(const std::vector<Object>& objects) {
     Bounds bounds;
     for (const Object& object : objects) {
-        for (const Vec3& vertex : object.world_vertices(0)) bounds.add(vertex);
+        bounds.add(object.world_vertices(0));
         if (!object.path) continue;
         // A path may have as many keyframes as a mesh has vertices, so only the object's box is
         // transformed.
         Bounds local;
-        for (const Vec3& vertex : object.vertices) local.add(vertex);
+        local.add(object.vertices);
         Object box;
         box.translation = object.translation;
         box.path = object.path;
@@ -87,7 +91,7 @@ Bounds geometry_bounds(const std::vector<Object>& objects) {
             }
         }
         for (const Trajectory::Keyframe& point : object.path->points) {
-            for (const Vec3& corner : box.world_vertices(point.time_s)) bounds.add(corner);
+            bounds.add(box.world_vertices(point.time_s));
         }
     }
     return bounds;

@@ -79,10 +79,7 @@ SpecularPaths::SpecularPaths(const RayScene& scene, int order, float radius_m, s
       seed_(seed),
       planes_(scene) {
     assert(order >= 0);
-    Bounds bounds;
-    for (const RayScene::Triangle& triangle : scene.triangles()) {
-        for (const Vec3& v : triangle.vertices) bounds.add(v);
-    }
+    const Bounds bounds = scene.bounds();
     middle_ = scene.triangles().empty() ? Point(0) : 0.5 * (Point(bounds.min) + Point(bounds.max));
     add_mirrors();
     list_sequences();
@@ -310,7 +307,7 @@ bool SpecularPaths::is_near(const Sequence& sequence, const Point& source, const
         if (here_m < -reach_m || !(here_m + behind_m > 0)) return false;
         const Point at = from + (images[k] - from) * (here_m / (here_m + behind_m));
         const double outside_m =
-            std::max(largest(Point(plane.low) - at), largest(at - Point(plane.high)));
+            std::max(largest(Point(plane.bounds.min) - at), largest(at - Point(plane.bounds.max)));
         if (outside_m > kBesidePlane_m) {
             // A sphere that shifts a reflection point by R across the path shifts it by R / cos in
             // the plane.

@@ -4,8 +4,9 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
-#include <optional>
 #include <vector>
+
+#include "engine/scene/places.h"
 
 namespace aula {
 
@@ -16,9 +17,8 @@ DiscretePath discrete_path(const SpecularPath& path, double speed_of_sound_m_s) 
     out.delay_s = static_cast<double>(path.length_m) / speed_of_sound_m_s;
     out.id = path.id;
     out.direction = {path.direction.x, path.direction.y, path.direction.z};
-    // p^2 = 4 pi I: fluence to pressure, 1 at 1 m from a unit source.
     for (std::size_t band = 0; band < kBandCount; ++band)
-        out.band_gain[band] = std::sqrt(4 * std::numbers::pi_v<float> * path.energy[band]);
+        out.band_gain[band] = std::sqrt(squared_pressure(path.energy[band]));
     return out;
 }
 
@@ -50,13 +50,7 @@ SourceSound source_sound(const ImpulseResponse& response, double speed_of_sound_
 
 double longest_delay_s(const Scene& scene) {
     Bounds bounds;
-    const auto add = [&](const Vec3& position, const std::optional<Trajectory>& path) {
-        bounds.add(position);
-        if (!path) return;
-        for (const Trajectory::Keyframe& point : path->points) bounds.add(point.pose.position);
-    };
-    add(scene.listener.pose.position, scene.listener.path);
-    for (const Source& source : scene.sources) add(source.position, source.path);
+    bounds.add(places(scene));
     constexpr float kMargin_m = 1000;
     return static_cast<double>((bounds.diagonal_m() + kMargin_m) /
                                scene.medium.speed_of_sound_m_s());

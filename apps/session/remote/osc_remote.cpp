@@ -23,12 +23,17 @@ void turn(Pose& pose, const Vec3& angles_deg) {
     pose.roll_rad = angles_rad.z;
 }
 
+std::vector<std::string> names_of(const std::vector<Source>& sources) {
+    std::vector<std::string> names;
+    for (const Source& source : sources) names.push_back(source.name);
+    return names;
+}
+
 }  // namespace
 
-OscRemote::OscRemote(const std::string& address, Player& player,
-                     std::vector<std::string> source_names)
+OscRemote::OscRemote(const std::string& address, Player& player, const std::vector<Source>& sources)
     : player_(player),
-      names_(std::move(source_names)),
+      names_(names_of(sources)),
       input_(address, [this](const OscMessage& message) { handle(message); }),
       thread_([this] { run(); }) {}
 
@@ -104,9 +109,9 @@ void OscRemote::handle_source(const OscMessage& message) {
     });
 }
 
-void OscRemote::set_sources(std::vector<std::string> names) {
+void OscRemote::set_sources(const std::vector<Source>& sources) {
     const std::lock_guard lock(mutex_);
-    names_ = std::move(names);
+    names_ = names_of(sources);
 }
 
 std::vector<std::pair<std::string, std::string>> OscRemote::take_materials() {

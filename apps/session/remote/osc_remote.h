@@ -19,13 +19,13 @@ class OscRemote {
  public:
     /// `address`: a port on this machine alone ("9000"), or ADDRESS:PORT. The player must outlive
     /// this object. Throws InputError if the address is invalid or in use.
-    OscRemote(const std::string& address, Player& player, std::vector<std::string> source_names);
+    OscRemote(const std::string& address, Player& player, const std::vector<Source>& sources);
     ~OscRemote();
     OscRemote(const OscRemote&) = delete;
     OscRemote& operator=(const OscRemote&) = delete;
 
-    /// Replaces the source names.
-    void set_sources(std::vector<std::string> names);
+    /// Replaces the sources, whose names the messages use.
+    void set_sources(const std::vector<Source>& sources);
 
     /// The replacements of materials requested since the last call (old name, new name); each
     /// material once, and at most 64.

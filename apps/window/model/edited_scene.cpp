@@ -17,9 +17,7 @@ std::filesystem::file_time_type time_of(const std::filesystem::path& file) {
 
 /// Of the geometry; without any, 1 m around the listener and the sources.
 Bounds shown_bounds(const Scene& scene, const RayScene& rays) {
-    Bounds bounds;
-    for (const auto& triangle : rays.triangles())
-        for (const Vec3& vertex : triangle.vertices) bounds.add(vertex);
+    Bounds bounds = rays.bounds();
     if (rays.triangle_count() > 0) return bounds;
     bounds.add(scene.listener.pose_at(0).position);
     for (const Source& source : scene.sources) bounds.add(source.position_at(0));

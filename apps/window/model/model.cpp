@@ -35,15 +35,9 @@ Model::Model(const WindowOptions& options)
     if (!scene().listener.path) take_listener(scene().listener.pose);
     read_controls();
     if (options_.osc) {
-        remote_ = std::make_unique<OscRemote>(*options_.osc, *player_, source_names());
+        remote_ = std::make_unique<OscRemote>(*options_.osc, *player_, scene().sources);
         log_.say("listening for OSC on port " + std::to_string(remote_->port()));
     }
-}
-
-std::vector<std::string> Model::source_names() const {
-    std::vector<std::string> names;
-    for (const Source& source : scene().sources) names.push_back(source.name);
-    return names;
 }
 
 void Model::update(double now_s) {
@@ -232,7 +226,7 @@ void Model::restart_sources() {
     request.source = 0;
     watch();
     shown_.reset();
-    if (remote_) remote_->set_sources(source_names());
+    if (remote_) remote_->set_sources(scene().sources);
 }
 
 /// After undo or redo.

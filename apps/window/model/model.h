@@ -146,7 +146,6 @@ class Model {
     void scene_stepped(const EditedScene::Change& change);
     void restart_sources();
     void replace_materials();
-    std::vector<std::string> source_names() const;
 
     void load_in_background(std::string what, const std::filesystem::path& file,
                             std::function<bool()> is_newest, void (Model::*take)(OpenedScene));

@@ -128,8 +128,8 @@ TEST_CASE("a moving object's planes move with it and separate from shared planes
             // Rounding of floats of some metres.
             CHECK(std::abs(plane.distance_m(ScenePlanes::Point(v))) < 1e-5);
             for (int axis = 0; axis < 3; ++axis) {
-                CHECK(v[axis] >= plane.low[axis]);
-                CHECK(v[axis] <= plane.high[axis]);
+                CHECK(v[axis] >= plane.bounds.min[axis]);
+                CHECK(v[axis] <= plane.bounds.max[axis]);
             }
         }
     }
@@ -157,8 +157,8 @@ TEST_CASE(
                 const auto& plane = planes[planes.of_triangle(t)];
                 CHECK(std::abs(plane.distance_m(ScenePlanes::Point(v))) < 1e-5);  // rounding
                 for (int axis = 0; axis < 3; ++axis) {
-                    CHECK(v[axis] >= plane.low[axis]);
-                    CHECK(v[axis] <= plane.high[axis]);
+                    CHECK(v[axis] >= plane.bounds.min[axis]);
+                    CHECK(v[axis] <= plane.bounds.max[axis]);
                 }
             }
         }

@@ -1,10 +1,12 @@
 #include "aula/engine/energy_response.h"
 
 #include <catch2/catch.hpp>
+#include <numbers>
 
 using aula::Bands;
 using aula::EnergyResponse;
 using aula::TimeBins;
+using aula::Vec3;
 
 namespace {
 
@@ -52,4 +54,24 @@ TEST_CASE("uniform bins of the original width equal the original bins") {
 TEST_CASE("an empty response has no energy and no bins") {
     CHECK(EnergyResponse{}.total(0) == 0);
     CHECK(EnergyResponse{}.uniform(0.001).empty());
+}
+
+TEST_CASE("an arrival is added to the bin of its time unless it is later than the last bin") {
+    EnergyResponse r = EnergyResponse::silent(TimeBins(0.3), 340);
+    r.add(34.17, Bands::filled(2), Vec3(0, 16, 0));  // 100.5 ms, in a bin of 2 ms from 100 ms on
+    r.add(340, Bands::filled(1), Vec3(1, 0, 0));     // 1 s
+    const std::size_t bin = r.bins.index(0.1);
+    CHECK(r.energy[bin] == Bands::filled(2));
+    CHECK(r.intensity[bin] == Vec3(0, 16, 0));
+    CHECK(r.total(0) == 2);
+    r.paths.push_back({.length_m = 3.4F, .energy = Bands::filled(1)});
+    r.clear_bins();
+    CHECK(r.intensity[bin] == Vec3(0));
+    CHECK(r.total(0) == 1);  // the path
+}
+
+TEST_CASE("the free field of a source of unit energy has the squared pressure 1 at 1 m") {
+    const double fluence_1_m2 = 1 / (4 * std::numbers::pi);
+    CHECK(aula::squared_pressure(fluence_1_m2) == Approx(1));
+    CHECK(aula::squared_pressure(fluence_1_m2 / 4) == Approx(0.25));  // 2 m
 }

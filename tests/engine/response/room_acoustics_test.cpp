@@ -231,14 +231,23 @@ TEST_CASE("no response gives NaN or infinity") {
     }
 }
 
+TEST_CASE("Sabine's reverberation time includes absorption by walls and air") {
+    // 5 x 4 x 3 m, absorption 0.2, c = 343: 24 ln(10) V / (c (S 0.2 + 4 m V)).
+    const Bands t = aula::sabine_time_s(4.0 * 60 / 94, Bands::filled(0.2F), Bands{}, 343);
+    CHECK(t[0] == Approx(24 * std::log(10.0) * 60 / (343 * 94 * 0.2)).epsilon(1e-6));
+    const Bands both =
+        aula::sabine_time_s(4.0 * 60 / 94, Bands::filled(0.2F), Bands::filled(0.01F), 343);
+    CHECK(both[0] == Approx(24 * std::log(10.0) * 60 / (343 * (94 * 0.2 + 2.4))).epsilon(1e-6));
+}
+
 TEST_CASE("Eyring's reverberation time includes absorption by walls and air") {
     // 5 x 4 x 3 m, absorption 0.2, c = 343: 24 ln(10) V / (c S 0.22314).
-    const Bands t = aula::eyring_time_s(60, 94, Bands::filled(0.2F), Bands{}, 343);
+    const Bands t = aula::eyring_time_s(4.0 * 60 / 94, Bands::filled(0.2F), Bands{}, 343);
     CHECK(t[0] == Approx(0.4609).margin(5e-5));
     // Air alone: 6 ln(10) / (c m).
-    const Bands air = aula::eyring_time_s(60, 94, Bands{}, Bands::filled(0.01F), 343);
+    const Bands air = aula::eyring_time_s(4.0 * 60 / 94, Bands{}, Bands::filled(0.01F), 343);
     CHECK(air[0] == Approx(6 * std::log(10.0) / 3.43).epsilon(1e-5));
-    CHECK(aula::eyring_time_s(60, 94, Bands::filled(1), Bands{}, 343)[0] == 0);
+    CHECK(aula::eyring_time_s(4.0 * 60 / 94, Bands::filled(1), Bands{}, 343)[0] == 0);
 }
 
 TEST_CASE("clarity and definition count the truncated tail as late energy") {

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <vector>
 
 #include "aula/engine/bands.h"
@@ -18,6 +19,13 @@ struct SpecularPath {
     Bands energy;        ///< fluence in 1/m2 per unit emitted energy, with losses of air and walls
     std::uint64_t id = 0;  ///< identifies the image source in all frames; 0: direct sound
 };
+
+/// Squared pressure of a fluence, p^2 = 4 pi I: 1 at 1 m from a source of unit energy in free
+/// field.
+template <typename Real>
+constexpr Real squared_pressure(Real fluence) {
+    return 4 * std::numbers::pi_v<Real> * fluence;
+}
 
 /// The energy response (echogram) of one source at one listener: fluence in 1/m2 per unit emitted
 /// energy, for an omnidirectional source. In a free field it is 1 / (4 pi r^2) at the distance r.

@@ -37,10 +37,16 @@ inline constexpr double kAudible_g_db = -40;
 /// True if the strength of any octave band is at least kAudible_g_db.
 bool is_audible(const EnergyResponse& response);
 
-/// Eyring's reverberation time of each band in s: 24 ln(10) V / (c (4 m V - S ln(1 - a))), infinite
-/// without loss. V is `volume_m3`, S `surface_m2`, a `mean_absorption` (0..1), m
-/// `attenuation_per_m` (see Medium), c `speed_of_sound_m_s`. V, S and c are above 0.
-Bands eyring_time_s(double volume_m3, double surface_m2, const Bands& mean_absorption,
+/// Sabine's reverberation time of each band in s: 6 ln(10) / (c (m + a / l)), infinite without loss.
+/// l is `mean_free_path_m`, 4 V / S in a diffuse field (Kuttruff, Room Acoustics), a
+/// `mean_absorption` (0..1), m `attenuation_per_m` (see Medium), c `speed_of_sound_m_s`. l and c are
+/// above 0.
+Bands sabine_time_s(double mean_free_path_m, const Bands& mean_absorption,
+                    const Bands& attenuation_per_m, double speed_of_sound_m_s);
+
+/// Eyring's reverberation time of each band in s: 6 ln(10) / (c (m - ln(1 - a) / l)), infinite
+/// without loss, with the symbols of sabine_time_s().
+Bands eyring_time_s(double mean_free_path_m, const Bands& mean_absorption,
                     const Bands& attenuation_per_m, double speed_of_sound_m_s);
 
 }  // namespace aula

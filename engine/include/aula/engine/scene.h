@@ -6,6 +6,7 @@
 #include <glm/mat3x3.hpp>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -112,6 +113,8 @@ struct Bounds {
 
     /// Enlarges the box to contain a point.
     void add(const Vec3& point);
+    /// Enlarges the box to contain all points.
+    void add(std::span<const Vec3> points);
     /// True for a point in the box or on its surface.
     bool contains(const Vec3& point) const;
     /// The largest distance between two points of the box; infinite if it is empty.
