@@ -86,6 +86,7 @@ void PatchCache::advance(const State& now, WorkerPool& workers) {
         ++keep;
     }
     if (keep < summed_frames_) keep_newest(keep, workers);
+    assert(is_consistent());
 }
 
 bool PatchCache::holds(const Frame& frame) const {
@@ -147,6 +148,7 @@ void PatchCache::add_frame(int rays, std::size_t patch_count, std::span<DepositB
     const std::size_t max = std::max(fresh_frames_, window_then_);
     if (summed_frames_ > max) keep_newest(max, workers);
     trim_log(workers);
+    assert(is_consistent());
 }
 
 /// Removes logged frames that cannot be needed, and the oldest that exceed the memory. Frames in
@@ -227,6 +229,23 @@ void PatchCache::trim(Row& row) const {
         row.first_bin = ~0U;
         row.end_bin = 0;
     }
+}
+
+/// The invariant of the counters; for assert().
+bool PatchCache::is_consistent() const {
+    if (fresh_frames_ > summed_frames_ || log_.size() > std::min(summed_frames_, window_frames_)) {
+        return false;
+    }
+    if (!is_current() && log_.size() < summed_frames_) return false;
+    if (fresh_frames_ > 0 && summed_frames_ > std::max(fresh_frames_, window_then_)) return false;
+    std::uint64_t logged_rays = 0;
+    for (const Frame& frame : log_) logged_rays += frame.rays;
+    if (log_.size() == summed_frames_ ? emitted_ != logged_rays : emitted_ < logged_rays) {
+        return false;
+    }
+    return allocated_rows_ ==
+           static_cast<std::size_t>(
+               std::count_if(rows_.begin(), rows_.end(), [](const Row& row) { return row.sum; }));
 }
 
 std::size_t PatchCache::occupied() const {

@@ -107,6 +107,7 @@ class PatchCache {
     bool holds(const Frame& frame) const;
     void trim_log(WorkerPool& workers);
     std::size_t table_bytes() const;
+    bool is_consistent() const;
 
     std::size_t bin_count_;
     std::size_t window_frames_;
@@ -116,13 +117,20 @@ class PatchCache {
     State now_;
     std::unique_ptr<HugePageArena> arena_ = std::make_unique<HugePageArena>();
     std::vector<Row> rows_;
+
+    /// The sums hold the newest `summed_frames_` frames, which emitted `emitted_` rays; the sums of
+    /// `allocated_rows_` rows exist. The newest `fresh_frames_` of these frames are those since the
+    /// last change of emitter or scene. Right after the first of them the sums held `window_then_`
+    /// frames: each further one replaces an older frame until only fresh ones are left. The log
+    /// holds the newest of the summed frames, and all of them while some precede the change.
+    /// Checked by is_consistent() after each frame.
+    std::size_t summed_frames_ = 0;
+    std::size_t fresh_frames_ = 0;
+    std::size_t window_then_ = 0;
     std::uint64_t emitted_ = 0;
     std::size_t allocated_rows_ = 0;
-    std::size_t summed_frames_ = 0;  ///< frames in the sums, the newest ones
-    std::size_t fresh_frames_ = 0;   ///< of them, those since the last change of emitter or scene
-    std::size_t window_then_ = 0;    ///< frames in the sums right after that change
-    std::vector<Batch> spare_;       ///< memory of a removed frame, for reuse
-    std::deque<Frame> log_;          ///< newest last; may be shorter than summed_frames_
+    std::deque<Frame> log_;     ///< newest last
+    std::vector<Batch> spare_;  ///< memory of a removed frame, for reuse
 };
 
 }  // namespace aula
