@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <deque>
 #include <glm/gtc/quaternion.hpp>
 #include <glm/mat4x4.hpp>
 #include <limits>
@@ -11,8 +10,9 @@
 
 #include "aula/exception.h"
 #include "engine/input/json_reader.h"
-#include "engine/input/names.h"
 #include "engine/input/scalar_bytes.h"
+#include "engine/mesh/gltf_accessors.h"
+#include "engine/mesh/gltf_json.h"
 #include "engine/mesh/mesh_builder.h"
 #include "engine/mesh/mesh_readers.h"
 
@@ -55,178 +55,6 @@ Chunks find_chunks(std::string_view file) {
     return chunks;
 }
 
-std::optional<std::string> decode_base64(std::string_view text) {
-    std::string bytes;
-    bytes.reserve(text.size() / 4 * 3);
-    std::uint32_t bits = 0;
-    int count = 0;
-    while (!text.empty() && text.back() == '=') text.remove_suffix(1);
-    for (const char c : text) {
-        const int digit = c >= 'A' && c <= 'Z'   ? c - 'A'
-                          : c >= 'a' && c <= 'z' ? c - 'a' + 26
-                          : c >= '0' && c <= '9' ? c - '0' + 52
-                          : c == '+'             ? 62
-                          : c == '/'             ? 63
-                                                 : -1;
-        if (digit < 0) return std::nullopt;
-        bits = bits << 6U | static_cast<std::uint32_t>(digit);
-        count += 6;
-        if (count < 8) continue;
-        count -= 8;
-        bytes += static_cast<char>(bits >> static_cast<unsigned>(count) & 0xffU);
-    }
-    return bytes;
-}
-
-std::string decode_percent(const std::string& uri) {
-    const auto digit = [](char c) {
-        return c >= '0' && c <= '9'   ? c - '0'
-               : c >= 'a' && c <= 'f' ? c - 'a' + 10
-               : c >= 'A' && c <= 'F' ? c - 'A' + 10
-                                      : -1;
-    };
-    std::string text;
-    for (std::size_t i = 0; i < uri.size(); ++i) {
-        const bool escape =
-            uri[i] == '%' && i + 2 < uri.size() && digit(uri[i + 1]) >= 0 && digit(uri[i + 2]) >= 0;
-        text += escape ? static_cast<char>(16 * digit(uri[i + 1]) + digit(uri[i + 2])) : uri[i];
-        if (escape) i += 2;
-    }
-    return text;
-}
-
-enum class Component : std::uint16_t {
-    int8 = 5120,
-    uint8 = 5121,
-    int16 = 5122,
-    uint16 = 5123,
-    uint32 = 5125,
-    float32 = 5126
-};
-
-std::size_t size_of(Component type) {
-    if (type == Component::int8 || type == Component::uint8) return 1;
-    return type == Component::int16 || type == Component::uint16 ? 2 : 4;
-}
-
-std::uint32_t unsigned_at(const char* bytes, Component type) {
-    switch (size_of(type)) {
-        case 1:
-            return read_scalar<std::uint8_t>(bytes, std::endian::little);
-        case 2:
-            return read_scalar<std::uint16_t>(bytes, std::endian::little);
-        default:
-            return read_scalar<std::uint32_t>(bytes, std::endian::little);
-    }
-}
-
-double number_at(const char* bytes, Component type) {
-    switch (type) {
-        case Component::int8:
-            return read_scalar<std::int8_t>(bytes, std::endian::little);
-        case Component::int16:
-            return read_scalar<std::int16_t>(bytes, std::endian::little);
-        case Component::float32:
-            return read_scalar<float>(bytes, std::endian::little);
-        default:
-            return unsigned_at(bytes, type);
-    }
-}
-
-// Divisor of a normalized integer.
-double full_scale(Component type) {
-    switch (type) {
-        case Component::int8:
-            return 127;
-        case Component::uint8:
-            return 255;
-        case Component::int16:
-            return 32767;
-        case Component::uint16:
-            return 65535;
-        default:
-            return 1;
-    }
-}
-
-// A strided sequence of elements in a buffer.
-struct Elements {
-    std::string_view bytes;
-    std::size_t stride = 0;
-
-    const char* at(std::size_t index) const { return bytes.data() + index * stride; }
-};
-
-// An accessor whose elements are all within its buffer.
-struct Accessor {
-    std::size_t count = 0;
-    Component type = Component::float32;
-    bool normalized = false;
-    std::optional<Elements> base;  // none: zeros
-    // Elements that replace elements of the base, in ascending order of their indices.
-    std::size_t sparse_count = 0;
-    Component sparse_type = Component::uint32;
-    Elements sparse_indices;
-    Elements sparse_values;
-
-    // The bytes of an element; null: zeros.
-    const char* at(std::size_t index) const {
-        std::size_t low = 0;
-        std::size_t high = sparse_count;
-        while (low < high) {
-            const std::size_t middle = low + (high - low) / 2;
-            const std::uint32_t found = unsigned_at(sparse_indices.at(middle), sparse_type);
-            if (found == index) return sparse_values.at(middle);
-            (found < index ? low : high) = found < index ? middle + 1 : middle;
-        }
-        return base ? base->at(index) : nullptr;
-    }
-
-    std::uint32_t index(std::size_t i) const {
-        const char* bytes = at(i);
-        return bytes == nullptr ? 0 : unsigned_at(bytes, type);
-    }
-
-    glm::dvec3 position(std::size_t i) const {
-        const char* bytes = at(i);
-        if (bytes == nullptr) return glm::dvec3(0);
-        glm::dvec3 point;
-        for (int axis = 0; axis < 3; ++axis) {
-            const double x =
-                number_at(bytes + static_cast<std::size_t>(axis) * size_of(type), type);
-            point[axis] = normalized ? std::max(-1.0, x / full_scale(type)) : x;
-        }
-        return point;
-    }
-};
-
-std::vector<JsonReader> list(const JsonReader& json, const char* key) {
-    const auto found = json.find(key);
-    return found ? found->items("a list") : std::vector<JsonReader>{};
-}
-
-std::size_t size_value(const JsonReader& json, const char* key, std::size_t absent) {
-    const auto found = json.find(key);
-    return found ? found->unsigned_integer() : absent;
-}
-
-// An index into a list of `count` elements.
-std::size_t index_value(const JsonReader& json, std::size_t count, const char* of) {
-    const std::uint64_t index = json.unsigned_integer();
-    if (index >= count) {
-        json.fail(std::to_string(index) + " of " + std::to_string(count) + " " + of +
-                  "; expected one that exists");
-    }
-    return index;
-}
-
-void refuse_extension(const JsonReader& json, const char* name, const char* what) {
-    const auto extensions = json.find("extensions");
-    if (extensions && extensions->find(name)) {
-        extensions->fail(std::string(name) + " is not read; expected " + what);
-    }
-}
-
 glm::dmat4 local_transform(const JsonReader& node) {
     constexpr NumberRange kAny;
     const auto numbers = [&](const char* key, std::size_t count) {
@@ -265,15 +93,10 @@ class GltfReader {
     GltfReader(const JsonReader& root, std::optional<std::string_view> binary,
                const OpenBuffer& open)
         : root_(root),
-          binary_(binary),
-          open_(open),
-          buffers_(list(root, "buffers")),
-          views_(list(root, "bufferViews")),
-          accessors_(list(root, "accessors")),
-          meshes_(list(root, "meshes")),
-          nodes_(list(root, "nodes")),
-          materials_(list(root, "materials")),
-          buffer_bytes_(buffers_.size()) {}
+          accessors_(root, binary, open),
+          meshes_(gltf_list(root, "meshes")),
+          nodes_(gltf_list(root, "nodes")),
+          materials_(gltf_list(root, "materials")) {}
 
     ImportedMesh read() {
         const JsonReader version =
@@ -294,154 +117,39 @@ class GltfReader {
         while (!open.empty()) {
             const Open next = std::move(open.back());
             open.pop_back();
-            const std::size_t index = index_value(next.reference, nodes_.size(), "nodes");
+            const std::size_t index = gltf_index(next.reference, nodes_.size(), "nodes");
             if (reached[index]) next.reference.fail("a node a second time; expected a tree");
             reached[index] = true;
             const JsonReader& node = nodes_[index];
-            refuse_extension(node, "EXT_mesh_gpu_instancing", "one node an instance");
+            refuse_gltf_extension(node, "EXT_mesh_gpu_instancing", "one node an instance");
             const glm::dmat4 transform = next.parent * local_transform(node);
             if (const auto mesh = node.find("mesh")) {
-                add_mesh(meshes_[index_value(*mesh, meshes_.size(), "meshes")], transform);
+                add_mesh(meshes_[gltf_index(*mesh, meshes_.size(), "meshes")], transform);
             }
-            open_all(list(node, "children"), transform);
+            open_all(gltf_list(node, "children"), transform);
         }
         return builder_.take();
     }
 
  private:
     std::vector<JsonReader> root_nodes() {
-        const std::vector<JsonReader> scenes = list(root_, "scenes");
+        const std::vector<JsonReader> scenes = gltf_list(root_, "scenes");
         const auto chosen = root_.find("scene");
         if (scenes.empty() && !chosen) root_.fail("no scene; expected at least one");
-        return list(scenes[chosen ? index_value(*chosen, scenes.size(), "scenes") : 0], "nodes");
-    }
-
-    std::string_view buffer(const JsonReader& reference) {
-        const std::size_t index = index_value(reference, buffers_.size(), "buffers");
-        auto& bytes = buffer_bytes_[index];
-        if (bytes) return *bytes;
-        const JsonReader& json = buffers_[index];
-        const auto uri = json.find("uri");
-        if (!uri && (index > 0 || !binary_)) json.fail("a buffer without data; expected \"uri\"");
-        bytes = uri ? load(*uri) : *binary_;
-        const std::size_t length = size_value(json, "byteLength", 0);
-        if (length > bytes->size()) {
-            json.fail("a buffer of " + std::to_string(bytes->size()) + " bytes; expected " +
-                      std::to_string(length));
-        }
-        return *bytes = bytes->substr(0, length);
-    }
-
-    std::string_view load(const JsonReader& uri) {
-        const std::string text = uri.string("a data URI or a file beside this one");
-        if (text.starts_with("data:")) {
-            constexpr std::string_view kMark = ";base64,";
-            const std::size_t mark = text.find(kMark);
-            auto bytes = mark == std::string::npos
-                             ? std::nullopt
-                             : decode_base64(std::string_view(text).substr(mark + kMark.size()));
-            if (!bytes) uri.fail("a data URI that is not in base64; expected base64");
-            return keep(uri, *std::move(bytes));
-        }
-        const std::filesystem::path file = decode_percent(text);
-        if (file.is_absolute() || std::find(file.begin(), file.end(), "..") != file.end()) {
-            uri.fail(quoted(file.string()) + " is elsewhere; expected a file beside the glTF file");
-        }
-        try {
-            return keep(uri, open_(file));
-        } catch (const InputError& reason) {
-            uri.fail("the buffer " + quoted(file.string()) + ": " + reason.what());
-        }
-    }
-
-    std::string_view keep(const JsonReader& uri, std::string bytes) {
-        loaded_bytes_ += bytes.size();
-        if (loaded_bytes_ > kMaxMeshBytes) {
-            uri.fail("buffers of " + std::to_string(loaded_bytes_) + " bytes; expected at most " +
-                     std::to_string(kMaxMeshBytes));
-        }
-        return owned_.emplace_back(std::move(bytes));
-    }
-
-    // `count` elements of `size` bytes in the view that "bufferView" of `json` names.
-    Elements elements(const JsonReader& json, std::size_t count, std::size_t size) {
-        const JsonReader reference = json.require("bufferView", "the number of a buffer view");
-        const JsonReader& view = views_[index_value(reference, views_.size(), "buffer views")];
-        refuse_extension(view, "EXT_meshopt_compression", "data without compression");
-        std::string_view bytes = buffer(view.require("buffer", "the number of a buffer"));
-        const std::size_t begin = size_value(view, "byteOffset", 0);
-        const std::size_t length = size_value(view, "byteLength", 0);
-        if (begin > bytes.size() || length > bytes.size() - begin) {
-            view.fail("bytes beyond the buffer's " + std::to_string(bytes.size()) +
-                      "; expected a part of it");
-        }
-        bytes = bytes.substr(begin, length);
-        const std::size_t stride = size_value(view, "byteStride", size);
-        if (stride < size) {
-            view.fail("a stride of " + std::to_string(stride) + "; expected at least " +
-                      std::to_string(size));
-        }
-        const std::size_t offset = size_value(json, "byteOffset", 0);
-        const bool fits = offset <= bytes.size() && size <= bytes.size() - offset &&
-                          count - 1 <= (bytes.size() - offset - size) / stride;
-        if (!fits) {
-            json.fail(std::to_string(count) + " elements beyond the buffer view's " +
-                      std::to_string(bytes.size()) + " bytes; expected a part of it");
-        }
-        return {bytes.substr(offset), stride};
-    }
-
-    static Component component(const JsonReader& json, std::initializer_list<Component> allowed,
-                               const char* expected) {
-        const JsonReader type = json.require("componentType", "the type of the components");
-        const auto number = type.unsigned_integer();
-        for (const Component c : allowed) {
-            if (number == static_cast<std::uint64_t>(c)) return c;
-        }
-        type.fail("the type " + std::to_string(number) + "; expected " + expected);
-    }
-
-    Accessor accessor(const JsonReader& reference, std::size_t components,
-                      std::initializer_list<Component> allowed, const char* expected) {
-        const JsonReader& json = accessors_[index_value(reference, accessors_.size(), "accessors")];
-        const JsonReader type = json.require("type", "the type of the elements");
-        const char* const expected_type = components == 3 ? "VEC3" : "SCALAR";
-        if (type.string("a type") != expected_type) {
-            type.fail("elements of another type; expected " + std::string(expected_type));
-        }
-        Accessor result;
-        result.type = component(json, allowed, expected);
-        result.count = json.require("count", "the number of elements").unsigned_integer();
-        if (result.count == 0) json.fail("no elements; expected at least one");
-        if (const auto x = json.find("normalized")) result.normalized = x->boolean();
-        const std::size_t size = components * size_of(result.type);
-        const auto sparse = json.find("sparse");
-        if (json.find("bufferView") || !sparse) result.base = elements(json, result.count, size);
-        if (sparse) {
-            result.sparse_count = size_value(*sparse, "count", 0);
-            if (result.sparse_count == 0) sparse->fail("no elements; expected at least one");
-            const JsonReader indices = sparse->require("indices", "an object");
-            result.sparse_type =
-                component(indices, {Component::uint8, Component::uint16, Component::uint32},
-                          "5121, 5123 or 5125");
-            result.sparse_indices =
-                elements(indices, result.sparse_count, size_of(result.sparse_type));
-            result.sparse_values =
-                elements(sparse->require("values", "an object"), result.sparse_count, size);
-        }
-        return result;
+        return gltf_list(scenes[chosen ? gltf_index(*chosen, scenes.size(), "scenes") : 0],
+                         "nodes");
     }
 
     std::uint32_t material(const JsonReader& primitive) {
         const auto reference = primitive.find("material");
         if (!reference) return builder_.material(kNamelessMaterial);
-        const std::size_t index = index_value(*reference, materials_.size(), "materials");
+        const std::size_t index = gltf_index(*reference, materials_.size(), "materials");
         const auto name = materials_[index].find("name");
         return builder_.material(name ? name->string("a name") : kNamelessMaterial);
     }
 
     void add_mesh(const JsonReader& mesh, const glm::dmat4& transform) {
-        for (const JsonReader& primitive : list(mesh, "primitives")) {
+        for (const JsonReader& primitive : gltf_list(mesh, "primitives")) {
             if (++primitive_count_ > kMaxPrimitives) {
                 primitive.fail("more than " + std::to_string(kMaxPrimitives) +
                                " primitives in all nodes; expected fewer");
@@ -455,25 +163,19 @@ class GltfReader {
         const auto mode_json = primitive.find("mode");
         const int mode = mode_json ? mode_json->integer(0, 6) : triangles;
         if (mode < triangles) return;  // points and lines
-        refuse_extension(primitive, "KHR_draco_mesh_compression", "data without compression");
-        const Accessor positions =
-            accessor(primitive.require("attributes", "an object with \"POSITION\"")
-                         .require("POSITION", "the number of an accessor"),
-                     3,
-                     {Component::float32, Component::int8, Component::uint8, Component::int16,
-                      Component::uint16},
-                     "5126, or 5120 to 5123");
-        if (positions.count > 3 * kMaxMeshTriangles) {
-            primitive.fail(std::to_string(positions.count) + " vertices; expected at most " +
+        refuse_gltf_extension(primitive, "KHR_draco_mesh_compression", "data without compression");
+        const GltfAccessor positions =
+            accessors_.positions(primitive.require("attributes", "an object with \"POSITION\"")
+                                     .require("POSITION", "the number of an accessor"));
+        if (positions.count() > 3 * kMaxMeshTriangles) {
+            primitive.fail(std::to_string(positions.count()) + " vertices; expected at most " +
                            std::to_string(3 * kMaxMeshTriangles));
         }
-        std::optional<Accessor> indices;
+        std::optional<GltfAccessor> indices;
         if (const auto reference = primitive.find("indices")) {
-            indices =
-                accessor(*reference, 1, {Component::uint8, Component::uint16, Component::uint32},
-                         "5121, 5123 or 5125");
+            indices = accessors_.indices(*reference);
         }
-        const std::size_t count = indices ? indices->count : positions.count;
+        const std::size_t count = indices ? indices->count() : positions.count();
         if (mode == triangles ? count % 3 != 0 : count < 3) {
             primitive.fail(std::to_string(count) + " corners; expected " +
                            (mode == triangles ? "a multiple of 3" : "at least 3"));
@@ -482,9 +184,10 @@ class GltfReader {
         used_.clear();
         const auto corner = [&](std::size_t i) {
             const std::size_t index = indices ? indices->index(i) : i;
-            if (index >= positions.count) {
+            if (index >= positions.count()) {
                 primitive.fail("vertex " + std::to_string(index) + " of " +
-                               std::to_string(positions.count) + "; expected vertices that exist");
+                               std::to_string(positions.count()) +
+                               "; expected vertices that exist");
             }
             return vertex(positions, index, transform);
         };
@@ -499,7 +202,7 @@ class GltfReader {
 
     // The builder's index of a position, which is added when the primitive first uses it. Many
     // primitives may share an accessor.
-    std::uint32_t vertex(const Accessor& positions, std::size_t index,
+    std::uint32_t vertex(const GltfAccessor& positions, std::size_t index,
                          const glm::dmat4& transform) {
         if (index >= new_indices_.size()) {
             new_indices_.resize(std::max(index + 1, 2 * new_indices_.size()), kUnused);
@@ -518,12 +221,8 @@ class GltfReader {
     static constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
 
     const JsonReader& root_;
-    std::optional<std::string_view> binary_;
-    const OpenBuffer& open_;
-    std::vector<JsonReader> buffers_, views_, accessors_, meshes_, nodes_, materials_;
-    std::vector<std::optional<std::string_view>> buffer_bytes_;
-    std::deque<std::string> owned_;
-    std::uint64_t loaded_bytes_ = 0;
+    GltfAccessors accessors_;
+    std::vector<JsonReader> meshes_, nodes_, materials_;
     std::uint64_t primitive_count_ = 0;
     MeshBuilder builder_;
     std::vector<std::uint32_t> new_indices_;  // the builder's indices, [vertex of the primitive]

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "engine/input/json_reader.h"
+
+namespace aula {
+
+/// The items of a list of a glTF object; none if it is absent.
+inline std::vector<JsonReader> gltf_list(const JsonReader& json, const char* key) {
+    const auto found = json.find(key);
+    return found ? found->items("a list") : std::vector<JsonReader>{};
+}
+
+/// An index into a list of `count` elements named `of`. Throws InputError if it is not below
+/// `count`.
+inline std::size_t gltf_index(const JsonReader& json, std::size_t count, const char* of) {
+    const std::uint64_t index = json.unsigned_integer();
+    if (index >= count) {
+        json.fail(std::to_string(index) + " of " + std::to_string(count) + " " + of +
+                  "; expected one that exists");
+    }
+    return index;
+}
+
+/// Throws InputError if an object uses the extension `name`. `expected` replaces it.
+inline void refuse_gltf_extension(const JsonReader& json, const char* name, const char* expected) {
+    const auto extensions = json.find("extensions");
+    if (extensions && extensions->find(name)) {
+        extensions->fail(std::string(name) + " is not read; expected " + expected);
+    }
+}
+
+}  // namespace aula
