@@ -20,14 +20,15 @@ class PairResponse {
     /// True if the mean holds at least `frames` frames, all since the last change.
     bool holds(int frames) const { return !changed_ && is_current_ && frames_ >= frames; }
 
-    /// Silences gathered(), the response that receives this frame's gather.
+    /// Clears gathered().
     void begin_gather() { gathered_.clear_bins(); }
+
+    /// The response to which this frame's gather is added.
     EnergyResponse& gathered() { return gathered_; }
 
-    /// Adds gathered() to the mean of all frames since the last change, weighted by
-    /// `rays`, the number in the caches, because early frames are noisier. Each frame alone is
-    /// unbiased, hence so is the mean. `is_current`: the caches hold nothing from before the last
-    /// change.
+    /// Adds gathered() to the mean of all frames since the last change, weighted by the `rays` in
+    /// the caches, because early frames are noisier. Each frame alone is unbiased, hence so is the
+    /// mean. `is_current`: the caches hold nothing from before the last change.
     void end_gather(std::uint64_t rays, bool is_current);
 
     /// Detects the segments of each end's rays at the other end's receiver: those of the present

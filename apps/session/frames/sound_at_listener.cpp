@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "engine/scene/places.h"
+#include "engine/scene/scene_positions.h"
 
 namespace aula {
 
@@ -50,7 +50,7 @@ SourceSound source_sound(const ImpulseResponse& response, double speed_of_sound_
 
 double longest_delay_s(const Scene& scene) {
     Bounds bounds;
-    bounds.add(places(scene));
+    bounds.add(scene_positions(scene));
     constexpr float kMargin_m = 1000;
     return static_cast<double>((bounds.diagonal_m() + kMargin_m) /
                                scene.medium.speed_of_sound_m_s());

@@ -37,10 +37,10 @@ inline constexpr double kAudible_g_db = -40;
 /// True if the strength of any octave band is at least kAudible_g_db.
 bool is_audible(const EnergyResponse& response);
 
-/// Sabine's reverberation time of each band in s: 6 ln(10) / (c (m + a / l)), infinite without loss.
-/// l is `mean_free_path_m`, 4 V / S in a diffuse field (Kuttruff, Room Acoustics), a
-/// `mean_absorption` (0..1), m `attenuation_per_m` (see Medium), c `speed_of_sound_m_s`. l and c are
-/// above 0.
+/// Sabine's reverberation time of each band in s: 6 ln(10) / (c (m + a / l)), infinite without
+/// loss. l is `mean_free_path_m`, 4 V / S in a diffuse field (Kuttruff, Room Acoustics), a
+/// `mean_absorption` (0..1), m `attenuation_per_m` (see Medium), c `speed_of_sound_m_s`. l and c
+/// are above 0.
 Bands sabine_time_s(double mean_free_path_m, const Bands& mean_absorption,
                     const Bands& attenuation_per_m, double speed_of_sound_m_s);
 
