@@ -21,7 +21,7 @@ struct Part {
 
 const std::array kParts = {
     Part{"engine",
-         {"base", "input", "mesh", "scene", "response", "rays", "patches", "trace", "estimate", ""},
+         {"base", "input", "mesh", "scene", "response", "rays", "edges", "patches", "trace", "estimate", ""},
          {}},
     Part{"audio", {"base", "dsp", "convolution", "spatial", "render", "file", "device"}, {}},
     Part{"apps/session",

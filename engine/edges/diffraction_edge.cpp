@@ -1,0 +1,22 @@
+#include "engine/edges/diffraction_edge.h"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numbers>
+
+namespace aula {
+
+glm::dvec3 DiffractionEdge::direction(double angle_rad) const {
+    return std::cos(angle_rad) * first_face + std::sin(angle_rad) * glm::cross(axis, first_face);
+}
+
+WedgePoint DiffractionEdge::coordinates(const glm::dvec3& point) const {
+    const glm::dvec3 offset = point - start;
+    const double x = glm::dot(offset, first_face);
+    const double y = glm::dot(offset, glm::cross(axis, first_face));
+    double angle_rad = std::atan2(y, x);
+    if (angle_rad < 0) angle_rad += 2 * std::numbers::pi;
+    return {std::hypot(x, y), angle_rad, glm::dot(offset, axis)};
+}
+
+}  // namespace aula

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/vec3.hpp>
+
+#include "engine/edges/wedge_integral.h"
+
+namespace aula {
+
+/// An edge of the scene that diffracts sound: a straight line between the two faces of a wedge,
+/// whose open angle is above pi. Angles are measured about the axis by the right-hand rule, from
+/// the first face through the open space to the second.
+struct DiffractionEdge {
+    glm::dvec3 start{0};       ///< m, world axes
+    glm::dvec3 axis{0};        ///< unit
+    glm::dvec3 first_face{0};  ///< unit, in the first face, away from the edge; angle 0
+    double length_m = 0;
+    double open_angle_rad = 0;
+    std::array<std::uint32_t, 2> triangles{};  ///< one at each face; equal at a free edge
+
+    glm::dvec3 point(double along_m) const { return start + along_m * axis; }
+
+    /// The unit vector at an angle from the first face.
+    glm::dvec3 direction(double angle_rad) const;
+
+    /// A point in the coordinates of the edge. Its angle is 0 to 2 pi.
+    WedgePoint coordinates(const glm::dvec3& point) const;
+
+    Wedge wedge() const { return {open_angle_rad, 0, length_m}; }
+};
+
+}  // namespace aula

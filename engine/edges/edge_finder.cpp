@@ -1,0 +1,501 @@
+#include "engine/edges/edge_finder.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <optional>
+#include <tuple>
+
+#include "engine/base/mix64.h"
+
+namespace aula {
+
+namespace {
+
+using Point = glm::dvec3;
+using Cell = glm::ivec3;
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kTolerance_m = 1e-3;
+constexpr double kTolerance_rad = kPi / 180;
+constexpr double kLeastSide_m = 5e-3;
+constexpr double kShort_m = 0.1;
+constexpr double kLong_m = 0.25;
+constexpr std::size_t kFew = 2000;
+constexpr double kSmallObject_m = 0.3;
+
+/// Values by the hash of their cells. Cells of equal hash share a list.
+class CellTable {
+ public:
+    explicit CellTable(std::size_t expected)
+        : first_(std::bit_ceil(2 * expected + 1), kNone), mask_(first_.size() - 1) {}
+
+    static std::uint64_t hash(const Cell& cell, std::uint64_t seed = 0) {
+        for (const int x : {cell.x, cell.y, cell.z}) {
+            seed = mix64(seed ^ static_cast<std::uint32_t>(x));
+        }
+        return seed;
+    }
+
+    void add(std::uint64_t hash, std::uint32_t value) {
+        entries_.push_back({hash, value, first_[hash & mask_]});
+        first_[hash & mask_] = static_cast<std::uint32_t>(entries_.size() - 1);
+    }
+
+    /// Calls `visit` with the values of a cell until it returns true. Returns whether it did.
+    template <class Visit>
+    bool any(std::uint64_t hash, const Visit& visit) const {
+        for (std::uint32_t i = first_[hash & mask_]; i != kNone; i = entries_[i].next) {
+            if (entries_[i].hash == hash && visit(entries_[i].value)) return true;
+        }
+        return false;
+    }
+
+ private:
+    static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+    struct Entry {
+        std::uint64_t hash;
+        std::uint32_t value;
+        std::uint32_t next;
+    };
+    std::vector<std::uint32_t> first_;
+    std::uint64_t mask_;
+    std::vector<Entry> entries_;
+};
+
+/// Calls `visit` with each cell that a box touches.
+template <class Visit>
+void for_cells(const Point& low, const Point& high, double cell_m, const Visit& visit) {
+    const Cell from(glm::floor(low / cell_m));
+    const Cell to(glm::floor(high / cell_m));
+    for (int x = from.x; x <= to.x; ++x) {
+        for (int y = from.y; y <= to.y; ++y) {
+            for (int z = from.z; z <= to.z; ++z) visit(Cell(x, y, z));
+        }
+    }
+}
+
+/// Points, those within kTolerance_m of another joined with it.
+class WeldedPoints {
+ public:
+    explicit WeldedPoints(std::size_t expected) : table_(expected) {}
+
+    std::uint32_t add(const Point& p) {
+        std::optional<std::uint32_t> found;
+        for_cells(p - kTolerance_m, p + kTolerance_m, kCell_m, [&](const Cell& cell) {
+            if (found) return;
+            table_.any(CellTable::hash(cell), [&](std::uint32_t i) {
+                if (glm::distance(points_[i], p) > kTolerance_m) return false;
+                found = i;
+                return true;
+            });
+        });
+        if (found) return *found;
+        points_.push_back(p);
+        const auto index = static_cast<std::uint32_t>(points_.size() - 1);
+        table_.add(CellTable::hash(Cell(glm::floor(p / kCell_m))), index);
+        return index;
+    }
+
+    const Point& operator[](std::uint32_t index) const { return points_[index]; }
+
+ private:
+    static constexpr double kCell_m = 8 * kTolerance_m;
+    CellTable table_;
+    std::vector<Point> points_;
+};
+
+struct Face {
+    std::array<std::uint32_t, 3> corners;
+    std::uint32_t triangle;
+    Point normal;
+};
+
+/// A side of one or more faces.
+struct Side {
+    Point start;
+    Point end;
+    std::uint32_t first_use = 0;  ///< of its uses
+    std::uint32_t end_use = 0;
+
+    double length_m() const { return glm::distance(start, end); }
+};
+
+/// A face at a side.
+struct Use {
+    std::uint32_t low;  ///< corners of the side
+    std::uint32_t high;
+    std::uint32_t face;
+    std::uint32_t opposite;  ///< corner
+};
+
+/// The vector in a face perpendicular to an axis in it, away from a point on the axis.
+Point away_from(const Point& axis, const Point& on_axis, const Face& face, const Point& opposite) {
+    const Point across = glm::cross(face.normal, axis);
+    return glm::dot(across, opposite - on_axis) < 0 ? -across : across;
+}
+
+/// Lines that the sides of triangles lie on, found by direction and position. A side joins a line
+/// if both its ends are near it. Sides that overlap within the tolerance have the same line.
+class SideLines {
+ public:
+    explicit SideLines(std::size_t sides) : table_(4 * sides) {}
+
+    /// The line of a side. Without one, founds a line if `found`, else returns nothing.
+    std::optional<std::uint32_t> join(const Side& side, bool found) {
+        const double length_m = side.length_m();
+        const Point axis = (side.end - side.start) / length_m;
+        // The direction of a short side is uncertain, unless its ends are near the line.
+        const double tolerance_m = std::min(kTolerance_m, kSlope * length_m);
+        std::optional<std::uint32_t> line;
+        const double turn = 2 * tolerance_m / length_m;
+        for (const double sign : {1.0, -1.0}) {
+            const Point low = sign * axis / kTurn + 0.5 - turn / kTurn;
+            const Point high = sign * axis / kTurn + 0.5 + turn / kTurn;
+            for_cells(low, high, 1, [&](const Cell& turned) {
+                visit_cells(side, turned, tolerance_m, [&](std::uint64_t cell) {
+                    table_.any(cell, [&](std::uint32_t candidate) {
+                        candidate = root(candidate);
+                        if (line == candidate) return false;
+                        if (!is_near(side.start, candidate, tolerance_m) ||
+                            !is_near(side.end, candidate, tolerance_m)) {
+                            return false;
+                        }
+                        if (line) parent_[std::max(*line, candidate)] = std::min(*line, candidate);
+                        line = line ? std::min(*line, candidate) : candidate;
+                        return false;
+                    });
+                });
+            });
+        }
+        if (!found) return line;
+        if (!line) {
+            line = static_cast<std::uint32_t>(lines_.size());
+            lines_.push_back({0.5 * (side.start + side.end), axis});
+            parent_.push_back(*line);
+        }
+        const Cell turned(glm::floor(axis / kTurn + 0.5));
+        visit_cells(side, turned, 0, [&](std::uint64_t cell) {
+            const auto is_line = [&](std::uint32_t other) { return root(other) == *line; };
+            if (!table_.any(cell, is_line)) table_.add(cell, *line);
+        });
+        return line;
+    }
+
+    std::uint32_t root(std::uint32_t line) const {
+        while (parent_[line] != line) line = parent_[line];
+        return line;
+    }
+
+    struct Line {
+        Point origin;
+        Point axis;
+    };
+    const Line& operator[](std::uint32_t line) const { return lines_[line]; }
+
+ private:
+    static constexpr double kSlope = 0.02;
+    static constexpr double kTurn = 0.1;    // cells of directions
+    static constexpr double kCell_m = 0.1;  // of the positions across the direction
+
+    bool is_near(const Point& p, std::uint32_t line, double tolerance_m) const {
+        return glm::length(glm::cross(p - lines_[line].origin, lines_[line].axis)) <= tolerance_m;
+    }
+
+    /// Visits the cells of a side, seen along the central direction of a cell of directions. A side
+    /// deviates from it by at most 5 degrees and covers few cells.
+    template <class Visit>
+    void visit_cells(const Side& side, const Cell& turned, double margin_m,
+                     const Visit& visit) const {
+        if (turned == Cell(0)) return;
+        const Point along = glm::normalize(Point(turned));
+        const auto across = [&](const Point& p) { return p - glm::dot(p, along) * along; };
+        const Point from = across(side.start);
+        const Point to = across(side.end);
+        const int steps = 1 + static_cast<int>(glm::distance(from, to) / kCell_m);
+        const std::uint64_t seed = CellTable::hash(turned);
+        for (int i = 0; i < steps; ++i) {
+            const Point a = from + (to - from) * (static_cast<double>(i) / steps);
+            const Point b = from + (to - from) * (static_cast<double>(i + 1) / steps);
+            for_cells(glm::min(a, b) - margin_m, glm::max(a, b) + margin_m, kCell_m,
+                      [&](const Cell& cell) { visit(CellTable::hash(cell, seed)); });
+        }
+    }
+
+    CellTable table_;
+    std::vector<Line> lines_;
+    std::vector<std::uint32_t> parent_;  ///< [line] of a line that was merged with another
+};
+
+/// The sides of a soup of triangles, and the faces at each.
+class Soup {
+ public:
+    Soup(const RayScene& scene, std::span<const std::uint32_t> triangles)
+        : points_(3 * triangles.size()) {
+        Point low(std::numeric_limits<double>::infinity());
+        Point high = -low;
+        for (const std::uint32_t t : triangles) {
+            for (const Vec3& v : scene.triangle(t).vertices) {
+                low = glm::min(low, Point(v));
+                high = glm::max(high, Point(v));
+            }
+        }
+        if (!(glm::length(high - low) >= kSmallObject_m)) return;
+        middle_ = 0.5 * (low + high);
+        add_faces(scene, triangles);
+        add_sides();
+    }
+
+    std::vector<DiffractionEdge> edges() {
+        std::vector<std::uint32_t> bent;
+        std::vector<std::uint32_t> flat;
+        for (std::uint32_t s = 0; s < sides_.size(); ++s) {
+            if (sides_[s].length_m() < kLeastSide_m) continue;
+            (is_flat(sides_[s]) ? flat : bent).push_back(s);
+        }
+        // The longest sides have the most exact directions.
+        std::vector<double> length_m(sides_.size());
+        std::transform(sides_.begin(), sides_.end(), length_m.begin(),
+                       [](const Side& side) { return side.length_m(); });
+        std::stable_sort(bent.begin(), bent.end(), [&](std::uint32_t a, std::uint32_t b) {
+            return length_m[a] > length_m[b];
+        });
+        SideLines lines(bent.size());
+        std::vector<std::pair<std::uint32_t, std::uint32_t>> members;  // line, side
+        for (const std::uint32_t s : bent) members.emplace_back(*lines.join(sides_[s], true), s);
+        // A flat side may still close the sectors of others on its line.
+        for (const std::uint32_t s : flat) {
+            if (const auto line = lines.join(sides_[s], false)) members.emplace_back(*line, s);
+        }
+        for (auto& [line, side] : members) line = lines.root(line);
+        std::sort(members.begin(), members.end());
+
+        std::vector<DiffractionEdge> edges;
+        for (auto from = members.begin(); from != members.end();) {
+            const auto to = std::find_if(from, members.end(),
+                                         [&](const auto& m) { return m.first != from->first; });
+            sweep(lines[from->first], {from, to}, edges);
+            from = to;
+        }
+        for (DiffractionEdge& edge : edges) edge.start += middle_;
+        return edges;
+    }
+
+ private:
+    using Members = std::span<const std::pair<std::uint32_t, std::uint32_t>>;
+
+    void add_faces(const RayScene& scene, std::span<const std::uint32_t> triangles) {
+        for (const std::uint32_t t : triangles) {
+            Face face{.corners = {}, .triangle = t, .normal = Point(0)};
+            std::array<Point, 3> p;
+            for (std::size_t k = 0; k < 3; ++k) {
+                p[k] = Point(scene.triangle(t).vertices[k]) - middle_;
+            }
+            const double longest_m = std::max(
+                {glm::distance(p[0], p[1]), glm::distance(p[1], p[2]), glm::distance(p[2], p[0])});
+            const Point normal = glm::cross(p[1] - p[0], p[2] - p[0]);
+            const double twice_area_m2 = glm::length(normal);
+            // The sides of a thinner triangle lie on one line.
+            if (!(twice_area_m2 > longest_m * kTolerance_m)) continue;
+            face.normal = normal / twice_area_m2;
+            for (std::size_t k = 0; k < 3; ++k) face.corners[k] = points_.add(p[k]);
+            if (face.corners[0] == face.corners[1] || face.corners[1] == face.corners[2] ||
+                face.corners[2] == face.corners[0]) {
+                continue;
+            }
+            faces_.push_back(face);
+        }
+        // Coincident faces: a wall that is modelled from both sides.
+        const auto key = [](const Face& face) {
+            auto corners = face.corners;
+            std::sort(corners.begin(), corners.end());
+            return corners;
+        };
+        std::stable_sort(faces_.begin(), faces_.end(),
+                         [&](const Face& a, const Face& b) { return key(a) < key(b); });
+        faces_.erase(std::unique(faces_.begin(), faces_.end(),
+                                 [&](const Face& a, const Face& b) { return key(a) == key(b); }),
+                     faces_.end());
+    }
+
+    void add_sides() {
+        uses_.reserve(3 * faces_.size());
+        for (std::uint32_t f = 0; f < faces_.size(); ++f) {
+            const auto& c = faces_[f].corners;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::uint32_t a = c[k];
+                const std::uint32_t b = c[(k + 1) % 3];
+                uses_.push_back({std::min(a, b), std::max(a, b), f, c[(k + 2) % 3]});
+            }
+        }
+        std::sort(uses_.begin(), uses_.end(), [](const Use& a, const Use& b) {
+            return std::tie(a.low, a.high, a.face) < std::tie(b.low, b.high, b.face);
+        });
+        for (std::uint32_t u = 0; u < uses_.size(); ++u) {
+            const bool same =
+                u > 0 && uses_[u - 1].low == uses_[u].low && uses_[u - 1].high == uses_[u].high;
+            if (!same) {
+                sides_.push_back({.start = points_[uses_[u].low],
+                                  .end = points_[uses_[u].high],
+                                  .first_use = u});
+            }
+            sides_.back().end_use = u + 1;
+        }
+    }
+
+    bool is_flat(const Side& side) const {
+        if (side.end_use - side.first_use != 2) return false;
+        const Point axis = glm::normalize(side.end - side.start);
+        const auto away = [&](const Use& use) {
+            return away_from(axis, side.start, faces_[use.face], points_[use.opposite]);
+        };
+        return glm::dot(away(uses_[side.first_use]), away(uses_[side.first_use + 1])) <
+               -std::cos(kTolerance_rad);
+    }
+
+    /// A face about a line.
+    struct FaceAngle {
+        double angle_rad;
+        std::uint32_t triangle;
+    };
+
+    /// An open sector between two faces about a line, from the first to the second.
+    struct Sector {
+        double first_rad = 0;
+        double second_rad = 0;
+        std::array<std::uint32_t, 2> triangles{};
+
+        double open_rad() const { return second_rad - first_rad; }
+    };
+
+    /// The widest sector between faces about a line. Its open angle is 0 if none is above pi.
+    static Sector widest(std::vector<FaceAngle>& faces) {
+        if (faces.empty()) return {};
+        std::sort(faces.begin(), faces.end(), [](const FaceAngle& a, const FaceAngle& b) {
+            return std::tie(a.angle_rad, a.triangle) < std::tie(b.angle_rad, b.triangle);
+        });
+        Sector open{faces.back().angle_rad,
+                    faces.front().angle_rad + 2 * kPi,
+                    {faces.back().triangle, faces.front().triangle}};
+        for (std::size_t i = 1; i < faces.size(); ++i) {
+            const Sector between{faces[i - 1].angle_rad,
+                                 faces[i].angle_rad,
+                                 {faces[i - 1].triangle, faces[i].triangle}};
+            if (between.open_rad() > open.open_rad()) open = between;
+        }
+        if (open.open_rad() < kPi + kTolerance_rad) return {};
+        // Faces within the tolerance belong to one wall.
+        if (open.open_rad() > 2 * kPi - kTolerance_rad) open.second_rad = open.first_rad + 2 * kPi;
+        return open;
+    }
+
+    /// Adds the edges on a line.
+    void sweep(const SideLines::Line& line, Members members,
+               std::vector<DiffractionEdge>& edges) const {
+        struct Interval {
+            double from_m;
+            double to_m;
+            std::uint32_t side;
+        };
+        std::vector<Interval> intervals;
+        std::vector<double> cuts_m;
+        for (const auto& [_, s] : members) {
+            const double a_m = glm::dot(sides_[s].start - line.origin, line.axis);
+            const double b_m = glm::dot(sides_[s].end - line.origin, line.axis);
+            intervals.push_back({std::min(a_m, b_m), std::max(a_m, b_m), s});
+            cuts_m.insert(cuts_m.end(), {a_m, b_m});
+        }
+        std::sort(cuts_m.begin(), cuts_m.end());
+        std::sort(intervals.begin(), intervals.end(), [](const Interval& a, const Interval& b) {
+            return std::tie(a.from_m, a.side) < std::tie(b.from_m, b.side);
+        });
+        const Point x = glm::normalize(
+            glm::cross(line.axis, std::abs(line.axis.x) < 0.5 ? Point(1, 0, 0) : Point(0, 1, 0)));
+        const Point y = glm::cross(line.axis, x);
+
+        std::vector<Interval> active;
+        std::vector<FaceAngle> faces;
+        auto next = intervals.begin();
+        Sector last;
+        double last_end_m = 0;
+        for (std::size_t i = 1; i < cuts_m.size(); ++i) {
+            const double from_m = cuts_m[i - 1];
+            const double to_m = cuts_m[i];
+            if (to_m - from_m < 2 * kTolerance_m) continue;  // a gap within the tolerance
+            const double middle_m = 0.5 * (from_m + to_m);
+            while (next != intervals.end() && next->from_m < middle_m) active.push_back(*next++);
+            std::erase_if(active, [&](const Interval& a) { return a.to_m < middle_m; });
+            faces.clear();
+            for (const Interval& a : active) {
+                for (std::uint32_t u = sides_[a.side].first_use; u < sides_[a.side].end_use; ++u) {
+                    const Face& face = faces_[uses_[u].face];
+                    const Point away =
+                        away_from(line.axis, line.origin, face, points_[uses_[u].opposite]);
+                    faces.push_back(
+                        {std::atan2(glm::dot(away, y), glm::dot(away, x)), face.triangle});
+                }
+            }
+            const Sector open = widest(faces);
+            const auto same = [](double a_rad, double b_rad) {
+                return std::abs(std::remainder(a_rad - b_rad, 2 * kPi)) < kTolerance_rad;
+            };
+            if (open.open_rad() > 0) {
+                const bool continues =
+                    last.open_rad() > 0 && from_m - last_end_m < 2 * kTolerance_m &&
+                    same(open.first_rad, last.first_rad) && same(open.second_rad, last.second_rad);
+                if (continues) {
+                    edges.back().length_m += to_m - last_end_m;
+                } else {
+                    edges.push_back(
+                        {.start = line.origin + from_m * line.axis,
+                         .axis = line.axis,
+                         .first_face = std::cos(open.first_rad) * x + std::sin(open.first_rad) * y,
+                         .length_m = to_m - from_m,
+                         .open_angle_rad = open.open_rad(),
+                         .triangles = open.triangles});
+                }
+            }
+            last = open;
+            last_end_m = to_m;
+        }
+    }
+
+    Point middle_{0};
+    WeldedPoints points_;  ///< relative to middle_
+    std::vector<Face> faces_;
+    std::vector<Use> uses_;  ///< by side
+    std::vector<Side> sides_;
+};
+
+}  // namespace
+
+std::vector<DiffractionEdge> find_edges(const RayScene& scene,
+                                        std::span<const std::uint32_t> triangles) {
+    std::vector<DiffractionEdge> edges = Soup(scene, triangles).edges();
+    const auto longer = [](const DiffractionEdge& a, const DiffractionEdge& b) {
+        return std::tie(b.length_m, a.start.x, a.start.y, a.start.z) <
+               std::tie(a.length_m, b.start.x, b.start.y, b.start.z);
+    };
+    std::sort(edges.begin(), edges.end(), longer);
+    // Edges that are shorter than kLong_m fill up to kFew.
+    const auto shorter_than = [&](double length_m) {
+        const auto first =
+            std::find_if(edges.begin(), edges.end(),
+                         [&](const DiffractionEdge& edge) { return edge.length_m < length_m; });
+        return static_cast<std::size_t>(first - edges.begin());
+    };
+    edges.resize(std::min(shorter_than(kShort_m), std::max(shorter_than(kLong_m), kFew)));
+    std::sort(edges.begin(), edges.end(), [](const DiffractionEdge& a, const DiffractionEdge& b) {
+        return std::tie(a.start.x, a.start.y, a.start.z, a.length_m) <
+               std::tie(b.start.x, b.start.y, b.start.z, b.length_m);
+    });
+    return edges;
+}
+
+}  // namespace aula

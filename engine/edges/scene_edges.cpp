@@ -1,0 +1,88 @@
+#include "engine/edges/scene_edges.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <map>
+
+#include "engine/edges/edge_finder.h"
+
+namespace aula {
+
+SceneEdges::SceneEdges(const RayScene& scene) : scene_(scene) {
+    std::vector<std::uint32_t> fixed;
+    std::map<std::uint32_t, std::vector<std::uint32_t>> movable;  // object -> triangles
+    for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
+        const RayScene::Triangle& triangle = scene.triangle(t);
+        (scene.moves(triangle) ? movable[triangle.object] : fixed).push_back(t);
+    }
+    edges_ = find_edges(scene, fixed);
+    std::erase_if(edges_, [&](const DiffractionEdge& edge) { return is_buried(edge); });
+    for (const auto& [_, triangles] : movable) {
+        MovingEdges object;
+        object.reference = *std::max_element(
+            triangles.begin(), triangles.end(), [&](std::uint32_t a, std::uint32_t b) {
+                return scene.triangle(a).area_m2() < scene.triangle(b).area_m2();
+            });
+        const Frame frame = frame_of(object.reference);
+        const glm::dmat3 to_local = glm::transpose(frame.axes);
+        object.local = find_edges(scene, triangles);
+        object.first_edge = static_cast<std::uint32_t>(edges_.size());
+        edges_.insert(edges_.end(), object.local.begin(), object.local.end());
+        object.end_edge = static_cast<std::uint32_t>(edges_.size());
+        for (DiffractionEdge& edge : object.local) {
+            edge.start = to_local * (edge.start - frame.origin);
+            edge.axis = to_local * edge.axis;
+            edge.first_face = to_local * edge.first_face;
+        }
+        if (!object.local.empty()) moving_.push_back(std::move(object));
+    }
+}
+
+void SceneEdges::scene_moved() {
+    for (const MovingEdges& object : moving_) follow(object);
+}
+
+void SceneEdges::follow(const MovingEdges& object) {
+    const Frame frame = frame_of(object.reference);
+    for (std::uint32_t e = object.first_edge; e < object.end_edge; ++e) {
+        const DiffractionEdge& local = object.local[e - object.first_edge];
+        edges_[e].start = frame.origin + frame.axes * local.start;
+        edges_[e].axis = frame.axes * local.axis;
+        edges_[e].first_face = frame.axes * local.first_face;
+    }
+}
+
+SceneEdges::Frame SceneEdges::frame_of(std::uint32_t triangle) const {
+    const auto& v = scene_.triangle(triangle).vertices;
+    const glm::dvec3 origin(v[0]);
+    const glm::dvec3 x = glm::normalize(glm::dvec3(v[1]) - origin);
+    const glm::dvec3 z = glm::normalize(glm::cross(x, glm::dvec3(v[2]) - origin));
+    return {origin, glm::dmat3(x, glm::cross(z, x), z)};
+}
+
+/// True if faces of other triangles pass through the open angle along the whole edge, as at the
+/// foot of a wall that stands on an undivided floor. Such faces leave no sector above pi. Short
+/// rays around the edge meet them.
+bool SceneEdges::is_buried(const DiffractionEdge& edge) const {
+    constexpr std::array kPlaces{0.5, 0.1, 0.9};
+    constexpr double kRadius_m = 5e-3;
+    constexpr double kMargin_rad = 0.15;
+    constexpr double kStep_rad = 1.6;  // chords pass the edge at 0.7 of the radius
+    const double span_rad = edge.open_angle_rad - 2 * kMargin_rad;
+    const int steps = static_cast<int>(std::ceil(span_rad / kStep_rad));
+    return std::all_of(kPlaces.begin(), kPlaces.end(), [&](double place) {
+        const glm::dvec3 centre = edge.point(place * edge.length_m);
+        const auto around = [&](int step) {
+            return Vec3(centre + kRadius_m * edge.direction(kMargin_rad + span_rad * step / steps));
+        };
+        for (int step = 0; step < steps; ++step) {
+            if (!scene_.visible(around(step), around(step + 1))) return true;
+        }
+        return false;
+    });
+}
+
+}  // namespace aula
