@@ -50,7 +50,7 @@ TEST_CASE("A source that follows a removed one leaves the fade and the reverbera
     };
     const std::vector<float> alone = play(false);
     CHECK(std::any_of(alone.begin() + 10000, alone.end(), [](float x) { return x != 0; }));
-    CHECK(play(true) == alone);
+    CHECK((play(true) == alone));
 }
 
 TEST_CASE("A source is not heard through the response of the one before it in its slot") {
@@ -88,7 +88,7 @@ TEST_CASE("Sources that before_frame and the caller add do not depend on the tim
         });
     };
     const std::vector<float> reference = play(1, true);
-    CHECK(play(1, false) == reference);
-    CHECK(play(3, true) == reference);
-    CHECK(play(3, false) == reference);
+    CHECK((play(1, false) == reference));
+    CHECK((play(3, true) == reference));
+    CHECK((play(3, false) == reference));
 }
