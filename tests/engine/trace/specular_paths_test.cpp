@@ -5,72 +5,18 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <map>
 #include <numbers>
 #include <set>
 #include <utility>
 #include <vector>
 
 #include "engine/base/sampling.h"
-#include "engine/rays/image_transform.h"
-#include "engine/trace/specular_sum.h"
-#include "tests/support/rooms.h"
+#include "tests/engine/trace/mirror_rooms.h"
 
-using aula::Bands;
-using aula::Material;
-using aula::Object;
-using aula::RayScene;
-using aula::Scene;
-using aula::SpecularPath;
-using aula::SpecularPaths;
-using aula::Vec3;
+using namespace aula;
+using namespace aula::test;
 
 namespace {
-
-void add_quad(Object& object, const std::array<Vec3, 4>& corners, std::uint32_t material = 0) {
-    const auto first = static_cast<std::uint32_t>(object.vertices.size());
-    object.vertices.insert(object.vertices.end(), corners.begin(), corners.end());
-    object.triangles.push_back({first, first + 1, first + 2});
-    object.triangles.push_back({first, first + 2, first + 3});
-    object.triangle_materials.insert(object.triangle_materials.end(), 2, material);
-}
-
-/// The walls of a box from 0 to `size`; wall 2 axis + side has material 2 axis + side.
-Object box(const Vec3& size) {
-    Object object;
-    for (int axis = 0; axis < 3; ++axis) {
-        Vec3 u(0);
-        Vec3 v(0);
-        u[(axis + 1) % 3] = size[(axis + 1) % 3];
-        v[(axis + 2) % 3] = size[(axis + 2) % 3];
-        for (int side = 0; side < 2; ++side) {
-            Vec3 corner(0);
-            if (side == 1) corner[axis] = size[axis];
-            add_quad(object, {corner, corner + u, corner + u + v, corner + v},
-                     static_cast<std::uint32_t>(2 * axis + side));
-        }
-    }
-    return object;
-}
-
-Material material(float absorption, float scattering) {
-    return {"", Bands::filled(absorption), Bands::filled(scattering)};
-}
-
-Scene scene_of(std::vector<Object> objects) {
-    Scene scene;
-    scene.objects = std::move(objects);
-    for (int i = 0; i < 6; ++i) {
-        scene.materials.push_back(
-            material(0.1F + 0.05F * static_cast<float>(i), 0.02F * static_cast<float>(i)));
-    }
-    return scene;
-}
-
-/// A rectangle across the room in the plane x = `at`.
-void add_screen(Object& object, float at, float y0, float y1, float z0, float z1) {
-    add_quad(object, {Vec3(at, y0, z0), Vec3(at, y1, z0), Vec3(at, y1, z1), Vec3(at, y0, z1)});
-}
 
 struct Image {
     int order;
@@ -144,21 +90,10 @@ std::array<int, 4> per_order(const std::vector<SpecularPath>& paths) {
     return count;
 }
 
-std::set<std::uint64_t> ids(const std::vector<SpecularPath>& paths) {
-    std::set<std::uint64_t> all;
-    for (const SpecularPath& p : paths) all.insert(p.id);
-    return all;
-}
-
-constexpr float kRadius_m = 0.5F;
-const Vec3 kSize(5, 4, 3);
-const Vec3 kSource(1.2F, 1.1F, 1.5F);
-const Vec3 kListener(3.7F, 2.9F, 1.2F);
-
 }  // namespace
 
 TEST_CASE("a shoebox has the image sources of the closed form, orders 0 to 3") {
-    const Scene scene = scene_of({box(kSize)});
+    const Scene scene = scene_of({mirror_box(kSize)});
     const RayScene rays(scene);
     const SpecularPaths specular(rays, 3, kRadius_m, 1);
     const auto paths = specular.find(kSource, kListener, true, Bands::filled(0.01F)).paths;
@@ -172,10 +107,10 @@ TEST_CASE("a shoebox has the image sources of the closed form, orders 0 to 3") {
 }
 
 TEST_CASE("image sources are right for any source and listener in a shoebox") {
-    const Scene scene = scene_of({box(kSize)});
+    const Scene scene = scene_of({mirror_box(kSize)});
     const RayScene rays(scene);
     const SpecularPaths specular(rays, 3, kRadius_m, 1);
-    aula::RandomStream random(1);
+    RandomStream random(1);
     const auto random_point = [&] {
         const auto xy = random.uniform_2d();
         return Vec3(xy[0], xy[1], random.uniform()) * (kSize - 0.02F) + 0.01F;
@@ -189,7 +124,7 @@ TEST_CASE("image sources are right for any source and listener in a shoebox") {
 }
 
 TEST_CASE("paths that meet an edge or a corner exactly count once") {
-    const RayScene rays(scene_of({box(Vec3(4))}));
+    const RayScene rays(scene_of({mirror_box(Vec3(4))}));
     const SpecularPaths specular(rays, 3, kRadius_m, 1);
     const Vec3 centre(2);
     const auto paths = specular.find(centre, Vec3(2, 2, 1), true, Bands{}).paths;
@@ -216,7 +151,7 @@ TEST_CASE("in free field there is only direct sound") {
 }
 
 TEST_CASE("order 0 has no reflections") {
-    const RayScene rays(scene_of({box(kSize)}));
+    const RayScene rays(scene_of({mirror_box(kSize)}));
     const SpecularPaths specular(rays, 0, kRadius_m, 1);
     CHECK(specular.find(kSource, kListener, true, Bands{}).paths.size() == 1);
     CHECK(specular.find(kSource, kListener, false, Bands{}).paths.empty());
@@ -224,7 +159,7 @@ TEST_CASE("order 0 has no reflections") {
 
 TEST_CASE("walls that scatter or absorb everything have no images") {
     for (const Material& m : {material(0.2F, 1), material(1, 0)}) {
-        Scene scene = scene_of({box(kSize)});
+        Scene scene = scene_of({mirror_box(kSize)});
         for (Material& wall : scene.materials) wall = m;
         const RayScene rays(scene);
         CHECK(SpecularPaths(rays, 3, kRadius_m, 1)
@@ -250,7 +185,7 @@ TEST_CASE("a screen blocks the direct sound and reflects on both sides") {
 }
 
 TEST_CASE("a partition lets paths through its opening only") {
-    Object room = box(kSize);
+    Object room = mirror_box(kSize);
     add_screen(room, 2.5F, 0, 1.5F, 0, 3);  // opening from y = 1.5 to 2.5, full height
     add_screen(room, 2.5F, 2.5F, 4, 0, 3);
     const RayScene rays(scene_of({room}));
@@ -298,16 +233,16 @@ TEST_CASE("an L-shaped room hides images behind its corner") {
 TEST_CASE("no image is audible through a closed wall, even if its path meets the wall's edge") {
     // Two rooms, 5 x 4 x 3 m and 4 x 4 x 3 m, and the wall between them at x = 5, once in each. The
     // path by y = 0 reaches its wall at x = 5 exactly, the one by the ceiling at x = 5.
-    Object there = box({4, 4, 3});
+    Object there = mirror_box({4, 4, 3});
     for (Vec3& v : there.vertices) v += Vec3(5, 0, 0);
-    const RayScene rays(scene_of({box(kSize), there}));
+    const RayScene rays(scene_of({mirror_box(kSize), there}));
     const SpecularPaths specular(rays, 3, kRadius_m, 1);
     const Vec3 source(8, 3, 2);
     const Vec3 listener(3, 2, 1.5F);
     CHECK(specular.find(source, listener, true, Bands{}).paths.empty());
     CHECK(specular.find(listener, source, true, Bands{}).paths.empty());
     // At other positions, and where first orders meet the wall's four edges up to rounding.
-    aula::RandomStream random(3);
+    RandomStream random(3);
     for (int i = 0; i < 300; ++i) {
         const auto xy = random.uniform_2d();
         const Vec3 here = Vec3(xy[0], xy[1], random.uniform()) * (kSize - 0.02F) + 0.01F;
@@ -323,7 +258,7 @@ TEST_CASE("no image is audible through a closed wall, even if its path meets the
         CHECK(specular.find(other, here, true, Bands{}).paths.empty());
     }
     // Companion: without the wall they are audible.
-    Object open = box({9, 4, 3});
+    Object open = mirror_box({9, 4, 3});
     const RayScene open_rays(scene_of({open}));
     CHECK(SpecularPaths(open_rays, 1, kRadius_m, 1)
               .find(source, listener, true, Bands{})
@@ -331,18 +266,18 @@ TEST_CASE("no image is audible through a closed wall, even if its path meets the
 }
 
 TEST_CASE("coincident duplicate faces reflect once") {
-    Object walls = box(kSize);
+    Object walls = mirror_box(kSize);
     for (Vec3& v : walls.vertices) {
         for (int axis = 0; axis < 3; ++axis) v[axis] = std::min(v[axis], kSize[axis]);
     }
-    const RayScene rays(scene_of({box(kSize), walls}));
+    const RayScene rays(scene_of({mirror_box(kSize), walls}));
     const auto paths =
         SpecularPaths(rays, 3, kRadius_m, 1).find(kSource, kListener, true, Bands{}).paths;
     CHECK(per_order(paths) == std::array<int, 4>{1, 6, 18, 38});
 }
 
 TEST_CASE("near a wall levels are finite, and on it there is no reflection in it") {
-    const RayScene rays(scene_of({box(kSize)}));
+    const RayScene rays(scene_of({mirror_box(kSize)}));
     const SpecularPaths specular(rays, 3, kRadius_m, 1);
     for (const float gap_m : {0.0F, 1e-6F, 1e-4F, 1e-3F, 1e-2F}) {
         const Vec3 source(1, 2, gap_m);
@@ -359,7 +294,7 @@ TEST_CASE("near a wall levels are finite, and on it there is no reflection in it
 }
 
 TEST_CASE("neither a source nor a listener on a wall has a reflection in it") {
-    const RayScene rays(scene_of({box(kSize)}));
+    const RayScene rays(scene_of({mirror_box(kSize)}));
     const SpecularPaths specular(rays, 1, kRadius_m, 1);
     const Vec3 on_floor(1, 2, 1e-4F);
     const Vec3 above(2, 1, 1.5F);
@@ -374,9 +309,9 @@ TEST_CASE("neither a source nor a listener on a wall has a reflection in it") {
 
 TEST_CASE("a plate on the floor replaces the floor in its area") {
     // So thin that a ray towards the floor hits its top, of material 5.
-    Object plate = box({3, 2, 1.2e-3F});
+    Object plate = mirror_box({3, 2, 1.2e-3F});
     for (Vec3& v : plate.vertices) v += Vec3(1, 1, 0);
-    const RayScene rays(scene_of({box(kSize), plate}));
+    const RayScene rays(scene_of({mirror_box(kSize), plate}));
     const SpecularPaths specular(rays, 1, kRadius_m, 1);
     for (const float x : {2.5F, 0.4F}) {
         const Vec3 source(x, 1.9F, 1.5F);
@@ -401,7 +336,7 @@ TEST_CASE("a mirror that leaves the plane of another still reflects") {
     add_screen(still, 0, -50, 0, -50, 50);
     Object moving;
     add_screen(moving, 0, 0, 50, -50, 50);
-    moving.path = aula::Trajectory{};
+    moving.path = Trajectory{};
     moving.path->points = {{0, {.position = {0, 0, 0}}}, {1, {.position = {-1, 0, 0}}}};
     RayScene rays(scene_of({still, moving}));
     SpecularPaths specular(rays, 2, kRadius_m, 1);
@@ -418,102 +353,12 @@ TEST_CASE("a mirror that leaves the plane of another still reflects") {
     CHECK(reflection_m(3) == Approx(5));
 }
 
-TEST_CASE("discovery finds the same paths as the full list") {
-    const Scene plain = scene_of({box(kSize)});
-    const RayScene plain_rays(plain);
-    auto listed =
-        SpecularPaths(plain_rays, 3, kRadius_m, 1).find(kSource, kListener, true, Bands{}).paths;
-
-    // 100 mirrors far away, no two coplanar: too many sequences to list beyond order 1.
-    Scene cluttered = plain;
-    Object clutter;
-    aula::RandomStream random(5);
-    for (int i = 0; i < 100; ++i) {
-        const Vec3 at = Vec3(0, 0, 100) + 20.0F * aula::uniform_direction(random.uniform_2d());
-        const Vec3 u = aula::uniform_direction(random.uniform_2d());
-        const Vec3 v = aula::uniform_direction(random.uniform_2d());
-        add_quad(clutter, {at, at + u, at + u + v, at + v});
-    }
-    cluttered.objects.push_back(clutter);
-    const RayScene rays(cluttered);
-    SpecularPaths specular(rays, 3, kRadius_m, 1);
-    CHECK(specular.find(kSource, kListener, true, Bands{}).paths.size() < listed.size());
-    // Each of the 62 paths covers at least some per mille of the sphere; 20 frames of 512 rays.
-    std::vector<SpecularPath> found;
-    for (std::uint64_t frame = 0; frame < 20; ++frame) {
-        specular.discover(kListener, frame);
-        found = specular.find(kSource, kListener, true, Bands{}).paths;
-    }
-    REQUIRE(found.size() == listed.size());
-    // Paths of equal length are ordered by their keys, which depend on the scene.
-    const auto by_energy = [](const SpecularPath& p, const SpecularPath& q) {
-        return std::pair(p.length_m, p.energy[0]) < std::pair(q.length_m, q.energy[0]);
-    };
-    std::sort(listed.begin(), listed.end(), by_energy);
-    std::sort(found.begin(), found.end(), by_energy);
-    for (std::size_t i = 0; i < found.size(); ++i) {
-        CHECK(found[i].length_m == listed[i].length_m);
-        CHECK(found[i].energy == listed[i].energy);
-    }
-}
-
-TEST_CASE("the same calls find the same paths") {
-    Scene scene = scene_of({box(kSize)});
-    Object clutter;
-    aula::RandomStream random(7);
-    for (int i = 0; i < 150; ++i) {
-        const auto xy = random.uniform_2d();
-        const Vec3 at = Vec3(xy[0], xy[1], random.uniform()) * (kSize - 0.3F);
-        add_quad(clutter, {at, at + 0.2F * aula::uniform_direction(random.uniform_2d()),
-                           at + 0.2F * aula::uniform_direction(random.uniform_2d()), at});
-    }
-    scene.objects.push_back(clutter);
-    const RayScene rays(scene);
-    SpecularPaths a(rays, 3, kRadius_m, 1);
-    SpecularPaths b(rays, 3, kRadius_m, 1);
-    for (std::uint64_t frame = 0; frame < 10; ++frame) {
-        const Vec3 listener = kListener - Vec3(0.1F * static_cast<float>(frame), 0, 0);
-        a.discover(listener, frame);
-        b.discover(listener, frame);
-        const auto from_a = a.find(kSource, listener, true, Bands{}).paths;
-        CHECK(ids(from_a) == ids(b.find(kSource, listener, true, Bands{}).paths));
-        CHECK(ids(from_a).size() == from_a.size());
-        CHECK(std::is_sorted(from_a.begin(), from_a.end(),
-                             [](const auto& x, const auto& y) { return x.length_m < y.length_m; }));
-    }
-}
-
-TEST_CASE("valid paths are kept while rays discover others") {
-    // Many small mirrors in a room: more sequences than are kept.
-    Scene scene = scene_of({box(kSize)});
-    Object clutter;
-    aula::RandomStream random(9);
-    for (int i = 0; i < 300; ++i) {
-        const auto xy = random.uniform_2d();
-        const Vec3 at = Vec3(xy[0], xy[1], random.uniform()) * (kSize - 0.4F);
-        const Vec3 u = 0.3F * aula::uniform_direction(random.uniform_2d());
-        const Vec3 v = 0.3F * aula::uniform_direction(random.uniform_2d());
-        add_quad(clutter, {at, at + u, at + u + v, at + v});
-    }
-    scene.objects.push_back(clutter);
-    const RayScene rays(scene);
-    SpecularPaths specular(rays, 3, kRadius_m, 1);
-    std::set<std::uint64_t> before;
-    for (std::uint64_t frame = 0; frame < 40; ++frame) {
-        specular.discover(kListener, frame);
-        const auto now = ids(specular.find(kSource, kListener, true, Bands{}).paths);
-        CHECK(std::includes(now.begin(), now.end(), before.begin(), before.end()));
-        before = now;
-    }
-    CHECK(before.size() > 10);
-}
-
 TEST_CASE("images follow a moving object and keep their identity") {
     Object wall;
     add_screen(wall, 5, -50, 50, -50, 50);
     Object mirror;
     add_screen(mirror, 0, -50, 50, -50, 50);
-    mirror.path = aula::Trajectory{};
+    mirror.path = Trajectory{};
     mirror.path->points = {{0, {.position = {0, 0, 0}}}, {1, {.position = {-1, 0, 0}}}};
     RayScene rays(scene_of({wall, mirror}));
     SpecularPaths specular(rays, 2, kRadius_m, 1);
@@ -536,6 +381,7 @@ TEST_CASE("images follow a moving object and keep their identity") {
     cut.scene_moved();
     CHECK(cut.find({2, 0, 0}, {1, 0, 0}, true, Bands{}).paths.empty());
 }
+<<<<<<< HEAD
 
 TEST_CASE("an image has one key from both ends and for every order of its planes") {
     // The walls of a box that is turned in space, with rounded coordinates.
@@ -681,3 +527,5 @@ TEST_CASE("candidates that rays along them may still reach are kept, whether val
     // 38; if only valid candidates were kept, those discovered in the last frame would give 24.
     CHECK(more >= 31);
 }
+=======
+>>>>>>> 4d97c50 (Split the tests of tracing by subject; shared rooms in headers beside them)

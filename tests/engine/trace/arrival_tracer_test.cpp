@@ -5,50 +5,20 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <map>
-#include <memory>
 #include <numbers>
-#include <utility>
 #include <vector>
 
-#include "engine/base/band_vector.h"
 #include "engine/base/sampling.h"
-#include "engine/trace/detection_spheres.h"
+#include "tests/engine/trace/traced_room.h"
 #include "tests/support/rooms.h"
 #include "tests/support/statistics.h"
 
 using namespace aula;
+using test::TracedRoom;
 
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
-
-struct Traced {
-    Scene scene;
-    RayScene rays;
-    PatchSubdivision subdivision;
-    TraceSettings settings;
-    int specular_order = 0;
-    float radius_m = 0.5F;
-
-    explicit Traced(const Scene& room) : scene(room), rays(scene), subdivision(rays, 0.5F) {
-        settings.max_length_m = 300;
-    }
-
-    std::vector<Arrival> arrivals(std::uint64_t frame_seed) const {
-        const SpecularPaths images(rays, specular_order, radius_m, 1);
-        const ArrivalTracer tracer(rays, subdivision, images, settings);
-        std::vector<Arrival> all;
-        for (int b = 0; b < tracer.batch_count(); ++b) {
-            ArrivalBatch batch;
-            const Receiver receiver{scene.listener.pose.position, radius_m};
-            tracer.trace({0, scene.sources[0].position}, {&receiver, 1}, frame_seed, b, batch);
-            collect_segment_arrivals(rays, {&receiver, 1}, settings.attenuation_per_m,
-                                     settings.rays, batch);
-            all.insert(all.end(), batch.arrivals.begin(), batch.arrivals.end());
-        }
-        return all;
-    }
-};
 
 double energy_of(const std::vector<Arrival>& arrivals, std::size_t band = 0) {
     double sum = 0;
@@ -67,7 +37,7 @@ TEST_CASE("energies of the orders of a Lambert box are the exact ones") {
     const double exact_length_m[] = {5.337, 7.699, 10.103, 12.533, 14.987, 17.465};
     Scene room = kBox;
     room.materials[0].absorption = Bands{};
-    Traced traced(room);
+    TracedRoom traced(room);
     traced.settings.rays = 65536;
     traced.radius_m = 0.2F;
     constexpr int kFrames = 16;
@@ -116,8 +86,8 @@ TEST_CASE("each band keeps its own absorption and scattering on a shared ray") {
     Scene mixed = kBox;
     mixed.materials[0].absorption = {{0.2F, 0.5F, 0.2F, 1.0F, 0.2F, 0.05F, 0.9F, 0.2F}};
     Scene grey = kBox;
-    Traced a(mixed);
-    Traced b(grey);
+    TracedRoom a(mixed);
+    TracedRoom b(grey);
     std::vector<double> ratio;
     for (int f = 0; f < 40; ++f) {
         a.settings.rays = b.settings.rays = 4000;
@@ -140,7 +110,7 @@ TEST_CASE("energy is conserved for any scattering, with roulette") {
         room.materials[0].absorption = Bands{};
         room.materials[0].scattering = Bands::filled(scattering);
         room.materials[0].scattering[5] = 0.3F;  // one band differs
-        Traced traced(room);
+        TracedRoom traced(room);
         traced.settings.max_length_m = 120;
         traced.settings.rays = 4000;
         std::vector<double> late;
@@ -168,7 +138,7 @@ TEST_CASE("energy is conserved for any scattering, with roulette") {
 }
 
 TEST_CASE("plain path tracing has the variance of independent hits") {
-    Traced traced(kBox);
+    TracedRoom traced(kBox);
     traced.settings.independent_rays = true;
     traced.settings.rays = 2000;
     // Arrivals between 12 and 15 m, counted and by energy.
@@ -218,7 +188,7 @@ TEST_CASE("chords of a uniform field have the variance factor 9/8") {
     Scene room = kBox;
     room.materials[0].absorption = Bands{};
     room.listener.pose.position = Vec3(2.5F, 2, 1.5F);
-    Traced traced(room);
+    TracedRoom traced(room);
     traced.settings.rays = 20000;
     traced.settings.max_length_m = 100;
     double first = 0;
@@ -238,7 +208,7 @@ TEST_CASE("chords of a uniform field have the variance factor 9/8") {
 
 TEST_CASE("the error falls with the square root of the rays") {
     const auto spread = [](int rays) {
-        Traced traced(kBox);
+        TracedRoom traced(kBox);
         traced.settings.independent_rays = true;
         traced.settings.rays = rays;
         traced.settings.max_length_m = 30;
@@ -256,7 +226,7 @@ TEST_CASE("the error falls with the square root of the rays") {
 TEST_CASE("purely specular paths up to the specular order are omitted for the image sources") {
     Scene room = kBox;
     room.materials[0].scattering = Bands{};
-    Traced traced(room);
+    TracedRoom traced(room);
     traced.settings.rays = 20000;
     traced.settings.order = 3;
     traced.specular_order = 3;
@@ -268,8 +238,8 @@ TEST_CASE("purely specular paths up to the specular order are omitted for the im
 }
 
 TEST_CASE("air attenuates energy by path length") {
-    Traced dry(kBox);
-    Traced damp(kBox);
+    TracedRoom dry(kBox);
+    TracedRoom damp(kBox);
     damp.settings.attenuation_per_m = Bands::filled(0.01F);
     const auto a = dry.arrivals(3);
     const auto b = damp.arrivals(3);
@@ -285,266 +255,6 @@ TEST_CASE("air attenuates energy by path length") {
         ++compared;
     }
     CHECK(compared > 50);
-}
-
-TEST_CASE("hit points are off the surface on the ray's side, at any distance and angle") {
-    // Few triangles, and more than the brute-force intersector takes.
-    const std::pair<Object, float> rooms[] = {
-        {test::box(Vec3(1000, 150, 40), 0, Vec3(-500, -75, -20)), 19.9F},
-        {test::icosphere(100, 4), 99}};
-    for (const auto& [walls, from_m] : rooms) {
-        const Scene scene = test::grey_room(walls, 0.1F, 1, Vec3(0), Vec3(1));
-        const RayScene rays(scene);
-        RandomStream random(1);
-        const auto paths = std::make_unique<PathBatch>();
-        for (int round = 0; round < 50; ++round) {
-            paths->count = kLanes;
-            for (std::size_t i = 0; i < kLanes; ++i) {
-                paths->rays.origin.set(i, from_m * uniform_direction(random.uniform_2d()));
-                paths->rays.direction.set(i, uniform_direction(random.uniform_2d()));
-                paths->rays.max_m[i] = 1000;
-            }
-            rays.intersect(paths->rays, paths->count, paths->hits);
-            paths->arrive(rays);
-            for (std::size_t i = 0; i < kLanes; ++i) {
-                REQUIRE(paths->hits.triangle[i] != kNoTriangle);
-                const RayScene::Triangle& t = rays.triangle(paths->hits.triangle[i]);
-                const glm::dvec3 normal(paths->normal.at(i));
-                const double off_m =
-                    glm::dot(normal, glm::dvec3(paths->point.at(i)) - glm::dvec3(t.vertices[0]));
-                // Single precision rounds positions of a kilometre to 3e-5.
-                const float distance_m = paths->hits.distance_m[i];
-                CHECK(off_m > 5e-5);
-                CHECK(off_m < 2 * double{RayScene::offset_after(distance_m)});
-                CHECK(glm::dot(normal, glm::dvec3(paths->rays.direction.at(i))) < 0);
-            }
-        }
-    }
-}
-
-TEST_CASE("hit points lie between faces that meet at an acute angle") {
-    // Two faces that meet at x = z = 0 with 30 degrees between them, the lower one at z = 0.
-    const float slope = std::tan(std::numbers::pi_v<float> / 6);
-    Object wedge;
-    wedge.vertices = {Vec3(0, -2, 0), Vec3(0, 2, 0),          Vec3(3, -2, 0),
-                      Vec3(3, 2, 0),  Vec3(3, -2, 3 * slope), Vec3(3, 2, 3 * slope)};
-    wedge.triangles = {{0, 2, 3}, {0, 3, 1}, {0, 4, 5}, {0, 5, 1}};
-    wedge.triangle_materials.assign(4, 0);
-    const RayScene rays(test::grey_room(wedge, 0.1F, 1, Vec3(2, 0, 0.5F), Vec3(2, 0, 0.6F)));
-    RandomStream random(1);
-    const auto paths = std::make_unique<PathBatch>();
-    int tested = 0;
-    for (int round = 0; round < 20; ++round) {
-        paths->count = kLanes;
-        for (std::size_t i = 0; i < kLanes; ++i) {
-            // To the lower face within 0.1 mm of the edge: the point along the normal is on the
-            // other side.
-            const auto [u, v] = random.uniform_2d();
-            const Vec3 origin(1 + u, 0, (0.2F + 0.7F * v) * slope);
-            const Vec3 target(2e-5F + 8e-5F * random.uniform(), 2 * random.uniform() - 1, 0);
-            paths->rays.origin.set(i, origin);
-            paths->rays.direction.set(i, glm::normalize(target - origin));
-            paths->rays.max_m[i] = 10;
-        }
-        rays.intersect(paths->rays, paths->count, paths->hits);
-        paths->arrive(rays);
-        for (std::size_t i = 0; i < kLanes; ++i) {
-            const Vec3 point = paths->point.at(i);
-            // Exact, except for rays nearly parallel to the face: their point is offset along the
-            // normal.
-            if (paths->rays.direction.at(i).z > -0.11F) continue;
-            if (paths->hits.triangle[i] > 1) continue;
-            CHECK(point.z < slope * point.x);
-            CHECK(point.z > 5e-5F);
-            ++tested;
-        }
-    }
-    CHECK(tested > 1000);  // companion
-}
-
-TEST_CASE("a lobe of negligible energy is never chosen") {
-    std::uint64_t state = 0;
-    while (RandomStream(state).uniform_2d()[0] != 0) ++state;
-    const Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 1e-40F, Vec3(1), Vec3(2));
-    const auto paths = std::make_unique<PathBatch>();
-    paths->count = 1;
-    paths->energy[0] = Bands::filled(1);
-    paths->random[0] = state;
-    paths->scatter(RayScene(scene), Bands{});
-    CHECK(paths->to_diffuse[0] == 0);
-    CHECK(paths->energy[0].sum() == Approx(0.9 * kBandCount));
-}
-
-TEST_CASE("band vectors have reproducible sums, to the bit, and right maxima") {
-    RandomStream random(1);
-    for (int i = 0; i < 200; ++i) {
-        std::array<Bands, 8> whole;
-        std::array<BandVector, 8> wholes;
-        std::array<BandVector, 8> parts;
-        for (std::size_t k = 0; k < 8; ++k) {
-            for (float& energy : whole[k].value) energy = random.uniform();
-            wholes[k] = load_bands(whole[k]);
-            parts[k] = wholes[k] * random.uniform();
-        }
-        const BandVector sums = sums_over_bands(wholes);
-        const BandVector less = sums_over_bands(parts);
-        const BandVector maxima = maxima_over_bands(wholes);
-        for (std::size_t k = 0; k < 8; ++k) {
-            CHECK(sums[k] == whole[k].sum());
-            CHECK(maxima[k] == whole[k].max());
-            // Rounding cannot make a part larger than the whole.
-            CHECK(less[k] <= sums[k]);
-        }
-    }
-}
-
-TEST_CASE(
-    "spheres that grow with a segment's energy preserve late specular levels and reduce their "
-    "noise") {
-    // A box with one pair of hard walls: few rays between them carry its late sound. Exact by
-    // images of all orders.
-    const Vec3 size(12, 9, 5);
-    const Vec3 source = size * Vec3(0.22F, 0.39F, 0.31F);
-    const Vec3 listener = size * Vec3(0.71F, 0.62F, 0.27F);
-    Scene scene = test::grey_room(test::box(size), 0.4F, 0, source, listener);
-    scene.materials.push_back(scene.materials[0]);
-    scene.materials[1].absorption = Bands::filled(0.03F);
-    Object& walls = scene.objects[0];
-    for (std::size_t t = 0; t < walls.triangles.size(); ++t) {
-        const auto& [a, b, c] = walls.triangles[t];
-        const bool across = walls.vertices[a].x == walls.vertices[b].x &&
-                            walls.vertices[a].x == walls.vertices[c].x;
-        walls.triangle_materials[t] = across ? 1 : 0;
-    }
-    constexpr int kBins = 10;
-    constexpr float kFirst_m = 34;
-    constexpr float kBin_m = 17;
-    const auto bin_of = [](double length_m) {
-        return static_cast<int>(std::floor((length_m - double{kFirst_m}) / double{kBin_m}));
-    };
-    std::vector<double> exact(kBins);
-    const auto along = [&](int axis, int n) {
-        const double length = double{size[axis]};
-        const double at = double{source[axis]};
-        return (n % 2 == 0 ? n * length + at : (n + 1) * length - at) - double{listener[axis]};
-    };
-    for (int i = -20; i <= 20; ++i) {
-        for (int j = -25; j <= 25; ++j) {
-            for (int k = -43; k <= 43; ++k) {
-                const double d = std::hypot(along(0, i), along(1, j), along(2, k));
-                const int bin = bin_of(d);
-                if (bin < 0 || bin >= kBins) continue;
-                exact[static_cast<std::size_t>(bin)] +=
-                    std::pow(double{1 - 0.03F}, std::abs(i)) *
-                    std::pow(double{1 - 0.4F}, std::abs(j) + std::abs(k)) /
-                    (4 * double{kPi} * d * d);
-            }
-        }
-    }
-
-    Traced traced(scene);
-    traced.settings.rays = 2000;
-    traced.settings.max_length_m = kFirst_m + kBins * kBin_m;
-    const SpecularPaths images(traced.rays, 0, 0.5F, 1);
-    const ArrivalTracer tracer(traced.rays, traced.subdivision, images, traced.settings);
-    const Receiver receiver = make_receiver(traced.rays, listener, 0.5F);
-    constexpr std::size_t kFrames = 48;
-    struct Run {
-        std::vector<std::vector<double>> levels{kBins};  ///< [bin][frame] over the exact ones
-        double arrivals = 0;
-    };
-    Run fixed;
-    Run grown;
-    for (std::size_t f = 0; f < kFrames; ++f) {
-        std::vector<ArrivalBatch> batches(static_cast<std::size_t>(tracer.batch_count()));
-        for (std::size_t b = 0; b < batches.size(); ++b) {
-            tracer.trace({0, source}, {}, derive_seed(test::test_seed(), f), static_cast<int>(b),
-                         batches[b]);
-        }
-        const auto detect = [&](Run& run) {
-            for (auto& bin : run.levels) bin.push_back(0);
-            for (ArrivalBatch& batch : batches) {
-                batch.arrivals.clear();
-                collect_segment_arrivals(traced.rays, {&receiver, 1}, Bands{}, traced.settings.rays,
-                                         batch);
-                run.arrivals += static_cast<double>(batch.arrivals.size());
-                for (const Arrival& a : batch.arrivals) {
-                    const int bin = bin_of(double{a.length_m});
-                    if (bin < 0 || bin >= kBins) continue;
-                    run.levels[static_cast<std::size_t>(bin)].back() +=
-                        double{a.energy[0]} / traced.settings.rays /
-                        exact[static_cast<std::size_t>(bin)];
-                }
-            }
-        };
-        detect(fixed);
-        size_spheres(std::span(batches));
-        detect(grown);
-    }
-    double fixed_deviation = 0;
-    double grown_deviation = 0;
-    for (std::size_t k = 0; k < kBins; ++k) {
-        const test::Estimate of_fixed = test::estimate(fixed.levels[k]);
-        const test::Estimate of_grown = test::estimate(grown.levels[k]);
-        const double max = *std::max_element(grown.levels[k].begin(), grown.levels[k].end());
-        CAPTURE(k, exact[k], of_fixed.mean, of_fixed.standard_error, of_grown.mean,
-                of_grown.standard_error, max);
-        // Spheres of up to some metres may move an arrival to a neighbouring bin: 2 %.
-        CHECK(std::abs(of_grown.mean - 1) < test::kFamilyZ * of_grown.standard_error + 0.02);
-        CHECK(of_grown.standard_error < 0.08);  // so that the check is significant
-        fixed_deviation += of_fixed.standard_error * std::sqrt(double{kFrames}) / kBins;
-        grown_deviation += of_grown.standard_error * std::sqrt(double{kFrames}) / kBins;
-    }
-    // The relative standard deviation of a bin and frame. The segments' number and the share of a
-    // sphere in the room give 2000 x pi 0.25 x 17 / 540 = 49 equal hits in a bin, of up to four
-    // times the mean energy in a fixed sphere or a grown one: at most 2 / sqrt(49) = 0.29 for equal
-    // chords, times sqrt(9/8).
-    CAPTURE(fixed_deviation, grown_deviation);
-    CHECK(grown_deviation < 0.31);
-    CHECK(fixed_deviation > 2 * grown_deviation);  // companion
-    // Equalisation costs few hits: at most one more for four of mean energy in each band.
-    CHECK(grown.arrivals < 1.3 * fixed.arrivals);
-}
-
-TEST_CASE("large spheres represent the part of a room that is visible from their centre") {
-    // A lossless L-shaped room: fluence is the same everywhere, so that every sphere must find it
-    // with any occlusion by walls.
-    const Scene scene =
-        test::grey_room(test::l_shaped_room(), 0, 0, Vec3(1, 5, 1), Vec3(4.5F, 1.2F, 1.6F));
-    const RayScene rays(scene);
-    const Receiver receiver = make_receiver(rays, Vec3(4.5F, 1.2F, 1.6F), 0.5F);
-    const PatchSubdivision subdivision(rays, 1);
-    const SpecularPaths images(rays, 0, 0.5F, 1);
-    Traced traced(scene);
-    traced.settings.rays = 4000;
-    traced.settings.max_length_m = 300;
-    const ArrivalTracer tracer(rays, subdivision, images, traced.settings);
-    std::vector<std::vector<double>> fluence(17);
-    for (int f = 0; f < 8; ++f) {
-        for (auto& of_sphere : fluence) of_sphere.push_back(0);
-        for (int b = 0; b < tracer.batch_count(); ++b) {
-            ArrivalBatch batch;
-            tracer.trace({0, Vec3(1, 5, 1)}, {}, derive_seed(test::test_seed(), f), b, batch);
-            for (const PathSegment& segment : batch.segments) {
-                for (std::size_t k = 0; k < fluence.size(); k += 4) {
-                    const auto chord = receiver.chord(rays, segment.origin, segment.direction,
-                                                      segment.length_m, k);
-                    if (!chord || segment.before_m + chord->at_m < 100) continue;
-                    fluence[k].back() += double{chord->share_1_m2} / 4000;
-                }
-            }
-        }
-    }
-    // c P / V per second, 81 m3, from 100 to 300 m.
-    const double exact = 200.0 / 81;
-    for (std::size_t k = 0; k < fluence.size(); k += 4) {
-        const test::Estimate e = test::estimate(fluence[k]);
-        CAPTURE(k, e.mean, e.standard_error, exact);
-        // 2 % for 512 probes of the volume.
-        CHECK(std::abs(e.mean - exact) < test::kFamilyZ * e.standard_error + 0.02 * exact);
-    }
-    // Companion: the volume of the whole ball instead of the visible part is far off.
-    CHECK(receiver.seen_share[16] < 0.3F);
 }
 
 TEST_CASE("a specular ray has the key of the path that an image source counts, from either end") {

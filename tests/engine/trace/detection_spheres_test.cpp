@@ -1,0 +1,171 @@
+#include "engine/trace/detection_spheres.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numbers>
+#include <vector>
+
+#include "engine/base/sampling.h"
+#include "tests/engine/trace/traced_room.h"
+#include "tests/support/rooms.h"
+#include "tests/support/statistics.h"
+
+using namespace aula;
+using test::TracedRoom;
+
+namespace {
+
+constexpr float kPi = std::numbers::pi_v<float>;
+
+}  // namespace
+
+TEST_CASE(
+    "spheres that grow with a segment's energy preserve late specular levels and reduce their "
+    "noise") {
+    // A box with one pair of hard walls: few rays between them carry its late sound. Exact by
+    // images of all orders.
+    const Vec3 size(12, 9, 5);
+    const Vec3 source = size * Vec3(0.22F, 0.39F, 0.31F);
+    const Vec3 listener = size * Vec3(0.71F, 0.62F, 0.27F);
+    Scene scene = test::grey_room(test::box(size), 0.4F, 0, source, listener);
+    scene.materials.push_back(scene.materials[0]);
+    scene.materials[1].absorption = Bands::filled(0.03F);
+    Object& walls = scene.objects[0];
+    for (std::size_t t = 0; t < walls.triangles.size(); ++t) {
+        const auto& [a, b, c] = walls.triangles[t];
+        const bool across = walls.vertices[a].x == walls.vertices[b].x &&
+                            walls.vertices[a].x == walls.vertices[c].x;
+        walls.triangle_materials[t] = across ? 1 : 0;
+    }
+    constexpr int kBins = 10;
+    constexpr float kFirst_m = 34;
+    constexpr float kBin_m = 17;
+    const auto bin_of = [](double length_m) {
+        return static_cast<int>(std::floor((length_m - double{kFirst_m}) / double{kBin_m}));
+    };
+    std::vector<double> exact(kBins);
+    const auto along = [&](int axis, int n) {
+        const double length = double{size[axis]};
+        const double at = double{source[axis]};
+        return (n % 2 == 0 ? n * length + at : (n + 1) * length - at) - double{listener[axis]};
+    };
+    for (int i = -20; i <= 20; ++i) {
+        for (int j = -25; j <= 25; ++j) {
+            for (int k = -43; k <= 43; ++k) {
+                const double d = std::hypot(along(0, i), along(1, j), along(2, k));
+                const int bin = bin_of(d);
+                if (bin < 0 || bin >= kBins) continue;
+                exact[static_cast<std::size_t>(bin)] +=
+                    std::pow(double{1 - 0.03F}, std::abs(i)) *
+                    std::pow(double{1 - 0.4F}, std::abs(j) + std::abs(k)) /
+                    (4 * double{kPi} * d * d);
+            }
+        }
+    }
+
+    TracedRoom traced(scene);
+    traced.settings.rays = 2000;
+    traced.settings.max_length_m = kFirst_m + kBins * kBin_m;
+    const SpecularPaths images(traced.rays, 0, 0.5F, 1);
+    const ArrivalTracer tracer(traced.rays, traced.subdivision, images, traced.settings);
+    const Receiver receiver = make_receiver(traced.rays, listener, 0.5F);
+    constexpr std::size_t kFrames = 48;
+    struct Run {
+        std::vector<std::vector<double>> levels{kBins};  ///< [bin][frame] over the exact ones
+        double arrivals = 0;
+    };
+    Run fixed;
+    Run grown;
+    for (std::size_t f = 0; f < kFrames; ++f) {
+        std::vector<ArrivalBatch> batches(static_cast<std::size_t>(tracer.batch_count()));
+        for (std::size_t b = 0; b < batches.size(); ++b) {
+            tracer.trace({0, source}, {}, derive_seed(test::test_seed(), f), static_cast<int>(b),
+                         batches[b]);
+        }
+        const auto detect = [&](Run& run) {
+            for (auto& bin : run.levels) bin.push_back(0);
+            for (ArrivalBatch& batch : batches) {
+                batch.arrivals.clear();
+                collect_segment_arrivals(traced.rays, {&receiver, 1}, Bands{}, traced.settings.rays,
+                                         batch);
+                run.arrivals += static_cast<double>(batch.arrivals.size());
+                for (const Arrival& a : batch.arrivals) {
+                    const int bin = bin_of(double{a.length_m});
+                    if (bin < 0 || bin >= kBins) continue;
+                    run.levels[static_cast<std::size_t>(bin)].back() +=
+                        double{a.energy[0]} / traced.settings.rays /
+                        exact[static_cast<std::size_t>(bin)];
+                }
+            }
+        };
+        detect(fixed);
+        size_spheres(std::span(batches));
+        detect(grown);
+    }
+    double fixed_deviation = 0;
+    double grown_deviation = 0;
+    for (std::size_t k = 0; k < kBins; ++k) {
+        const test::Estimate of_fixed = test::estimate(fixed.levels[k]);
+        const test::Estimate of_grown = test::estimate(grown.levels[k]);
+        const double max = *std::max_element(grown.levels[k].begin(), grown.levels[k].end());
+        CAPTURE(k, exact[k], of_fixed.mean, of_fixed.standard_error, of_grown.mean,
+                of_grown.standard_error, max);
+        // Spheres of up to some metres may move an arrival to a neighbouring bin: 2 %.
+        CHECK(std::abs(of_grown.mean - 1) < test::kFamilyZ * of_grown.standard_error + 0.02);
+        CHECK(of_grown.standard_error < 0.08);  // so that the check is significant
+        fixed_deviation += of_fixed.standard_error * std::sqrt(double{kFrames}) / kBins;
+        grown_deviation += of_grown.standard_error * std::sqrt(double{kFrames}) / kBins;
+    }
+    // The relative standard deviation of a bin and frame. The segments' number and the share of a
+    // sphere in the room give 2000 x pi 0.25 x 17 / 540 = 49 equal hits in a bin, of up to four
+    // times the mean energy in a fixed sphere or a grown one: at most 2 / sqrt(49) = 0.29 for equal
+    // chords, times sqrt(9/8).
+    CAPTURE(fixed_deviation, grown_deviation);
+    CHECK(grown_deviation < 0.31);
+    CHECK(fixed_deviation > 2 * grown_deviation);  // companion
+    // Equalisation costs few hits: at most one more for four of mean energy in each band.
+    CHECK(grown.arrivals < 1.3 * fixed.arrivals);
+}
+
+TEST_CASE("large spheres represent the part of a room that is visible from their centre") {
+    // A lossless L-shaped room: fluence is the same everywhere, so that every sphere must find it
+    // with any occlusion by walls.
+    const Scene scene =
+        test::grey_room(test::l_shaped_room(), 0, 0, Vec3(1, 5, 1), Vec3(4.5F, 1.2F, 1.6F));
+    const RayScene rays(scene);
+    const Receiver receiver = make_receiver(rays, Vec3(4.5F, 1.2F, 1.6F), 0.5F);
+    const PatchSubdivision subdivision(rays, 1);
+    const SpecularPaths images(rays, 0, 0.5F, 1);
+    TracedRoom traced(scene);
+    traced.settings.rays = 4000;
+    traced.settings.max_length_m = 300;
+    const ArrivalTracer tracer(rays, subdivision, images, traced.settings);
+    std::vector<std::vector<double>> fluence(17);
+    for (int f = 0; f < 8; ++f) {
+        for (auto& of_sphere : fluence) of_sphere.push_back(0);
+        for (int b = 0; b < tracer.batch_count(); ++b) {
+            ArrivalBatch batch;
+            tracer.trace({0, Vec3(1, 5, 1)}, {}, derive_seed(test::test_seed(), f), b, batch);
+            for (const PathSegment& segment : batch.segments) {
+                for (std::size_t k = 0; k < fluence.size(); k += 4) {
+                    const auto chord = receiver.chord(rays, segment.origin, segment.direction,
+                                                      segment.length_m, k);
+                    if (!chord || segment.before_m + chord->at_m < 100) continue;
+                    fluence[k].back() += double{chord->share_1_m2} / 4000;
+                }
+            }
+        }
+    }
+    // c P / V per second, 81 m3, from 100 to 300 m.
+    const double exact = 200.0 / 81;
+    for (std::size_t k = 0; k < fluence.size(); k += 4) {
+        const test::Estimate e = test::estimate(fluence[k]);
+        CAPTURE(k, e.mean, e.standard_error, exact);
+        // 2 % for 512 probes of the volume.
+        CHECK(std::abs(e.mean - exact) < test::kFamilyZ * e.standard_error + 0.02 * exact);
+    }
+    // Companion: the volume of the whole ball instead of the visible part is far off.
+    CHECK(receiver.seen_share[16] < 0.3F);
+}
