@@ -111,17 +111,14 @@ TEST_CASE("energy of a ray counts if its image is not tried") {
     CHECK(tried.has_tried(found->id));
     CHECK_FALSE(tried.has_tried(0));
 
-    EnergyResponse empty;
-    empty.bins = TimeBins(0.1);
-    empty.energy.resize(empty.bins.count());
-    empty.direction.resize(empty.bins.count());
-    SpecularSum sum(empty);
+    const auto silent = EnergyResponse::silent(TimeBins(0.1));
+    SpecularSum sum(silent);
     sum.add_rays(4);
     sum.add({Bands{}, Vec3(1, 0, 0), 0}, Bands::filled(1), 10);
     sum.add({Bands{}, Vec3(0, 1, 0), found->id}, Bands::filled(2), 10);
     sum.add({Bands{}, Vec3(0, 1, 0), found->id}, Bands::filled(2), 10.2F);
     const auto read = [&](const SpecularSound& images) {
-        EnergyResponse response = empty;
+        EnergyResponse response = silent;
         sum.add_to(images, response);
         return response;
     };
@@ -134,7 +131,7 @@ TEST_CASE("energy of a ray counts if its image is not tried") {
     // Both hits of the sequence count at their mean length.
     const std::size_t bin = response.bins.index(10.1 / double{response.speed_of_sound_m_s});
     CHECK(response.energy[bin][0] == Approx(bin == response.bins.index(10 / 343.2) ? 1.25 : 1));
-    CHECK(response.direction[bin].y == Approx(8.0));
+    CHECK(response.intensity[bin].y == Approx(8.0));
     sum.clear();
     sum.add_rays(4);
     CHECK(read(none).total(0) == 0);
