@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cfenv>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -24,8 +25,9 @@ AuralizerOptions checked(AuralizerOptions options, const Scene& scene) {
 
 }  // namespace
 
-Auralizer::State::State(const Scene& scene_in, AuralizerOptions options_in)
-    : scene(scene_in), options(checked(std::move(options_in), scene)) {}
+Auralizer::State::State(const Scene& scene_in, AuralizerOptions options_in,
+                        std::shared_ptr<const Hrtf> hrtf_in)
+    : scene(scene_in), options(checked(std::move(options_in), scene)), hrtf(std::move(hrtf_in)) {}
 
 // The engine's threads inherit from this thread what the calling thread may have: priority,
 // rounding and denormal modes.
@@ -33,16 +35,22 @@ void Auralizer::State::build() {
     leave_realtime();
     std::fesetenv(FE_DFL_ENV);
     if (options.clock == RenderClock::exact) {
-        playback = std::make_unique<ExactPlayback>(scene, options);
+        playback = std::make_unique<ExactPlayback>(scene, options, hrtf);
     } else {
         lower_priority(kPropagationNice);
-        playback = std::make_unique<RealTimePlayback>(scene, options);
+        playback = std::make_unique<RealTimePlayback>(scene, options, hrtf);
     }
 }
 
+void Auralizer::State::begin() {
+    is_started = true;
+    started.set_value(true);
+}
+
 void Auralizer::State::end() {
+    if (!std::exchange(is_started, true)) started.set_value(false);
     playback->stop();
-    thread.join();
+    if (thread.joinable()) thread.join();
 }
 
 void Auralizer::State::check_object(std::size_t object) const {
@@ -51,7 +59,11 @@ void Auralizer::State::check_object(std::size_t object) const {
 }
 
 Auralizer::Auralizer(const Scene& scene, AuralizerOptions options)
-    : state_(std::make_unique<State>(scene, std::move(options))) {
+    : Auralizer(std::make_unique<State>(scene, std::move(options))) {
+    state_->begin();
+}
+
+Auralizer::Auralizer(std::unique_ptr<State> state) : state_(std::move(state)) {
     State& s = *state_;
     s.thread = std::thread([this, &s] {
         try {
@@ -60,8 +72,7 @@ Auralizer::Auralizer(const Scene& scene, AuralizerOptions options)
             return s.built.set_exception(std::current_exception());
         }
         s.built.set_value();
-        s.started.get_future().wait();
-        s.playback->run(*this);
+        if (s.started.get_future().get()) s.playback->run(*this);
     });
     try {
         s.built.get_future().get();
@@ -69,7 +80,6 @@ Auralizer::Auralizer(const Scene& scene, AuralizerOptions options)
         s.thread.join();
         throw;
     }
-    s.started.set_value();
 }
 
 // While the object is whole: its thread may be in before_frame.
@@ -128,6 +138,32 @@ void Auralizer::set_material(std::size_t object, const Material& material, std::
     state_->playback->change_room(at, [object, material](FrameRoom& room) {
         room.materials.insert_or_assign(object, material);
     });
+}
+
+void Auralizer::set_part_gains(const PartGains& gains, std::int64_t at) {
+    check_part_gains(gains);
+    state_->playback->change_room(at, [gains](FrameRoom& room) {
+        room.state.direct_gain = gains.direct;
+        room.state.early_gain = gains.early;
+        room.state.late_gain = gains.late;
+    });
+}
+
+void Auralizer::set_rays(int rays, std::int64_t at) {
+    require(rays >= 1 && rays <= Simulation::kMaxRays, "the number of rays is out of range");
+    state_->playback->change_room(at, [rays](FrameRoom& room) {
+        room.state.rays = rays;
+        room.state.frame_share.reset();
+    });
+}
+
+void Auralizer::set_frame_share(double share) {
+    require(state_->options.clock == RenderClock::real_time,
+            "rays by computation time are not reproducible, as the exact clock requires");
+    require(share >= 0 && std::isfinite(share),
+            "the share of the frame period is not a number from 0 on");
+    state_->playback->change_room(kNow,
+                                  [share](FrameRoom& room) { room.state.frame_share = share; });
 }
 
 void Auralizer::commit(std::int64_t until) { state_->playback->commit(until); }

@@ -11,19 +11,27 @@ namespace aula {
 
 /// The playback and the propagation thread, which builds it and computes its frames.
 struct Auralizer::State {
-    State(const Scene& scene, AuralizerOptions options);
+    /// `hrtf`: that of the options; null: it is read.
+    State(const Scene& scene, AuralizerOptions options, std::shared_ptr<const Hrtf> hrtf = nullptr);
 
     /// Builds the playback. [propagation thread]
     void build();
+
+    /// Starts the frames.
+    void begin();
+
+    /// Ends the frames and the thread.
     void end();
 
     void check_object(std::size_t object) const;
 
     const Scene scene;
     const AuralizerOptions options;
+    const std::shared_ptr<const Hrtf> hrtf;
     std::unique_ptr<RoomPlayback> playback;
     std::promise<void> built;    ///< the playback, or what prevents it
-    std::promise<void> started;  ///< the auralizer is complete
+    std::promise<bool> started;  ///< whether frames are wanted
+    bool is_started = false;     ///< the promise has its value
     std::thread thread;
 };
 

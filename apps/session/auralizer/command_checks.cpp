@@ -62,4 +62,9 @@ void check_material(const Material& material) {
             require(share >= 0 && share <= 1, "a coefficient of a material is not from 0 to 1");
 }
 
+void check_part_gains(const PartGains& gains) {
+    for (const float gain : {gains.direct, gains.early, gains.late})
+        require(gain >= 0 && std::isfinite(gain), "a gain of a part is not a number from 0 on");
+}
+
 }  // namespace aula

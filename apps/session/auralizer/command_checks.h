@@ -16,5 +16,6 @@ void check_pose(const Pose& pose);
 void check_gain(float gain_db);
 void check_transform(const RigidTransform& transform);
 void check_material(const Material& material);
+void check_part_gains(const PartGains& gains);
 
 }  // namespace aula

@@ -15,8 +15,9 @@ constexpr std::size_t kFramesAhead = 2;
 
 }  // namespace
 
-ExactPlayback::ExactPlayback(const Scene& scene, const AuralizerOptions& options)
-    : RoomPlayback(scene, options, kBlock),
+ExactPlayback::ExactPlayback(const Scene& scene, const AuralizerOptions& options,
+                             std::shared_ptr<const Hrtf> hrtf)
+    : RoomPlayback(scene, options, kBlock, std::move(hrtf)),
       frame_rate_hz_(static_cast<double>(scene.simulation.frame_rate_hz)),
       block_outputs_(options.listeners * channel_count(options.output), std::vector<float>(kBlock)),
       block_pointers_(block_outputs_.size()),

@@ -14,7 +14,8 @@ namespace aula {
 /// frames and changes of their sample times. The latency is one block.
 class ExactPlayback : public RoomPlayback {
  public:
-    ExactPlayback(const Scene& scene, const AuralizerOptions& options);
+    ExactPlayback(const Scene& scene, const AuralizerOptions& options,
+                  std::shared_ptr<const Hrtf> hrtf);
 
     void commit(std::int64_t until) override;
     int latency_samples() const override;

@@ -24,6 +24,9 @@ FrameClock::Clock::duration duration_of(double seconds) {
 
 }  // namespace
 
+FrameClock::FrameClock(Clock::time_point now, double time_s)
+    : zero_(now - duration_of(time_s)), time_s_(time_s) {}
+
 void FrameClock::next(double frame_s) {
     frame_s_ = frame_s;
     time_s_ += frame_s;

@@ -13,8 +13,8 @@ class FrameClock {
  public:
     using Clock = std::chrono::steady_clock;
 
-    /// Time 0 of the sound is `now`.
-    explicit FrameClock(Clock::time_point now) : zero_(now) {}
+    /// `time_s` of the sound have been played at `now`.
+    explicit FrameClock(Clock::time_point now, double time_s = 0);
 
     /// Advances to the next frame, `frame_s` later.
     void next(double frame_s);

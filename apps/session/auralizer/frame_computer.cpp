@@ -8,7 +8,10 @@ namespace aula {
 
 FrameComputer::FrameComputer(const Scene& scene, const FrameSettings& settings,
                              std::shared_ptr<const Hrtf> hrtf)
-    : hrtf_(std::move(hrtf)), maker_(scene, settings, hrtf_) {
+    : hrtf_(std::move(hrtf)),
+      maker_(std::in_place, scene, settings, hrtf_),
+      config_(maker_->config()),
+      response_length_s_(maker_->response_length_s()) {
     status_.frame_period_ms = 1000 * config().frame_s;
     status_.response_length_s = response_length_s();
 }
@@ -16,19 +19,18 @@ FrameComputer::FrameComputer(const Scene& scene, const FrameSettings& settings,
 void FrameComputer::compute(const FrameRoom& room, ListenerFrames& frames) {
     using Clock = std::chrono::steady_clock;
     for (auto& frame : frames)
-        if (!frame) frame = maker_.make_frame();
+        if (!frame) frame = maker_->make_frame();
     const auto begin = Clock::now();
     std::vector<Sight> seen;
     {
         const std::lock_guard computing(maker_mutex_);
-        for (const auto& [object, material] : room.materials)
-            maker_.set_object_material(object, material);
-        maker_.fill(room.state, frames);
+        change_materials(room);
+        maker_->fill(room.state, frames);
         for (const SourceState& source : room.state.sources) {
             if (source.removed_at) continue;
             Sight sight{{source.id}, {}};
             for (std::size_t l = 0; l < frames.size(); ++l) {
-                const SourceSound* const sound = maker_.sound(source.id, l);
+                const SourceSound* const sound = maker_->sound(source.id, l);
                 sight.visible.push_back(sound != nullptr && sound->direct ? 1 : 0);
             }
             seen.push_back(std::move(sight));
@@ -42,7 +44,29 @@ void FrameComputer::compute(const FrameRoom& room, ListenerFrames& frames) {
     status_.frame_ms = took_ms;
     status_.frame_mean_ms = frame_sum_ms_ / static_cast<double>(status_.frames);
     status_.frame_worst_ms = std::max(status_.frame_worst_ms, took_ms);
-    status_.memory_bytes = maker_.statistics().memory_bytes;
+    status_.rays = maker_->rays();
+    status_.memory_bytes = maker_->statistics().memory_bytes;
+}
+
+void FrameComputer::change_materials(const FrameRoom& room) {
+    for (const auto& [object, material] : room.materials)
+        maker_->set_object_material(object, material);
+}
+
+void FrameComputer::warm_up(const FrameRoom& room, double longest_s) {
+    const std::lock_guard computing(maker_mutex_);
+    change_materials(room);
+    maker_->warm_up(room.state, longest_s);
+}
+
+void FrameComputer::end() {
+    const std::lock_guard computing(maker_mutex_);
+    maker_.reset();
+}
+
+void FrameComputer::set_handed_over() {
+    const std::lock_guard lock(mutex_);
+    handed_over_ = std::chrono::steady_clock::now();
 }
 
 void FrameComputer::count_late_frames(std::uint64_t frames) {
@@ -57,7 +81,7 @@ std::vector<std::vector<float>> FrameComputer::impulse_response(SourceId source,
     std::vector<std::vector<float>> channels;
     {
         const std::lock_guard computing(maker_mutex_);
-        const SourceSound* const newest = maker_.sound(source.number, listener);
+        const SourceSound* const newest = maker_ ? maker_->sound(source.number, listener) : nullptr;
         if (newest == nullptr || newest->absent) return {};
         sound = *newest;
         for (std::span<const float>& channel : sound.ambisonics) {
@@ -65,7 +89,7 @@ std::vector<std::vector<float>> FrameComputer::impulse_response(SourceId source,
             channels.emplace_back(channel.begin(), channel.end());
             channel = channels.back();
         }
-        head = maker_.listener(listener);
+        head = maker_->listener(listener);
     }
     return render_response(sound, config(), response_length_s(), head, hrtf_);
 }
@@ -80,7 +104,11 @@ bool FrameComputer::visible(SourceId source, std::size_t listener) const {
 
 AuralizerStatus FrameComputer::status() const {
     const std::lock_guard lock(mutex_);
-    return status_;
+    AuralizerStatus status = status_;
+    if (handed_over_)
+        status.frame_age_s =
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - *handed_over_).count();
+    return status;
 }
 
 }  // namespace aula

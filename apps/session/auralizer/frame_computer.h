@@ -1,10 +1,12 @@
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -19,6 +21,9 @@ struct FrameRoom {
     RoomState state;
     SourceSlots slots;                            ///< of the sources that are present
     std::map<std::size_t, Material> materials{};  ///< of objects, changed since the frame before
+    /// [listener] when the first pose since the frame before was set (clock_ns()); 0: none that
+    /// counts.
+    std::vector<std::int64_t> poses_ns{};
 };
 
 /// A render frame for each listener.
@@ -30,15 +35,28 @@ class FrameComputer {
     FrameComputer(const Scene& scene, const FrameSettings& settings,
                   std::shared_ptr<const Hrtf> hrtf);
 
-    const RendererConfig& config() const { return maker_.config(); }
-    double response_length_s() const { return maker_.response_length_s(); }
+    const RendererConfig& config() const { return config_; }
+    const std::shared_ptr<const Hrtf>& hrtf() const { return hrtf_; }
+    double response_length_s() const { return response_length_s_; }
 
     /// Fills a frame of each listener, and allocates those that are null. [propagation thread]
     void compute(const FrameRoom& room, ListenerFrames& frames);
 
     /// The longest delay of a source's paths in the newest frame; 0 if it is in none. Removed
     /// sources keep theirs. [propagation thread]
-    double longest_delay_s(SourceId source) const { return maker_.longest_delay_s(source.number); }
+    double longest_delay_s(SourceId source) const { return maker_->longest_delay_s(source.number); }
+
+    /// See FrameMaker::warm_up(). [propagation thread]
+    void warm_up(const FrameRoom& room, double longest_s);
+
+    /// What computes the frames. [propagation thread]
+    const FrameMaker& maker() const { return *maker_; }
+
+    /// Frees the engine. No frame is computed then or later.
+    void end();
+
+    /// Notes that the newest frame has been handed over. [any thread]
+    void set_handed_over();
 
     /// Counts frame times that were missed. [any thread]
     void count_late_frames(std::uint64_t frames);
@@ -55,13 +73,18 @@ class FrameComputer {
         std::vector<char> visible;  ///< [listener]
     };
 
+    void change_materials(const FrameRoom& room);
+
     std::shared_ptr<const Hrtf> hrtf_;
-    mutable std::mutex maker_mutex_;  ///< locked while a frame is computed
-    FrameMaker maker_;
+    mutable std::mutex maker_mutex_;   ///< locked while a frame is computed
+    std::optional<FrameMaker> maker_;  ///< until end()
+    const RendererConfig config_;
+    const double response_length_s_;
     mutable std::mutex mutex_;  ///< of what follows
     std::vector<Sight> sights_;
     AuralizerStatus status_;
     double frame_sum_ms_ = 0;
+    std::optional<std::chrono::steady_clock::time_point> handed_over_;
 };
 
 }  // namespace aula

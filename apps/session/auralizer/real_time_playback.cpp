@@ -4,6 +4,8 @@
 #include <chrono>
 #include <utility>
 
+#include "apps/session/base/latency.h"
+
 namespace aula {
 
 namespace {
@@ -13,13 +15,14 @@ constexpr std::int64_t kAll = kNever - 1;
 
 }  // namespace
 
-RealTimePlayback::RealTimePlayback(const Scene& scene, const AuralizerOptions& options)
-    : RoomPlayback(scene, options, options.block),
+RealTimePlayback::RealTimePlayback(const Scene& scene, const AuralizerOptions& options,
+                                   std::shared_ptr<const Hrtf> hrtf)
+    : RoomPlayback(scene, options, options.block, std::move(hrtf)),
       block_(options.block),
       part_outputs_(options.listeners * channel_count(options.output)),
       frame_heads_(options.listeners) {
     for (std::size_t l = 0; l < options.listeners; ++l)
-        heads_.push_back(std::make_unique<Mailbox<Pose>>(1));
+        heads_.push_back(std::make_unique<Mailbox<HeadPose>>(1));
 }
 
 // Never before that of an earlier call, so that changes keep the order of the calls.
@@ -44,17 +47,34 @@ void RealTimePlayback::publish_routes() {
 
 void RealTimePlayback::turn_head(std::size_t listener, const Pose& pose,
                                  const ChangeTime& /*time*/) {
-    if (in_before_frame())
+    if (in_before_frame()) {
         frame_heads_[listener] = pose;
-    else
+    } else {
+        frame_heads_[listener].reset();  // this one is newer
         publish_head(listener, pose);
+    }
+}
+
+void RealTimePlayback::turn_head_now(std::size_t listener, const Pose& pose) {
+    const std::lock_guard lock(mutex_);
+    turn_head(listener, pose, {});
 }
 
 void RealTimePlayback::publish_head(std::size_t listener, const Pose& pose) {
     auto head = heads_[listener]->reclaim();
-    if (!head) head = std::make_unique<Pose>();
-    *head = pose;
+    if (!head) head = std::make_unique<HeadPose>();
+    *head = {pose, running_ ? clock_ns() : 0};
     heads_[listener]->publish(std::move(head));
+}
+
+/// A pose of a frame counts from the frame's time on.
+std::int64_t RealTimePlayback::pose_ns() const {
+    if (!running_) return 0;
+    return in_before_frame() ? frame_due_ns_ : clock_ns();
+}
+
+double RealTimePlayback::played_s() const {
+    return sound_time_s_ ? sound_time_s_() : static_cast<double>(rendered_.load()) / rate_hz_;
 }
 
 /// False at the end.
@@ -76,31 +96,59 @@ bool RealTimePlayback::wait_out_pause(FrameClock& clock) {
     return true;
 }
 
+ListenerFrames RealTimePlayback::compute(double time_s) {
+    const FrameRoom room = take_changes(kAll, rendered_.load(), time_s);
+    ListenerFrames frames;
+    for (std::size_t l = 0; l < heads_.size(); ++l) frames.push_back(renderer_.frames(l).reclaim());
+    computer_.compute(room, frames);
+    for (std::size_t l = 0; l < frames.size(); ++l) frames[l]->stamp = room.poses_ns[l];
+    return frames;
+}
+
+void RealTimePlayback::warm_up(double longest_s) {
+    computer_.warm_up(take_changes(kAll, 0, 0), longest_s);
+}
+
+const FrameMaker& RealTimePlayback::compute_first(double time_s) {
+    publish(compute(time_s));
+    return computer_.maker();
+}
+
+void RealTimePlayback::follow(std::function<double()> played_s,
+                              std::function<void(const FrameMaker&, double)> after_frame) {
+    sound_time_s_ = std::move(played_s);
+    after_frame_ = std::move(after_frame);
+}
+
 /// Wakes at each frame time: publishes the frame computed since the one before, then computes the
 /// next.
 void RealTimePlayback::compute_frames(Auralizer& auralizer) {
-    const double frame_s = computer_.config().frame_s;
-    FrameClock clock(Clock::now());
-    ListenerFrames computed;
-    for (bool first = true;; first = false) {
-        if (!first) {
-            clock.next(frame_s);
-            if (!wait_until(clock.due())) return;
-            if (!computed.empty()) publish(std::exchange(computed, {}));
-            if (!wait_out_pause(clock)) return;
-            const std::uint64_t missed = clock.skip_missed(Clock::now());
-            if (missed > 0) computer_.count_late_frames(missed);
-            if (!wait_until(clock.begin())) return;
-        }
-        const double time_s = clock.time_s();
-        call_before_frame(auralizer, rendered_.load(), time_s);
-        const FrameRoom room = take_changes(kAll, rendered_.load(), time_s);
+    FrameClock clock(Clock::now(), played_s());
+    if (computer_.status().frames == 0) {
+        call_before_frame(auralizer, rendered_.load(), clock.time_s());
+        compute_first(clock.time_s());
+    }
+    clock.took(computer_.status().frame_ms / 1000);
+    {
+        const std::lock_guard lock(mutex_);
+        running_ = true;
+    }
+    for (ListenerFrames computed;;) {
+        clock.next(computer_.config().frame_s);
+        if (!wait_until(clock.due())) return;
+        if (!computed.empty()) publish(std::exchange(computed, {}));
+        if (!wait_out_pause(clock)) return;
+        const std::uint64_t missed = clock.skip_missed(Clock::now());
+        if (missed > 0) computer_.count_late_frames(missed);
+        if (!wait_until(clock.begin())) return;
+        frame_due_ns_ = clock.due().time_since_epoch().count();
+        call_before_frame(auralizer, rendered_.load(), clock.time_s());
         const auto begin = Clock::now();
-        for (std::size_t l = 0; l < heads_.size(); ++l)
-            computed.push_back(renderer_.frames(l).reclaim());
-        computer_.compute(room, computed);
+        computed = compute(clock.time_s());
         clock.took(std::chrono::duration<double>(Clock::now() - begin).count());
-        if (first) publish(std::exchange(computed, {}));
+        if (after_frame_)
+            after_frame_(computer_.maker(),
+                         std::chrono::duration<double>(clock.end() - Clock::now()).count());
         clock.follow(played_s(), Clock::now());
     }
 }
@@ -114,6 +162,7 @@ void RealTimePlayback::publish(ListenerFrames frames) {
         if (frame_heads_[l]) publish_head(l, *frame_heads_[l]);
         frame_heads_[l].reset();
     }
+    computer_.set_handed_over();
 }
 
 void RealTimePlayback::render(std::span<const SourceSignal> inputs, std::span<float* const> outputs,
@@ -131,10 +180,11 @@ void RealTimePlayback::render(std::span<const SourceSignal> inputs, std::span<fl
             routes_.give_back(all);
         }
         for (std::size_t l = 0; l < heads_.size(); ++l) {
-            Pose* const pose = heads_[l]->take();
-            if (pose == nullptr) continue;
-            renderer_.turn_head(l, *pose);
-            heads_[l]->give_back(pose);
+            HeadPose* const head = heads_[l]->take();
+            if (head == nullptr) continue;
+            renderer_.turn_head(l, head->pose);
+            if (l == 0) head_pose_ns_ = head->set_ns;
+            heads_[l]->give_back(head);
         }
         for (std::size_t c = 0; c < outputs.size(); ++c) part_outputs_[c] = outputs[c] + done;
         const std::span<const float> weights = pause_.weights(part);

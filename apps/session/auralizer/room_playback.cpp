@@ -36,15 +36,13 @@ FrameSettings settings_of(const Scene& scene, const AuralizerOptions& options, i
 
 }  // namespace
 
-RoomPlayback::RoomPlayback(const Scene& scene, const AuralizerOptions& options, int block)
-    : RoomPlayback(scene, options, block, hrtf_of(options)) {}
-
 RoomPlayback::RoomPlayback(const Scene& scene, const AuralizerOptions& options, int block,
-                           const std::shared_ptr<const Hrtf>& hrtf)
+                           std::shared_ptr<const Hrtf> hrtf)
     : rate_hz_(options.sample_rate_hz),
       before_frame_(options.before_frame),
-      computer_(scene, settings_of(scene, options, block), hrtf),
-      renderer_(computer_.config(), options.listeners, hrtf),
+      computer_(scene, settings_of(scene, options, block),
+                hrtf ? std::move(hrtf) : hrtf_of(options)),
+      renderer_(computer_.config(), options.listeners, computer_.hrtf()),
       renderer_slots_(computer_.config().sources),
       pause_(rate_hz_, block),
       tail_samples_(tail_of(computer_.config().longest_delay_s)),
@@ -52,6 +50,7 @@ RoomPlayback::RoomPlayback(const Scene& scene, const AuralizerOptions& options, 
       room_{.state = room_state(scene, 0), .slots = renderer_slots_} {
     const Pose pose = room_.state.listeners[0];
     room_.state.listeners.assign(options.listeners, pose);
+    room_.poses_ns.resize(options.listeners);
     for (const Object& object : scene.objects)
         room_.state.objects.push_back(object.transform_at(0));
     for (std::size_t l = 0; l < options.listeners; ++l) renderer_.turn_head(l, pose);
@@ -140,8 +139,10 @@ void RoomPlayback::set_listener(std::size_t listener, const Pose& pose, std::int
     const std::lock_guard lock(mutex_);
     if (failure_) return;
     const ChangeTime time = time_of(at);
-    changes_.add(time,
-                 [listener, pose](FrameRoom& room) { room.state.listeners[listener] = pose; });
+    changes_.add(time, [listener, pose, set_ns = pose_ns()](FrameRoom& room) {
+        room.state.listeners[listener] = pose;
+        if (room.poses_ns[listener] == 0) room.poses_ns[listener] = set_ns;
+    });
     turn_head(listener, pose, time);
 }
 
@@ -201,6 +202,7 @@ FrameRoom RoomPlayback::take_changes(std::int64_t until, std::int64_t now, doubl
     apply_changes(until, now, time_s);
     FrameRoom room = room_;
     room_.materials.clear();
+    std::fill(room_.poses_ns.begin(), room_.poses_ns.end(), 0);
     return room;
 }
 

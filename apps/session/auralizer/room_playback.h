@@ -53,8 +53,10 @@ class RoomPlayback {
                         int samples) = 0;
 
  protected:
-    /// `block`: the largest number of samples that the renderer processes together.
-    RoomPlayback(const Scene& scene, const AuralizerOptions& options, int block);
+    /// `block`: the largest number of samples that the renderer processes together. `hrtf`: that of
+    /// the options; if null it is read.
+    RoomPlayback(const Scene& scene, const AuralizerOptions& options, int block,
+                 std::shared_ptr<const Hrtf> hrtf);
 
     // [propagation thread]
     virtual void compute_frames(Auralizer& auralizer) = 0;
@@ -82,6 +84,8 @@ class RoomPlayback {
     virtual void begin_source(SourceId source, const ChangeTime& time) = 0;
     virtual void end_source(SourceId source, const ChangeTime& time) = 0;
     virtual void turn_head(std::size_t listener, const Pose& pose, const ChangeTime& time) = 0;
+    /// The time of a pose that is set now (clock_ns()); 0 if its latency does not count.
+    virtual std::int64_t pose_ns() const { return 0; }
 
     const double rate_hz_;
     const std::function<void(Auralizer&, double)> before_frame_;
@@ -99,9 +103,6 @@ class RoomPlayback {
     std::optional<std::int64_t> frame_sample_;  ///< while before_frame is called
 
  private:
-    RoomPlayback(const Scene& scene, const AuralizerOptions& options, int block,
-                 const std::shared_ptr<const Hrtf>& hrtf);
-
     std::int64_t tail_of(double longest_delay_s) const;
 
     std::thread::id frame_thread_;  ///< guarded by the mutex, as what follows

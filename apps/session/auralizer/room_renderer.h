@@ -31,13 +31,19 @@ class RoomRenderer {
     /// the slot's source before it.
     void set_source(std::size_t slot, SourceId source) noexcept AULA_NONBLOCKING;
 
-    /// Turns a listener's head from the next sample on.
+    /// Turns a listener's head from the next sample on. Before the first sample it has the
+    /// orientation immediately.
     void turn_head(std::size_t listener, const Pose& pose) noexcept AULA_NONBLOCKING;
 
     /// Renders at most a block of samples, from `offset` of the signals on. `weights`: a factor for
     /// each sample, or empty.
     void render(std::span<const SourceSignal> inputs, int offset, std::span<const float> weights,
                 std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
+
+    /// The stamp of a listener's newest frame; see Renderer.
+    std::int64_t newest_stamp(std::size_t listener) const noexcept AULA_NONBLOCKING {
+        return listeners_[listener]->renderer.newest_stamp();
+    }
 
  private:
     struct Slot {

@@ -338,6 +338,63 @@ TEST_CASE("Invalid commands throw an error of one line, and rendering continues"
     CHECK_THROWS_AS(Auralizer(scene, mono()), InputError);
 }
 
+TEST_CASE("The parts of the sound have gains, and each part left out removes energy") {
+    const auto energy = [](const PartGains& gains) {
+        Auralizer auralizer(room_with_panel(), mono());
+        auralizer.add_source({.position = {1, 1, 1}}, 0);
+        auralizer.set_part_gains(gains, 0);
+        const auto heard = rendered(auralizer, 9600, {256}, noise_at);
+        return std::inner_product(heard.begin(), heard.end(), heard.begin(), 0.0);
+    };
+    CHECK(energy({.direct = 0, .early = 0, .late = 0}) == 0);  // exact: gains of zero
+    const double direct = energy({.early = 0, .late = 0});
+    const double discrete = energy({.late = 0});
+    const double all = energy({});
+    CHECK(direct > 0);
+    CHECK(discrete > 1.05 * direct);
+    CHECK(all > 1.05 * discrete);
+    CHECK(energy({.direct = 0.5F, .early = 0, .late = 0}) ==
+          Approx(direct / 4).epsilon(1e-5));  // rounding
+    Auralizer auralizer(room_with_panel(), mono());
+    CHECK_THROWS_AS(auralizer.set_part_gains({.late = -1}), InputError);
+    CHECK_THROWS_AS(auralizer.set_part_gains({.early = NAN}), InputError);
+}
+
+TEST_CASE("Rays are set by number, or on the real-time clock by a share of the frame period") {
+    Auralizer auralizer(room_with_panel(), mono());
+    auralizer.add_source({.position = {1, 1, 1}}, 0);
+    auralizer.set_rays(37, 0);
+    rendered(auralizer, 512, {256}, noise_at);
+    CHECK(auralizer.status().rays == 37);
+    CHECK_THROWS_AS(auralizer.set_rays(0), InputError);
+    CHECK_THROWS_AS(auralizer.set_frame_share(0.5), InputError);
+
+    Auralizer live(room_with_panel(), mono(RenderClock::real_time));
+    live.add_source({.position = {1, 1, 1}});
+    CHECK_THROWS_AS(live.set_frame_share(-1), InputError);
+    live.set_rays(20000);
+    live.set_frame_share(0);  // fewer in each frame
+    CHECK(test::comes([&] {
+        const int rays = live.status().rays;
+        return rays > 55 && rays < 10000;
+    }));
+    live.set_rays(55);
+    CHECK(test::comes([&] { return live.status().rays == 55; }));
+}
+
+TEST_CASE("An orientation that is set before the first sample applies from the first sample on") {
+    const auto render = [](float scene_yaw_rad, float set_yaw_rad) {
+        Scene scene = free_field({1, 0, 0});
+        scene.listener.pose.yaw_rad = scene_yaw_rad;
+        AuralizerOptions options = mono();
+        options.output = OutputFormat::binaural;
+        Auralizer auralizer(scene, options);
+        auralizer.set_listener(at(0, 0, 0, set_yaw_rad), 0);
+        return rendered(auralizer, 2048, {256}, noise_at);
+    };
+    CHECK(render(0, 1.5F) == render(1.5F, 1.5F));
+}
+
 TEST_CASE("Threads of an auralizer have ordinary priority and end with its destructor") {
     const std::set<std::string> before = thread_ids();
     const RenderClock clock = GENERATE(RenderClock::exact, RenderClock::real_time);

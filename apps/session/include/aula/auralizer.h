@@ -41,6 +41,7 @@ struct SourceId {
 inline constexpr std::int64_t kNow = std::numeric_limits<std::int64_t>::min();
 
 class Auralizer;
+class LiveAuralizer;
 
 /// The settings of an Auralizer. They do not change during its life.
 struct AuralizerOptions {
@@ -60,7 +61,7 @@ struct AuralizerOptions {
     /// Called on the propagation thread before each frame, with the object and the frame's time in
     /// s. Poses that are set in the call, orientations of heads included, belong to that frame.
     /// Empty: no call.
-    std::function<void(Auralizer&, double time_s)> before_frame;
+    std::function<void(Auralizer&, double time_s)> before_frame{};
 };
 
 /// An omnidirectional source to add.
@@ -80,6 +81,13 @@ struct SourceSignal {
     const float* samples = nullptr;
 };
 
+/// Linear gains of the parts of the sound, from 0 on.
+struct PartGains {
+    float direct = 1;
+    float early = 1;  ///< of specular reflections
+    float late = 1;   ///< of all other reverberation
+};
+
 /// The state and the load of an Auralizer.
 struct AuralizerStatus {
     std::int64_t samples = 0;       ///< sample time: samples rendered, without pauses
@@ -90,6 +98,8 @@ struct AuralizerStatus {
     double frame_mean_ms = 0;       ///< mean computation time of all frames
     double frame_worst_ms = 0;      ///< longest computation time of all frames
     double frame_period_ms = 0;     ///< time between frames; in real time frame_ms must be below
+    double frame_age_s = 0;         ///< time since the newest frame reached render() (real time)
+    int rays = 0;                   ///< rays per source in the newest frame
     double response_length_s = 0;   ///< as Auralizer::response_length_s()
     std::size_t memory_bytes = 0;   ///< memory of the propagation's caches
 };
@@ -155,6 +165,19 @@ class Auralizer {
     /// Moves and turns a listener, given by its index. The head turns uniformly between poses.
     /// Throws InputError if there is no such listener or the pose is not finite.
     void set_listener(std::size_t listener, const Pose& pose, std::int64_t at = kNow);
+
+    /// Sets the gains of direct sound, specular reflections and other reverberation for all
+    /// sources. Throws InputError if a gain is negative or not finite.
+    void set_part_gains(const PartGains& gains, std::int64_t at = kNow);
+
+    /// Sets the rays per source and frame, in place of Simulation::rays. Throws InputError
+    /// unless they are 1 to Simulation::kMaxRays.
+    void set_rays(int rays, std::int64_t at = kNow);
+
+    /// Adapts the rays until set_rays(), so that the computation of a frame takes this share of the
+    /// frame period. Throws InputError if the share is negative or not finite, and on the exact
+    /// clock.
+    void set_frame_share(double share);
 
     /// Moves an object, given by its index in Scene::objects. The transform applies to the object's
     /// vertices and replaces the earlier transform. Throws InputError if there is no such object,
@@ -229,7 +252,10 @@ class Auralizer {
     AuralizerStatus status() const;
 
  private:
+    friend class LiveAuralizer;
     struct State;
+    explicit Auralizer(std::unique_ptr<State> state);
+
     std::unique_ptr<State> state_;
 };
 
