@@ -27,11 +27,11 @@ inline std::vector<float> take(LiveMixer& mixer, int blocks,
     return heard;
 }
 
-/// Computes a prepared scene's first frame and publishes its playback to the mixer.
+/// Computes a prepared scene's first frame and publishes its playback to the mixer. No frame
+/// follows.
 inline void begin(PreparedScene& prepared, LiveMixer& mixer, const PlayControls& controls = {}) {
-    auto frame = prepared.maker.make_frame();
-    prepared.maker.fill(controls.applied_to(prepared.scene, mixer.time_s()), {&frame, 1});
-    prepared.frames.publish(std::move(frame));
+    prepared.apply(controls, mixer.time_s(), true);
+    prepared.auralizer.compute_first(mixer.time_s());
     mixer.playbacks().publish(std::move(prepared.playback));
 }
 

@@ -113,7 +113,6 @@ SourceSound FrameMaker::sound_of(const Voice& voice, std::size_t listener,
                                  const RoomState& room) const {
     SourceSound sound = source_sound(voice.responses[listener],
                                      static_cast<double>(speed_of_sound_m_s_), voice.state.gain_db);
-    if (!voice.state.heard) sound.gain = 0;
     const auto scale = [](DiscretePath& path, float gain) {
         for (float& band : path.band_gain) band *= gain;
     };

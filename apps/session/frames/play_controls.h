@@ -5,7 +5,6 @@
 #include <optional>
 #include <vector>
 
-#include "apps/session/frames/room_state.h"
 #include "aula/engine/scene.h"
 
 namespace aula {
@@ -43,9 +42,6 @@ struct PlayControls {
 
     /// Whether a source is audible, according to mutes and solos.
     bool heard(std::size_t s) const;
-
-    /// The state of a scene with these controls at a time.
-    RoomState applied_to(const Scene& scene, double time_s) const;
 
     /// Gains of the direct sound and of the remaining sound.
     float dry_gain() const { return direct ? std::min(1.0F, 2 * (1 - wet)) : 0; }

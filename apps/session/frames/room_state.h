@@ -17,7 +17,6 @@ struct SourceState {
     std::string name;      ///< seeds its noise carriers
     Vec3 position{0};
     float gain_db = 0;
-    bool heard = true;
     /// Sample time of its removal. Its last responses are kept, its paths are not traced.
     std::optional<std::int64_t> removed_at{};
 };

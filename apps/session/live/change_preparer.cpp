@@ -9,25 +9,29 @@ namespace aula {
 
 namespace {
 
-/// A change begins with what so much time brings into its caches, so that it does not begin noisy.
+/// The time for which a change's caches are filled before it begins, so that it is not noisy.
 constexpr double kWarmUp_s = 0.25;
 
 }  // namespace
 
-ChangePreparer::ChangePreparer(double sample_rate_hz, std::function<Playing()> playing)
-    : rate_hz_(sample_rate_hz), playing_(std::move(playing)), thread_([this] {
+ChangePreparer::ChangePreparer(double sample_rate_hz, std::function<Playing()> playing, Begin begin)
+    : rate_hz_(sample_rate_hz),
+      playing_(std::move(playing)),
+      begin_(std::move(begin)),
+      thread_([this] {
           lower_priority(kPropagationNice);
           run();
       }) {}
 
-ChangePreparer::~ChangePreparer() {
+ChangePreparer::~ChangePreparer() { stop(); }
+
+void ChangePreparer::stop() {
     {
         const std::lock_guard lock(mutex_);
         stop_ = true;
     }
     wanted_.notify_all();
-    thread_.join();
-    spent_playbacks_.clear();
+    if (thread_.joinable()) thread_.join();
 }
 
 std::uint64_t ChangePreparer::ask(const Scene& scene, const SessionOptions& options,
@@ -35,8 +39,7 @@ std::uint64_t ChangePreparer::ask(const Scene& scene, const SessionOptions& opti
     std::uint64_t number = 0;
     {
         const std::lock_guard lock(mutex_);
-        const bool anew = starts_anew || (asked_ && asked_->starts_anew) || in_work_ == true ||
-                          (prepared_.scene && prepared_.scene->starts_anew);
+        const bool anew = starts_anew || (asked_ && asked_->starts_anew) || anew_in_work_;
         number = ++last_number_;
         asked_ = Change{scene, options, anew, number};
     }
@@ -56,23 +59,10 @@ std::uint64_t ChangePreparer::ask_if_idle(const Scene& scene, const SessionOptio
     return number;
 }
 
-ChangePreparer::Prepared ChangePreparer::take() {
-    const std::lock_guard lock(mutex_);
-    return std::exchange(prepared_, {});
-}
-
-void ChangePreparer::retire(std::unique_ptr<PreparedScene> prepared) {
-    {
-        const std::lock_guard lock(mutex_);
-        spent_.push_back(std::move(prepared));
-    }
-    wanted_.notify_all();
-}
-
 void ChangePreparer::retire(std::unique_ptr<ScenePlayback> playback) {
     {
         const std::lock_guard lock(mutex_);
-        spent_playbacks_.push_back(std::move(playback));
+        spent_.push_back(std::move(playback));
     }
     wanted_.notify_all();
 }
@@ -82,50 +72,49 @@ ChangePreparer::Status ChangePreparer::status() const {
     return {!idle(), failed_, error_};
 }
 
-std::unique_ptr<PreparedScene> ChangePreparer::prepare(const Change& change) const {
+/// Prepares a change and begins it.
+void ChangePreparer::make(const Change& change) {
     Playing playing = playing_();
     // What begins anew plays what its scene says.
     if (change.starts_anew)
         playing = {{{}, {}, playing.reusable.options, playing.reusable.hrtf}, {}, 0};
     auto prepared = std::make_unique<PreparedScene>(change.scene, change.options, rate_hz_,
                                                     change.starts_anew, playing.reusable);
-    prepared->maker.warm_up(playing.controls.applied_to(prepared->scene, playing.scene_time_s),
-                            kWarmUp_s);
-    return prepared;
+    prepared->apply(playing.controls, playing.scene_time_s, true);
+    prepared->auralizer.warm_up(kWarmUp_s);
+    {
+        const std::lock_guard lock(mutex_);
+        if (stop_) return;
+        anew_in_work_ = false;  // a later change continues it
+        error_.clear();
+    }
+    begin_(std::move(prepared), change.number);
 }
 
 /// [preparing thread]
 void ChangePreparer::run() {
     std::unique_lock lock(mutex_);
     for (;;) {
-        wanted_.wait(lock, [this] {
-            return stop_ || asked_ || !spent_.empty() || !spent_playbacks_.empty();
-        });
+        wanted_.wait(lock, [this] { return stop_ || asked_ || !spent_.empty(); });
         if (stop_) return;
-        auto unused_playbacks = std::exchange(spent_playbacks_, {});
         auto unused = std::exchange(spent_, {});
         const std::optional<Change> change = std::exchange(asked_, {});
-        if (change) in_work_ = change->starts_anew;
+        in_work_ = change.has_value();
+        anew_in_work_ = change && change->starts_anew;
         lock.unlock();
-        unused_playbacks.clear();
         unused.clear();
-        std::unique_ptr<PreparedScene> prepared;
         std::string error;
         try {
-            if (change) prepared = prepare(*change);
+            if (change) make(*change);
         } catch (const std::exception& thrown) {
             error = thrown.what();
         }
         lock.lock();
         if (!change) continue;
-        in_work_.reset();
+        in_work_ = anew_in_work_ = false;
+        if (error.empty()) continue;
         error_ = error;
-        if (!error.empty()) ++failed_;
-        if (!prepared) continue;
-        // One that was prepared before and has not begun gives way.
-        std::swap(prepared_.scene, prepared);
-        prepared_.number = change->number;
-        if (prepared) spent_.push_back(std::move(prepared));
+        ++failed_;
     }
 }
 

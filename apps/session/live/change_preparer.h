@@ -15,8 +15,8 @@
 
 namespace aula {
 
-/// Prepares what is to be played next while something plays, the newest that is wanted at a time,
-/// and takes down what is spent, on a thread of its own.
+/// Prepares what is played next while something plays, on a separate thread. Of several requests
+/// the newest is prepared. The thread also destroys playbacks that are no longer used.
 class ChangePreparer {
  public:
     /// What plays now.
@@ -26,36 +26,33 @@ class ChangePreparer {
         double scene_time_s = 0;
     };
 
-    struct Prepared {
-        std::unique_ptr<PreparedScene> scene;  ///< null if there is none
-        std::uint64_t number = 0;
-    };
-
     struct Status {
-        bool preparing = false;    ///< something that was asked for is neither taken nor failed
-        std::uint64_t failed = 0;  ///< how many could not be prepared
-        std::string error;         ///< why the last could not; empty if it could
+        bool preparing = false;    ///< a requested change has neither begun nor failed
+        std::uint64_t failed = 0;  ///< changes that could not be prepared
+        std::string error;         ///< why the last one could not; empty if it could
     };
 
-    /// `playing` is called by the thread, which holds no lock then.
-    ChangePreparer(double sample_rate_hz, std::function<Playing()> playing);
+    /// Begins to play what has been prepared, the change of a number.
+    using Begin = std::function<void(std::unique_ptr<PreparedScene>, std::uint64_t number)>;
+
+    /// The functions are called by the thread, which holds no lock then.
+    ChangePreparer(double sample_rate_hz, std::function<Playing()> playing, Begin begin);
     ~ChangePreparer();
     ChangePreparer(const ChangePreparer&) = delete;
     ChangePreparer& operator=(const ChangePreparer&) = delete;
 
-    /// Asks for a scene in place of what was asked for before and is not taken yet; its number,
-    /// from 1 on. If that was to begin anew, so is this. [any thread]
+    /// Requests a scene in place of one that was requested before and is not being prepared yet;
+    /// if that was to begin anew, so is this. Returns its number, from 1 on. [any thread]
     std::uint64_t ask(const Scene& scene, const SessionOptions& options, bool starts_anew);
 
-    /// The same for what goes on, unless something is on its way: 0 then. [any thread]
+    /// The same for a scene that continues, unless a change is being prepared: 0 then. [any thread]
     std::uint64_t ask_if_idle(const Scene& scene, const SessionOptions& options);
 
-    /// What has been prepared since the last call. [propagation thread]
-    Prepared take();
-
-    /// To be taken down. [any thread]
-    void retire(std::unique_ptr<PreparedScene> prepared);
+    /// Has a playback destroyed. [any thread]
     void retire(std::unique_ptr<ScenePlayback> playback);
+
+    /// Ends the thread; nothing begins after it. [the owner's thread]
+    void stop();
 
     Status status() const;
 
@@ -67,24 +64,23 @@ class ChangePreparer {
         std::uint64_t number = 0;
     };
 
-    bool idle() const { return !asked_ && !in_work_ && !prepared_.scene; }
+    bool idle() const { return !asked_ && !in_work_; }
     void run();
-    std::unique_ptr<PreparedScene> prepare(const Change& change) const;
+    void make(const Change& change);
 
     double rate_hz_;
     std::function<Playing()> playing_;
+    Begin begin_;
     mutable std::mutex mutex_;  ///< of what follows
     std::condition_variable wanted_;
     bool stop_ = false;
     std::optional<Change> asked_;
-    std::optional<bool> in_work_;  ///< whether what is being prepared begins anew
-    Prepared prepared_;
+    bool in_work_ = false;
+    bool anew_in_work_ = false;  ///< what is being prepared, and has not begun, begins anew
     std::uint64_t last_number_ = 0;
     std::uint64_t failed_ = 0;
     std::string error_;
-    /// Stages end before what makes their frames.
-    std::vector<std::unique_ptr<PreparedScene>> spent_;
-    std::vector<std::unique_ptr<ScenePlayback>> spent_playbacks_;
+    std::vector<std::unique_ptr<ScenePlayback>> spent_;
     std::thread thread_;  ///< started last
 };
 

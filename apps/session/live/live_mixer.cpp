@@ -32,25 +32,25 @@ float largest(std::span<float* const> channels, int samples) noexcept AULA_NONBL
 
 }  // namespace
 
-ScenePlayback::ScenePlayback(const RendererConfig& config, SignalSet signals,
-                             const Timeline& timeline, std::shared_ptr<const Hrtf> hrtf,
-                             bool starts_anew)
-    : rate_hz_(config.sample_rate_hz),
+ScenePlayback::ScenePlayback(std::unique_ptr<LiveAuralizer> auralizer, SignalSet signals,
+                             const Timeline& timeline, int block, bool starts_anew)
+    : auralizer_(std::move(auralizer)),
+      rate_hz_(auralizer_->room().sample_rate_hz()),
       timeline_(timeline),
       starts_anew_(starts_anew),
       first_signals_(std::make_unique<SignalSet>(std::move(signals))),
       signals_(first_signals_.get()),
-      renderer_(config, std::move(hrtf)),
-      head_(frame_samples(config)),
       input_fade_(to_samples(kChangeFade_s, rate_hz_)),
       output_fade_(input_fade_),
       signal_fade_(input_fade_),
       rise_(to_samples(kRise_s, rate_hz_)),
-      inputs_(config.sources, std::vector<float>(static_cast<std::size_t>(config.block))),
-      outputs_(channel_count(config.output),
-               std::vector<float>(static_cast<std::size_t>(config.block))),
-      scratch_(static_cast<std::size_t>(config.block)) {
-    for (const auto& input : inputs_) input_pointers_.push_back(input.data());
+      inputs_(first_signals_->size(), std::vector<float>(static_cast<std::size_t>(block))),
+      outputs_(auralizer_->room().output_channels(),
+               std::vector<float>(static_cast<std::size_t>(block))),
+      scratch_(static_cast<std::size_t>(block)) {
+    const std::vector<SourceId> sources = auralizer_->room().sources();
+    for (std::size_t s = 0; s < inputs_.size(); ++s)
+        source_signals_.push_back({sources[s], inputs_[s].data()});
     for (auto& output : outputs_) output_pointers_.push_back(output.data());
 }
 
@@ -70,7 +70,7 @@ void ScenePlayback::begin(std::int64_t position, const ScenePlayback* before) no
 void ScenePlayback::retire() noexcept {
     state_ = State::ringing;
     input_fade_.start();
-    ring_samples_ = renderer_.tail_samples() + std::llround(2 * kChangeFade_s * rate_hz_);
+    ring_samples_ = auralizer_->tail_samples() + std::llround(2 * kChangeFade_s * rate_hz_);
 }
 
 void ScenePlayback::end() noexcept {
@@ -115,7 +115,7 @@ void ScenePlayback::read_inputs(std::int64_t position, int samples) noexcept {
 void ScenePlayback::render(std::int64_t position, std::span<float* const> sum,
                            int samples) noexcept {
     read_inputs(position, samples);
-    renderer_.render(input_pointers_, head_.advance(samples), output_pointers_, samples);
+    auralizer_->render(source_signals_, output_pointers_, samples);
     if (state_ == State::ringing) {
         ring_samples_ -= samples;
         if (ring_samples_ <= 0) end();
@@ -156,16 +156,15 @@ void LiveMixer::render(std::span<float* const> outputs, int samples) noexcept {
     }
 }
 
-void LiveMixer::follow_head(std::int64_t now_ns) noexcept {
-    HeadPose* pose = head_poses_.take();
-    if (pose == nullptr) return;
-    head_ = pose->pose;
-    head_latency_.add(now_ns - pose->given_ns);
-    head_known_ = true;
-    head_poses_.give_back(pose);
-    if (playing_ != nullptr) playing_->head_.turn_to(head_);
-    for (ScenePlayback* playback : ringing_)
-        if (playback != nullptr) playback->head_.turn_to(head_);
+/// Counts the latencies of a frame and of a head pose that the block has taken.
+void LiveMixer::count_latencies(std::int64_t now_ns) noexcept {
+    const auto count = [now_ns](std::int64_t pose_ns, std::int64_t& newest_ns,
+                                LatencyCounts& latency) {
+        if (pose_ns != newest_ns && pose_ns != 0) latency.add(now_ns - pose_ns);
+        newest_ns = pose_ns;
+    };
+    count(playing_->auralizer_->frame_pose_ns(), frame_pose_ns_, frame_latency_);
+    count(playing_->auralizer_->head_pose_ns(), head_pose_ns_, head_latency_);
 }
 
 /// Lets the next playback begin where there is one: when the one that plays is fully there, and
@@ -184,7 +183,6 @@ void LiveMixer::change_playback() noexcept {
     }
     waiting_->begin(position_.load(std::memory_order_relaxed), playing_);
     playing_ = std::exchange(waiting_, nullptr);
-    if (head_known_) playing_->head_.turn_to(head_);
 }
 
 void LiveMixer::give_back_ended() noexcept {
@@ -220,18 +218,14 @@ void LiveMixer::render_block(std::span<float* const> outputs, int samples) noexc
         return;
     }
     const std::int64_t now_ns = clock_ns();
-    follow_head(now_ns);
     change_playback();
     const std::int64_t position = position_.load(std::memory_order_relaxed);
     for (float* channel : outputs) std::fill_n(channel, samples, 0.0F);
     for (ScenePlayback* playback : ringing_)
         if (playback != nullptr) playback->render(position, outputs, samples);
-    if (playing_ != nullptr) playing_->render(position, outputs, samples);
     if (playing_ != nullptr) {
-        // A frame stamped 0 is not to be counted.
-        const std::int64_t stamp = playing_->renderer_.newest_stamp();
-        if (stamp != newest_stamp_ && stamp != 0) frame_latency_.add(now_ns - stamp);
-        newest_stamp_ = stamp;
+        playing_->render(position, outputs, samples);
+        count_latencies(now_ns);
     }
     give_back_ended();
 

@@ -7,40 +7,35 @@
 #include <span>
 #include <vector>
 
+#include "apps/session/auralizer/live_auralizer.h"
 #include "apps/session/base/latency.h"
 #include "apps/session/frames/signals.h"
-#include "apps/session/frames/sound_at_listener.h"
 #include "apps/session/frames/timeline.h"
 #include "audio/base/mailbox.h"
 #include "audio/base/sample_ring.h"
 #include "audio/dsp/fade.h"
 #include "audio/dsp/limiter.h"
-#include "audio/render/renderer.h"
 
 namespace aula {
 
-/// An orientation of the head, and when it was given (clock_ns()).
-struct HeadPose {
-    Pose pose;
-    std::int64_t given_ns = 0;
-};
-
-/// A scene as the audio thread plays it: signals through a renderer of its own. Where it takes up
-/// signals that play its input is faded in; when something else follows its input is faded out and
-/// the room rings out. So the sum of what ends and what begins hears every sample of the signals
-/// once, whatever the two are, and nothing clicks. Signals that begin with the playback are heard
-/// from their first sample on, but for those that begin in mid-wave.
+/// A scene as the audio thread plays it: signals through an auralizer. Its input fades in where the
+/// signals have already begun, and fades out when another playback follows; then the room rings
+/// out. The weights of both inputs add up to one: each sample of the signals is heard once, without
+/// a click. Signals that begin with the playback are heard from their first sample on, except those
+/// that begin in mid-wave.
 class ScenePlayback {
  public:
-    /// `starts_anew`: the signals begin with the playback; else they go on where they are.
-    ScenePlayback(const RendererConfig& config, SignalSet signals, const Timeline& timeline,
-                  std::shared_ptr<const Hrtf> hrtf, bool starts_anew);
+    /// One signal for each source of the auralizer, which has one listener. `block`: the largest
+    /// number of samples of a call. `starts_anew`: the signals begin with the playback; otherwise
+    /// they continue.
+    ScenePlayback(std::unique_ptr<LiveAuralizer> auralizer, SignalSet signals,
+                  const Timeline& timeline, int block, bool starts_anew);
     ~ScenePlayback();
     ScenePlayback(const ScenePlayback&) = delete;
     ScenePlayback& operator=(const ScenePlayback&) = delete;
 
-    /// Where the frames to be heard go. [propagation thread]
-    Mailbox<RenderFrame>& frames() { return renderer_.mailbox(); }
+    LiveAuralizer& auralizer() { return *auralizer_; }
+    const Timeline& timeline() const { return timeline_; }
 
     /// Other signals for the same sources; they are crossfaded. [one thread at a time]
     Mailbox<SignalSet>& signals() { return next_signals_; }
@@ -62,6 +57,7 @@ class ScenePlayback {
     void render(std::int64_t position, std::span<float* const> sum,
                 int samples) noexcept AULA_NONBLOCKING;
 
+    std::unique_ptr<LiveAuralizer> auralizer_;
     double rate_hz_;
     Timeline timeline_;
     bool starts_anew_;
@@ -70,8 +66,6 @@ class ScenePlayback {
     SignalSet* signals_;
     SignalSet* fading_signals_ = nullptr;  ///< being replaced
     Mailbox<SignalSet> next_signals_{2};   ///< those that play, those that fade out
-    Renderer renderer_;
-    HeadMotion head_;
 
     State state_ = State::playing;
     Fade input_fade_;                ///< in while it plays, then out
@@ -81,7 +75,7 @@ class ScenePlayback {
     std::int64_t ring_samples_ = 0;  ///< left of the ringing out
 
     std::vector<std::vector<float>> inputs_;
-    std::vector<const float*> input_pointers_;
+    std::vector<SourceSignal> source_signals_;  ///< with the inputs
     std::vector<std::vector<float>> outputs_;
     std::vector<float*> output_pointers_;
     std::vector<float> scratch_;
@@ -101,7 +95,6 @@ class LiveMixer {
     /// What is to be played from now on, each with a first frame in it; what was played rings out.
     /// Spent playbacks come back. [propagation thread]
     Mailbox<ScenePlayback>& playbacks() { return playbacks_; }
-    Mailbox<HeadPose>& head_poses() { return head_poses_; }
 
     /// What is heard, interleaved, for one reader that asked for it with listen(). What finds no
     /// room is lost, and counted, in samples of a channel. [the reader's thread]
@@ -133,7 +126,7 @@ class LiveMixer {
     static constexpr std::size_t kMaxRinging = 2;
 
     void render_block(std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
-    void follow_head(std::int64_t now_ns) noexcept AULA_NONBLOCKING;
+    void count_latencies(std::int64_t now_ns) noexcept AULA_NONBLOCKING;
     void fade_pause(std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
     void change_playback() noexcept AULA_NONBLOCKING;
     void give_back_ended() noexcept AULA_NONBLOCKING;
@@ -143,12 +136,9 @@ class LiveMixer {
     std::size_t channels_;
     Limiter limiter_;
     Mailbox<ScenePlayback> playbacks_{kMaxRinging + 2};  ///< one that plays, one that waits
-    Mailbox<HeadPose> head_poses_{1};
     ScenePlayback* playing_ = nullptr;
     ScenePlayback* waiting_ = nullptr;  ///< for a place among the ringing ones
     std::array<ScenePlayback*, kMaxRinging> ringing_{};
-    Pose head_;
-    bool head_known_ = false;
     std::vector<float*> output_pointers_;
     std::vector<float> interleaved_;
     SampleRing heard_;
@@ -161,8 +151,9 @@ class LiveMixer {
     std::atomic<bool> paused_ = false;
     std::atomic<bool> silent_ = false;
     Fade pause_fade_;
-    bool fading_out_ = false;  ///< along it, else in
-    std::int64_t newest_stamp_ = 0;
+    bool fading_out_ = false;         ///< along it, else in
+    std::int64_t frame_pose_ns_ = 0;  ///< of the newest frame
+    std::int64_t head_pose_ns_ = 0;   ///< of the newest head
     LatencyCounts frame_latency_;
     LatencyCounts head_latency_;
     std::int64_t called_ns_ = 0;  ///< 0: not yet

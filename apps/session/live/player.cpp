@@ -2,81 +2,70 @@
 
 #include <algorithm>
 #include <chrono>
-#include <condition_variable>
-#include <exception>
-#include <future>
 #include <mutex>
 #include <optional>
 #include <thread>
+#include <utility>
 
-#include "apps/session/auralizer/frame_clock.h"
 #include "apps/session/live/change_preparer.h"
 #include "apps/session/live/live_load.h"
 #include "apps/session/live/live_mixer.h"
 #include "apps/session/live/prepared_scene.h"
-#include "aula/audio/realtime.h"
 #include "aula/exception.h"
 
 namespace aula {
 
 struct Player::State {
-    using Clock = FrameClock::Clock;
+    using Clock = std::chrono::steady_clock;
 
     State(const Scene& scene, const SessionOptions& options);
     ~State();
 
     void build(const Scene& scene, const SessionOptions& options);
     void open_device(const SessionOptions& options);
-
     void fade_out();
-    void propagate();
-    PoseLatency latency(double frame_s) const;
-    static std::int64_t to_ns(Clock::time_point time) { return time.time_since_epoch().count(); }
-    void turn_head(const Pose& pose, std::int64_t given_ns);
-    void place_listener(const Pose& pose, std::int64_t given_ns);
-    void take_controls(PlayControls next, std::int64_t given_ns);
-    void compute();
-    bool rays_fall(const PlayControls& with) const;
-    LiveLoad load_of(const PreparedScene& prepared) const;
-    void keep_up(double took_s);
-    void publish();
-    void begin_prepared();
-    void show(double spare_s);
+
+    void start(PreparedScene& prepared);
+    void begin(std::unique_ptr<PreparedScene> prepared, std::uint64_t number);
     ChangePreparer::Playing what_plays();
-    double scene_time_s() const { return clock.time_s() - playing->zero_s; }
+    void before_frame(PreparedScene& prepared, double time_s);
+    void after_frame(PreparedScene& prepared, const FrameMaker& maker, double spare_s);
+    void take_frame(const FrameMaker& maker);
+    void keep_up(PreparedScene& prepared, double took_s);
+    void show(const FrameMaker& maker, double spare_s);
+    void reclaim_playbacks();
+
+    AuralizerStatus frames_so_far() const;
+    bool rays_fall(const PreparedScene& prepared) const;
+    PlayControls controls_now() const;
+    LiveLoad load_of(const PreparedScene& prepared) const;
+    void place_listener(const Pose& pose);
+    void turn_ringing_heads(const Pose& pose);
+    void take_controls(PlayControls next);
+    PoseLatency latency(double frame_period_ms) const;
 
     double rate_hz = 0;
     std::vector<std::string> warnings;
     std::unique_ptr<LiveMixer> mixer;
     std::unique_ptr<Monitor> monitor;
-
-    // Of the propagation thread.
-    Clock::time_point shown;  ///< when the last view was made
-    FrameClock clock{Clock::now()};
-    std::unique_ptr<RenderFrame> computed;  ///< waits for its time to be published
-    Pose computed_pose;
-    std::int64_t pose_ns = 0;  ///< when the pose of the frame in hand was given
     LatencyCounts compute_time;
-    std::optional<LiveLoad> load;      ///< of what plays
-    std::uint64_t shorter_change = 0;  ///< the number of the last change that shortens responses
 
     std::mutex mutex;  ///< of what follows
-    std::condition_variable stopping;
     bool stop = false;
-    std::unique_ptr<PreparedScene> playing;  ///< exchanged and used by the propagation thread
+    std::unique_ptr<PreparedScene> playing;  ///< its auralizer's thread may use it without the lock
+    std::vector<LiveAuralizer*> sounding;    ///< of all playbacks that the mixer may render
     PlayControls controls;
     PlayStatus status;
+    AuralizerStatus earlier;  ///< of the auralizers before the one that plays: frames and times
     std::optional<ViewRequest> request;
     std::shared_ptr<const FrameView> view;
-    Clock::time_point published = Clock::now();
-    double frame_sum_ms = 0;
-    std::optional<double> longest_response_s;  ///< with which it keeps up; empty: any
-    std::optional<std::int64_t> unheard_ns;    ///< when the first pose came that no frame knows yet
-    std::exception_ptr failure;
+    Clock::time_point shown;                   ///< when the last view was made
+    std::optional<LiveLoad> load;              ///< of what plays
+    std::uint64_t shorter_change = 0;          ///< the last change that shortens responses
+    std::optional<double> longest_response_s;  ///< of which frames are in time; empty: any
 
     std::unique_ptr<AudioDevice> device;  ///< ends before the mixer that it calls
     std::unique_ptr<ChangePreparer> changes;
-    std::thread thread;
 };
 
 Player::State::State(const Scene& scene, const SessionOptions& options) {
@@ -93,21 +82,17 @@ Player::State::State(const Scene& scene, const SessionOptions& options) {
                            std::to_string(std::lround(options.sample_rate_hz)));
     }
     load = load_of(*playing);
-    compute();
-    pose_ns = 0;  // it waits for the device to be started
-    publish();
+    playing->apply(controls, 0, true);
+    take_frame(playing->auralizer.compute_first(0));
+    sounding.push_back(&playing->auralizer);
     mixer->playbacks().publish(std::move(playing->playback));
     device->start();
-    changes = std::make_unique<ChangePreparer>(rate_hz, [this] { return what_plays(); });
-    thread = std::thread([this] {
-        lower_priority(kPropagationNice);
-        try {
-            propagate();
-        } catch (...) {
-            const std::lock_guard lock(mutex);
-            failure = std::current_exception();
-        }
-    });
+    changes = std::make_unique<ChangePreparer>(
+        rate_hz, [this] { return what_plays(); },
+        [this](std::unique_ptr<PreparedScene> prepared, std::uint64_t number) {
+            begin(std::move(prepared), number);
+        });
+    start(*playing);
 }
 
 Player::State::~State() {
@@ -115,13 +100,12 @@ Player::State::~State() {
         const std::lock_guard lock(mutex);
         stop = true;
     }
-    stopping.notify_all();
     // The sound and its recording end first: a frame that is being computed may take long.
     fade_out();
     device->stop();
     monitor.reset();
-    thread.join();
-    changes.reset();
+    changes->stop();
+    playing->auralizer.stop();
 }
 
 /// Waits until a last fade is played, if anything plays.
@@ -133,13 +117,9 @@ void Player::State::fade_out() {
         std::this_thread::sleep_for(kTurn);
 }
 
-/// Everything but the device: what is wrong with the input is said before a device is opened.
+/// Everything but the device: errors of the input are reported before a device is opened.
 void Player::State::build(const Scene& scene, const SessionOptions& options) {
-    // The threads that trace its paths have the priority of the thread that begins them.
-    playing = std::async(std::launch::async, [&] {
-                  lower_priority(kPropagationNice);
-                  return std::make_unique<PreparedScene>(scene, options, rate_hz, false);
-              }).get();
+    playing = std::make_unique<PreparedScene>(scene, options, rate_hz, false);
     warnings = warnings_of(playing->signals);
     monitor.reset();
     mixer = std::make_unique<LiveMixer>(rate_hz, options.block, channel_count(options.output));
@@ -152,89 +132,169 @@ void Player::State::open_device(const SessionOptions& options) {
         [this](std::span<float* const> outputs, int samples) { mixer->render(outputs, samples); });
 }
 
-/// Wakes at each frame time: publishes the frame computed since the one before, begins a change
-/// that is prepared, then computes the next frame for the newest poses. [propagation thread]
-void Player::State::propagate() {
-    const auto wait_until = [this](Clock::time_point time) {
-        std::unique_lock lock(mutex);
-        return !stopping.wait_until(lock, time, [this] { return stop; });
-    };
-    clock = FrameClock(Clock::now());
-    for (;;) {
-        clock.next(playing->maker.config().frame_s);
-        if (!wait_until(clock.due())) return;
-        publish();
-        if (const std::uint64_t missed = clock.skip_missed(Clock::now()); missed > 0) {
-            const std::lock_guard lock(mutex);
-            status.late_frames += missed;
-        }
-        begin_prepared();
-        if (!wait_until(clock.begin())) return;
-        compute();
-        keep_up(status.frame_ms / 1000);
-        show(std::chrono::duration<double>(clock.end() - Clock::now()).count());
-        clock.follow(mixer->time_s(), Clock::now());
-    }
+/// Starts the frames of what the mixer has.
+void Player::State::start(PreparedScene& prepared) {
+    prepared.auralizer.start(
+        {.played_s = [this, &prepared] { return mixer->time_s() - prepared.zero_s; },
+         .before_frame = [this, &prepared](double time_s) { before_frame(prepared, time_s); },
+         .after_frame = [this, &prepared](
+                            const FrameMaker& maker,
+                            double spare_s) { after_frame(prepared, maker, spare_s); }});
 }
 
-PoseLatency Player::State::latency(double frame_s) const {
-    const LatencyCounts& frames = mixer->frame_latency();
-    const LatencyCounts& heads = mixer->head_latency();
-    return {.frame_period_ms = 1000 * frame_s,
-            .compute_p50_ms = compute_time.quantile_ms(0.5),
-            .compute_p99_ms = compute_time.quantile_ms(0.99),
-            .sound_p50_ms = frames.quantile_ms(0.5),
-            .sound_p99_ms = frames.quantile_ms(0.99),
-            .head_p50_ms = heads.quantile_ms(0.5),
-            .head_p99_ms = heads.quantile_ms(0.99),
-            .call_p99_ms = mixer->call_interval().quantile_ms(0.99)};
-}
-
-void Player::State::compute() {
-    const Clock::time_point begin = Clock::now();
+/// Switches to what has been prepared: its first frame goes to the mixer with its playback.
+/// [preparing thread]
+void Player::State::begin(std::unique_ptr<PreparedScene> prepared, std::uint64_t number) {
+    PreparedScene& next = *prepared;
     PlayControls with;
+    double time_s = 0;
+    if (!next.starts_anew) {
+        const std::lock_guard lock(mutex);
+        with = controls_now();
+        time_s = mixer->time_s() - playing->zero_s;
+    }
+    next.apply(with, time_s, true);
+    const FrameMaker& maker = next.auralizer.compute_first(time_s);
+    std::unique_ptr<PreparedScene> before;
     {
         const std::lock_guard lock(mutex);
-        with = controls;
-        // A path's pose is that of the frame's time; one by hand has been waiting since it came,
-        // if there is a new one: 0 is not counted.
-        pose_ns = with.listener ? unheard_ns.value_or(0) : to_ns(clock.due());
-        unheard_ns.reset();
+        if (stop) return;
+        earlier = frames_so_far();
+        if (next.starts_anew) {
+            controls = {};
+            next.zero_s = mixer->time_s();
+        } else {
+            next.take_signals(*playing);
+            next.zero_s = playing->zero_s;
+        }
+        // A pose that was set meanwhile.
+        if (controls.listener) next.auralizer.room().set_listener(*controls.listener);
+        load = load_of(next);
+        shorter_change = 0;
+        sounding.push_back(&next.auralizer);
+        mixer->playbacks().publish(std::move(next.playback));
+        before = std::exchange(playing, std::move(prepared));
+        take_frame(maker);
+        status.heard_change = number;
     }
-    const bool falls = rays_fall(with);
-    if (falls) with.rays = load->rays();
-    const double at_s = scene_time_s();
-    computed_pose = with.listener_at(playing->scene, at_s);
-    computed = playing->frames.reclaim();
-    if (!computed) computed = playing->maker.make_frame();
-    playing->maker.fill(with.applied_to(playing->scene, at_s), {&computed, 1});
+    before->auralizer.stop();
+    start(next);
+}
 
-    const double took_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-    clock.took(took_ms / 1000);
-    compute_time.add(static_cast<std::int64_t>(1e6 * took_ms));
+ChangePreparer::Playing Player::State::what_plays() {
     const std::lock_guard lock(mutex);
-    frame_sum_ms += took_ms;
-    ++status.frames;
-    status.frame_ms = took_ms;
-    status.frame_mean_ms = frame_sum_ms / static_cast<double>(status.frames);
-    status.frame_worst_ms = std::max(status.frame_worst_ms, took_ms);
-    status.frame = playing->maker.statistics();
-    status.sources = playing->maker.source_positions();
-    status.rays = playing->maker.rays();
-    status.full_rays = falls ? load->full().rays : status.rays;
-    status.response_length_s = playing->maker.response_length_s();
+    return {playing->reusable(), controls_now(), mixer->time_s() - playing->zero_s};
+}
+
+void Player::State::before_frame(PreparedScene& prepared, double time_s) {
+    const std::lock_guard lock(mutex);
+    if (playing.get() == &prepared) prepared.apply(controls_now(), time_s);
+}
+
+void Player::State::after_frame(PreparedScene& prepared, const FrameMaker& maker, double spare_s) {
+    {
+        const std::lock_guard lock(mutex);
+        if (playing.get() != &prepared) return;
+        take_frame(maker);
+        // A pose set by the user has already turned all heads.
+        if (!controls.listener) turn_ringing_heads(maker.listener(0));
+    }
+    const double took_ms = prepared.auralizer.room().status().frame_ms;
+    compute_time.add(static_cast<std::int64_t>(1e6 * took_ms));
+    keep_up(prepared, took_ms / 1000);
+    show(maker, spare_s);
+    reclaim_playbacks();
+}
+
+/// Copies what the status reports of the newest frame. The mutex is held, or nothing plays yet.
+void Player::State::take_frame(const FrameMaker& maker) {
+    status.listener = maker.listener(0);
+    status.sources = maker.source_positions();
+    status.frame = maker.statistics();
+    status.rays = maker.rays();
+    status.full_rays = rays_fall(*playing) ? load->full().rays : status.rays;
+    status.response_length_s = maker.response_length_s();
     status.full_response_length_s = load->full().length_s;
 }
 
-/// Whether the number of rays is left to the player.
-bool Player::State::rays_fall(const PlayControls& with) const {
-    return playing->options.rays_fall && !with.rays && !with.frame_share;
+/// Lowers what plays if its frames take too long. A shorter response is a change that is prepared.
+void Player::State::keep_up(PreparedScene& prepared, double took_s) {
+    const std::lock_guard lock(mutex);
+    if (playing.get() != &prepared) return;
+    // What is prepared slows down what plays.
+    if (changes->status().preparing) return load->restart();
+    load->add(took_s, 1.0 / static_cast<double>(prepared.scene.simulation.frame_rate_hz),
+              rays_fall(prepared));
+    if (load->length_s() >= prepared.auralizer.room().response_length_s() || shorter_change > 0)
+        return;
+    Scene scene = prepared.scene;
+    scene.simulation.ir_length_s.reset();
+    SessionOptions options = prepared.options;
+    options.longest_response_s = load->length_s();
+    shorter_change = changes->ask_if_idle(scene, options);
+    if (shorter_change > 0) longest_response_s = options.longest_response_s;
+}
+
+/// Copies the frame for display if there is time until it is due, or was none for long.
+void Player::State::show(const FrameMaker& maker, double spare_s) {
+    constexpr double kEnough_s = 0.004;
+    constexpr std::chrono::milliseconds kLong{250};
+    std::optional<ViewRequest> wanted_view;
+    std::uint64_t frame = 0;
+    std::uint64_t change = 0;
+    {
+        const std::lock_guard lock(mutex);
+        wanted_view = request;
+        frame = frames_so_far().frames;
+        change = status.heard_change;
+    }
+    if (!wanted_view || (spare_s < kEnough_s && Clock::now() < shown + kLong)) return;
+    auto made = std::make_shared<FrameView>(maker.view(*wanted_view));
+    made->frame = frame;
+    made->change = change;
+    shown = Clock::now();
+    std::shared_ptr<const FrameView> replaced = std::move(made);
+    const std::lock_guard lock(mutex);
+    std::swap(view, replaced);
+}
+
+/// Has playbacks destroyed that the mixer no longer renders.
+void Player::State::reclaim_playbacks() {
+    const std::lock_guard lock(mutex);
+    while (auto playback = mixer->playbacks().reclaim()) {
+        std::erase(sounding, &playback->auralizer());
+        changes->retire(std::move(playback));
+    }
+}
+
+/// The frames of all that has played, of which the newest is that of what plays. The mutex is held.
+AuralizerStatus Player::State::frames_so_far() const {
+    AuralizerStatus all = playing->auralizer.room().status();
+    const double sum_ms = earlier.frame_mean_ms * static_cast<double>(earlier.frames) +
+                          all.frame_mean_ms * static_cast<double>(all.frames);
+    all.frames += earlier.frames;
+    all.late_frames += earlier.late_frames;
+    all.frame_mean_ms = sum_ms / static_cast<double>(all.frames);
+    all.frame_worst_ms = std::max(all.frame_worst_ms, earlier.frame_worst_ms);
+    return all;
+}
+
+/// Whether the number of rays is left to the player. The mutex is held.
+bool Player::State::rays_fall(const PreparedScene& prepared) const {
+    return prepared.options.rays_fall && !controls.rays && !controls.frame_share;
+}
+
+/// The controls, with the rays that frames are in time with. The mutex is held.
+PlayControls Player::State::controls_now() const {
+    PlayControls with = controls;
+    if (rays_fall(*playing)) with.rays = load->rays();
+    return with;
 }
 
 /// As much of what a prepared scene would have as the one before kept up with.
 LiveLoad Player::State::load_of(const PreparedScene& prepared) const {
     LiveLoad::Full full{.rays = prepared.scene.simulation.rays,
-                        .length_s = prepared.maker.response_length_s(),
+                        .length_s = prepared.auralizer.room().response_length_s(),
                         .rays_fall = prepared.options.rays_fall,
                         .length_falls = !prepared.length_given};
     const bool shortened = full.length_falls && prepared.options.longest_response_s;
@@ -244,111 +304,38 @@ LiveLoad Player::State::load_of(const PreparedScene& prepared) const {
     return {full, goes_on ? std::min(load->rays(), full.rays) : full.rays, length_s};
 }
 
-/// Lowers what plays if its frames take too long. A shorter response is a change that is prepared.
-void Player::State::keep_up(double took_s) {
-    PlayControls with;
-    {
-        const std::lock_guard lock(mutex);
-        with = controls;
-    }
-    // What is prepared slows down what plays.
-    if (changes->status().preparing) return load->restart();
-    load->add(took_s, playing->maker.config().frame_s, rays_fall(with));
-    if (load->length_s() >= playing->maker.response_length_s() || shorter_change > 0) return;
-    Scene scene = playing->scene;
-    scene.simulation.ir_length_s.reset();
-    SessionOptions options = playing->options;
-    options.longest_response_s = load->length_s();
-    const std::lock_guard lock(mutex);
-    shorter_change = changes->ask_if_idle(scene, options);
-    if (shorter_change > 0) longest_response_s = options.longest_response_s;
-}
-
-void Player::State::publish() {
-    if (!computed) return;
-    computed->stamp = pose_ns;
-    playing->frames.publish(std::move(computed));
-    const std::lock_guard lock(mutex);
-    // A head moved by hand has gone ahead.
-    if (!controls.listener) turn_head(computed_pose, clock_ns());
-    status.listener = computed_pose;
-    published = Clock::now();
-}
-
-/// The mutex is held: the mailbox has one writer at a time.
-void Player::State::turn_head(const Pose& pose, std::int64_t given_ns) {
-    auto head = mixer->head_poses().reclaim();
-    if (!head) head = std::make_unique<HeadPose>();
-    *head = {pose, given_ns};
-    mixer->head_poses().publish(std::move(head));
-}
-
-/// By hand. The mutex is held.
-void Player::State::place_listener(const Pose& pose, std::int64_t given_ns) {
+/// Sets the listener as the user does. The mutex is held.
+void Player::State::place_listener(const Pose& pose) {
     controls.listener = pose;
-    if (!unheard_ns) unheard_ns = given_ns;
-    turn_head(pose, given_ns);
+    playing->auralizer.room().set_listener(pose);
+    turn_ringing_heads(pose);
 }
 
 /// The mutex is held.
-void Player::State::take_controls(PlayControls next, std::int64_t given_ns) {
+void Player::State::turn_ringing_heads(const Pose& pose) {
+    for (LiveAuralizer* const auralizer : sounding)
+        if (auralizer != &playing->auralizer) auralizer->turn_head(pose);
+}
+
+/// The mutex is held.
+void Player::State::take_controls(PlayControls next) {
     const bool placed =
         next.listener && !(controls.listener && same_pose(*controls.listener, *next.listener));
     controls = std::move(next);
-    if (placed) place_listener(*controls.listener, given_ns);
+    if (placed) place_listener(*controls.listener);
 }
 
-/// Copies what is to be looked at, if there is time until the next frame, or was none for long.
-void Player::State::show(double spare_s) {
-    constexpr double kEnough_s = 0.004;
-    constexpr std::chrono::milliseconds kLong{250};
-    std::optional<ViewRequest> wanted_view;
-    std::uint64_t frame = 0;
-    std::uint64_t change_heard = 0;
-    {
-        const std::lock_guard lock(mutex);
-        wanted_view = request;
-        frame = status.frames;
-        change_heard = status.heard_change;
-    }
-    if (!wanted_view || (spare_s < kEnough_s && Clock::now() < shown + kLong)) return;
-    auto made = std::make_shared<FrameView>(playing->maker.view(*wanted_view));
-    made->frame = frame;
-    made->change = change_heard;
-    shown = Clock::now();
-    std::shared_ptr<const FrameView> replaced = std::move(made);
-    const std::lock_guard lock(mutex);
-    std::swap(view, replaced);
-}
-
-/// Goes over to what has been prepared, if there is something: its first frame is computed at once
-/// and goes to the mixer with its playback.
-void Player::State::begin_prepared() {
-    while (auto playback = mixer->playbacks().reclaim()) changes->retire(std::move(playback));
-    std::unique_ptr<PreparedScene> before;
-    {
-        const std::lock_guard lock(mutex);
-        auto [prepared, number] = changes->take();
-        if (!prepared) return;
-        if (!prepared->starts_anew) prepared->take_signals(*playing);
-        prepared->zero_s = prepared->starts_anew ? clock.time_s() : playing->zero_s;
-        if (prepared->starts_anew) controls = {};
-        load = load_of(*prepared);
-        shorter_change = 0;
-        before = std::exchange(playing, std::move(prepared));
-        status.heard_change = number;
-    }
-    changes->retire(std::move(before));
-    compute();
-    publish();
-    mixer->playbacks().publish(std::move(playing->playback));
-}
-
-ChangePreparer::Playing Player::State::what_plays() {
-    const std::lock_guard lock(mutex);
-    PlayControls with = controls;
-    if (rays_fall(with)) with.rays = status.rays;
-    return {playing->reusable(), with, mixer->time_s() - playing->zero_s};
+PoseLatency Player::State::latency(double frame_period_ms) const {
+    const LatencyCounts& frames = mixer->frame_latency();
+    const LatencyCounts& heads = mixer->head_latency();
+    return {.frame_period_ms = frame_period_ms,
+            .compute_p50_ms = compute_time.quantile_ms(0.5),
+            .compute_p99_ms = compute_time.quantile_ms(0.99),
+            .sound_p50_ms = frames.quantile_ms(0.5),
+            .sound_p99_ms = frames.quantile_ms(0.99),
+            .head_p50_ms = heads.quantile_ms(0.5),
+            .head_p99_ms = heads.quantile_ms(0.99),
+            .call_p99_ms = mixer->call_interval().quantile_ms(0.99)};
 }
 
 Player::Player(const Scene& scene, const SessionOptions& options)
@@ -357,15 +344,13 @@ Player::Player(const Scene& scene, const SessionOptions& options)
 Player::~Player() = default;
 
 void Player::move_listener(const Pose& pose) {
-    const std::int64_t given_ns = clock_ns();
     const std::lock_guard lock(state_->mutex);
-    if (!state_->playing->scene.listener.path) state_->place_listener(pose, given_ns);
+    if (!state_->playing->scene.listener.path) state_->place_listener(pose);
 }
 
 void Player::control(const PlayControls& controls) {
-    const std::int64_t given_ns = clock_ns();
     const std::lock_guard lock(state_->mutex);
-    state_->take_controls(controls, given_ns);
+    state_->take_controls(controls);
 }
 
 PlayControls Player::controls() const {
@@ -374,11 +359,10 @@ PlayControls Player::controls() const {
 }
 
 void Player::adjust(const std::function<void(PlayControls&, const Pose&)>& change) {
-    const std::int64_t given_ns = clock_ns();
     const std::lock_guard lock(state_->mutex);
     PlayControls next = state_->controls;
     change(next, state_->status.listener);
-    state_->take_controls(std::move(next), given_ns);
+    state_->take_controls(std::move(next));
 }
 
 std::uint64_t Player::change(const Scene& scene, const SessionOptions& options, bool starts_anew) {
@@ -430,23 +414,27 @@ PlayStatus Player::status() {
     PlayStatus status;
     double begin_s = 0;
     double end_s = 0;
-    double frame_s = 0;
+    double frame_period_ms = 0;
     {
         const std::lock_guard lock(state_->mutex);
-        if (state_->failure) std::rethrow_exception(state_->failure);
         status = state_->status;
-        // With the number of the change that is heard, which is noted when it is taken.
+        const AuralizerStatus frames = state_->frames_so_far();
+        status.frames = frames.frames;
+        status.late_frames = frames.late_frames;
+        status.frame_ms = frames.frame_ms;
+        status.frame_mean_ms = frames.frame_mean_ms;
+        status.frame_worst_ms = frames.frame_worst_ms;
+        status.response_age_s = frames.frame_age_s;
+        frame_period_ms = frames.frame_period_ms;
+        // With the number of the change that is heard, which is noted before it counts as begun.
         const ChangePreparer::Status changes = state_->changes->status();
         status.preparing = changes.preparing;
         status.failed_changes = changes.failed;
         status.change_error = changes.error;
-        frame_s = state_->playing->maker.config().frame_s;
-        status.response_age_s =
-            std::chrono::duration<double>(State::Clock::now() - state_->published).count();
         begin_s = state_->playing->zero_s;
         end_s = begin_s + state_->playing->timeline.end_s;
     }
-    status.latency = state_->latency(frame_s);
+    status.latency = state_->latency(frame_period_ms);
     status.time_s = std::min(state_->mixer->time_s(), end_s);
     status.scene_time_s = status.time_s - begin_s;
     const AudioDevice& device = *state_->device;

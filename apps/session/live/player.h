@@ -56,14 +56,12 @@ struct PlayStatus {
     bool finished = false;  ///< played to the end
 };
 
-/// Plays a scene on an output device. Owns the device with its audio thread, which only renders;
-/// the propagation thread, which wakes at each frame time, hands over the frame that it has
-/// computed for the one before, takes the newest poses and computes the next, so that a pose is
-/// heard one frame after its time; and a thread that prepares changes. Where frames take longer
-/// than their time it lowers the rays (SessionOptions::rays_fall) and the response's length (where
-/// the scene leaves it to the room) until they do not (LiveLoad). Sound starts with the
-/// constructor and stops with the destructor, fading. The head's turning is heard from the next
-/// block on.
+/// Plays a scene on an output device: an Auralizer on the real-time clock, the device with its
+/// audio thread, and a thread that prepares changes. If frames take longer than their period, it
+/// lowers the rays (SessionOptions::rays_fall) and the length of the responses (where the scene
+/// does not set it) until they do not (LiveLoad). Sound starts in the constructor; it fades out and
+/// stops in the destructor. The pose of a path is heard one frame after its time; a turn of the
+/// head from the next block on.
 class Player {
  public:
     /// Keeps a copy of the scene. If the device refuses the sample rate its own is used. Throws

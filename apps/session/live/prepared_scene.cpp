@@ -1,6 +1,8 @@
 #include "apps/session/live/prepared_scene.h"
 
 #include <algorithm>
+#include <limits>
+#include <utility>
 
 namespace aula {
 
@@ -35,6 +37,26 @@ Scene with_length(Scene scene, const SessionOptions& options) {
     return scene;
 }
 
+std::unique_ptr<ScenePlayback> make_playback(const PreparedScene& prepared, double sample_rate_hz) {
+    const SessionOptions& options = prepared.options;
+    const AuralizerOptions settings{.sample_rate_hz = sample_rate_hz,
+                                    .block = options.block,
+                                    .output = options.output,
+                                    .ambisonic_order = options.ambisonic_order,
+                                    .hrtf = options.hrtf,
+                                    .half_precision_tail = options.half_precision_tail,
+                                    .max_sources = prepared.scene.sources.size()};
+    auto auralizer = std::make_unique<LiveAuralizer>(prepared.scene, settings, prepared.hrtf);
+    const Timeline timeline =
+        live_timeline({.scene = prepared.scene,
+                       .signals = prepared.signals,
+                       .sample_rate_hz = sample_rate_hz,
+                       .response_length_s = auralizer->room().response_length_s(),
+                       .duration_s = options.duration_s});
+    return std::make_unique<ScenePlayback>(std::move(auralizer), prepared.signals, timeline,
+                                           options.block, prepared.starts_anew);
+}
+
 }  // namespace
 
 PreparedScene::PreparedScene(const Scene& scene_in, const SessionOptions& options_in,
@@ -45,16 +67,35 @@ PreparedScene::PreparedScene(const Scene& scene_in, const SessionOptions& option
       starts_anew(starts_anew_in),
       signals(signals_of(scene, sample_rate_hz, before)),
       hrtf(hrtf_after(options, sample_rate_hz, before)),
-      maker(scene, frame_settings(options, sample_rate_hz), hrtf),
-      timeline(live_timeline({.scene = scene,
-                              .signals = signals,
-                              .sample_rate_hz = sample_rate_hz,
-                              .response_length_s = maker.response_length_s(),
-                              .duration_s = options.duration_s})),
-      playback(
-          std::make_unique<ScenePlayback>(maker.config(), signals, timeline, hrtf, starts_anew)),
-      frames(playback->frames()),
-      other_signals(playback->signals()) {}
+      playback(make_playback(*this, sample_rate_hz)),
+      auralizer(playback->auralizer()),
+      timeline(playback->timeline()),
+      other_signals(playback->signals()),
+      sources(auralizer.room().sources()) {}
+
+void PreparedScene::apply(const PlayControls& controls, double time_s, bool with_listener) {
+    Auralizer& room = auralizer.room();
+    for (std::size_t s = 0; s < sources.size(); ++s) {
+        const SourceControl control = controls.source(s);
+        Pose pose;
+        pose.position = control.position.value_or(scene.sources[s].position_at(time_s));
+        room.set_source(sources[s], pose);
+        room.set_gain(sources[s], controls.heard(s)
+                                      ? control.gain_db.value_or(scene.sources[s].gain_db)
+                                      : -std::numeric_limits<float>::infinity());
+    }
+    for (std::size_t o = 0; o < scene.objects.size(); ++o)
+        if (scene.objects[o].path) room.set_transform(o, scene.objects[o].transform_at(time_s));
+    if (with_listener || !controls.listener) room.set_listener(controls.listener_at(scene, time_s));
+    room.set_part_gains({.direct = controls.dry_gain(),
+                         .early = controls.early ? controls.wet_gain() : 0,
+                         .late = controls.late ? controls.wet_gain() : 0});
+    if (controls.frame_share)
+        room.set_frame_share(*controls.frame_share);
+    else
+        room.set_rays(
+            std::clamp(controls.rays.value_or(scene.simulation.rays), 1, Simulation::kMaxRays));
+}
 
 void PreparedScene::take_signals(const PreparedScene& before) {
     bool differs = false;

@@ -35,7 +35,7 @@ TEST_CASE(
             all.back()->other_signals.publish(std::make_unique<SignalSet>(
                 SignalSet{std::make_shared<const Signal>(std::vector<float>(100, 0.1F), true)}));
         }
-        mixer.head_poses().publish(std::make_unique<HeadPose>());
+        all.back()->auralizer.turn_head(Pose{});
         const RealtimeTrap trap;
         mixer.render(outputs, kTakeBlock);
         violations += trap.violations();
