@@ -11,7 +11,7 @@ namespace aula {
 
 /// The playback and the propagation thread, which builds it and computes its frames.
 struct Auralizer::State {
-    /// `hrtf`: that of the options; null: it is read.
+    /// `hrtf`: that of the options, or null to read it.
     State(const Scene& scene, AuralizerOptions options, std::shared_ptr<const Hrtf> hrtf = nullptr);
 
     /// Builds the playback. [propagation thread]
@@ -29,9 +29,9 @@ struct Auralizer::State {
     const AuralizerOptions options;
     const std::shared_ptr<const Hrtf> hrtf;
     std::unique_ptr<RoomPlayback> playback;
-    std::promise<void> built;    ///< the playback, or what prevents it
-    std::promise<bool> started;  ///< whether frames are wanted
-    bool is_started = false;     ///< the promise has its value
+    std::promise<void> built;    ///< the playback, or the error that prevents it
+    std::promise<bool> started;  ///< whether frames are requested
+    bool is_started = false;     ///< the promise has been fulfilled
     std::thread thread;
 };
 

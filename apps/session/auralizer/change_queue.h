@@ -10,7 +10,7 @@
 
 namespace aula {
 
-/// The sample time of what does not come.
+/// The sample time of a change that never comes.
 inline constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 
 /// When a change takes effect. At one sample the changes of before_frame follow all others,

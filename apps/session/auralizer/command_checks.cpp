@@ -11,7 +11,7 @@ namespace {
 
 constexpr float kHighestGain_db = 120;
 
-/// Rounding of a rotation that a host has multiplied up in single precision.
+/// Rounding of a rotation that a host has composed in single precision.
 constexpr float kRigidTolerance = 1e-2F;
 
 bool is_finite(const Vec3& v) {

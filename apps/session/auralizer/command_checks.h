@@ -4,8 +4,8 @@
 
 namespace aula {
 
-// Checks of the arguments of an auralizer's commands. They throw InputError: one value that is not
-// finite would make every later sample not a number.
+// Checks of the arguments of an auralizer's commands. They throw InputError: a single value that is
+// not finite would make all later samples NaN.
 
 /// Throws InputError with this text unless a condition holds.
 void require(bool holds, const char* otherwise);

@@ -101,7 +101,7 @@ void ExactPlayback::render(std::span<const SourceSignal> inputs, std::span<float
             continue;
         }
         const std::span<const float> weights = pause_.weights(part);
-        // Of several signals of a source the first is the one that counts.
+        // Of several signals of a source the first counts.
         for (std::size_t i = inputs.size(); i-- > 0;) {
             const SourceSignal& input = inputs[i];
             if (input.samples == nullptr) continue;
@@ -146,7 +146,7 @@ void ExactPlayback::take_frames() {
     ++next_frame_;
 }
 
-/// Renders the block whose signals are there, divided where frames and changes begin.
+/// Renders the block of the present signals, divided where frames and changes begin.
 void ExactPlayback::render_block() {
     const std::int64_t end = rendered_.load();
     const std::int64_t begin = end - kBlock;

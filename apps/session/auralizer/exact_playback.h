@@ -47,20 +47,21 @@ class ExactPlayback : public RoomPlayback {
 
     const double frame_rate_hz_;
 
-    // Of the rendering thread.
+    // Used by the rendering thread.
     std::map<std::uint64_t, BlockInput> block_inputs_;  ///< by the source's number
-    std::vector<std::vector<float>> block_outputs_;     ///< of the block before
+    std::vector<std::vector<float>> block_outputs_;     ///< of the previous block
     int filled_ = 0;                                    ///< samples of the present block
-    std::exception_ptr broken_;                         ///< what ended rendering
+    std::exception_ptr broken_;                         ///< the error that ended rendering
     std::int64_t next_frame_ = 0;                       ///< to be heard
     std::vector<SourceSignal> block_signals_;
     std::vector<float*> block_pointers_;
 
     // Guarded by the mutex.
     ChangeQueue<RoomRenderer> renderer_changes_;
-    std::int64_t committed_ = 0;  ///< all changes before are known
-    std::deque<Ready> ready_;     ///< computed, to be heard
-    std::vector<std::vector<std::unique_ptr<RenderFrame>>> spent_;  ///< [listener] any number
+    std::int64_t committed_ = 0;  ///< all changes before it are known
+    std::deque<Ready> ready_;     ///< computed, not yet rendered
+    std::vector<std::vector<std::unique_ptr<RenderFrame>>>
+        spent_;  ///< [listener] used frames, for reuse
 };
 
 }  // namespace aula

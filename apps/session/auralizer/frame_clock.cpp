@@ -7,11 +7,11 @@ namespace aula {
 
 namespace {
 
-// A fiftieth of the distance at each frame leaves less than 0.1 ms of the jitter that comes from
-// sound being played in blocks.
+// Correcting a fiftieth of the deviation per frame leaves less than 0.1 ms of the jitter caused by
+// playback in blocks.
 constexpr double kCorrection = 0.02;
 
-// Farther from the sound than this: the device is gone, or was.
+// A larger deviation from the sound means that the device is lost, or was.
 constexpr double kLost_s = 0.5;
 
 constexpr double kMargin_s = 0.002;

@@ -7,8 +7,8 @@
 
 namespace aula {
 
-/// Schedules live frames at regular times of the sound that a device plays by its own clock. Frame
-/// k is computed during its period and due at the end of it. [propagation thread]
+/// Schedules live frames at regular times of the sound that a device plays by its clock. Frame k is
+/// computed during its period and due at the end of it. [propagation thread]
 class FrameClock {
  public:
     using Clock = std::chrono::steady_clock;
@@ -25,7 +25,7 @@ class FrameClock {
     /// Start of the current frame.
     Clock::time_point due() const { return at(time_s_); }
 
-    /// When the current frame has to be ready.
+    /// When the current frame must be ready.
     Clock::time_point end() const { return at(time_s_ + frame_s_); }
 
     /// When the computation begins: before end() by the longest of the recent frames and 2 ms, so
@@ -50,7 +50,7 @@ class FrameClock {
  private:
     Clock::time_point at(double seconds) const;
 
-    Clock::time_point zero_;  ///< where the sound's time zero lies
+    Clock::time_point zero_;  ///< time zero of the sound
     double time_s_ = 0;
     double frame_s_ = 0;
     std::deque<double> recent_s_;

@@ -20,9 +20,9 @@ namespace aula {
 struct FrameRoom {
     RoomState state;
     SourceSlots slots;                            ///< of the sources that are present
-    std::map<std::size_t, Material> materials{};  ///< of objects, changed since the frame before
-    /// [listener] when the first pose since the frame before was set (clock_ns()); 0: none that
-    /// counts.
+    std::map<std::size_t, Material> materials{};  ///< of objects, changed since the previous frame
+    /// [listener] When the first pose since the previous frame was set (clock_ns()); 0: no pose
+    /// whose latency counts.
     std::vector<std::int64_t> poses_ns{};
 };
 
@@ -49,10 +49,10 @@ class FrameComputer {
     /// See FrameMaker::warm_up(). [propagation thread]
     void warm_up(const FrameRoom& room, double longest_s);
 
-    /// What computes the frames. [propagation thread]
+    /// The object that computes the frames. [propagation thread]
     const FrameMaker& maker() const { return *maker_; }
 
-    /// Frees the engine. No frame is computed then or later.
+    /// Frees the engine. No frame is computed during or after the call.
     void end();
 
     /// Notes that the newest frame has been handed over. [any thread]
@@ -67,7 +67,7 @@ class FrameComputer {
     AuralizerStatus status() const;
 
  private:
-    /// To which listeners a source is visible.
+    /// The listeners to which a source is visible.
     struct Sight {
         SourceId source;
         std::vector<char> visible;  ///< [listener]
@@ -80,7 +80,7 @@ class FrameComputer {
     std::optional<FrameMaker> maker_;  ///< until end()
     const RendererConfig config_;
     const double response_length_s_;
-    mutable std::mutex mutex_;  ///< of what follows
+    mutable std::mutex mutex_;  ///< protects the following members
     std::vector<Sight> sights_;
     AuralizerStatus status_;
     double frame_sum_ms_ = 0;

@@ -16,7 +16,7 @@ namespace aula {
 /// them, and reuses an HRTF.
 class LiveAuralizer {
  public:
-    /// What the propagation thread calls.
+    /// Functions that the propagation thread calls.
     struct Hooks {
         /// Time of the sound that the frames follow, in s.
         std::function<double()> played_s;
@@ -27,20 +27,20 @@ class LiveAuralizer {
     };
 
     /// Builds the engine and the renderer; the clock of the options is ignored. `hrtf`: that of the
-    /// options; null: it is read if the output needs it.
+    /// options, or null to read it if the output needs it.
     LiveAuralizer(const Scene& scene, AuralizerOptions options, std::shared_ptr<const Hrtf> hrtf);
 
     Auralizer& room() noexcept { return room_; }
     const Auralizer& room() const noexcept { return room_; }
 
-    /// Fills the caches for the room as it is, for at most about `longest_s`. [before start()]
+    /// Fills the caches for the present room, for at most about `longest_s`. [before start()]
     void warm_up(double longest_s);
 
-    /// Computes the frame of a time and hands it over. Returns what computed it. Poses set before
-    /// start() count in no latency. [before start()]
+    /// Computes the frame of a time and hands it over. Returns the object that computed it. Poses
+    /// set before start() do not count for latencies. [before start()]
     const FrameMaker& compute_first(double time_s);
 
-    /// Computes frames from now on.
+    /// Starts to compute frames.
     void start(Hooks hooks);
 
     /// Ends the frames and frees the engine. The newest responses remain audible.

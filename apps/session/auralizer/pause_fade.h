@@ -25,19 +25,19 @@ class PauseFade {
     /// sample `done` on.
     int advance(std::span<float* const> outputs, int done, int samples) noexcept AULA_NONBLOCKING;
 
-    /// The weights of the next part of the inputs, and of that of the outputs, so that no sound
-    /// from before a pause is heard after it. Empty without a fade.
+    /// The weights of the next part of the inputs and outputs: no sound from before a pause is
+    /// audible after it. Empty without a fade.
     std::span<const float> weights(int samples) noexcept AULA_NONBLOCKING;
 
  private:
     std::atomic<bool> paused_ = false;
     std::atomic<bool> silent_ = false;
     Fade fade_;
-    bool fading_out_ = false;  ///< otherwise in
+    bool fading_out_ = false;  ///< otherwise fading in
     std::vector<float> weights_;
 };
 
-/// Multiplies as many samples as there are weights.
+/// Multiplies the first samples by the weights.
 void apply_weights(std::span<const float> weights, float* samples) noexcept AULA_NONBLOCKING;
 
 }  // namespace aula

@@ -10,7 +10,7 @@ namespace aula {
 
 namespace {
 
-/// All changes, whatever their time.
+/// A time after all changes.
 constexpr std::int64_t kAll = kNever - 1;
 
 }  // namespace
@@ -50,7 +50,7 @@ void RealTimePlayback::turn_head(std::size_t listener, const Pose& pose,
     if (in_before_frame()) {
         frame_heads_[listener] = pose;
     } else {
-        frame_heads_[listener].reset();  // this one is newer
+        frame_heads_[listener].reset();  // the new pose is newer
         publish_head(listener, pose);
     }
 }
@@ -67,7 +67,7 @@ void RealTimePlayback::publish_head(std::size_t listener, const Pose& pose) {
     heads_[listener]->publish(std::move(head));
 }
 
-/// A pose of a frame counts from the frame's time on.
+/// The latency of a frame's pose counts from the frame's time.
 std::int64_t RealTimePlayback::pose_ns() const {
     if (!running_) return 0;
     return in_before_frame() ? frame_due_ns_ : clock_ns();
@@ -120,8 +120,7 @@ void RealTimePlayback::follow(std::function<double()> played_s,
     after_frame_ = std::move(after_frame);
 }
 
-/// Wakes at each frame time: publishes the frame computed since the one before, then computes the
-/// next.
+/// At each frame time publishes the frame computed since the previous one, then computes the next.
 void RealTimePlayback::compute_frames(Auralizer& auralizer) {
     FrameClock clock(Clock::now(), played_s());
     if (computer_.status().frames == 0) {

@@ -66,23 +66,23 @@ class RealTimePlayback : public RoomPlayback {
     void publish(ListenerFrames frames);
     void publish_head(std::size_t listener, const Pose& pose);
 
-    // Of the propagation thread.
-    std::function<double()> sound_time_s_;  ///< that frames follow; if empty: the time rendered
+    // Used by the propagation thread.
+    std::function<double()> sound_time_s_;  ///< that frames follow; empty: the rendered time
     std::function<void(const FrameMaker&, double spare_s)> after_frame_;
-    std::int64_t frame_due_ns_ = 0;  ///< time of the frame that is computed
+    std::int64_t frame_due_ns_ = 0;  ///< due time of the present frame
 
-    // Of the rendering thread.
-    std::int64_t head_pose_ns_ = 0;  ///< of the first listener's newest
+    // Used by the rendering thread.
+    std::int64_t head_pose_ns_ = 0;  ///< of the first listener's newest pose
     const int block_;
     std::vector<float*> part_outputs_;
 
-    // To the rendering thread. Writers lock the mutex.
+    // Passed to the rendering thread. Writers lock the mutex.
     Mailbox<std::vector<SourceId>> routes_{1};               ///< [slot]
     std::vector<std::unique_ptr<Mailbox<HeadPose>>> heads_;  ///< [listener]
 
     // Guarded by the mutex.
     bool running_ = false;                          ///< frames are computed at their times
-    std::vector<std::optional<Pose>> frame_heads_;  ///< [listener] that the next frame brings
+    std::vector<std::optional<Pose>> frame_heads_;  ///< [listener] poses for the next frame
 };
 
 }  // namespace aula

@@ -10,7 +10,8 @@ namespace aula {
 
 namespace {
 
-/// Time by which a removed source is heard beyond its response: its fade and the filters' length.
+/// Time for which a removed source is audible beyond its response: its fade and the length of the
+/// filters.
 constexpr double kRingTail_s = 0.1;
 
 std::shared_ptr<const Hrtf> hrtf_of(const AuralizerOptions& options) {

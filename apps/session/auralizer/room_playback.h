@@ -23,8 +23,9 @@
 
 namespace aula {
 
-/// A room that is played: the changes that commands make, the frames computed from them and the
-/// renderer. The clocks derive from it. Commands are those of Auralizer, with checked arguments.
+/// Playback of a room: the changes made by commands, the frames computed from them and the
+/// renderer. The base class of both clocks. Commands are those of Auralizer, with checked
+/// arguments.
 class RoomPlayback {
  public:
     virtual ~RoomPlayback() = default;
@@ -54,7 +55,7 @@ class RoomPlayback {
 
  protected:
     /// `block`: the largest number of samples that the renderer processes together. `hrtf`: that of
-    /// the options; if null it is read.
+    /// the options, or null to read it.
     RoomPlayback(const Scene& scene, const AuralizerOptions& options, int block,
                  std::shared_ptr<const Hrtf> hrtf);
 
@@ -68,7 +69,7 @@ class RoomPlayback {
     /// end.
     void apply_changes(std::int64_t until, std::int64_t now, double time_s);
 
-    /// The same; returns the room for a frame.
+    /// The same, and returns the room for a frame.
     FrameRoom take_changes(std::int64_t until, std::int64_t now, double time_s);
 
     /// tail_samples() of the frame that was computed last.
@@ -90,9 +91,9 @@ class RoomPlayback {
     const double rate_hz_;
     const std::function<void(Auralizer&, double)> before_frame_;
     FrameComputer computer_;
-    RoomRenderer renderer_;                   ///< of the rendering thread
+    RoomRenderer renderer_;                   ///< used by the rendering thread
     SourceSlots renderer_slots_;              ///< as the renderer is told
-    PauseFade pause_;                         ///< likewise
+    PauseFade pause_;                         ///< used by the rendering thread
     std::atomic<std::int64_t> rendered_ = 0;  ///< samples
     std::atomic<std::int64_t> tail_samples_;  ///< of the newest frame that is heard
 
@@ -105,10 +106,10 @@ class RoomPlayback {
  private:
     std::int64_t tail_of(double longest_delay_s) const;
 
-    std::thread::id frame_thread_;  ///< guarded by the mutex, as what follows
+    std::thread::id frame_thread_;  ///< protected by the mutex, like the following members
     SourceRegister sources_;
     ChangeQueue<FrameRoom> changes_;
-    FrameRoom room_;  ///< with all changes up to the newest frame; of the propagation thread
+    FrameRoom room_;  ///< with all changes up to the newest frame; used by the propagation thread
 };
 
 }  // namespace aula

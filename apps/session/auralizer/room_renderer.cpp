@@ -7,7 +7,7 @@ namespace aula {
 
 namespace {
 
-/// Of a source that begins or ends while it plays.
+/// Fade of a source that begins or ends during playback.
 constexpr double kSourceFade_s = 0.02;
 
 }  // namespace

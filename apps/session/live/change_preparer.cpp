@@ -9,7 +9,8 @@ namespace aula {
 
 namespace {
 
-/// The time for which a change's caches are filled before it begins, so that it is not noisy.
+/// Time for which the caches of a change are filled before it begins, which reduces its initial
+/// noise.
 constexpr double kWarmUp_s = 0.25;
 
 }  // namespace
@@ -75,7 +76,7 @@ ChangePreparer::Status ChangePreparer::status() const {
 /// Prepares a change and begins it.
 void ChangePreparer::make(const Change& change) {
     Playing playing = playing_();
-    // What begins anew plays what its scene says.
+    // A scene that begins anew plays its own signals.
     if (change.starts_anew)
         playing = {{{}, {}, playing.reusable.options, playing.reusable.hrtf}, {}, 0};
     auto prepared = std::make_unique<PreparedScene>(change.scene, change.options, rate_hz_,

@@ -15,11 +15,11 @@
 
 namespace aula {
 
-/// Prepares what is played next while something plays, on a separate thread. Of several requests
-/// the newest is prepared. The thread also destroys playbacks that are no longer used.
+/// Prepares the next playback on a separate thread during playback. Of several requests the newest
+/// is prepared. The thread also destroys playbacks that are no longer used.
 class ChangePreparer {
  public:
-    /// What plays now.
+    /// The present playback.
     struct Playing {
         Reusable reusable;
         PlayControls controls;
@@ -29,29 +29,30 @@ class ChangePreparer {
     struct Status {
         bool preparing = false;    ///< a requested change has neither begun nor failed
         std::uint64_t failed = 0;  ///< changes that could not be prepared
-        std::string error;         ///< why the last one could not; empty if it could
+        std::string error;         ///< why the last one failed; empty if it did not
     };
 
-    /// Begins to play what has been prepared, the change of a number.
+    /// Begins to play a prepared change.
     using Begin = std::function<void(std::unique_ptr<PreparedScene>, std::uint64_t number)>;
 
-    /// The functions are called by the thread, which holds no lock then.
+    /// The thread calls the functions without holding a lock.
     ChangePreparer(double sample_rate_hz, std::function<Playing()> playing, Begin begin);
     ~ChangePreparer();
     ChangePreparer(const ChangePreparer&) = delete;
     ChangePreparer& operator=(const ChangePreparer&) = delete;
 
-    /// Requests a scene in place of one that was requested before and is not being prepared yet;
-    /// if that was to begin anew, so is this. Returns its number, from 1 on. [any thread]
+    /// Requests a scene. It replaces an earlier request that is not being prepared yet; if that one
+    /// was to begin anew, this one does. Returns its number (>= 1). [any thread]
     std::uint64_t ask(const Scene& scene, const SessionOptions& options, bool starts_anew);
 
-    /// The same for a scene that continues, unless a change is being prepared: 0 then. [any thread]
+    /// The same for a scene that continues. Returns 0 and does nothing if a change is being
+    /// prepared. [any thread]
     std::uint64_t ask_if_idle(const Scene& scene, const SessionOptions& options);
 
-    /// Has a playback destroyed. [any thread]
+    /// Destroys a playback on the thread. [any thread]
     void retire(std::unique_ptr<ScenePlayback> playback);
 
-    /// Ends the thread; nothing begins after it. [the owner's thread]
+    /// Ends the thread; no change begins afterwards. [the owner's thread]
     void stop();
 
     Status status() const;
@@ -71,12 +72,12 @@ class ChangePreparer {
     double rate_hz_;
     std::function<Playing()> playing_;
     Begin begin_;
-    mutable std::mutex mutex_;  ///< of what follows
+    mutable std::mutex mutex_;  ///< protects the following members
     std::condition_variable wanted_;
     bool stop_ = false;
     std::optional<Change> asked_;
     bool in_work_ = false;
-    bool anew_in_work_ = false;  ///< what is being prepared, and has not begun, begins anew
+    bool anew_in_work_ = false;  ///< the change that is being prepared begins anew
     std::uint64_t last_number_ = 0;
     std::uint64_t failed_ = 0;
     std::string error_;

@@ -10,27 +10,28 @@ namespace aula {
 
 namespace {
 
-// Shares of a frame's time.
+// Shares of the frame period.
 constexpr double kTooMuch = 0.9;
 constexpr double kWanted = 0.75;
 constexpr double kRoom = 0.5;
 
-// A median of so many frames is not moved by one that another program delayed. Where frames take
-// very long it is judged by those of a second.
+// The median of this many frames is not affected by a frame that another program delayed. Of very
+// long frames those of one second count.
 constexpr std::size_t kFrames = 7;
 constexpr double kEnoughTime_s = 1;
 
-// At most so far in one step; up in small ones.
+// Limits of one step: large downwards, small upwards.
 constexpr double kFurthestDown = 0.1;
 constexpr double kMinDown = 0.95;
 constexpr double kUp = 1.2;
 
 constexpr double kFirstWait_s = 3;
 constexpr double kLongestWait_s = 120;
-/// Rays that came back and are too many within this time came back too early.
+/// If increased rays are too many within this time, they were increased too early.
 constexpr double kTrial_s = 5;
 
-// Rays are noise, the length is reverberation that is missing: what is lowered first, and how far.
+// Fewer rays cause noise, a shorter response lacks reverberation: the order and the limits of the
+// reduction.
 constexpr int kEnoughRays = 300;
 constexpr double kEnoughLength_s = 1;
 constexpr int kFewestRays = 100;

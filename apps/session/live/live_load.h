@@ -4,13 +4,13 @@
 
 namespace aula {
 
-/// Lowers the rays and the response's length of what plays live until its frames are computed in
-/// their time. Between half of a frame's time and nine tenths of it nothing changes. Rays come back
-/// where there is room for long, after ever longer waits if that was too many; the length does not,
-/// as each change of it is prepared anew. [propagation thread]
+/// Reduces the rays and the response length of live playback until frames are computed within their
+/// period. Between half and nine tenths of the period nothing changes. Rays increase again after a
+/// time with room, which doubles whenever the increase was too large. The length does not increase,
+/// because each change of it requires preparation. [propagation thread]
 class LiveLoad {
  public:
-    /// What a scene would have, and what of it is not given and may fall.
+    /// Rays and length of a scene, and which of them are not given and may be reduced.
     struct Full {
         int rays = 0;
         double length_s = 0;
@@ -18,14 +18,14 @@ class LiveLoad {
         bool length_falls = false;
     };
 
-    /// Begins with so many rays and such a length.
+    /// Begins with these rays and this length.
     LiveLoad(const Full& full, int rays, double length_s);
     explicit LiveLoad(const Full& full) : LiveLoad(full, full.rays, full.length_s) {}
 
-    /// Takes in what a frame took of its period. `rays_fall`: its rays were rays().
+    /// Adds the computation time of a frame and its period. `rays_fall`: the frame had rays() rays.
     void add(double took_s, double period_s, bool rays_fall = true);
 
-    /// Begins to measure anew: what was measured is not of what plays now.
+    /// Restarts the measurement after a change of the playback.
     void restart() { recent_s_.clear(); }
 
     int rays() const { return rays_; }
@@ -41,9 +41,9 @@ class LiveLoad {
     int rays_;
     double length_s_;
     std::deque<double> recent_s_;
-    double quiet_s_ = 0;   ///< for how long there was room
-    double wait_s_;        ///< for how long there has to be before rays come back
-    double since_rise_s_;  ///< since they last did
+    double quiet_s_ = 0;   ///< time for which there has been room
+    double wait_s_;        ///< time for which there must be room before rays increase
+    double since_rise_s_;  ///< since they last increased
 };
 
 }  // namespace aula

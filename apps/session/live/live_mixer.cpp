@@ -8,15 +8,15 @@ namespace aula {
 
 namespace {
 
-/// How long a change of signals, or of what plays, is faded.
+/// Duration of the fade between signals and between playbacks.
 constexpr double kChangeFade_s = 0.05;
 
-/// Of a signal that begins in mid-wave.
+/// Fade-in of a signal that begins in mid-wave.
 constexpr double kRise_s = 0.02;
 
 constexpr double kPauseFade_s = 0.02;
 
-/// Seconds of sound that a slow reader may be behind.
+/// Largest delay of a slow reader.
 constexpr double kHeard_s = 2;
 
 std::size_t to_samples(double seconds, double rate_hz) {
@@ -59,14 +59,14 @@ ScenePlayback::~ScenePlayback() {
         if (signals != nullptr && signals != first_signals_.get()) next_signals_.give_back(signals);
 }
 
-/// `before`: what plays until then, if anything does.
+/// `before`: the previous playback, or null.
 void ScenePlayback::begin(std::int64_t position, const ScenePlayback* before) noexcept {
     zero_ = starts_anew_ ? position : before != nullptr ? before->zero_ : 0;
     (position == zero_ ? rise_ : input_fade_).start();
 }
 
-/// Something else follows. What was sent out is heard to its end, the input's fading and what
-/// filters add included.
+/// Another playback follows. Emitted sound remains audible to its end, including the fade of the
+/// input and the decay of the filters.
 void ScenePlayback::retire() noexcept {
     state_ = State::ringing;
     input_fade_.start();
@@ -79,7 +79,7 @@ void ScenePlayback::end() noexcept {
     output_fade_.start();
 }
 
-/// The signals, changed, ended by the timeline and faded as far as the playback is.
+/// The signals with exchanges, the end by the timeline and the playback's present fade.
 void ScenePlayback::read_inputs(std::int64_t position, int samples) noexcept {
     const auto count = static_cast<std::size_t>(samples);
     const std::int64_t first = position - zero_;
@@ -167,8 +167,8 @@ void LiveMixer::count_latencies(std::int64_t now_ns) noexcept {
     count(playing_->auralizer_->head_pose_ns(), head_pose_ns_, head_latency_);
 }
 
-/// Lets the next playback begin where there is one: when the one that plays is fully there, and
-/// fewer than the most ring out. Otherwise it waits, and the oldest of those that ring is ended.
+/// Starts the next playback, if there is one, when the present one has faded in and fewer than the
+/// maximum ring out. Otherwise it waits, and the oldest ringing one is ended.
 void LiveMixer::change_playback() noexcept {
     if (waiting_ == nullptr) waiting_ = playbacks_.take();
     if (waiting_ == nullptr) return;
@@ -190,11 +190,11 @@ void LiveMixer::give_back_ended() noexcept {
         if (playback == nullptr || !playback->ended()) continue;
         playbacks_.give_back(std::exchange(playback, nullptr));
     }
-    // The oldest first, no gaps.
+    // The oldest first, without gaps.
     if (ringing_.front() == nullptr) std::swap(ringing_.front(), ringing_.back());
 }
 
-/// Goes along the fade of a pause, out or in.
+/// Advances the fade of a pause.
 void LiveMixer::fade_pause(std::span<float* const> outputs, int samples) noexcept {
     const bool paused = paused_.load(std::memory_order_relaxed);
     if (paused != fading_out_) {

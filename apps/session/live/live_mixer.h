@@ -18,11 +18,11 @@
 
 namespace aula {
 
-/// A scene as the audio thread plays it: signals through an auralizer. Its input fades in where the
+/// A scene as the audio thread plays it: signals through an auralizer. Its input fades in if the
 /// signals have already begun, and fades out when another playback follows; then the room rings
-/// out. The weights of both inputs add up to one: each sample of the signals is heard once, without
-/// a click. Signals that begin with the playback are heard from their first sample on, except those
-/// that begin in mid-wave.
+/// out. The weights of both inputs add up to one: each sample of the signals is rendered once in
+/// total, without a click. Signals that begin with the playback are played from their first sample
+/// on without a fade, except those that begin in mid-wave.
 class ScenePlayback {
  public:
     /// One signal for each source of the auralizer, which has one listener. `block`: the largest
@@ -37,7 +37,7 @@ class ScenePlayback {
     LiveAuralizer& auralizer() { return *auralizer_; }
     const Timeline& timeline() const { return timeline_; }
 
-    /// Other signals for the same sources; they are crossfaded. [one thread at a time]
+    /// Exchanges the signals of the sources with a crossfade. [one thread at a time]
     Mailbox<SignalSet>& signals() { return next_signals_; }
 
  private:
@@ -64,15 +64,15 @@ class ScenePlayback {
     std::int64_t zero_ = 0;  ///< position of the signals' first sample
     std::unique_ptr<SignalSet> first_signals_;
     SignalSet* signals_;
-    SignalSet* fading_signals_ = nullptr;  ///< being replaced
-    Mailbox<SignalSet> next_signals_{2};   ///< those that play, those that fade out
+    SignalSet* fading_signals_ = nullptr;  ///< the signals being replaced
+    Mailbox<SignalSet> next_signals_{2};   ///< present ones and those that fade out
 
     State state_ = State::playing;
-    Fade input_fade_;                ///< in while it plays, then out
-    Fade output_fade_;               ///< out at the end
-    Fade signal_fade_;               ///< to other signals
-    Fade rise_;                      ///< of signals that begin in mid-wave
-    std::int64_t ring_samples_ = 0;  ///< left of the ringing out
+    Fade input_fade_;                ///< in at the beginning, then out
+    Fade output_fade_;               ///< fade-out at the end
+    Fade signal_fade_;               ///< crossfade to other signals
+    Fade rise_;                      ///< for signals that begin in mid-wave
+    std::int64_t ring_samples_ = 0;  ///< remaining samples of the ringing out
 
     std::vector<std::vector<float>> inputs_;
     std::vector<SourceSignal> source_signals_;  ///< with the inputs
@@ -81,23 +81,22 @@ class ScenePlayback {
     std::vector<float> scratch_;
 };
 
-/// The audio thread's part of live playing: the playback that plays, those that ring out, the
-/// limiter. What other threads read of it is atomic or goes through a ring.
+/// The audio thread's part of live playback: the present playback, those that ring out, and the
+/// limiter. Other threads read its state by atomics or a ring.
 class LiveMixer {
  public:
     LiveMixer(double sample_rate_hz, int block, std::size_t channels);
     ~LiveMixer();
 
-    /// Fills the outputs, in blocks of our own size where the device asks for more.
-    /// [audio thread, wait-free]
+    /// Fills the outputs, in blocks of at most the mixer's size. [audio thread, wait-free]
     void render(std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
 
-    /// What is to be played from now on, each with a first frame in it; what was played rings out.
-    /// Spent playbacks come back. [propagation thread]
+    /// The playbacks to play, each with its first frame; the previous one rings out. Used playbacks
+    /// return. [propagation thread]
     Mailbox<ScenePlayback>& playbacks() { return playbacks_; }
 
-    /// What is heard, interleaved, for one reader that asked for it with listen(). What finds no
-    /// room is lost, and counted, in samples of a channel. [the reader's thread]
+    /// The output, interleaved, for one reader after listen(true). Samples that do not fit are lost
+    /// and counted, per channel. [the reader's thread]
     SampleRing& heard() { return heard_; }
     void listen(bool wanted) { listened_.store(wanted); }
     std::int64_t lost_samples() const { return lost_samples_.load(); }
@@ -111,15 +110,16 @@ class LiveMixer {
     /// Samples of all channels that were muted because they were not finite. [any thread]
     std::int64_t muted_samples() const { return muted_samples_.load(); }
 
-    /// Fades to silence, where time stands still, and back. [any thread]
+    /// Fades to silence, which stops the time, and back. [any thread]
     void pause(bool paused) { paused_.store(paused); }
-    bool silent() const { return silent_.load(); }  ///< a pause is all there
+    bool silent() const { return silent_.load(); }  ///< the fade to a pause is complete
 
-    /// From a frame's stamp to the block that takes it, and the same of head poses. [any thread]
+    /// Latencies from a frame's stamp, and from a head pose, to the block that takes it. [any
+    /// thread]
     const LatencyCounts& frame_latency() const { return frame_latency_; }
     const LatencyCounts& head_latency() const { return head_latency_; }
 
-    /// From one call for sound to the next: what a head pose waits at most. [any thread]
+    /// Intervals between calls: the longest delay of a head pose. [any thread]
     const LatencyCounts& call_interval() const { return call_interval_; }
 
  private:
@@ -135,9 +135,9 @@ class LiveMixer {
     int block_;
     std::size_t channels_;
     Limiter limiter_;
-    Mailbox<ScenePlayback> playbacks_{kMaxRinging + 2};  ///< one that plays, one that waits
+    Mailbox<ScenePlayback> playbacks_{kMaxRinging + 2};  ///< the present and the waiting one
     ScenePlayback* playing_ = nullptr;
-    ScenePlayback* waiting_ = nullptr;  ///< for a place among the ringing ones
+    ScenePlayback* waiting_ = nullptr;  ///< until fewer playbacks ring out
     std::array<ScenePlayback*, kMaxRinging> ringing_{};
     std::vector<float*> output_pointers_;
     std::vector<float> interleaved_;
@@ -151,12 +151,12 @@ class LiveMixer {
     std::atomic<bool> paused_ = false;
     std::atomic<bool> silent_ = false;
     Fade pause_fade_;
-    bool fading_out_ = false;         ///< along it, else in
+    bool fading_out_ = false;         ///< otherwise fading in
     std::int64_t frame_pose_ns_ = 0;  ///< of the newest frame
     std::int64_t head_pose_ns_ = 0;   ///< of the newest head
     LatencyCounts frame_latency_;
     LatencyCounts head_latency_;
-    std::int64_t called_ns_ = 0;  ///< 0: not yet
+    std::int64_t called_ns_ = 0;  ///< 0: no call yet
     LatencyCounts call_interval_;
 };
 

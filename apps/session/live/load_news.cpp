@@ -6,7 +6,7 @@ namespace aula {
 
 namespace {
 
-constexpr double kShorter_s = 0.01;  // a response that is rounded to bins is not shorter
+constexpr double kShorter_s = 0.01;  // tolerance for the rounding to bins
 
 bool fewer_rays(const PlayStatus& s) { return s.rays < s.full_rays; }
 bool shorter(const PlayStatus& s) {

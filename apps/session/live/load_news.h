@@ -7,19 +7,18 @@
 
 namespace aula {
 
-/// "..." in words where a player takes fewer rays, or a shorter response, than its scene would
-/// have; else empty.
+/// A description of the reduced rays or response length of a player; empty if neither is reduced.
 std::string reduction_text(const PlayStatus& status);
 
-/// Says once that a player takes less, when it has found how much, and again when it shortens the
-/// response further. [one thread]
+/// Reports a reduction once when it is stable, and again when the response is shortened further.
+/// [one thread]
 class LoadNews {
  public:
-    /// The news of now, if there are any; `now_s` is any clock's time.
+    /// The present report, if there is one. `now_s` is the time of any clock.
     std::optional<std::string> take(const PlayStatus& status, double now_s);
 
  private:
-    std::optional<double> length_s_;  ///< at which it was first seen to take less
+    std::optional<double> length_s_;  ///< response length of the first reduction
     double since_s_ = 0;
     bool reported_ = false;
 };

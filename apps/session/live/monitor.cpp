@@ -8,7 +8,7 @@ namespace aula {
 
 namespace {
 
-/// Far less than what the mixer keeps.
+/// Far less than the capacity of the mixer's ring.
 constexpr std::chrono::milliseconds kInterval{50};
 
 }  // namespace
@@ -38,7 +38,7 @@ void Monitor::run() {
     while (!stopping_.wait_for(lock, kInterval, [this] { return stop_; })) take_in();
 }
 
-/// Reads what has been heard since the last time.
+/// Reads the output since the last call.
 void Monitor::take_in() {
     std::array<float, 4096> samples;
     const std::size_t whole = samples.size() - samples.size() % mixer_.channels();

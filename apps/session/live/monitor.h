@@ -15,17 +15,17 @@
 
 namespace aula {
 
-/// What is heard: its loudness, and a recording of it.
+/// The loudness and the recording of the output.
 struct MonitorStatus {
     Loudness loudness;
     bool recording = false;
-    double recorded_s = 0;  ///< of this recording, or the last
-    double lost_s = 0;      ///< missing in it, as the disk was too slow
+    double recorded_s = 0;  ///< of the present or the last recording
+    double lost_s = 0;      ///< lost because the disk was too slow
     std::string error;      ///< why the last recording ended early; empty if it did not
 };
 
-/// Listens to a mixer on a thread of its own, from start() on: measures loudness and, when asked
-/// to, writes what is heard to a file (32-bit float). The mixer outlives it.
+/// Reads the output of a mixer on a separate thread, from start() on: measures its loudness and, on
+/// request, records it to a file (32-bit float). The mixer must outlive it.
 class Monitor {
  public:
     Monitor(LiveMixer& mixer, double sample_rate_hz);
@@ -38,7 +38,7 @@ class Monitor {
     /// Begins a recording. Throws InputError if the file cannot be written.
     void record(const std::filesystem::path& file);
 
-    /// Ends the recording, if there is one, and gives the file its name.
+    /// Ends the recording, if there is one, and commits the file.
     void stop_recording();
 
     /// The true peak is that since the last call. Does not wait for the disk.
@@ -52,13 +52,13 @@ class Monitor {
     LiveMixer& mixer_;
     double rate_hz_;
 
-    std::mutex work_;  ///< held while reading and writing; of what follows
+    std::mutex work_;  ///< held while reading and writing; protects the following members
     std::condition_variable stopping_;
     bool stop_ = false;
     std::unique_ptr<WavWriter> writer_;
     std::int64_t lost_before_ = 0;  ///< samples that the mixer had lost when the recording began
 
-    std::mutex mutex_;  ///< of what follows; taken after `work_`
+    std::mutex mutex_;  ///< protects the following members; locked after `work_`
     LoudnessMeter meter_;
     MonitorStatus status_;
 

@@ -50,21 +50,22 @@ struct Player::State {
     std::unique_ptr<Monitor> monitor;
     LatencyCounts compute_time;
 
-    std::mutex mutex;  ///< of what follows
+    std::mutex mutex;  ///< protects the following members
     bool stop = false;
     std::unique_ptr<PreparedScene> playing;  ///< its auralizer's thread may use it without the lock
-    std::vector<LiveAuralizer*> sounding;    ///< of all playbacks that the mixer may render
+    std::vector<LiveAuralizer*>
+        sounding;  ///< auralizers of all playbacks that the mixer may render
     PlayControls controls;
     PlayStatus status;
-    AuralizerStatus earlier;  ///< of the auralizers before the one that plays: frames and times
+    AuralizerStatus earlier;  ///< frames and times of earlier auralizers
     std::optional<ViewRequest> request;
     std::shared_ptr<const FrameView> view;
-    Clock::time_point shown;                   ///< when the last view was made
-    std::optional<LiveLoad> load;              ///< of what plays
-    std::uint64_t shorter_change = 0;          ///< the last change that shortens responses
-    std::optional<double> longest_response_s;  ///< of which frames are in time; empty: any
+    Clock::time_point shown;           ///< when the last view was made
+    std::optional<LiveLoad> load;      ///< of what plays
+    std::uint64_t shorter_change = 0;  ///< number of the last change that shortens responses
+    std::optional<double> longest_response_s;  ///< with which frames are in time; empty: any
 
-    std::unique_ptr<AudioDevice> device;  ///< ends before the mixer that it calls
+    std::unique_ptr<AudioDevice> device;  ///< destroyed before the mixer that it calls
     std::unique_ptr<ChangePreparer> changes;
 };
 
@@ -100,7 +101,7 @@ Player::State::~State() {
         const std::lock_guard lock(mutex);
         stop = true;
     }
-    // The sound and its recording end first: a frame that is being computed may take long.
+    // The sound and its recording end first, because the present frame may take long.
     fade_out();
     device->stop();
     monitor.reset();
@@ -108,7 +109,7 @@ Player::State::~State() {
     playing->auralizer.stop();
 }
 
-/// Waits until a last fade is played, if anything plays.
+/// Waits until the last fade has been played.
 void Player::State::fade_out() {
     constexpr int kMaxTurns = 50;
     constexpr std::chrono::milliseconds kTurn{5};
@@ -117,7 +118,8 @@ void Player::State::fade_out() {
         std::this_thread::sleep_for(kTurn);
 }
 
-/// Everything but the device: errors of the input are reported before a device is opened.
+/// Builds everything except the device, so that errors of the input are reported before a device is
+/// opened.
 void Player::State::build(const Scene& scene, const SessionOptions& options) {
     playing = std::make_unique<PreparedScene>(scene, options, rate_hz, false);
     warnings = warnings_of(playing->signals);
@@ -132,7 +134,7 @@ void Player::State::open_device(const SessionOptions& options) {
         [this](std::span<float* const> outputs, int samples) { mixer->render(outputs, samples); });
 }
 
-/// Starts the frames of what the mixer has.
+/// Starts the frames of the playback in the mixer.
 void Player::State::start(PreparedScene& prepared) {
     prepared.auralizer.start(
         {.played_s = [this, &prepared] { return mixer->time_s() - prepared.zero_s; },
@@ -142,8 +144,8 @@ void Player::State::start(PreparedScene& prepared) {
                             double spare_s) { after_frame(prepared, maker, spare_s); }});
 }
 
-/// Switches to what has been prepared: its first frame goes to the mixer with its playback.
-/// [preparing thread]
+/// Switches to a prepared scene: its first frame goes to the mixer with its playback. [preparing
+/// thread]
 void Player::State::begin(std::unique_ptr<PreparedScene> prepared, std::uint64_t number) {
     PreparedScene& next = *prepared;
     PlayControls with;
@@ -167,7 +169,7 @@ void Player::State::begin(std::unique_ptr<PreparedScene> prepared, std::uint64_t
             next.take_signals(*playing);
             next.zero_s = playing->zero_s;
         }
-        // A pose that was set meanwhile.
+        // A pose that has been set meanwhile.
         if (controls.listener) next.auralizer.room().set_listener(*controls.listener);
         load = load_of(next);
         shorter_change = 0;
@@ -206,7 +208,7 @@ void Player::State::after_frame(PreparedScene& prepared, const FrameMaker& maker
     reclaim_playbacks();
 }
 
-/// Copies what the status reports of the newest frame. The mutex is held, or nothing plays yet.
+/// Copies the newest frame's data for the status. The mutex is locked, or nothing plays yet.
 void Player::State::take_frame(const FrameMaker& maker) {
     status.listener = maker.listener(0);
     status.sources = maker.source_positions();
@@ -217,11 +219,12 @@ void Player::State::take_frame(const FrameMaker& maker) {
     status.full_response_length_s = load->full().length_s;
 }
 
-/// Lowers what plays if its frames take too long. A shorter response is a change that is prepared.
+/// Reduces rays or response length if frames take too long. A shorter response requires a prepared
+/// change.
 void Player::State::keep_up(PreparedScene& prepared, double took_s) {
     const std::lock_guard lock(mutex);
     if (playing.get() != &prepared) return;
-    // What is prepared slows down what plays.
+    // Preparation slows down the present frames.
     if (changes->status().preparing) return load->restart();
     load->add(took_s, 1.0 / static_cast<double>(prepared.scene.simulation.frame_rate_hz),
               rays_fall(prepared));
@@ -235,7 +238,7 @@ void Player::State::keep_up(PreparedScene& prepared, double took_s) {
     if (shorter_change > 0) longest_response_s = options.longest_response_s;
 }
 
-/// Copies the frame for display if there is time until it is due, or was none for long.
+/// Copies the frame for display if there is time until it is due, or if the last copy is old.
 void Player::State::show(const FrameMaker& maker, double spare_s) {
     constexpr double kEnough_s = 0.004;
     constexpr std::chrono::milliseconds kLong{250};
@@ -258,7 +261,7 @@ void Player::State::show(const FrameMaker& maker, double spare_s) {
     std::swap(view, replaced);
 }
 
-/// Has playbacks destroyed that the mixer no longer renders.
+/// Destroys playbacks that the mixer no longer renders, on the preparing thread.
 void Player::State::reclaim_playbacks() {
     const std::lock_guard lock(mutex);
     while (auto playback = mixer->playbacks().reclaim()) {
@@ -267,7 +270,7 @@ void Player::State::reclaim_playbacks() {
     }
 }
 
-/// The frames of all that has played, of which the newest is that of what plays. The mutex is held.
+/// The frames of all auralizers so far. The mutex is locked.
 AuralizerStatus Player::State::frames_so_far() const {
     AuralizerStatus all = playing->auralizer.room().status();
     const double sum_ms = earlier.frame_mean_ms * static_cast<double>(earlier.frames) +
@@ -279,19 +282,19 @@ AuralizerStatus Player::State::frames_so_far() const {
     return all;
 }
 
-/// Whether the number of rays is left to the player. The mutex is held.
+/// Whether the player may change the number of rays. The mutex is locked.
 bool Player::State::rays_fall(const PreparedScene& prepared) const {
     return prepared.options.rays_fall && !controls.rays && !controls.frame_share;
 }
 
-/// The controls, with the rays that frames are in time with. The mutex is held.
+/// The controls, with the number of rays that keeps frames in time. The mutex is locked.
 PlayControls Player::State::controls_now() const {
     PlayControls with = controls;
     if (rays_fall(*playing)) with.rays = load->rays();
     return with;
 }
 
-/// As much of what a prepared scene would have as the one before kept up with.
+/// Rays and response length of a prepared scene, reduced as in the previous one.
 LiveLoad Player::State::load_of(const PreparedScene& prepared) const {
     LiveLoad::Full full{.rays = prepared.scene.simulation.rays,
                         .length_s = prepared.auralizer.room().response_length_s(),
@@ -304,7 +307,7 @@ LiveLoad Player::State::load_of(const PreparedScene& prepared) const {
     return {full, goes_on ? std::min(load->rays(), full.rays) : full.rays, length_s};
 }
 
-/// Sets the listener as the user does. The mutex is held.
+/// Sets the listener's pose from the user. The mutex is locked.
 void Player::State::place_listener(const Pose& pose) {
     controls.listener = pose;
     playing->auralizer.room().set_listener(pose);
@@ -381,7 +384,7 @@ std::uint64_t Player::change(const Scene& scene, const SessionOptions& options, 
 }
 
 void Player::play_signal(std::size_t source, std::shared_ptr<const Signal> signal) {
-    SignalSet unused;  // ends after the lock: a microphone takes a while to be closed
+    SignalSet unused;  // destroyed after the lock: closing a microphone takes time
     const std::lock_guard lock(state_->mutex);
     PreparedScene& playing = *state_->playing;
     if (source >= playing.signals.size()) return;
@@ -426,7 +429,8 @@ PlayStatus Player::status() {
         status.frame_worst_ms = frames.frame_worst_ms;
         status.response_age_s = frames.frame_age_s;
         frame_period_ms = frames.frame_period_ms;
-        // With the number of the change that is heard, which is noted before it counts as begun.
+        // Includes the number of the audible change, which is set before the change counts as
+        // begun.
         const ChangePreparer::Status changes = state_->changes->status();
         status.preparing = changes.preparing;
         status.failed_changes = changes.failed;

@@ -23,7 +23,7 @@ SignalSet signals_of(const Scene& scene, double sample_rate_hz, const Reusable& 
     return signals;
 }
 
-/// Reading an HRTF takes most of a second.
+/// Reading an HRTF takes almost a second.
 std::shared_ptr<const Hrtf> hrtf_after(const SessionOptions& options, double sample_rate_hz,
                                        const Reusable& before) {
     const bool kept = before.hrtf && options.hrtf == before.options.hrtf &&

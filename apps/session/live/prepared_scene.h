@@ -10,7 +10,7 @@
 
 namespace aula {
 
-/// What takes long to read and is kept when something else is played.
+/// Data that take long to read and are reused by the next playback.
 struct Reusable {
     std::vector<Source> sources;
     SignalSet signals;  ///< of the sources
@@ -26,12 +26,12 @@ struct PreparedScene {
     PreparedScene(const Scene& scene, const SessionOptions& options, double sample_rate_hz,
                   bool starts_anew, const Reusable& before = {});
 
-    /// Gives the auralizer the state of the scene with these controls at a time. The pose of a
-    /// listener that the user has set reaches it by set_listener() alone, so that no older one
-    /// follows a newer; `with_listener` includes it.
+    /// Gives the auralizer the state of the scene with these controls at a time. A listener's pose
+    /// from the user is passed by set_listener() only, so that no older pose follows a newer one;
+    /// `with_listener` includes it.
     void apply(const PlayControls& controls, double time_s, bool with_listener = false);
 
-    /// Continues with the present signals of another prepared scene on sources that are the same.
+    /// Continues the present signals of another prepared scene on equal sources.
     void take_signals(const PreparedScene& before);
 
     Reusable reusable() const { return {scene.sources, signals, options, hrtf}; }
@@ -39,11 +39,11 @@ struct PreparedScene {
     bool length_given;  ///< the scene sets the length of responses
     Scene scene;
     SessionOptions options;
-    bool starts_anew;   ///< its time begins when it does; otherwise the time played continues
-    double zero_s = 0;  ///< of the time played, where the scene's time begins
+    bool starts_anew;   ///< its time begins with it; otherwise the played time continues
+    double zero_s = 0;  ///< played time at which the scene's time begins
     SignalSet signals;
     std::shared_ptr<const Hrtf> hrtf;
-    std::unique_ptr<ScenePlayback> playback;  ///< until the mixer has it
+    std::unique_ptr<ScenePlayback> playback;  ///< until it is passed to the mixer
     LiveAuralizer& auralizer;                 ///< of the playback
     Timeline timeline;                        ///< of the playback
     Mailbox<SignalSet>& other_signals;        ///< of the playback
