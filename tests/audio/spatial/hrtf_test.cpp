@@ -184,3 +184,27 @@ TEST_CASE("Four directions suffice") {
         }
     }
 }
+
+TEST_CASE("Long minimum-phase responses are recovered to their last tap") {
+    // Zeros at radius 0.995 at 0 Hz and at the Nyquist frequency, one of each at the two ears: the
+    // mean energy of the ears is the same at all frequencies. The cepstrum decays as 0.995^n / n.
+    constexpr float kRadius = 0.995F;
+    HeadMeasurements head = smooth_head(48000, 40);
+    std::fill(head.delays_samples.begin(), head.delays_samples.end(), 0.0F);
+    for (std::size_t r = 0; r < 80; ++r) {
+        head.responses[r * head.samples] = 1;
+        head.responses[r * head.samples + 1] = r % 2 == 0 ? kRadius : -kRadius;
+    }
+    const auto ears = Hrtf(head, 48000).ears({0.6F, 0.64F, 0.48F});
+    const double scale = 1 / std::sqrt(1 + double{kRadius} * double{kRadius});
+    for (std::size_t e = 0; e < 2; ++e) {
+        const std::vector<float>& taps = ears[e].minimum_phase;
+        const double second = (e == 0 ? 1 : -1) * double{kRadius} * scale;
+        // A transform of four times the length aliases the cepstrum by 0.995^1024 / 1024 = 6e-6,
+        // one of the same length by 1e-3.
+        CHECK(double{taps[0]} == Approx(scale).margin(5e-5));
+        CHECK(double{taps[1]} == Approx(second).margin(5e-5));
+        for (std::size_t n = 2; n < taps.size(); ++n)
+            if (std::abs(taps[n]) > 5e-5F) FAIL("ear " << e << ", tap " << n << ": " << taps[n]);
+    }
+}
