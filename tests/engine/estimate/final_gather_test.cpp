@@ -1,5 +1,6 @@
 #include "engine/estimate/final_gather.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -244,5 +245,34 @@ TEST_CASE("joined hits of a patch have the mean length and direction of their ra
         REQUIRE(joined[p].weight == Approx(alone[p].weight).epsilon(1e-5));
         REQUIRE(joined[p].length == Approx(alone[p].length).epsilon(1e-5));
         REQUIRE(glm::length(joined[p].direction - alone[p].direction) < 1e-5 * alone[p].weight);
+    }
+}
+
+TEST_CASE("A gather sends all its rays, and none of its paths is longer than allowed") {
+    // Mirrors that absorb a little: paths reflect many times.
+    const Vec3 receiver(1.2F, 1.1F, 1.5F);
+    const Scene scene =
+        test::grey_room(test::box(Vec3(5, 4, 3)), 0.02F, 0.01F, receiver, Vec3(3, 3, 1));
+    const RayScene rays(scene);
+    WorkerPool workers(1);
+    const PatchGrid grid(rays, 0.5F, {&receiver, 1}, 1, workers);
+    for (const int count : {1, 1000, 1024, 1030}) {
+        GatherSettings settings;
+        settings.rays = count;
+        settings.max_length_m = 30;
+        const std::vector<Ray> sent = gather_rays(rays, grid, receiver, settings, 1);
+        CAPTURE(count);
+        CHECK(std::count_if(sent.begin(), sent.end(), [&](const Ray& ray) {
+                  return ray.origin == receiver && ray.max_m == 30;
+              }) == count);
+        // The segment after a reflection has what is left of the length.
+        double longest_m = 0;
+        for (const Ray& ray : sent)
+            if (ray.origin != receiver) longest_m = std::max(longest_m, double{ray.max_m});
+        CHECK(longest_m < 30);
+        CHECK(longest_m > 20);
+        // The mean free path is 2.55 m: at most so many segments, and as many more.
+        CHECK(sent.size() < static_cast<std::size_t>(count) * 30);
+        CHECK(sent.size() > static_cast<std::size_t>(count) * 5);
     }
 }

@@ -201,3 +201,16 @@ TEST_CASE(
     REQUIRE(batch.arrivals.size() == 2);
     CHECK(!(batch.arrivals[0].path == batch.arrivals[1].path));
 }
+
+TEST_CASE("A cache that evicted valid frames is full until emitter or scene change") {
+    SegmentCache segments = window();
+    run(segments, 0, kMax);
+    CHECK_FALSE(segments.full());
+    // Of 20 segments and a window of 4 frames each more evicts the oldest one.
+    run(segments, kMax, 1);
+    CHECK(segments.full());
+    segments.advance({kMax + 1, Vec3(0), 0});
+    CHECK(segments.full());
+    segments.advance({kMax + 2, Vec3(0, 0.01F, 0), 0});
+    CHECK_FALSE(segments.full());
+}

@@ -241,3 +241,15 @@ TEST_CASE("the movement of the scene is that of the object that moved farthest")
     RayScene rays(scene);
     CHECK(rays.move(1) == Approx(2));
 }
+
+TEST_CASE("A given transform of an object that does not move is ignored") {
+    const Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 1, Vec3(1), Vec3(2));
+    RayScene rays(scene);
+    RigidTransform shifted;
+    shifted.translation = Vec3(1, 0, 0);
+    CHECK(rays.move(std::vector<RigidTransform>(scene.objects.size(), shifted)) == 0);
+    const Ray ray{Vec3(1, 1, 1), Vec3(1, 0, 0)};
+    Hit hit;
+    rays.intersect({&ray, 1}, {&hit, 1});
+    CHECK(hit.distance_m == Approx(4));
+}

@@ -226,3 +226,23 @@ TEST_CASE("escaping energy counts as absorbed, and a position near a hole is sti
     const std::array<Vec3, 3> positions{middle, high, Vec3(2.5F, 2, 8)};
     CHECK(outside_room(rays, positions, 1) == std::vector<char>{0, 0, 1});
 }
+
+TEST_CASE("Reverberation times contain the absorption of air in every band") {
+    RoomSurvey field;
+    field.mean_free_path_m = 20;
+    field.mean_absorption = Bands::filled(0.02F);
+    Medium medium;
+    const double c = double{medium.speed_of_sound_m_s()};
+    const Bands air = medium.attenuation_per_m();
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        const double sabine = double{air[b]} + 0.02 / 20;
+        const double eyring = double{air[b]} - std::log(0.98) / 20;
+        CAPTURE(b);
+        CHECK(double{sabine_time_s(field, medium)[b]} ==
+              Approx(6 * std::log(10.0) / (c * sabine)).epsilon(1e-6));
+        CHECK(double{reverberation_time_s(field, medium)[b]} ==
+              Approx(6 * std::log(10.0) / (c * eyring)).epsilon(1e-6));
+    }
+    // Companion: at 8 kHz air absorbs more than the walls.
+    CHECK(double{air[7]} > 0.02 / 20);
+}

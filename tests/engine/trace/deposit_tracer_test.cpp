@@ -115,3 +115,50 @@ TEST_CASE("both tracers follow the same rays and collect the same specular segme
     CHECK(limited.segments.size() > box.arrivals().segments.size());
     CHECK_FALSE(same_segments(box.arrivals(), limited));
 }
+
+TEST_CASE("The energy of a deposit has 15 bits in the strongest band") {
+    double worst = 0;
+    for (int i = 0; i < 4000; ++i) {
+        const double energy = std::pow(10.0, 4 - i * 0.002);
+        Deposit deposit;
+        // Rounded down.
+        deposit.set_energy(load_bands(Bands::filled(static_cast<float>(energy))), 0);
+        const double stored = static_cast<double>(deposit.units()[3]) * Deposit::kUnit;
+        CHECK(stored <= energy * (1 + 1e-7));
+        worst = std::max(worst, 1 - stored / energy);
+    }
+    // Mantissas from 2^14 on; half of them are larger.
+    CHECK(worst < 0x1p-14);
+    CHECK(worst > 0x1p-15);
+}
+
+TEST_CASE(
+    "Lines of paths have a point per reflection, and one in the open unless they end before") {
+    // A floor in the open.
+    const Vec3 source(0, 0, 1);
+    Object floor;
+    floor.vertices = {{-1e3F, -1e3F, 0}, {1e3F, -1e3F, 0}, {0, 1e3F, 0}};
+    floor.triangles = {{0, 1, 2}};
+    floor.triangle_materials = {0};
+    const Scene scene = test::grey_room(floor, 0.1F, 0, source, source);
+    const RayScene rays(scene);
+    const PatchSubdivision subdivision(rays, 100);
+    const SpecularPaths none(rays, 0, 0.5F, 1);
+    TraceSettings settings;
+    settings.rays = 1000;
+    settings.max_length_m = 100;
+    const ArrivalTracer tracer(rays, subdivision, none, settings);
+    for (const int order : {1, 2}) {
+        std::size_t down = 0;
+        for (const PathLine& line : tracer.lines({0, source}, 1, 200, order)) {
+            REQUIRE(line.points.size() == line.energy.size());
+            const bool reflected = line.points.at(1).z < 0.5F;
+            down += reflected ? 1 : 0;
+            // The source, the floor, and the open only where the order leaves a segment.
+            CHECK(line.points.size() == (reflected && order > 1 ? 3 : 2));
+        }
+        // Half of the directions; nearly horizontal ones are too long.
+        CHECK(down > 85);
+        CHECK(down < 115);
+    }
+}
