@@ -202,13 +202,13 @@ TEST_CASE("Filters that are filled again reuse released memory") {
 }
 
 TEST_CASE("Half precision holds the spectrum of any taps without overflow") {
-    // A single tap of almost 1, and taps of one sign: some bin has the sum of all magnitudes, which
-    // is scaled to just below the largest power of two.
+    // A single tap of almost 1 at the start of a partition, and taps of one sign: bins have the sum
+    // of all magnitudes, which is scaled to just below a power of two.
     for (const std::size_t taps : {1U, 1000U}) {
         const ConvolutionShape shape{1, 1, 128, 12000, true};
         Responses responses(1, Signals(1, Signal(shape.taps)));
         for (std::size_t k = 0; k < taps; ++k)
-            responses[0][0][10000 + k] = 0.99999F / static_cast<float>(taps);
+            responses[0][0][8192 + k] = 0.99999F / static_cast<float>(taps);
         const ConvolutionFilter filter = make_filter(shape, responses);
         Convolver convolver(shape, 0);
         convolver.exchange(&filter);
