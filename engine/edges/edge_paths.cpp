@@ -1,0 +1,409 @@
+#include "engine/edges/edge_paths.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <functional>
+#include <glm/geometric.hpp>
+#include <numbers>
+#include <tuple>
+
+#include "engine/base/sampling.h"
+
+namespace aula {
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr std::size_t kMaxCandidates = 512;
+constexpr double kNearest_m = 0.1;
+constexpr double kAroundEdge_m = 5e-4;
+constexpr double kOffFaces_rad = 0.25;
+constexpr double kNarrow_m = 0.05;
+constexpr double kFromEnd_m = 0.01;
+constexpr double kBesideEdge_m = 1e-3;
+
+// Detours beyond these fade out over the last quarter. In the lit zone an edge matters up to two
+// wavelengths of the lowest band.
+constexpr double kLongestDetour_m = 15;
+constexpr double kLongestLitDetour_m = 11;
+
+// Weaker paths and taps fade out over kFade_db before they are dropped. Levels are relative to the
+// strongest path and to the primary tap, in the band where they are highest.
+constexpr std::size_t kMaxPaths = 32;
+constexpr double kWeakestPath_db = -60;
+constexpr double kWeakestTap_db = -40;
+constexpr double kFade_db = 6;
+
+double smooth_step(double x) {
+    x = std::clamp(x, 0.0, 1.0);
+    return x * x * (3 - 2 * x);
+}
+
+Vec3 unit_or_front(const glm::dvec3& p) {
+    const double length = glm::length(p);
+    return length > 0 ? Vec3(p / length) : Vec3(1, 0, 0);
+}
+
+/// Share of the pressure that a face reflects specularly.
+double mirrored_pressure(const Material& material, std::size_t band) {
+    return std::sqrt(double{1 - material.absorption[band]} * double{1 - material.scattering[band]});
+}
+
+double air_loss(double length_m, const Bands& attenuation_per_m, std::size_t band) {
+    return std::exp(-0.5 * double{attenuation_per_m[band]} * length_m);
+}
+
+Bands energy_of(const ComplexBands& field) {
+    Bands energy;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        energy[b] = static_cast<float>(std::norm(field[b]) / (4 * kPi));
+    }
+    return energy;
+}
+
+/// The level of an energy relative to another, in the band where it is highest.
+double level_db(const Bands& energy, const Bands& reference) {
+    double ratio = 1e-30;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        if (energy[b] > 0 && reference[b] > 0) {
+            ratio = std::max(ratio, double{energy[b]} / double{reference[b]});
+        }
+    }
+    return 10 * std::log10(ratio);
+}
+
+/// Keeps the items of the highest levels, at most `most`, and multiplies their energies by shares
+/// that fade to 0 towards `weakest_db` and towards the strongest item that is not kept.
+template <class Item, class Level, class Scale>
+void fade_weakest(std::vector<Item>& items, std::size_t most, double weakest_db,
+                  const Level& level_of, const Scale& scale) {
+    std::vector<double> sorted_db;
+    for (const Item& item : items) sorted_db.push_back(level_of(item));
+    const std::vector<double> levels_db = sorted_db;
+    double threshold_db = weakest_db;
+    if (items.size() > most) {
+        std::nth_element(sorted_db.begin(), sorted_db.begin() + static_cast<std::ptrdiff_t>(most),
+                         sorted_db.end(), std::greater<>());
+        threshold_db = std::max(threshold_db, sorted_db[most]);
+    }
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < levels_db.size(); ++i) {
+        if (!(levels_db[i] > threshold_db)) continue;
+        if (kept != i) items[kept] = items[i];
+        scale(items[kept++], smooth_step((levels_db[i] - threshold_db) / kFade_db));
+    }
+    items.erase(items.begin() + static_cast<std::ptrdiff_t>(kept), items.end());
+}
+
+/// sin(pi x) / (pi x) for x = base_x 2^b in each band.
+std::array<double, kBandCount> sinc_of_bands(double base_x) {
+    std::array<double, kBandCount> sinc;
+    double sine = std::sin(kPi * base_x);
+    double cosine = std::cos(kPi * base_x);
+    double x = kPi * base_x;
+    for (double& value : sinc) {
+        value = x < 1e-6 ? 1 : sine / x;
+        const double twice = 2 * sine * cosine;  // of the double angle
+        cosine = (cosine - sine) * (cosine + sine);
+        sine = twice;
+        x *= 2;
+    }
+    return sinc;
+}
+
+double energy_sum(const ComplexBands& field) {
+    double sum = 0;
+    for (const auto& x : field) sum += std::norm(x);
+    return sum;
+}
+
+}  // namespace
+
+/// An edge that a source and a listener may hear each other over.
+struct EdgePaths::Candidate {
+    std::uint32_t edge;
+    WedgePoint source;
+    WedgePoint listener;
+    double along_m;   ///< of the apex, within the ends
+    double length_m;  ///< over that point
+    double detour_m;
+    bool is_lit;          ///< the faces of the edge leave the straight path free
+    double opening;       ///< of the free width beside the edge, 0 to 1
+    bool is_at_boundary;  ///< the straight path passes the edge so closely that a ray is uncertain
+};
+
+EdgePaths::EdgePaths(const RayScene& scene, const SceneEdges& edges, double speed_of_sound_m_s)
+    : scene_(scene), edges_(edges), integral_(speed_of_sound_m_s) {}
+
+std::optional<EdgePaths::Candidate> EdgePaths::candidate(std::uint32_t edge,
+                                                         const glm::dvec3& source,
+                                                         const glm::dvec3& listener) const {
+    const DiffractionEdge& at = edges_[edge];
+    // A path over the edge is not shorter than over its middle by more than its length.
+    const double straight_m = glm::distance(source, listener);
+    const glm::dvec3 middle = at.point(0.5 * at.length_m);
+    if (glm::distance(source, middle) + glm::distance(middle, listener) - at.length_m >
+        straight_m + kLongestDetour_m) {
+        return {};
+    }
+    Candidate c{.edge = edge,
+                .source = at.coordinates(source),
+                .listener = at.coordinates(listener),
+                .along_m = 0,
+                .length_m = 0,
+                .detour_m = 0,
+                .is_lit = false,
+                .opening = 0,
+                .is_at_boundary = false};
+    if (std::max(c.source.angle_rad, c.listener.angle_rad) > at.open_angle_rad) return {};
+    const double across_m = c.source.radius_m + c.listener.radius_m;
+    if (!(across_m > 0)) return {};
+    const double apex_m =
+        (c.source.along_m * c.listener.radius_m + c.listener.along_m * c.source.radius_m) /
+        across_m;
+    c.along_m = std::clamp(apex_m, 0.0, at.length_m);
+    const glm::dvec3 apex = at.point(c.along_m);
+    c.length_m = glm::distance(source, apex) + glm::distance(apex, listener);
+    c.detour_m = std::max(0.0, c.length_m - straight_m);
+    c.is_lit = WedgeIntegral::is_lit(c.source, c.listener);
+    if (c.detour_m >= (c.is_lit ? kLongestLitDetour_m : kLongestDetour_m)) return {};
+    const double beyond_rad = kPi - std::abs(c.listener.angle_rad - c.source.angle_rad);
+    c.is_at_boundary =
+        apex_m == c.along_m &&
+        std::abs(beyond_rad) * c.source.radius_m * c.listener.radius_m < kBesideEdge_m * across_m;
+    return c;
+}
+
+/// The diffracted field of an edge. The reflections at its faces are not part of the direct sound.
+/// The terms that jump with them are therefore faded out towards their boundaries in the lit zone,
+/// where L0 - (length of the reflection) is below lambda / 16, unless the shadow
+/// boundary is as near. In the shadow all terms count. At the two edges of a slot the incident
+/// terms cancel the direct sound, or each other, as the slot closes; the other terms add up instead
+/// of being cancelled by diffraction from edge to edge. They fade out with its width.
+ComplexBands EdgePaths::field(const Candidate& c, const Bands& attenuation_per_m) const {
+    const DiffractionEdge& edge = edges_[c.edge];
+    const WedgeField terms = integral_.field(edge.wedge(), c.source, c.listener);
+    const double rs = c.source.radius_m;
+    const double rl = c.listener.radius_m;
+    const double dz = c.source.along_m - c.listener.along_m;
+    const double apex_length_m = std::hypot(rs + rl, dz);
+    const auto beyond_m = [&](double angle_rad) {
+        return apex_length_m -
+               std::sqrt(
+                   std::max(0.0, rs * rs + rl * rl - 2 * rs * rl * std::cos(angle_rad) + dz * dz));
+    };
+    const double sum_rad = c.source.angle_rad + c.listener.angle_rad;
+    const std::array<double, 2> reflection_m{beyond_m(sum_rad),
+                                             beyond_m(2 * edge.open_angle_rad - sum_rad)};
+    const double direct_m = beyond_m(c.source.angle_rad - c.listener.angle_rad);
+    const double longest_m = c.is_lit ? kLongestLitDetour_m : kLongestDetour_m;
+    const double near = smooth_step(4 * (1 - c.detour_m / longest_m));
+    ComplexBands field;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        const double per_m = 8 * integral_.wave_number_per_m(b) / kPi;  // 16 / lambda
+        field[b] = terms.incident[b];
+        for (std::size_t face = 0; face < 2; ++face) {
+            const double at_shadow = c.is_lit ? smooth_step(1 - direct_m * per_m) : 1;
+            const double weight = std::max(at_shadow, smooth_step(reflection_m[face] * per_m));
+            const Material& material = scene_.material(scene_.triangle(edge.triangles[face]));
+            field[b] += c.opening * weight * mirrored_pressure(material, b) *
+                        (face == 0 ? terms.first_face[b] : terms.second_face[b]);
+        }
+        field[b] *= near * air_loss(c.length_m, attenuation_per_m, b);
+    }
+    return field;
+}
+
+/// The width of the opening beside an edge relative to kNarrow_m, at most 1; 0 if the path over the
+/// edge is blocked. Two rays end before the edge, on its two sides. Short ones between them pass
+/// around it, and meet a face that closes the open angle, such as the leaf of a shut door in the
+/// plane of its wall.
+double EdgePaths::opening(const Candidate& c, const Vec3& source, const Vec3& listener) const {
+    const DiffractionEdge& edge = edges_[c.edge];
+    // Away from the ends, where the faces of neighbouring edges may hide the point.
+    const double margin_m = std::min(kFromEnd_m, edge.length_m / 4);
+    const glm::dvec3 apex = edge.point(std::clamp(c.along_m, margin_m, edge.length_m - margin_m));
+    const auto off_faces = [&](double angle_rad) {
+        return std::clamp(angle_rad, kOffFaces_rad, edge.open_angle_rad - kOffFaces_rad);
+    };
+    const double from_rad = off_faces(c.source.angle_rad);
+    const double to_rad = off_faces(c.listener.angle_rad);
+    const auto around = [&](double share, double radius_m) {
+        return Vec3(apex + radius_m * edge.direction(from_rad + share * (to_rad - from_rad)));
+    };
+    const auto is_free = [&](double radius_m) {
+        // Points that are not symmetric: a face through one of them would not be met.
+        constexpr std::array kShares{0.0, 0.37, 0.69, 1.0};
+        for (std::size_t i = 1; i < kShares.size(); ++i) {
+            if (!scene_.visible(around(kShares[i - 1], radius_m), around(kShares[i], radius_m))) {
+                return false;
+            }
+        }
+        return true;
+    };
+    if (!scene_.visible(listener, around(1, kAroundEdge_m)) ||
+        !scene_.visible(source, around(0, kAroundEdge_m)) || !is_free(kAroundEdge_m)) {
+        return 0;
+    }
+    double free_m = std::min({kNarrow_m, c.source.radius_m, c.listener.radius_m});
+    if (free_m <= kAroundEdge_m || is_free(free_m)) return 1;
+    double low_m = kAroundEdge_m;
+    while (free_m - low_m > kNarrow_m / 256) {
+        const double middle_m = 0.5 * (low_m + free_m);
+        (is_free(middle_m) ? low_m : free_m) = middle_m;
+    }
+    return low_m / kNarrow_m;
+}
+
+std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
+                                      const Bands& attenuation_per_m) const {
+    const glm::dvec3 from(source);
+    const glm::dvec3 to(listener);
+    std::vector<Candidate> candidates;
+    for (std::uint32_t e = 0; e < edges_.count(); ++e) {
+        if (const auto c = candidate(e, from, to)) candidates.push_back(*c);
+    }
+    if (candidates.size() > kMaxCandidates) {
+        std::nth_element(candidates.begin(), candidates.begin() + kMaxCandidates, candidates.end(),
+                         [](const Candidate& a, const Candidate& b) {
+                             return std::tie(a.detour_m, a.edge) < std::tie(b.detour_m, b.edge);
+                         });
+        candidates.resize(kMaxCandidates);
+        std::sort(candidates.begin(), candidates.end(),
+                  [](const Candidate& a, const Candidate& b) { return a.edge < b.edge; });
+    }
+    for (Candidate& c : candidates) c.opening = opening(c, source, listener);
+    std::erase_if(candidates, [](const Candidate& c) { return c.opening == 0; });
+
+    // Where the straight path passes an edge closely, the coordinates of the edge decide whether it
+    // is blocked, as they decide the sign of the diffracted field.
+    const bool is_uncertain = std::any_of(candidates.begin(), candidates.end(),
+                                          [](const Candidate& c) { return c.is_at_boundary; });
+    const bool is_lit =
+        is_uncertain ? std::all_of(candidates.begin(), candidates.end(),
+                                   [](const Candidate& c) { return !c.is_at_boundary || c.is_lit; })
+                     : scene_.visible(listener, source);
+
+    std::vector<EdgePath> paths;
+    if (is_lit) {
+        EdgePath straight{
+            .edge = {}, .length_m = glm::distance(from, to), .direction = unit_or_front(from - to)};
+        const double spread_m = std::max(straight.length_m, kNearest_m);
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            straight.field[b] =
+                std::polar(air_loss(straight.length_m, attenuation_per_m, b) / spread_m,
+                           -integral_.wave_number_per_m(b) * straight.length_m);
+        }
+        paths.push_back(straight);
+    }
+    Bands strongest = paths.empty() ? Bands{} : energy_of(paths.front().field);
+    std::vector<EdgePath> bent;
+    for (const Candidate& c : candidates) {
+        bent.push_back({.edge = c.edge,
+                        .length_m = c.length_m,
+                        .direction = unit_or_front(edges_[c.edge].point(c.along_m) - to),
+                        .field = field(c, attenuation_per_m)});
+        const Bands energy = energy_of(bent.back().field);
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            strongest[b] = std::max(strongest[b], energy[b]);
+        }
+    }
+    fade_weakest(
+        bent, kMaxPaths, kWeakestPath_db,
+        [&](const EdgePath& path) { return level_db(energy_of(path.field), strongest); },
+        [](EdgePath& path, double share) {
+            for (auto& x : path.field) x *= share;
+        });
+    paths.insert(paths.end(), bent.begin(), bent.end());
+    return paths;
+}
+
+/// With p the primary path, h the fields and L the lengths, an octave of bandwidth B = centre /
+/// sqrt(2) has the mean energy
+///
+///     E = (1 / 4 pi) sum_ij sinc((L_i - L_j) B / c) Re(h_i conj(h_j)).
+///
+/// It is distributed in proportion to
+///
+///     E_p ~ |h_p + sum_i g_i h_i|^2,    E_i ~ (1 - g_i^2) |h_i|^2,
+///
+/// where g_i is sinc((L_i - L_p) B / c) up to its first zero, then 0. Paths of equal length thus
+/// become one tap with the phases between them; the sum of all taps does not depend on p.
+std::vector<DirectTap> EdgePaths::taps(std::span<const EdgePath> paths) const {
+    if (paths.empty()) return {};
+    const EdgePath* primary = &paths.front();
+    if (primary->edge) {
+        double largest = 0;
+        for (const EdgePath& path : paths) largest = std::max(largest, energy_sum(path.field));
+        const auto is_strong = [&](const EdgePath& path) {
+            return energy_sum(path.field) >= largest / 4;  // -6 dB
+        };
+        for (const EdgePath& path : paths) {
+            if (is_strong(path) && (!is_strong(*primary) || path.length_m < primary->length_m)) {
+                primary = &path;
+            }
+        }
+    }
+    // x of the lowest band: (L_i - L_j) B / c with B / c = k / (2 pi sqrt(2)).
+    const auto coherence = [&](const EdgePath& a, const EdgePath& b) {
+        const double x_per_m = integral_.wave_number_per_m(0) / (2 * kPi * std::numbers::sqrt2);
+        return std::abs(a.length_m - b.length_m) * x_per_m;
+    };
+    ComplexBands coherent = primary->field;
+    std::vector<DirectTap> others;
+    for (const EdgePath& path : paths) {
+        if (&path == primary) continue;
+        DirectTap tap{.id = derive_seed(0x65646765ULL, *path.edge),
+                      .edges = 1,
+                      .length_m = path.length_m,
+                      .direction = path.direction,
+                      .energy = energy_of(path.field)};
+        const double x = coherence(path, *primary);
+        const auto sinc = sinc_of_bands(x);
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            const double g = x * static_cast<double>(1U << b) < 1 ? sinc[b] : 0;
+            coherent[b] += g * path.field[b];
+            tap.energy[b] *= static_cast<float>(1 - g * g);
+        }
+        others.push_back(tap);
+    }
+    DirectTap first{.id = 0,
+                    .edges = primary->edge ? 1 : 0,
+                    .length_m = primary->length_m,
+                    .direction = primary->direction,
+                    .energy = energy_of(coherent)};
+
+    std::array<double, kBandCount> mean{};
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+        for (std::size_t b = 0; b < kBandCount; ++b) mean[b] += std::norm(paths[i].field[b]);
+        for (std::size_t j = 0; j < i; ++j) {
+            const auto sinc = sinc_of_bands(coherence(paths[i], paths[j]));
+            for (std::size_t b = 0; b < kBandCount; ++b) {
+                mean[b] += 2 * sinc[b] *
+                           (paths[i].field[b].real() * paths[j].field[b].real() +
+                            paths[i].field[b].imag() * paths[j].field[b].imag());
+            }
+        }
+    }
+    Bands sum = first.energy;
+    for (const DirectTap& tap : others) sum += tap.energy;
+    Bands scale;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        const double energy = std::max(0.0, mean[b]) / (4 * kPi);
+        scale[b] = sum[b] > 0 ? static_cast<float>(energy / double{sum[b]}) : 0;
+    }
+    first.energy *= scale;
+    for (DirectTap& tap : others) tap.energy *= scale;
+
+    const Bands reference = first.energy;
+    fade_weakest(
+        others, kMaxTaps - 1, kWeakestTap_db,
+        [&](const DirectTap& tap) { return level_db(tap.energy, reference); },
+        [](DirectTap& tap, double share) { tap.energy *= static_cast<float>(share); });
+    others.insert(others.begin(), first);
+    return others;
+}
+
+}  // namespace aula

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "aula/engine/bands.h"
+#include "aula/engine/vec3.h"
+#include "engine/edges/scene_edges.h"
+#include "engine/edges/wedge_integral.h"
+#include "engine/rays/ray_scene.h"
+
+namespace aula {
+
+/// The straight path from a source to a listener, or a path over one edge, with the complex
+/// pressure that it brings from a source of amplitude 1 at 1 m.
+struct EdgePath {
+    std::optional<std::uint32_t> edge;  ///< index in SceneEdges; none: the straight path
+    double length_m = 0;
+    Vec3 direction{0};  ///< unit vector from the listener to the source or to the edge
+    ComplexBands field{};
+};
+
+/// Part of the direct sound with its diffraction that has one delay and one direction. The energies
+/// of taps add up.
+struct DirectTap {
+    std::uint64_t id = 0;  ///< 0: the primary tap; else identifies the edge in all frames
+    int edges = 0;         ///< number of edges that the path passes; 0: the straight path
+    double length_m = 0;
+    Vec3 direction{0};  ///< unit vector from the listener
+    Bands energy{};     ///< fluence in 1/m2 per unit emitted energy
+};
+
+/// The direct sound and its diffraction at single edges. In the lit zone and in the shadow their
+/// sum is continuous. [several threads]
+class EdgePaths {
+ public:
+    EdgePaths(const RayScene& scene, const SceneEdges& edges, double speed_of_sound_m_s);
+
+    /// The straight path, if nothing blocks it, and the paths over single edges whose two segments
+    /// nothing blocks. The straight path is first, the others have the order of their edges. The
+    /// pressure at the listener is the sum of all fields.
+    std::vector<EdgePath> find(const Vec3& source, const Vec3& listener,
+                               const Bands& attenuation_per_m) const;
+
+    /// The same as taps with energies: the primary tap first. It is the straight path or, in the
+    /// shadow, the strong path of the smallest length. The fields of other paths are added to its
+    /// field as far as they cohere with it within the bandwidth of an octave; the rest of their
+    /// energy has separate taps, at most kMaxTaps - 1. Empty without a path.
+    std::vector<DirectTap> taps(std::span<const EdgePath> paths) const;
+
+    static constexpr std::size_t kMaxTaps = 8;
+
+ private:
+    struct Candidate;
+    std::optional<Candidate> candidate(std::uint32_t edge, const glm::dvec3& source,
+                                       const glm::dvec3& listener) const;
+    double opening(const Candidate& candidate, const Vec3& source, const Vec3& listener) const;
+    ComplexBands field(const Candidate& candidate, const Bands& attenuation_per_m) const;
+
+    const RayScene& scene_;
+    const SceneEdges& edges_;
+    WedgeIntegral integral_;
+};
+
+}  // namespace aula
