@@ -181,6 +181,17 @@ const std::vector<EndlessCase> kEndless{
      {2, 20, 0},
      {2, 205, 0},
      {3.008, 2.251, 1.250, 0.049, -1.316, -2.848, -4.573, -6.523}},
+    // Radii far below the wavelength, where the path of integration leaves the principal sheet.
+    {"small",
+     270,
+     {0.1, 30, 0},
+     {0.1, 250, 0},
+     {-0.061, -0.201, -0.528, -1.182, -2.292, -3.907, -5.980, -8.422}},
+    {"smaller",
+     360,
+     {0.06, 60, 0},
+     {0.3, 320, 0.05},
+     {-4.024, -4.415, -5.144, -6.326, -8.019, -10.201, -12.774, -15.599}},
 };
 
 struct FiniteCase {
