@@ -42,9 +42,7 @@ void RoomRenderer::set_source(std::size_t index, SourceId source) noexcept {
 }
 
 void RoomRenderer::turn_head(std::size_t listener, const Pose& pose) noexcept {
-    HeadMotion& head = listeners_[listener]->head;
-    if (time_samples_ == 0) head.forget();
-    head.turn_to(pose);
+    listeners_[listener]->head.turn_to(pose);
 }
 
 /// The signal that a slot plays.

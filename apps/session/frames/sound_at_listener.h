@@ -53,9 +53,6 @@ class HeadMotion {
     /// Sets the target orientation. The first call sets the orientation immediately.
     void turn_to(const Pose& pose) noexcept AULA_NONBLOCKING;
 
-    /// The next call of turn_to() is the first again.
-    void forget() noexcept AULA_NONBLOCKING { remaining_samples_ = -1; }
-
     /// The orientation `samples` later.
     HeadRotation advance(int samples) noexcept AULA_NONBLOCKING;
 
