@@ -83,9 +83,9 @@ struct SourceSignal {
 
 /// Linear gains of the parts of the sound, from 0 on.
 struct PartGains {
-    float direct = 1;
-    float early = 1;  ///< of specular reflections
-    float late = 1;   ///< of all other reverberation
+    float direct = 1;  ///< of the direct sound
+    float early = 1;   ///< of specular reflections
+    float late = 1;    ///< of all other reverberation
 };
 
 /// The state and the load of an Auralizer.
