@@ -130,7 +130,7 @@ struct Propagation::State {
 
     /// Invalidates all frames before a change of materials.
     void materials_changed() {
-        // Beyond the reach of any frame, but small enough to keep later movements exact.
+        // More than the movement at which frames expire; small enough to keep later sums exact.
         constexpr double kFar_m = 1000;
         travel_m += kFar_m;
         specular.materials_changed();

@@ -15,8 +15,8 @@ usage: aula SCENE [options]                play live on the audio device
        aula materials show NAME            print the coefficients of one of them as bars
 
 SCENE is a JSON file (docs/scene_format.md). A file named like a command is opened as ./info.
-The listener follows the path of the scene; w a s d and the arrow keys move it. In the window ?
-shows the keys (docs/app.md); in the terminal q quits.
+The listener follows the path of the scene; w a s d and the arrow keys move it, in the terminal only
+if it has no path. In the window ? shows the keys (docs/app.md); in the terminal q quits.
 
 examples
   aula scenes/two_rooms.json --offline out.wav
@@ -44,7 +44,7 @@ simulation (overrides the scene; defaults in brackets)
   --specular-order N     highest order of the image sources [3]
   --response-time S      averaging time of the caches, tau, in seconds [0.5]
   --patch-size M         size of the patches, lambda, in metres [0.5]
-  --listener-radius M    radius of the detector sphere of pt and dpc in metres [0.5]
+  --listener-radius M    radius of the detection sphere of pt and dpc in metres [0.5]
   --frame-rate HZ        propagation frames per second [30]
   --ir-length S          length of the responses in seconds, at most 10 [from the room, at most 4;
                          live: shorter if frames take too long]

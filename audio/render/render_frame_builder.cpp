@@ -76,8 +76,8 @@ void RenderFrameBuilder::prepare(std::span<const SourceSound> sources, RenderFra
         for (std::size_t c = 0; c < s.responses.size(); ++c) {
             const std::span<const float> in = source.ambisonics[c];
             assert(in.size() <= s.config.response_samples);
-            // Sound within the decoder's lead after the emission cannot be rendered in time. It is
-            // added later by the lead.
+            // Sound that arrives within the decoder's lead cannot be rendered in time. It is
+            // delayed by the lead.
             const auto lead =
                 static_cast<std::ptrdiff_t>(std::min(s.shape.lead_samples, in.size()));
             const auto end = std::transform(in.begin() + lead, in.end(), s.responses[c].begin(),

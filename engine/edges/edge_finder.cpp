@@ -147,7 +147,7 @@ class SideLines {
  public:
     explicit SideLines(std::size_t sides) : table_(4 * sides) {}
 
-    /// The line of a side. Without one, founds a line if `found`, else returns nothing.
+    /// The line of a side. Without one, adds a line if `found` is true, else returns nothing.
     std::optional<std::uint32_t> join(const Side& side, bool found) {
         const double length_m = side.length_m();
         const Point axis = (side.end - side.start) / length_m;

@@ -24,8 +24,8 @@ constexpr double kNarrow_m = 0.05;
 constexpr double kFromEnd_m = 0.01;
 constexpr double kBesideEdge_m = 1e-3;
 
-// Detours beyond these fade out over the last quarter. In the lit zone an edge matters up to two
-// wavelengths of the lowest band.
+// Largest detours; fields fade out over the last quarter before them. In the lit zone an edge
+// matters up to two wavelengths of the lowest band.
 constexpr double kLongestDetour_m = 15;
 constexpr double kLongestLitDetour_m = 11;
 
@@ -121,7 +121,7 @@ double energy_sum(const ComplexBands& field) {
 
 }  // namespace
 
-/// An edge that a source and a listener may hear each other over.
+/// An edge over which a path from a source to a listener may lead.
 struct EdgePaths::Candidate {
     std::uint32_t edge;
     WedgePoint source;
@@ -178,10 +178,10 @@ std::optional<EdgePaths::Candidate> EdgePaths::candidate(std::uint32_t edge,
 
 /// The diffracted field of an edge. The reflections at its faces are not part of the direct sound.
 /// The terms that jump with them are therefore faded out towards their boundaries in the lit zone,
-/// where L0 - (length of the reflection) is below lambda / 16, unless the shadow
-/// boundary is as near. In the shadow all terms count. At the two edges of a slot the incident
-/// terms cancel the direct sound, or each other, as the slot closes; the other terms add up instead
-/// of being cancelled by diffraction from edge to edge. They fade out with its width.
+/// where L0 - (length of the reflection) is below lambda / 16, unless the shadow boundary is as
+/// near. In the shadow all terms count. At the two edges of a slot the incident terms cancel the
+/// direct sound, or each other, as the slot closes. The other terms add up, because second-order
+/// diffraction, which would cancel them, is not computed; they fade out with the slot's width.
 ComplexBands EdgePaths::field(const Candidate& c, const Bands& attenuation_per_m) const {
     const DiffractionEdge& edge = edges_[c.edge];
     const WedgeField terms = integral_.field(edge.wedge(), c.source, c.listener);

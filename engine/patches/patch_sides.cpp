@@ -13,8 +13,8 @@ namespace {
 
 constexpr float kMinPanel = 0.25F;  // least area of a panel, as a share of a full patch
 
-/// Smaller areas of rows are set to this share of a full patch. Energies stay in range, at the cost
-/// of part of the energy that leaves slits of this width.
+/// Least area of a row, as a share of a full patch, so that energies per area stay in range. A
+/// smaller row loses part of its energy.
 constexpr float kMinArea = 1.0F / 256;
 
 }  // namespace
@@ -72,8 +72,8 @@ void PatchSides::begin_move(std::uint64_t keep, const std::function<void(std::ui
     }
     for (auto& division : divisions_) {
         if (!division) continue;
-        // A panel's rows are older than its last crossing, so that no row remains without its
-        // panel.
+        // Rows were added at the last crossing of their panels or earlier. They are therefore
+        // removed before the slots of these panels.
         std::erase_if(division->rows, [&](const Row& row) {
             if (moves_ - row.added <= keep) return false;
             release(row.number);

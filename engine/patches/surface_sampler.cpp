@@ -11,7 +11,7 @@ namespace aula {
 namespace {
 
 /// Parts of a patch that are too small for a separate sample. One of them, drawn by area, has one
-/// sample for all, so that samples follow area and not the number of triangles.
+/// sample for all, so that the number of samples depends on area, not on the number of triangles.
 struct Reservoir {
     float area_m2 = 0;
     SurfaceSample drawn;

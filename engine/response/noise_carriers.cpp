@@ -82,7 +82,7 @@ NoiseCarriers::NoiseCarriers(double sample_rate_hz, std::uint64_t seed)
         std::vector<std::int16_t>& whole = carriers_[b];
         whole.resize(period_samples_ + kMaxRead_samples);
         if (power[b] == 0) continue;  // above half the sample rate
-        // The band is power[b] of half the sample rate wide.
+        // The bandwidth is power[b] times half the sample rate.
         level(carriers[b], power[b], 2 * kLevelling / power[b]);
         float peak = 0;
         for (const float x : carriers[b]) peak = std::max(peak, std::abs(x));

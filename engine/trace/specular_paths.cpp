@@ -182,7 +182,8 @@ void SpecularPaths::discover(const Vec3& listener, std::uint64_t frame) {
             if (bounce > listed_order_) {
                 const auto [entry, added] =
                     discovered_.try_emplace(transforms[i].key(), chains[i], frame_);
-                // Another part of the room sees the image by another order of planes.
+                // Parts of the room differ in the order of planes: a new one replaces an unused
+                // one.
                 Discovered& known = entry->second;
                 if (!added && known.last_frame.load(std::memory_order_relaxed) < frame_) {
                     known.sequence = chains[i];
@@ -203,7 +204,8 @@ void SpecularPaths::discover(const Vec3& listener, std::uint64_t frame) {
     evict();
 }
 
-/// Keeps the candidates that are new or near a valid path, then those that were so most recently.
+/// Keeps the candidates that are new or near a valid path, then those that were last near one most
+/// recently.
 /// Ties are broken by the lowest order and the smallest key, which do not depend on the positions
 /// of source and listener.
 void SpecularPaths::evict() {

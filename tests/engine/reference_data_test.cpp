@@ -235,9 +235,9 @@ std::optional<ModalRoom> museum() {
 }
 
 /// Checks late decays between pairs of positions against the slowest modes, by band, in the mean
-/// over seeds: a single one deviates by 3 %, at most by 8 %. The modes' patches are few: from 20 to
-/// 30 of them the coupled rooms' times grow by up to a tenth. Hence the 12 %, and 2 % for the
-/// mean's own error.
+/// over seeds: a single one deviates by 3 %, at most by 8 %. The modes have few patches: with 30
+/// instead of 20 of them the times of the coupled rooms grow by up to a tenth. The tolerance is 12
+/// % for this, and 2 % for the error of the mean.
 void check_late_decays(const ModalRoom& room,
                        const std::array<std::pair<Vec3, Vec3>, 2>& positions) {
     constexpr std::uint64_t kSeeds = 8;

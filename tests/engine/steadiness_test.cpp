@@ -42,8 +42,8 @@ TEST_CASE("near walls, edges and corners no frame has an outlier") {
             const Scene scene =
                 test::grey_room(test::box(Vec3(5, 4, 3)), 0.2F, 0.7F, source, listener);
             CAPTURE(source.x, source.y, source.z, listener.x, listener.y, listener.z);
-            // A frame's noise is 6 % here and up to 20 % in a corner: no frame of sixty deviates by
-            // more than 4 standard deviations: there is no heavy tail.
+            // A frame's noise is 6 % here and up to 20 % in a corner. No frame of sixty deviates by
+            // more than 4 standard deviations, so the distribution has no heavy tail.
             CHECK(firefly(scene, Estimator::patch, 0.05, 0.07, 60) < 1.8);
         }
     }

@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kFirstLateBin = 5;
 constexpr std::size_t kEndBin = 50;
 
-/// Calls `visit(first, count)` for each whole group of bins.
+/// Calls `visit(first)` with the first bin of each whole group; returns the number of groups.
 template <typename Visit>
 std::size_t for_each_group(BinRange bins, const Visit& visit) {
     std::size_t groups = 0;

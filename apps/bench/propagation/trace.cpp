@@ -37,7 +37,7 @@ struct Speed {
     double one_thread_frame_s = 0;  // of the same frames
     double raw_s = 0;
     double one_thread_raw_s = 0;
-    double impulse_response_s = 0;  // building one of four channels
+    double impulse_response_s = 0;  // time to build one with four channels
     FrameStatistics parts;          // sums over frames
 };
 

@@ -29,8 +29,8 @@ Auralizer::State::State(const Scene& scene_in, AuralizerOptions options_in,
                         std::shared_ptr<const Hrtf> hrtf_in)
     : scene(scene_in), options(checked(std::move(options_in), scene)), hrtf(std::move(hrtf_in)) {}
 
-// The engine's threads inherit from this thread what the calling thread may have: priority,
-// rounding and denormal modes.
+// Resets priority, rounding and denormal modes, which this thread inherits from the calling thread
+// and the engine's threads from this one.
 void Auralizer::State::build() {
     leave_realtime();
     std::fesetenv(FE_DFL_ENV);
@@ -82,7 +82,8 @@ Auralizer::Auralizer(std::unique_ptr<State> state) : state_(std::move(state)) {
     }
 }
 
-// While the object is whole: its thread may be in before_frame.
+// Ends the thread before any member is destroyed: it may be in before_frame, which uses this
+// object.
 Auralizer::~Auralizer() { state_->end(); }
 
 SourceId Auralizer::add_source(const NewSource& source, std::int64_t at) {

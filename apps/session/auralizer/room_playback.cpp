@@ -24,7 +24,7 @@ std::shared_ptr<const Hrtf> hrtf_of(const AuralizerOptions& options) {
 constexpr std::size_t kSpareSlots = 2;
 
 FrameSettings settings_of(const Scene& scene, const AuralizerOptions& options, int block) {
-    // Where the scene's sources are all that there can be, others seldom follow.
+    // No spare slots if the scene already has max_sources sources: replacing one is rare.
     const std::size_t spare = std::min(options.max_sources - scene.sources.size(), kSpareSlots);
     return {.sample_rate_hz = options.sample_rate_hz,
             .block = block,

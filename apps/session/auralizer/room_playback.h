@@ -92,7 +92,7 @@ class RoomPlayback {
     const std::function<void(Auralizer&, double)> before_frame_;
     FrameComputer computer_;
     RoomRenderer renderer_;                   ///< used by the rendering thread
-    SourceSlots renderer_slots_;              ///< as the renderer is told
+    SourceSlots renderer_slots_;              ///< the assignment last sent to the renderer
     PauseFade pause_;                         ///< used by the rendering thread
     std::atomic<std::int64_t> rendered_ = 0;  ///< samples
     std::atomic<std::int64_t> tail_samples_;  ///< of the newest frame that is heard

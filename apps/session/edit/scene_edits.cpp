@@ -14,7 +14,7 @@ namespace aula {
 
 namespace {
 
-/// The object, and the index within it, of a triangle index that counts over all objects.
+/// The object and the local index of a triangle that is numbered over all objects.
 std::pair<std::size_t, std::size_t> locate(const Scene& scene, std::uint32_t triangle) {
     std::size_t left = triangle;
     for (std::size_t object = 0; object < scene.objects.size(); ++object) {

@@ -16,7 +16,7 @@ constexpr double kRise_s = 0.02;
 
 constexpr double kPauseFade_s = 0.02;
 
-/// Largest delay of a slow reader.
+/// Duration of the output that the ring holds for its reader.
 constexpr double kHeard_s = 2;
 
 std::size_t to_samples(double seconds, double rate_hz) {

@@ -37,7 +37,7 @@ std::optional<std::string> LoadNews::take(const PlayStatus& s, double now_s) {
     }
     if (reported_ || s.preparing || now_s < since_s_ + kStableTime_s) return std::nullopt;
     reported_ = true;
-    return text + "; --rays and --ir-length fix them";
+    return text + "; --rays and --ir-length set them";
 }
 
 }  // namespace aula

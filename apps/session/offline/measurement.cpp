@@ -23,8 +23,8 @@ namespace {
 
 constexpr int kMaxFrames = 2000;
 /// Windows before their spread is evaluated, and the growth of their number between two
-/// evaluations. An evaluation after every window would bias the result by stopping at a fortunate
-/// one.
+/// evaluations. An evaluation after every window would bias the result by stopping where the
+/// spread is small by chance.
 constexpr std::size_t kFewestWindows = 16;
 constexpr double kGrowth = 1.25;
 /// Frames of a window for estimators without a window. For `patch` the error per frame does not
@@ -44,9 +44,9 @@ int window_frames(const Simulation& simulation) {
 }
 
 /// True if the last response of `frames` frames from empty caches has a smaller error than the mean
-/// of all (measured: docs/algorithm.md). The last of `patch` contains all frames. The last of `dpc`
-/// contains a window of the newest frames, while a running mean weights the first rays most; the
-/// last is better up to 1.5 windows.
+/// of all. The last of `patch` contains all frames. The last of `dpc` contains a window of the
+/// newest frames, while a running mean weights the first rays most; the last is better up to 1.5
+/// windows (measured).
 bool last_is_best(const Simulation& simulation, int frames) {
     switch (simulation.estimator) {
         case Estimator::pt:

@@ -112,7 +112,7 @@ struct OscInput::Server {
     Server(const Server&) = delete;
     Server& operator=(const Server&) = delete;
 
-    /// The callback of liblo for messages of any address. The receiver compares addresses, because
+    /// The callback of liblo for messages of any address. `take` compares addresses, because
     /// liblo's pattern matching can take unbounded time.
     static int pass(const char* path, const char* types, lo_arg** values, int count, lo_message,
                     void* self) {
@@ -142,7 +142,7 @@ OscInput::OscInput(const std::string& address, Take take)
     const bool replaced =
         server_->lo != nullptr && dup3(bound, lo_server_get_socket_fd(server_->lo), O_CLOEXEC) >= 0;
     close(bound);
-    if (!replaced) throw InputError("--osc", "", "there is no UDP here; expected a network");
+    if (!replaced) throw InputError("--osc", "", "UDP is not available; expected a network");
     lo_server_enable_queue(server_->lo, 0, 1);
     lo_server_add_method(server_->lo, nullptr, nullptr, &Server::pass, server_.get());
 }

@@ -116,12 +116,12 @@ TEST_CASE("A steady tone has its level in all three measures: EBU Tech 3341, cas
     CHECK(loudness.momentary_lufs == Approx(level_dbfs).margin(kTolerance_lu));
     CHECK(loudness.short_term_lufs == Approx(level_dbfs).margin(kTolerance_lu));
     CHECK(loudness.integrated_lufs == Approx(level_dbfs).margin(kTolerance_lu));
-    // The samples have the peak of the tone, one of which lies on its crest: +0.2 and -0.4 dB.
+    // One of the samples lies on a crest of the tone. EBU Tech 3341 allows +0.2 and -0.4 dB.
     CHECK(20 * std::log10(loudness.true_peak) == Approx(level_dbfs).margin(0.2));
 }
 
 TEST_CASE("Quiet parts are gated: EBU Tech 3341, cases 3 to 5") {
-    // At 16 kHz, a third of the time: the gates do not depend on the sample rate.
+    // 16 kHz takes a third of the computation time; the gates do not depend on the sample rate.
     constexpr double kRate_hz = 16000;
     const std::vector<Part> parts =
         GENERATE(std::vector<Part>{{-36, 10}, {-23, 60}, {-36, 10}},

@@ -73,7 +73,7 @@ double largest_difference(const ComplexBands& a, const ComplexBands& b) {
     return largest;
 }
 
-struct EndlessCase {
+struct InfiniteWedge {
     const char* name;
     double open_degrees;
     WedgePoint source;  // degrees
@@ -81,11 +81,11 @@ struct EndlessCase {
     std::array<double, kBandCount> level_db;
 };
 
-// The field of the endless wedge relative to free field at the centres of the bands: Biot and
+// The field of the infinite wedge relative to free field at the centres of the bands: Biot and
 // Tolstoy's closed form, Fourier transformed on a rotated contour with 4000 Gauss points. For the
 // half plane it agrees with Macdonald's Hankel integrals (1915) within 2e-6, for wedges with the
 // sum over angular modes within 2.1e-5. H6 and W4 are on the shadow boundary (1e-7 rad beyond it).
-const std::vector<EndlessCase> kEndless{
+const std::vector<InfiniteWedge> kInfiniteWedges{
     {"H1",
      360,
      {2, 90, 0},
@@ -321,9 +321,9 @@ Pair random_pair(aula::RandomStream& random) {
 
 }  // namespace
 
-TEST_CASE("endless half planes and wedges: the exact level within 0.02 dB in every octave") {
+TEST_CASE("infinite half planes and wedges: the exact level within 0.02 dB in every octave") {
     double without_sums_db = 0;  // the counter-check: the largest error without the sum terms
-    for (const EndlessCase& c : kEndless) {
+    for (const InfiniteWedge& c : kInfiniteWedges) {
         const Wedge wedge{c.open_degrees * kDegree};
         const WedgePoint s = with_degrees(c.source);
         WedgePoint r = with_degrees(c.receiver);
@@ -459,7 +459,7 @@ TEST_CASE("the field is continuous where the apex leaves the edge") {
     CHECK(largest_difference(field(-0.1), field(0.1)) > 1e-2);
 }
 
-TEST_CASE("half of an edge from its apex diffracts half of the field of the endless edge") {
+TEST_CASE("half of an edge from its apex diffracts half of the field of the infinite edge") {
     const WedgePoint s{1, 1, 0};
     const WedgePoint r{2, 5, 0};
     const ComplexBands whole = kIntegral.field({1.8 * kPi}, s, r).total();
