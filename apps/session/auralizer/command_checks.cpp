@@ -9,7 +9,7 @@ namespace aula {
 
 namespace {
 
-constexpr float kHighestGain_db = 120;
+constexpr float kHighestGain_db = 200;
 
 /// Rounding of a rotation that a host has composed in single precision.
 constexpr float kRigidTolerance = 1e-2F;
@@ -43,7 +43,7 @@ void check_pose(const Pose& pose) {
 }
 
 void check_gain(float gain_db) {
-    require(gain_db <= kHighestGain_db, "a gain is not a number up to 120 dB");
+    require(gain_db <= kHighestGain_db, "a gain is not a number up to 200 dB");
 }
 
 void check_transform(const RigidTransform& transform) {

@@ -32,8 +32,9 @@ struct Player::State {
     void after_frame(PreparedScene& prepared, const FrameMaker& maker, double spare_s);
     void take_frame(const FrameMaker& maker);
     void keep_up(PreparedScene& prepared, double took_s);
-    void show(const FrameMaker& maker, double spare_s);
+    void show(const PreparedScene& prepared, const FrameMaker& maker, double spare_s);
     void reclaim_playbacks();
+    void retire_used_playbacks();
 
     AuralizerStatus frames_so_far() const;
     bool rays_fall(const PreparedScene& prepared) const;
@@ -173,6 +174,8 @@ void Player::State::begin(std::unique_ptr<PreparedScene> prepared, std::uint64_t
         if (controls.listener) next.auralizer.room().set_listener(*controls.listener);
         load = load_of(next);
         shorter_change = 0;
+        // publish() frees playbacks that circulate too long; `sounding` must not name them then.
+        retire_used_playbacks();
         sounding.push_back(&next.auralizer);
         mixer->playbacks().publish(std::move(next.playback));
         before = std::exchange(playing, std::move(prepared));
@@ -204,7 +207,7 @@ void Player::State::after_frame(PreparedScene& prepared, const FrameMaker& maker
     const double took_ms = prepared.auralizer.room().status().frame_ms;
     compute_time.add(static_cast<std::int64_t>(1e6 * took_ms));
     keep_up(prepared, took_ms / 1000);
-    show(maker, spare_s);
+    show(prepared, maker, spare_s);
     reclaim_playbacks();
 }
 
@@ -239,7 +242,7 @@ void Player::State::keep_up(PreparedScene& prepared, double took_s) {
 }
 
 /// Copies the frame for display if there is time until it is due, or if the last copy is old.
-void Player::State::show(const FrameMaker& maker, double spare_s) {
+void Player::State::show(const PreparedScene& prepared, const FrameMaker& maker, double spare_s) {
     constexpr double kEnough_s = 0.004;
     constexpr std::chrono::milliseconds kLong{250};
     std::optional<ViewRequest> wanted_view;
@@ -247,6 +250,8 @@ void Player::State::show(const FrameMaker& maker, double spare_s) {
     std::uint64_t change = 0;
     {
         const std::lock_guard lock(mutex);
+        // The view of a replaced scene must not carry the number of the new change.
+        if (playing.get() != &prepared) return;
         wanted_view = request;
         frame = frames_so_far().frames;
         change = status.heard_change;
@@ -261,9 +266,14 @@ void Player::State::show(const FrameMaker& maker, double spare_s) {
     std::swap(view, replaced);
 }
 
-/// Destroys playbacks that the mixer no longer renders, on the preparing thread.
 void Player::State::reclaim_playbacks() {
     const std::lock_guard lock(mutex);
+    retire_used_playbacks();
+}
+
+/// Destroys playbacks that the mixer no longer renders, on the preparing thread. The mutex is
+/// locked.
+void Player::State::retire_used_playbacks() {
     while (auto playback = mixer->playbacks().reclaim()) {
         std::erase(sounding, &playback->auralizer());
         changes->retire(std::move(playback));

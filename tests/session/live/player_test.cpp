@@ -213,3 +213,22 @@ TEST_CASE("On the silent device a session ends after its duration") {
     // The last frame times may be counted slightly later.
     CHECK(comes([&] { return player.status().frames + player.status().late_frames >= 9; }));
 }
+
+TEST_CASE("Changes in quick succession between two frames play, and poses turn what rings out") {
+    Scene scene = free_field({1, 0, 0});
+    scene.sources[0].signal = Source::Signal::noise;
+    scene.sources[0].gain_db = 150;          // the format allows 200; the limiter holds the output
+    scene.simulation.frame_rate_hz = 0.02F;  // no frame between the changes
+    SessionOptions options;
+    options.device = "none";
+    options.duration_s = 1000;
+    Player player(scene, options);
+    // More than the mailbox of the mixer circulates.
+    for (int i = 0; i < 9; ++i) {
+        scene.medium.temperature_c += 1;
+        const auto change = player.change(scene, options);
+        REQUIRE(comes([&] { return player.status().heard_change == change; }));
+        player.move_listener({.position = {0, static_cast<float>(i) * 0.01F, 0}});
+    }
+    CHECK(player.status().change_error.empty());
+}

@@ -67,7 +67,7 @@ struct AuralizerOptions {
 /// An omnidirectional source to add.
 struct NewSource {
     Vec3 position{0};   ///< m, world axes
-    float gain_db = 0;  ///< at most 120; -infinity mutes
+    float gain_db = 0;  ///< at most 200; -infinity mutes
     /// Seeds the noise of its reverberation: sources of equal names have correlated reverberation.
     /// Empty: the source's number is the seed.
     std::string name{};
@@ -156,7 +156,7 @@ class Auralizer {
     /// Moves a source; its orientation is ignored. Throws InputError if the position is not finite.
     void set_source(SourceId source, const Pose& pose, std::int64_t at = kNow);
 
-    /// Sets the gain of a source in dB; -infinity mutes it. Throws InputError above 120 dB.
+    /// Sets the gain of a source in dB; -infinity mutes it. Throws InputError above 200 dB.
     void set_gain(SourceId source, float gain_db, std::int64_t at = kNow);
 
     /// Moves and turns listener 0.
