@@ -69,7 +69,7 @@ TEST_CASE("A zero outside the unit circle moves to its reciprocal inside") {
     CHECK(worst_difference(outside, inside) > 0.5);
 }
 
-TEST_CASE("A delay has no minimum phase of its own: it is removed") {
+TEST_CASE("The minimum phase of a delay is zero: the delay is removed") {
     const std::vector<Complex> delayed = response_of({0, 0, 0, 1, -0.6});
     CHECK(worst_difference(minimum_phase_of(delayed), response_of({1, -0.6})) < kError);
 }
