@@ -224,14 +224,15 @@ int list_devices() {
     return 0;
 }
 
-/// Prints band values 0..1 in percent, each with a bar of up to 40 characters.
-void print_curve(const char* label, const Bands& shares) {
+/// Prints band values as whole numbers of a unit, each with a bar of up to 40 characters.
+void print_curve(const char* label, const Bands& values, float full, const char* unit) {
     std::printf("%s\n", label);
     for (std::size_t band = 0; band < kBandCount; ++band) {
-        const auto percent = std::lround(100 * static_cast<double>(shares[band]));
-        const std::string bar(static_cast<std::size_t>(percent) * 40 / 100, '#');
-        std::printf("  %5.0f Hz %3ld %% |%s\n", static_cast<double>(kBandCentres_hz[band]), percent,
-                    bar.c_str());
+        const auto value = static_cast<double>(values[band]);
+        const std::string bar(static_cast<std::size_t>(40 * value / static_cast<double>(full)),
+                              '#');
+        std::printf("  %5.0f Hz %3ld %s |%s\n", static_cast<double>(kBandCentres_hz[band]),
+                    std::lround(value), unit, bar.c_str());
     }
 }
 
@@ -240,8 +241,11 @@ int show_material(const std::string& name) {
     for (const LibraryMaterial& entry : library) {
         if (entry.material.name != name) continue;
         std::printf("%s\n%s\n", name.c_str(), entry.source.c_str());
-        print_curve("absorption", entry.material.absorption);
-        print_curve("scattering", entry.material.scattering);
+        print_curve("absorption", entry.material.absorption * 100, 100, "%");
+        print_curve("scattering", entry.material.scattering * 100, 100, "%");
+        if (entry.material.sound_reduction_db)
+            print_curve("sound reduction index", *entry.material.sound_reduction_db,
+                        Material::kHighestSoundReduction_db, "dB");
         return 0;
     }
     throw InputError(
@@ -256,6 +260,8 @@ int list_materials(const Arguments& arguments) {
         std::printf("\n%s\n", entry.material.name.c_str());
         print_row("  absorption", entry.material.absorption, 2);
         print_row("  scattering", entry.material.scattering, 2);
+        if (entry.material.sound_reduction_db)
+            print_row("  reduction dB", *entry.material.sound_reduction_db, 0);
         std::printf("  %s\n", entry.source.c_str());
     }
     return 0;

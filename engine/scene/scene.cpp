@@ -21,6 +21,11 @@ Pose interpolate(const Pose& a, const Pose& b, float weight) {
             mix(a.roll_rad, b.roll_rad)};
 }
 
+/// tau = 10^(-R/10)
+double transmitted_share(float sound_reduction_db) {
+    return std::pow(10, -double{sound_reduction_db} / 10);
+}
+
 }  // namespace
 
 // Yaw rotates x towards y, pitch x towards z, roll y towards z; roll is applied first. The columns
@@ -49,6 +54,22 @@ Pose Trajectory::at(double time_s) const {
     const Keyframe& previous = *std::prev(next);
     const double weight = (time_s - previous.time_s) / (next->time_s - previous.time_s);
     return interpolate(previous.pose, next->pose, static_cast<float>(weight));
+}
+
+Bands Material::transmission() const {
+    Bands share;
+    if (!sound_reduction_db) return share;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        share[b] = std::min(static_cast<float>(transmitted_share((*sound_reduction_db)[b])),
+                            absorption[b]);
+    }
+    return share;
+}
+
+bool Material::transmits_too_much(std::size_t band) const {
+    constexpr double kRounding = 1e-6;  // of single precision
+    return transmitted_share((*sound_reduction_db)[band]) >
+           double{absorption[band]} * (1 + kRounding);
 }
 
 std::vector<Vec3> Object::world_vertices(const RigidTransform& transform) const {

@@ -167,7 +167,7 @@ Estimator read_estimator(const JsonReader& json) {
 Simulation read_simulation(const JsonReader& json) {
     json.allow_keys({"estimator", "rays", "order", "response_time_s", "patch_size_m",
                      "listener_radius_m", "frame_rate_hz", "ir_length_s", "seed", "threads",
-                     "memory_mb", "direct", "specular_order", "specular"});
+                     "memory_mb", "direct", "specular_order", "specular", "transmission"});
     constexpr NumberRange kResponseTime_s{0, 3600, true, "seconds from 0 to 3600"};
     constexpr NumberRange kLength_m{0, 1e6, false, "metres above 0, at most 1e6"};
     constexpr NumberRange kRate_hz{0, 1000, false, "frames per second above 0, at most 1000"};
@@ -191,6 +191,7 @@ Simulation read_simulation(const JsonReader& json) {
         s.specular_order = x.integer(0, Simulation::kHighestSpecularOrder);
     });
     json.read("specular", [&](const JsonReader& x) { s.specular = x.boolean(); });
+    json.read("transmission", [&](const JsonReader& x) { s.transmission = x.boolean(); });
     return s;
 }
 

@@ -1,5 +1,9 @@
 #include "engine/scene/scene_values.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
 #include <glm/trigonometric.hpp>
 
 namespace aula {
@@ -7,6 +11,8 @@ namespace {
 
 constexpr NumberRange kShare{0, 1, true, "a number from 0 to 1"};
 constexpr NumberRange kAngle_deg{-1e6, 1e6, true, "degrees from -1e6 to 1e6"};
+constexpr NumberRange kSoundReduction_db{0, Material::kHighestSoundReduction_db, true,
+                                         "decibels from 0 to 120"};
 constexpr NumberRange kTime_s{0, 1e9, true, "seconds from 0 to 1e9"};
 constexpr NumberRange kCoordinate_m{-kLargestCoordinate_m, kLargestCoordinate_m, true,
                                     "metres from -1e6 to 1e6"};
@@ -15,6 +21,57 @@ float read_angle_rad(const JsonReader& json, const char* key) {
     float angle_rad = 0;
     json.read(key, [&](const JsonReader& x) { angle_rad = glm::radians(x.real(kAngle_deg)); });
     return angle_rad;
+}
+
+/// One number for all bands or a list of 8. Bands with an error keep `on_error`.
+Bands read_bands(const JsonReader& json, const NumberRange& range, float on_error) {
+    if (json.is_number()) return Bands::filled(json.real(range));
+    constexpr const char* kExpected = "a number or a list of 8 numbers, 63 Hz to 8 kHz";
+    const auto items = json.items(kExpected);
+    if (items.size() != kBandCount) {
+        json.fail("a list of " + std::to_string(items.size()) + "; expected " + kExpected);
+    }
+    Bands bands = Bands::filled(on_error);
+    for (std::size_t b = 0; b < kBandCount; ++b)
+        items[b].attempt([&] { bands[b] = items[b].real(range); });
+    return bands;
+}
+
+/// A number above 0 as text, rounded up to two significant digits, or to a tenth above 10.
+std::string rounded_up(double x) {
+    const int decimals = std::max(1, 1 - static_cast<int>(std::floor(std::log10(x))));
+    const double scale = std::pow(10, decimals);
+    std::array<char, 64> text{};
+    std::snprintf(text.data(), text.size(), "%.*f", decimals, std::ceil(x * scale) / scale);
+    return text.data();
+}
+
+/// Fails if a band transmits more than it absorbs.
+void check_transmission(const Material& material, std::size_t band, const JsonReader& json) {
+    if (!material.transmits_too_much(band)) return;
+    const double transmitted = std::pow(10, -double{(*material.sound_reduction_db)[band]} / 10);
+    const double absorption = double{material.absorption[band]};
+    const double needed_db = absorption > 0 ? -10 * std::log10(absorption) : 1000;
+    const std::string reduction = needed_db < double{Material::kHighestSoundReduction_db} - 1
+                                      ? "at least " + rounded_up(needed_db) + " dB, or "
+                                      : "";
+    std::array<char, 32> share{};
+    std::snprintf(share.data(), share.size(), "%.3g", absorption);
+    json.fail("transmits " + rounded_up(transmitted) + " of the energy, more than the absorption " +
+              share.data() + "; expected " + reduction + "absorption of at least " +
+              rounded_up(transmitted));
+}
+
+/// The same for all bands; one error for a single number, that of the least absorption.
+void check_transmission(const Material& material, const JsonReader& json) {
+    if (json.is_number()) {
+        const auto& alpha = material.absorption.value;
+        const auto least = std::min_element(alpha.begin(), alpha.end()) - alpha.begin();
+        return check_transmission(material, static_cast<std::size_t>(least), json);
+    }
+    const auto items = json.items("a list");
+    for (std::size_t b = 0; b < kBandCount; ++b)
+        items[b].attempt([&] { check_transmission(material, b, items[b]); });
 }
 
 }  // namespace
@@ -33,28 +90,23 @@ Vec3 read_point(const JsonReader& json) {
     return point;
 }
 
-Bands read_shares(const JsonReader& json) {
-    if (json.is_number()) return Bands::filled(json.real(kShare));
-    constexpr const char* kExpected = "a number or a list of 8 numbers, 63 Hz to 8 kHz";
-    const auto items = json.items(kExpected);
-    if (items.size() != kBandCount) {
-        json.fail("a list of " + std::to_string(items.size()) + "; expected " + kExpected);
-    }
-    Bands bands;
-    for (std::size_t b = 0; b < kBandCount; ++b)
-        items[b].attempt([&] { bands[b] = items[b].real(kShare); });
-    return bands;
-}
-
 Material read_material(const std::string& name, const JsonReader& json) {
-    json.allow_keys({"absorption", "scattering", "source"});
+    json.allow_keys({"absorption", "scattering", "sound_reduction_db", "source"});
     Material material;
     material.name = name;
+    // Values after an error cause no further error.
+    material.absorption = Bands::filled(1);
     json.attempt([&] {
-        material.absorption =
-            read_shares(json.require("absorption", "a number or a list of 8 numbers from 0 to 1"));
+        material.absorption = read_bands(
+            json.require("absorption", "a number or a list of 8 numbers from 0 to 1"), kShare, 1);
     });
-    json.read("scattering", [&](const JsonReader& x) { material.scattering = read_shares(x); });
+    json.read("scattering",
+              [&](const JsonReader& x) { material.scattering = read_bands(x, kShare, 0); });
+    json.read("sound_reduction_db", [&](const JsonReader& x) {
+        material.sound_reduction_db =
+            read_bands(x, kSoundReduction_db, Material::kHighestSoundReduction_db);
+        check_transmission(material, x);
+    });
     json.read("source", [](const JsonReader& x) { x.string("a text"); });
     return material;
 }

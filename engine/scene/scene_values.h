@@ -15,10 +15,8 @@ inline constexpr double kLargestCoordinate_m = 1e6;
 /// A list of 3 numbers in metres, each at most kLargestCoordinate_m.
 Vec3 read_point(const JsonReader& json);
 
-/// One number for all bands or a list of 8, each 0 to 1.
-Bands read_shares(const JsonReader& json);
-
-/// {"absorption", "scattering", "source"}; scattering is 0.1 if absent, the source is a remark.
+/// {"absorption", "scattering", "sound_reduction_db", "source"}; scattering is 0.1 if absent, the
+/// source is a remark. A band that transmits more than it absorbs is an error.
 Material read_material(const std::string& name, const JsonReader& json);
 
 /// Yaw, pitch and roll from "yaw_deg", "pitch_deg", "roll_deg", each 0 if absent.

@@ -57,9 +57,16 @@ void check_transform(const RigidTransform& transform) {
 }
 
 void check_material(const Material& material) {
-    for (std::size_t b = 0; b < kBandCount; ++b)
+    for (std::size_t b = 0; b < kBandCount; ++b) {
         for (const float share : {material.absorption[b], material.scattering[b]})
             require(share >= 0 && share <= 1, "a coefficient of a material is not from 0 to 1");
+        if (!material.sound_reduction_db) continue;
+        const float reduction_db = (*material.sound_reduction_db)[b];
+        require(reduction_db >= 0 && reduction_db <= Material::kHighestSoundReduction_db,
+                "a sound reduction index is not from 0 to 120 dB");
+        require(!material.transmits_too_much(b),
+                "a material transmits more energy than it absorbs");
+    }
 }
 
 void check_part_gains(const PartGains& gains) {

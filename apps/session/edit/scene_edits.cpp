@@ -24,10 +24,6 @@ std::pair<std::size_t, std::size_t> locate(const Scene& scene, std::uint32_t tri
     return {scene.objects.size(), 0};
 }
 
-bool same(const Material& a, const Material& b) {
-    return a.name == b.name && a.absorption == b.absorption && a.scattering == b.scattering;
-}
-
 bool same(const std::optional<Trajectory>& a, const std::optional<Trajectory>& b) {
     if (!a || !b) return !a && !b;
     return a->loop == b->loop && std::equal(a->points.begin(), a->points.end(), b->points.begin(),
@@ -117,7 +113,7 @@ Scene with_material(const Scene& scene, const std::vector<std::uint32_t>& triang
             edited.materials.push_back(wanted);
             break;
         }
-        if (same(*named, wanted)) break;
+        if (*named == wanted) break;
         wanted.name = material.name + " " + std::to_string(number);
     }
     const auto index = static_cast<std::uint32_t>(

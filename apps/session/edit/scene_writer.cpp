@@ -94,10 +94,6 @@ class FileNames {
     std::filesystem::path prefix_;
 };
 
-bool same(const Material& a, const Material& b) {
-    return a.name == b.name && a.absorption == b.absorption && a.scattering == b.scattering;
-}
-
 /// The materials of triangles that differ from the file: each with the ranges [first, last] of its
 /// triangles.
 std::map<std::string, JsonValue::Array> changed_ranges(const Scene& before, const Object& old,
@@ -107,7 +103,7 @@ std::map<std::string, JsonValue::Array> changed_ranges(const Scene& before, cons
         return now.materials[object.triangle_materials[t]];
     };
     const auto changed = [&](std::size_t t) {
-        return !same(before.materials[old.triangle_materials[t]], material(t));
+        return before.materials[old.triangle_materials[t]] != material(t);
     };
     const std::size_t count = object.triangles.size();
     for (std::size_t first = 0; first < count; ++first) {
@@ -156,12 +152,12 @@ void write_materials(JsonValue& root, const Scene& before, const Scene& now) {
         used.insert(object.triangle_materials.begin(), object.triangle_materials.end());
     for (const std::uint32_t index : used) {
         const Material& material = now.materials[index];
-        if (std::any_of(known.begin(), known.end(),
-                        [&](const Material& m) { return same(m, material); }))
-            continue;
-        set(member_object(root, "materials"), material.name,
-            {JsonValue::Object{{"absorption", json_of(material.absorption)},
-                               {"scattering", json_of(material.scattering)}}});
+        if (std::find(known.begin(), known.end(), material) != known.end()) continue;
+        JsonValue coefficients{JsonValue::Object{{"absorption", json_of(material.absorption)},
+                                                 {"scattering", json_of(material.scattering)}}};
+        if (material.sound_reduction_db)
+            set(coefficients, "sound_reduction_db", json_of(*material.sound_reduction_db));
+        set(member_object(root, "materials"), material.name, std::move(coefficients));
     }
 }
 
@@ -204,6 +200,7 @@ void write_simulation(JsonValue& root, const Simulation& before, const Simulatio
     write("specular_order", &Simulation::specular_order);
     write("specular", &Simulation::specular);
     write("direct", &Simulation::direct);
+    write("transmission", &Simulation::transmission);
     write("response_time_s", &Simulation::response_time_s);
     write("patch_size_m", &Simulation::patch_size_m);
     write("listener_radius_m", &Simulation::listener_radius_m);

@@ -37,6 +37,25 @@ TEST_CASE("all coefficients of the material library are within 0 to 1") {
     }
 }
 
+TEST_CASE("partitions of the library state where their sound reduction is from and absorb more") {
+    int partitions = 0;
+    for (const auto& [material, source] : aula::material_library()) {
+        INFO(material.name);
+        const bool transmits = material.sound_reduction_db.has_value();
+        CHECK(transmits == material.name.starts_with("partition_"));
+        CHECK(transmits == (source.find("; sound reduction: ") != std::string::npos));
+        if (!transmits) continue;
+        ++partitions;
+        for (std::size_t b = 0; b < aula::kBandCount; ++b) {
+            INFO("band " << b);
+            CHECK_FALSE(material.transmits_too_much(b));
+            const float reduction_db = (*material.sound_reduction_db)[b];
+            CHECK((reduction_db >= 5 && reduction_db <= 65));
+        }
+    }
+    CHECK(partitions >= 15);
+}
+
 TEST_CASE("a carpet absorbs treble, a marble floor almost nothing, an audience almost everything") {
     const auto library = aula::material_library();
     const auto absorption = [&](const std::string& name) {

@@ -87,6 +87,34 @@ TEST_CASE("invalid surfaces are refused with their place") {
     });
 }
 
+TEST_CASE("a band that transmits more than it absorbs is refused with both numbers") {
+    const char* const end = "\"scattering\": 0.3";
+    check({
+        {end, "\"sound_reduction_db\": 9.9", "/materials/plaster/sound_reduction_db",
+         "transmits 0.11 of the energy, more than the absorption 0.1; expected at least 10.0 dB, "
+         "or "
+         "absorption of at least 0.11"},
+        {end, "\"sound_reduction_db\": [30,30,30,30,30,30,30,5]",
+         "/materials/plaster/sound_reduction_db/7",
+         "transmits 0.32 of the energy, more than the absorption 0.1; expected at least 10.0 dB, "
+         "or "
+         "absorption of at least 0.32"},
+        {end, "\"sound_reduction_db\": 121", "/materials/plaster/sound_reduction_db",
+         "121 is out of range; expected decibels from 0 to 120"},
+        {end, "\"sound_reduction_db\": [30]", "/materials/plaster/sound_reduction_db",
+         "a list of 1"},
+        {end, "\"sound_reduction\": 30", "/materials/plaster/sound_reduction",
+         "did you mean \"sound_reduction_db\"?"},
+        {"\"rays\": 1000", "\"transmission\": 1", "/simulation/transmission",
+         "wrong type, a number; expected true or false"},
+    });
+    // 0.1 and 10 dB are equal but for rounding.
+    const TemporaryFolder folder;
+    std::string valid = kValid;
+    valid.replace(valid.find(end), std::string(end).size(), "\"sound_reduction_db\": 10");
+    CHECK_NOTHROW(aula::load_scene(folder.write("scene.json", valid)));
+}
+
 TEST_CASE("the scene into which errors are inserted has none itself") {
     const TemporaryFolder folder;
     CHECK(aula::load_scene(folder.write("scene.json", kValid)).warnings.empty());

@@ -148,6 +148,22 @@ TEST_CASE("scattering is 0.1 where a material does not state it") {
     CHECK(scene.materials.at(0).scattering == aula::Bands::filled(0.1F));
 }
 
+TEST_CASE("walls are opaque unless a sound reduction is stated, for all bands or for each") {
+    const Scene scene = load(scene_text(R"("materials": {"wall": {"absorption": 0.3},
+        "pane": {"absorption": 0.2, "sound_reduction_db": 20},
+        "door": {"absorption": 1, "sound_reduction_db": [120,40,30,20,20.5,12,11,0]}},
+        "simulation": {"transmission": false})"));
+    const aula::Material& pane = scene.find_material("pane");
+    CHECK_FALSE(scene.find_material("wall").sound_reduction_db);
+    CHECK(pane.sound_reduction_db == aula::Bands::filled(20));
+    CHECK(scene.find_material("door").sound_reduction_db ==
+          aula::Bands{{120, 40, 30, 20, 20.5F, 12, 11, 0}});
+    CHECK(scene.find_material("wall").transmission() == aula::Bands{});
+    CHECK(pane.transmission() == aula::Bands::filled(0.01F));
+    CHECK_FALSE(scene.simulation.transmission);
+    CHECK(aula::Simulation{}.transmission);
+}
+
 TEST_CASE("a scene's material takes precedence over the library's of the same name") {
     const Scene scene = load(scene_text(
         R"("materials": {"wood": {"absorption": 0.77}}, "geometry": [{"box": [9,9,9], "material": "wood"}])"));

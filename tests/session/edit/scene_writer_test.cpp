@@ -44,7 +44,8 @@ std::string materials_of(const Scene& scene) {
             const Material& m = scene.materials[index];
             text << m.name;
             for (std::size_t b = 0; b < kBandCount; ++b)
-                text << ' ' << m.absorption[b] << ' ' << m.scattering[b];
+                text << ' ' << m.absorption[b] << ' ' << m.scattering[b] << ' '
+                     << (m.sound_reduction_db ? (*m.sound_reduction_db)[b] : -1);
             text << '\n';
         }
     }
@@ -196,6 +197,7 @@ TEST_CASE("A saved scene has all changes: positions, gains, loops, settings") {
     edited.simulation.estimator = Estimator::dpc;
     edited.simulation.ir_length_s = 0.7F;
     edited.simulation.rays = 100'000;
+    edited.simulation.transmission = false;
     edited.simulation.seed = 18446744073709551615U;
     check_same_scenes(scene.saved(edited), edited);
     edited.listener.path.reset();
@@ -227,6 +229,17 @@ TEST_CASE("New materials of surfaces are saved with their values if the library'
     // The whole screen is glass: the key `material` is changed.
     CHECK(text.find("\"faces\": [[0, 1, 2, 3]],\n      \"material\": \"glass\"") !=
           std::string::npos);
+}
+
+TEST_CASE("The sound reduction of a new material is saved") {
+    const Written scene(kRoom);
+    Material pane{"pane", Bands::filled(0.2F), Bands::filled(0.1F), Bands::filled(20)};
+    pane.sound_reduction_db->value[3] = 35.5F;
+    const Scene edited = with_material(scene.read().scene, {0, 1}, pane);
+    CHECK(material_of(scene.saved(edited), 0) == pane);
+    Material opaque = pane;
+    opaque.sound_reduction_db.reset();
+    CHECK(material_of(with_material(edited, {0, 1}, opaque), 0).name == "pane 2");
 }
 
 TEST_CASE("A scene that is edited again after saving is saved with all edits") {

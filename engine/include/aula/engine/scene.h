@@ -74,6 +74,23 @@ struct Material {
     /// Share of the reflected energy that leaves diffusely, by Lambert's law, 0..1. The rest is
     /// reflected specularly.
     Bands scattering = Bands::filled(0.1F);
+    /// Sound reduction index R of the wall, 0 to kHighestSoundReduction_db. The share 10^(-R/10) of
+    /// the incident energy passes the wall. It is a part of `absorption`. Absent: opaque.
+    std::optional<Bands> sound_reduction_db{};
+
+    /// Highest sound reduction index, dB.
+    static constexpr float kHighestSoundReduction_db = 120;
+
+    /// The share tau of the incident energy that passes the wall, at most `absorption`; 0 if the
+    /// material is opaque.
+    Bands transmission() const;
+
+    /// True if a wall transmits more than it absorbs in a band. The sound reduction index must be
+    /// present.
+    bool transmits_too_much(std::size_t band) const;
+
+    /// True if all members are equal.
+    friend bool operator==(const Material&, const Material&) = default;
 };
 
 /// A piece of geometry: a mesh of triangles that reflect on both sides. It moves as a whole.

@@ -29,11 +29,12 @@ struct Simulation {
     static constexpr int kHighestSpecularOrder = 100;
 
     Estimator estimator = Estimator::patch;  ///< how energy responses are estimated
-    int rays = 1000;         ///< rays per source and frame, 1 to kMaxRays; more rays, less noise
-    int order = 0;           ///< highest reflection order of all paths; 0: no limit
-    int specular_order = 3;  ///< highest order of the image sources, 0 to kHighestSpecularOrder
-    bool specular = true;    ///< false omits purely specular paths
-    bool direct = true;      ///< false omits the direct sound
+    int rays = 1000;           ///< rays per source and frame, 1 to kMaxRays; more rays, less noise
+    int order = 0;             ///< highest reflection order of all paths; 0: no limit
+    int specular_order = 3;    ///< highest order of the image sources, 0 to kHighestSpecularOrder
+    bool specular = true;      ///< false omits purely specular paths
+    bool direct = true;        ///< false omits the direct sound
+    bool transmission = true;  ///< false makes all walls opaque
     /// tau: the time over which the caches average, >= 0. Longer: less noise, but slower reaction
     /// to movement.
     float response_time_s = 0.5F;
