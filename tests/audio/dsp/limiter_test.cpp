@@ -90,6 +90,22 @@ TEST_CASE("No output sample exceeds the ceiling for any input") {
           Approx(kCeiling).epsilon(1e-6));
 }
 
+TEST_CASE("A level that falls for longer than the look-ahead stays below the ceiling") {
+    // The required gain rises with every sample, so that each sample of the look-ahead is a
+    // candidate of the minimum: 60 dB in 0.3 s, slower than the release.
+    Stereo in;
+    for (auto& channel : in) {
+        for (int n = 0; n < 24000; ++n) {
+            const double decay_db =
+                n < 2000 ? 0 : std::min(60.0, (n - 2000) / (0.3 * kRate_hz) * 60);
+            channel.push_back(static_cast<float>(100 * std::pow(10, -decay_db / 20)));
+        }
+    }
+    int latency = 0;
+    const Stereo out = limited(in, latency);
+    CHECK(*std::max_element(out[0].begin(), out[0].end()) <= kCeiling);
+}
+
 TEST_CASE(
     "Samples that are not finite or exceed the largest valid magnitude are muted and counted") {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();

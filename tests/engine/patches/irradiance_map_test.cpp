@@ -1,5 +1,6 @@
 #include "engine/patches/irradiance_map.h"
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -180,5 +181,35 @@ TEST_CASE("direct sound makes no part of a patch stronger than the others") {
     for (int i = 0; i < 200; ++i) {
         const auto [x, y] = random.uniform_2d();
         CHECK(s.hit_by(low + Vec3(0.4F * x - 0.2F, 0.4F * y - 0.2F, 1), kDown).irradiance == 1);
+    }
+}
+
+TEST_CASE(
+    "a triangle with one edge longer than a piece is divided, whichever corner is the first") {
+    // Pieces of an eighth of a metre; two of the edges are shorter.
+    const std::array<Vec3, 3> corners{Vec3(0.01F, 0, 1), Vec3(0.21F, 0, 1), Vec3(0.11F, 0.05F, 1)};
+    const Vec3 up(0, 0, 1);
+    for (std::size_t first = 0; first < 3; ++first) {
+        CAPTURE(first);
+        Object triangle;
+        for (std::size_t k = 0; k < 3; ++k) triangle.vertices.push_back(corners[(first + k) % 3]);
+        triangle.triangles = {{0, 1, 2}};
+        triangle.triangle_materials = {0};
+        const RayScene rays(test::grey_room(triangle, 0.1F, 1, kInside, kInside));
+        IrradianceMap map(rays, kPatch_m);
+        // One patch, 1000 of whose 1010 hits are on the left.
+        const Vec3 left(0.09F, 0.01F, 1);
+        const Vec3 right(0.17F, 0.01F, 1);
+        for (int i = 0; i < 1000; ++i) map.add_hit(0, 0, left, up);
+        for (int i = 0; i < 10; ++i) map.add_hit(0, 0, right, up);
+        const std::array<float, 1> area_m2{0.005F};
+        map.finish(area_m2, [](const Vec3&, const Vec3&) { return 0U; });
+        // The left piece has 1000 / 1010 of the hits on (0.005 - 0.5 0.085^2 / 2) / 0.005 of the
+        // area: the slope of the right edge is 1 in 2. The prior is a quarter of a hit.
+        const double left_m2 = 0.005 - 0.25 * 0.085 * 0.085;
+        CHECK(map.relative(0, 0, left, up) ==
+              Approx(1000.25 / (left_m2 / 0.005 * 1010 + 0.25)).epsilon(1e-3));
+        CHECK(map.relative(0, 0, right, up) ==
+              Approx(10.25 / ((0.005 - left_m2) / 0.005 * 1010 + 0.25)).epsilon(1e-3));
     }
 }

@@ -116,6 +116,17 @@ TEST_CASE("both tracers follow the same rays and collect the same specular segme
     CHECK_FALSE(same_segments(box.arrivals(), limited));
 }
 
+TEST_CASE("Under a limit of the order only segments that leave a mirror are collected") {
+    // Gathers find what leaves a diffuse reflection, and image sources the direct sound.
+    TracedBox diffuse(0.1F, 1);
+    diffuse.settings.order = 3;
+    CHECK(diffuse.deposits().segments.empty());
+    // The companion: half of the reflections are specular.
+    TracedBox half(0.1F, 0.5F);
+    half.settings.order = 3;
+    CHECK(half.deposits().segments.size() > half.deposits().departures.size());
+}
+
 TEST_CASE("The energy of a deposit has 15 bits in the strongest band") {
     double worst = 0;
     for (int i = 0; i < 4000; ++i) {
