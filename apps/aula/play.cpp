@@ -13,8 +13,8 @@
 #include "apps/aula/walker.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/edit/scene_edits.h"
-#include "apps/session/live/load_news.h"
 #include "apps/session/live/player.h"
+#include "apps/session/live/reduction_reporter.h"
 #include "apps/session/remote/osc_remote.h"
 #include "aula/devices/device.h"
 #include "aula/exception.h"
@@ -94,11 +94,11 @@ void print_summary(const PlayStatus& s) {
 }
 
 /// Prints changes of the output device's state, one line each.
-class DeviceNews {
+class DeviceReporter {
  public:
-    explicit DeviceNews(const Player& player) : name_(player.device().name) {}
+    explicit DeviceReporter(const Player& player) : name_(player.device().name) {}
 
-    void tell(const PlayStatus& status, StatusLine& line) {
+    void report(const PlayStatus& status, StatusLine& line) {
         if (!status.realtime && !reported_priority_) {
             reported_priority_ = true;
             say(line,
@@ -167,8 +167,8 @@ int play_in_terminal(const Arguments& arguments) {
         if (line.visible())
             std::fprintf(stderr, "playing on %s; %s\n", printable(player.device().name).c_str(),
                          walks ? kKeysText : "q or Ctrl-C: quit");
-        DeviceNews news(player);
-        LoadNews load_news;
+        DeviceReporter device_reporter(player);
+        ReductionReporter reductions;
         Walker walker(scene.listener.pose_at(0));
         Clock::time_point walked = Clock::now();
         Clock::time_point next_status = walked;
@@ -190,8 +190,8 @@ int play_in_terminal(const Arguments& arguments) {
                 next_status = now + kStatusInterval;
                 status = player.status();
                 if (!arguments.quiet) {
-                    news.tell(status, line);
-                    if (const auto text = load_news.take(status, status.time_s)) {
+                    device_reporter.report(status, line);
+                    if (const auto text = reductions.take(status, status.time_s)) {
                         line.clear();
                         warn({"this machine " + *text}, false);
                     }

@@ -65,7 +65,7 @@ void Meters::draw(const Model& model) {
     constexpr double kFalls_db_s = 20;
     constexpr double kHold_s = 1.5;
     const PlayStatus& s = model.status();
-    const Loudness& loudness = model.heard().loudness;
+    const Loudness& loudness = model.monitor_status().loudness;
     // The level rises immediately and falls slowly; the peak is held.
     const double now_db = decibels(static_cast<double>(s.peak));
     level_db_ =

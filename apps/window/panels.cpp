@@ -41,7 +41,7 @@ std::string fitting(const std::string& text, float width) {
 namespace {
 
 /// Distance, visibility, T30 and C80 of the selected source in one line; empty before a view.
-std::string heard_text(const Model& model) {
+std::string selected_source_text(const Model& model) {
     const auto view = model.view();
     if (!view || view->source >= view->sources.size()) return "";
     const float distance_m = glm::distance(view->listener.position, view->sources[view->source]);
@@ -60,9 +60,9 @@ std::string heard_text(const Model& model) {
 void draw_top_bar(Model& model, Choices& choices, Camera& camera) {
     const PlayStatus& status = model.status();
     std::string recording = "record";
-    if (const MonitorStatus& heard = model.heard(); heard.recording) {
-        recording = formatted("stop %.0f s", heard.recorded_s);
-        if (heard.lost_s > 0) recording += formatted(", %.2f s lost", heard.lost_s);
+    if (const MonitorStatus& monitor = model.monitor_status(); monitor.recording) {
+        recording = formatted("stop %.0f s", monitor.recorded_s);
+        if (monitor.lost_s > 0) recording += formatted(", %.2f s lost", monitor.lost_s);
     }
     float buttons = 0;
     for (const char* label : {"follow path", "first person", "freeze", recording.c_str(), "keys ?"})
@@ -84,7 +84,7 @@ void draw_top_bar(Model& model, Choices& choices, Camera& camera) {
         const std::string text =
             fitting(busy.empty() ? "preparing" : busy, room - ImGui::CalcTextSize(" ...").x);
         ImGui::TextColored({1, 0.8F, 0.3F, 1}, "%s%s", text.c_str(), kDots[dots]);
-    } else if (const std::string text = heard_text(model); !text.empty()) {
+    } else if (const std::string text = selected_source_text(model); !text.empty()) {
         ImGui::TextUnformatted(fitting(text, room).c_str());
         tooltip((text + "\n\nSelected source at the listener, octave band of 1 kHz. T30: "
                         "reverberation time. C80: "
@@ -108,7 +108,7 @@ void draw_top_bar(Model& model, Choices& choices, Camera& camera) {
     if (toggle("freeze", model.frozen)) model.frozen = !model.frozen;
     tooltip("hold the plots while the sound continues (f)");
     ImGui::SameLine();
-    if (toggle(recording.c_str(), model.heard().recording)) model.toggle_recording();
+    if (toggle(recording.c_str(), model.monitor_status().recording)) model.toggle_recording();
     tooltip("record the output to a WAV file in the working directory (r)");
     ImGui::SameLine();
     if (toggle("keys ?", choices.help)) choices.help = !choices.help;

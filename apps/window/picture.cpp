@@ -259,11 +259,11 @@ void Picture::draw_labels(const Model& model, const Box& area, const Choices& ch
         const auto at = projection.project(position);
         if (!at) continue;
         const float radius = std::clamp(0.12F * projection.pixels_per_metre(position), 6.0F, 26.0F);
-        const bool heard = model.controls().heard(s);
-        draw->AddCircleFilled(to_im(*at), radius, packed(heard ? kSource : Colour(0.45F), 0.95F),
+        const bool audible = model.controls().audible(s);
+        draw->AddCircleFilled(to_im(*at), radius, packed(audible ? kSource : Colour(0.45F), 0.95F),
                               24);
         draw->AddCircle(to_im(*at), radius, packed({0.1F, 0.05F, 0}, 0.9F), 24, 1.5F);
-        for (int ring = 1; heard && ring <= 2; ++ring)
+        for (int ring = 1; audible && ring <= 2; ++ring)
             draw->AddCircle(to_im(*at), radius * (1 + 0.45F * static_cast<float>(ring)),
                             packed(kSource, 0.6F / static_cast<float>(ring)), 24, 1.5F);
         label(*at - glm::vec2(0, radius), model.scene().sources[s].name, kSource);

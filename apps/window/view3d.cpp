@@ -13,7 +13,7 @@ namespace aula {
 namespace {
 
 constexpr const char* kRoomVertex = R"(#version 330 core
-layout(location = 0) in vec3 place;
+layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 colour;
 layout(location = 3) in float sides;
@@ -23,11 +23,11 @@ flat out vec3 n;
 flat out vec3 c;
 flat out int s;
 void main() {
-    p = place;
+    p = position;
     n = normal;
     c = colour;
     s = int(sides + 0.5);
-    gl_Position = matrix * vec4(place, 1.0);
+    gl_Position = matrix * vec4(position, 1.0);
 }
 )";
 
@@ -70,7 +70,7 @@ void main() {
 )";
 
 constexpr const char* kEdgeVertex = R"(#version 330 core
-layout(location = 0) in vec3 place;
+layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal1;
 layout(location = 2) in vec3 normal2;
 layout(location = 3) in vec2 sides;
@@ -81,24 +81,24 @@ uniform float strength;
 uniform vec3 tint;
 out vec4 c;
 bool seen(vec3 n, float s) {
-    return (int(s + 0.5) & (dot(n, eye - place) > 0.0 ? 1 : 2)) != 0;
+    return (int(s + 0.5) & (dot(n, eye - position) > 0.0 ? 1 : 2)) != 0;
 }
 void main() {
     bool visible = !cut_away || seen(normal1, sides.x) || seen(normal2, sides.y);
     c = visible ? vec4(tint, strength) : vec4(0.62, 0.68, 0.76, 0.3 * strength);
-    gl_Position = matrix * vec4(place, 1.0);
+    gl_Position = matrix * vec4(position, 1.0);
     gl_Position.z -= 0.0004 * gl_Position.w;
 }
 )";
 
 constexpr const char* kLineVertex = R"(#version 330 core
-layout(location = 0) in vec3 place;
+layout(location = 0) in vec3 position;
 layout(location = 1) in vec4 colour;
 uniform mat4 matrix;
 out vec4 c;
 void main() {
     c = colour;
-    gl_Position = matrix * vec4(place, 1.0);
+    gl_Position = matrix * vec4(position, 1.0);
     gl_Position.z -= 0.0008 * gl_Position.w;
 }
 )";

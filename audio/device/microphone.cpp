@@ -11,8 +11,9 @@ namespace aula {
 struct Microphone::State {
     State(const DeviceInfo& output, double sample_rate_hz, int block)
         : buffer(sample_rate_hz, block), samples(static_cast<std::size_t>(block)) {
-        const InputSettings settings{sample_rate_hz, block,
-                                     [this](std::span<const float> heard) { buffer.write(heard); }};
+        const InputSettings settings{
+            sample_rate_hz, block,
+            [this](std::span<const float> captured) { buffer.write(captured); }};
         input = output.host_api == "JACK" ? open_jack_input(settings)
                                           : open_port_audio_input(output, settings);
     }

@@ -35,7 +35,7 @@ struct SourceSound {
     std::vector<DiscretePath> early;
     std::optional<DiscretePath> direct;  ///< rendered through a delay line with continuous motion
     float gain = 1;                      ///< linear gain of the source
-    bool absent = false;                 ///< nothing is heard; the other members are not read
+    bool absent = false;                 ///< the source is silent; the other members are not read
 };
 
 struct RendererConfig {

@@ -178,15 +178,15 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
     };
 
     std::string pointer() const {
-        std::string place;
+        std::string pointer;
         for (const Open& open : open_) {
             const bool array = std::holds_alternative<JsonValue::Array>(open.container->value);
-            place = json_pointer(place, array ? std::to_string(open.index) : open.key);
+            pointer = json_pointer(pointer, array ? std::to_string(open.index) : open.key);
         }
-        return place;
+        return pointer;
     }
 
-    // The place of the next value.
+    // The node of the next value.
     JsonValue& slot() {
         if (++value_count_ > kMaxValues) {
             throw InputError(file_, pointer(),
@@ -215,9 +215,9 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
                 "nested too deeply; expected at most " + std::to_string(kDeepest) + " levels");
         }
         // Stable: the vector that contains an open container does not grow before it is closed.
-        JsonValue& place = slot();
-        place.value = std::forward<Container>(container);
-        open_.push_back({&place, 0, {}, {}});
+        JsonValue& node = slot();
+        node.value = std::forward<Container>(container);
+        open_.push_back({&node, 0, {}, {}});
         return true;
     }
 

@@ -119,7 +119,7 @@ struct PatchGrid::State {
         std::sort(divided.begin(), divided.end());
         static_area_m2.resize(index.size());
         for (const SurfaceSample& s : static_samples(divided)) {
-            const Vec3 point = s.off_surface();
+            const Vec3 point = s.nudged_off_surface();
             sides.add_static(
                 s.patch, point,
                 s.area_m2 * irradiance_map.relative(s.patch, s.triangle, point, s.normal));
@@ -174,7 +174,7 @@ struct PatchGrid::State {
         const auto add = [&](const SurfaceSample& s) {
             areas[s.patch] += s.area_m2;
             if (!scene.moves(scene.triangle(s.triangle))) return;
-            sides.add_moving(s.patch, s.off_surface(), s.area_m2);
+            sides.add_moving(s.patch, s.nudged_off_surface(), s.area_m2);
         };
         const auto in_part = [&](std::uint32_t patch) { return some[patch] && others[patch]; };
         for (const SurfaceSample& s : samples) {

@@ -91,7 +91,7 @@ void PatchSides::begin_move(std::uint64_t keep, const std::function<void(std::ui
             slot.offset_m = panels_[slot.panel].offset_m;
         }
         division->crossing = 0;
-        division->moving.clear();
+        division->moving_samples.clear();
         if (!used) division.reset();
     }
 }
@@ -115,11 +115,11 @@ bool PatchSides::cross(std::uint32_t patch, std::uint32_t panel) {
 }
 
 void PatchSides::add_static(std::uint32_t patch, const Vec3& point, float area_m2) {
-    divisions_[patch]->standing.push_back({point, area_m2});
+    divisions_[patch]->static_samples.push_back({point, area_m2});
 }
 
 void PatchSides::add_moving(std::uint32_t patch, const Vec3& point, float area_m2) {
-    if (divided(patch)) divisions_[patch]->moving.push_back({point, area_m2});
+    if (divided(patch)) divisions_[patch]->moving_samples.push_back({point, area_m2});
 }
 
 void PatchSides::end_move(const std::function<std::uint32_t(std::uint32_t)>& new_row) {
@@ -129,7 +129,7 @@ void PatchSides::end_move(const std::function<std::uint32_t(std::uint32_t)>& new
         for (Row& row : division.rows) row.area_m2 = 0;
         if (division.crossing == 0) continue;
         std::array<float, 1U << kMaxPanels> areas_m2{};
-        for (const auto* samples : {&division.standing, &division.moving}) {
+        for (const auto* samples : {&division.static_samples, &division.moving_samples}) {
             for (const Division::Sample& sample : *samples) {
                 areas_m2[division.sides_of(sample.point) & division.crossing] += sample.area_m2;
             }

@@ -124,8 +124,8 @@ class PatchSides {
         std::array<Slot, kMaxPanels> slots;
         std::uint32_t crossing = 0;  ///< panels that cross the cell now
         std::vector<Row> rows;
-        std::vector<Sample> standing;
-        std::vector<Sample> moving;
+        std::vector<Sample> static_samples;
+        std::vector<Sample> moving_samples;
 
         std::uint32_t sides_of(const Vec3& point) const {
             std::uint32_t sides = 0;

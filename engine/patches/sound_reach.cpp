@@ -83,7 +83,8 @@ void SoundReach::test(std::span<const SurfaceSample> samples, std::span<char> re
         hits.resize(open.size());
         for (std::size_t i = 0; i < open.size(); ++i) {
             const SurfaceSample& sample = samples[open[i]];
-            rays[i] = {sample.off_surface(), lambert_direction(sample.normal, random.uniform_2d())};
+            rays[i] = {sample.nudged_off_surface(),
+                       lambert_direction(sample.normal, random.uniform_2d())};
         }
         scene_.intersect(rays, hits);
         std::size_t left = 0;

@@ -20,7 +20,7 @@ struct SurfaceSample {
     float area_m2 = 0;
 
     /// The point at the distance from the surface at which points belong to cells.
-    Vec3 off_surface() const { return point + RayScene::kOffset_m * normal; }
+    Vec3 nudged_off_surface() const { return point + RayScene::kOffset_m * normal; }
 };
 
 /// Clips both sides of triangles at the cells of a grid, at their present positions. Uses the

@@ -230,9 +230,9 @@ TEST_CASE("A source behind a wall is reported as not audible, without parameters
     CHECK(std::none_of(json.begin() + static_cast<std::ptrdiff_t>(json.find("\"T20\"")), json.end(),
                        [](char c) { return c == '.'; }));
     // Companion: a source in the listener's room has parameters.
-    const ProgramResult heard = aula_with(
+    const ProgramResult audible = aula_with(
         {scene, "--report=" + out, "--frames", "2", "--source-position", "next door=1,1,1"});
-    CHECK(heard.err.empty());
+    CHECK(audible.err.empty());
     CHECK(read_file(out).find("\"G\":null") == std::string::npos);
 }
 

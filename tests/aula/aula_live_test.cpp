@@ -75,11 +75,11 @@ bool machine_is_busy() {
 /// True once the server plays samples that are not zero.
 bool sound_arrives(const PulseServer& server, const TemporaryFolder& folder) {
     constexpr std::streamoff kHeader = 4096;  // longer than any WAV header
-    const std::filesystem::path heard = folder.path() / "heard.wav";
-    std::filesystem::remove(heard);
-    const auto recorder = server.record(heard);
+    const std::filesystem::path played = folder.path() / "played.wav";
+    std::filesystem::remove(played);
+    const auto recorder = server.record(played);
     return comes([&] {
-        std::ifstream file(heard, std::ios::binary);
+        std::ifstream file(played, std::ios::binary);
         file.seekg(kHeader);
         return std::any_of(std::istreambuf_iterator<char>(file), {}, [](char c) { return c != 0; });
     });
@@ -181,14 +181,14 @@ TEST_CASE("Live sound equals the offline rendering, and the program reports its 
 
     // The player records the walk, which excludes gaps caused by the server. A busy machine causes
     // occasional underruns; a fault of the program causes them in each attempt.
-    const auto heard_file = folder.path() / "heard.wav";
+    const auto played_file = folder.path() / "played.wav";
     const auto rendered_file = folder.path() / "rendered.wav";
     const aula::Scene scene = aula::load_scene(scene_file).scene;
     constexpr int kAttempts = 3;
     aula::PlayStatus status;
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
         aula::Player player(scene, {});
-        player.record(heard_file);
+        player.record(played_file);
         do {
             std::this_thread::sleep_for(std::chrono::milliseconds(50));
             status = player.status();
@@ -208,10 +208,10 @@ TEST_CASE("Live sound equals the offline rendering, and the program reports its 
     // The recording began slightly after playback, or before the first sound by the limiter's
     // delay.
     const auto rendered = aula::read_sound(rendered_file, kRate_hz).samples;
-    auto heard = aula::read_sound(heard_file, kRate_hz).samples;
-    heard.insert(heard.begin(), static_cast<std::size_t>(kRate_hz), 0);
-    const std::size_t shift = lag(rendered, heard);
-    REQUIRE(shift + rendered.size() / 2 < heard.size());
+    auto played = aula::read_sound(played_file, kRate_hz).samples;
+    played.insert(played.begin(), static_cast<std::size_t>(kRate_hz), 0);
+    const std::size_t shift = lag(rendered, played);
+    REQUIRE(shift + rendered.size() / 2 < played.size());
 
     // Live poses take effect one frame later, 1/30 s: the walk lags by 5 cm. 1 dB is the just
     // noticeable difference of level. Half seconds 40 dB below the loudest one are pauses.
@@ -220,7 +220,7 @@ TEST_CASE("Live sound equals the offline rendering, and the program reports its 
     std::size_t compared = 0;
     for (const double centre_hz : {250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0}) {
         const auto a = octave(rendered, centre_hz, kRate_hz);
-        const auto b = octave(heard, centre_hz, kRate_hz);
+        const auto b = octave(played, centre_hz, kRate_hz);
         std::vector<std::pair<double, double>> energies;
         for (std::size_t at = 0; at + kHalfSecond <= a.size(); at += kHalfSecond) {
             if (at + shift + kHalfSecond > b.size()) break;

@@ -49,10 +49,10 @@ if(NOT levels MATCHES "2.00 s  door   0 % open  level -200.0 dB"
 endif()
 
 # An audio callback: all blocks, and sound at both ears.
-execute_process(COMMAND "${WORK}/session/own_callback" "${SCENE}" OUTPUT_VARIABLE heard
+execute_process(COMMAND "${WORK}/session/own_callback" "${SCENE}" OUTPUT_VARIABLE printed
                 COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)
-if(NOT heard MATCHES "^153600 samples.*left 0.[0-9]*[1-9][0-9]*, right 0.[0-9]*[1-9][0-9]* rms")
-    message(FATAL_ERROR "the own callback printed ${heard}")
+if(NOT printed MATCHES "^153600 samples.*left 0.[0-9]*[1-9][0-9]*, right 0.[0-9]*[1-9][0-9]* rms")
+    message(FATAL_ERROR "the own callback printed ${printed}")
 endif()
 
 # The error for an unknown component names it.

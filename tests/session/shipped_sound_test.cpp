@@ -63,13 +63,13 @@ std::vector<float> wav_samples(const fs::path& file) {
     return samples;
 }
 
-struct Heard {
+struct RenderedLevel {
     double loudness_lufs;
     float peak;
 };
 
 /// The binaural rendering of the walk.
-Heard heard(Scene scene, const fs::path& file) {
+RenderedLevel rendered_level(Scene scene, const fs::path& file) {
     // Fewer rays and frames than in the scene: noisier, but equally loud within 0.5 LU.
     scene.simulation.rays = 100;
     scene.simulation.frame_rate_hz = 6;
@@ -108,7 +108,8 @@ TEST_CASE("Every shipped room's response is as long as its reverberation") {
 TEST_CASE("The shipped scenes are equally loud and do not clip") {
     const TemporaryFolder folder;
     for (const fs::path& file : shipped_rooms()) {
-        const Heard walk = heard(load_scene(file).scene, folder.path() / "out.wav");
+        const RenderedLevel walk =
+            rendered_level(load_scene(file).scene, folder.path() / "out.wav");
         INFO(file << ": " << walk.loudness_lufs << " LUFS, peak " << walk.peak);
         // -23 LUFS within 1.5: a pair of scenes differs by at most 3, and by less than 1 with the
         // scenes' settings.

@@ -18,13 +18,13 @@ inline std::vector<float> take(LiveMixer& mixer, int blocks,
     std::vector<std::vector<float>> channels(mixer.channels(), std::vector<float>(kTakeBlock));
     std::vector<float*> outputs;
     for (auto& channel : channels) outputs.push_back(channel.data());
-    std::vector<float> heard;
+    std::vector<float> output;
     for (int block = 0; block < blocks; ++block) {
         before(block);
         mixer.render(outputs, kTakeBlock);
-        heard.insert(heard.end(), channels[0].begin(), channels[0].end());
+        output.insert(output.end(), channels[0].begin(), channels[0].end());
     }
-    return heard;
+    return output;
 }
 
 /// Computes a prepared scene's first frame and publishes its playback to the mixer. No frame

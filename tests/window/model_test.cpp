@@ -192,7 +192,7 @@ TEST_CASE("Two windows that record at the same time write two files") {
         Room b;
         const auto record = [](Room& room) {
             room.model().toggle_recording();
-            REQUIRE(room.shows([&] { return room.model().heard().recorded_s > 0; }));
+            REQUIRE(room.shows([&] { return room.model().monitor_status().recorded_s > 0; }));
         };
         record(a);
         record(b);

@@ -21,7 +21,7 @@ ExactPlayback::ExactPlayback(const Scene& scene, const AuralizerOptions& options
       frame_rate_hz_(static_cast<double>(scene.simulation.frame_rate_hz)),
       block_outputs_(options.listeners * channel_count(options.output), std::vector<float>(kBlock)),
       block_pointers_(block_outputs_.size()),
-      spent_(options.listeners) {}
+      used_frames_(options.listeners) {}
 
 void ExactPlayback::commit(std::int64_t until) {
     {
@@ -64,7 +64,7 @@ std::int64_t ExactPlayback::frame_start(std::int64_t frame) const {
 void ExactPlayback::compute_frames(Auralizer& auralizer) {
     for (std::int64_t k = 0;; ++k) {
         const std::int64_t sample = frame_start(k);
-        ListenerFrames frames(spent_.size());
+        ListenerFrames frames(used_frames_.size());
         {
             std::unique_lock lock(mutex_);
             changed_.wait(lock, [&] {
@@ -72,9 +72,9 @@ void ExactPlayback::compute_frames(Auralizer& auralizer) {
             });
             if (stop_) return;
             for (std::size_t l = 0; l < frames.size(); ++l) {
-                if (spent_[l].empty()) continue;
-                frames[l] = std::move(spent_[l].back());
-                spent_[l].pop_back();
+                if (used_frames_[l].empty()) continue;
+                frames[l] = std::move(used_frames_[l].back());
+                used_frames_[l].pop_back();
             }
         }
         const double time_s = static_cast<double>(k) / frame_rate_hz_;
@@ -139,7 +139,7 @@ void ExactPlayback::take_frames() {
     for (std::size_t l = 0; l < frames.size(); ++l) {
         Mailbox<RenderFrame>& mailbox = renderer_.frames(l);
         mailbox.publish(std::move(frames[l]));
-        while (auto back = mailbox.reclaim()) spent_[l].push_back(std::move(back));
+        while (auto back = mailbox.reclaim()) used_frames_[l].push_back(std::move(back));
     }
     lock.unlock();
     changed_.notify_all();

@@ -52,7 +52,7 @@ class ExactPlayback : public RoomPlayback {
     std::vector<std::vector<float>> block_outputs_;     ///< of the previous block
     int filled_ = 0;                                    ///< samples of the present block
     std::exception_ptr broken_;                         ///< the error that ended rendering
-    std::int64_t next_frame_ = 0;                       ///< to be heard
+    std::int64_t next_frame_ = 0;                       ///< the next to be rendered
     std::vector<SourceSignal> block_signals_;
     std::vector<float*> block_pointers_;
 
@@ -60,8 +60,7 @@ class ExactPlayback : public RoomPlayback {
     ChangeQueue<RoomRenderer> renderer_changes_;
     std::int64_t committed_ = 0;  ///< all changes before it are known
     std::deque<Ready> ready_;     ///< computed, not yet rendered
-    std::vector<std::vector<std::unique_ptr<RenderFrame>>>
-        spent_;  ///< [listener] used frames, for reuse
+    std::vector<std::vector<std::unique_ptr<RenderFrame>>> used_frames_;  ///< [listener] for reuse
 };
 
 }  // namespace aula

@@ -21,24 +21,24 @@ void FrameComputer::compute(const FrameRoom& room, ListenerFrames& frames) {
     for (auto& frame : frames)
         if (!frame) frame = maker_->make_frame();
     const auto begin = Clock::now();
-    std::vector<Sight> seen;
+    std::vector<SourceVisibility> visibilities;
     {
         const std::lock_guard computing(maker_mutex_);
         change_materials(room);
         maker_->fill(room.state, frames);
         for (const SourceState& source : room.state.sources) {
             if (source.removed_at) continue;
-            Sight sight{{source.id}, {}};
+            SourceVisibility visibility{{source.id}, {}};
             for (std::size_t l = 0; l < frames.size(); ++l) {
                 const SourceSound* const sound = maker_->sound(source.id, l);
-                sight.visible.push_back(sound != nullptr && sound->direct ? 1 : 0);
+                visibility.visible.push_back(sound != nullptr && sound->direct ? 1 : 0);
             }
-            seen.push_back(std::move(sight));
+            visibilities.push_back(std::move(visibility));
         }
     }
     const double took_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
     const std::lock_guard lock(mutex_);
-    std::swap(sights_, seen);
+    std::swap(visibilities_, visibilities);
     frame_sum_ms_ += took_ms;
     ++status_.frames;
     status_.frame_ms = took_ms;
@@ -96,9 +96,9 @@ std::vector<std::vector<float>> FrameComputer::impulse_response(SourceId source,
 
 bool FrameComputer::visible(SourceId source, std::size_t listener) const {
     const std::lock_guard lock(mutex_);
-    for (const Sight& sight : sights_)
-        if (sight.source == source)
-            return listener < sight.visible.size() && sight.visible[listener];
+    for (const SourceVisibility& visibility : visibilities_)
+        if (visibility.source == source)
+            return listener < visibility.visible.size() && visibility.visible[listener];
     return false;
 }
 

@@ -68,7 +68,7 @@ class FrameComputer {
 
  private:
     /// The listeners to which a source is visible.
-    struct Sight {
+    struct SourceVisibility {
         SourceId source;
         std::vector<char> visible;  ///< [listener]
     };
@@ -81,7 +81,7 @@ class FrameComputer {
     const RendererConfig config_;
     const double response_length_s_;
     mutable std::mutex mutex_;  ///< protects the following members
-    std::vector<Sight> sights_;
+    std::vector<SourceVisibility> visibilities_;
     AuralizerStatus status_;
     double frame_sum_ms_ = 0;
     std::optional<std::chrono::steady_clock::time_point> handed_over_;

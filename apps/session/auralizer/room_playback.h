@@ -95,7 +95,7 @@ class RoomPlayback {
     SourceSlots renderer_slots_;              ///< the assignment last sent to the renderer
     PauseFade pause_;                         ///< used by the rendering thread
     std::atomic<std::int64_t> rendered_ = 0;  ///< samples
-    std::atomic<std::int64_t> tail_samples_;  ///< of the newest frame that is heard
+    std::atomic<std::int64_t> tail_samples_;  ///< of the newest frame that is rendered
 
     mutable std::mutex mutex_;  ///< of what follows
     std::condition_variable changed_;

@@ -9,7 +9,7 @@ bool same_pose(const Pose& a, const Pose& b) {
            a.roll_rad == b.roll_rad;
 }
 
-bool PlayControls::heard(std::size_t s) const {
+bool PlayControls::audible(std::size_t s) const {
     const bool solos = std::any_of(sources.begin(), sources.end(),
                                    [](const SourceControl& source) { return source.solo; });
     return !source(s).muted && (!solos || source(s).solo);

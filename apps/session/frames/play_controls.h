@@ -15,7 +15,7 @@ bool same_pose(const Pose& a, const Pose& b);
 struct SourceControl {
     std::optional<float> gain_db;  ///< if absent: the scene's
     bool muted = false;
-    bool solo = false;             ///< if any source has solo, only those with solo are heard
+    bool solo = false;             ///< if any source has solo, only those with solo are audible
     std::optional<Vec3> position;  ///< set by the user; if absent: on its path
 };
 
@@ -41,7 +41,7 @@ struct PlayControls {
     }
 
     /// Whether a source is audible, according to mutes and solos.
-    bool heard(std::size_t s) const;
+    bool audible(std::size_t s) const;
 
     /// Gains of the direct sound and of the remaining sound.
     float dry_gain() const { return direct ? std::min(1.0F, 2 * (1 - wet)) : 0; }

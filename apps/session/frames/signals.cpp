@@ -22,9 +22,9 @@ float noise_sample(std::uint64_t seed, std::int64_t index) noexcept AULA_NONBLOC
     return kNoiseAmplitude * static_cast<float>(static_cast<double>(bits) * 0x1p-63);
 }
 
-/// A signal starts within a sound unless its first sample is below -40 dB of the following level
+/// A signal starts abruptly unless its first sample is below -40 dB of the following level
 /// (silence) or more than 6 dB above it (an onset).
-bool starts_in_mid_wave(const std::vector<float>& samples, bool loop) {
+bool starts_abruptly(const std::vector<float>& samples, bool loop) {
     constexpr std::size_t kBeginning = 512;
     if (samples.empty()) return false;
     double energy = 0;
@@ -53,7 +53,7 @@ Signal::Signal(const Source& source, double sample_rate_hz, std::uint64_t noise_
         samples_ = std::move(clip.samples);
         warnings_ = std::move(clip.warnings);
     }
-    begins_in_mid_wave_ = noise_ || starts_in_mid_wave(samples_, loop_);
+    begins_abruptly_ = noise_ || starts_abruptly(samples_, loop_);
 }
 
 Signal::Signal(std::vector<float> samples, bool loop)
@@ -61,7 +61,7 @@ Signal::Signal(std::vector<float> samples, bool loop)
       loop_(loop),
       noise_seed_(0),
       samples_(std::move(samples)),
-      begins_in_mid_wave_(starts_in_mid_wave(samples_, loop_)) {}
+      begins_abruptly_(starts_abruptly(samples_, loop_)) {}
 
 Signal::Signal(LiveInput input)
     : noise_(false), loop_(false), noise_seed_(0), live_input_(std::move(input)) {}

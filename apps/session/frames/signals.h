@@ -40,7 +40,7 @@ class Signal {
 
     /// Whether its first sample is within a sound: noise, and files that start in the middle of a
     /// sound. False for a signal that starts with silence or with an onset.
-    bool begins_in_mid_wave() const noexcept AULA_NONBLOCKING { return begins_in_mid_wave_; }
+    bool begins_abruptly() const noexcept AULA_NONBLOCKING { return begins_abruptly_; }
 
     /// Samples of an unlooped file or impulse; empty if the signal never ends.
     std::optional<std::int64_t> length_samples() const;
@@ -55,9 +55,9 @@ class Signal {
     bool noise_;
     bool loop_;
     std::uint64_t noise_seed_;
-    LiveInput live_input_;  ///< may be empty
+    LiveInput live_input_;        ///< may be empty
     std::vector<float> samples_;  ///< a file, or an impulse: one second (looped) or one sample
-    bool begins_in_mid_wave_ = false;
+    bool begins_abruptly_ = false;
     std::vector<std::string> warnings_;
 };
 

@@ -11,7 +11,7 @@ namespace {
 /// Duration of the fade between signals and between playbacks.
 constexpr double kChangeFade_s = 0.05;
 
-/// Fade-in of a signal that begins in mid-wave.
+/// Fade-in of a signal that begins abruptly.
 constexpr double kRise_s = 0.02;
 
 constexpr double kPauseFade_s = 0.02;
@@ -97,7 +97,7 @@ void ScenePlayback::read_inputs(std::int64_t position, int samples) noexcept {
             (*fading_signals_)[s]->read(first, position, old);
             signal_fade_.cross(old, input);
         }
-        if (!rise_.done() && (*signals_)[s]->begins_in_mid_wave()) rise_.fade_in(input);
+        if (!rise_.done() && (*signals_)[s]->begins_abruptly()) rise_.fade_in(input);
         timeline_.fade(first, rate_hz_, input);
         if (state_ != State::playing)
             input_fade_.fade_out(input);

@@ -22,7 +22,7 @@ namespace aula {
 /// signals have already begun, and fades out when another playback follows; then the room rings
 /// out. The weights of both inputs add up to one: each sample of the signals is rendered once in
 /// total, without a click. Signals that begin with the playback are played from their first sample
-/// on without a fade, except those that begin in mid-wave.
+/// on without a fade, except those that begin abruptly.
 class ScenePlayback {
  public:
     /// One signal for each source of the auralizer, which has one listener. `block`: the largest
@@ -71,7 +71,7 @@ class ScenePlayback {
     Fade input_fade_;                ///< in at the beginning, then out
     Fade output_fade_;               ///< fade-out at the end
     Fade signal_fade_;               ///< crossfade to other signals
-    Fade rise_;                      ///< for signals that begin in mid-wave
+    Fade rise_;                      ///< for signals that begin abruptly
     std::int64_t ring_samples_ = 0;  ///< remaining samples of the ringing out
 
     std::vector<std::vector<float>> inputs_;

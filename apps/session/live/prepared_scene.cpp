@@ -80,7 +80,7 @@ void PreparedScene::apply(const PlayControls& controls, double time_s, bool with
         Pose pose;
         pose.position = control.position.value_or(scene.sources[s].position_at(time_s));
         room.set_source(sources[s], pose);
-        room.set_gain(sources[s], controls.heard(s)
+        room.set_gain(sources[s], controls.audible(s)
                                       ? control.gain_db.value_or(scene.sources[s].gain_db)
                                       : -std::numeric_limits<float>::infinity());
     }

@@ -44,9 +44,9 @@ void Model::update(double now_s) {
     now_s_ = now_s;
     log_.set_time(now_s);
     status_ = player_->status();
-    heard_ = player_->monitor_status();
+    monitor_status_ = player_->monitor_status();
     if (opened_ && !status_.preparing) show_opened();
-    if (news_.take(status_, heard_, now_s, log_)) {
+    if (playback_messages_.take(status_, monitor_status_, now_s, log_)) {
         requested_.reset();
         settings_.revert();
     } else if (!status_.preparing && !opened_) {

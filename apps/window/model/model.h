@@ -18,7 +18,7 @@
 #include "apps/window/model/edited_scene.h"
 #include "apps/window/model/message_log.h"
 #include "apps/window/model/new_file.h"
-#include "apps/window/model/playback_news.h"
+#include "apps/window/model/playback_messages.h"
 #include "apps/window/model/setting_comparison.h"
 #include "apps/window/model/source_signals.h"
 #include "apps/window/model/window_options.h"
@@ -39,8 +39,8 @@ class Model {
 
     Player& player() { return *player_; }
     const PlayStatus& status() const { return status_; }
-    const MonitorStatus& heard() const { return heard_; }
-    double last_underrun_s() const { return news_.last_underrun_s(); }
+    const MonitorStatus& monitor_status() const { return monitor_status_; }
+    double last_underrun_s() const { return playback_messages_.last_underrun_s(); }
 
     const Scene& scene() const { return scene_.scene(); }
     const std::filesystem::path& scene_file() const { return scene_.file(); }
@@ -156,7 +156,7 @@ class Model {
 
     WindowOptions options_;
     MessageLog log_;
-    PlaybackNews news_;
+    PlaybackMessages playback_messages_;
     EditedScene scene_;
     SettingComparison settings_;
     std::vector<LibraryMaterial> library_;
@@ -172,7 +172,7 @@ class Model {
     std::uint64_t opened_change_ = 0;    ///< its change number
     PlayControls controls_;              ///< as last read from the player
     PlayStatus status_;
-    MonitorStatus heard_;
+    MonitorStatus monitor_status_;
     std::shared_ptr<const FrameView> shown_;
     std::optional<PlayedSetting> requested_;  ///< of the player; empty after a failure
     double now_s_ = 0;

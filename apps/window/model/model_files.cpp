@@ -89,7 +89,7 @@ void Model::take_edit(OpenedScene opened) {
 
 void Model::toggle_recording() {
     try {
-        if (heard_.recording) {
+        if (monitor_status_.recording) {
             player_->stop_recording();
             recording_.reset();
             // update() shows errors.

@@ -81,7 +81,7 @@ TEST_CASE("A reader that holds the largest number of values does not block the w
             last = i;
             held.push_back(letter);
             if (held.size() < max) continue;
-            // Sometimes all values are returned, which fills the ring of spent values.
+            // Sometimes all values are returned, which fills the ring of used values.
             do {
                 mailbox.give_back(held.front());
                 held.pop_front();

@@ -95,10 +95,10 @@ struct ToneThroughExchanges {
     }
 
     /// The output from the first exchange on, as computed or as `plan` predicts it.
-    Signal heard() const {
+    Signal exchanged_output() const {
         return {output.begin() + static_cast<std::ptrdiff_t>(steady()), output.end()};
     }
-    Signal heard(const ExchangePlan& plan) const {
+    Signal exchanged_output(const ExchangePlan& plan) const {
         Signal signal;
         for (std::size_t n = steady(); n < samples; ++n) {
             signal.push_back(static_cast<float>(exact(plan, n)));
@@ -138,17 +138,17 @@ TEST_CASE("Exchanges of unrelated filters at 50 Hz do not click") {
     const auto residual_db = [](const Signal& signal) {
         return peak_outside_db(signal, kTone_hz, kNear_hz, kRate_hz);
     };
-    const Signal heard = tone.heard();
-    CAPTURE(half, spread_db(heard), residual_db(heard));
-    CHECK(spread_db(heard) < -90);
-    CHECK(residual_db(heard) < -60);
+    const Signal output = tone.exchanged_output();
+    CAPTURE(half, spread_db(output), residual_db(output));
+    CHECK(spread_db(output) < -90);
+    CHECK(residual_db(output) < -60);
     // Companions: the head exchanges without a fade, and with one of a quarter of a block.
     for (const std::size_t fade : {0U, 16U}) {
-        const Signal clicking = tone.heard({tone.levels, fade, tone.exchanges});
+        const Signal clicking = tone.exchanged_output({tone.levels, fade, tone.exchanges});
         CAPTURE(fade, spread_db(clicking), residual_db(clicking));
         CHECK(spread_db(clicking) > -90);
         CHECK(residual_db(clicking) > -60);
     }
     // The measurement has a lower floor.
-    CHECK(spread_db(sine(kTone_hz, heard.size(), kRate_hz)) < -110);
+    CHECK(spread_db(sine(kTone_hz, output.size(), kRate_hz)) < -110);
 }

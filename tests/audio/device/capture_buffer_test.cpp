@@ -29,22 +29,22 @@ class Line {
         std::vector<float> block(kBlock);
         for (; blocks > 0; --blocks) {
             buffer_.read(block);
-            heard_.insert(heard_.end(), block.begin(), block.end());
+            output_.insert(output_.end(), block.begin(), block.end());
         }
     }
     /// The largest difference of adjacent samples. That of the sine is 0.5 * kStep_rad = 0.033.
     float largest_step() const {
         float largest = 0;
-        for (std::size_t i = 1; i < heard_.size(); ++i)
-            largest = std::max(largest, std::abs(heard_[i] - heard_[i - 1]));
+        for (std::size_t i = 1; i < output_.size(); ++i)
+            largest = std::max(largest, std::abs(output_[i] - output_[i - 1]));
         return largest;
     }
-    const std::vector<float>& heard() const { return heard_; }
+    const std::vector<float>& output() const { return output_; }
     CaptureBuffer& buffer() { return buffer_; }
 
  private:
     CaptureBuffer buffer_{kRate_hz, kBlock};
-    std::vector<float> heard_;
+    std::vector<float> output_;
     long time_ = 0;
 };
 
@@ -62,8 +62,8 @@ TEST_CASE("A steady input is output unchanged, delayed by a block") {
     }
     CHECK(line.buffer().reserve() == kBlock);
     // Exact after the fade.
-    for (std::size_t i = 1000; i < line.heard().size(); ++i)
-        REQUIRE(line.heard()[i] ==
+    for (std::size_t i = 1000; i < line.output().size(); ++i)
+        REQUIRE(line.output()[i] ==
                 0.5F * static_cast<float>(std::sin(kStep_rad * static_cast<double>(i))));
 }
 
@@ -71,12 +71,12 @@ TEST_CASE("An input that stops fades out to silence and returns without a click"
     Line line;
     line.write(2 * kBlock + 100);
     line.read(20);
-    CHECK(std::all_of(line.heard().end() - kBlock, line.heard().end(),
+    CHECK(std::all_of(line.output().end() - kBlock, line.output().end(),
                       [](float sample) { return sample == 0; }));
     CHECK(line.buffer().reserve() == 2 * kBlock);
     line.write(10 * kBlock);
     line.read(5);
-    CHECK(std::abs(*std::max_element(line.heard().end() - kBlock, line.heard().end())) > 0.49F);
+    CHECK(std::abs(*std::max_element(line.output().end() - kBlock, line.output().end())) > 0.49F);
     CHECK(line.largest_step() < kSmooth);
 }
 
@@ -87,7 +87,7 @@ TEST_CASE("An input in bursts causes underruns only at first") {
         line.write(4 * kBlock);
         for (int i = 0; i < 4; ++i) {
             line.read();
-            const bool silent = std::all_of(line.heard().end() - kBlock, line.heard().end(),
+            const bool silent = std::all_of(line.output().end() - kBlock, line.output().end(),
                                             [](float sample) { return sample == 0; });
             if (burst >= 20 && silent) ++silent_blocks;
         }
@@ -124,7 +124,7 @@ TEST_CASE("An input slower than the output fades at underruns without a click") 
         line.read();
     }
     CHECK(line.largest_step() < kSmooth);
-    const auto silent = std::count(line.heard().begin(), line.heard().end(), 0.0F);
+    const auto silent = std::count(line.output().begin(), line.output().end(), 0.0F);
     CHECK(silent < 48000);  // less than 1 s of 60 s
 }
 

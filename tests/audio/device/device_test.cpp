@@ -63,18 +63,18 @@ std::string message_of(const std::string& wanted, double rate_hz, std::size_t ch
 namespace {
 
 /// Number of samples of a recording of Tone that differ from those a period before.
-std::size_t count_discontinuities(const std::vector<float>& heard) {
+std::size_t count_discontinuities(const std::vector<float>& recorded) {
     std::size_t first = 0;
-    while (first < heard.size() && heard[first] == 0) ++first;
+    while (first < recorded.size() && recorded[first] == 0) ++first;
     // The two channels are connected one after the other. At least nine seconds are recorded after
     // that.
     first += 4800;
-    REQUIRE(heard.size() > first + 9 * 48000);
+    REQUIRE(recorded.size() > first + 9 * 48000);
     std::size_t count = 0;
-    for (std::size_t n = first + 48; n < heard.size(); ++n) {
-        if (heard[n] != heard[n - 48]) ++count;
+    for (std::size_t n = first + 48; n < recorded.size(); ++n) {
+        if (recorded[n] != recorded[n - 48]) ++count;
     }
-    CHECK(*std::max_element(heard.begin(), heard.end()) == 0.5F);
+    CHECK(*std::max_element(recorded.begin(), recorded.end()) == 0.5F);
     return count;
 }
 
@@ -87,7 +87,7 @@ TEST_CASE("Ten seconds of a tone are played in time and without a gap") {
         return;
     }
     const TemporaryFolder folder;
-    const std::filesystem::path file = folder.path() / "heard.wav";
+    const std::filesystem::path file = folder.path() / "recorded.wav";
     // On a busy machine server and recorder can be late and cause a gap.
     constexpr int kTries = 3;
     for (int attempt = 0; attempt < kTries; ++attempt) {

@@ -96,7 +96,7 @@ TEST_CASE(
     PulseServer server;
     if (!pulse_device(server)) return;
     const TemporaryFolder folder;
-    const std::filesystem::path file = folder.path() / "heard.wav";
+    const std::filesystem::path file = folder.path() / "recorded.wav";
     const int others = realtime_threads();
     std::atomic<int> calls = 0;
     AudioDevice device("pulse", kRate_hz, 2, kBlock,
@@ -117,12 +117,12 @@ TEST_CASE(
         if (device.meter().realtime()) CHECK(realtime_threads() == others + 2);
     }
     CHECK(device.meter().rendering_underruns() == 0);
-    const std::vector<float> heard = read_sound(file, kRate_hz).samples;
+    const std::vector<float> recorded = read_sound(file, kRate_hz).samples;
     const auto loud =
-        std::count_if(heard.begin(), heard.end(), [](float x) { return std::abs(x) > 0.4F; });
+        std::count_if(recorded.begin(), recorded.end(), [](float x) { return std::abs(x) > 0.4F; });
     // 41 % of the samples of a sine exceed 0.8 of its peak. At least two seconds were recorded.
     CHECK(loud > std::lround(0.4 * 2 * kRate_hz));
-    CHECK(*std::max_element(heard.begin(), heard.end()) == Approx(0.5).margin(1e-3));
+    CHECK(*std::max_element(recorded.begin(), recorded.end()) == Approx(0.5).margin(1e-3));
 
     server.kill();
     CHECK(comes([&] { return device.state() == DeviceState::lost; }));
@@ -146,16 +146,16 @@ TEST_CASE("A microphone records its input") {
     std::atomic<int> different = 0;
     AudioDevice device(
         "pulse", kRate_hz, 1, kBlock,
-        [&, time = 0, heard = std::vector<float>(kBlock), again = std::vector<float>(kBlock)](
+        [&, time = 0, recorded = std::vector<float>(kBlock), again = std::vector<float>(kBlock)](
             std::span<float* const> outputs, int samples) mutable {
             const auto count = static_cast<std::size_t>(samples);
-            microphone.read(time, std::span(heard).first(count));
+            microphone.read(time, std::span(recorded).first(count));
             microphone.read(time, std::span(again).first(count));
-            if (heard != again) ++different;
+            if (recorded != again) ++different;
             for (int n = 0; n < samples; ++n, ++time) {
                 const double phase = 2 * std::numbers::pi * (time % 48) / 48;
                 outputs[0][n] = static_cast<float>(0.5 * std::sin(phase));
-                if (std::abs(heard[static_cast<std::size_t>(n)]) > 0.4F) ++loud;
+                if (std::abs(recorded[static_cast<std::size_t>(n)]) > 0.4F) ++loud;
             }
             ++calls;
         });

@@ -380,9 +380,9 @@ TEST_CASE("The tail of a renderer covers its longest path, and its stamp is the 
     RenderFrameBuilder builder(config, nullptr);
     CHECK(renderer.tail_samples() == 1000);
     const Signal silence(256);
-    Signal heard(256);
+    Signal output(256);
     const std::array<const float*, 2> in{silence.data(), silence.data()};
-    const std::array<float*, 1> out{heard.data()};
+    const std::array<float*, 1> out{output.data()};
     std::int64_t stamp = 0;
     for (const double delay : {300.0, 4000.0, 2000.0}) {
         std::vector<SourceSound> sounds(2);

@@ -364,7 +364,7 @@ TEST_CASE("The level of a path that turns about the head within a frame is const
 }
 
 TEST_CASE("A turn of the head is crossfaded equally in calls of any size") {
-    const auto heard = [](const std::vector<std::size_t>& calls) {
+    const auto turned = [](const std::vector<std::size_t>& calls) {
         constexpr std::size_t kSamples = 6144;
         Player player(config_for(OutputFormat::binaural), kemar(),
                       {sine(4000, kSamples, kRate_hz)});
@@ -375,8 +375,8 @@ TEST_CASE("A turn of the head is crossfaded equally in calls of any size") {
         player.play_until(kSamples, calls, looking(0.5));
         return player.outputs();
     };
-    const Signals whole = heard({256});
-    const Signals parts = heard({64, 17, 100});
+    const Signals whole = turned({256});
+    const Signals parts = turned({64, 17, 100});
     for (std::size_t e = 0; e < 2; ++e) {
         double worst = 0;
         for (std::size_t n = 0; n < whole[e].size(); ++n)

@@ -123,11 +123,11 @@ TEST_CASE("Rendered level differences of the ears agree with the SOFA file") {
     const Sofa sofa;
     for (const Direction& direction : {kLeft, kRight, kFront, kBack, kUp, kFrontHigh}) {
         const Levels set = levels_of(sofa.ears(direction));
-        const Levels heard = levels_of(rendered(direction));
+        const Levels levels = levels_of(rendered(direction));
         for (std::size_t b = 0; b < kOctaves_hz.size(); ++b) {
             CAPTURE(direction[0], direction[1], direction[2], kOctaves_hz[b]);
             // Minimum phase preserves magnitudes; only the length of the filters differs.
-            CHECK(heard[0][b] - heard[1][b] == Approx(set[0][b] - set[1][b]).margin(0.25));
+            CHECK(levels[0][b] - levels[1][b] == Approx(set[0][b] - set[1][b]).margin(0.25));
         }
     }
     const Levels left = levels_of(rendered(kLeft));
@@ -137,9 +137,9 @@ TEST_CASE("Rendered level differences of the ears agree with the SOFA file") {
     for (std::size_t b = 0; b < kOctaves_hz.size(); ++b) {
         // The asymmetry of the measured and of the rendered responses.
         const double set_db = set_left[0][b] - set_right[1][b];
-        const double heard_db = left[0][b] - right[1][b];
-        CAPTURE(kOctaves_hz[b], set_db, heard_db);
-        CHECK(heard_db == Approx(set_db).margin(0.1));
+        const double rendered_db = left[0][b] - right[1][b];
+        CAPTURE(kOctaves_hz[b], set_db, rendered_db);
+        CHECK(rendered_db == Approx(set_db).margin(0.1));
     }
 }
 
@@ -150,12 +150,12 @@ TEST_CASE("Rendered level differences of directions agree with the SOFA file") {
     double largest_db = 0;
     for (const Direction& direction : {kBack, kUp, kFrontHigh, kLeft}) {
         const Levels set = levels_of(sofa.ears(direction));
-        const Levels heard = levels_of(rendered(direction));
+        const Levels levels = levels_of(rendered(direction));
         for (std::size_t b = 0; b < kOctaves_hz.size(); ++b) {
             const double set_db = set[0][b] - set_front[0][b];
-            const double heard_db = heard[0][b] - front[0][b];
+            const double rendered_db = levels[0][b] - front[0][b];
             CAPTURE(direction[0], direction[1], direction[2], kOctaves_hz[b]);
-            CHECK(heard_db == Approx(set_db).margin(0.5));
+            CHECK(rendered_db == Approx(set_db).margin(0.5));
             largest_db = std::max(largest_db, std::abs(set_db));
         }
     }

@@ -40,7 +40,7 @@ void run(SegmentCache& segments, std::uint64_t first, std::uint64_t frames, floa
 }
 
 /// `scale` times what is detected of the segments of one ray.
-EnergyResponse heard(const SegmentCache& segments, const Vec3& at, double scale) {
+EnergyResponse detected(const SegmentCache& segments, const Vec3& at, double scale) {
     static const RayScene open{Scene{}};
     EnergyResponse response = EnergyResponse::silent(TimeBins(0.2));
     SpecularSum sum(response);
@@ -64,7 +64,7 @@ TEST_CASE(
     constexpr float kVolume_m3 =
         4.0F / 3 * std::numbers::pi_v<float> * kRadius_m * kRadius_m * kRadius_m;
     for (const float x : {2.0F, 20.0F}) {
-        const EnergyResponse response = heard(segments, Vec3(x, 0.3F, 0), 1.0 / kRays);
+        const EnergyResponse response = detected(segments, Vec3(x, 0.3F, 0), 1.0 / kRays);
         const std::size_t bin = response.bins.index(double{x + 3} / 343.2);
         // The chord 0.3 m from the centre is 0.8 m long. Rounding of squares of 20 m: 1e-5 of it.
         const float energy = 0.5F * 0.8F / kVolume_m3 / kRays;
@@ -83,15 +83,15 @@ TEST_CASE(
     many.add(batches, kRays);
     for (const std::size_t i : {0U, 15U, 16U, 37U}) {
         const auto k = static_cast<float>(i);
-        const EnergyResponse response = heard(many, Vec3(2, k + 5.3F, 0), 1);
+        const EnergyResponse response = detected(many, Vec3(2, k + 5.3F, 0), 1);
         const float energy = 0.5F * 0.8F * k / kVolume_m3;
         CHECK(response.total(0) == Approx(double{energy}).epsilon(1e-4));
     }
     // Not at the origin, where no segment begins.
-    CHECK(heard(many, Vec3(0), 1).total(0) == 0);
+    CHECK(detected(many, Vec3(0), 1).total(0) == 0);
     // Companion: beside it, and beyond the segment's end.
-    CHECK(heard(segments, Vec3(2, 0.6F, 0), 1).total(0) == 0);
-    CHECK(heard(segments, Vec3(101, 0, 0), 1).total(0) == 0);
+    CHECK(detected(segments, Vec3(2, 0.6F, 0), 1).total(0) == 0);
+    CHECK(detected(segments, Vec3(101, 0, 0), 1).total(0) == 0);
 }
 
 TEST_CASE("air attenuates a segment up to the receiver") {
@@ -101,7 +101,7 @@ TEST_CASE("air attenuates a segment up to the receiver") {
     SegmentCache segments(4, 0.5F, attenuation_per_m, kMax, kMemory_bytes);
     run(segments, 0, 1);
     for (const float x : {2.0F, 50.0F}) {
-        const EnergyResponse response = heard(segments, Vec3(x, 0.3F, 0), 1.0 / kRays);
+        const EnergyResponse response = detected(segments, Vec3(x, 0.3F, 0), 1.0 / kRays);
         // The energy of a segment includes earlier losses. Rounding of exponentials.
         for (const std::size_t b : {6U, 7U}) {
             CHECK(response.total(b) / response.total(0) ==
@@ -155,10 +155,10 @@ TEST_CASE("a segment that begins within the sphere is detected from its start on
     // Of the chord of 0.8 m, 0.4 m to either side of the sphere's centre.
     for (const auto& [x, chord_m] : {std::pair{0.2F, 0.6F}, {-0.2F, 0.2F}, {0.4F, 0.8F}}) {
         CAPTURE(x);
-        CHECK(heard(segments, Vec3(x, 0.3F, 0), 1.0 / kRays).total(0) ==
+        CHECK(detected(segments, Vec3(x, 0.3F, 0), 1.0 / kRays).total(0) ==
               Approx(0.5 * double{chord_m} / double{kVolume_m3} / kRays).epsilon(1e-4));
     }
-    CHECK(heard(segments, Vec3(-0.41F, 0.3F, 0), 1).total(0) == 0);
+    CHECK(detected(segments, Vec3(-0.41F, 0.3F, 0), 1).total(0) == 0);
 }
 
 TEST_CASE("a segment of high energy has a larger sphere and the same mean detection") {
@@ -169,9 +169,9 @@ TEST_CASE("a segment of high energy has a larger sphere and the same mean detect
     // Sphere 4 of twice the radius; the line passes 0.8 m from its centre.
     const float radius_m = 2 * kRadius_m;
     const float volume_m3 = 4.0F / 3 * std::numbers::pi_v<float> * radius_m * radius_m * radius_m;
-    CHECK(heard(segments, Vec3(20, 0.8F, 0), 1.0 / kRays).total(0) ==
+    CHECK(detected(segments, Vec3(20, 0.8F, 0), 1.0 / kRays).total(0) ==
           Approx(0.5 * 1.2 / double{volume_m3} / kRays).epsilon(1e-4));
-    CHECK(heard(segments, Vec3(20, 1.01F, 0), 1).total(0) == 0);
+    CHECK(detected(segments, Vec3(20, 1.01F, 0), 1).total(0) == 0);
 }
 
 TEST_CASE("segments that an image source may count keep the small sphere for any energy") {

@@ -51,7 +51,7 @@ TEST_CASE("the samples of both sides of a surface have its area and are in their
         CHECK(area_m2(samples) == Approx(2 * test::surface_m2(object)).epsilon(1e-4));
         std::size_t elsewhere = 0;
         for (const SurfaceSample& sample : samples) {
-            const std::uint64_t key = s.grid.key_at(sample.off_surface(), sample.normal);
+            const std::uint64_t key = s.grid.key_at(sample.nudged_off_surface(), sample.normal);
             elsewhere += s.index.find(key) == sample.patch ? 0 : 1;
         }
         // Points at the borders of cells may round to the other side.

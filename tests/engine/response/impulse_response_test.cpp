@@ -279,7 +279,7 @@ TEST_CASE("the envelope starts where its first bin starts, to a hundredth of a s
             EnergyResponse r = silent;
             const std::size_t bin = r.bins.index(time_s);
             r.energy[bin][7] = 1;
-            const std::vector<float> heard = built(r);
+            const std::vector<float> single = built(r);
             const double begin = r.bins.begin_s(bin) * rate_hz;
             const double centre = 0.5 * (begin + r.bins.end_s(bin) * rate_hz);
             // Least-squares line of the ratio over time, where the carrier is not near 0.
@@ -288,7 +288,7 @@ TEST_CASE("the envelope starts where its first bin starts, to a hundredth of a s
                  ++k) {
                 if (std::abs(even[k]) < 2e-3F) continue;
                 const double t = static_cast<double>(k) + 0.5 - begin;
-                const double y = double{heard[k]} / double{even[k]};
+                const double y = double{single[k]} / double{even[k]};
                 n += 1;
                 t1 += t;
                 t2 += t * t;
@@ -353,7 +353,7 @@ TEST_CASE("responses longer than four seconds have no gaps and the right energy 
     double sum = 0;
     for (const double x : share) sum += x;
     constexpr std::size_t kWindow = 480;
-    double heard = 0;
+    double actual = 0;
     double wanted = 0;
     double min = 1;
     // The last bin fades out.
@@ -365,14 +365,14 @@ TEST_CASE("responses longer than four seconds have no gaps and the right energy 
         }
         const double exact =
             power((static_cast<double>(n) + kWindow / 2.0) / kRate_hz) * kWindow / kRate_hz * sum;
-        heard += energy;
+        actual += energy;
         wanted += exact;
         min = std::min(min, energy / exact);
     }
     // Statistical: 360 degrees of freedom per window, 7.5 %; the smallest of 150 windows is within
     // four standard deviations. The total of levelled carriers is within 0.5 %.
     CHECK(min > 0.7);
-    CHECK(heard / wanted == Approx(1).epsilon(0.02));
+    CHECK(actual / wanted == Approx(1).epsilon(0.02));
 }
 
 TEST_CASE("a diffuse field has a third of the energy of W on each axis, all independent") {
@@ -511,10 +511,10 @@ TEST_CASE("responses longer or shorter than the builder's length are truncated o
     builder.build(r, ir);
     CHECK(builder.length_samples() == 14405);
     CHECK(ir.channels[0].size() == 14405);
-    const double heard = 1 - std::exp(-6 * std::log(10.0) * 0.3001);
+    const double kept = 1 - std::exp(-6 * std::log(10.0) * 0.3001);
     const double whole = 1 - std::exp(-6 * std::log(10.0) * r.bins.length_s());
     // Per cent: bands overlap. The truncated bin counts by its duration.
-    CHECK(energy_of(ir.channels[0]) == Approx(kFourPi * r.total(0) * heard / whole).epsilon(0.02));
+    CHECK(energy_of(ir.channels[0]) == Approx(kFourPi * r.total(0) * kept / whole).epsilon(0.02));
 
     const EnergyResponse brief = decay(0.1, all(1.0), all(1));
     builder.build(brief, ir);  // overwrites the longer one

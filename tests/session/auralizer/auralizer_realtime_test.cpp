@@ -31,7 +31,7 @@ TEST_CASE(
     for (std::uint64_t number = 1; number < 8; ++number) inputs.push_back({{number}, input.data()});
     RealtimeViolations violations;
     SourceId added;
-    bool heard = false;
+    bool audible = false;
     for (int call = 0; call < 600 || auralizer.status().frames < 8; ++call) {
         Pose pose;
         pose.position = {3, 2, 1.0F + 0.001F * static_cast<float>(call % 100)};
@@ -47,9 +47,9 @@ TEST_CASE(
         const RealtimeTrap trap;
         auralizer.render(inputs, outputs, samples);
         violations += trap.violations();
-        heard |= std::any_of(channels[0].begin(), channels[0].begin() + samples,
-                             [](float x) { return x != 0; });
+        audible |= std::any_of(channels[0].begin(), channels[0].begin() + samples,
+                               [](float x) { return x != 0; });
     }
     CHECK(violations.total() == 0);
-    CHECK(heard);
+    CHECK(audible);
 }

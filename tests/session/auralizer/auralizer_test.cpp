@@ -82,8 +82,8 @@ TEST_CASE("A pause on the exact clock is the same for any blocks and stops the t
         auralizer.add_source({.position = {1, 1, 1}}, 0);
         std::vector<float> all;
         for (int part = 0; part < 3; ++part) {
-            const auto heard = rendered(auralizer, 3000, sizes, noise_at);
-            all.insert(all.end(), heard.begin(), heard.end());
+            const auto output = rendered(auralizer, 3000, sizes, noise_at);
+            all.insert(all.end(), output.begin(), output.end());
             if (part == 0) auralizer.pause();
             if (part == 1) CHECK(auralizer.status().paused);
             if (part == 1) auralizer.resume();
@@ -163,10 +163,10 @@ TEST_CASE(
 
 TEST_CASE("An initial source plays its first sample without a fade, after the propagation delay") {
     Auralizer auralizer(free_field({3.432F, 0, 0}), mono());
-    const auto heard =
+    const auto output =
         rendered(auralizer, 2000, {100}, [](std::int64_t n) { return n == 0 ? 1.0F : 0.0F; });
     // 3.432 m at 343.2 m/s are 480 samples. 0.1 dB: rounding in the design of the filters.
-    REQUIRE(static_cast<double>(heard[480 + 256]) == Approx(1 / 3.432).epsilon(0.0116));
+    REQUIRE(static_cast<double>(output[480 + 256]) == Approx(1 / 3.432).epsilon(0.0116));
     CHECK(auralizer.latency_samples() == 256);
 }
 
@@ -197,16 +197,16 @@ TEST_CASE("A tone has no clicks while everything changes") {
             auralizer.set_listener(at(3.7F - 0.04F * static_cast<float>(k), 2.9F, 1.2F),
                                    10000 + 1000 * k);
     }
-    const auto heard = rendered(auralizer, 96000, {490}, tone_at, [&](std::int64_t position) {
+    const auto output = rendered(auralizer, 96000, {490}, tone_at, [&](std::int64_t position) {
         if (what == "pause" && position == 24500) auralizer.pause();
         if (what == "pause" && position == 30870) auralizer.resume();
     });
-    const double share = share_off_tone(heard);
+    const double share = share_off_tone(output);
     INFO(what << ", off the tone: " << 10 * std::log10(share) << " dB");
     // The requirement is -60 dB; an abrupt begin is at -36 dB.
     CHECK(share < 1e-6);
     // Companion: a signal that is cut off in the middle is detected.
-    auto cut = heard;
+    auto cut = output;
     std::fill(cut.begin() + 24000, cut.end(), 0.0F);
     CHECK(share_off_tone(cut) > 1e-5);
 }
@@ -219,9 +219,9 @@ TEST_CASE("A removed source rings out, and its slot is reused") {
     const SourceId first = auralizer.add_source({.position = {1, 1, 1}}, 0);
     CHECK_THROWS_AS(auralizer.add_source({}), InputError);
     auralizer.remove_source(first, 4800);
-    const auto heard = rendered(auralizer, 48000, {256}, noise_at);
+    const auto output = rendered(auralizer, 48000, {256}, noise_at);
     const auto energy = [&](std::int64_t from, std::int64_t to) {
-        return std::inner_product(heard.begin() + from, heard.begin() + to, heard.begin() + from,
+        return std::inner_product(output.begin() + from, output.begin() + to, output.begin() + from,
                                   0.0F);
     };
     // Its fade lasts 960 samples, the response 14400.
@@ -248,9 +248,9 @@ TEST_CASE("A room without sources is silent, and 64 sources are audible") {
     for (int s = 0; s < 64; ++s)
         auralizer.add_source({.position = {0.5F + 0.06F * static_cast<float>(s), 1, 1}});
     CHECK_THROWS_AS(auralizer.add_source({}), InputError);
-    const auto heard = rendered(auralizer, 9600, {256}, noise_at);
-    CHECK(std::any_of(heard.begin(), heard.end(), [](float x) { return std::abs(x) > 0.01F; }));
-    CHECK(std::all_of(heard.begin(), heard.end(), [](float x) { return std::isfinite(x); }));
+    const auto output = rendered(auralizer, 9600, {256}, noise_at);
+    CHECK(std::any_of(output.begin(), output.end(), [](float x) { return std::abs(x) > 0.01F; }));
+    CHECK(std::all_of(output.begin(), output.end(), [](float x) { return std::isfinite(x); }));
     for (const SourceId source : auralizer.sources())
         if (source.number % 2 == 0) auralizer.remove_source(source);
     const auto less = rendered(auralizer, 9600, {256}, noise_at);
@@ -268,7 +268,7 @@ TEST_CASE("The output for an impulse is the impulse response of the source") {
     const SourceId source = auralizer.add_source({.position = {1, 1, 1}, .gain_db = -6}, 0);
     CHECK(auralizer.impulse_response(source).empty());
     // One frame only, so that it applies to the whole output.
-    const auto heard =
+    const auto samples =
         rendered(auralizer, 1536, {256}, [](std::int64_t n) { return n == 0 ? 1.0F : 0.0F; });
     const auto response = auralizer.impulse_response(source);
     REQUIRE(response.size() == auralizer.output_channels());
@@ -278,7 +278,7 @@ TEST_CASE("The output for an impulse is the impulse response of the source") {
         for (std::size_t n = 0; n < 1280; ++n) {
             largest = std::max(largest, std::abs(static_cast<double>(response[c][n])));
             worst = std::max(
-                worst, std::abs(static_cast<double>(response[c][n] - heard[c * 1536 + 256 + n])));
+                worst, std::abs(static_cast<double>(response[c][n] - samples[c * 1536 + 256 + n])));
         }
     }
     REQUIRE(largest > 0.01);
@@ -343,8 +343,8 @@ TEST_CASE("The parts of the sound have gains, and each part left out removes ene
         Auralizer auralizer(room_with_panel(), mono());
         auralizer.add_source({.position = {4, 1, 1}}, 0);  // not behind the panel
         auralizer.set_part_gains(gains, 0);
-        const auto heard = rendered(auralizer, 9600, {256}, noise_at);
-        return std::inner_product(heard.begin(), heard.end(), heard.begin(), 0.0);
+        const auto output = rendered(auralizer, 9600, {256}, noise_at);
+        return std::inner_product(output.begin(), output.end(), output.begin(), 0.0);
     };
     CHECK(energy({.direct = 0, .early = 0, .late = 0}) == 0);  // exact: gains of zero
     const double direct = energy({.early = 0, .late = 0});
@@ -424,8 +424,8 @@ TEST_CASE(
     }));
     // One frame was being computed; the next one has the source.
     CHECK(frames <= added_at + 1);
-    const auto heard = rendered(auralizer, 4800, {256}, noise_at);
-    CHECK(std::any_of(heard.begin(), heard.end(), [](float x) { return std::abs(x) > 0.001F; }));
+    const auto output = rendered(auralizer, 4800, {256}, noise_at);
+    CHECK(std::any_of(output.begin(), output.end(), [](float x) { return std::abs(x) > 0.001F; }));
 }
 
 TEST_CASE("After a failure of the propagation each call of render throws it again") {

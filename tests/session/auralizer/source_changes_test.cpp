@@ -61,10 +61,10 @@ TEST_CASE("A source is not heard through the response of the one before it in it
     Auralizer auralizer(scene, options);
     auralizer.remove_source(auralizer.sources()[0], 9001);
     auralizer.add_source({.position = {4, 3, 1}}, 9001);
-    const std::vector<float> heard = rendered(auralizer, 30000, {256}, noise_at, {}, {{1}});
+    const std::vector<float> output = rendered(auralizer, 30000, {256}, noise_at, {}, {{1}});
     // Frames begin every 1600 samples: that at 9600 has neither source, the next one the second.
-    CHECK(std::all_of(heard.begin(), heard.begin() + 11200, [](float x) { return x == 0; }));
-    CHECK(std::any_of(heard.begin() + 11200, heard.begin() + 13000,
+    CHECK(std::all_of(output.begin(), output.begin() + 11200, [](float x) { return x == 0; }));
+    CHECK(std::any_of(output.begin() + 11200, output.begin() + 13000,
                       [](float x) { return std::abs(x) > 0.01F; }));
 }
 

@@ -34,17 +34,17 @@ TEST_CASE("The tail of a distant source contains its direct sound") {
     rendered(auralizer, 4800, {480}, [](std::int64_t n) { return n == 4799 ? 1.0F : 0.0F; });
     const std::int64_t tail = auralizer.tail_samples();
     CHECK(static_cast<double>(tail) == Approx((kDelay_s + 0.1) * 48000).margin(480));
-    const auto heard = rendered(auralizer, tail, {480}, [](std::int64_t) { return 0.0F; });
-    CHECK(largest(heard) > 0.005F);
+    const auto output = rendered(auralizer, tail, {480}, [](std::int64_t) { return 0.0F; });
+    CHECK(largest(output) > 0.005F);
 }
 
 TEST_CASE("The direct sound of a distant source arrives after its removal") {
     Auralizer auralizer(distant_source(), mono());
     auralizer.remove_source(auralizer.sources()[0], 9001);
-    const auto heard =
+    const auto output =
         rendered(auralizer, 48000, {480}, [](std::int64_t n) { return n == 9000 ? 1.0F : 0.0F; });
     const auto arrival = static_cast<std::size_t>(9000 + kDelay_s * 48000) + 256;
-    CHECK(largest(std::span(heard).subspan(arrival - 500, 1000)) > 0.005F);
+    CHECK(largest(std::span(output).subspan(arrival - 500, 1000)) > 0.005F);
     // The source ends afterwards.
-    CHECK(largest(std::span(heard).subspan(arrival + 9600)) == 0);
+    CHECK(largest(std::span(output).subspan(arrival + 9600)) == 0);
 }

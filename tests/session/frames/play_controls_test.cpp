@@ -59,16 +59,16 @@ TEST_CASE("Parts of the sound can be omitted, and a source attenuated or moved")
 
 TEST_CASE("A muted source is inaudible, and a source with solo mutes all others") {
     PlayControls controls;
-    CHECK(controls.heard(0));
-    CHECK(controls.heard(5));
+    CHECK(controls.audible(0));
+    CHECK(controls.audible(5));
     controls.sources.resize(2);
     controls.sources[0].muted = true;
-    CHECK_FALSE(controls.heard(0));
-    CHECK(controls.heard(1));
+    CHECK_FALSE(controls.audible(0));
+    CHECK(controls.audible(1));
     controls.sources[0] = {};
     controls.sources[1].solo = true;
-    CHECK_FALSE(controls.heard(0));
-    CHECK(controls.heard(1));
+    CHECK_FALSE(controls.audible(0));
+    CHECK(controls.audible(1));
     controls.sources[1].muted = true;
-    CHECK_FALSE(controls.heard(1));
+    CHECK_FALSE(controls.audible(1));
 }

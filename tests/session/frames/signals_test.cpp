@@ -94,7 +94,7 @@ TEST_CASE("The noises of two sources of a scene are independent") {
     REQUIRE(own / kCount != Approx(0).margin(margin));
 }
 
-TEST_CASE("Noise and a truncated wave begin in mid-wave; silence and an onset do not") {
+TEST_CASE("Noise and a truncated sound begin abruptly; silence and an onset do not") {
     std::vector<float> wave(4800);
     std::vector<float> cut(4800);
     for (std::size_t i = 0; i < wave.size(); ++i) {
@@ -104,14 +104,13 @@ TEST_CASE("Noise and a truncated wave begin in mid-wave; silence and an onset do
     std::vector<float> knock(4800);
     for (std::size_t i = 0; i < knock.size(); ++i)
         knock[i] = static_cast<float>(std::exp(-0.02 * static_cast<double>(i)));
-    CHECK(Signal(cut, true).begins_in_mid_wave());
-    CHECK(Signal(std::vector<float>(48, 0.1F), true).begins_in_mid_wave());
-    CHECK(Signal(source(Source::Signal::noise, false), kRate_hz, 1).begins_in_mid_wave());
-    CHECK_FALSE(Signal(wave, true).begins_in_mid_wave());
-    CHECK_FALSE(Signal(knock, false).begins_in_mid_wave());
-    CHECK_FALSE(Signal(std::vector<float>{1}, false).begins_in_mid_wave());
-    CHECK_FALSE(Signal(std::vector<float>(48, 0.0F), true).begins_in_mid_wave());
+    CHECK(Signal(cut, true).begins_abruptly());
+    CHECK(Signal(std::vector<float>(48, 0.1F), true).begins_abruptly());
+    CHECK(Signal(source(Source::Signal::noise, false), kRate_hz, 1).begins_abruptly());
+    CHECK_FALSE(Signal(wave, true).begins_abruptly());
+    CHECK_FALSE(Signal(knock, false).begins_abruptly());
+    CHECK_FALSE(Signal(std::vector<float>{1}, false).begins_abruptly());
+    CHECK_FALSE(Signal(std::vector<float>(48, 0.0F), true).begins_abruptly());
     for (const bool loop : {false, true})
-        CHECK_FALSE(
-            Signal(source(Source::Signal::impulse, loop), kRate_hz, 1).begins_in_mid_wave());
+        CHECK_FALSE(Signal(source(Source::Signal::impulse, loop), kRate_hz, 1).begins_abruptly());
 }

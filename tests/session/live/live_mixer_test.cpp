@@ -112,7 +112,7 @@ TEST_CASE("A switch to the same scene is inaudible: both playbacks add up") {
     CHECK(worst < 2e-5 * static_cast<double>(loudest));
 }
 
-TEST_CASE("A signal that begins or continues in mid-wave fades in; an onset is unchanged") {
+TEST_CASE("A signal that begins abruptly or continues fades in; an onset is unchanged") {
     struct Case {
         int start_block;
         bool anew;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "apps/session/live/load_news.h"
+#include "apps/session/live/reduction_reporter.h"
 #include "aula/audio/sound_file.h"
 #include "aula/devices/device.h"
 #include "aula/exception.h"

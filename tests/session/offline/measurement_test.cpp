@@ -315,21 +315,21 @@ TEST_CASE("The impulse response has the decay times of the report") {
     constexpr int kSeeds = 4;
     for (const std::size_t band : {4U, 5U, 6U}) {
         const auto centre_hz = static_cast<double>(kBandCentres_hz[band]);
-        double heard_s = 0;
+        double rendered_s = 0;
         double reported_s = 0;
         for (int seed = 1; seed <= kSeeds; ++seed) {
             scene.simulation.seed = static_cast<std::uint64_t>(seed);
             const auto measurement = measure(scene, 5);
             const auto response = impulse_response(scene, 0, *measurement, options, nullptr);
-            heard_s += decay_time_s(response[0], centre_hz, options.sample_rate_hz) / kSeeds;
+            rendered_s += decay_time_s(response[0], centre_hz, options.sample_rate_hz) / kSeeds;
             reported_s += *room_parameters(measurement->responses[0])[band].t30_s / kSeeds;
         }
-        INFO(centre_hz << " Hz: " << heard_s << " s heard, " << reported_s << " s reported");
+        INFO(centre_hz << " Hz: " << rendered_s << " s rendered, " << reported_s << " s reported");
         // Statistical: a decay of T = 0.9 s of noise of bandwidth B has a T30 with the relative
         // standard error of about 0.6 / sqrt(B T), 2.4 % at 1 kHz, half of that for four seeds; 5 %
         // is four of these, and the just noticeable difference.
-        CHECK(heard_s == Approx(reported_s).epsilon(0.05));
+        CHECK(rendered_s == Approx(reported_s).epsilon(0.05));
         // Companion: walls that absorb a tenth more are detected.
-        CHECK(heard_s != Approx(reported_s / 1.1).epsilon(0.05));
+        CHECK(rendered_s != Approx(reported_s / 1.1).epsilon(0.05));
     }
 }

@@ -142,7 +142,7 @@ class Auralizer {
     /// Adds a source. It is heard from its first frame on; on the real-time clock after at most two
     /// frames. It fades in over 20 ms unless it begins at the first sample. If all places are taken
     /// by sources and by reverberation of removed sources, the oldest such reverberation ends, and
-    /// the source begins when its place has been silent for a frame.
+    /// the source begins when its slot has been silent for a frame.
     /// Throws InputError for more than AuralizerOptions::max_sources sources.
     SourceId add_source(const NewSource& source, std::int64_t at = kNow);
 

@@ -3,19 +3,20 @@
 #include <cstdint>
 #include <string>
 
-#include "apps/session/live/load_news.h"
 #include "apps/session/live/monitor.h"
 #include "apps/session/live/player.h"
+#include "apps/session/live/reduction_reporter.h"
 #include "apps/window/model/message_log.h"
 
 namespace aula {
 
 /// Turns changes of a player's status into messages. [one thread]
-class PlaybackNews {
+class PlaybackMessages {
  public:
     /// Compares with the status of the last call. True if a change of scene or options has failed
     /// since.
-    bool take(const PlayStatus& status, const MonitorStatus& heard, double now_s, MessageLog& log);
+    bool take(const PlayStatus& status, const MonitorStatus& monitor, double now_s,
+              MessageLog& log);
 
     /// Time of the sound at the last underrun; negative: none.
     double last_underrun_s() const { return last_underrun_s_; }
@@ -25,7 +26,7 @@ class PlaybackNews {
     double last_underrun_s_ = -1;
     bool muted_ = false;
     std::uint64_t failed_changes_ = 0;
-    LoadNews load_news_;
+    ReductionReporter reductions_;
     std::string recording_error_;
 };
 

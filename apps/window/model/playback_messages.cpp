@@ -1,9 +1,9 @@
-#include "apps/window/model/playback_news.h"
+#include "apps/window/model/playback_messages.h"
 
 namespace aula {
 
-bool PlaybackNews::take(const PlayStatus& status, const MonitorStatus& heard, double now_s,
-                        MessageLog& log) {
+bool PlaybackMessages::take(const PlayStatus& status, const MonitorStatus& monitor, double now_s,
+                            MessageLog& log) {
     const bool muted = status.muted_samples > 0;
     if (muted && !muted_) log.say("samples that are not finite are muted", true);
     muted_ = muted;
@@ -15,10 +15,10 @@ bool PlaybackNews::take(const PlayStatus& status, const MonitorStatus& heard, do
     failed_changes_ = status.failed_changes;
     if (failed) log.say(status.change_error, true);
 
-    if (const auto text = load_news_.take(status, now_s)) log.say("this machine " + *text);
+    if (const auto text = reductions_.take(status, now_s)) log.say("this machine " + *text);
 
-    if (heard.error != recording_error_) {
-        recording_error_ = heard.error;
+    if (monitor.error != recording_error_) {
+        recording_error_ = monitor.error;
         if (!recording_error_.empty()) log.say(recording_error_, true);
     }
     return failed;

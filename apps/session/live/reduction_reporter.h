@@ -12,7 +12,7 @@ std::string reduction_text(const PlayStatus& status);
 
 /// Reports a reduction once when it is stable, and again when the response is shortened further.
 /// [one thread]
-class LoadNews {
+class ReductionReporter {
  public:
     /// The present report, if there is one. `now_s` is the time of any clock.
     std::optional<std::string> take(const PlayStatus& status, double now_s);

@@ -1,4 +1,4 @@
-#include "apps/session/live/load_news.h"
+#include "apps/session/live/reduction_reporter.h"
 
 #include "apps/session/base/formatted.h"
 
@@ -26,7 +26,7 @@ std::string reduction_text(const PlayStatus& s) {
     return text;
 }
 
-std::optional<std::string> LoadNews::take(const PlayStatus& s, double now_s) {
+std::optional<std::string> ReductionReporter::take(const PlayStatus& s, double now_s) {
     constexpr double kStableTime_s = 2;
     const std::string text = reduction_text(s);
     if (text.empty()) return std::nullopt;

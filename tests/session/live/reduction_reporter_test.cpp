@@ -1,4 +1,4 @@
-#include "apps/session/live/load_news.h"
+#include "apps/session/live/reduction_reporter.h"
 
 #include <catch2/catch.hpp>
 
@@ -26,21 +26,21 @@ TEST_CASE("The report of a reduced load names the reduced values") {
 }
 
 TEST_CASE("A reduction is reported once when it is stable, and again for a shorter response") {
-    LoadNews news;
-    CHECK_FALSE(news.take(status_of(1000, 3), 1));
-    CHECK_FALSE(news.take(status_of(700, 3), 2));
-    CHECK_FALSE(news.take(status_of(400, 3), 3));
-    const auto text = news.take(status_of(300, 3), 4.5);
+    ReductionReporter reporter;
+    CHECK_FALSE(reporter.take(status_of(1000, 3), 1));
+    CHECK_FALSE(reporter.take(status_of(700, 3), 2));
+    CHECK_FALSE(reporter.take(status_of(400, 3), 3));
+    const auto text = reporter.take(status_of(300, 3), 4.5);
     REQUIRE(text);
     CHECK(text->find("300 of 1000 rays") != std::string::npos);
     CHECK(text->find("--rays") != std::string::npos);
     for (double now_s = 5; now_s < 100; ++now_s)
-        CHECK_FALSE(news.take(status_of(now_s < 50 ? 360 : 300, 3), now_s));
+        CHECK_FALSE(reporter.take(status_of(now_s < 50 ? 360 : 300, 3), now_s));
     PlayStatus shorter = status_of(300, 1.5);
-    CHECK_FALSE(news.take(shorter, 101));
+    CHECK_FALSE(reporter.take(shorter, 101));
     shorter.preparing = true;
-    CHECK_FALSE(news.take(shorter, 104));
+    CHECK_FALSE(reporter.take(shorter, 104));
     shorter.preparing = false;
-    CHECK(news.take(shorter, 105));
-    CHECK_FALSE(news.take(shorter, 110));
+    CHECK(reporter.take(shorter, 105));
+    CHECK_FALSE(reporter.take(shorter, 110));
 }

@@ -1,4 +1,4 @@
-#include "apps/window/model/playback_news.h"
+#include "apps/window/model/playback_messages.h"
 
 #include <catch2/catch.hpp>
 
@@ -6,14 +6,14 @@ using namespace aula;
 
 namespace {
 
-/// The news of a sequence of statuses.
+/// The messages of a sequence of statuses.
 struct Played {
-    PlaybackNews news;
+    PlaybackMessages messages;
     MessageLog log;
     double now_s = 0;
 
-    bool take(const PlayStatus& status, const MonitorStatus& heard = {}) {
-        return news.take(status, heard, ++now_s, log);
+    bool take(const PlayStatus& status, const MonitorStatus& monitor = {}) {
+        return messages.take(status, monitor, ++now_s, log);
     }
     std::size_t count(const std::string& text) const {
         std::size_t found = 0;
@@ -54,26 +54,26 @@ TEST_CASE("The time of the last underrun is kept") {
     PlayStatus status;
     status.time_s = 3;
     played.take(status);
-    CHECK(played.news.last_underrun_s() < 0);
+    CHECK(played.messages.last_underrun_s() < 0);
     status.underruns = 1;
     played.take(status);
     status.time_s = 8;
     played.take(status);
-    CHECK(played.news.last_underrun_s() == 3);
+    CHECK(played.messages.last_underrun_s() == 3);
     status.underruns = 2;
     played.take(status);
-    CHECK(played.news.last_underrun_s() == 8);
+    CHECK(played.messages.last_underrun_s() == 8);
 }
 
 TEST_CASE("A recording that ends early gives one message, also the second time") {
     Played played;
-    MonitorStatus heard;
-    heard.error = "disk full";
-    played.take({}, heard);
-    played.take({}, heard);
+    MonitorStatus monitor;
+    monitor.error = "disk full";
+    played.take({}, monitor);
+    played.take({}, monitor);
     CHECK(played.count("disk full") == 1);
     played.take({}, {});
-    played.take({}, heard);
+    played.take({}, monitor);
     CHECK(played.count("disk full") == 2);
 }
 
