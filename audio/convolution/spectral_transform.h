@@ -193,6 +193,10 @@ struct Transform {
         }
     };
 
+    static void get(const float* p, V& re, V& im) {
+        re = load<kLanes>(p);
+        im = load<kLanes>(p + kChunk_bins);
+    }
     static void put(const V& re, const V& im, float* p) {
         store<kLanes>(re, p);
         store<kLanes>(im, p + kChunk_bins);
@@ -241,18 +245,18 @@ struct Transform {
         }
     }
 
+    /// The butterflies that begin at the vectors j, j + span, ... and have equal twiddle factors.
     template <bool kInverse, bool kTwiddled>
-    [[gnu::always_inline]] static void middle(const float* twiddles, std::size_t j,
-                                              std::size_t vectors, std::size_t span, float* work) {
+    [[gnu::always_inline]] static void butterflies(const float* twiddles, std::size_t j,
+                                                   std::size_t vectors, std::size_t span,
+                                                   float* work) {
         const std::size_t quarter = span / 4;
         for (std::size_t first = j; first < vectors; first += span) {
             V re[4];
             V im[4];
 #pragma GCC unroll 4
             for (std::size_t m = 0; m < 4; ++m) {
-                const float* const p = work + vector_offset<kLanes>(first + m * quarter);
-                re[m] = load<kLanes>(p);
-                im[m] = load<kLanes>(p + kChunk_bins);
+                get(work + vector_offset<kLanes>(first + m * quarter), re[m], im[m]);
                 if (kInverse && kTwiddled && m > 0) {
                     multiply_conjugate(re[m], im[m], twiddle(twiddles, j, m));
                 }
@@ -271,21 +275,12 @@ struct Transform {
         }
     }
 
-    static void forward_middle(const float* twiddles, std::size_t vectors, std::size_t span,
-                               std::size_t first, std::size_t last,
-                               float* work) noexcept AULA_NONBLOCKING {
-        if (first == 0) middle<false, false>(twiddles, first++, vectors, span, work);
+    template <bool kInverse>
+    static void middle(const float* twiddles, std::size_t vectors, std::size_t span,
+                       std::size_t first, std::size_t last, float* work) noexcept AULA_NONBLOCKING {
+        if (first == 0) butterflies<kInverse, false>(twiddles, first++, vectors, span, work);
         for (std::size_t j = first; j < last; ++j) {
-            middle<false, true>(twiddles, j, vectors, span, work);
-        }
-    }
-
-    static void inverse_middle(const float* twiddles, std::size_t vectors, std::size_t span,
-                               std::size_t first, std::size_t last,
-                               float* work) noexcept AULA_NONBLOCKING {
-        if (first == 0) middle<true, false>(twiddles, first++, vectors, span, work);
-        for (std::size_t j = first; j < last; ++j) {
-            middle<true, true>(twiddles, j, vectors, span, work);
+            butterflies<kInverse, true>(twiddles, j, vectors, span, work);
         }
     }
 
@@ -320,9 +315,7 @@ struct Transform {
             V im[kLanes];
 #pragma GCC unroll 16
             for (std::size_t i = 0; i < kLanes; ++i) {
-                const float* const p = spectrum + vector_offset<kLanes>(first + i, stride);
-                re[i] = load<kLanes>(p);
-                im[i] = load<kLanes>(p + kChunk_bins);
+                get(spectrum + vector_offset<kLanes>(first + i, stride), re[i], im[i]);
             }
             inverse_small<kLanes>(re, im);
             transpose<kLanes>(re);
@@ -367,9 +360,7 @@ struct Transform {
             V im[4];
 #pragma GCC unroll 4
             for (std::size_t m = 0; m < 4; ++m) {
-                const float* const p = work + vector_offset<kLanes>(j + m * quarter);
-                re[m] = load<kLanes>(p);
-                im[m] = load<kLanes>(p + kChunk_bins);
+                get(work + vector_offset<kLanes>(j + m * quarter), re[m], im[m]);
                 if (m > 0) multiply_conjugate(re[m], im[m], twiddle(twiddles, j, m));
             }
             butterfly_4_inverse(re, im);
@@ -380,8 +371,8 @@ struct Transform {
         }
     }
 
-    static constexpr SpectralKernels::Passes kPasses{forward_first, forward_middle, forward_last,
-                                                     inverse_first, inverse_middle, inverse_last};
+    static constexpr SpectralKernels::Passes kPasses{forward_first, middle<false>, forward_last,
+                                                     inverse_first, middle<true>,  inverse_last};
 };
 
 }  // namespace

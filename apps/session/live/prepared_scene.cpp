@@ -4,6 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include "apps/session/auralizer/auralizer_options.h"
+
 namespace aula {
 
 namespace {
@@ -39,14 +41,8 @@ Scene with_length(Scene scene, const SessionOptions& options) {
 
 std::unique_ptr<ScenePlayback> make_playback(const PreparedScene& prepared, double sample_rate_hz) {
     const SessionOptions& options = prepared.options;
-    const AuralizerOptions settings{.sample_rate_hz = sample_rate_hz,
-                                    .block = options.block,
-                                    .output = options.output,
-                                    .ambisonic_order = options.ambisonic_order,
-                                    .hrtf = options.hrtf,
-                                    .half_precision_tail = options.half_precision_tail,
-                                    .max_sources = prepared.scene.sources.size()};
-    auto auralizer = std::make_unique<LiveAuralizer>(prepared.scene, settings, prepared.hrtf);
+    auto auralizer = std::make_unique<LiveAuralizer>(
+        prepared.scene, auralizer_options(prepared.scene, options, sample_rate_hz), prepared.hrtf);
     const Timeline timeline =
         live_timeline({.scene = prepared.scene,
                        .signals = prepared.signals,

@@ -6,12 +6,12 @@
 #include <optional>
 #include <vector>
 
+#include "apps/session/auralizer/auralizer_options.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/frames/signals.h"
 #include "apps/session/frames/timeline.h"
 #include "audio/dsp/limiter.h"
 #include "aula/audio/realtime.h"
-#include "aula/auralizer.h"
 
 namespace aula {
 
@@ -68,14 +68,10 @@ std::optional<std::vector<std::string>> render_offline(const Scene& scene,
     const std::size_t channels = channel_count(options.output);
     WavWriter writer(file, rate_hz, channels, options.format);
     const SignalSet signals = read_signals(scene, rate_hz);
-    Auralizer auralizer(scene, {.clock = RenderClock::exact,
-                                .sample_rate_hz = rate_hz,
-                                .output = options.output,
-                                .ambisonic_order = options.ambisonic_order,
-                                .hrtf = options.hrtf,
-                                .half_precision_tail = options.half_precision_tail,
-                                .max_sources = scene.sources.size(),
-                                .before_frame = follow_paths(scene)});
+    AuralizerOptions settings = auralizer_options(scene, options, rate_hz);
+    settings.clock = RenderClock::exact;
+    settings.before_frame = follow_paths(scene);
+    Auralizer auralizer(scene, settings);
     const Timeline timeline = offline_timeline({.scene = scene,
                                                 .signals = signals,
                                                 .sample_rate_hz = rate_hz,

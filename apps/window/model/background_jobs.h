@@ -8,8 +8,8 @@
 
 namespace aula {
 
-/// Named jobs in the background, one thread each. The last part of a job runs in finish(). The
-/// destructor waits for all jobs and drops their last parts. [one thread]
+/// Named jobs, each on a thread of the background. The last part of a job runs in finish(). The
+/// destructor waits for all jobs and discards their last parts. [one thread]
 class BackgroundJobs {
  public:
     /// The last part of a job, such as showing its result.
@@ -19,7 +19,7 @@ class BackgroundJobs {
 
     bool runs(std::string_view name) const;
 
-    /// Name of the job that was started last, of those that run; empty: none.
+    /// Name of the running job that was started last; empty: none.
     std::string newest() const;
 
     /// Runs the last parts of the completed jobs in the order of their start. `report` receives the

@@ -15,7 +15,7 @@ std::filesystem::file_time_type time_of(const std::filesystem::path& file) {
     return std::filesystem::last_write_time(file, none);
 }
 
-/// Of the geometry; without any, 1 m around the listener and the sources.
+/// The bounds of the geometry; without geometry, 1 m around the listener and the sources.
 Bounds shown_bounds(const Scene& scene, const RayScene& rays) {
     Bounds bounds = rays.bounds();
     if (rays.triangle_count() > 0) return bounds;

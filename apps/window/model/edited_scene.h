@@ -29,8 +29,8 @@ OpenedScene open_scene(const WindowOptions& options, const std::filesystem::path
 /// on the scene: ray scene, bounds, selected surface. [window's thread]
 class EditedScene {
  public:
-    /// Where the user has put the sources; empty: on their trajectories. May be shorter than the
-    /// list of sources.
+    /// Positions of the sources that the user has set; a source without one follows its trajectory.
+    /// May be shorter than the list of sources.
     using SourcePositions = std::vector<std::optional<Vec3>>;
 
     /// A surface picked with the mouse.
@@ -40,7 +40,7 @@ class EditedScene {
         float area_m2 = 0;
     };
 
-    /// The differences after an edit.
+    /// What an edit has changed.
     struct Change {
         bool scene = false;
         bool sources = false;  ///< their number or names
@@ -48,7 +48,7 @@ class EditedScene {
 
     explicit EditedScene(OpenedScene opened);
 
-    /// Shows another scene. The history begins anew.
+    /// Shows another scene and clears the history.
     void restart(OpenedScene opened);
 
     const Scene& scene() const { return *history_.now().scene; }
@@ -65,13 +65,13 @@ class EditedScene {
     /// Moves the objects of the ray scene to a time of the scene.
     void move_objects(double time_s);
 
-    // Edits: one undo step each.
+    // Edits: each is one undo step.
     Change edit(Scene edited, SourcePositions positions);
     /// Consecutive calls form one undo step.
     Change edit_remotely(Scene edited, SourcePositions positions);
-    /// Sources have been moved.
+    /// Moves sources.
     void move_sources(SourcePositions positions);
-    /// The file has been edited.
+    /// Replaces the scene by that of its edited file.
     Change reload(OpenedScene opened);
 
     bool can_undo() const { return history_.can_undo(); }
@@ -83,7 +83,7 @@ class EditedScene {
     void deselect() { surface_.reset(); }
     const std::optional<Surface>& surface() const { return surface_; }
 
-    /// True once after each change of the file. Looks at the file every 0.5 s.
+    /// True once after each change of the file, whose time is read every 0.5 s.
     bool file_changed(double now_s);
 
  private:

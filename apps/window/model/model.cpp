@@ -52,7 +52,7 @@ void Model::update(double now_s) {
     } else if (!status_.preparing && !opened_) {
         settings_.confirm();
     }
-    // The player reports the old sources until a change of them plays.
+    // Until a change of sources plays, the player reports the previous ones.
     if (status_.sources.size() > scene().sources.size())
         status_.sources.resize(scene().sources.size());
 
@@ -97,7 +97,7 @@ bool Model::may_change() {
     return !opened_;
 }
 
-/// Changes the player's controls; those that `change` does not touch keep their present values.
+/// Changes controls of the player; the others keep their present values.
 void Model::adjust(const std::function<void(PlayControls&)>& change) {
     player_->adjust([&](PlayControls& now, const Pose&) {
         if (now.sources.size() < scene().sources.size()) now.sources.resize(scene().sources.size());
@@ -220,7 +220,7 @@ void Model::scene_changed(const EditedScene::Change& change) {
     if (change.scene) settings_.discard_other_view();
 }
 
-/// The scene has other sources: signals, view and OSC begin anew with the first of them.
+/// Restarts signals, view and OSC after a change of the sources; the first source is selected.
 void Model::restart_sources() {
     signals_.restart(scene().sources.size());
     request.source = 0;

@@ -103,7 +103,7 @@ class Model {
     void undo();
     void redo();
 
-    // Files. Long operations run in the background, while the old scene plays.
+    // Files. Long operations run in the background; meanwhile the present scene plays.
     void open(const std::filesystem::path& file);
     void open_next(int step);
     void toggle_recording();
@@ -116,7 +116,7 @@ class Model {
     const std::deque<MessageLog::Message>& messages() const { return log_.messages(); }
 
  private:
-    /// What the player plays, or prepares.
+    /// What the player plays or prepares.
     struct PlayedSetting {
         std::shared_ptr<const Scene> scene;
         Simulation simulation;
@@ -166,15 +166,15 @@ class Model {
     SourceSignals signals_;
     BackgroundJobs jobs_;
     std::filesystem::path wanted_file_;  ///< last file to open, including failures
-    std::uint64_t opens_ = 0;            ///< number of opens begun; only the newest counts
-    std::uint64_t edits_ = 0;            ///< the same for reloads of the shown scene
+    std::uint64_t opens_ = 0;            ///< number of files opened; only the newest is shown
+    std::uint64_t edits_ = 0;            ///< number of reloads of the shown scene
     std::optional<OpenedScene> opened_;  ///< shown once it plays
     std::uint64_t opened_change_ = 0;    ///< its change number
     PlayControls controls_;              ///< as last read from the player
     PlayStatus status_;
     MonitorStatus monitor_status_;
     std::shared_ptr<const FrameView> shown_;
-    std::optional<PlayedSetting> requested_;  ///< of the player; empty after a failure
+    std::optional<PlayedSetting> requested_;  ///< from the player; empty after a failure
     double now_s_ = 0;
 };
 

@@ -10,14 +10,14 @@
 
 namespace aula {
 
-/// Loads a scene; passes it to `take` if `is_newest` still holds at the end.
+/// Loads a scene and passes it to `take` if `is_newest` is true after loading.
 void Model::load_in_background(std::string what, const std::filesystem::path& file,
                                std::function<bool()> is_newest, void (Model::*take)(OpenedScene)) {
     jobs_.start(std::move(what),
                 [this, file, take, is_newest = std::move(is_newest), options = options_,
                  rate_hz = player_->sample_rate_hz()]() -> BackgroundJobs::LastPart {
                     auto opened = std::make_shared<OpenedScene>(open_scene(options, file));
-                    // Errors of sound files must surface before anything changes.
+                    // Errors of sound files must be found before anything changes.
                     read_signals(*opened->scene, rate_hz);
                     return [this, take, is_newest, opened] {
                         if (is_newest()) (this->*take)(std::move(*opened));
@@ -92,7 +92,7 @@ void Model::toggle_recording() {
         if (monitor_status_.recording) {
             player_->stop_recording();
             recording_.reset();
-            // update() shows errors.
+            // Errors are reported by update().
             const MonitorStatus done = player_->monitor_status();
             if (done.error.empty() && done.lost_s == 0) log_.say("recording written");
             if (done.lost_s > 0)

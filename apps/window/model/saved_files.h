@@ -12,12 +12,12 @@ namespace aula {
 // Files that the window saves in the working directory. Each function returns a message that names
 // the files. They throw InputError or Failure.
 
-/// The scene as it plays, as STEM-edited.json: with the simulation, and the gains and positions of
-/// the controls. A listener with a trajectory keeps it.
+/// Saves the scene as it plays to STEM-edited.json: with the given simulation settings, and the
+/// gains and positions of the controls. A listener with a trajectory keeps it.
 std::string save_played_scene(const EditedScene& edited, const PlayControls& controls,
                               const Simulation& simulation);
 
-/// The impulse response of a view as STEM-ir.wav, and its ISO 3382 report as STEM-report.json.
+/// Saves the impulse response of a view to STEM-ir.wav and its ISO 3382 report to STEM-report.json.
 /// `scene` is that of the view. Reads the HRTF, which takes a second. [any thread]
 std::string save_response(const Scene& scene, const FrameView& view, const SessionOptions& session,
                           const std::string& stem);

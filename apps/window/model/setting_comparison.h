@@ -24,8 +24,8 @@ class SettingComparison {
 
     SettingComparison(const Simulation& simulation, int ambisonic_order);
 
-    /// Begins with the settings of another scene: both have `simulation`, A is active. Each keeps
-    /// its ambisonic order.
+    /// Begins again for another scene: both settings have `simulation`, A is active. Each keeps its
+    /// ambisonic order.
     void restart(const Simulation& simulation);
 
     const Setting& active() const { return settings_[active_]; }
@@ -40,17 +40,17 @@ class SettingComparison {
     void set(const Simulation& simulation, int ambisonic_order);
     void set_rays(int rays);
 
-    /// The active setting plays.
+    /// Records that the active setting plays.
     void confirm();
-    /// The active setting cannot be played: it becomes the last confirmed one.
+    /// Replaces the active setting by the last confirmed one, if it cannot be played.
     void revert();
 
-    /// A view of the active setting. A frame of a static scene adds to the noise estimate.
+    /// Adds a view of the active setting. Views of a static scene improve the noise estimate.
     void add_view(std::shared_ptr<const FrameView> view);
 
-    /// The room has changed: the other setting's view belongs to the previous room.
+    /// Discards the other setting's view, to be called when the room has changed.
     void discard_other_view();
-    /// The sources have changed.
+    /// Discards both views, to be called when the sources have changed.
     void discard_views();
 
  private:

@@ -22,7 +22,7 @@ class SourceSignals {
 
     SourceSignals(double sample_rate_hz, Play play);
 
-    /// Begins with other sources, which play the signals of their scene.
+    /// Begins again with other sources, which play the signals of their scene.
     void restart(std::size_t source_count) { names_.assign(source_count, ""); }
 
     std::size_t source_count() const { return names_.size(); }
@@ -30,14 +30,14 @@ class SourceSignals {
     /// Name of the signal that replaces the scene's; empty: none.
     const std::string& name(std::size_t source) const { return names_[source]; }
 
-    /// The signal of the scene. Throws InputError; the source's signal stays then.
+    /// Plays the scene's signal. Throws InputError; the source then keeps its signal.
     void play_own(const Scene& scene, std::size_t source);
     void play_test(std::size_t source, TestSignal signal);
-    /// A sound file, repeated. Throws InputError; the source's signal stays then.
+    /// Plays a sound file, repeated. Throws InputError; the source then keeps its signal.
     void play_file(std::size_t source, const std::filesystem::path& file);
     void play_microphone(std::size_t source, const std::shared_ptr<Microphone>& microphone);
 
-    /// The microphone that a source plays; null if there is none or its device is lost.
+    /// The microphone that a source plays; null if no source plays one or its device is lost.
     std::shared_ptr<Microphone> open_microphone() const;
 
  private:

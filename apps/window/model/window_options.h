@@ -18,11 +18,11 @@ struct WindowOptions {
     std::function<LoadedScene(const std::filesystem::path&)> load;
     std::function<void(Scene&)> change;               ///< applies command-line options
     bool rays_given = false;                          ///< on the command line
-    std::vector<std::filesystem::path> scenes;        ///< for page up and page down
+    std::vector<std::filesystem::path> scenes;        ///< of page up and page down
     std::optional<std::filesystem::path> screenshot;  ///< output PNG file
     double screenshot_after_s = 5;                    ///< time from the start
     std::optional<std::string> osc;                   ///< [ADDRESS:]PORT to receive OSC messages on
-    bool keeps_state = true;                          ///< size and display options between sessions
+    bool keeps_state = true;                          ///< stores size and display options
     std::function<bool()> interrupted;                ///< true: close the window
 };
 

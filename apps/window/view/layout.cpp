@@ -21,7 +21,7 @@ Layout window_layout(float width, float height, float em, float meters_height) {
     const float bar = 2.3F * em;
     const float below = std::max(0.0F, height - bar);
     const float side = std::min(24 * em, 0.42F * width);
-    // At most half of a small window for any content.
+    // In a small window plots and meters take at most half of the height.
     const float plots = std::min(std::clamp(0.26F * height, 13.5F * em, 24 * em), 0.5F * below);
     const float meters = std::min(meters_height, 0.5F * below);
     const float left = width - side;
@@ -46,7 +46,7 @@ std::vector<PaneBox> panes_in(float width, float em, float gap, Pane first) {
         shown.push_back({pane, min});
         used += gap + min;
     }
-    // The plots share the remaining width. The table takes its share of a wide strip.
+    // In a wide strip the table takes a fixed share. The plots share the remaining width.
     float left = width - used;
     for (PaneBox& box : shown) {
         if (box.pane != Pane::parameters) continue;

@@ -40,8 +40,8 @@ struct PaneBox {
     float width;
 };
 
-/// The panes shown side by side in the strip: all of them where they fit, else as many as fit from
-/// `first` on, at least one.
+/// The panes shown side by side in the strip: all if they fit; otherwise as many as fit, from
+/// `first` on and at least one.
 std::vector<PaneBox> panes_in(float width, float em, float gap, Pane first);
 
 /// Text size relative to that of a window of 1280 x 800: the larger of the window's relative size

@@ -27,8 +27,8 @@ void PatchField::cover(const Vec3& low, const Vec3& high, float patch_size_m) {
     top_db_ = kSilence_db;
 }
 
-/// Calls `visit(index)` for the texels, of the cell's direction, whose centres lie in the cell, and
-/// for the texel at the cell's centre.
+/// Calls `visit(index)` for the texel at the cell's centre and for those whose centres are in the
+/// cell, all of the cell's direction.
 template <typename Visit>
 void PatchField::for_each_texel(const PatchCell& cell, const Visit& visit) const {
     const Vec3& d = cell.direction;
@@ -39,8 +39,8 @@ void PatchField::for_each_texel(const PatchCell& cell, const Visit& visit) const
                           size_ - 1);
     };
     const glm::ivec3 middle = texel((cell.low + cell.high) * 0.5F);
-    // First texel with its centre at or above the low corner, last with its centre below the high
-    // one.
+    // The first texel whose centre is at or above the low corner, and the last one whose centre is
+    // below the high corner.
     const glm::ivec3 first = glm::min(middle, texel(cell.low + 0.4999F * cell_m_));
     const glm::ivec3 last = glm::max(middle, texel(cell.high - 0.5001F * cell_m_));
     for (int z = first.z; z <= last.z; ++z)

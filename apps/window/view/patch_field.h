@@ -10,7 +10,7 @@ namespace aula {
 
 /// The energies that the patches radiate, as six 3D textures, one per facing direction of a
 /// surface. A shader looks them up by position and direction. Levels are smoothed over time, so
-/// that past energies fade. The texels grow where a room would need too many.
+/// that past energies fade. The texels of large rooms are larger, which limits their number.
 class PatchField {
  public:
     /// Level 0..255; `occupied` is 255 where a patch lies, else 0.

@@ -9,9 +9,9 @@
 namespace aula {
 
 /// The sides of each triangle that face the sound field: bit 0 is the side of the normal, bit 1 the
-/// opposite side. A cutaway view from outside omits triangles seen from other sides. The sides are
-/// found by random walks from the points `inside`; moving triangles and small triangles without a
-/// hit get both.
+/// opposite side. A cutaway view from outside omits triangles that are seen from their other side.
+/// The sides are found by random walks from the points `inside`. Moving triangles, and small
+/// triangles that no walk hits, have both sides.
 std::vector<std::uint8_t> interior_sides(const RayScene& rays, std::span<const Vec3> inside);
 
 }  // namespace aula

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "apps/session/base/session_options.h"
+#include "aula/auralizer.h"
+
+namespace aula {
+
+/// The options of an auralizer on the real-time clock that renders a scene at a sample rate.
+inline AuralizerOptions auralizer_options(const Scene& scene, const SessionOptions& options,
+                                          double sample_rate_hz) {
+    return {.sample_rate_hz = sample_rate_hz,
+            .block = options.block,
+            .output = options.output,
+            .ambisonic_order = options.ambisonic_order,
+            .hrtf = options.hrtf,
+            .half_precision_tail = options.half_precision_tail,
+            .max_sources = scene.sources.size()};
+}
+
+}  // namespace aula
