@@ -18,6 +18,7 @@ struct DiffractionEdge {
     double length_m = 0;
     double open_angle_rad = 0;
     std::array<std::uint32_t, 2> triangles{};  ///< one at each face; equal at a free edge
+    bool is_curved = false;                    ///< one of the edges that divide a curved surface
 
     glm::dvec3 point(double along_m) const { return start + along_m * axis; }
 

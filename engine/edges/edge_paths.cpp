@@ -10,6 +10,8 @@
 #include <tuple>
 
 #include "engine/base/sampling.h"
+#include "engine/edges/edge_field.h"
+#include "engine/edges/edge_passage.h"
 
 namespace aula {
 
@@ -18,10 +20,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr std::size_t kMaxCandidates = 512;
 constexpr double kNearest_m = 0.1;
-constexpr double kAroundEdge_m = 5e-4;
-constexpr double kOffFaces_rad = 0.25;
 constexpr double kNarrow_m = 0.05;
-constexpr double kFromEnd_m = 0.01;
 constexpr double kBesideEdge_m = 1e-3;
 
 // Largest detours; fields fade out over the last quarter before them. In the lit zone an edge
@@ -36,23 +35,9 @@ constexpr double kWeakestPath_db = -60;
 constexpr double kWeakestTap_db = -40;
 constexpr double kFade_db = 6;
 
-double smooth_step(double x) {
-    x = std::clamp(x, 0.0, 1.0);
-    return x * x * (3 - 2 * x);
-}
-
 Vec3 unit_or_front(const glm::dvec3& p) {
     const double length = glm::length(p);
     return length > 0 ? Vec3(p / length) : Vec3(1, 0, 0);
-}
-
-/// Share of the pressure that a face reflects specularly.
-double mirrored_pressure(const Material& material, std::size_t band) {
-    return std::sqrt(double{1 - material.absorption[band]} * double{1 - material.scattering[band]});
-}
-
-double air_loss(double length_m, const Bands& attenuation_per_m, std::size_t band) {
-    return std::exp(-0.5 * double{attenuation_per_m[band]} * length_m);
 }
 
 Bands energy_of(const ComplexBands& field) {
@@ -176,41 +161,15 @@ std::optional<EdgePaths::Candidate> EdgePaths::candidate(std::uint32_t edge,
     return c;
 }
 
-/// The diffracted field of an edge. The reflections at its faces are not part of the direct sound.
-/// The terms that jump with them are therefore faded out towards their boundaries in the lit zone,
-/// where L0 - (length of the reflection) is below lambda / 16, unless the shadow boundary is as
-/// near. In the shadow all terms count. At the two edges of a slot the incident terms cancel the
-/// direct sound, or each other, as the slot closes. The other terms add up, because second-order
-/// diffraction, which would cancel them, is not computed; they fade out with the slot's width.
+/// The diffracted field of an edge. At the two edges of a slot the incident terms cancel the direct
+/// sound, or each other, as the slot closes. The terms of the faces add up, and fade out with the
+/// slot's width.
 ComplexBands EdgePaths::field(const Candidate& c, const Bands& attenuation_per_m) const {
-    const DiffractionEdge& edge = edges_[c.edge];
-    const WedgeField terms = integral_.field(edge.wedge(), c.source, c.listener);
-    const double rs = c.source.radius_m;
-    const double rl = c.listener.radius_m;
-    const double dz = c.source.along_m - c.listener.along_m;
-    const double apex_length_m = std::hypot(rs + rl, dz);
-    const auto beyond_m = [&](double angle_rad) {
-        return apex_length_m -
-               std::sqrt(
-                   std::max(0.0, rs * rs + rl * rl - 2 * rs * rl * std::cos(angle_rad) + dz * dz));
-    };
-    const double sum_rad = c.source.angle_rad + c.listener.angle_rad;
-    const std::array<double, 2> reflection_m{beyond_m(sum_rad),
-                                             beyond_m(2 * edge.open_angle_rad - sum_rad)};
-    const double direct_m = beyond_m(c.source.angle_rad - c.listener.angle_rad);
+    ComplexBands field =
+        edge_field(integral_, scene_, edges_[c.edge], c.source, c.listener, {.share = c.opening});
     const double longest_m = c.is_lit ? kLongestLitDetour_m : kLongestDetour_m;
     const double near = smooth_step(4 * (1 - c.detour_m / longest_m));
-    ComplexBands field;
     for (std::size_t b = 0; b < kBandCount; ++b) {
-        const double per_m = 8 * integral_.wave_number_per_m(b) / kPi;  // 16 / lambda
-        field[b] = terms.incident[b];
-        for (std::size_t face = 0; face < 2; ++face) {
-            const double at_shadow = c.is_lit ? smooth_step(1 - direct_m * per_m) : 1;
-            const double weight = std::max(at_shadow, smooth_step(reflection_m[face] * per_m));
-            const Material& material = scene_.material(scene_.triangle(edge.triangles[face]));
-            field[b] += c.opening * weight * mirrored_pressure(material, b) *
-                        (face == 0 ? terms.first_face[b] : terms.second_face[b]);
-        }
         field[b] *= near * air_loss(c.length_m, attenuation_per_m, b);
     }
     return field;
@@ -221,38 +180,17 @@ ComplexBands EdgePaths::field(const Candidate& c, const Bands& attenuation_per_m
 /// around it, and meet a face that closes the open angle, such as the leaf of a shut door in the
 /// plane of its wall.
 double EdgePaths::opening(const Candidate& c, const Vec3& source, const Vec3& listener) const {
-    const DiffractionEdge& edge = edges_[c.edge];
-    // Away from the ends, where the faces of neighbouring edges may hide the point.
-    const double margin_m = std::min(kFromEnd_m, edge.length_m / 4);
-    const glm::dvec3 apex = edge.point(std::clamp(c.along_m, margin_m, edge.length_m - margin_m));
-    const auto off_faces = [&](double angle_rad) {
-        return std::clamp(angle_rad, kOffFaces_rad, edge.open_angle_rad - kOffFaces_rad);
-    };
-    const double from_rad = off_faces(c.source.angle_rad);
-    const double to_rad = off_faces(c.listener.angle_rad);
-    const auto around = [&](double share, double radius_m) {
-        return Vec3(apex + radius_m * edge.direction(from_rad + share * (to_rad - from_rad)));
-    };
-    const auto is_free = [&](double radius_m) {
-        // Points that are not symmetric: a face through one of them would not be met.
-        constexpr std::array kShares{0.0, 0.37, 0.69, 1.0};
-        for (std::size_t i = 1; i < kShares.size(); ++i) {
-            if (!scene_.visible(around(kShares[i - 1], radius_m), around(kShares[i], radius_m))) {
-                return false;
-            }
-        }
-        return true;
-    };
-    if (!scene_.visible(listener, around(1, kAroundEdge_m)) ||
-        !scene_.visible(source, around(0, kAroundEdge_m)) || !is_free(kAroundEdge_m)) {
+    const EdgePassage passage(edges_[c.edge], c.along_m, c.source.angle_rad, c.listener.angle_rad);
+    if (!scene_.visible(listener, passage.point(1)) || !scene_.visible(source, passage.point(0)) ||
+        !passage.is_free(scene_)) {
         return 0;
     }
     double free_m = std::min({kNarrow_m, c.source.radius_m, c.listener.radius_m});
-    if (free_m <= kAroundEdge_m || is_free(free_m)) return 1;
-    double low_m = kAroundEdge_m;
+    if (free_m <= EdgePassage::kRadius_m || passage.is_free(scene_, free_m)) return 1;
+    double low_m = EdgePassage::kRadius_m;
     while (free_m - low_m > kNarrow_m / 256) {
         const double middle_m = 0.5 * (low_m + free_m);
-        (is_free(middle_m) ? low_m : free_m) = middle_m;
+        (passage.is_free(scene_, middle_m) ? low_m : free_m) = middle_m;
     }
     return low_m / kNarrow_m;
 }

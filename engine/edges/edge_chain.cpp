@@ -1,0 +1,343 @@
+#include "engine/edges/edge_chain.h"
+
+#include <algorithm>
+#include <array>
+#include <complex>
+#include <glm/geometric.hpp>
+
+#include "engine/edges/edge_field.h"
+#include "engine/edges/edge_passage.h"
+#include "engine/edges/shortest_path.h"
+
+namespace aula {
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kOnFace_rad = kPi / 180;
+constexpr double kLeastRadius_m = 0.05;  // as in WedgeIntegral
+constexpr double kLeastSegment_m = 1e-3;
+constexpr double kNarrow_m = 0.05;
+
+// Largest detours; fields fade out over the last quarter before them.
+constexpr double kLongestDetour_m = 15;
+constexpr double kLongestLitDetour_m = 2;
+
+// The thin screen limits a chain of which each bend is above this angle.
+constexpr double kSharpBend_rad = 0.1;
+
+/// An angle about an edge, moved into its open angle if it is beyond a face by rounding.
+std::optional<double> in_open_angle(double angle_rad, double open_angle_rad) {
+    if (angle_rad <= open_angle_rad) return angle_rad;
+    const double beyond_second_rad = angle_rad - open_angle_rad;
+    const double before_first_rad = 2 * kPi - angle_rad;
+    if (std::min(beyond_second_rad, before_first_rad) > kOnFace_rad) return {};
+    return beyond_second_rad < before_first_rad ? open_angle_rad : 0;
+}
+
+bool is_on_face(double angle_rad, double open_angle_rad) {
+    return std::min(angle_rad, open_angle_rad - angle_rad) < kOnFace_rad;
+}
+
+bool is_free_edge(const DiffractionEdge& edge) {
+    return edge.open_angle_rad > 2 * kPi - kOnFace_rad;
+}
+
+/// The end of a segment of a given length and direction from a point of an edge.
+WedgePoint end_of(const DiffractionEdge& edge, double along_m, const glm::dvec3& direction,
+                  double length_m, double angle_rad) {
+    const double cosine = glm::dot(direction, edge.axis);
+    const double radius_m = length_m * std::sqrt(std::max(0.0, 1 - cosine * cosine));
+    return {std::max(radius_m, kLeastRadius_m), angle_rad, along_m + length_m * cosine};
+}
+
+/// Divides a field by that of a source in free field at the length over a point of the edge.
+void divide_by_free_field(const WedgePoint& source, const WedgePoint& receiver, double along_m,
+                          const WedgeIntegral& integral, ComplexBands& field) {
+    const double length_m = std::hypot(source.radius_m, source.along_m - along_m) +
+                            std::hypot(receiver.radius_m, receiver.along_m - along_m);
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        field[b] *= std::polar(length_m, integral.wave_number_per_m(b) * length_m);
+    }
+}
+
+/// Source and receiver at a half plane that a path bends around by an angle.
+struct ScreenPoints {
+    ScreenPoints(double turn_rad, WedgePoint from, WedgePoint to) : source(from), receiver(to) {
+        source.angle_rad = (kPi - turn_rad) / 2;
+        receiver.angle_rad = source.angle_rad + kPi + turn_rad;
+    }
+    WedgePoint source;
+    WedgePoint receiver;
+};
+
+}  // namespace
+
+std::optional<EdgeChain> EdgeChain::over(std::span<const DiffractionEdge* const> edges,
+                                         const glm::dvec3& source, const glm::dvec3& listener) {
+    const ShortestPath path = shortest_path(source, edges, listener);
+    EdgeChain chain;
+    chain.source_ = source;
+    chain.listener_ = listener;
+    chain.length_m_ = path.length_m;
+    if (path.length_m >= glm::distance(source, listener) + kLongestDetour_m) return {};
+    double before_m = 0;
+    glm::dvec3 last = source;
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+        const glm::dvec3 apex = edges[i]->point(path.along_m[i]);
+        before_m += glm::distance(last, apex);
+        chain.contacts_.push_back(
+            {.edge = edges[i], .apex = apex, .along_m = path.along_m[i], .before_m = before_m});
+        last = apex;
+    }
+    if (!chain.find_angles() || !chain.find_bends()) return {};
+    return chain;
+}
+
+glm::dvec3 EdgeChain::point(std::size_t index) const {
+    if (index == 0) return source_;
+    return index <= contacts_.size() ? contacts_[index - 1].apex : listener_;
+}
+
+bool EdgeChain::find_angles() {
+    for (std::size_t i = 0; i < contacts_.size(); ++i) {
+        Contact& contact = contacts_[i];
+        const WedgePoint before = contact.edge->coordinates(point(i));
+        const WedgePoint after = contact.edge->coordinates(point(i + 2));
+        if (std::min(before.radius_m, after.radius_m) < kLeastSegment_m) return false;
+        const auto in_rad = in_open_angle(before.angle_rad, contact.edge->open_angle_rad);
+        const auto out_rad = in_open_angle(after.angle_rad, contact.edge->open_angle_rad);
+        if (!in_rad || !out_rad) return false;
+        contact.in_rad = *in_rad;
+        contact.out_rad = *out_rad;
+    }
+    for (std::size_t i = 0; i + 1 < contacts_.size(); ++i) {
+        contacts_[i].shares_next =
+            is_on_face(contacts_[i].out_rad, contacts_[i].edge->open_angle_rad) &&
+            is_on_face(contacts_[i + 1].in_rad, contacts_[i + 1].edge->open_angle_rad);
+        if (contacts_[i].shares_next) choose_face(i);
+    }
+    return true;
+}
+
+/// Moves a segment that lies in a face of both its edges to the side of the face that is open at
+/// both. Between two free edges it is the side where the path bends more.
+void EdgeChain::choose_face(std::size_t contact) {
+    Contact& here = contacts_[contact];
+    Contact& next = contacts_[contact + 1];
+    const auto side_of = [](const DiffractionEdge& edge, double angle_rad) {
+        const double open_rad = edge.open_angle_rad;
+        return edge.direction(angle_rad < open_rad / 2 ? kPi / 2 : open_rad - kPi / 2);
+    };
+    const auto angle_on = [](const DiffractionEdge& edge, const glm::dvec3& side,
+                             double angle_rad) {
+        const double open_rad = edge.open_angle_rad;
+        const bool first = is_free_edge(edge) ? glm::dot(edge.direction(kPi / 2), side) > 0
+                                              : angle_rad < open_rad / 2;
+        return first ? 0 : open_rad;
+    };
+    std::array<glm::dvec3, 2> sides;
+    if (!is_free_edge(*here.edge)) {
+        sides.fill(side_of(*here.edge, here.out_rad));
+    } else if (!is_free_edge(*next.edge)) {
+        sides.fill(side_of(*next.edge, next.in_rad));
+    } else {
+        const glm::dvec3 side = side_of(*here.edge, here.out_rad);
+        sides = {side, -side};
+    }
+    double most_rad = -1;
+    const double out_rad = here.out_rad;
+    const double in_rad = next.in_rad;
+    for (const glm::dvec3& side : sides) {
+        const double here_rad = angle_on(*here.edge, side, out_rad);
+        const double next_rad = angle_on(*next.edge, side, in_rad);
+        const double bend_rad =
+            std::abs(here_rad - here.in_rad) + std::abs(next.out_rad - next_rad);
+        if (bend_rad > most_rad) {
+            most_rad = bend_rad;
+            here.out_rad = here_rad;
+            next.in_rad = next_rad;
+        }
+    }
+}
+
+bool EdgeChain::find_bends() {
+    for (std::size_t i = 0; i < contacts_.size();) {
+        Bend bend{.first = i, .last = i, .is_curved = contacts_[i].edge->is_curved};
+        while (bend.is_curved && contacts_[bend.last].shares_next &&
+               contacts_[bend.last + 1].edge->is_curved) {
+            ++bend.last;
+        }
+        double moment = 0;
+        for (std::size_t k = bend.first; k <= bend.last; ++k) {
+            const double angle_rad = contacts_[k].bend_rad();
+            if (bend.first < bend.last && angle_rad < 0) return false;
+            bend.turn_rad += angle_rad;
+            moment += angle_rad * contacts_[k].before_m;
+        }
+        const Contact& first = contacts_[bend.first];
+        const Contact& last = contacts_[bend.last];
+        bend.middle_m =
+            bend.turn_rad > 0 ? moment / bend.turn_rad : 0.5 * (first.before_m + last.before_m);
+        if (bend.is_curved && bend.first == bend.last) {
+            // The edge of a curved surface that is nearest to the straight line past it.
+            const double middle_rad = 0.5 * (first.in_rad + first.out_rad);
+            if (std::min(middle_rad, first.edge->open_angle_rad - middle_rad) < kPi / 2) {
+                return false;
+            }
+        }
+        const glm::dvec3 left = point(bend.first);
+        const glm::dvec3 right = point(bend.last + 2);
+        bend.beyond_m = glm::distance(left, first.apex) + last.before_m - first.before_m +
+                        glm::distance(last.apex, right) - glm::distance(left, right);
+        if (bend.turn_rad < 0 && bend.beyond_m >= kLongestLitDetour_m) return false;
+        i = bend.last + 1;
+        bends_.push_back(bend);
+    }
+    return true;
+}
+
+/// A fit of the half plane within 1.5 dB: 1 / (2 + 4.8 sqrt(N)), N = 2 detour / lambda.
+double EdgeChain::estimated_db() const {
+    constexpr double kTwicePerWavelength_per_m = 2 * 500 / 343.2;
+    double level_db = 0;
+    for (const Bend& bend : bends_) {
+        level_db -= 20 * std::log10(2 + 4.8 * std::sqrt(std::max(0.0, bend.beyond_m) *
+                                                        kTwicePerWavelength_per_m));
+    }
+    return level_db;
+}
+
+bool EdgeChain::is_free(const RayScene& scene) const {
+    Vec3 last(source_);
+    for (const Contact& contact : contacts_) {
+        const EdgePassage passage(*contact.edge, contact.along_m, contact.in_rad, contact.out_rad);
+        if (!scene.visible(last, passage.point(0)) || !passage.is_free(scene)) return false;
+        last = passage.point(1);
+    }
+    return scene.visible(last, Vec3(listener_));
+}
+
+/// The field of a bend alone relative to free field, its segments extended to the given lengths.
+/// The edges of a curved surface act as a half plane in the middle of their turn.
+ComplexBands EdgeChain::factor(const Bend& bend, double before_m, double after_m,
+                               const WedgeIntegral& integral, const RayScene& scene) const {
+    const auto toward = [&](std::size_t from, std::size_t to) {
+        return glm::normalize(point(to) - point(from));
+    };
+    const glm::dvec3 back = toward(bend.first + 1, bend.first);
+    const glm::dvec3 ahead = toward(bend.last + 1, bend.last + 2);
+    const Contact& contact = contacts_[(bend.first + bend.last) / 2];
+    const DiffractionEdge& edge = *contact.edge;
+    const WedgePoint source = end_of(edge, contact.along_m, back, before_m, contact.in_rad);
+    const WedgePoint receiver = end_of(edge, contact.along_m, ahead, after_m, contact.out_rad);
+    ComplexBands field;
+    if (bend.is_curved) {
+        DiffractionEdge screen = edge;
+        screen.open_angle_rad = 2 * kPi;
+        const ScreenPoints at(bend.turn_rad, source, receiver);
+        field = edge_field(integral, scene, screen, at.source, at.receiver, {.fade_lit = false});
+    } else {
+        // At a shared face the direct sound and its reflection jump together.
+        const bool shares_face =
+            contact.shares_next || (bend.first > 0 && contacts_[bend.first - 1].shares_next);
+        field = edge_field(integral, scene, edge, source, receiver, {.fade_lit = !shares_face});
+    }
+    divide_by_free_field(source, receiver, contact.along_m, integral, field);
+    return field;
+}
+
+/// The field of an infinite half plane relative to free field, around which the path turns as
+/// around all bends, at the middle of its turn.
+ComplexBands EdgeChain::thin_screen(const WedgeIntegral& integral) const {
+    glm::dvec3 turn{0};
+    double largest_rad = 0;
+    double sum_rad = 0;
+    double moment = 0;
+    for (std::size_t i = 0; i < contacts_.size(); ++i) {
+        const glm::dvec3 in = glm::normalize(point(i + 1) - point(i));
+        const glm::dvec3 out = glm::normalize(point(i + 2) - point(i + 1));
+        const glm::dvec3 across = glm::cross(in, out);
+        const double sine = glm::length(across);
+        const double angle_rad = std::atan2(sine, glm::dot(in, out));
+        if (sine > 0) turn += angle_rad / sine * across;
+        largest_rad = std::max(largest_rad, angle_rad);
+        sum_rad += angle_rad;
+        moment += angle_rad * contacts_[i].before_m;
+    }
+    const double turn_rad = std::min(kPi, std::max(largest_rad, glm::length(turn)));
+    const double middle_m = sum_rad > 0 ? moment / sum_rad : 0.5 * length_m_;
+    const ScreenPoints at(turn_rad, {.radius_m = std::max(middle_m, kLeastRadius_m)},
+                          {.radius_m = std::max(length_m_ - middle_m, kLeastRadius_m)});
+    ComplexBands field = integral.field({}, at.source, at.receiver).total();
+    divide_by_free_field(at.source, at.receiver, 0, integral, field);
+    return field;
+}
+
+/// The share of the field that remains near the limits of the model: towards the longest detours,
+/// and where two edges come together that do not bound one narrow face.
+double EdgeChain::share() const {
+    double share =
+        smooth_step(4 * (1 - (length_m_ - glm::distance(source_, listener_)) / kLongestDetour_m));
+    for (const Bend& bend : bends_) {
+        if (bend.turn_rad < 0) share *= smooth_step(4 * (1 - bend.beyond_m / kLongestLitDetour_m));
+    }
+    for (std::size_t i = 0; i + 1 < contacts_.size(); ++i) {
+        const Contact& here = contacts_[i];
+        const Contact& next = contacts_[i + 1];
+        const bool is_narrow_face =
+            here.shares_next && std::abs(glm::dot(here.edge->axis, next.edge->axis)) > 0.7;
+        if (!is_narrow_face) share *= std::min(1.0, (next.before_m - here.before_m) / kNarrow_m);
+    }
+    return share;
+}
+
+/// With T the fields of the bends relative to free field, and L the length,
+///
+///     |H| = min(|prod T|, |prod T'|, |T_thin|) (1/2)^(shared faces) / L.
+///
+/// T has the length from the source before a bend and the segment to the next bend after it; T' the
+/// same from the listener. Both products tend to that of the geometrical theory of diffraction, and
+/// the smaller one has the smaller error at low frequencies. The factor 1/2 counts sound along a
+/// rigid face, where incident and reflected sound coincide, once. The phase is the mean of both.
+ComplexBands EdgeChain::field(const WedgeIntegral& integral, const RayScene& scene,
+                              const Bands& attenuation_per_m) const {
+    ComplexBands ahead;
+    ComplexBands back;
+    ahead.fill(1);
+    back.fill(1);
+    double least_bend_rad = kPi;
+    for (std::size_t i = 0; i < bends_.size(); ++i) {
+        const Bend& bend = bends_[i];
+        const double last_m = i > 0 ? bends_[i - 1].middle_m : 0;
+        const double next_m = i + 1 < bends_.size() ? bends_[i + 1].middle_m : length_m_;
+        const ComplexBands t = factor(bend, bend.middle_m, next_m - bend.middle_m, integral, scene);
+        const ComplexBands u =
+            factor(bend, bend.middle_m - last_m, length_m_ - bend.middle_m, integral, scene);
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            ahead[b] *= t[b];
+            back[b] *= u[b];
+        }
+        least_bend_rad = std::min(least_bend_rad, bend.turn_rad);
+    }
+    double scale = 1;
+    for (std::size_t i = 0; i + 1 < bends_.size(); ++i) {
+        if (contacts_[bends_[i].last].shares_next) scale /= 2;
+    }
+    const double limit = bends_.size() > 1 ? smooth_step(least_bend_rad / kSharpBend_rad) : 0;
+    const ComplexBands thin = limit > 0 ? thin_screen(integral) : ComplexBands{};
+    const double remaining = share();
+    ComplexBands field;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        if (ahead[b] == 0.0) continue;
+        const std::complex<double> both = ahead[b] * std::sqrt(back[b] / ahead[b]);
+        double magnitude = scale * std::min(std::abs(ahead[b]), std::abs(back[b]));
+        magnitude -= limit * std::max(0.0, magnitude - std::abs(thin[b]));
+        const double phase = std::arg(both) - integral.wave_number_per_m(b) * length_m_;
+        field[b] = std::polar(
+            remaining * air_loss(length_m_, attenuation_per_m, b) * magnitude / length_m_, phase);
+    }
+    return field;
+}
+
+}  // namespace aula

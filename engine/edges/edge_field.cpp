@@ -1,0 +1,67 @@
+#include "engine/edges/edge_field.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace aula {
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+/// Share of the pressure that a face reflects specularly.
+double mirrored_pressure(const Material& material, std::size_t band) {
+    return std::sqrt(double{1 - material.absorption[band]} * double{1 - material.scattering[band]});
+}
+
+}  // namespace
+
+double smooth_step(double x) {
+    x = std::clamp(x, 0.0, 1.0);
+    return x * x * (3 - 2 * x);
+}
+
+double air_loss(double length_m, const Bands& attenuation_per_m, std::size_t band) {
+    return std::exp(-0.5 * double{attenuation_per_m[band]} * length_m);
+}
+
+/// The reflections at the faces are not part of the direct sound. The terms that jump with them are
+/// therefore faded out towards their boundaries in the lit zone, where L0 - (length of the
+/// reflection) is below lambda / 16, unless the shadow boundary is as near. In the shadow all terms
+/// count.
+ComplexBands edge_field(const WedgeIntegral& integral, const RayScene& scene,
+                        const DiffractionEdge& edge, const WedgePoint& source,
+                        const WedgePoint& listener, const FaceTerms& faces) {
+    const WedgeField terms = integral.field(edge.wedge(), source, listener);
+    const double rs = source.radius_m;
+    const double rl = listener.radius_m;
+    const double dz = source.along_m - listener.along_m;
+    const double apex_length_m = std::hypot(rs + rl, dz);
+    const auto beyond_m = [&](double angle_rad) {
+        return apex_length_m -
+               std::sqrt(
+                   std::max(0.0, rs * rs + rl * rl - 2 * rs * rl * std::cos(angle_rad) + dz * dz));
+    };
+    const double sum_rad = source.angle_rad + listener.angle_rad;
+    const std::array<double, 2> reflection_m{beyond_m(sum_rad),
+                                             beyond_m(2 * edge.open_angle_rad - sum_rad)};
+    const double direct_m = beyond_m(source.angle_rad - listener.angle_rad);
+    const bool fade = faces.fade_lit && WedgeIntegral::is_lit(source, listener);
+    ComplexBands field;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        const double per_m = 8 * integral.wave_number_per_m(b) / kPi;  // 16 / lambda
+        field[b] = terms.incident[b];
+        for (std::size_t face = 0; face < 2; ++face) {
+            const double at_shadow = fade ? smooth_step(1 - direct_m * per_m) : 1;
+            const double weight = std::max(at_shadow, smooth_step(reflection_m[face] * per_m));
+            const Material& material = scene.material(scene.triangle(edge.triangles[face]));
+            field[b] += faces.share * weight * mirrored_pressure(material, b) *
+                        (face == 0 ? terms.first_face[b] : terms.second_face[b]);
+        }
+    }
+    return field;
+}
+
+}  // namespace aula

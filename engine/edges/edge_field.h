@@ -1,0 +1,27 @@
+#pragma once
+
+#include "engine/edges/diffraction_edge.h"
+#include "engine/edges/wedge_integral.h"
+#include "engine/rays/ray_scene.h"
+
+namespace aula {
+
+/// 0 at 0 and below, 1 at 1 and above, with a continuous derivative.
+double smooth_step(double x);
+
+/// The share of the pressure that remains over a length.
+double air_loss(double length_m, const Bands& attenuation_per_m, std::size_t band);
+
+/// How the terms of an edge's field count that belong to the reflections at its faces.
+struct FaceTerms {
+    double share = 1;      ///< of the terms
+    bool fade_lit = true;  ///< towards the boundary of a reflection that has a separate path
+};
+
+/// The field that an edge diffracts. The terms of a face are multiplied by the share of the
+/// pressure that its material reflects specularly.
+ComplexBands edge_field(const WedgeIntegral& integral, const RayScene& scene,
+                        const DiffractionEdge& edge, const WedgePoint& source,
+                        const WedgePoint& listener, const FaceTerms& faces);
+
+}  // namespace aula

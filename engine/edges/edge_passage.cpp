@@ -1,0 +1,43 @@
+#include "engine/edges/edge_passage.h"
+
+#include <algorithm>
+#include <array>
+
+namespace aula {
+
+namespace {
+
+constexpr double kOffFaces_rad = 0.25;
+constexpr double kFromEnd_m = 0.01;
+
+}  // namespace
+
+EdgePassage::EdgePassage(const DiffractionEdge& edge, double along_m, double from_rad,
+                         double to_rad)
+    : edge_(edge) {
+    // Away from the ends, where the faces of neighbouring edges may hide the point.
+    const double margin_m = std::min(kFromEnd_m, edge.length_m / 4);
+    apex_ = edge.point(std::clamp(along_m, margin_m, edge.length_m - margin_m));
+    const auto off_faces = [&](double angle_rad) {
+        return std::clamp(angle_rad, kOffFaces_rad, edge.open_angle_rad - kOffFaces_rad);
+    };
+    from_rad_ = off_faces(from_rad);
+    to_rad_ = off_faces(to_rad);
+}
+
+Vec3 EdgePassage::point(double share, double radius_m) const {
+    return Vec3(apex_ + radius_m * edge_.direction(from_rad_ + share * (to_rad_ - from_rad_)));
+}
+
+bool EdgePassage::is_free(const RayScene& scene, double radius_m) const {
+    // Points that are not symmetric: a face through one of them would not be met.
+    constexpr std::array kShares{0.0, 0.37, 0.69, 1.0};
+    for (std::size_t i = 1; i < kShares.size(); ++i) {
+        if (!scene.visible(point(kShares[i - 1], radius_m), point(kShares[i], radius_m))) {
+            return false;
+        }
+    }
+    return true;
+}
+
+}  // namespace aula

@@ -1,0 +1,29 @@
+#pragma once
+
+#include "engine/edges/diffraction_edge.h"
+#include "engine/rays/ray_scene.h"
+
+namespace aula {
+
+/// The part of a path that passes closely around an edge, off its faces and its ends.
+class EdgePassage {
+ public:
+    EdgePassage(const DiffractionEdge& edge, double along_m, double from_rad, double to_rad);
+
+    /// A point around the edge: share 0 where the path arrives, 1 where it leaves.
+    Vec3 point(double share, double radius_m = kRadius_m) const;
+
+    /// Whether no surface lies between the points at a radius. Such a surface closes the open
+    /// angle, as the leaf of a shut door in the plane of its wall.
+    bool is_free(const RayScene& scene, double radius_m = kRadius_m) const;
+
+    static constexpr double kRadius_m = 5e-4;
+
+ private:
+    const DiffractionEdge& edge_;
+    glm::dvec3 apex_;
+    double from_rad_;
+    double to_rad_;
+};
+
+}  // namespace aula
