@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cassert>
 #include <glm/geometric.hpp>
+#include <optional>
 #include <thread>
 
 #include "engine/base/sampling.h"
 #include "engine/base/stopwatch.h"
 #include "engine/base/worker_pool.h"
+#include "engine/edges/direct_sound.h"
 #include "engine/estimate/patch_propagation.h"
 #include "engine/estimate/path_propagation.h"
 #include "engine/rays/nudge_off_surface.h"
@@ -39,6 +41,7 @@ struct Propagation::State {
     std::vector<Vec3> inside;
     TimeBins bins;
     SpecularPaths specular;
+    std::optional<DirectSound> direct_sound;  // where the scene has edges that diffract it
     std::unique_ptr<ResponseEstimator> estimator;
     std::vector<SpecularSound> images;      // [source * listener_count + listener]
     std::vector<EnergyResponse> responses;  // [source * listener_count + listener]
@@ -64,6 +67,10 @@ struct Propagation::State {
           seed(settings.seed),
           source_count(scene.sources.size()),
           next_source_id(source_count + listeners) {
+        if (simulation.direct && simulation.diffraction_order > 0) {
+            direct_sound.emplace(rays, speed_of_sound_m_s);
+            if (direct_sound->edges().count() == 0) direct_sound.reset();
+        }
         clear_responses();
         TraceSettings trace;
         trace.rays = simulation.rays;
@@ -158,12 +165,38 @@ struct Propagation::State {
         return {input, number, derive_seed(seed, SeedPurpose::frame, number), travel_m};
     }
 
+    /// The direct sound where edges diffract it, as the paths of all responses. A straight path
+    /// without edges near it is left to find_specular().
+    void find_direct_sound(const FrameInput& input) {
+        for (EnergyResponse& response : responses) response.paths.clear();
+        if (!direct_sound) return;
+        workers.run(responses.size(), [&](std::size_t pair) {
+            responses[pair].paths =
+                direct_sound->find(input.sources[pair / listener_count],
+                                   input.listeners[pair % listener_count], attenuation_per_m);
+        });
+        statistics.edges = direct_sound->edges().count();
+        for (const EnergyResponse& response : responses) {
+            statistics.bent_paths += static_cast<std::size_t>(
+                std::count_if(response.paths.begin(), response.paths.end(),
+                              [](const SpecularPath& path) { return path.edges > 0; }));
+        }
+    }
+
+    /// Adds the image sources to the paths of all responses, and the direct sound if it is
+    /// straight.
     void find_specular(const FrameInput& input) {
         workers.run(responses.size(), [&](std::size_t pair) {
+            std::vector<SpecularPath>& paths = responses[pair].paths;
             images[pair] = specular.find(input.sources[pair / listener_count],
-                                         input.listeners[pair % listener_count], simulation.direct,
-                                         attenuation_per_m);
-            responses[pair].paths = images[pair].paths;
+                                         input.listeners[pair % listener_count],
+                                         simulation.direct && paths.empty(), attenuation_per_m);
+            const std::vector<SpecularPath>& found = images[pair].paths;
+            const auto middle = paths.insert(paths.end(), found.begin(), found.end());
+            std::inplace_merge(paths.begin(), middle, paths.end(),
+                               [](const SpecularPath& a, const SpecularPath& b) {
+                                   return a.length_m < b.length_m;
+                               });
         });
     }
 };
@@ -204,12 +237,16 @@ void Propagation::step(const FrameInput& given) {
     if (moved_m > 0) {
         s.travel_m += double{moved_m};
         s.specular.scene_moved();
+        if (s.direct_sound) s.direct_sound->scene_moved();
         s.estimator->scene_moved();
     }
     const FrameInput input = s.nudged(given);
 
-    // The paths that image sources count are selected before the rays' paths are evaluated.
     Stopwatch watch;
+    s.find_direct_sound(input);
+    s.statistics.diffraction_s += watch.lap_s();
+
+    // The paths that image sources count are selected before the rays' paths are evaluated.
     for (const Vec3& listener : input.listeners) s.specular.discover(listener, s.frame);
     s.find_specular(input);
     s.statistics.specular_s += watch.lap_s();

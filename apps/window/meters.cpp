@@ -102,17 +102,19 @@ void Meters::draw(const Model& model) {
     const double frame_s = 1 / static_cast<double>(model.setting().simulation.frame_rate_hz);
     const FrameStatistics& f = s.frame;
     const double took_s = s.frame_ms / 1000;
-    const double rest_s = took_s - f.trace_s - f.cache_s - f.gather_s - f.specular_s;
+    const double rest_s =
+        took_s - f.trace_s - f.cache_s - f.gather_s - f.specular_s - f.diffraction_s;
     bar(formatted("frame %.1f ms of %.1f", s.frame_ms, 1000 * frame_s),
         {{f.trace_s / frame_s, {0.85F, 0.50F, 0.20F}},
          {f.cache_s / frame_s, {0.75F, 0.30F, 0.50F}},
          {f.gather_s / frame_s, {0.25F, 0.50F, 0.85F}},
          {f.specular_s / frame_s, {0.80F, 0.75F, 0.25F}},
+         {f.diffraction_s / frame_s, {0.45F, 0.70F, 0.30F}},
          {rest_s / frame_s, {0.35F, 0.60F, 0.55F}}});
     tooltip(
         "Computing time of a propagation frame and the frame period. A longer frame takes effect "
         "late; the sound continues. Parts: tracing rays, updating the caches, gathering at the "
-        "listener, image sources, filters.");
+        "listener, image sources, diffraction, filters.");
     ImGui::PushFont(ImGui::GetIO().Fonts->Fonts.back());
     const float right = ImGui::GetCursorPosX() + ImGui::GetContentRegionAvail().x;
     bool first = true;
@@ -129,6 +131,7 @@ void Meters::draw(const Model& model) {
     part({0.90F, 0.45F, 0.65F}, "cache", f.cache_s);
     part({0.45F, 0.65F, 0.95F}, "gather", f.gather_s);
     part({0.88F, 0.83F, 0.40F}, "images", f.specular_s);
+    part({0.58F, 0.80F, 0.45F}, "edges", f.diffraction_s);
     part({0.50F, 0.78F, 0.72F}, "filters", rest_s);
     ImGui::PopFont();
     line(formatted("%.2f M rays/s, %zu cache entries, %.0f MB",

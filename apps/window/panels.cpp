@@ -45,7 +45,10 @@ std::string selected_source_text(const Model& model) {
     const auto view = model.view();
     if (!view || view->source >= view->sources.size()) return "";
     const float distance_m = glm::distance(view->listener.position, view->sources[view->source]);
-    const bool direct = !view->response.paths.empty() && view->response.paths[0].order == 0;
+    const auto& paths = view->response.paths;
+    const bool direct = std::any_of(paths.begin(), paths.end(), [](const SpecularPath& path) {
+        return path.id == 0 && path.edges == 0;
+    });
     const RoomParameters parameters = room_parameters(view->response);
     std::string text = model.scene().sources[view->source].name +
                        formatted(" %.1f m away, ", static_cast<double>(distance_m)) +

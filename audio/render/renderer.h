@@ -30,8 +30,8 @@ struct SourceSound {
     /// Sample 0 is the emission. There are ambisonic_channels(field_order()) channels of one
     /// length, at most RendererConfig::response_samples.
     std::array<std::span<const float>, kMaxAmbisonicChannels> ambisonics;
-    /// Early reflections. The strongest of known id are rendered like the direct sound, the others
-    /// are added to the reverberation.
+    /// Early reflections, and direct sound that edges diffract. The strongest of known id are
+    /// rendered like the direct sound, the others are added to the reverberation.
     std::vector<DiscretePath> early;
     std::optional<DiscretePath> direct;  ///< rendered through a delay line with continuous motion
     float gain = 1;                      ///< linear gain of the source

@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 #include <tuple>
+#include <utility>
 
 #include "engine/base/sampling.h"
 #include "engine/edges/edge_field.h"
@@ -76,7 +77,7 @@ void fade_weakest(std::vector<Item>& items, std::size_t most, double weakest_db,
     std::size_t kept = 0;
     for (std::size_t i = 0; i < levels_db.size(); ++i) {
         if (!(levels_db[i] > threshold_db)) continue;
-        if (kept != i) items[kept] = items[i];
+        if (kept != i) items[kept] = std::move(items[i]);
         scale(items[kept++], smooth_step((levels_db[i] - threshold_db) / kFade_db));
     }
     items.erase(items.begin() + static_cast<std::ptrdiff_t>(kept), items.end());
@@ -96,6 +97,13 @@ std::array<double, kBandCount> sinc_of_bands(double base_x) {
         x *= 2;
     }
     return sinc;
+}
+
+/// Identifies a path over edges in all frames.
+std::uint64_t id_of(std::span<const std::uint32_t> edges) {
+    std::uint64_t id = 0x65646765;
+    for (const std::uint32_t edge : edges) id = derive_seed(id, edge);
+    return id;
 }
 
 double energy_sum(const ComplexBands& field) {
@@ -226,8 +234,9 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
 
     std::vector<EdgePath> paths;
     if (is_lit) {
-        EdgePath straight{
-            .edge = {}, .length_m = glm::distance(from, to), .direction = unit_or_front(from - to)};
+        EdgePath straight{.edges = {},
+                          .length_m = glm::distance(from, to),
+                          .direction = unit_or_front(from - to)};
         const double spread_m = std::max(straight.length_m, kNearest_m);
         for (std::size_t b = 0; b < kBandCount; ++b) {
             straight.field[b] =
@@ -239,7 +248,7 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
     Bands strongest = paths.empty() ? Bands{} : energy_of(paths.front().field);
     std::vector<EdgePath> bent;
     for (const Candidate& c : candidates) {
-        bent.push_back({.edge = c.edge,
+        bent.push_back({.edges = {c.edge},
                         .length_m = c.length_m,
                         .direction = unit_or_front(edges_[c.edge].point(c.along_m) - to),
                         .field = field(c, attenuation_per_m)});
@@ -269,10 +278,10 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
 ///
 /// where g_i is sinc((L_i - L_p) B / c) up to its first zero, then 0. Paths of equal length thus
 /// become one tap with the phases between them; the sum of all taps does not depend on p.
-std::vector<DirectTap> EdgePaths::taps(std::span<const EdgePath> paths) const {
+std::vector<SpecularPath> EdgePaths::taps(std::span<const EdgePath> paths) const {
     if (paths.empty()) return {};
     const EdgePath* primary = &paths.front();
-    if (primary->edge) {
+    if (!primary->edges.empty()) {
         double largest = 0;
         for (const EdgePath& path : paths) largest = std::max(largest, energy_sum(path.field));
         const auto is_strong = [&](const EdgePath& path) {
@@ -290,14 +299,18 @@ std::vector<DirectTap> EdgePaths::taps(std::span<const EdgePath> paths) const {
         return std::abs(a.length_m - b.length_m) * x_per_m;
     };
     ComplexBands coherent = primary->field;
-    std::vector<DirectTap> others;
+    const auto tap_of = [](const EdgePath& path, std::uint64_t id, const ComplexBands& field) {
+        return SpecularPath{.order = 0,
+                            .length_m = static_cast<float>(path.length_m),
+                            .direction = path.direction,
+                            .energy = energy_of(field),
+                            .id = id,
+                            .edges = static_cast<int>(path.edges.size())};
+    };
+    std::vector<SpecularPath> others;
     for (const EdgePath& path : paths) {
         if (&path == primary) continue;
-        DirectTap tap{.id = derive_seed(0x65646765ULL, *path.edge),
-                      .edges = 1,
-                      .length_m = path.length_m,
-                      .direction = path.direction,
-                      .energy = energy_of(path.field)};
+        SpecularPath tap = tap_of(path, id_of(path.edges), path.field);
         const double x = coherence(path, *primary);
         const auto sinc = sinc_of_bands(x);
         for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -307,11 +320,7 @@ std::vector<DirectTap> EdgePaths::taps(std::span<const EdgePath> paths) const {
         }
         others.push_back(tap);
     }
-    DirectTap first{.id = 0,
-                    .edges = primary->edge ? 1 : 0,
-                    .length_m = primary->length_m,
-                    .direction = primary->direction,
-                    .energy = energy_of(coherent)};
+    SpecularPath first = tap_of(*primary, 0, coherent);
 
     std::array<double, kBandCount> mean{};
     for (std::size_t i = 0; i < paths.size(); ++i) {
@@ -326,20 +335,20 @@ std::vector<DirectTap> EdgePaths::taps(std::span<const EdgePath> paths) const {
         }
     }
     Bands sum = first.energy;
-    for (const DirectTap& tap : others) sum += tap.energy;
+    for (const SpecularPath& tap : others) sum += tap.energy;
     Bands scale;
     for (std::size_t b = 0; b < kBandCount; ++b) {
         const double energy = std::max(0.0, mean[b]) / (4 * kPi);
         scale[b] = sum[b] > 0 ? static_cast<float>(energy / double{sum[b]}) : 0;
     }
     first.energy *= scale;
-    for (DirectTap& tap : others) tap.energy *= scale;
+    for (SpecularPath& tap : others) tap.energy *= scale;
 
     const Bands reference = first.energy;
     fade_weakest(
         others, kMaxTaps - 1, kWeakestTap_db,
-        [&](const DirectTap& tap) { return level_db(tap.energy, reference); },
-        [](DirectTap& tap, double share) { tap.energy *= static_cast<float>(share); });
+        [&](const SpecularPath& tap) { return level_db(tap.energy, reference); },
+        [](SpecularPath& tap, double share) { tap.energy *= static_cast<float>(share); });
     others.insert(others.begin(), first);
     return others;
 }

@@ -5,31 +5,21 @@
 #include <span>
 #include <vector>
 
-#include "aula/engine/bands.h"
-#include "aula/engine/vec3.h"
+#include "aula/engine/energy_response.h"
 #include "engine/edges/scene_edges.h"
 #include "engine/edges/wedge_integral.h"
 #include "engine/rays/ray_scene.h"
 
 namespace aula {
 
-/// The straight path from a source to a listener, or a path over one edge, with the complex
-/// pressure that it brings from a source of amplitude 1 at 1 m.
+/// The straight path from a source to a listener, or a path over edges, with the complex pressure
+/// that it brings from a source of amplitude 1 at 1 m.
 struct EdgePath {
-    std::optional<std::uint32_t> edge;  ///< index in SceneEdges; none: the straight path
+    /// From the source to the listener, indices in SceneEdges. Empty: the straight path.
+    std::vector<std::uint32_t> edges;
     double length_m = 0;
-    Vec3 direction{0};  ///< unit vector from the listener to the source or to the edge
+    Vec3 direction{0};  ///< unit vector from the listener to the source or to the last edge
     ComplexBands field{};
-};
-
-/// Part of the direct sound with its diffraction that has one delay and one direction. The energies
-/// of taps add up.
-struct DirectTap {
-    std::uint64_t id = 0;  ///< 0: the primary tap; else identifies the edge in all frames
-    int edges = 0;         ///< number of edges that the path passes; 0: the straight path
-    double length_m = 0;
-    Vec3 direction{0};  ///< unit vector from the listener
-    Bands energy{};     ///< fluence in 1/m2 per unit emitted energy
 };
 
 /// The direct sound and its diffraction at single edges. In the lit zone and in the shadow their
@@ -44,11 +34,12 @@ class EdgePaths {
     std::vector<EdgePath> find(const Vec3& source, const Vec3& listener,
                                const Bands& attenuation_per_m) const;
 
-    /// The same as taps with energies: the primary tap first. It is the straight path or, in the
-    /// shadow, the strong path of the smallest length. The fields of other paths are added to its
-    /// field as far as they cohere with it within the bandwidth of an octave; the rest of their
-    /// energy has separate taps, at most kMaxTaps - 1. Empty without a path.
-    std::vector<DirectTap> taps(std::span<const EdgePath> paths) const;
+    /// Paths, the straight one first, as taps of the direct sound, whose energies add up: the
+    /// primary tap, of id 0, first. It is the straight path or, in the shadow, the strong path of
+    /// the smallest length. The fields of other paths are added to its field as far as they cohere
+    /// with it within the bandwidth of an octave; the rest of their energy has separate taps, at
+    /// most kMaxTaps - 1, with ids of their edges. Empty without a path.
+    std::vector<SpecularPath> taps(std::span<const EdgePath> paths) const;
 
     static constexpr std::size_t kMaxTaps = 8;
 

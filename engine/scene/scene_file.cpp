@@ -167,7 +167,8 @@ Estimator read_estimator(const JsonReader& json) {
 Simulation read_simulation(const JsonReader& json) {
     json.allow_keys({"estimator", "rays", "order", "response_time_s", "patch_size_m",
                      "listener_radius_m", "frame_rate_hz", "ir_length_s", "seed", "threads",
-                     "memory_mb", "direct", "specular_order", "specular", "transmission"});
+                     "memory_mb", "direct", "diffraction_order", "specular_order", "specular",
+                     "transmission"});
     constexpr NumberRange kResponseTime_s{0, 3600, true, "seconds from 0 to 3600"};
     constexpr NumberRange kLength_m{0, 1e6, false, "metres above 0, at most 1e6"};
     constexpr NumberRange kRate_hz{0, 1000, false, "frames per second above 0, at most 1000"};
@@ -187,6 +188,9 @@ Simulation read_simulation(const JsonReader& json) {
     json.read("threads", [&](const JsonReader& x) { s.threads = x.integer(1, 1024); });
     json.read("memory_mb", [&](const JsonReader& x) { s.memory_mb = x.integer(1, 1'000'000); });
     json.read("direct", [&](const JsonReader& x) { s.direct = x.boolean(); });
+    json.read("diffraction_order", [&](const JsonReader& x) {
+        s.diffraction_order = x.integer(0, Simulation::kHighestDiffractionOrder);
+    });
     json.read("specular_order", [&](const JsonReader& x) {
         s.specular_order = x.integer(0, Simulation::kHighestSpecularOrder);
     });

@@ -52,6 +52,8 @@ void Simulation::check() const {
     need(order >= 0, "order is below 0");
     need(specular_order >= 0, "specular_order is below 0");
     need(specular_order <= Simulation::kHighestSpecularOrder, "specular_order is above 100");
+    need(diffraction_order >= 0, "diffraction_order is below 0");
+    need(diffraction_order <= Simulation::kHighestDiffractionOrder, "diffraction_order is above 4");
     need(patch_size_m > 0, "patch_size_m is not above 0");
     need(listener_radius_m > 0, "listener_radius_m is not above 0");
     need(frame_rate_hz > 0, "frame_rate_hz is not above 0");

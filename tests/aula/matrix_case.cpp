@@ -402,6 +402,7 @@ class CaseMaker {
         direct_ = !random_.chance(0.1);
         if (!direct_) scene_["simulation"]["direct"] = false;
         if (random_.chance(0.1)) scene_["simulation"]["specular"] = false;
+        if (random_.chance(0.3)) scene_["simulation"]["diffraction_order"] = random_.integer(0, 4);
     }
 
     void choose_mode() {

@@ -65,7 +65,7 @@ std::string fault(const EnergyResponse& response) {
 bool same_bits(const EnergyResponse& a, const EnergyResponse& b) {
     const auto same_path = [](const SpecularPath& p, const SpecularPath& q) {
         return p.order == q.order && p.length_m == q.length_m && p.direction == q.direction &&
-               p.energy == q.energy && p.id == q.id;
+               p.energy == q.energy && p.id == q.id && p.edges == q.edges;
     };
     return a.energy == b.energy && a.intensity == b.intensity &&
            std::equal(a.paths.begin(), a.paths.end(), b.paths.begin(), b.paths.end(), same_path);

@@ -104,6 +104,7 @@ Speed measure(const Subject& subject, Estimator estimator, const RayScene& scene
             speed.parts.cache_s += parts.cache_s;
             speed.parts.gather_s += parts.gather_s;
             speed.parts.specular_s += parts.specular_s;
+            speed.parts.diffraction_s += parts.diffraction_s;
             speed.parts.memory_bytes = parts.memory_bytes;
         }
         for (int k = 0; k < kRepetitions && one_thread; ++k) {
@@ -140,7 +141,8 @@ std::vector<Row> measure_tracing(const Subject& subject, const Settings& setting
     for (const Estimator estimator : settings.estimators) {
         const Speed speed = measure(subject, estimator, scene, settings);
         const FrameStatistics& parts = speed.parts;
-        const double parts_s = parts.trace_s + parts.cache_s + parts.gather_s + parts.specular_s;
+        const double parts_s =
+            parts.trace_s + parts.cache_s + parts.gather_s + parts.specular_s + parts.diffraction_s;
         const auto segment_ns = [&](double part_s) {
             return part_s / parts_s * speed.frame_s / speed.segments * 1e9;
         };
@@ -163,6 +165,7 @@ std::vector<Row> measure_tracing(const Subject& subject, const Settings& setting
                        {"cache_ns", segment_ns(parts.cache_s)},
                        {"gather_ns", segment_ns(parts.gather_s)},
                        {"specular_ns", segment_ns(parts.specular_s)},
+                       {"diffraction_ns", segment_ns(parts.diffraction_s)},
                        {"raw_ns", speed.raw_s / speed.segments * 1e9},
                        {"segments_per_s", speed.segments / speed.frame_s},
                        {"raw_per_s", speed.segments / speed.raw_s},
@@ -176,10 +179,10 @@ std::vector<Row> measure_tracing(const Subject& subject, const Settings& setting
 }
 
 const std::vector<Column>& tracing_columns() {
-    static const std::vector<Column> columns =
-        columns_of({"estimator", "rays", "triangles", "prepare_s", "segments", "frame_ms",
-                    "memory_mb", "trace_ns", "cache_ns", "gather_ns", "specular_ns", "raw_ns",
-                    "ratio", "times_one_thread", "raw_times_one_thread", "response_ms"});
+    static const std::vector<Column> columns = columns_of(
+        {"estimator", "rays", "triangles", "prepare_s", "segments", "frame_ms", "memory_mb",
+         "trace_ns", "cache_ns", "gather_ns", "specular_ns", "diffraction_ns", "raw_ns", "ratio",
+         "times_one_thread", "raw_times_one_thread", "response_ms"});
     return columns;
 }
 

@@ -201,6 +201,7 @@ void write_simulation(JsonValue& root, const Simulation& before, const Simulatio
     write("specular", &Simulation::specular);
     write("direct", &Simulation::direct);
     write("transmission", &Simulation::transmission);
+    write("diffraction_order", &Simulation::diffraction_order);
     write("response_time_s", &Simulation::response_time_s);
     write("patch_size_m", &Simulation::patch_size_m);
     write("listener_radius_m", &Simulation::listener_radius_m);

@@ -111,14 +111,8 @@ void FrameMaker::warm_up(const RoomState& room, double longest_s) {
 /// The newest response of a voice, with the gains applied.
 SourceSound FrameMaker::sound_of(const Voice& voice, std::size_t listener,
                                  const RoomState& room) const {
-    SourceSound sound = source_sound(voice.responses[listener],
-                                     static_cast<double>(speed_of_sound_m_s_), voice.state.gain_db);
-    const auto scale = [](DiscretePath& path, float gain) {
-        for (float& band : path.band_gain) band *= gain;
-    };
-    if (sound.direct) scale(*sound.direct, room.direct_gain);
-    for (DiscretePath& path : sound.early) scale(path, room.early_gain);
-    return sound;
+    return source_sound(voice.responses[listener], static_cast<double>(speed_of_sound_m_s_),
+                        voice.state.gain_db, room.direct_gain, room.early_gain);
 }
 
 void FrameMaker::fill(const RoomState& room, std::span<const std::unique_ptr<RenderFrame>> frames) {

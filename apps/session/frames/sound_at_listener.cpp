@@ -12,13 +12,13 @@ namespace aula {
 
 namespace {
 
-DiscretePath discrete_path(const SpecularPath& path, double speed_of_sound_m_s) {
+DiscretePath discrete_path(const SpecularPath& path, double speed_of_sound_m_s, float gain) {
     DiscretePath out;
     out.delay_s = static_cast<double>(path.length_m) / speed_of_sound_m_s;
     out.id = path.id;
     out.direction = {path.direction.x, path.direction.y, path.direction.z};
     for (std::size_t band = 0; band < kBandCount; ++band)
-        out.band_gain[band] = std::sqrt(squared_pressure(path.energy[band]));
+        out.band_gain[band] = gain * std::sqrt(squared_pressure(path.energy[band]));
     return out;
 }
 
@@ -33,16 +33,18 @@ constexpr double kFilterTail_s = 0.05;
 
 }  // namespace
 
-SourceSound source_sound(const ImpulseResponse& response, double speed_of_sound_m_s,
-                         float gain_db) {
+SourceSound source_sound(const ImpulseResponse& response, double speed_of_sound_m_s, float gain_db,
+                         float direct_gain, float early_gain) {
     SourceSound sound;
     for (std::size_t channel = 0; channel < response.channels.size(); ++channel)
         sound.ambisonics[channel] = response.channels[channel];
     for (const SpecularPath& path : response.paths) {
-        if (path.order == 0)
-            sound.direct = discrete_path(path, speed_of_sound_m_s);
+        const float gain = path.order == 0 ? direct_gain : early_gain;
+        const DiscretePath discrete = discrete_path(path, speed_of_sound_m_s, gain);
+        if (path.order == 0 && path.id == 0)
+            sound.direct = discrete;
         else
-            sound.early.push_back(discrete_path(path, speed_of_sound_m_s));
+            sound.early.push_back(discrete);
     }
     sound.gain = std::pow(10.0F, gain_db / 20);
     return sound;

@@ -9,8 +9,10 @@ namespace aula {
 
 /// Converts the engine's impulse response, of the renderer's order, to the renderer's input. The
 /// reverberation's samples are not copied (keep `response` alive); arrivals get delays in seconds
-/// and pressure gains.
-SourceSound source_sound(const ImpulseResponse& response, double speed_of_sound_m_s, float gain_db);
+/// and pressure gains. `direct_gain` applies to all paths of the direct sound, `early_gain` to
+/// reflections.
+SourceSound source_sound(const ImpulseResponse& response, double speed_of_sound_m_s, float gain_db,
+                         float direct_gain = 1, float early_gain = 1);
 
 /// The longest delay of direct sound in a scene, for the renderer: the largest distance between a
 /// source and a listener position, plus a kilometre for interactive movement.

@@ -65,7 +65,7 @@ TEST_CASE("every key of a scene file is read") {
         "simulation": {"estimator": "dpc-published", "rays": 500, "order": 20,
             "response_time_s": 0.25, "patch_size_m": 0.75, "listener_radius_m": 0.3,
             "frame_rate_hz": 60, "ir_length_s": 1.5, "seed": 18446744073709551615, "threads": 2,
-            "memory_mb": 64, "direct": false, "specular_order": 0, "specular": false},
+            "memory_mb": 64, "direct": false, "diffraction_order": 3, "specular_order": 0, "specular": false},
         "expect": {"T30": [1, null, {"anything": true}]}
     })");
     const auto [scene, warnings, rays_given, json] = aula::load_scene(file);
@@ -124,6 +124,7 @@ TEST_CASE("every key of a scene file is read") {
     CHECK(s.threads == 2);
     CHECK(s.memory_mb == 64);
     CHECK_FALSE(s.direct);
+    CHECK(s.diffraction_order == 3);
     CHECK(s.specular_order == 0);
     CHECK_FALSE(s.specular);
 }

@@ -37,6 +37,8 @@ TEST_CASE("a simulation with a value out of its range is refused") {
         [](Simulation& s) { s.order = -1; },
         [](Simulation& s) { s.specular_order = -1; },
         [](Simulation& s) { s.specular_order = Simulation::kHighestSpecularOrder + 1; },
+        [](Simulation& s) { s.diffraction_order = -1; },
+        [](Simulation& s) { s.diffraction_order = Simulation::kHighestDiffractionOrder + 1; },
         [](Simulation& s) { s.patch_size_m = 0; },
         [](Simulation& s) { s.listener_radius_m = 0; },
         [](Simulation& s) { s.frame_rate_hz = 0; },

@@ -50,6 +50,34 @@ TEST_CASE("A path of fluence 1/(4 pi d^2) has the pressure 1/d, and order 0 is t
     REQUIRE(sound.ambisonics[0].size() == 8);
 }
 
+TEST_CASE(
+    "All paths of order 0 have the gain of the direct sound, the one of id 0 is the main one") {
+    ImpulseResponse response;
+    response.channels.assign(4, std::vector<float>(8));
+    SpecularPath bent;
+    bent.edges = 1;
+    bent.id = 7;
+    bent.length_m = 4.5F;  // weak paths may be shorter than the main one
+    bent.energy = Bands::filled(1 / (4 * kPi));
+    SpecularPath main = bent;
+    main.id = 0;
+    main.length_m = 5;
+    SpecularPath wall = main;
+    wall.order = 1;
+    wall.id = 8;
+    wall.edges = 0;
+    response.paths = {bent, main, wall};
+    const SourceSound sound = source_sound(response, 343.2, 0, 0.5F, 0.25F);
+    REQUIRE(sound.direct);
+    CHECK(sound.direct->delay_s == Approx(5 / 343.2));
+    CHECK(static_cast<double>(sound.direct->band_gain[0]) == Approx(0.5).epsilon(kRounding));
+    REQUIRE(sound.early.size() == 2);
+    CHECK(sound.early[0].id == 7);
+    CHECK(static_cast<double>(sound.early[0].band_gain[0]) == Approx(0.5).epsilon(kRounding));
+    CHECK(sound.early[1].id == 8);
+    CHECK(static_cast<double>(sound.early[1].band_gain[0]) == Approx(0.25).epsilon(kRounding));
+}
+
 TEST_CASE("Sound from the left of the room is in front of a head that is turned left") {
     const auto front = in_head(head_rotation(looking(kPi / 2)), {0, 1, 0});
     REQUIRE(static_cast<double>(front[0]) == Approx(1).margin(kRounding));

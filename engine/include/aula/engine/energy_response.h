@@ -11,13 +11,17 @@
 
 namespace aula {
 
-/// A discrete arrival at the listener: the direct sound or a specular reflection (image source).
+/// A discrete arrival at the listener: direct sound or a specular reflection (image source). The
+/// direct sound and its diffraction at edges are several paths of order 0. Path 0 is the straight
+/// one or, in the shadow, the strong one of the smallest length; the energies of all add up to the
+/// direct sound.
 struct SpecularPath {
     int order = 0;       ///< number of reflections; 0: direct sound
     float length_m = 0;  ///< length of the path from the source to the listener
-    Vec3 direction{0};   ///< unit vector from the listener to the image source, world axes
+    Vec3 direction{0};   ///< unit vector from the listener to the image source or edge, world axes
     Bands energy;        ///< fluence in 1/m2 per unit emitted energy, with losses of air and walls
-    std::uint64_t id = 0;  ///< identifies the image source in all frames; 0: direct sound
+    std::uint64_t id = 0;  ///< identifies the path in all frames; 0: direct sound's main path
+    int edges = 0;         ///< number of edges that the path bends around; 0: none
 };
 
 /// Squared pressure of a fluence, p^2 = 4 pi I: 1 at 1 m from a source of unit energy in free

@@ -27,9 +27,12 @@ struct FrameStatistics {
     double cache_s = 0;   ///< wall-clock time for updating the caches
     double gather_s = 0;  ///< wall-clock time of the final gather; 0 for estimators without patches
     double specular_s = 0;          ///< wall-clock time for image sources
+    double diffraction_s = 0;       ///< wall-clock time for direct sound with its diffraction
     std::uint64_t segments = 0;     ///< traced ray segments, of emitted and gather rays
     std::size_t cache_entries = 0;  ///< entries of diffuse path caches, or occupied patches
     std::size_t memory_bytes = 0;   ///< memory of the caches
+    std::size_t edges = 0;          ///< edges of the scene that diffract sound
+    std::size_t bent_paths = 0;     ///< paths over edges from all sources to all listeners
 };
 
 /// The polyline of a ray, for display.

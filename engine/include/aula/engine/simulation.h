@@ -27,14 +27,18 @@ struct Simulation {
     static constexpr int kMaxRays = 200'000;
     /// Highest order of image sources: the time for those of a frame increases with its square.
     static constexpr int kHighestSpecularOrder = 100;
+    /// Highest diffraction order.
+    static constexpr int kHighestDiffractionOrder = 4;
 
     Estimator estimator = Estimator::patch;  ///< how energy responses are estimated
-    int rays = 1000;           ///< rays per source and frame, 1 to kMaxRays; more rays, less noise
-    int order = 0;             ///< highest reflection order of all paths; 0: no limit
-    int specular_order = 3;    ///< highest order of the image sources, 0 to kHighestSpecularOrder
-    bool specular = true;      ///< false omits purely specular paths
-    bool direct = true;        ///< false omits the direct sound
-    bool transmission = true;  ///< false makes all walls opaque
+    int rays = 1000;            ///< rays per source and frame, 1 to kMaxRays; more rays, less noise
+    int order = 0;              ///< highest reflection order of all paths; 0: no limit
+    int specular_order = 3;     ///< highest order of the image sources, 0 to kHighestSpecularOrder
+    bool specular = true;       ///< false omits purely specular paths
+    bool direct = true;         ///< false omits the direct sound and its diffraction
+    int diffraction_order = 2;  ///< highest number of edges that the direct sound bends around,
+                                ///< 0 to kHighestDiffractionOrder; 0: no diffraction
+    bool transmission = true;   ///< false makes all walls opaque
     /// tau: the time over which the caches average, >= 0. Longer: less noise, but slower reaction
     /// to movement.
     float response_time_s = 0.5F;

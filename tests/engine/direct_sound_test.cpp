@@ -1,0 +1,190 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <numeric>
+#include <vector>
+
+#include "aula/engine/propagation.h"
+#include "aula/engine/room_acoustics.h"
+#include "engine/edges/direct_sound.h"
+#include "engine/trace/specular_paths.h"
+#include "tests/support/measure.h"
+
+using namespace aula;
+
+namespace {
+
+const Vec3 kSource(1, 1, 1.5F);
+const Vec3 kBehindWall(5, 1.2F, 1.5F);
+const Vec3 kInSight(2, 3, 1.5F);
+
+/// A closed box of 6 x 4 x 3 m, and a thin wall at x = 3 m from y = 0 to y = 2.6 m.
+Scene divided_room() {
+    Scene scene;
+    Object box;
+    for (int i = 0; i < 8; ++i) {
+        box.vertices.emplace_back((i & 1) != 0 ? 6 : 0, (i & 2) != 0 ? 4 : 0, (i & 4) != 0 ? 3 : 0);
+    }
+    const auto add_quad = [](Object& object, std::uint32_t a, std::uint32_t b, std::uint32_t c,
+                             std::uint32_t d) {
+        object.triangles.push_back({a, b, c});
+        object.triangles.push_back({a, c, d});
+        object.triangle_materials.insert(object.triangle_materials.end(), 2, 0);
+    };
+    add_quad(box, 0, 1, 3, 2);
+    add_quad(box, 4, 6, 7, 5);
+    add_quad(box, 0, 4, 5, 1);
+    add_quad(box, 2, 3, 7, 6);
+    add_quad(box, 0, 2, 6, 4);
+    add_quad(box, 1, 5, 7, 3);
+    Object wall;
+    wall.vertices = {{3, 0, 0}, {3, 2.6F, 0}, {3, 2.6F, 3}, {3, 0, 3}};
+    add_quad(wall, 0, 1, 2, 3);
+    scene.objects = {box, wall};
+    scene.materials = {{"wall", Bands::filled(0.3F), Bands::filled(0.5F)}};
+    scene.sources.emplace_back();
+    scene.sources[0].position = kSource;
+    scene.listener.pose.position = kBehindWall;
+    scene.simulation.ir_length_s = 0.2F;
+    scene.simulation.rays = 1;
+    scene.simulation.threads = 2;
+    return scene;
+}
+
+std::vector<SpecularPath> direct_of(const EnergyResponse& response) {
+    std::vector<SpecularPath> direct;
+    std::copy_if(response.paths.begin(), response.paths.end(), std::back_inserter(direct),
+                 [](const SpecularPath& path) { return path.order == 0; });
+    return direct;
+}
+
+std::vector<SpecularPath> direct_of_frame_1(const Scene& scene, const Vec3& listener) {
+    Propagation propagation(scene, scene.simulation);
+    propagation.step({.sources = {kSource}, .listeners = {listener}});
+    return direct_of(propagation.response(0));
+}
+
+bool same(const SpecularPath& a, const SpecularPath& b) {
+    return a.length_m == b.length_m && a.direction == b.direction && a.energy == b.energy &&
+           a.id == b.id && a.edges == b.edges;
+}
+
+constexpr Estimator kEstimators[] = {Estimator::pt, Estimator::dpc_published, Estimator::dpc,
+                                     Estimator::patch};
+
+}  // namespace
+
+TEST_CASE("all estimators have the diffracted direct sound in the first frame, with any rays") {
+    const Scene room = divided_room();
+    const RayScene rays(room);
+    const DirectSound direct_sound(rays, room.medium.speed_of_sound_m_s());
+    for (const Vec3& listener : {kBehindWall, kInSight}) {
+        const std::vector<SpecularPath> expected =
+            direct_sound.find(kSource, listener, room.medium.attenuation_per_m());
+        REQUIRE(!expected.empty());
+        CHECK((expected[0].edges == 1) == (listener == kBehindWall));
+        for (const Estimator estimator : kEstimators) {
+            for (const bool specular : {true, false}) {
+                for (const int ray_count : {1, 100}) {
+                    Scene scene = room;
+                    scene.simulation.estimator = estimator;
+                    scene.simulation.specular = specular;
+                    scene.simulation.rays = ray_count;
+                    const auto direct = direct_of_frame_1(scene, listener);
+                    CAPTURE(estimator_name(estimator), specular, ray_count);
+                    REQUIRE(direct.size() == expected.size());
+                    CHECK(std::equal(direct.begin(), direct.end(), expected.begin(), same));
+                    CHECK(std::count_if(direct.begin(), direct.end(),
+                                        [](const SpecularPath& p) { return p.id == 0; }) == 1);
+                }
+            }
+        }
+    }
+}
+
+TEST_CASE("without direct sound there is no diffraction") {
+    Scene scene = divided_room();
+    REQUIRE(!direct_of_frame_1(scene, kBehindWall).empty());
+    scene.simulation.direct = false;
+    CHECK(direct_of_frame_1(scene, kBehindWall).empty());
+    CHECK(direct_of_frame_1(scene, kInSight).empty());
+}
+
+TEST_CASE("diffraction order 0 gives the straight path alone, to the bit") {
+    Scene scene = divided_room();
+    scene.simulation.diffraction_order = 0;
+    const RayScene rays(scene);
+    const SpecularPaths straight(rays, 0, 0.5F, 1);
+    const auto expected =
+        straight.find(kSource, kInSight, true, scene.medium.attenuation_per_m()).paths;
+    REQUIRE(expected.size() == 1);
+    const auto found = direct_of_frame_1(scene, kInSight);
+    REQUIRE(found.size() == 1);
+    CHECK(same(found[0], expected[0]));
+    CHECK(direct_of_frame_1(scene, kBehindWall).empty());
+
+    // With diffraction, the edge changes the level beside it as well.
+    scene.simulation.diffraction_order = 1;
+    const auto bent = direct_of_frame_1(scene, kInSight);
+    REQUIRE(!bent.empty());
+    CHECK(bent[0].edges == 0);
+    CHECK_FALSE(same(bent[0], expected[0]));
+}
+
+TEST_CASE(
+    "a straight path that no edge changes is the same with and without diffraction, to the bit") {
+    // The edges of a closed box are outside.
+    Scene scene = divided_room();
+    scene.objects.pop_back();
+    const auto with_diffraction = direct_of_frame_1(scene, kInSight);
+    scene.simulation.diffraction_order = 0;
+    const auto without = direct_of_frame_1(scene, kInSight);
+    REQUIRE(with_diffraction.size() == 1);
+    REQUIRE(without.size() == 1);
+    CHECK(same(with_diffraction[0], without[0]));
+}
+
+TEST_CASE("diffracted direct sound is the same with any number of threads") {
+    Scene scene = divided_room();
+    for (const float x : {1.5F, 2.2F, 4.1F}) {
+        scene.sources.push_back(scene.sources[0]);
+        scene.sources.back().position = Vec3(x, 0.7F, 1.2F);
+    }
+    std::vector<EnergyResponse> results[2];
+    for (const int threads : {1, 3}) {
+        scene.simulation.threads = threads;
+        Propagation propagation(scene, scene.simulation);
+        for (int frame = 0; frame < 3; ++frame) {
+            FrameInput input = test::static_input(scene);
+            input.listeners[0].y += 0.1F * static_cast<float>(frame);
+            propagation.step(input);
+        }
+        for (std::size_t s = 0; s < scene.sources.size(); ++s)
+            results[threads / 2].push_back(propagation.response(s));
+    }
+    for (std::size_t s = 0; s < scene.sources.size(); ++s) {
+        CHECK(!direct_of(results[0][s]).empty());
+        CHECK(test::same_bits(results[0][s], results[1][s]));
+    }
+}
+
+TEST_CASE("direct sound that edges diffract defines the time zero of parameters") {
+    // In a room without reflections all energy is direct sound: D50 is 1 behind the wall, too.
+    Scene scene = divided_room();
+    scene.materials[0].absorption = Bands::filled(1);
+    Propagation propagation(scene, scene.simulation);
+    propagation.step({.sources = {kSource}, .listeners = {kBehindWall}});
+    const EnergyResponse& response = propagation.response(0);
+    const auto direct = direct_of(response);
+    REQUIRE(!direct.empty());
+    const double detour_s = double{direct[0].length_m - glm::distance(kSource, kBehindWall)} / 343;
+    CHECK(detour_s > 1e-4);
+    for (const BandParameters& band : room_parameters(response)) {
+        REQUIRE(band.d50);
+        CHECK(*band.d50 == Approx(1));
+        REQUIRE(band.ts_s);
+        CHECK(*band.ts_s == Approx(0).margin(1e-6));  // re the bent path, not the straight one
+    }
+}
