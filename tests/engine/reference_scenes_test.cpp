@@ -1,7 +1,9 @@
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -97,6 +99,44 @@ std::vector<Order> orders(const Scene& scene, int highest, int frames, int rays,
         result.push_back(order);
     }
     return result;
+}
+
+/// A scene whose source and listener are put at places one after another. Levels are those of the
+/// direct sound with its diffraction re free field at the straight distance.
+class DirectLevels {
+ public:
+    explicit DirectLevels(const Scene& scene) : propagation_(scene, scene.simulation) {}
+
+    std::vector<double> operator()(const aula::Vec3& source, const aula::Vec3& listener) {
+        propagation_.step({.sources = {source}, .listeners = {listener}});
+        Bands sum;
+        for (const aula::SpecularPath& path : propagation_.response(0).paths) {
+            if (path.order == 0) sum += path.energy;
+        }
+        const double distance_m = double{glm::distance(source, listener)};
+        std::vector<double> levels_db;
+        for (const float energy : sum.value) {
+            levels_db.push_back(10 * std::log10(std::max(1e-30, double{energy}) * 4 *
+                                                std::acos(-1) * distance_m * distance_m));
+        }
+        return levels_db;
+    }
+
+    /// Those of the last call.
+    const std::vector<aula::SpecularPath>& paths() const { return propagation_.response(0).paths; }
+
+ private:
+    aula::Propagation propagation_;
+};
+
+aula::Vec3 point(const json& list) {
+    return {list.at(0).get<float>(), list.at(1).get<float>(), list.at(2).get<float>()};
+}
+
+double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
+    double largest = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) largest = std::max(largest, std::abs(a[i] - b[i]));
+    return largest;
 }
 
 }  // namespace
@@ -269,4 +309,80 @@ TEST_CASE("reference: a smooth box has exactly the image sources' arrivals") {
     }
     // All of the energy: nothing remains for the rays.
     for (const Bands& energy : e.energy) CHECK(energy == Bands{});
+}
+
+TEST_CASE("reference: direct sound bends around a half plane, a corner and into a door") {
+    for (const char* name : {"half_plane", "corner_270", "door_thin"}) {
+        const Reference r = reference(name);
+        const auto tolerance_db = [&](bool is_lit) {
+            return r.expect.at("tolerance_db").at(is_lit ? "lit" : "shadow").get<double>();
+        };
+        DirectLevels levels(r.scene);
+        Scene without = r.scene;
+        without.simulation.diffraction_order = 0;
+        DirectLevels straight(without);
+        double straight_error_db = 0;
+        double formula_error_db = 0;
+        for (const json& c : r.expect.at("cases")) {
+            const aula::Vec3 source = point(c.at("source"));
+            const aula::Vec3 listener = point(c.at("listener"));
+            const bool is_lit = c.at("lit").get<bool>();
+            const auto want_db = c.at("level_db").get<std::vector<double>>();
+            const std::vector<double> level_db = levels(source, listener);
+            INFO(name << ", " << c.at("name"));
+            CHECK(largest_difference(level_db, want_db) < tolerance_db(is_lit));
+            const double straight_db = largest_difference(straight(source, listener), want_db);
+            straight_error_db = std::max(straight_error_db, is_lit ? straight_db : 0);
+            if (is_lit) continue;
+            // The formula of Kurze and Anderson for barriers.
+            double bent_m = 1e9;
+            for (const aula::SpecularPath& path : levels.paths()) {
+                if (path.order == 0) bent_m = std::min(bent_m, double{path.length_m});
+            }
+            const double detour_m = bent_m - double{glm::distance(source, listener)};
+            const double x = std::sqrt(4 * std::acos(-1.0) * detour_m * 1000 / 343.2);
+            formula_error_db = std::max(
+                formula_error_db, std::abs(-5 - 20 * std::log10(x / std::tanh(x)) - want_db[4]));
+        }
+        // Companions.
+        CHECK(straight_error_db > 2 * tolerance_db(true));
+        CHECK(formula_error_db > 2 * tolerance_db(false));
+    }
+}
+
+TEST_CASE("reference: on a walk past the end of a wall the direct sound is exact and never jumps") {
+    const Reference r = reference("walk_wall_end");
+    const auto bound_db = r.list("largest_step_db");
+    const aula::Vec3 source = r.scene.sources[0].position;
+    const aula::Vec3 start = r.scene.listener.pose.position;
+    const int steps = static_cast<int>(
+        std::lround((r.number("to_y_m") - r.number("from_y_m")) / r.number("step_m")));
+    for (const int order : {1, 0}) {
+        Scene scene = r.scene;
+        scene.simulation.diffraction_order = order;
+        DirectLevels levels(scene);
+        std::vector<double> before;
+        double largest = 0;  // step re its bound
+        double error_db = 0;
+        std::size_t places = 0;
+        for (int i = 0; i <= steps; ++i) {
+            const double y_m = r.number("from_y_m") + i * r.number("step_m");
+            const std::vector<double> now =
+                levels(source, {start.x, static_cast<float>(y_m), start.z});
+            for (std::size_t b = 0; i > 0 && b < kBandCount; ++b) {
+                largest = std::max(largest, std::abs(now[b] - before[b]) / bound_db[b]);
+            }
+            before = now;
+            for (const json& place : r.expect.at("places")) {
+                if (std::abs(place.at("y_m").get<double>() - y_m) > 1e-6) continue;
+                ++places;
+                error_db = std::max(
+                    error_db,
+                    largest_difference(now, place.at("level_db").get<std::vector<double>>()));
+            }
+        }
+        CHECK(places == r.expect.at("places").size());
+        CHECK((largest < 1) == (order == 1));
+        CHECK((error_db < r.number("tolerance_db")) == (order == 1));
+    }
 }
