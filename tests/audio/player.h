@@ -36,6 +36,27 @@ inline DiscretePath path_of(double delay_samples, float gain,
     return path;
 }
 
+inline Signal impulse(std::size_t samples, std::size_t at = 0) {
+    Signal signal(samples);
+    signal[at] = 1;
+    return signal;
+}
+
+/// Decaying noise with an energy of 1 in W and 1/3 in the other channels.
+inline Signals reverberation(std::size_t samples, unsigned seed) {
+    Signals channels = random_signals(4, samples, seed);
+    for (std::size_t c = 0; c < 4; ++c) {
+        double energy = 0;
+        for (std::size_t n = 0; n < samples; ++n) {
+            channels[c][n] *= std::exp(-4 * static_cast<float>(n) / static_cast<float>(samples));
+            energy += double{channels[c][n]} * double{channels[c][n]};
+        }
+        const double scale = std::sqrt((c == 0 ? 1.0 : 1.0 / 3) / energy);
+        for (float& x : channels[c]) x *= static_cast<float>(scale);
+    }
+    return channels;
+}
+
 /// Renders signals in calls whose sizes cycle through a list. Frames can be published between
 /// calls.
 class Player {

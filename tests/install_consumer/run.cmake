@@ -1,7 +1,7 @@
-# cmake -DBUILD=.. -DCONSUMER=.. -DEXAMPLES=.. -DSCENE=.. -DSOUND=.. -DWORK=.. -DGENERATOR=.. -DCOMPILER=.. -DSANITIZE=..
+# cmake -DBUILD=.. -DCONSUMER=.. -DSOURCE=.. -DSCENE=.. -DSOUND=.. -DWORK=.. -DGENERATOR=.. -DCOMPILER=.. -DSANITIZE=..
 # -P run.cmake:
-# installs Aula, builds the consumer of each component and the examples against what was installed,
-# and runs them.
+# installs Aula, builds the consumer of each component, the examples and the programs of the
+# documents against what was installed, and runs them.
 file(REMOVE_RECURSE "${WORK}")
 function(run)
     execute_process(COMMAND ${ARGV} COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)
@@ -15,7 +15,7 @@ endif()
 function(build component)
     run("${CMAKE_COMMAND}" -S "${CONSUMER}" -B "${WORK}/${component}" -G "${GENERATOR}"
         "-DCMAKE_CXX_COMPILER=${COMPILER}" "-DCMAKE_CXX_FLAGS=${flags}" -DCMAKE_BUILD_TYPE=Release
-        "-DCMAKE_PREFIX_PATH=${WORK}/prefix" "-DEXAMPLES=${EXAMPLES}" "-DCOMPONENT=${component}")
+        "-DCMAKE_PREFIX_PATH=${WORK}/prefix" "-DSOURCE=${SOURCE}" "-DCOMPONENT=${component}")
     run("${CMAKE_COMMAND}" --build "${WORK}/${component}")
     # Only the component's libraries: a sound file is read by audio, a device by devices.
     execute_process(COMMAND readelf -d "${WORK}/${component}/use_${component}"
@@ -38,6 +38,15 @@ run("${WORK}/session/render_file" "${SCENE}" "${SOUND}" "${WORK}/file.wav")
 file(SIZE "${WORK}/file.wav" size)
 if(size LESS 384000)
     message(FATAL_ERROR "file.wav has ${size} bytes")
+endif()
+
+# The program of docs/api.md: two channels of 96000 floats, with reverberation at the end.
+execute_process(COMMAND "${WORK}/session/api_page" WORKING_DIRECTORY "${WORK}" COMMAND_ECHO STDOUT
+                COMMAND_ERROR_IS_FATAL ANY)
+file(SIZE "${WORK}/room.wav" size)
+file(READ "${WORK}/room.wav" end OFFSET 764000 HEX)
+if(size LESS 768000 OR size GREATER 769000 OR end MATCHES "^0*$")
+    message(FATAL_ERROR "room.wav has ${size} bytes, the last ${end}")
 endif()
 
 # A game's loop: silent behind the shut door, noise behind the open one.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/audio/convolution/signals.h"
+#include "tests/audio/spatial/directions.h"
 
 using namespace aula;
 using namespace aula::test;
@@ -63,15 +64,10 @@ void turn(FieldRotation& rotation, Signals& field, std::size_t from, std::size_t
 
 TEST_CASE("Harmonics are orthogonal over the sphere with the SN3D energies 1 / (2 l + 1)") {
     // Quadrature over a Fibonacci lattice, whose error decreases as 1 / points.
-    constexpr int kPoints = 20000;
+    constexpr std::size_t kPoints = 20000;
     std::array<std::array<double, 16>, 16> products{};
-    for (int p = 0; p < kPoints; ++p) {
-        const double z = 1 - (2.0 * p + 1) / kPoints;
-        const double azimuth = std::numbers::pi * (3 - std::sqrt(5.0)) * p;
-        const double r = std::sqrt(1 - z * z);
-        const auto y =
-            encode_direction({static_cast<float>(r * std::cos(azimuth)),
-                              static_cast<float>(r * std::sin(azimuth)), static_cast<float>(z)});
+    for (const Direction& direction : uniform_directions(kPoints)) {
+        const auto y = encode_direction(direction);
         for (std::size_t i = 0; i < 16; ++i) {
             for (std::size_t j = 0; j < 16; ++j) {
                 products[i][j] += double{y[i]} * double{y[j]} / kPoints;

@@ -9,6 +9,7 @@
 #include "audio/spatial/hrtf.h"
 #include "audio/spatial/sofa_file.h"
 #include "tests/audio/convolution/signals.h"
+#include "tests/audio/spatial/directions.h"
 
 using namespace aula;
 using namespace aula::test;
@@ -17,26 +18,12 @@ namespace {
 
 constexpr std::size_t kSamples = 256;
 
-/// Uniformly distributed directions.
-std::vector<std::array<float, 3>> lattice(std::size_t count) {
-    std::vector<std::array<float, 3>> directions;
-    for (std::size_t i = 0; i < count; ++i) {
-        const double z = 1 - (2 * static_cast<double>(i) + 1) / static_cast<double>(count);
-        const double azimuth = std::numbers::pi * (3 - std::sqrt(5.0)) * static_cast<double>(i);
-        const double radius = std::sqrt(1 - z * z);
-        directions.push_back({static_cast<float>(radius * std::cos(azimuth)),
-                              static_cast<float>(radius * std::sin(azimuth)),
-                              static_cast<float>(z)});
-    }
-    return directions;
-}
-
 /// The same response for every direction and ear.
 HeadMeasurements measured(const std::vector<float>& response) {
     HeadMeasurements set;
     set.file = "set.sofa";
     set.samples = kSamples;
-    set.positions = lattice(50);
+    set.positions = uniform_directions(50);
     for (std::size_t r = 0; r < 2 * set.positions.size(); ++r) {
         std::vector<float> padded = response;
         padded.resize(kSamples);
@@ -52,7 +39,7 @@ double woodworth(float towards_ear) {
     return angle < std::numbers::pi / 2 ? -std::cos(angle) : angle - std::numbers::pi / 2;
 }
 
-HeadResponses sphere_head(const std::vector<std::array<float, 3>>& directions) {
+HeadResponses sphere_head(const std::vector<Direction>& directions) {
     HeadResponses head;
     head.directions = directions;
     head.weights = quadrature_weights(directions);
@@ -107,9 +94,9 @@ TEST_CASE("Equalisation raises frequencies without energy by at most 24 dB") {
 }
 
 TEST_CASE("The delay of the head's centre does not depend on the density of directions") {
-    const std::vector<std::array<float, 3>> even = lattice(400);
-    std::vector<std::array<float, 3>> dense = even;
-    for (const auto& d : lattice(20000)) {
+    const std::vector<Direction> even = uniform_directions(400);
+    std::vector<Direction> dense = even;
+    for (const auto& d : uniform_directions(20000)) {
         if (d[1] > 0.95F) dense.push_back(d);
     }
     REQUIRE(dense.size() > 2 * even.size());
@@ -138,7 +125,7 @@ TEST_CASE("Interpolated ears do not depend on the order of the measured directio
     }
     const Hrtf one(set, 48000);
     const Hrtf other(reversed, 48000);
-    for (const auto& direction : lattice(37)) {
+    for (const auto& direction : uniform_directions(37)) {
         const auto ears = one.ears(direction);
         const auto same = other.ears(direction);
         for (std::size_t e = 0; e < 2; ++e)
@@ -148,9 +135,9 @@ TEST_CASE("Interpolated ears do not depend on the order of the measured directio
 
 TEST_CASE("The quadrature weights of a regular solid are equal, and all weights sum to one") {
     const float a = 1 / std::sqrt(3.0F);
-    const std::vector<std::array<float, 3>> octahedron{{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
-                                                       {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
-    std::vector<std::array<float, 3>> cube;
+    const std::vector<Direction> octahedron{{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
+                                            {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
+    std::vector<Direction> cube;
     for (const float x : {a, -a})
         for (const float y : {a, -a})
             for (const float z : {a, -a}) cube.push_back({x, y, z});

@@ -10,27 +10,12 @@
 #include "audio/spatial/head_responses.h"
 #include "audio/spatial/sofa_file.h"
 #include "tests/audio/convolution/signals.h"
+#include "tests/audio/spatial/directions.h"
 
 using namespace aula;
 using namespace aula::test;
 
 namespace {
-
-using Direction = std::array<float, 3>;
-
-/// Uniformly distributed directions.
-std::vector<Direction> lattice(std::size_t count) {
-    std::vector<Direction> directions;
-    for (std::size_t i = 0; i < count; ++i) {
-        const double z = 1 - (2 * static_cast<double>(i) + 1) / static_cast<double>(count);
-        const double azimuth = std::numbers::pi * (3 - std::sqrt(5.0)) * static_cast<double>(i);
-        const double radius = std::sqrt(1 - z * z);
-        directions.push_back({static_cast<float>(radius * std::cos(azimuth)),
-                              static_cast<float>(radius * std::sin(azimuth)),
-                              static_cast<float>(z)});
-    }
-    return directions;
-}
 
 /// A head whose ears, at +y and -y, hear with level and delay that vary smoothly: 1 + 0.5 cos, and
 /// 10 - 9 cos samples at 48 kHz, of the angle to the ear.
@@ -39,7 +24,7 @@ HeadMeasurements smooth_head(double rate_hz, std::size_t directions, float dista
     head.file = "head.sofa";
     head.sample_rate_hz = static_cast<float>(rate_hz);
     head.samples = static_cast<std::size_t>(0.004 * rate_hz);
-    for (const Direction& d : lattice(directions)) {
+    for (const Direction& d : uniform_directions(directions)) {
         head.positions.push_back({distance_m * d[0], distance_m * d[1], distance_m * d[2]});
         for (const float side : {1.0F, -1.0F}) {
             std::vector<float> response(head.samples);
@@ -87,7 +72,7 @@ TEST_CASE("Between measured directions level and delay follow the head's") {
     const Hrtf hrtf(smooth_head(48000, 400), 48000);
     // Diffuse-field level: the mean of (1 + 0.5 cos)^2 is 1 + 0.25 / 3.
     const double diffuse_db = 10 * std::log10(1 + 0.25 / 3);
-    for (const Direction& direction : lattice(41)) {
+    for (const Direction& direction : uniform_directions(41)) {
         const auto ears = hrtf.ears(direction);
         CAPTURE(direction[0], direction[1], direction[2]);
         for (std::size_t e = 0; e < 2; ++e) {
@@ -175,7 +160,7 @@ TEST_CASE("Four directions suffice") {
     double greatest_s = 0;
     for (const auto& ears : hrtf.responses().ears)
         for (const Hrtf::Ear& ear : ears) greatest_s = std::max(greatest_s, ear.delay_s);
-    for (const Direction& direction : lattice(50)) {
+    for (const Direction& direction : uniform_directions(50)) {
         for (const Hrtf::Ear& ear : hrtf.ears(direction)) {
             // A mean of measured delays.
             CHECK(ear.delay_s >= 0);
