@@ -28,7 +28,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// The child has 5 s of CPU time; on a busy machine or with a slow disk it takes longer.
+/// Limit of the waiting time for the child, which has 5 s of CPU time: it takes longer on a busy
+/// machine or with a slow disk.
 constexpr std::chrono::seconds kLongest{60};
 
 class Descriptor {

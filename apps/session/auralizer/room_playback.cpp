@@ -24,7 +24,8 @@ std::shared_ptr<const Hrtf> hrtf_of(const AuralizerOptions& options) {
 constexpr std::size_t kSpareSlots = 2;
 
 FrameSettings settings_of(const Scene& scene, const AuralizerOptions& options, int block) {
-    // No spare slots if the scene already has max_sources sources: replacing one is rare.
+    // Not more spare slots than sources that can be added without a removal: if the scene has
+    // max_sources sources, replacing one is rare.
     const std::size_t spare = std::min(options.max_sources - scene.sources.size(), kSpareSlots);
     return {.sample_rate_hz = options.sample_rate_hz,
             .block = block,
@@ -186,7 +187,7 @@ void RoomPlayback::apply_changes(std::int64_t until, std::int64_t now, double ti
     room_.state.time_s = time_s;
 }
 
-/// How long sources are heard after their signals have ended.
+/// How long sources are audible after their signals have ended.
 std::int64_t RoomPlayback::tail_of(double longest_delay_s) const {
     const double length_s = std::max(computer_.response_length_s(), longest_delay_s);
     return std::llround((length_s + kRingTail_s) * rate_hz_);

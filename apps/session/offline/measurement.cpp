@@ -22,13 +22,14 @@ namespace aula {
 namespace {
 
 constexpr int kMaxFrames = 2000;
-/// Windows before their spread is evaluated, and the growth of their number between two
-/// evaluations. An evaluation after every window would bias the result by stopping where the
+/// Number of windows at the first evaluation of their spread, and its growth until the next one.
+/// Evaluations after every window would bias the result: the measurement would stop where the
 /// spread is small by chance.
 constexpr std::size_t kFewestWindows = 16;
 constexpr double kGrowth = 1.25;
-/// Frames of a window for estimators without a window. For `patch` the error per frame does not
-/// depend on the number of frames in a response; more windows give a better error estimate.
+/// Frames of an independent window for `pt` and `patch`. The error of `patch` after a number of
+/// frames does not depend on their division into windows; more windows give a better estimate of
+/// the error.
 constexpr int kWindowFrames = 8;
 
 constexpr const char* kNotConnected = "no path connects them";
@@ -43,10 +44,10 @@ int window_frames(const Simulation& simulation) {
     return std::min(simulation.window_frames(), kMaxFrames / static_cast<int>(kFewestWindows));
 }
 
-/// True if the last response of `frames` frames from empty caches has a smaller error than the mean
-/// of all. The last of `patch` contains all frames. The last of `dpc` contains a window of the
-/// newest frames, while a running mean weights the first rays most; the last is better up to 1.5
-/// windows (measured).
+/// True if, of the responses of `frames` frames from empty caches, the last has a smaller error
+/// than the mean of all. The last response of `patch` contains all frames. That of `dpc` contains
+/// the newest frames, as many as its window; the mean of all responses weights the first rays most.
+/// The last is better up to 1.5 windows (measured).
 bool last_is_best(const Simulation& simulation, int frames) {
     switch (simulation.estimator) {
         case Estimator::pt:

@@ -80,7 +80,7 @@ TEST_CASE(
             CAPTURE(k, high);
             REQUIRE(near != PatchGrid::kNone);
             CHECK(s.grid.area_m2(near) == Approx(0.25).epsilon(1e-3));
-            // Exact: points after longer rays are farther off the wall, by a few micrometres.
+            // Exact: after longer rays points are off the wall by a few micrometres more.
             for (const float distance_m : {1.0F, 3.0F, 8.0F}) {
                 CHECK(s.grid.find(wall + RayScene::offset_after(distance_m) * normal, normal) ==
                       near);
@@ -152,7 +152,7 @@ TEST_CASE("a box of 12 triangles and one of 200 000 have the same patches") {
     REQUIRE(fine.triangles.size() == 12 * 16384);
     Surveyed few(room(box, inside), 0.5F, inside);
     Surveyed many(room(fine, inside), 0.5F, inside);
-    // Found by random walks; slivers at the rims are a matter of chance.
+    // Random walks find the patches; they may miss slivers at the rims.
     CHECK(static_cast<double>(many.grid.reached()) ==
           Approx(static_cast<double>(few.grid.reached())).epsilon(0.03));
     // Companion: there are four times as many patches of half the width.
@@ -212,7 +212,7 @@ TEST_CASE("moving objects have a share of the maximum number of patches") {
         return static_cast<double>(grid.reached()) + 4 * kBlock_m2 / (size_m * size_m);
     };
     CHECK(with_block(Surveyed(scene, 0.25F, kBesideBlock, kMax).grid) <= kMax);
-    // Companion: a static block, of which only the patches count that sound reaches.
+    // Companion: of a static block only the patches that sound reaches count.
     scene.objects.back().path.reset();
     for (Vec3& v : scene.objects.back().vertices) v += Vec3(3, 0.5F, 0);
     CHECK(with_block(Surveyed(scene, 0.25F, kBesideBlock, kMax).grid) > kMax);
@@ -227,7 +227,7 @@ TEST_CASE("patches that an object has left are released") {
         s.grid.scene_moved(5);
         if (k == 40) early = s.grid.size();
     }
-    // It has moved by 100 m; within six moves it intersects some cells more or less.
+    // The block has moved by 100 m. The number of cells that it intersects within six moves varies.
     CHECK(s.grid.size() <= early + 30);
     const std::uint32_t here = s.grid.find(Vec3(100.3F, 1.3F, 2 + 1e-4F), Vec3(0, 0, 1));
     REQUIRE(here != PatchGrid::kNone);
@@ -252,9 +252,9 @@ TEST_CASE("sound that has passed through a moving object is direct until a wall 
                            CHECK(hit.any());
                            ++(reflections == 0 ? direct : later);
                        });
-    // Exact: the first wall of each path, for many behind the block.
+    // Exact: each path has one first wall, in many cases behind the block.
     CHECK(direct == kPaths);
-    // Companion: the number of others is different from zero.
+    // Companion: segments after reflections are counted separately.
     CHECK(later > kPaths);
 }
 
@@ -264,8 +264,8 @@ TEST_CASE("a survey measures segments from wall to wall, through moving objects"
     const double empty_m =
         survey_room(RayScene(room(test::box(Vec3(10, 4, 3)), kBesideBlock)), {&kBesideBlock, 1}, 1)
             .mean_free_path_m;
-    // 4 V / S of the room without the block: 65536 segments with a spread of some 0.6 of their
-    // mean are 0.25 %, and of 32 the first is not diffuse, by a third at most.
+    // 4 V / S of the room without the block. The standard error of 65536 segments with a spread of
+    // 0.6 of their mean is 0.25 %. One segment of 32 is not diffuse and differs by at most a third.
     CHECK(empty_m == Approx(4 * 120 / 164.0).epsilon(0.02));
     // With the block the paths are the same up to rounding.
     const double mean_m = survey_room(rays, {&kBesideBlock, 1}, 1).mean_free_path_m;
@@ -408,8 +408,8 @@ TEST_CASE("an object that oscillates within its cells keeps its patches") {
 }
 
 TEST_CASE("a released number is reused by one patch") {
-    // A block leaves its patches and oscillates at its new position until they have been released
-    // for many moves. It then moves on with all its patches kept: it needs more numbers than were
+    // A block leaves its patches and oscillates at its new position for many moves after they have
+    // been released. It then moves on and keeps all its patches, which need more numbers than were
     // released.
     Scene scene = room_with_sliding_block(Vec3(1), Vec3(1.9F, 0.3F, 0.8F), Vec3(0), 0.5);
     Trajectory path{{{0, {Vec3(1.9F, 0.3F, 0.8F)}}}, false};
