@@ -39,6 +39,21 @@ class Line {
             largest = std::max(largest, std::abs(output_[i] - output_[i - 1]));
         return largest;
     }
+    /// Whether the last block of the output is silent.
+    bool ends_silent() const {
+        return std::all_of(output_.end() - kBlock, output_.end(),
+                           [](float sample) { return sample == 0; });
+    }
+    /// Number of blocks that can be read up to the first one that ends in silence.
+    std::size_t drain() {
+        std::vector<float> block(kBlock);
+        std::size_t count = 0;
+        do {
+            buffer_.read(block);
+            ++count;
+        } while (block.back() != 0);
+        return count;
+    }
     const std::vector<float>& output() const { return output_; }
     CaptureBuffer& buffer() { return buffer_; }
 
@@ -71,8 +86,7 @@ TEST_CASE("An input that stops fades out to silence and returns without a click"
     Line line;
     line.write(2 * kBlock + 100);
     line.read(20);
-    CHECK(std::all_of(line.output().end() - kBlock, line.output().end(),
-                      [](float sample) { return sample == 0; }));
+    CHECK(line.ends_silent());
     CHECK(line.buffer().reserve() == 2 * kBlock);
     line.write(10 * kBlock);
     line.read(5);
@@ -87,9 +101,7 @@ TEST_CASE("An input in bursts causes underruns only at first") {
         line.write(4 * kBlock);
         for (int i = 0; i < 4; ++i) {
             line.read();
-            const bool silent = std::all_of(line.output().end() - kBlock, line.output().end(),
-                                            [](float sample) { return sample == 0; });
-            if (burst >= 20 && silent) ++silent_blocks;
+            if (burst >= 20 && line.ends_silent()) ++silent_blocks;
         }
     }
     CHECK(silent_blocks == 0);
@@ -107,13 +119,7 @@ TEST_CASE(
     }
     CHECK(line.largest_step() < kSmooth);
     // The buffer contains only a few blocks of the surplus of 2880 samples.
-    std::size_t left = 0;
-    std::vector<float> block(kBlock);
-    do {
-        line.buffer().read(block);
-        ++left;
-    } while (block.back() != 0);
-    CHECK(left < 7);
+    CHECK(line.drain() < 7);
 }
 
 TEST_CASE("An input slower than the output fades at underruns without a click") {
@@ -153,13 +159,7 @@ TEST_CASE("Dropping surplus input keeps the reserve, which compensates a late bl
     CHECK(line.buffer().reserve() == kBlock);  // it would have grown at an underrun
     CHECK(line.largest_step() < kSmooth);
     // The buffer contains the reserve and the block written since.
-    std::vector<float> block(kBlock);
-    std::size_t left = 0;
-    do {
-        line.buffer().read(block);
-        ++left;
-    } while (block.back() != 0);
-    CHECK(left <= 3);
+    CHECK(line.drain() <= 3);
 }
 
 TEST_CASE("Clock drift of either sign keeps the delay within a few blocks for minutes") {
@@ -245,13 +245,7 @@ TEST_CASE("After an interruption the surplus is measured anew") {
         line.read();
         line.write(kBlock);
     }
-    std::vector<float> block(kBlock);
-    std::size_t left = 0;
-    do {
-        line.buffer().read(block);
-        ++left;
-    } while (block.back() != 0);
-    CHECK(left <= reserve / kBlock + 4);
+    CHECK(line.drain() <= reserve / kBlock + 4);
     CHECK(line.largest_step() < kSmooth);
 }
 
