@@ -1,22 +1,25 @@
-// Plays silence for a short time on the silent device.
-#include <aula/devices/device.h>
+// Plays a scene for a short time on the silent device: use_devices SCENE
+#include <aula/devices/scene_player.h>
+#include <aula/engine/scene_file.h>
 
 #include <algorithm>
-#include <atomic>
+#include <chrono>
 #include <cstdio>
-#include <span>
 #include <thread>
 
-int main() {
-    std::atomic<int> samples{0};
-    aula::AudioDevice device(aula::AudioDevice::kNone, 48000, 2, 256,
-                             [&](std::span<float* const> outputs, int count) {
-                                 for (float* const channel : outputs)
-                                     std::fill(channel, channel + count, 0.0F);
-                                 samples += count;
-                             });
-    device.start();
-    while (samples < 1000) std::this_thread::yield();
-    device.stop();
-    std::printf("%d samples or more\n", 1000);
+int main(int, char** argv) {
+    aula::ScenePlayerOptions options;
+    options.device = aula::AudioDevice::kNone;
+    options.duration_s = 0.5;
+    aula::ScenePlayer player(aula::load_scene(argv[1]).scene, options);
+    aula::ScenePlayerStatus status;
+    float peak = 0;
+    while (!status.finished) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        status = player.status();
+        peak = std::max(peak, status.peak);
+    }
+    std::printf("%.1f s, %llu frames, largest sample %.3f\n", status.time_s,
+                static_cast<unsigned long long>(status.frames), static_cast<double>(peak));
+    return status.time_s == 0.5 && status.frames > 1 && peak > 0 ? 0 : 1;
 }

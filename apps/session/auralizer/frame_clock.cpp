@@ -28,8 +28,8 @@ FrameClock::FrameClock(Clock::time_point now, double time_s)
     : zero_(now - duration_of(time_s)), time_s_(time_s) {}
 
 void FrameClock::next(double frame_s) {
+    time_s_ += frame_s_;
     frame_s_ = frame_s;
-    time_s_ += frame_s;
 }
 
 FrameClock::Clock::time_point FrameClock::at(double seconds) const {

@@ -13,10 +13,10 @@ class FrameClock {
  public:
     using Clock = std::chrono::steady_clock;
 
-    /// `time_s` of the sound have been played at `now`.
+    /// `time_s` of the sound have been played at `now`, when the first frame starts.
     explicit FrameClock(Clock::time_point now, double time_s = 0);
 
-    /// Advances to the next frame, `frame_s` later.
+    /// Advances to the next frame, which lasts `frame_s`. It starts at the end of the present one.
     void next(double frame_s);
 
     /// Time of the current frame in the played sound, in s.

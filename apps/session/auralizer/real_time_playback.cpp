@@ -122,11 +122,12 @@ void RealTimePlayback::follow(std::function<double()> played_s,
 
 /// At each frame time publishes the frame computed since the previous one, then computes the next.
 void RealTimePlayback::compute_frames(Auralizer& auralizer) {
-    FrameClock clock(Clock::now(), played_s());
     if (computer_.status().frames == 0) {
-        call_before_frame(auralizer, rendered_.load(), clock.time_s());
-        compute_first(clock.time_s());
+        const double time_s = played_s();
+        call_before_frame(auralizer, rendered_.load(), time_s);
+        compute_first(time_s);
     }
+    FrameClock clock(Clock::now(), played_s());
     clock.took(computer_.status().frame_ms / 1000);
     {
         const std::lock_guard lock(mutex_);

@@ -15,11 +15,8 @@ constexpr double kWarmUp_s = 0.25;
 
 }  // namespace
 
-ChangePreparer::ChangePreparer(double sample_rate_hz, std::function<Playing()> playing, Begin begin)
-    : rate_hz_(sample_rate_hz),
-      playing_(std::move(playing)),
-      begin_(std::move(begin)),
-      thread_([this] {
+ChangePreparer::ChangePreparer(double sample_rate_hz, Hooks hooks)
+    : rate_hz_(sample_rate_hz), hooks_(std::move(hooks)), thread_([this] {
           lower_priority(kPropagationNice);
           run();
       }) {}
@@ -35,29 +32,34 @@ void ChangePreparer::stop() {
     if (thread_.joinable()) thread_.join();
 }
 
-std::uint64_t ChangePreparer::ask(const Scene& scene, const SessionOptions& options,
-                                  bool starts_anew) {
+std::uint64_t ChangePreparer::ask(Scene scene, SessionOptions options, bool starts_anew) {
     std::uint64_t number = 0;
     {
         const std::lock_guard lock(mutex_);
         const bool anew = starts_anew || (asked_ && asked_->starts_anew) || anew_in_work_;
         number = ++last_number_;
-        asked_ = Change{scene, options, anew, number};
+        asked_ = Change{std::move(scene), std::move(options), anew, number};
     }
     wanted_.notify_all();
     return number;
 }
 
-std::uint64_t ChangePreparer::ask_if_idle(const Scene& scene, const SessionOptions& options) {
+std::uint64_t ChangePreparer::ask_if_idle(Scene scene, SessionOptions options) {
     std::uint64_t number = 0;
     {
         const std::lock_guard lock(mutex_);
         if (!idle()) return 0;
         number = ++last_number_;
-        asked_ = Change{scene, options, false, number};
+        asked_ = Change{std::move(scene), std::move(options), false, number};
     }
     wanted_.notify_all();
     return number;
+}
+
+void ChangePreparer::set_begun() {
+    const std::lock_guard lock(mutex_);
+    anew_in_work_ = false;
+    error_.clear();
 }
 
 void ChangePreparer::retire(std::unique_ptr<ScenePlayback> playback) {
@@ -75,21 +77,18 @@ ChangePreparer::Status ChangePreparer::status() const {
 
 /// Prepares a change and begins it.
 void ChangePreparer::make(const Change& change) {
-    Playing playing = playing_();
+    Reusable before = hooks_.reusable();
     // A scene that begins anew plays its own signals.
-    if (change.starts_anew)
-        playing = {{{}, {}, playing.reusable.options, playing.reusable.hrtf}, {}, 0};
+    if (change.starts_anew) before.sources.clear();
     auto prepared = std::make_unique<PreparedScene>(change.scene, change.options, rate_hz_,
-                                                    change.starts_anew, playing.reusable);
-    prepared->apply(playing.controls, playing.scene_time_s, true);
+                                                    change.starts_anew, before);
+    hooks_.apply_controls(*prepared);
     prepared->auralizer.warm_up(kWarmUp_s);
     {
         const std::lock_guard lock(mutex_);
         if (stop_) return;
-        anew_in_work_ = false;  // a later change continues it
-        error_.clear();
     }
-    begin_(std::move(prepared), change.number);
+    hooks_.begin(std::move(prepared), change.number);
 }
 
 /// [preparing thread]

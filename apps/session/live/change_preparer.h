@@ -19,35 +19,39 @@ namespace aula {
 /// is prepared. The thread also destroys playbacks that are no longer used.
 class ChangePreparer {
  public:
-    /// The present playback.
-    struct Playing {
-        Reusable reusable;
-        PlayControls controls;
-        double scene_time_s = 0;
-    };
-
     struct Status {
         bool preparing = false;    ///< a requested change has neither begun nor failed
         std::uint64_t failed = 0;  ///< changes that could not be prepared
         std::string error;         ///< why the last one failed; empty if it did not
     };
 
-    /// Begins to play a prepared change.
-    using Begin = std::function<void(std::unique_ptr<PreparedScene>, std::uint64_t number)>;
+    /// Functions of the player, which the thread calls without holding a lock.
+    struct Hooks {
+        /// Data of the present playback.
+        std::function<Reusable()> reusable;
+        /// Gives a prepared scene the present controls.
+        std::function<void(PreparedScene&)> apply_controls;
+        /// Begins to play a prepared change, and calls set_begun() when it has begun.
+        std::function<void(std::unique_ptr<PreparedScene>, std::uint64_t number)> begin;
+    };
 
-    /// The thread calls the functions without holding a lock.
-    ChangePreparer(double sample_rate_hz, std::function<Playing()> playing, Begin begin);
+    ChangePreparer(double sample_rate_hz, Hooks hooks);
     ~ChangePreparer();
     ChangePreparer(const ChangePreparer&) = delete;
     ChangePreparer& operator=(const ChangePreparer&) = delete;
 
     /// Requests a scene. It replaces an earlier request that is not being prepared yet; if that one
-    /// was to begin anew, this one does. Returns its number (>= 1). [any thread]
-    std::uint64_t ask(const Scene& scene, const SessionOptions& options, bool starts_anew);
+    /// or the one in preparation was to begin anew, this one does. Returns its number (>= 1). [any
+    /// thread]
+    std::uint64_t ask(Scene scene, SessionOptions options, bool starts_anew);
 
     /// The same for a scene that continues. Returns 0 and does nothing if a change is being
     /// prepared. [any thread]
-    std::uint64_t ask_if_idle(const Scene& scene, const SessionOptions& options);
+    std::uint64_t ask_if_idle(Scene scene, SessionOptions options);
+
+    /// Notes that the change in preparation has begun: later requests continue it. [the thread, in
+    /// Hooks::begin]
+    void set_begun();
 
     /// Destroys a playback on the thread. [any thread]
     void retire(std::unique_ptr<ScenePlayback> playback);
@@ -70,14 +74,13 @@ class ChangePreparer {
     void make(const Change& change);
 
     double rate_hz_;
-    std::function<Playing()> playing_;
-    Begin begin_;
+    Hooks hooks_;
     mutable std::mutex mutex_;  ///< protects the following members
     std::condition_variable wanted_;
     bool stop_ = false;
     std::optional<Change> asked_;
     bool in_work_ = false;
-    bool anew_in_work_ = false;  ///< the change that is being prepared begins anew
+    bool anew_in_work_ = false;  ///< the change in preparation is to begin anew and has not yet
     std::uint64_t last_number_ = 0;
     std::uint64_t failed_ = 0;
     std::string error_;

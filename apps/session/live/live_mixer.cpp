@@ -33,11 +33,11 @@ float largest(std::span<float* const> channels, int samples) noexcept AULA_NONBL
 }  // namespace
 
 ScenePlayback::ScenePlayback(std::unique_ptr<LiveAuralizer> auralizer, SignalSet signals,
-                             const Timeline& timeline, int block, bool starts_anew)
+                             const Timeline& timeline, int block, std::uint64_t start)
     : auralizer_(std::move(auralizer)),
       rate_hz_(auralizer_->room().sample_rate_hz()),
       timeline_(timeline),
-      starts_anew_(starts_anew),
+      start_(start),
       first_signals_(std::make_unique<SignalSet>(std::move(signals))),
       signals_(first_signals_.get()),
       input_fade_(to_samples(kChangeFade_s, rate_hz_)),
@@ -59,9 +59,11 @@ ScenePlayback::~ScenePlayback() {
         if (signals != nullptr && signals != first_signals_.get()) next_signals_.give_back(signals);
 }
 
-/// `before`: the previous playback, or null.
+/// `before`: the previous playback, or null. A playback in between with the same start may have
+/// been replaced in the mailbox.
 void ScenePlayback::begin(std::int64_t position, const ScenePlayback* before) noexcept {
-    zero_ = starts_anew_ ? position : before != nullptr ? before->zero_ : 0;
+    const bool continues = start_ == (before != nullptr ? before->start_ : 0);
+    zero_ = !continues ? position : before != nullptr ? before->zero_ : 0;
     (position == zero_ ? rise_ : input_fade_).start();
 }
 

@@ -26,10 +26,11 @@ namespace aula {
 class ScenePlayback {
  public:
     /// One signal for each source of the auralizer, which has one listener. `block`: the largest
-    /// number of samples of a call. `starts_anew`: the signals begin with the playback; otherwise
-    /// they continue.
+    /// number of samples of a call. `start`: number of the start of the signals. They continue
+    /// those of a previous playback with the same number, and otherwise begin with this playback.
+    /// 0: they begin with the mixer.
     ScenePlayback(std::unique_ptr<LiveAuralizer> auralizer, SignalSet signals,
-                  const Timeline& timeline, int block, bool starts_anew);
+                  const Timeline& timeline, int block, std::uint64_t start);
     ~ScenePlayback();
     ScenePlayback(const ScenePlayback&) = delete;
     ScenePlayback& operator=(const ScenePlayback&) = delete;
@@ -60,7 +61,7 @@ class ScenePlayback {
     std::unique_ptr<LiveAuralizer> auralizer_;
     double rate_hz_;
     Timeline timeline_;
-    bool starts_anew_;
+    std::uint64_t start_;
     std::int64_t zero_ = 0;  ///< position of the signals' first sample
     std::unique_ptr<SignalSet> first_signals_;
     SignalSet* signals_;

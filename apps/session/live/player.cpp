@@ -27,18 +27,20 @@ struct Player::State {
 
     void start(PreparedScene& prepared);
     void begin(std::unique_ptr<PreparedScene> prepared, std::uint64_t number);
-    ChangePreparer::Playing what_plays();
+    Reusable reusable();
+    double apply_controls(PreparedScene& next);
     void before_frame(PreparedScene& prepared, double time_s);
     void after_frame(PreparedScene& prepared, const FrameMaker& maker, double spare_s);
     void take_frame(const FrameMaker& maker);
     void keep_up(PreparedScene& prepared, double took_s);
+    std::optional<double> shorter_response_s(const PreparedScene& prepared, double took_s);
     void show(const PreparedScene& prepared, const FrameMaker& maker, double spare_s);
     void reclaim_playbacks();
     void retire_used_playbacks();
 
     AuralizerStatus frames_so_far() const;
     bool rays_fall(const PreparedScene& prepared) const;
-    PlayControls controls_now() const;
+    PlayControls controls_of(const PreparedScene& prepared, const LiveLoad& with) const;
     LiveLoad load_of(const PreparedScene& prepared) const;
     void place_listener(const Pose& pose);
     void turn_ringing_heads(const Pose& pose);
@@ -61,9 +63,8 @@ struct Player::State {
     AuralizerStatus earlier;  ///< frames and times of earlier auralizers
     std::optional<ViewRequest> request;
     std::shared_ptr<const FrameView> view;
-    Clock::time_point shown;           ///< when the last view was made
-    std::optional<LiveLoad> load;      ///< of what plays
-    std::uint64_t shorter_change = 0;  ///< number of the last change that shortens responses
+    Clock::time_point shown;                   ///< when the last view was made
+    std::optional<LiveLoad> load;              ///< of what plays
     std::optional<double> longest_response_s;  ///< with which frames are in time; empty: any
 
     std::unique_ptr<AudioDevice> device;  ///< destroyed before the mixer that it calls
@@ -90,10 +91,12 @@ Player::State::State(const Scene& scene, const SessionOptions& options) {
     mixer->playbacks().publish(std::move(playing->playback));
     device->start();
     changes = std::make_unique<ChangePreparer>(
-        rate_hz, [this] { return what_plays(); },
-        [this](std::unique_ptr<PreparedScene> prepared, std::uint64_t number) {
-            begin(std::move(prepared), number);
-        });
+        rate_hz,
+        ChangePreparer::Hooks{
+            .reusable = [this] { return reusable(); },
+            .apply_controls = [this](PreparedScene& next) { apply_controls(next); },
+            .begin = [this](std::unique_ptr<PreparedScene> prepared,
+                            std::uint64_t number) { begin(std::move(prepared), number); }});
     start(*playing);
 }
 
@@ -149,15 +152,7 @@ void Player::State::start(PreparedScene& prepared) {
 /// thread]
 void Player::State::begin(std::unique_ptr<PreparedScene> prepared, std::uint64_t number) {
     PreparedScene& next = *prepared;
-    PlayControls with;
-    double time_s = 0;
-    if (!next.starts_anew) {
-        const std::lock_guard lock(mutex);
-        with = controls_now();
-        time_s = mixer->time_s() - playing->zero_s;
-    }
-    next.apply(with, time_s, true);
-    const FrameMaker& maker = next.auralizer.compute_first(time_s);
+    const FrameMaker& maker = next.auralizer.compute_first(apply_controls(next));
     std::unique_ptr<PreparedScene> before;
     {
         const std::lock_guard lock(mutex);
@@ -173,7 +168,6 @@ void Player::State::begin(std::unique_ptr<PreparedScene> prepared, std::uint64_t
         // A pose that has been set meanwhile.
         if (controls.listener) next.auralizer.room().set_listener(*controls.listener);
         load = load_of(next);
-        shorter_change = 0;
         // publish() frees playbacks that circulate too long; `sounding` must not name them then.
         retire_used_playbacks();
         sounding.push_back(&next.auralizer);
@@ -181,19 +175,33 @@ void Player::State::begin(std::unique_ptr<PreparedScene> prepared, std::uint64_t
         before = std::exchange(playing, std::move(prepared));
         take_frame(maker);
         status.heard_change = number;
+        changes->set_begun();
     }
     before->auralizer.stop();
     start(next);
 }
 
-ChangePreparer::Playing Player::State::what_plays() {
+Reusable Player::State::reusable() {
     const std::lock_guard lock(mutex);
-    return {playing->reusable(), controls_now(), mixer->time_s() - playing->zero_s};
+    return playing->reusable();
+}
+
+/// Gives a prepared scene the controls with which it would begin now. Returns its time.
+double Player::State::apply_controls(PreparedScene& next) {
+    PlayControls with;
+    double time_s = 0;
+    if (!next.starts_anew) {
+        const std::lock_guard lock(mutex);
+        with = controls_of(next, load_of(next));
+        time_s = mixer->time_s() - playing->zero_s;
+    }
+    next.apply(with, time_s, true);
+    return time_s;
 }
 
 void Player::State::before_frame(PreparedScene& prepared, double time_s) {
     const std::lock_guard lock(mutex);
-    if (playing.get() == &prepared) prepared.apply(controls_now(), time_s);
+    if (playing.get() == &prepared) prepared.apply(controls_of(prepared, *load), time_s);
 }
 
 void Player::State::after_frame(PreparedScene& prepared, const FrameMaker& maker, double spare_s) {
@@ -225,20 +233,39 @@ void Player::State::take_frame(const FrameMaker& maker) {
 /// Reduces rays or response length if frames take too long. A shorter response requires a prepared
 /// change.
 void Player::State::keep_up(PreparedScene& prepared, double took_s) {
-    const std::lock_guard lock(mutex);
-    if (playing.get() != &prepared) return;
-    // Preparation slows down the present frames.
-    if (changes->status().preparing) return load->restart();
-    load->add(took_s, 1.0 / static_cast<double>(prepared.scene.simulation.frame_rate_hz),
-              rays_fall(prepared));
-    if (load->length_s() >= prepared.auralizer.room().response_length_s() || shorter_change > 0)
-        return;
+    const std::optional<double> shorter_s = shorter_response_s(prepared, took_s);
+    if (!shorter_s) return;
+    // Copied without the lock: a scene can be large.
     Scene scene = prepared.scene;
     scene.simulation.ir_length_s.reset();
     SessionOptions options = prepared.options;
-    options.longest_response_s = load->length_s();
-    shorter_change = changes->ask_if_idle(scene, options);
-    if (shorter_change > 0) longest_response_s = options.longest_response_s;
+    options.longest_response_s = shorter_s;
+    const std::lock_guard lock(mutex);
+    if (playing.get() != &prepared) return;
+    if (changes->ask_if_idle(std::move(scene), std::move(options)) > 0)
+        longest_response_s = shorter_s;
+}
+
+/// Adds a frame to the load, which may reduce the rays. Returns a shorter length of the response if
+/// one is needed.
+std::optional<double> Player::State::shorter_response_s(const PreparedScene& prepared,
+                                                        double took_s) {
+    const std::lock_guard lock(mutex);
+    if (playing.get() != &prepared) return {};
+    // Preparation slows down the present frames.
+    if (changes->status().preparing) {
+        load->restart();
+        return {};
+    }
+    load->add(took_s, 1.0 / static_cast<double>(prepared.scene.simulation.frame_rate_hz),
+              rays_fall(prepared));
+    const double length_s = load->length_s();
+    const double present_s = prepared.auralizer.room().response_length_s();
+    if (length_s >= present_s) return {};
+    // Until the change begins the length is the present one. If the change fails, the load is
+    // measured again.
+    load = LiveLoad(load->full(), load->rays(), present_s);
+    return length_s;
 }
 
 /// Copies the frame for display if there is time until it is due, or if the last copy is old.
@@ -297,11 +324,12 @@ bool Player::State::rays_fall(const PreparedScene& prepared) const {
     return prepared.options.rays_fall && !controls.rays && !controls.frame_share;
 }
 
-/// The controls, with the number of rays that keeps frames in time. The mutex is locked.
-PlayControls Player::State::controls_now() const {
-    PlayControls with = controls;
-    if (rays_fall(*playing)) with.rays = load->rays();
-    return with;
+/// The controls of a prepared scene, with the number of rays that keeps its frames in time. The
+/// mutex is locked.
+PlayControls Player::State::controls_of(const PreparedScene& prepared, const LiveLoad& with) const {
+    PlayControls now = controls;
+    if (rays_fall(prepared)) now.rays = with.rays();
+    return now;
 }
 
 /// Rays and response length of a prepared scene, reduced as in the previous one.
@@ -390,7 +418,7 @@ std::uint64_t Player::change(const Scene& scene, const SessionOptions& options, 
         if (starts_anew) state_->longest_response_s.reset();
         kept.longest_response_s = state_->longest_response_s;
     }
-    return state_->changes->ask(scene, kept, starts_anew);
+    return state_->changes->ask(scene, std::move(kept), starts_anew);
 }
 
 void Player::play_signal(std::size_t source, std::shared_ptr<const Signal> signal) {

@@ -50,7 +50,7 @@ std::unique_ptr<ScenePlayback> make_playback(const PreparedScene& prepared, doub
                        .response_length_s = auralizer->room().response_length_s(),
                        .duration_s = options.duration_s});
     return std::make_unique<ScenePlayback>(std::move(auralizer), prepared.signals, timeline,
-                                           options.block, prepared.starts_anew);
+                                           options.block, prepared.start);
 }
 
 }  // namespace
@@ -61,6 +61,7 @@ PreparedScene::PreparedScene(const Scene& scene_in, const SessionOptions& option
       scene(with_length(scene_in, options_in)),
       options(options_in),
       starts_anew(starts_anew_in),
+      start(before.start + (starts_anew ? 1 : 0)),
       signals(signals_of(scene, sample_rate_hz, before)),
       hrtf(hrtf_after(options, sample_rate_hz, before)),
       playback(make_playback(*this, sample_rate_hz)),

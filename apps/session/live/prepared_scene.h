@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -16,6 +17,7 @@ struct Reusable {
     SignalSet signals;  ///< of the sources
     SessionOptions options;
     std::shared_ptr<const Hrtf> hrtf;
+    std::uint64_t start = 0;  ///< number of the start of the signals
 };
 
 /// A scene ready to be played: its auralizer, signals and timeline. Prepared on any thread. The
@@ -34,13 +36,14 @@ struct PreparedScene {
     /// Continues the present signals of another prepared scene on equal sources.
     void take_signals(const PreparedScene& before);
 
-    Reusable reusable() const { return {scene.sources, signals, options, hrtf}; }
+    Reusable reusable() const { return {scene.sources, signals, options, hrtf, start}; }
 
     bool length_given;  ///< the scene sets the length of responses
     Scene scene;
     SessionOptions options;
-    bool starts_anew;   ///< its time begins with it; otherwise the played time continues
-    double zero_s = 0;  ///< played time at which the scene's time begins
+    bool starts_anew;     ///< its time begins with it; otherwise the played time continues
+    std::uint64_t start;  ///< number of the scene's start, see ScenePlayback
+    double zero_s = 0;    ///< played time at which the scene's time begins
     SignalSet signals;
     std::shared_ptr<const Hrtf> hrtf;
     std::unique_ptr<ScenePlayback> playback;  ///< until it is passed to the mixer

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cmath>
 
 #include "apps/session/base/latency.h"
@@ -61,7 +62,8 @@ TEST_CASE("A live auralizer computes frames between start and stop, and renders 
                         if (newest.rays() == 50) ++after;
                     }});
     REQUIRE(test::comes([&] { return after > 3; }));
-    CHECK(first_s > 2.0);
+    // The frame after the first one has the present time, so that it is due one period later.
+    CHECK(first_s == 2.0);
     live.stop();
     CHECK(before == after);
     const auto frames = live.room().status().frames;
@@ -70,6 +72,30 @@ TEST_CASE("A live auralizer computes frames between start and stop, and renders 
     CHECK(live.room().impulse_response(live.room().sources()[0]).empty());
     live.stop();
     CHECK(live.room().status().frames == frames);
+}
+
+TEST_CASE("The frame after the first one is handed over one period after the start") {
+    constexpr double kPeriod_s = 1;
+    Scene scene = test::free_field({1, 0, 0});
+    scene.simulation.frame_rate_hz = static_cast<float>(1 / kPeriod_s);
+    LiveAuralizer live(scene, mono(), nullptr);
+    live.compute_first(0);
+    const auto start = std::chrono::steady_clock::now();
+    const auto played_s = [start] {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    };
+    live.start({.played_s = played_s,
+                .before_frame = [](double) {},
+                .after_frame = [](const FrameMaker&, double) {}});
+    double handed_over_s = 0;
+    REQUIRE(test::comes([&] {
+        const double now_s = played_s();
+        handed_over_s = now_s - live.room().status().frame_age_s;
+        return handed_over_s > 0;
+    }));
+    // Half a period is far more than the handover takes. A clock whose first frame starts one
+    // period after the sound hands over after two.
+    CHECK(handed_over_s < 1.5 * kPeriod_s);
 }
 
 TEST_CASE("A live auralizer that never starts ends") {

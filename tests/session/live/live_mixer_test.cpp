@@ -27,11 +27,14 @@ SessionOptions mono() {
     return options;
 }
 
-/// The room, in which a tone with a sin^2 envelope of a second plays.
-std::unique_ptr<PreparedScene> tone_in(const Scene& scene, bool starts_anew = false) {
+/// The room, in which a tone with a sin^2 envelope of a second plays. `start`: of the playback
+/// before.
+std::unique_ptr<PreparedScene> tone_in(const Scene& scene, bool starts_anew = false,
+                                       std::uint64_t start = 0) {
     Reusable before;
     before.sources = scene.sources;
     before.signals = {std::make_shared<const Signal>(test::tone(), false)};
+    before.start = start;
     return std::make_unique<PreparedScene>(scene, mono(), kRate_hz, starts_anew, before);
 }
 
@@ -96,7 +99,7 @@ TEST_CASE("A switch to the same scene is inaudible: both playbacks add up") {
             // A playback that begins anew: later ones continue in its time.
             const bool anew = block == 40;
             if (block == 0 || anew || (changes && (block == 80 || block == 110))) {
-                all.push_back(tone_in(scene, anew));
+                all.push_back(tone_in(scene, anew, all.empty() ? 0 : all.back()->start));
                 begin(*all.back(), mixer);
             }
         });
@@ -110,6 +113,31 @@ TEST_CASE("A switch to the same scene is inaudible: both playbacks add up") {
         worst = std::max(worst, static_cast<double>(std::abs(through[i] - changed[i])));
     // Rounding: transforms and filters of single precision, some hundred operations of 6e-8.
     CHECK(worst < 2e-5 * static_cast<double>(loudest));
+}
+
+TEST_CASE("A scene begins anew even if another change replaces the one that should begin it") {
+    const Scene scene = test::free_field({3, 0, 0});
+    const auto heard = [&](bool replaced) {
+        LiveMixer mixer(kRate_hz, kTakeBlock, 1);
+        std::vector<std::unique_ptr<PreparedScene>> all;
+        return take(mixer, kSecond_blocks, [&](int block) {
+            if (block != 0 && block != 100) return;
+            all.push_back(tone_in(scene, block == 100));
+            begin(*all.back(), mixer);
+            if (block == 0 || !replaced) return;
+            // Nothing is rendered in between, as while the device is lost.
+            all.push_back(tone_in(scene, false, all.back()->start));
+            begin(*all.back(), mixer);
+        });
+    };
+    const auto anew = heard(false);
+    CHECK(heard(true) == anew);
+    // Companion: the tone that continues differs from the one that begins anew.
+    LiveMixer mixer(kRate_hz, kTakeBlock, 1);
+    auto through = tone_in(scene);
+    CHECK(take(mixer, kSecond_blocks, [&](int block) {
+              if (block == 0) begin(*through, mixer);
+          }) != anew);
 }
 
 TEST_CASE("A signal that begins abruptly or continues fades in; an onset is unchanged") {

@@ -1,5 +1,9 @@
 #include "apps/session/live/player.h"
 
+#include <pthread.h>
+
+#include <algorithm>
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
@@ -10,6 +14,7 @@
 #include "aula/exception.h"
 #include "tests/support/jack_server.h"
 #include "tests/support/program.h"
+#include "tests/support/pulse_server.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/test_scenes.h"
 #include "tests/support/tone.h"
@@ -30,21 +35,54 @@ double share_off_tone_within(std::vector<float> samples) {
     return share_off_tone(samples);
 }
 
+/// A room whose frames take longer than 5 ms on any machine, which gives neither rays nor length.
+Scene heavy_room() {
+    Scene scene = small_room();
+    scene.simulation.ir_length_s.reset();
+    scene.materials[0].absorption = Bands::filled(0.1F);
+    scene.simulation.rays = 5000;
+    scene.simulation.frame_rate_hz = 200;
+    return scene;
+}
+
+/// Mono output on the silent device, for a long time.
+SessionOptions silent() {
+    SessionOptions options;
+    options.output = OutputFormat::mono;
+    options.device = AudioDevice::kNone;
+    options.duration_s = 1000;
+    return options;
+}
+
+/// While it exists, no thread can be started: a stack would exceed the address space.
+class NoNewThreads {
+ public:
+    NoNewThreads() {
+        pthread_getattr_default_np(&before_);
+        pthread_attr_t huge;
+        pthread_attr_init(&huge);
+        pthread_attr_setstacksize(&huge, std::size_t{1} << 47);
+        pthread_setattr_default_np(&huge);
+        pthread_attr_destroy(&huge);
+    }
+    ~NoNewThreads() {
+        pthread_setattr_default_np(&before_);
+        pthread_attr_destroy(&before_);
+    }
+    NoNewThreads(const NoNewThreads&) = delete;
+    NoNewThreads& operator=(const NoNewThreads&) = delete;
+
+ private:
+    pthread_attr_t before_;
+};
+
 }  // namespace
 
 TEST_CASE(
     "A scene that is too heavy plays with fewer rays and a shorter response until frames are in "
     "time") {
-    Scene scene = small_room();
-    scene.simulation.ir_length_s.reset();
-    scene.materials[0].absorption = Bands::filled(0.1F);
-    // More rays than any machine traces in 5 ms.
-    scene.simulation.rays = 5000;
-    scene.simulation.frame_rate_hz = 200;
-    SessionOptions options;
-    options.output = OutputFormat::mono;
-    options.device = AudioDevice::kNone;
-    options.duration_s = 1000;
+    Scene scene = heavy_room();
+    SessionOptions options = silent();
     options.rays_fall = true;
     Player player(scene, options);
     REQUIRE(comes([&] { return player.status().rays < 5000; }));
@@ -69,6 +107,115 @@ TEST_CASE(
         return status.heard_change >= change && status.response_length_s > 0.45 &&
                status.response_length_s == status.full_response_length_s;
     }));
+}
+
+TEST_CASE("A response that could not be shortened is shortened later") {
+    Scene scene = heavy_room();
+    SessionOptions options = silent();
+    Player player(scene, options);
+    {
+        const NoNewThreads no_threads;
+        REQUIRE(comes([&] { return player.status().failed_changes > 0; }));
+        CHECK_FALSE(player.status().change_error.empty());
+        const PlayStatus status = player.status();
+        CHECK(status.response_length_s == status.full_response_length_s);
+    }
+    CHECK(comes([&] {
+        const PlayStatus status = player.status();
+        return status.response_length_s < 0.7 * status.full_response_length_s;
+    }));
+    CHECK(player.status().change_error.empty());
+}
+
+TEST_CASE("The first frame of a change has the rays that the change gives") {
+    Scene scene = heavy_room();
+    SessionOptions options = silent();
+    options.rays_fall = true;
+    Player player(scene, options);
+    REQUIRE(comes([&] { return player.status().rays < 5000; }));
+    scene.simulation.frame_rate_hz = 0.02F;  // the first frame remains the newest
+    options.rays_fall = false;
+    const auto change = player.change(scene, options);
+    REQUIRE(comes([&] { return player.status().heard_change == change; }));
+    CHECK(player.status().rays == 5000);
+}
+
+TEST_CASE("A live input is read without a gap during a change") {
+    const Scene scene = free_field({1, 0, 0});
+    Player player(scene, silent());
+    std::atomic<std::int64_t> end = -1;  // of the samples read, without a gap
+    std::atomic<int> gaps = 0;
+    const auto read = [&](std::int64_t position, std::span<float> out) {
+        std::fill(out.begin(), out.end(), 0.1F);
+        const std::int64_t read_to = end;
+        if (read_to >= 0 && position > read_to) ++gaps;
+        end = std::max(read_to, position + static_cast<std::int64_t>(out.size()));
+    };
+    player.play_signal(0, std::make_shared<const Signal>(LiveInput(read)));
+    REQUIRE(comes([&] { return end > 0; }));
+    Scene warm = scene;
+    warm.medium.temperature_c += 1;
+    const auto change = player.change(warm, silent());
+    REQUIRE(comes([&] { return player.status().heard_change == change; }));
+    const std::int64_t begun = end;
+    // Longer than the fade between the playbacks and the ringing of the previous one.
+    CHECK(comes([&] { return end > begun + 2 * 48000; }));
+    CHECK(gaps == 0);
+    // Another scene plays its own signals: the input is no longer read.
+    const auto anew = player.change(scene, silent(), true);
+    REQUIRE(comes([&] { return player.status().heard_change == anew; }));
+    CHECK(comes([&] {
+        const std::int64_t before = end;
+        const double time_s = player.status().time_s;
+        return comes([&] { return player.status().time_s > time_s + 0.1; }) && end == before;
+    }));
+}
+
+TEST_CASE(
+    "Changes during the loss of a device are heard when it returns, a new scene from its start") {
+    PulseServer server;
+    if (!server.running()) {
+        WARN("skipped: no PulseAudio server can run here");
+        return;
+    }
+    const auto devices = list_output_devices();
+    if (std::none_of(devices.begin(), devices.end(),
+                     [](const DeviceInfo& device) { return device.name == "pulse"; })) {
+        WARN("skipped: ALSA knows no PulseAudio here (libasound2-plugins)");
+        return;
+    }
+    Scene scene = free_field({1, 0, 0});
+    SessionOptions options = silent();
+    options.device = "pulse";
+    Player player(scene, options);
+    REQUIRE(comes([&] { return player.status().time_s > 0.5 && player.status().frames > 3; }));
+    server.kill();
+    REQUIRE(comes([&] { return player.status().device == DeviceState::lost; }));
+    const double lost_s = player.status().time_s;
+    player.status();  // resets the peak
+    // The second change replaces the first one before the sound continues.
+    const auto anew = player.change(scene, options, true);
+    REQUIRE(comes([&] { return player.status().heard_change == anew; }));
+    scene.medium.temperature_c += 1;
+    const auto next = player.change(scene, options);
+    REQUIRE(comes([&] { return player.status().heard_change == next; }));
+    CHECK(player.status().peak == 0);
+    CHECK(player.status().time_s == lost_s);
+    CHECK(player.status().scene_time_s == 0);
+    server.restart();
+    REQUIRE(server.running());
+    // The only sample of the signal is the first one of the scene.
+    float peak = 0;
+    CHECK(comes([&] {
+        const PlayStatus status = player.status();
+        peak = std::max(peak, status.peak);
+        return status.device == DeviceState::playing && status.scene_time_s > 0.3;
+    }));
+    CHECK(peak > 0.01F);
+    CHECK(player.status().reconnects == 1);
+    const auto frames = player.status().frames;
+    CHECK(comes([&] { return player.status().frames > frames + 5; }));
+    CHECK(player.status().change_error.empty());
 }
 
 TEST_CASE("A player does not reduce given rays and a given response length") {

@@ -1,0 +1,93 @@
+#include "aula/devices/scene_player.h"
+
+#include <algorithm>
+#include <atomic>
+#include <utility>
+
+#include "apps/session/auralizer/command_checks.h"
+#include "apps/session/live/player.h"
+
+namespace aula {
+
+namespace {
+
+SessionOptions session_options(const ScenePlayerOptions& options) {
+    SessionOptions session;
+    session.sample_rate_hz = options.sample_rate_hz;
+    session.block = options.block;
+    session.output = options.output;
+    session.ambisonic_order = options.ambisonic_order;
+    session.hrtf = options.hrtf;
+    session.duration_s = options.duration_s;
+    session.device = options.device;
+    session.rays_fall = options.reduces_rays;
+    return session;
+}
+
+}  // namespace
+
+struct ScenePlayer::State {
+    State(const Scene& scene, const SessionOptions& session)
+        : options(session), sources(scene.sources.size()), player(scene, session) {}
+
+    /// Changes the controls of a source.
+    template <typename Change>
+    void change_source(std::size_t source, const Change& change) {
+        require(source < sources, "there is no source with this index");
+        player.adjust([&](PlayControls& controls, const Pose&) {
+            if (controls.sources.size() <= source) controls.sources.resize(source + 1);
+            change(controls.sources[source]);
+        });
+    }
+
+    const SessionOptions options;
+    std::atomic<std::size_t> sources;  ///< of the scene with the most sources
+    Player player;
+};
+
+ScenePlayer::ScenePlayer(const Scene& scene, const ScenePlayerOptions& options)
+    : state_(std::make_unique<State>(scene, session_options(options))) {}
+
+ScenePlayer::~ScenePlayer() = default;
+
+void ScenePlayer::set_listener(const Pose& pose) {
+    check_pose(pose);
+    state_->player.adjust([&](PlayControls& controls, const Pose&) { controls.listener = pose; });
+}
+
+void ScenePlayer::set_source(std::size_t source, const Vec3& position) {
+    check_position(position);
+    state_->change_source(source, [&](SourceControl& control) { control.position = position; });
+}
+
+void ScenePlayer::set_gain(std::size_t source, float gain_db) {
+    check_gain(gain_db);
+    state_->change_source(source, [&](SourceControl& control) { control.gain_db = gain_db; });
+}
+
+std::uint64_t ScenePlayer::change(const Scene& scene, bool starts_anew) {
+    const std::uint64_t number = state_->player.change(scene, state_->options, starts_anew);
+    state_->sources = std::max(state_->sources.load(), scene.sources.size());
+    return number;
+}
+
+ScenePlayerStatus ScenePlayer::status() {
+    PlayStatus now = state_->player.status();
+    return {.time_s = now.time_s,
+            .finished = now.finished,
+            .listener = now.listener,
+            .sources = std::move(now.sources),
+            .frames = now.frames,
+            .late_frames = now.late_frames,
+            .rays = now.rays,
+            .peak = now.peak,
+            .device = now.device,
+            .underruns = now.underruns,
+            .preparing = now.preparing,
+            .heard_change = now.heard_change,
+            .change_error = std::move(now.change_error)};
+}
+
+const DeviceInfo& ScenePlayer::device() const { return state_->player.device(); }
+
+}  // namespace aula
