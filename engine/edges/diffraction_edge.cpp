@@ -1,5 +1,6 @@
 #include "engine/edges/diffraction_edge.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
@@ -17,6 +18,11 @@ WedgePoint DiffractionEdge::coordinates(const glm::dvec3& point) const {
     double angle_rad = std::atan2(y, x);
     if (angle_rad < 0) angle_rad += 2 * std::numbers::pi;
     return {std::hypot(x, y), angle_rad, glm::dot(offset, axis)};
+}
+
+bool DiffractionEdge::is_nearest(double from_rad, double to_rad) const {
+    const double middle_rad = 0.5 * (from_rad + to_rad);
+    return std::min(middle_rad, open_angle_rad - middle_rad) >= 0.5 * std::numbers::pi;
 }
 
 }  // namespace aula

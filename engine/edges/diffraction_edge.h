@@ -28,6 +28,10 @@ struct DiffractionEdge {
     /// A point in the coordinates of the edge. Its angle is 0 to 2 pi.
     WedgePoint coordinates(const glm::dvec3& point) const;
 
+    /// Whether a path at these angles passes a curved surface at this edge: no neighbour is nearer
+    /// to the straight line, as the middle of its directions lies between the faces' normals.
+    bool is_nearest(double from_rad, double to_rad) const;
+
     Wedge wedge() const { return {open_angle_rad, 0, length_m}; }
 };
 

@@ -26,17 +26,16 @@ constexpr double kLongestLitDetour_m = 2;
 // The thin screen limits a chain of which each bend is above this angle.
 constexpr double kSharpBend_rad = 0.1;
 
-/// An angle about an edge, moved into its open angle if it is beyond a face by rounding.
-std::optional<double> in_open_angle(double angle_rad, double open_angle_rad) {
+/// An angle about an edge, moved to the nearer face if it is beyond one.
+double in_open_angle(double angle_rad, double open_angle_rad) {
     if (angle_rad <= open_angle_rad) return angle_rad;
-    const double beyond_second_rad = angle_rad - open_angle_rad;
-    const double before_first_rad = 2 * kPi - angle_rad;
-    if (std::min(beyond_second_rad, before_first_rad) > kOnFace_rad) return {};
-    return beyond_second_rad < before_first_rad ? open_angle_rad : 0;
+    return angle_rad - open_angle_rad < 2 * kPi - angle_rad ? open_angle_rad : 0;
 }
 
+/// Whether a point lies in a face of an edge, up to the tolerance of the search for edges.
 bool is_on_face(double angle_rad, double open_angle_rad) {
-    return std::min(angle_rad, open_angle_rad - angle_rad) < kOnFace_rad;
+    return std::min({angle_rad, std::abs(angle_rad - open_angle_rad), 2 * kPi - angle_rad}) <
+           kOnFace_rad;
 }
 
 bool is_free_edge(const DiffractionEdge& edge) {
@@ -105,16 +104,26 @@ bool EdgeChain::find_angles() {
         const WedgePoint before = contact.edge->coordinates(point(i));
         const WedgePoint after = contact.edge->coordinates(point(i + 2));
         if (std::min(before.radius_m, after.radius_m) < kLeastSegment_m) return false;
-        const auto in_rad = in_open_angle(before.angle_rad, contact.edge->open_angle_rad);
-        const auto out_rad = in_open_angle(after.angle_rad, contact.edge->open_angle_rad);
-        if (!in_rad || !out_rad) return false;
-        contact.in_rad = *in_rad;
-        contact.out_rad = *out_rad;
+        contact.in_rad = before.angle_rad;
+        contact.out_rad = after.angle_rad;
     }
     for (std::size_t i = 0; i + 1 < contacts_.size(); ++i) {
         contacts_[i].shares_next =
             is_on_face(contacts_[i].out_rad, contacts_[i].edge->open_angle_rad) &&
             is_on_face(contacts_[i + 1].in_rad, contacts_[i + 1].edge->open_angle_rad);
+    }
+    for (std::size_t i = 0; i < contacts_.size(); ++i) {
+        Contact& contact = contacts_[i];
+        const double open_rad = contact.edge->open_angle_rad;
+        const bool shares_last = i > 0 && contacts_[i - 1].shares_next;
+        if ((contact.in_rad > open_rad && !shares_last) ||
+            (contact.out_rad > open_rad && !contact.shares_next)) {
+            return false;
+        }
+        contact.in_rad = in_open_angle(contact.in_rad, open_rad);
+        contact.out_rad = in_open_angle(contact.out_rad, open_rad);
+    }
+    for (std::size_t i = 0; i + 1 < contacts_.size(); ++i) {
         if (contacts_[i].shares_next) choose_face(i);
     }
     return true;
@@ -179,12 +188,9 @@ bool EdgeChain::find_bends() {
         const Contact& last = contacts_[bend.last];
         bend.middle_m =
             bend.turn_rad > 0 ? moment / bend.turn_rad : 0.5 * (first.before_m + last.before_m);
-        if (bend.is_curved && bend.first == bend.last) {
-            // The edge of a curved surface that is nearest to the straight line past it.
-            const double middle_rad = 0.5 * (first.in_rad + first.out_rad);
-            if (std::min(middle_rad, first.edge->open_angle_rad - middle_rad) < kPi / 2) {
-                return false;
-            }
+        if (bend.is_curved && bend.first == bend.last &&
+            !first.edge->is_nearest(first.in_rad, first.out_rad)) {
+            return false;
         }
         const glm::dvec3 left = point(bend.first);
         const glm::dvec3 right = point(bend.last + 2);
@@ -233,10 +239,7 @@ ComplexBands EdgeChain::factor(const Bend& bend, double before_m, double after_m
     const WedgePoint receiver = end_of(edge, contact.along_m, ahead, after_m, contact.out_rad);
     ComplexBands field;
     if (bend.is_curved) {
-        DiffractionEdge screen = edge;
-        screen.open_angle_rad = 2 * kPi;
-        const ScreenPoints at(bend.turn_rad, source, receiver);
-        field = edge_field(integral, scene, screen, at.source, at.receiver, {.fade_lit = false});
+        field = curved_field(integral, scene, edge, bend.turn_rad, source, receiver);
     } else {
         // At a shared face the direct sound and its reflection jump together.
         const bool shares_face =

@@ -24,4 +24,10 @@ ComplexBands edge_field(const WedgeIntegral& integral, const RayScene& scene,
                         const DiffractionEdge& edge, const WedgePoint& source,
                         const WedgePoint& listener, const FaceTerms& faces);
 
+/// The field of a curved surface with an edge at which the path turns by an angle: that of a half
+/// plane which divides the angle evenly. The angles of the points do not count.
+ComplexBands curved_field(const WedgeIntegral& integral, const RayScene& scene,
+                          const DiffractionEdge& edge, double turn_rad, WedgePoint source,
+                          WedgePoint listener);
+
 }  // namespace aula

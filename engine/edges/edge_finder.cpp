@@ -29,6 +29,9 @@ constexpr double kShort_m = 0.1;
 constexpr double kLong_m = 0.25;
 constexpr std::size_t kFew = 2000;
 constexpr double kSmallObject_m = 0.3;
+constexpr double kCurvedBend_rad = 40 * kPi / 180;
+constexpr double kCurvedFace_m = 1;
+constexpr double kNearlyParallel = 0.9;
 
 /// Values by the hash of their cells. Cells of equal hash share a list.
 class CellTable {
@@ -473,6 +476,57 @@ class Soup {
     std::vector<Side> sides_;
 };
 
+/// A corner of a triangle at a face of an edge.
+struct EdgeCorner {
+    std::uint64_t position;  ///< hash
+    std::uint32_t triangle;
+    std::uint32_t edge;
+};
+
+/// Marks the edges of curved surfaces: nearly parallel ones of small bends at both sides of a
+/// narrow flat face, which may consist of two triangles.
+void mark_curved(const RayScene& scene, std::vector<DiffractionEdge>& edges) {
+    const auto position_of = [](const Vec3& v) {
+        std::uint64_t hash = 0;
+        for (const float x : {v.x, v.y, v.z}) hash = mix64(hash ^ std::bit_cast<std::uint32_t>(x));
+        return hash;
+    };
+    const auto before = [](const EdgeCorner& a, const EdgeCorner& b) {
+        return std::tie(a.position, a.triangle, a.edge) < std::tie(b.position, b.triangle, b.edge);
+    };
+    std::vector<EdgeCorner> corners;
+    for (std::uint32_t e = 0; e < edges.size(); ++e) {
+        if (edges[e].open_angle_rad > kPi + kCurvedBend_rad) continue;
+        for (const std::uint32_t t : edges[e].triangles) {
+            for (const Vec3& v : scene.triangle(t).vertices)
+                corners.push_back({position_of(v), t, e});
+        }
+    }
+    std::sort(corners.begin(), corners.end(), before);
+    const auto is_beside = [&](const EdgeCorner& a, const EdgeCorner& b) {
+        const DiffractionEdge& edge = edges[a.edge];
+        const DiffractionEdge& other = edges[b.edge];
+        const RayScene::Triangle& face = scene.triangle(a.triangle);
+        const RayScene::Triangle& other_face = scene.triangle(b.triangle);
+        const Point across = other.point(other.length_m / 2) - edge.start;
+        return a.edge != b.edge &&
+               std::abs(double{glm::dot(face.normal, other_face.normal)}) >
+                   std::cos(kTolerance_rad) &&
+               std::abs(glm::dot(edge.axis, other.axis)) > kNearlyParallel &&
+               glm::length(glm::cross(across, edge.axis)) < kCurvedFace_m;
+    };
+    for (auto from = corners.begin(); from != corners.end();) {
+        const auto to = std::find_if(
+            from, corners.end(), [&](const EdgeCorner& c) { return c.position != from->position; });
+        for (auto a = from; a != to; ++a) {
+            edges[a->edge].is_curved =
+                edges[a->edge].is_curved ||
+                std::any_of(from, to, [&](const EdgeCorner& b) { return is_beside(*a, b); });
+        }
+        from = to;
+    }
+}
+
 }  // namespace
 
 std::vector<DiffractionEdge> find_edges(const RayScene& scene,
@@ -495,6 +549,7 @@ std::vector<DiffractionEdge> find_edges(const RayScene& scene,
         return std::tie(a.start.x, a.start.y, a.start.z, a.length_m) <
                std::tie(b.start.x, b.start.y, b.start.z, b.length_m);
     });
+    mark_curved(scene, edges);
     return edges;
 }
 

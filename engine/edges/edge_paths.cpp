@@ -151,6 +151,7 @@ std::optional<EdgePaths::Candidate> EdgePaths::candidate(std::uint32_t edge,
                 .opening = 0,
                 .is_at_boundary = false};
     if (std::max(c.source.angle_rad, c.listener.angle_rad) > at.open_angle_rad) return {};
+    if (at.is_curved && !at.is_nearest(c.source.angle_rad, c.listener.angle_rad)) return {};
     const double across_m = c.source.radius_m + c.listener.radius_m;
     if (!(across_m > 0)) return {};
     const double apex_m =
@@ -173,8 +174,12 @@ std::optional<EdgePaths::Candidate> EdgePaths::candidate(std::uint32_t edge,
 /// sound, or each other, as the slot closes. The terms of the faces add up, and fade out with the
 /// slot's width.
 ComplexBands EdgePaths::field(const Candidate& c, const Bands& attenuation_per_m) const {
+    const DiffractionEdge& edge = edges_[c.edge];
+    const double turn_rad = std::abs(c.listener.angle_rad - c.source.angle_rad) - kPi;
     ComplexBands field =
-        edge_field(integral_, scene_, edges_[c.edge], c.source, c.listener, {.share = c.opening});
+        edge.is_curved
+            ? curved_field(integral_, scene_, edge, turn_rad, c.source, c.listener)
+            : edge_field(integral_, scene_, edge, c.source, c.listener, {.share = c.opening});
     const double longest_m = c.is_lit ? kLongestLitDetour_m : kLongestDetour_m;
     const double near = smooth_step(4 * (1 - c.detour_m / longest_m));
     for (std::size_t b = 0; b < kBandCount; ++b) {

@@ -278,3 +278,76 @@ TEST_CASE("a chain has the same field from both ends, and a path that is blocked
     CHECK(chains > 20);
     CHECK(blocked > 10);
 }
+
+namespace {
+
+// A round column of radius 0.3 m by its series. The second and third listeners see the source.
+const std::vector<PillarCase> kRoundColumn{
+    {{-3, 0, 0}, {2, 0, 0}, {0.0, -0.1, -0.7, -1.7, -3.0, -4.8, -7.0}},
+    {{-3, 0, 0}, {2, 0.6F, 0}, {0.0, -0.3, -1.6, -4.8, -4.9, -2.0, -2.3}},
+    {{-3, 0, 0}, {2, 1.5F, 0}, {-0.2, -0.9, -1.8, 1.6, -0.2, -0.3, 0.0}},
+    {{-3, 1, 0}, {1, -0.2F, 0}, {-0.1, -0.3, -1.2, -2.9, -6.4, -17.0, -8.3}},
+};
+
+}  // namespace
+
+TEST_CASE("round a column of 32 sides the level is that of a round one") {
+    std::vector<std::array<float, 2>> base;
+    constexpr int kSides = 32;
+    for (int i = 0; i < kSides; ++i) {
+        const float angle = 2 * std::numbers::pi_v<float> * static_cast<float>(i) / kSides;
+        base.push_back({0.3F * std::cos(angle), 0.3F * std::sin(angle)});
+    }
+    const Place place({prism(base)});
+    std::vector<const DiffractionEdge*> corners;
+    for (const auto& p : base) {
+        corners.push_back(place.edge_at(double{p[0]}, double{p[1]}));
+        CHECK(corners.back()->is_curved);
+    }
+    std::vector<DiffractionEdge> flat_sided;  // the same as wedges of 191.25 degrees
+    for (const DiffractionEdge* corner : corners) {
+        flat_sided.push_back(*corner);
+        flat_sided.back().is_curved = false;
+    }
+    double wedges_error_db = 0;
+    for (const PillarCase& c : kRoundColumn) {
+        ComplexBands sum{};
+        ComplexBands wedges{};
+        const auto add = [&](const ComplexBands& field) {
+            for (std::size_t b = 0; b < kBandCount; ++b) sum[b] += field[b];
+        };
+        const double distance_m = double{glm::distance(c.source, c.listener)};
+        for (const EdgePath& path : place.paths.find(c.source, c.listener, Bands{}))
+            add(path.field);
+        int runs = 0;
+        for (std::size_t first = 0; first < kSides; ++first) {
+            for (const std::size_t step : {1, kSides - 1}) {
+                std::vector<const DiffractionEdge*> edges{corners[first]};
+                for (std::size_t i = 1; i < 8; ++i) {
+                    edges.push_back(corners[(first + i * step) % kSides]);
+                    const auto chain = EdgeChain::over(edges, c.source, c.listener);
+                    if (!chain || !chain->is_free(place.rays)) continue;
+                    CHECK(chain->order() == 1);
+                    add(chain->field(kIntegral, place.rays, Bands{}));
+                    ++runs;
+                    std::vector<const DiffractionEdge*> flat;
+                    for (std::size_t k = 0; k <= i; ++k)
+                        flat.push_back(&flat_sided[(first + k * step) % kSides]);
+                    const ComplexBands field = EdgeChain::over(flat, c.source, c.listener)
+                                                   ->field(kIntegral, place.rays, Bands{});
+                    for (std::size_t b = 0; b < kBandCount; ++b) wedges[b] += field[b];
+                }
+            }
+        }
+        CHECK(runs >= 1);
+        for (std::size_t b = 0; b < c.level_db.size(); ++b) {
+            CAPTURE(c.listener.x, c.listener.y, b, c.level_db[b]);
+            CHECK(level_db(sum[b], distance_m) == Approx(c.level_db[b]).margin(2));
+            if (runs == 2) {
+                wedges_error_db = std::max(
+                    wedges_error_db, std::abs(level_db(wedges[b], distance_m) - c.level_db[b]));
+            }
+        }
+    }
+    CHECK(wedges_error_db > 6);
+}

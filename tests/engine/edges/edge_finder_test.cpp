@@ -192,6 +192,18 @@ TEST_CASE("a column of 32 sides has 32 edges of 191.25 degrees and its free ends
         CHECK(std::abs(edge.axis.z) < 0.1);
 }
 
+TEST_CASE("edges of small bends at narrow faces divide a curved surface") {
+    const auto curved = [](const Object& object) {
+        const auto edges = edges_of(object);
+        return std::count_if(edges.begin(), edges.end(),
+                             [](const DiffractionEdge& edge) { return edge.is_curved; });
+    };
+    CHECK(curved(column(32, 0.3F, 3)) == 32);
+    CHECK(curved(column(8, 0.3F, 3)) == 0);  // bends of 45 degrees
+    CHECK(curved(column(32, 20, 3)) == 0);   // faces of 3.9 m
+    CHECK(curved(aula::test::box({1, 1, 1})) == 0);
+}
+
 TEST_CASE("the same edges are found in any order of the triangles and of their corners") {
     const auto edges = edges_of(furnished());
     REQUIRE(edges.size() > 20);
