@@ -1,0 +1,367 @@
+#include "engine/edges/chain_search.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <numbers>
+#include <queue>
+#include <tuple>
+#include <utility>
+
+#include "engine/edges/edge_field.h"
+#include "engine/edges/edge_passage.h"
+#include "engine/edges/shortest_path.h"
+
+namespace aula {
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+// The search for the chains of a pair: A* with the cost of a path, its length and a penalty for
+// each bend.
+constexpr double kPerBend_m = 3;
+constexpr int kMaxExpansions = 64;
+constexpr int kMaxTrials = 256;
+constexpr std::size_t kMaxFound = 16;
+constexpr std::size_t kMaxContacts = 12;
+constexpr std::size_t kMaxNearEdges = 512;
+constexpr std::size_t kMaxNeighbours = 64;
+constexpr double kLongestDetour_m = 15;
+constexpr double kLongestLitDetour_m = 2;
+constexpr double kLongestSegment_m = 30;
+
+// The work of a frame: pairs of edges that are tested, rays, and pairs of points that are searched.
+// The first search of a pair may do more.
+constexpr std::int64_t kTests = 65536;
+constexpr std::int64_t kRays = 4096;
+constexpr std::int64_t kFirstFactor = 16;
+constexpr int kSearches = 4;
+constexpr float kMoved_m = 0.1F;
+
+// Weaker chains than the strongest path between the same points are dropped; they fade out before.
+constexpr double kWeakest_db = -36;
+constexpr double kFade_db = 6;
+
+constexpr double kOnFace_rad = kPi / 180;
+constexpr double kOnLine_m = 1e-3;
+constexpr std::array kPlaces{0.5, 0.05, 0.95};
+
+/// Whether a point lies in the open angle of an edge or on one of its faces.
+bool is_beside(const DiffractionEdge& edge, const glm::dvec3& point) {
+    const WedgePoint p = edge.coordinates(point);
+    return p.radius_m > kOnLine_m &&
+           (p.angle_rad < edge.open_angle_rad + kOnFace_rad || p.angle_rad > 2 * kPi - kOnFace_rad);
+}
+
+/// A point of an edge that a ray may meet, off its faces.
+Vec3 point_off(const DiffractionEdge& edge, double place) {
+    const double middle_rad = edge.open_angle_rad / 2;
+    return EdgePassage(edge, place * edge.length_m, middle_rad, middle_rad).point(0);
+}
+
+/// Consecutive edges of a curved surface form one bend.
+bool is_one_bend(const DiffractionEdge& a, const DiffractionEdge& b) {
+    return a.is_curved && b.is_curved && std::abs(glm::dot(a.axis, b.axis)) > 0.9;
+}
+
+double gap_m(const DiffractionEdge& a, const DiffractionEdge& b) {
+    return glm::distance(a.point(a.length_m / 2), b.point(b.length_m / 2)) -
+           (a.length_m + b.length_m) / 2;
+}
+
+bool intersect(const Bounds& a, const Bounds& b) {
+    return glm::all(glm::lessThanEqual(a.min, b.max)) && glm::all(glm::lessThanEqual(b.min, a.max));
+}
+
+}  // namespace
+
+/// A path from the listener over some edges, and on to the source.
+struct ChainSearch::Partial {
+    double cost_m;
+    Sequence edges;
+    std::size_t bends;
+
+    /// The first of a priority queue has the lowest cost.
+    bool operator<(const Partial& other) const {
+        return std::tie(other.cost_m, other.edges) < std::tie(cost_m, edges);
+    }
+};
+
+ChainSearch::ChainSearch(const RayScene& scene, const SceneEdges& edges, double speed_of_sound_m_s,
+                         int order)
+    : scene_(scene),
+      edges_(edges),
+      integral_(speed_of_sound_m_s),
+      order_(static_cast<std::size_t>(order)) {
+    for (const DiffractionEdge& edge : edges.all()) {
+        is_moving_.push_back(scene.moves(scene.triangle(edge.triangles[0])) ? 1 : 0);
+    }
+}
+
+void ChainSearch::begin_frame(std::span<const Bounds> changed) {
+    budget_ = {kTests, kRays};
+    first_budget_ = {kFirstFactor * kTests, kFirstFactor * kRays};
+    searches_ = 0;
+    if (changed.empty()) return;
+    ++scene_changes_;
+    moving_neighbours_.clear();
+    std::erase_if(fixed_neighbours_, [&](const auto& entry) {
+        return std::any_of(changed.begin(), changed.end(), [&](const Bounds& bounds) {
+            return intersect(entry.second.reach, bounds);
+        });
+    });
+}
+
+bool ChainSearch::needs_search(const PairChains& pair, const Vec3& source,
+                               const Vec3& listener) const {
+    if (!pair.is_searched || !pair.is_complete || pair.scene_changes != scene_changes_) return true;
+    return std::max(glm::distance(pair.source, source), glm::distance(pair.listener, listener)) >=
+           kMoved_m;
+}
+
+void ChainSearch::search(const Vec3& source, const Vec3& listener, PairChains& pair) {
+    if (!needs_search(pair, source, listener)) return;
+    const bool is_first = !pair.is_searched;
+    if (!is_first && (++searches_ > kSearches || !budget_.is_left())) return;
+    pair.source = source;
+    pair.listener = listener;
+    pair.scene_changes = scene_changes_;
+    pair.is_searched = true;
+    search(pair, is_first ? first_budget_ : budget_);
+}
+
+std::optional<EdgeChain> ChainSearch::chain_of(const Sequence& sequence, const Vec3& source,
+                                               const Vec3& listener) const {
+    std::vector<const DiffractionEdge*> edges;
+    for (const std::uint32_t e : sequence) edges.push_back(&edges_[e]);
+    auto chain = EdgeChain::over(edges, source, listener);
+    if (chain && (chain->order() > order_ || !chain->is_free(scene_))) chain.reset();
+    return chain;
+}
+
+/// The edges with the smallest detours between two points.
+ChainSearch::Sequence ChainSearch::near_edges(const Vec3& source, const Vec3& listener) const {
+    const glm::dvec3 from(source);
+    const glm::dvec3 to(listener);
+    const double longest_m = glm::distance(from, to) + kLongestDetour_m;
+    std::vector<std::pair<double, std::uint32_t>> lengths;
+    for (std::uint32_t e = 0; e < edges_.count(); ++e) {
+        const DiffractionEdge& edge = edges_[e];
+        const glm::dvec3 middle = edge.point(edge.length_m / 2);
+        const double length_m =
+            glm::distance(from, middle) + glm::distance(middle, to) - edge.length_m;
+        if (length_m < longest_m) lengths.emplace_back(length_m, e);
+    }
+    if (lengths.size() > kMaxNearEdges) {
+        std::nth_element(lengths.begin(), lengths.begin() + kMaxNearEdges, lengths.end());
+        lengths.resize(kMaxNearEdges);
+    }
+    Sequence near;
+    for (const auto& [_, e] : lengths) near.push_back(e);
+    std::sort(near.begin(), near.end());
+    return near;
+}
+
+/// Flags of the edges of the scene: 1 for those of `edges` that a point sees.
+std::vector<char> ChainSearch::visible_from(const Vec3& point, std::span<const std::uint32_t> edges,
+                                            Budget& budget) const {
+    std::vector<char> is_visible(edges_.count());
+    for (const std::uint32_t e : edges) {
+        const DiffractionEdge& edge = edges_[e];
+        if (!is_beside(edge, point)) continue;
+        const double nearest =
+            std::clamp(edge.coordinates(point).along_m / edge.length_m, 0.0, 1.0);
+        for (const double place : {nearest, kPlaces[0], kPlaces[1], kPlaces[2]}) {
+            --budget.rays;
+            if (!scene_.visible(point, point_off(edge, place))) continue;
+            is_visible[e] = 1;
+            break;
+        }
+    }
+    return is_visible;
+}
+
+bool ChainSearch::see_each_other(const DiffractionEdge& a, const DiffractionEdge& b,
+                                 Budget& budget) const {
+    for (const double from : kPlaces) {
+        for (const double to : kPlaces) {
+            if (!is_beside(a, b.point(to * b.length_m)) ||
+                !is_beside(b, a.point(from * a.length_m))) {
+                continue;
+            }
+            --budget.rays;
+            if (scene_.visible(point_off(a, from), point_off(b, to))) return true;
+        }
+    }
+    return false;
+}
+
+/// The nearest edges that an edge sees: those whose visibility from it changes with movements, or
+/// the others.
+ChainSearch::Neighbours ChainSearch::find_neighbours(std::uint32_t edge, bool moving,
+                                                     Budget& budget) const {
+    const DiffractionEdge& at = edges_[edge];
+    std::vector<std::pair<double, std::uint32_t>> seen;
+    Neighbours found;
+    const auto add = [&](const DiffractionEdge& e) {
+        found.reach.add(Vec3(e.start));
+        found.reach.add(Vec3(e.point(e.length_m)));
+    };
+    add(at);
+    for (std::uint32_t e = 0; e < edges_.count(); ++e) {
+        if (e == edge || moving != (is_moving_[edge] != 0 || is_moving_[e] != 0)) continue;
+        --budget.tests;
+        const double distance_m = gap_m(at, edges_[e]);
+        if (distance_m > kLongestSegment_m) continue;
+        add(edges_[e]);
+        if (see_each_other(at, edges_[e], budget)) seen.emplace_back(distance_m, e);
+    }
+    std::sort(seen.begin(), seen.end());
+    seen.resize(std::min(seen.size(), kMaxNeighbours));
+    for (const auto& [_, e] : seen) found.edges.push_back(e);
+    return found;
+}
+
+ChainSearch::Sequence ChainSearch::neighbours(std::uint32_t edge, Budget& budget) {
+    Sequence all;
+    for (const bool moving : {false, true}) {
+        auto& table = moving ? moving_neighbours_ : fixed_neighbours_;
+        auto found = table.find(edge);
+        if (found == table.end()) {
+            if (!budget.is_left()) continue;
+            found = table.emplace(edge, find_neighbours(edge, moving, budget)).first;
+        }
+        all.insert(all.end(), found->second.edges.begin(), found->second.edges.end());
+    }
+    return all;
+}
+
+/// Expands the paths of least cost first. The cost of a path that goes on straight to the source is
+/// a lower bound of that over further edges.
+void ChainSearch::search(PairChains& pair, Budget& budget) {
+    const glm::dvec3 from(pair.source);
+    const glm::dvec3 to(pair.listener);
+    const double longest_m = glm::distance(from, to) + kLongestDetour_m;
+    const Sequence near = near_edges(pair.source, pair.listener);
+    const std::vector<char> is_last = visible_from(pair.listener, near, budget);
+    const std::vector<char> is_first = visible_from(pair.source, near, budget);
+
+    std::priority_queue<Partial> open;
+    std::vector<const DiffractionEdge*> edges;
+    const auto add = [&](Sequence sequence, std::size_t bends) {
+        edges.clear();
+        for (const std::uint32_t e : sequence) edges.push_back(&edges_[e]);
+        const ShortestPath path = shortest_path(to, edges, from);
+        if (path.length_m >= longest_m) return;
+        // An edge that its neighbours see past, far from the line between them.
+        for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
+            const glm::dvec3 here = edges[i]->point(path.along_m[i]);
+            const glm::dvec3 last = i > 0 ? edges[i - 1]->point(path.along_m[i - 1]) : to;
+            const glm::dvec3 next = edges[i + 1]->point(path.along_m[i + 1]);
+            const double turn_rad =
+                edges[i]->coordinates(last).angle_rad - edges[i]->coordinates(next).angle_rad;
+            if (std::abs(turn_rad) < kPi && glm::distance(last, here) + glm::distance(here, next) >=
+                                                glm::distance(last, next) + kLongestLitDetour_m) {
+                return;
+            }
+        }
+        open.push(
+            {path.length_m + kPerBend_m * static_cast<double>(bends), std::move(sequence), bends});
+    };
+    for (const std::uint32_t e : near) {
+        if (is_last[e] != 0) add({e}, 1);
+    }
+
+    std::vector<std::pair<double, Sequence>> found;  // by descending level
+    const auto try_chain = [&](Sequence sequence) {
+        budget.rays -= static_cast<std::int64_t>(4 * sequence.size() + 1);
+        if (const auto chain = chain_of(sequence, pair.source, pair.listener)) {
+            found.emplace_back(20 * std::log10(chain->length_m()) - chain->estimated_db(),
+                               std::move(sequence));
+        }
+    };
+    int expansions = 0;
+    int trials = 0;
+    pair.is_complete = true;
+    while (!open.empty() && expansions < kMaxExpansions && trials < kMaxTrials &&
+           found.size() < kMaxFound) {
+        if (!budget.is_left()) {
+            pair.is_complete = false;
+            break;
+        }
+        const Partial partial = open.top();
+        open.pop();
+        const std::uint32_t end = partial.edges.back();
+        if (partial.edges.size() > 1 && is_first[end] != 0) {
+            ++trials;
+            try_chain({partial.edges.rbegin(), partial.edges.rend()});
+        }
+        if (partial.edges.size() == kMaxContacts) continue;
+        const bool is_full = partial.bends == order_;
+        if (is_full && !edges_[end].is_curved) continue;
+        ++expansions;
+        for (const std::uint32_t next : neighbours(end, budget)) {
+            const bool is_same_bend = is_one_bend(edges_[end], edges_[next]);
+            const std::size_t bends = partial.bends + (is_same_bend ? 0 : 1);
+            const bool is_end = bends == order_ && !edges_[next].is_curved;
+            if (bends > order_ || (is_end && is_first[next] == 0) ||
+                std::find(partial.edges.begin(), partial.edges.end(), next) !=
+                    partial.edges.end()) {
+                continue;
+            }
+            Sequence longer = partial.edges;
+            longer.push_back(next);
+            add(std::move(longer), bends);
+        }
+    }
+
+    // Chains that were found before stay while they are valid.
+    for (Sequence& sequence : pair.chains) {
+        const bool is_new = std::none_of(found.begin(), found.end(), [&](const auto& other) {
+            return other.second == sequence;
+        });
+        if (is_new) try_chain(std::move(sequence));
+    }
+    std::sort(found.begin(), found.end());
+    found.resize(std::min(found.size(), kMaxChains));
+    pair.chains.clear();
+    for (auto& [_, sequence] : found) pair.chains.push_back(std::move(sequence));
+}
+
+std::vector<EdgePath> ChainSearch::find(const Vec3& source, const Vec3& listener,
+                                        const PairChains& pair, const Bands& attenuation_per_m,
+                                        std::span<const EdgePath> others) const {
+    std::vector<std::pair<double, EdgeChain>> chains;  // level
+    std::vector<EdgePath> paths;
+    double strongest_db = -200;
+    constexpr std::size_t kBand = 3;  // of the estimate
+    for (const EdgePath& path : others) {
+        strongest_db = std::max(strongest_db, 20 * std::log10(std::abs(path.field[kBand]) + 1e-12));
+    }
+    for (const Sequence& sequence : pair.chains) {
+        const auto chain = chain_of(sequence, source, listener);
+        if (!chain) continue;
+        const double level_db = chain->estimated_db() - 20 * std::log10(chain->length_m());
+        strongest_db = std::max(strongest_db, level_db);
+        chains.emplace_back(level_db, *chain);
+        const glm::dvec3 back = chain->last_apex() - glm::dvec3(listener);
+        paths.push_back({.edges = sequence,
+                         .length_m = chain->length_m(),
+                         .direction = Vec3(glm::normalize(back)),
+                         .field = {}});
+    }
+    for (std::size_t i = 0; i < chains.size(); ++i) {
+        const auto& [level_db, chain] = chains[i];
+        const double share = smooth_step((level_db - strongest_db - kWeakest_db) / kFade_db);
+        if (share == 0) continue;
+        paths[i].field = chain.field(integral_, scene_, attenuation_per_m);
+        for (auto& x : paths[i].field) x *= share;
+    }
+    std::erase_if(paths, [](const EdgePath& path) { return path.field == ComplexBands{}; });
+    return paths;
+}
+
+}  // namespace aula

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "aula/engine/scene.h"
+#include "engine/edges/edge_chain.h"
+#include "engine/edges/edge_paths.h"
+#include "engine/edges/scene_edges.h"
+#include "engine/edges/wedge_integral.h"
+#include "engine/rays/ray_scene.h"
+
+namespace aula {
+
+/// The chains of edges between a source and a listener, and their last search.
+struct PairChains {
+    std::vector<std::vector<std::uint32_t>> chains;  ///< edges from the source to the listener
+    Vec3 source{0};
+    Vec3 listener{0};
+    bool is_searched = false;
+    bool is_complete = false;
+    std::uint64_t scene_changes = 0;  ///< before the search
+};
+
+/// Finds chains of edges between a source and a listener, by a best-first search over edges that
+/// see each other. Chains are kept, and tried again in each frame. The work of a frame is bounded.
+/// Equal calls give equal chains. [propagation thread]
+class ChainSearch {
+ public:
+    /// `order`: largest number of bends, at least 2.
+    ChainSearch(const RayScene& scene, const SceneEdges& edges, double speed_of_sound_m_s,
+                int order);
+
+    /// Begins a frame, after RayScene::move and SceneEdges::scene_moved. `changed` are volumes in
+    /// which objects have moved.
+    void begin_frame(std::span<const Bounds> changed);
+
+    /// Searches for the chains of a pair, if this is its first search, if its points or the scene
+    /// have moved, and if the work of the frame allows it.
+    void search(const Vec3& source, const Vec3& listener, PairChains& pair);
+
+    /// The paths over the chains of a pair, without those that are far below the `others` between
+    /// the same points. [several threads]
+    std::vector<EdgePath> find(const Vec3& source, const Vec3& listener, const PairChains& pair,
+                               const Bands& attenuation_per_m,
+                               std::span<const EdgePath> others) const;
+
+    static constexpr std::size_t kMaxChains = 8;  ///< of a pair
+
+ private:
+    using Sequence = std::vector<std::uint32_t>;  ///< edges
+
+    /// The edges that an edge sees.
+    struct Neighbours {
+        Sequence edges;
+        Bounds reach;  ///< of all edges that were tested
+    };
+
+    /// Work that a search may still do.
+    struct Budget {
+        std::int64_t tests;  ///< of pairs of edges
+        std::int64_t rays;
+        bool is_left() const { return tests > 0 && rays > 0; }
+    };
+
+    struct Partial;
+    bool needs_search(const PairChains& pair, const Vec3& source, const Vec3& listener) const;
+    void search(PairChains& pair, Budget& budget);
+    std::optional<EdgeChain> chain_of(const Sequence& sequence, const Vec3& source,
+                                      const Vec3& listener) const;
+    std::vector<char> visible_from(const Vec3& point, std::span<const std::uint32_t> edges,
+                                   Budget& budget) const;
+    Sequence near_edges(const Vec3& source, const Vec3& listener) const;
+    Sequence neighbours(std::uint32_t edge, Budget& budget);
+    Neighbours find_neighbours(std::uint32_t edge, bool moving, Budget& budget) const;
+    bool see_each_other(const DiffractionEdge& a, const DiffractionEdge& b, Budget& budget) const;
+
+    const RayScene& scene_;
+    const SceneEdges& edges_;
+    WedgeIntegral integral_;
+    std::size_t order_;
+    std::vector<char> is_moving_;                           ///< [edge]
+    std::map<std::uint32_t, Neighbours> fixed_neighbours_;  ///< both edges are fixed
+    std::map<std::uint32_t, Neighbours> moving_neighbours_;
+    std::uint64_t scene_changes_ = 0;
+    Budget budget_{};        ///< of the frame, for pairs that were searched before
+    Budget first_budget_{};  ///< of the frame, for the others
+    int searches_ = 0;       ///< in the frame
+};
+
+}  // namespace aula

@@ -1,0 +1,184 @@
+#include "engine/edges/chain_search.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <complex>
+#include <glm/geometric.hpp>
+#include <optional>
+#include <vector>
+
+#include "tests/engine/edges/obstacles.h"
+
+using aula::Bands;
+using aula::Bounds;
+using aula::ChainSearch;
+using aula::EdgePath;
+using aula::kBandCount;
+using aula::Object;
+using aula::PairChains;
+using aula::Vec3;
+using aula::test::bar;
+using aula::test::kFar_m;
+using aula::test::Place;
+using aula::test::prism;
+
+namespace {
+
+/// Chains of one pair in a scene.
+struct Search {
+    Search(const Place& place, int order) : chains(place.rays, place.edges, 343.2, order) {}
+
+    std::vector<EdgePath> frame(const Vec3& source, const Vec3& listener,
+                                const std::vector<Bounds>& changed = {}) {
+        chains.begin_frame(changed);
+        chains.search(source, listener, pair);
+        return chains.find(source, listener, pair, Bands{}, {});
+    }
+
+    ChainSearch chains;
+    PairChains pair;
+};
+
+/// A thin wall at x from y0 to y1.
+Object screen(float x, float y0, float y1) {
+    Object object;
+    object.vertices = {{x, y0, -kFar_m}, {x, y1, -kFar_m}, {x, y1, kFar_m}, {x, y0, kFar_m}};
+    object.triangles = {{0, 1, 2}, {0, 2, 3}};
+    object.triangle_materials = {0, 0};
+    return object;
+}
+
+double energy(const std::vector<EdgePath>& paths, std::size_t band) {
+    double sum = 0;
+    for (const EdgePath& path : paths) sum += std::norm(path.field[band]);
+    return sum;
+}
+
+}  // namespace
+
+TEST_CASE("a search finds both ways round a pillar in its first frame") {
+    const Place place({bar(0.3F, 0.3F)});
+    Search search(place, 2);
+    const Vec3 source(-3, 0, 0);
+    const Vec3 listener(2, 0, 0);
+    const auto paths = search.frame(source, listener);
+    REQUIRE(paths.size() == 2);
+    CHECK(paths[0].direction.y == Approx(-paths[1].direction.y));
+    for (const EdgePath& path : paths) {
+        CHECK(path.edges.size() == 2);
+        // The last edge, as the listener sees it.
+        CHECK(std::abs(path.direction.y / path.direction.x) == Approx(0.3 / 1.7));
+        CHECK(path.length_m == Approx(std::hypot(2.7, 0.3) + 0.6 + std::hypot(1.7, 0.3)));
+    }
+    // By boundary elements; each way alone is up to 6 dB below.
+    const std::vector<double> level_db{0.0, -0.1, -1.1, -4.0, -5.7, -7.7};
+    for (std::size_t b = 0; b < level_db.size(); ++b) {
+        const auto level = [&](std::complex<double> field) {
+            return 20 * std::log10(5 * std::abs(field));
+        };
+        CHECK(level(paths[0].field[b] + paths[1].field[b]) == Approx(level_db[b]).margin(2));
+        CHECK(level(paths[0].field[b]) < level_db[b] - 3);
+    }
+}
+
+TEST_CASE("the order limits the number of edges") {
+    // Staggered screens: the only path bends at all of their edges.
+    const std::vector<Object> screens{screen(0, -kFar_m, 1), screen(1, -1, kFar_m),
+                                      screen(2, -kFar_m, 1), screen(3, -1, kFar_m)};
+    for (std::size_t count = 2; count <= 4; ++count) {
+        const Place place({screens.begin(), screens.begin() + static_cast<std::ptrdiff_t>(count)});
+        const float end = static_cast<float>(count);
+        const Vec3 source(-1, -2, 0);
+        const Vec3 listener(end, count % 2 == 0 ? 2.0F : -2.0F, 0);
+        for (int order = 2; order <= 4; ++order) {
+            const auto paths = Search(place, order).frame(source, listener);
+            CAPTURE(count, order);
+            const bool reaches = std::any_of(paths.begin(), paths.end(), [&](const auto& path) {
+                return path.edges.size() == count;
+            });
+            CHECK(reaches == (static_cast<std::size_t>(order) >= count));
+            CHECK(paths.empty() == (static_cast<std::size_t>(order) < count));
+            for (const EdgePath& path : paths)
+                CHECK(path.edges.size() <= static_cast<std::size_t>(order));
+        }
+    }
+}
+
+TEST_CASE("all edges of a curved surface count as one") {
+    std::vector<std::array<float, 2>> base;
+    for (int i = 0; i < 32; ++i) {
+        const float angle = 2 * std::numbers::pi_v<float> * static_cast<float>(i) / 32;
+        base.push_back({0.3F * std::cos(angle), 0.3F * std::sin(angle)});
+    }
+    const Place place({prism(base)});
+    const auto paths = Search(place, 2).frame({-1, 0, 0}, {1, 0, 0});
+    REQUIRE(paths.size() == 2);
+    for (const EdgePath& path : paths) CHECK(path.edges.size() > 2);
+}
+
+TEST_CASE("chains are the same from both ends") {
+    const Place place({bar(0.3F, 0.3F), prism({{1, 0.5F}, {1.6F, 0.5F}, {1.6F, 0.9F}, {1, 0.9F}}),
+                       screen(-1, 0.2F, 1)});
+    std::size_t count = 0;
+    for (int i = 0; i < 12; ++i) {
+        const float angle = 0.5F * static_cast<float>(i);
+        const Vec3 source(2.5F * std::cos(angle), 2.5F * std::sin(angle), 0.3F);
+        const Vec3 listener(-2 * std::cos(angle), -1.5F * std::sin(angle), -0.2F);
+        const auto there = Search(place, 3).frame(source, listener);
+        const auto back = Search(place, 3).frame(listener, source);
+        count += there.size();
+        for (std::size_t b = 0; b < kBandCount; ++b)
+            CHECK(energy(there, b) == Approx(energy(back, b)).epsilon(0.05));
+    }
+    CHECK(count > 12);
+}
+
+TEST_CASE("a chain that a moving object blocks or clears is found in the same frame") {
+    // A screen that slides between the corners of a pillar on one side.
+    Object slide = screen(0, 0.25F, 2);
+    slide.path = aula::Trajectory{};
+    slide.path->points = {{0, {.position = {0, 0, 0}}}, {1, {.position = {0, 5, 0}}}};
+    Place place({bar(0.3F, 0.3F), slide});
+    Search search(place, 2);
+    const Vec3 source(-3, 0, 0);
+    const Vec3 listener(2, 0, 0);
+    Bounds swept;
+    swept.add(Vec3(0, 0.25F, -kFar_m));
+    swept.add(Vec3(0, 7, kFar_m));
+    const auto above = [&](const std::vector<EdgePath>& paths) {
+        return std::count_if(paths.begin(), paths.end(), [&](const EdgePath& path) {
+            return path.edges.size() == 2 && path.direction.y > 0 &&
+                   path.length_m < std::hypot(2.7, 0.3) + 0.6 + std::hypot(1.7, 0.3) + 1e-3;
+        });
+    };
+    CHECK(above(search.frame(source, listener)) == 0);
+    place.rays.move(1.0);
+    place.edges.scene_moved();
+    Search unaware = search;
+    CHECK(above(unaware.frame(source, listener)) == 0);
+    CHECK(above(search.frame(source, listener, {swept})) == 1);
+    place.rays.move(0.0);
+    place.edges.scene_moved();
+    CHECK(above(search.frame(source, listener, {swept})) == 0);
+}
+
+TEST_CASE("chains follow a walk, and equal walks have equal chains") {
+    const Place place({bar(0.3F, 0.3F), prism({{1, 0.5F}, {1.6F, 0.5F}, {1.6F, 0.9F}, {1, 0.9F}})});
+    Search first(place, 2);
+    Search second(place, 2);
+    for (int i = 0; i < 60; ++i) {
+        const Vec3 listener(2, -1 + 0.03F * static_cast<float>(i), 0);
+        const auto paths = first.frame({-3, 0, 0}, listener);
+        const auto again = second.frame({-3, 0, 0}, listener);
+        REQUIRE(paths.size() == again.size());
+        CHECK(paths.size() <= ChainSearch::kMaxChains);
+        for (std::size_t k = 0; k < paths.size(); ++k) {
+            CHECK(paths[k].edges == again[k].edges);
+            CHECK(paths[k].field == again[k].field);
+        }
+        // A search that starts at this place finds as much.
+        const auto fresh = Search(place, 2).frame({-3, 0, 0}, listener);
+        CHECK(energy(paths, 3) == Approx(energy(fresh, 3)).epsilon(0.02));
+    }
+}
