@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "apps/session/auralizer/frame_clock.h"
 #include "apps/session/auralizer/room_playback.h"
+#include "apps/session/frames/frame_clock.h"
 #include "audio/base/mailbox.h"
 
 namespace aula {

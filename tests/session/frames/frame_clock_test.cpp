@@ -1,4 +1,4 @@
-#include "apps/session/auralizer/frame_clock.h"
+#include "apps/session/frames/frame_clock.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
