@@ -49,6 +49,8 @@ struct Propagation::State {
     std::uint64_t frame = 0;
     double travel_m = 0;  // accumulated movement of the scene since the start
     std::size_t source_count;
+    std::vector<std::shared_ptr<const EmissionSampler>>
+        samplers;  // [source]; null: omnidirectional
     std::size_t next_source_id;
     FrameStatistics statistics;
 
@@ -71,6 +73,8 @@ struct Propagation::State {
             direct_sound.emplace(rays, speed_of_sound_m_s);
             if (direct_sound->edges().count() == 0) direct_sound.reset();
         }
+        for (const Source& source : scene.sources)
+            samplers.push_back(sampler_of(source.directivity));
         clear_responses();
         TraceSettings trace;
         trace.rays = simulation.rays;
@@ -116,12 +120,18 @@ struct Propagation::State {
         responses.assign(pairs, EnergyResponse::silent(bins, speed_of_sound_m_s));
     }
 
-    void add_source(const Vec3& position) {
+    static std::shared_ptr<const EmissionSampler> sampler_of(const Directivity& directivity) {
+        if (directivity.is_omnidirectional()) return nullptr;
+        return std::make_shared<EmissionSampler>(directivity);
+    }
+
+    void add_source(const Pose& pose, const Directivity& directivity) {
         ++source_count;
+        samplers.push_back(sampler_of(directivity));
         responses.resize(source_count * listener_count,
                          EnergyResponse::silent(bins, speed_of_sound_m_s));
         images.resize(responses.size());
-        estimator->add_source(next_source_id++, position);
+        estimator->add_source(next_source_id++, pose.position, {samplers.back(), pose.rotation()});
     }
 
     void remove_source(std::size_t source) {
@@ -132,6 +142,7 @@ struct Propagation::State {
         --source_count;
         erase_pairs(responses);
         erase_pairs(images);
+        samplers.erase(samplers.begin() + static_cast<std::ptrdiff_t>(source));
         estimator->remove_source(source);
     }
 
@@ -162,7 +173,17 @@ struct Propagation::State {
     }
 
     PropagationFrame frame_of(const FrameInput& input, std::uint64_t number) const {
-        return {input, number, derive_seed(seed, SeedPurpose::frame, number), travel_m};
+        PropagationFrame made{input, number, derive_seed(seed, SeedPurpose::frame, number),
+                              travel_m};
+        for (std::size_t s = 0; s < source_count; ++s)
+            made.directivities.push_back(directivity(s, input));
+        return made;
+    }
+
+    OrientedDirectivity directivity(std::size_t source, const FrameInput& input) const {
+        if (!samplers[source]) return {};
+        const bool turned = !input.source_rotations.empty();
+        return {samplers[source], turned ? input.source_rotations[source] : glm::mat3(1)};
     }
 
     /// The direct sound where edges diffract it, as the paths of all responses. A straight path
@@ -171,9 +192,9 @@ struct Propagation::State {
         for (EnergyResponse& response : responses) response.paths.clear();
         if (!direct_sound) return;
         workers.run(responses.size(), [&](std::size_t pair) {
-            responses[pair].paths =
-                direct_sound->find(input.sources[pair / listener_count],
-                                   input.listeners[pair % listener_count], attenuation_per_m);
+            responses[pair].paths = direct_sound->find(
+                input.sources[pair / listener_count], input.listeners[pair % listener_count],
+                directivity(pair / listener_count, input), attenuation_per_m);
         });
         statistics.edges = direct_sound->edges().count();
         for (const EnergyResponse& response : responses) {
@@ -191,7 +212,11 @@ struct Propagation::State {
             images[pair] = specular.find(input.sources[pair / listener_count],
                                          input.listeners[pair % listener_count],
                                          simulation.direct && paths.empty(), attenuation_per_m);
-            const std::vector<SpecularPath>& found = images[pair].paths;
+            std::vector<SpecularPath>& found = images[pair].paths;
+            const OrientedDirectivity of_source = directivity(pair / listener_count, input);
+            if (!of_source.is_omnidirectional()) {
+                for (SpecularPath& path : found) path.energy *= of_source.factor(path.departure);
+            }
             const auto middle = paths.insert(paths.end(), found.begin(), found.end());
             std::inplace_merge(paths.begin(), middle, paths.end(),
                                [](const SpecularPath& a, const SpecularPath& b) {
@@ -209,7 +234,9 @@ Propagation::Propagation(const Scene& scene, const Simulation& simulation,
 
 Propagation::~Propagation() = default;
 
-void Propagation::add_source(const Vec3& position) { state_->add_source(position); }
+void Propagation::add_source(const Pose& pose, const Directivity& directivity) {
+    state_->add_source(pose, directivity);
+}
 
 void Propagation::remove_source(std::size_t source) { state_->remove_source(source); }
 
@@ -229,6 +256,7 @@ void Propagation::step(const FrameInput& given) {
     State& s = *state_;
     assert(given.sources.size() == s.source_count);
     assert(given.listeners.size() == s.listener_count);
+    assert(given.source_rotations.empty() || given.source_rotations.size() == s.source_count);
     s.statistics = {};
 
     // Move the objects.

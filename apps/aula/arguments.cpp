@@ -60,6 +60,7 @@ void set_source_position(Scene& scene, const std::string& name, const Vec3& posi
     std::string names;
     for (Source& source : scene.sources) {
         if (source.name == name) {
+            source.set_pose(source.pose_at(0));
             source.position = position;
             source.path.reset();
             return;

@@ -138,6 +138,14 @@ void print_row(const char* label, const Bands& values, int decimals) {
     std::printf("\n");
 }
 
+/// The level of a directivity to the front in each band.
+void print_on_axis(const Directivity& directivity) {
+    std::printf("%-16son axis", "");
+    for (const float level_db : directivity.on_axis_db().value)
+        std::printf(" %.1f", static_cast<double>(level_db));
+    std::printf(" dB, 63 Hz to 8 kHz\n");
+}
+
 void print_point(const char* label, const Vec3& p) {
     std::printf("%-15s %.2f, %.2f, %.2f m\n", label, static_cast<double>(p.x),
                 static_cast<double>(p.y), static_cast<double>(p.z));
@@ -291,6 +299,7 @@ int show_info(const Arguments& arguments) {
     for (const Source& source : scene.sources) {
         print_point(printable("source " + source.name).c_str(), source.position_at(0));
         if (source.path) std::printf("%-16s%s\n", "", describe(*source.path).c_str());
+        if (!source.directivity.is_omnidirectional()) print_on_axis(source.directivity);
     }
     print_point("listener", scene.listener.pose_at(0).position);
     if (scene.listener.path) std::printf("%-16s%s\n", "", describe(*scene.listener.path).c_str());

@@ -46,8 +46,10 @@ std::vector<fs::path> inputs_of(const Arguments& arguments, const Scene& scene) 
     std::vector<fs::path> files{arguments.scene};
     for (const Object& object : scene.objects)
         files.insert(files.end(), object.files.begin(), object.files.end());
-    for (const Source& source : scene.sources)
+    for (const Source& source : scene.sources) {
         if (source.signal == Source::Signal::file) files.push_back(source.signal_file);
+        if (!source.directivity_file.empty()) files.push_back(source.directivity_file);
+    }
     if (!arguments.session.hrtf.empty()) files.push_back(arguments.session.hrtf);
     return files;
 }

@@ -5,6 +5,7 @@
 #include "aula/engine/energy_response.h"
 #include "engine/edges/edge_paths.h"
 #include "engine/edges/scene_edges.h"
+#include "engine/rays/oriented_directivity.h"
 #include "engine/rays/ray_scene.h"
 
 namespace aula {
@@ -23,6 +24,7 @@ class DirectSound {
     /// Empty if no path leads over an edge.
     /// [several threads]
     std::vector<SpecularPath> find(const Vec3& source, const Vec3& listener,
+                                   const OrientedDirectivity& directivity,
                                    const Bands& attenuation_per_m) const;
 
  private:

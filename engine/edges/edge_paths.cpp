@@ -241,7 +241,8 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
     if (is_lit) {
         EdgePath straight{.edges = {},
                           .length_m = glm::distance(from, to),
-                          .direction = unit_or_front(from - to)};
+                          .direction = unit_or_front(from - to),
+                          .departure = unit_or_front(to - from)};
         const double spread_m = std::max(straight.length_m, kNearest_m);
         for (std::size_t b = 0; b < kBandCount; ++b) {
             straight.field[b] =
@@ -256,6 +257,7 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
         bent.push_back({.edges = {c.edge},
                         .length_m = c.length_m,
                         .direction = unit_or_front(edges_[c.edge].point(c.along_m) - to),
+                        .departure = unit_or_front(edges_[c.edge].point(c.along_m) - from),
                         .field = field(c, attenuation_per_m)});
         const Bands energy = energy_of(bent.back().field);
         for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -310,7 +312,8 @@ std::vector<SpecularPath> EdgePaths::taps(std::span<const EdgePath> paths) const
                             .direction = path.direction,
                             .energy = energy_of(field),
                             .id = id,
-                            .edges = static_cast<int>(path.edges.size())};
+                            .edges = static_cast<int>(path.edges.size()),
+                            .departure = path.departure};
     };
     std::vector<SpecularPath> others;
     for (const EdgePath& path : paths) {

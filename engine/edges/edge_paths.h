@@ -19,6 +19,7 @@ struct EdgePath {
     std::vector<std::uint32_t> edges;
     double length_m = 0;
     Vec3 direction{0};  ///< unit vector from the listener to the source or to the last edge
+    Vec3 departure{0};  ///< unit vector from the source to the first edge or to the listener
     ComplexBands field{};
 };
 

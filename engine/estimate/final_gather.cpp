@@ -48,15 +48,16 @@ std::size_t batch_count(const GatherSettings& settings) {
 /// Traces a batch reflection by reflection; the lanes hold the next segment of every ray. `sent` is
 /// called with each set of lanes.
 template <typename Sent>
-void trace_batch(const RayScene& scene, const PatchGrid& grid, const Vec3& receiver,
+void trace_batch(const RayScene& scene, const PatchGrid& grid, const Emitter& receiver,
                  const GatherSettings& settings, std::uint64_t frame_seed, int batch,
                  std::vector<GatherHit>& out, const Sent& sent) {
     const ScrambledSobol sobol(derive_seed(frame_seed, 1));
     std::vector<MirrorRay> rays;
     for (int i = batch * kBatchRays; i < std::min((batch + 1) * kBatchRays, settings.rays); ++i) {
         MirrorRay r;
-        r.first_direction = uniform_direction(sobol.point(static_cast<std::uint32_t>(i)));
-        r.ray = {receiver, r.first_direction, settings.max_length_m};
+        std::tie(r.first_direction, r.weight) =
+            receiver.directivity.sample(sobol.point(static_cast<std::uint32_t>(i)));
+        r.ray = {receiver.position, r.first_direction, settings.max_length_m};
         r.random = RandomStream(derive_seed(frame_seed, 2, i));
         r.late = static_cast<float>(i) < kLateShare * static_cast<float>(settings.rays);
         rays.push_back(r);
@@ -244,7 +245,7 @@ std::vector<GatherHit> joined_by_patch(const std::vector<std::vector<GatherHit>>
 }  // namespace
 
 std::vector<GatherHit> trace_gather(const RayScene& scene, const PatchGrid& grid,
-                                    const Vec3& receiver, const GatherSettings& settings,
+                                    const Emitter& receiver, const GatherSettings& settings,
                                     std::uint64_t frame_seed, WorkerPool& workers,
                                     std::uint64_t& segments) {
     const std::size_t batches = batch_count(settings);
@@ -258,7 +259,7 @@ std::vector<GatherHit> trace_gather(const RayScene& scene, const PatchGrid& grid
     return joined_by_patch(found, grid.size(), grid.patch_size_m());
 }
 
-std::vector<Ray> gather_rays(const RayScene& scene, const PatchGrid& grid, const Vec3& receiver,
+std::vector<Ray> gather_rays(const RayScene& scene, const PatchGrid& grid, const Emitter& receiver,
                              const GatherSettings& settings, std::uint64_t frame_seed) {
     std::vector<Ray> all;
     std::vector<GatherHit> unused;

@@ -8,6 +8,7 @@
 #include "engine/estimate/patch_cache.h"
 #include "engine/patches/patch_grid.h"
 #include "engine/rays/ray_scene.h"
+#include "engine/trace/path_tracer.h"
 
 namespace aula {
 
@@ -29,16 +30,16 @@ struct GatherSettings {
 };
 
 /// Final gather (Jensen 1996): traces M low-discrepancy rays from a receiver, which is the listener
-/// or, where a listener emits, a source. At partly specular surfaces rays continue as mirror rays.
-/// Hits are sorted by patch, late ones first. Adds the ray segments to `segments`. [propagation
-/// thread]
+/// or, where a listener emits, a source with its directivity. At partly specular surfaces rays
+/// continue as mirror rays. Hits are sorted by patch, late ones first. Adds the ray segments to
+/// `segments`. [propagation thread]
 std::vector<GatherHit> trace_gather(const RayScene& scene, const PatchGrid& grid,
-                                    const Vec3& receiver, const GatherSettings& settings,
+                                    const Emitter& receiver, const GatherSettings& settings,
                                     std::uint64_t frame_seed, WorkerPool& workers,
                                     std::uint64_t& segments);
 
 /// The rays that trace_gather emits, batch after batch, for tracing by other code.
-std::vector<Ray> gather_rays(const RayScene& scene, const PatchGrid& grid, const Vec3& receiver,
+std::vector<Ray> gather_rays(const RayScene& scene, const PatchGrid& grid, const Emitter& receiver,
                              const GatherSettings& settings, std::uint64_t frame_seed);
 
 /// Adds `share` times the energy radiated by the patches to a response. The directions of arrival

@@ -28,13 +28,13 @@ void PairResponse::end_gather(std::uint64_t rays, bool is_current) {
 
 void PairResponse::detect(const RayScene& scene, const SegmentCache& of_source,
                           const Receiver& at_listener, const SegmentCache& of_listener,
-                          const Receiver& at_source) {
+                          const Receiver& at_source, const OrientedDirectivity& directivity) {
     const bool continues = !changed_ && segments_current_ && !detected_.full();
     segments_current_ = of_source.is_current() && of_listener.is_current();
     if (!continues) detected_.clear();
     const std::uint64_t rays = std::max(detected_.rays(), of_source.rays() + of_listener.rays());
-    of_source.add_to(scene, at_listener, continues, rays, detected_);
-    of_listener.add_to(scene, at_source, continues, rays, detected_);
+    of_source.add_to(scene, at_listener, {}, continues, rays, detected_);
+    of_listener.add_to(scene, at_source, directivity, continues, rays, detected_);
 }
 
 }  // namespace aula

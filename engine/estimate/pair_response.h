@@ -32,9 +32,10 @@ class PairResponse {
     void end_gather(std::uint64_t rays, bool is_current);
 
     /// Detects the segments of each end's rays at the other end's receiver: those of the present
-    /// frame, or all if the earlier detections are no longer valid.
+    /// frame, or all if the earlier detections are no longer valid. `directivity` is the source's.
     void detect(const RayScene& scene, const SegmentCache& of_source, const Receiver& at_listener,
-                const SegmentCache& of_listener, const Receiver& at_source);
+                const SegmentCache& of_listener, const Receiver& at_source,
+                const OrientedDirectivity& directivity);
 
     /// The mean of the gathered responses.
     const EnergyResponse& mean() const { return mean_; }

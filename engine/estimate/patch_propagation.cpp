@@ -133,7 +133,9 @@ void PatchPropagation::restart() {
     }
     status_.assign(emitter_count(), {});
     last_move_.reset();
-    positions_.clear();
+    states_.clear();
+    directivities_.clear();
+    turned_m_.assign(source_count_, 0);
     pairs_.clear();
     pairs_.assign(source_count_ * listener_count_, silent_pair());
 }
@@ -147,7 +149,8 @@ void PatchPropagation::divide_memory() {
     }
 }
 
-void PatchPropagation::add_source(std::size_t id, const Vec3& position) {
+void PatchPropagation::add_source(std::size_t id, const Vec3& position,
+                                  const OrientedDirectivity& directivity) {
     const auto place = static_cast<std::ptrdiff_t>(source_count_);
     ++source_count_;
     ids_.insert(ids_.begin() + place, id);
@@ -155,8 +158,10 @@ void PatchPropagation::add_source(std::size_t id, const Vec3& position) {
     segment_caches_.insert(segment_caches_.begin() + place, make_segment_cache(false));
     status_.insert(status_.begin() + place, EmitterStatus{});
     batches_.emplace(batches_.begin() + place, static_cast<std::size_t>(tracer_.batch_count()));
-    if (!positions_.empty()) {
-        positions_.insert(positions_.begin() + place, position);
+    turned_m_.push_back(0);
+    if (!states_.empty()) {
+        states_.insert(states_.begin() + place, PatchCache::State{0, position, travel_m_});
+        directivities_.push_back(directivity);
         receivers_.insert(receivers_.begin() + place,
                           make_receiver(scene_, position, listener_radius_m_));
     }
@@ -173,8 +178,10 @@ void PatchPropagation::remove_source(std::size_t source) {
     erase(segment_caches_);
     erase(status_);
     erase(batches_);
-    if (!positions_.empty()) {
-        erase(positions_);
+    erase(turned_m_);
+    if (!states_.empty()) {
+        erase(states_);
+        erase(directivities_);
         erase(receivers_);
     }
     const auto first = pairs_.begin() + static_cast<std::ptrdiff_t>(source * listener_count_);
@@ -182,9 +189,10 @@ void PatchPropagation::remove_source(std::size_t source) {
     divide_memory();
 }
 
-Emitter PatchPropagation::emitter(std::size_t id, const FrameInput& input) const {
-    if (id < source_count_) return {ids_[id], input.sources[id], false};
-    return {ids_[id], input.listeners[id - source_count_], true};
+Emitter PatchPropagation::emitter(std::size_t id, const PropagationFrame& frame) const {
+    if (id < source_count_)
+        return {ids_[id], frame.input.sources[id], false, frame.directivities[id]};
+    return {ids_[id], frame.input.listeners[id - source_count_], true};
 }
 
 /// Removes data that is invalid since the last frame.
@@ -192,14 +200,19 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
     const bool scene_moved = frame.travel_m != travel_m_;
     if (scene_moved) last_move_ = frame.number;
     travel_m_ = frame.travel_m;
-    std::vector<Vec3> positions;
+    std::vector<PatchCache::State> states;
     for (std::size_t id = 0; id < emitter_count(); ++id) {
-        const Vec3 position = emitter(id, frame.input).position;
-        positions.push_back(position);
-        const PatchCache::State now{frame.number, position, frame.travel_m};
+        double travel_m = frame.travel_m;
+        if (id < source_count_) {
+            if (!directivities_.empty())
+                turned_m_[id] += frame.directivities[id].turned_m(directivities_[id]);
+            travel_m += turned_m_[id];
+        }
+        const PatchCache::State now{frame.number, emitter(id, frame).position, travel_m};
+        states.push_back(now);
         caches_[id].advance(now, workers_);
         segment_caches_[id].advance(now);
-        status_[id].changed = !positions_.empty() && (scene_moved || positions_[id] != position);
+        status_[id].changed = !states_.empty() && now.changed_since(states_[id]);
         // Rays are also needed for paths that no gather finds.
         status_[id].complete = caches_[id].complete() && (!mirrors_ || segment_caches_[id].full());
         status_[id].emitted_rays = caches_[id].emitted();
@@ -207,12 +220,13 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
     receivers_.resize(emitter_count());
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         // Only paths that end in a mirror use the visible share of a receiver's spheres.
-        if (!mirrors_) receivers_[id] = {positions[id], listener_radius_m_};
-        if (mirrors_ && (positions_.empty() || status_[id].changed)) {
-            receivers_[id] = make_receiver(scene_, positions[id], listener_radius_m_);
+        if (!mirrors_) receivers_[id] = {states[id].emitter, listener_radius_m_};
+        if (mirrors_ && (states_.empty() || status_[id].changed)) {
+            receivers_[id] = make_receiver(scene_, states[id].emitter, listener_radius_m_);
         }
     }
-    positions_ = std::move(positions);
+    states_ = std::move(states);
+    directivities_ = frame.directivities;
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
         const auto [source, listener] = ends(i);
         pairs_[i].begin_frame(status_[source].changed || status_[listener].changed);
@@ -238,8 +252,7 @@ void PatchPropagation::trace(const PropagationFrame& frame, const std::vector<in
     }
     workers_.run(jobs.size(), [&](std::size_t job) {
         const auto [id, b] = jobs[job];
-        tracer_.trace(emitter(id, frame.input), frame.seed, b,
-                      batches_[id][static_cast<std::size_t>(b)]);
+        tracer_.trace(emitter(id, frame), frame.seed, b, batches_[id][static_cast<std::size_t>(b)]);
     });
     for (const auto& [id, b] : jobs) {
         statistics.segments += batches_[id][static_cast<std::size_t>(b)].segment_count;
@@ -323,9 +336,9 @@ void PatchPropagation::gather(const PropagationFrame& frame, const std::vector<c
     const GatherPlan plan = plan_gather(wanted, emitted());
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         if (plan.pairs_at[id].empty()) continue;
-        const Emitter receiver = emitter(id, frame.input);
+        const Emitter receiver = emitter(id, frame);
         const std::vector<GatherHit> hits =
-            trace_gather(scene_, grid_, receiver.position, gather_settings(frame.number),
+            trace_gather(scene_, grid_, receiver, gather_settings(frame.number),
                          gather_seed(frame, id), workers_, statistics.segments);
         for (const std::size_t i : plan.pairs_at[id]) {
             const std::size_t from = receiver.is_listener ? ends(i).source : ends(i).listener;
@@ -354,7 +367,7 @@ void PatchPropagation::update_pair(std::size_t i, bool gathered, const SpecularS
     }
     if (mirrors_) {
         pair.detect(scene_, segment_caches_[source], receivers_[listener],
-                    segment_caches_[listener], receivers_[source]);
+                    segment_caches_[listener], receivers_[source], directivities_[source]);
     }
     if (!gathered && !mirrors_) return;
     response.energy = pair.mean().energy;
@@ -389,7 +402,7 @@ void PatchPropagation::step(const PropagationFrame& frame, std::span<const Specu
 
 std::vector<PathLine> PatchPropagation::path_lines(const PropagationFrame& frame,
                                                    std::size_t source, int count, int order) const {
-    return tracer_.lines(emitter(source, frame.input), frame.seed, count, order);
+    return tracer_.lines(emitter(source, frame), frame.seed, count, order);
 }
 
 std::vector<PatchEnergy> PatchPropagation::patch_energies(std::size_t source, double begin_s,
@@ -412,15 +425,15 @@ std::vector<Ray> PatchPropagation::rays(const PropagationFrame& frame) const {
     const std::vector<int> batches = plan_batches(unchanged);
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         for (int b = 0; b < batches[id]; ++b) {
-            append(tracer_.rays(emitter(id, frame.input), frame.seed, b));
+            append(tracer_.rays(emitter(id, frame), frame.seed, b));
         }
         rays_held[id] += static_cast<std::uint64_t>(tracer_.rays_of(batches[id]));
     }
     const GatherPlan plan = plan_gather(pairs_to_gather(frame.number), rays_held);
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         if (plan.pairs_at[id].empty()) continue;
-        append(gather_rays(scene_, grid_, emitter(id, frame.input).position,
-                           gather_settings(frame.number), gather_seed(frame, id)));
+        append(gather_rays(scene_, grid_, emitter(id, frame), gather_settings(frame.number),
+                           gather_seed(frame, id)));
     }
     return all;
 }

@@ -38,7 +38,8 @@ class PatchPropagation final : public ResponseEstimator {
     PatchPropagation& operator=(const PatchPropagation&) = delete;
 
     void restart() override;
-    void add_source(std::size_t id, const Vec3& position) override;
+    void add_source(std::size_t id, const Vec3& position,
+                    const OrientedDirectivity& directivity) override;
     void remove_source(std::size_t source) override;
     void set_rays(int rays) override;
     void materials_changed() override;
@@ -81,7 +82,7 @@ class PatchPropagation final : public ResponseEstimator {
     PairResponse silent_pair() const;
     PatchCache make_cache(bool directed) const;
     SegmentCache make_segment_cache(bool directed) const;
-    Emitter emitter(std::size_t id, const FrameInput& input) const;
+    Emitter emitter(std::size_t id, const PropagationFrame& frame) const;
     void advance(const PropagationFrame& frame);
     std::vector<int> plan_batches(std::span<const EmitterStatus> status) const;
     void trace(const PropagationFrame& frame, const std::vector<int>& batches,
@@ -120,8 +121,11 @@ class PatchPropagation final : public ResponseEstimator {
     std::vector<SegmentCache> segment_caches_;
     std::vector<EmitterStatus> status_;
     std::vector<std::vector<DepositBatch>> batches_;  // [emitter][batch]
-    std::vector<Vec3> positions_;                     // in the last frame
+    std::vector<PatchCache::State> states_;           // in the last frame
     std::vector<Receiver> receivers_;
+
+    std::vector<OrientedDirectivity> directivities_;  // [source] in the last frame
+    std::vector<double> turned_m_;                    // [source] see OrientedDirectivity::turned_m
     double travel_m_ = 0;
     std::optional<std::uint64_t> last_move_;  // the last frame in which the scene moved
 

@@ -87,7 +87,8 @@ void PathPropagation::restart() {
     for (std::size_t s = 0; s < ids_.size(); ++s) add_caches();
 }
 
-void PathPropagation::add_source(std::size_t id, const Vec3& /*position*/) {
+void PathPropagation::add_source(std::size_t id, const Vec3& /*position*/,
+                                 const OrientedDirectivity& /*directivity*/) {
     ids_.push_back(id);
     batches_.emplace_back(static_cast<std::size_t>(tracer_.batch_count()));
     add_caches();
@@ -105,8 +106,8 @@ void PathPropagation::remove_source(std::size_t source) {
     divide_memory();
 }
 
-Emitter PathPropagation::emitter(std::size_t source, const FrameInput& input) const {
-    return {ids_[source], input.sources[source]};
+Emitter PathPropagation::emitter(std::size_t source, const PropagationFrame& frame) const {
+    return {ids_[source], frame.input.sources[source], false, frame.directivities[source]};
 }
 
 /// Traces all batches, then collects the arrivals on their segments, whose detection spheres depend
@@ -122,8 +123,7 @@ void PathPropagation::trace(const PropagationFrame& frame) {
         const std::size_t b = job % batch_count;
         ArrivalBatch& batch = batches_[source][b];
         batch.clear();
-        tracer_.trace(emitter(source, frame.input), receivers, frame.seed, static_cast<int>(b),
-                      batch);
+        tracer_.trace(emitter(source, frame), receivers, frame.seed, static_cast<int>(b), batch);
     });
     for (std::vector<ArrivalBatch>& of_source : batches_) size_spheres(std::span(of_source));
     workers_.run(batches_.size() * batch_count, [&](std::size_t job) {
@@ -166,7 +166,7 @@ std::vector<Ray> PathPropagation::rays(const PropagationFrame& frame) const {
     std::vector<Ray> all;
     for (std::size_t s = 0; s < ids_.size(); ++s) {
         for (int b = 0; b < tracer_.batch_count(); ++b) {
-            const std::vector<Ray> more = tracer_.rays(emitter(s, frame.input), frame.seed, b);
+            const std::vector<Ray> more = tracer_.rays(emitter(s, frame), frame.seed, b);
             all.insert(all.end(), more.begin(), more.end());
         }
     }
@@ -175,7 +175,7 @@ std::vector<Ray> PathPropagation::rays(const PropagationFrame& frame) const {
 
 std::vector<PathLine> PathPropagation::path_lines(const PropagationFrame& frame, std::size_t source,
                                                   int count, int order) const {
-    return tracer_.lines(emitter(source, frame.input), frame.seed, count, order);
+    return tracer_.lines(emitter(source, frame), frame.seed, count, order);
 }
 
 }  // namespace aula

@@ -23,7 +23,8 @@ class PathPropagation final : public ResponseEstimator {
     PathPropagation& operator=(const PathPropagation&) = delete;
 
     void restart() override;
-    void add_source(std::size_t id, const Vec3& position) override;
+    void add_source(std::size_t id, const Vec3& position,
+                    const OrientedDirectivity& directivity) override;
     void remove_source(std::size_t source) override;
     void set_rays(int rays) override;
     void step(const PropagationFrame& frame, std::span<const SpecularSound> images,
@@ -34,7 +35,7 @@ class PathPropagation final : public ResponseEstimator {
 
  private:
     int ray_count() const { return tracer_.rays_of(tracer_.batch_count()); }
-    Emitter emitter(std::size_t source, const FrameInput& input) const;
+    Emitter emitter(std::size_t source, const PropagationFrame& frame) const;
     std::size_t cache_bytes() const;
     void divide_memory();
     void add_caches();

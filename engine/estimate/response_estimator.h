@@ -7,6 +7,7 @@
 
 #include "aula/engine/energy_response.h"
 #include "aula/engine/frame.h"
+#include "engine/rays/oriented_directivity.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/trace/specular_paths.h"
 
@@ -18,6 +19,7 @@ struct PropagationFrame {
     std::uint64_t number = 0;  ///< since the start
     std::uint64_t seed = 0;    ///< of this frame
     double travel_m = 0;       ///< accumulated movement of the scene since the start
+    std::vector<OrientedDirectivity> directivities{};  ///< [source]
 };
 
 /// From traced rays to energy responses, the part that the estimators do not share. Propagation
@@ -31,7 +33,8 @@ class ResponseEstimator {
     virtual void restart() = 0;
 
     /// Appends a source; `id` selects its random numbers.
-    virtual void add_source(std::size_t id, const Vec3& position) = 0;
+    virtual void add_source(std::size_t id, const Vec3& position,
+                            const OrientedDirectivity& directivity) = 0;
     virtual void remove_source(std::size_t source) = 0;
 
     /// Sets the rays per emitter from the next frame on.

@@ -107,7 +107,8 @@ bool SegmentCache::is_current() const {
     return frames_.empty() || now_.moved_m(frames_.front().state) == 0;
 }
 
-void SegmentCache::add_to(const RayScene& scene, const Receiver& receiver, bool only_present,
+void SegmentCache::add_to(const RayScene& scene, const Receiver& receiver,
+                          const OrientedDirectivity& directivity, bool only_present,
                           std::uint64_t rays, SpecularSum& sum) const {
     const float wave_front_1_m2 =
         wave_front_growth_1_m2(static_cast<double>(rays), receiver.radius_m);
@@ -125,8 +126,10 @@ void SegmentCache::add_to(const RayScene& scene, const Receiver& receiver, bool 
                                               segment.length_m, Receiver::sphere_of(growth));
             if (!chord) continue;
             const SegmentEnergy& sound = frame.sounds[i];
-            const Bands energy =
+            Bands energy =
                 sound.energy * transmission(attenuation_per_m_, chord->at_m) * chord->share_1_m2;
+            // Sound leaves the source against the direction of a listener's ray.
+            if (!directivity.is_omnidirectional()) energy *= directivity.factor(-segment.direction);
             sum.add(sound, energy, segment.before_m + chord->at_m);
         }
     }

@@ -8,6 +8,7 @@
 
 #include "aula/engine/energy_response.h"
 #include "engine/estimate/patch_cache.h"
+#include "engine/rays/oriented_directivity.h"
 #include "engine/rays/receiver.h"
 #include "engine/trace/specular_sum.h"
 #include "engine/trace/trace_batch.h"
@@ -70,9 +71,11 @@ class SegmentCache {
     std::uint64_t rays() const { return rays_; }
 
     /// Adds a receiver's detections on the segments of all frames, or only of the present frame.
-    /// `rays` determines the maximum size of the detection spheres.
-    void add_to(const RayScene& scene, const Receiver& receiver, bool only_present,
-                std::uint64_t rays, SpecularSum& sum) const;
+    /// `directivity`: of a source that receives; omnidirectional for a listener. `rays` determines
+    /// the maximum size of the detection spheres.
+    void add_to(const RayScene& scene, const Receiver& receiver,
+                const OrientedDirectivity& directivity, bool only_present, std::uint64_t rays,
+                SpecularSum& sum) const;
 
     std::size_t memory_bytes() const { return bytes_; }
 

@@ -119,6 +119,27 @@ void read_signal(const JsonReader& json, const std::filesystem::path& folder, So
     }
 }
 
+void read_directivity(const JsonReader& json, const std::filesystem::path& folder, Source& source) {
+    const std::string name = json.string("the name of a directivity or a file");
+    if (const auto shipped = Directivity::find(name)) {
+        source.directivity = *shipped;
+        return;
+    }
+    const std::filesystem::path file = folder / name;
+    std::error_code error;
+    if (!std::filesystem::exists(file, error)) {
+        const std::vector<std::string> names = Directivity::names();
+        json.fail("unknown directivity " + quoted(name) + did_you_mean(name, names) +
+                  "; expected one of " + quoted_list(names) + ", or a file");
+    }
+    source.directivity_file = file;
+    try {
+        source.directivity = load_directivity(file);
+    } catch (const InputError& bad) {
+        json.fail(std::string("cannot use the directivity: ") + bad.what());
+    }
+}
+
 std::vector<Source> read_sources(const JsonReader& json, const std::filesystem::path& folder) {
     constexpr const char* kExpected = "a list of at least one source";
     constexpr NumberRange kGain_db{-200, 200, true, "decibels from -200 to 200"};
@@ -129,7 +150,8 @@ std::vector<Source> read_sources(const JsonReader& json, const std::filesystem::
         Source& source = sources.back();
         source.name = "source" + std::to_string(sources.size());
         item.attempt([&] {
-            item.allow_keys({"name", "position", "signal", "gain_db", "loop", "path"});
+            item.allow_keys({"name", "position", "yaw_deg", "pitch_deg", "roll_deg", "directivity",
+                             "signal", "gain_db", "loop", "path"});
             item.attempt([&] {
                 const auto name = item.find("name");
                 if (name) source.name = name->string("a name");
@@ -137,7 +159,9 @@ std::vector<Source> read_sources(const JsonReader& json, const std::filesystem::
                 names.add(source.name, name.value_or(item));
             });
             item.attempt([&] { source.path = find_trajectory(item); });
-            source.position = read_position(item, source.path);
+            source.set_pose(read_orientation(item, read_position(item, source.path)));
+            item.read("directivity",
+                      [&](const JsonReader& x) { read_directivity(x, folder, source); });
             item.read("signal", [&](const JsonReader& x) { read_signal(x, folder, source); });
             item.read("gain_db", [&](const JsonReader& x) { source.gain_db = x.real(kGain_db); });
             item.read("loop", [&](const JsonReader& x) { source.loop = x.boolean(); });

@@ -64,13 +64,13 @@ void PathTracer::start(const Emitter& emitter, std::uint64_t frame_seed, int bat
     for (int i = first; i < end; ++i) {
         const std::size_t lane = paths.count++;
         paths.rays.origin.set(lane, emitter.position);
-        paths.rays.direction.set(
-            lane, uniform_direction(settings_.independent_rays
-                                        ? RandomStream(derive_seed(seed, i)).uniform_2d()
-                                        : sobol.point(static_cast<unsigned>(i))));
+        const auto [direction, energy] = emitter.directivity.sample(
+            settings_.independent_rays ? RandomStream(derive_seed(seed, i)).uniform_2d()
+                                       : sobol.point(static_cast<unsigned>(i)));
+        paths.rays.direction.set(lane, direction);
         paths.rays.max_m[lane] = settings_.max_length_m;
         paths.ray[lane] = static_cast<std::uint32_t>(i - first);
-        paths.energy[lane] = Bands::filled(1);
+        paths.energy[lane] = energy;
         paths.length_m[lane] = 0;
         paths.diffuse[lane] = 0;
         paths.random[lane] = derive_seed(frame_seed, SeedPurpose::rays, emitter.id, i);

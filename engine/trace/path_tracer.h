@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "aula/engine/frame.h"
+#include "engine/rays/oriented_directivity.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/trace/path_batch.h"
 #include "engine/trace/specular_paths.h"
@@ -18,7 +19,8 @@ namespace aula {
 struct Emitter {
     std::size_t id = 0;  ///< selects the random numbers and path identifiers
     Vec3 position{0};
-    bool is_listener = false;  ///< true: a listener emits and the receivers are sources
+    bool is_listener = false;           ///< true: a listener emits and the receivers are sources
+    OrientedDirectivity directivity{};  ///< of a source
 };
 
 struct TraceSettings {
@@ -31,7 +33,8 @@ struct TraceSettings {
     bool independent_rays = false;  ///< random initial directions instead of stratified ones
 };
 
-/// Monte Carlo path tracing from an emitter. Rays of energy 1 in every band are reflected diffusely
+/// Monte Carlo path tracing from an emitter. Rays of energy 1 in every band, from a source with a
+/// directivity in the mean, are reflected diffusely
 /// or specularly by the scattering coefficient. They end with the response or, below -80 dB, by
 /// unbiased Russian roulette. Purely specular paths of the orders at which `images` tries every
 /// sequence are omitted; those of its higher orders carry their image's key, so that the reader can

@@ -231,7 +231,8 @@ SpecularSound SpecularPaths::find(const Vec3& source, const Vec3& listener, bool
                                .length_m = static_cast<float>(length_m),
                                .direction = unit_or_front(offset),
                                .energy = spread_over(length_m, attenuation_per_m),
-                               .id = 0});
+                               .id = 0,
+                               .departure = -unit_or_front(offset)});
     }
 
     // Tests each image that may be audible.
@@ -264,7 +265,8 @@ SpecularSound SpecularPaths::find(const Vec3& source, const Vec3& listener, bool
                                .length_m = static_cast<float>(length_m),
                                .direction = unit_or_front(offset),
                                .energy = found.energy * spread_over(length_m, attenuation_per_m),
-                               .id = found.image});
+                               .id = found.image,
+                               .departure = -unit_or_front(towards_source(offset, found.planes))});
     }
     const auto rank = [](const SpecularPath& p) { return std::tie(p.length_m, p.order, p.id); };
     std::sort(sound.paths.begin(), sound.paths.end(),
@@ -287,6 +289,17 @@ Point SpecularPaths::image_of(const Point& source, const Sequence& sequence) con
         image = planes_[*plane].mirror(image);
     }
     return image;
+}
+
+/// The direction in which a path that leaves the listener reaches the source: mirrored from the
+/// first plane to the last.
+Point SpecularPaths::towards_source(const Point& from_listener, const Sequence& sequence) const {
+    Point direction = from_listener;
+    for (const std::uint32_t plane : sequence) {
+        const Point& normal = planes_[plane].normal;
+        direction -= 2 * glm::dot(direction, normal) * normal;
+    }
+    return direction;
 }
 
 /// Whether the path along a sequence may be valid at a point within `reach_m` of the listener: its

@@ -99,6 +99,8 @@ class SpecularPaths {
     void evict();
     std::uint64_t key_of(const Sequence& sequence) const;
     ScenePlanes::Point image_of(const ScenePlanes::Point& source, const Sequence& sequence) const;
+    ScenePlanes::Point towards_source(const ScenePlanes::Point& from_listener,
+                                      const Sequence& sequence) const;
     bool is_near(const Sequence& sequence, const ScenePlanes::Point& source,
                  const ScenePlanes::Point& listener, double reach_m,
                  std::vector<ScenePlanes::Point>& images) const;

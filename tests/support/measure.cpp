@@ -11,7 +11,10 @@ namespace aula::test {
 FrameInput static_input(const Scene& scene, double time_s) {
     FrameInput input;
     input.time_s = time_s;
-    for (const Source& source : scene.sources) input.sources.push_back(source.position);
+    for (const Source& source : scene.sources) {
+        input.sources.push_back(source.position);
+        input.source_rotations.push_back(source.pose_at(time_s).rotation());
+    }
     input.listeners.push_back(scene.listener.pose.position);
     return input;
 }

@@ -87,7 +87,7 @@ Auralizer::Auralizer(std::unique_ptr<State> state) : state_(std::move(state)) {
 Auralizer::~Auralizer() { state_->end(); }
 
 SourceId Auralizer::add_source(const NewSource& source, std::int64_t at) {
-    check_position(source.position);
+    check_pose({source.position, source.yaw_rad, source.pitch_rad, source.roll_rad});
     check_gain(source.gain_db);
     return state_->playback->add_source(source, at);
 }
@@ -99,9 +99,8 @@ void Auralizer::remove_source(SourceId source, std::int64_t at) {
 std::vector<SourceId> Auralizer::sources() const { return state_->playback->sources(); }
 
 void Auralizer::set_source(SourceId source, const Pose& pose, std::int64_t at) {
-    check_position(pose.position);
-    state_->playback->change_source(
-        source, at, [position = pose.position](SourceState& s) { s.position = position; });
+    check_pose(pose);
+    state_->playback->change_source(source, at, [pose](SourceState& s) { s.pose = pose; });
 }
 
 void Auralizer::set_gain(SourceId source, float gain_db, std::int64_t at) {
@@ -208,11 +207,9 @@ AuralizerStatus Auralizer::status() const { return state_->playback->status(); }
 std::function<void(Auralizer&, double)> follow_paths(const Scene& scene) {
     return [scene](Auralizer& auralizer, double time_s) {
         for (std::size_t i = 0; i < scene.sources.size(); ++i) {
-            if (!scene.sources[i].path) continue;
-            Pose pose;
-            pose.position = scene.sources[i].position_at(time_s);
             // The scene's sources have the first numbers.
-            auralizer.set_source({i + 1}, pose);
+            if (scene.sources[i].path)
+                auralizer.set_source({i + 1}, scene.sources[i].pose_at(time_s));
         }
         if (scene.listener.path) auralizer.set_listener(scene.listener.pose_at(time_s));
         for (std::size_t o = 0; o < scene.objects.size(); ++o)

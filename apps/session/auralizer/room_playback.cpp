@@ -95,7 +95,8 @@ SourceId RoomPlayback::add_source(const NewSource& source, std::int64_t at) {
     SourceState state{
         .id = id.number,
         .name = source.name.empty() ? "source " + std::to_string(id.number) : source.name,
-        .position = source.position,
+        .pose = {source.position, source.yaw_rad, source.pitch_rad, source.roll_rad},
+        .directivity = source.directivity,
         .gain_db = source.gain_db};
     changes_.add(time, [state](FrameRoom& room) mutable {
         state.slot = room.slots.begin({state.id});

@@ -165,6 +165,9 @@ void write_source(JsonValue& item, const Source& before, const Source& now) {
     if (before.path && !now.path) remove(item, "path");
     if (before.position != now.position || (before.path && !now.path))
         set(item, "position", json_of(now.position));
+    set_angle(item, "yaw_deg", before.yaw_rad, now.yaw_rad);
+    set_angle(item, "pitch_deg", before.pitch_rad, now.pitch_rad);
+    set_angle(item, "roll_deg", before.roll_rad, now.roll_rad);
     if (before.gain_db != now.gain_db) set(item, "gain_db", json_of(now.gain_db));
     if (before.loop != now.loop) set(item, "loop", json_of(now.loop));
 }
@@ -230,6 +233,7 @@ std::string edited_scene_text(const LoadedScene& read, const Scene& edited,
     for (std::size_t s = 0; s < before.sources.size(); ++s) {
         JsonValue& item = std::get<JsonValue::Array>(find(root, "sources")->value)[s];
         if (before.sources[s].signal == Source::Signal::file) files.move(find(item, "signal"));
+        if (!before.sources[s].directivity_file.empty()) files.move(find(item, "directivity"));
         write_source(item, before.sources[s], edited.sources[s]);
     }
     write_listener(*find(root, "listener"), before.listener, edited.listener);

@@ -73,7 +73,7 @@ void FrameMaker::take_sources(const std::vector<SourceState>& sources) {
         if (voice != voices_.end()) {
             voice->state = source;
         } else if (!source.removed_at) {
-            propagation_.add_source(source.position);
+            propagation_.add_source(source.pose, source.directivity);
             voices_.push_back(make_voice(source));
         }
     }
@@ -91,7 +91,11 @@ void FrameMaker::propagate(const RoomState& room) {
     for (std::size_t l = 0; l < room.listeners.size(); ++l)
         input_.listeners[l] = room.listeners[l].position;
     input_.sources.clear();
-    for (const Voice& voice : voices_) input_.sources.push_back(voice.state.position);
+    input_.source_rotations.clear();
+    for (const Voice& voice : voices_) {
+        input_.sources.push_back(voice.state.pose.position);
+        input_.source_rotations.push_back(voice.state.pose.rotation());
+    }
     propagation_.step(input_);
 }
 

@@ -9,6 +9,17 @@ bool same_pose(const Pose& a, const Pose& b) {
            a.roll_rad == b.roll_rad;
 }
 
+Pose SourceControl::pose_at(const Source& source, double time_s) const {
+    Pose pose = source.pose_at(time_s);
+    if (position) pose.position = *position;
+    if (angles_rad) {
+        pose.yaw_rad = angles_rad->x;
+        pose.pitch_rad = angles_rad->y;
+        pose.roll_rad = angles_rad->z;
+    }
+    return pose;
+}
+
 bool PlayControls::audible(std::size_t s) const {
     const bool solos = std::any_of(sources.begin(), sources.end(),
                                    [](const SourceControl& source) { return source.solo; });

@@ -17,6 +17,11 @@ struct SourceControl {
     bool muted = false;
     bool solo = false;             ///< if any source has solo, only those with solo are audible
     std::optional<Vec3> position;  ///< set by the user; if absent: on its path
+    /// Yaw, pitch and roll as in Pose, set by the user; if absent: those of its path.
+    std::optional<Vec3> angles_rad;
+
+    /// The pose of the source at a time.
+    Pose pose_at(const Source& source, double time_s) const;
 };
 
 /// Settings that can change from frame to frame without new preparation. The default changes

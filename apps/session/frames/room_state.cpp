@@ -10,7 +10,8 @@ RoomState room_state(const Scene& scene, double time_s) {
         room.sources.push_back({.id = s + 1,
                                 .slot = s,
                                 .name = source.name,
-                                .position = source.position_at(time_s),
+                                .pose = source.pose_at(time_s),
+                                .directivity = source.directivity,
                                 .gain_db = source.gain_db});
     }
     room.listeners = {scene.listener.pose_at(time_s)};

@@ -15,7 +15,8 @@ struct SourceState {
     std::uint64_t id = 0;  ///< unique for each source
     std::size_t slot = 0;  ///< of the renderer
     std::string name;      ///< seeds its noise carriers
-    Vec3 position{0};
+    Pose pose;
+    Directivity directivity;
     float gain_db = 0;
     /// Sample time of its removal. Its last responses are kept, its paths are not traced.
     std::optional<std::int64_t> removed_at{};

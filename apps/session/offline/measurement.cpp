@@ -67,7 +67,10 @@ class StaticPropagation {
     explicit StaticPropagation(const Scene& scene)
         : simulation_(scene.simulation), propagation_(scene, scene.simulation) {
         input_.listeners = {scene.listener.pose_at(0).position};
-        for (const Source& source : scene.sources) input_.sources.push_back(source.position_at(0));
+        for (const Source& source : scene.sources) {
+            input_.sources.push_back(source.position_at(0));
+            input_.source_rotations.push_back(source.pose_at(0).rotation());
+        }
     }
 
     /// The combined result of the next `count` frames from empty caches, [source]; empty if

@@ -16,8 +16,10 @@ std::optional<Vec3> point_of(const OscMessage& message, std::size_t first) {
     return Vec3(static_cast<float>(*x), static_cast<float>(*y), static_cast<float>(*z));
 }
 
+Vec3 radians_of(const Vec3& angles_deg) { return angles_deg * (std::numbers::pi_v<float> / 180); }
+
 void turn(Pose& pose, const Vec3& angles_deg) {
-    const Vec3 angles_rad = angles_deg * (std::numbers::pi_v<float> / 180);
+    const Vec3 angles_rad = radians_of(angles_deg);
     pose.yaw_rad = angles_rad.x;
     pose.pitch_rad = angles_rad.y;
     pose.roll_rad = angles_rad.z;
@@ -99,6 +101,15 @@ void OscRemote::handle_source(const OscMessage& message) {
         SourceControl& control = controls.sources[source];
         if (message.address == "/aula/source/position") {
             if (const auto position = point_of(message, 1)) control.position = position;
+        } else if (message.address == "/aula/source/orientation") {
+            if (const auto angles_deg = point_of(message, 1))
+                control.angles_rad = radians_of(*angles_deg);
+        } else if (message.address == "/aula/source/pose") {
+            const auto position = point_of(message, 1);
+            const auto angles_deg = point_of(message, 4);
+            if (!position || !angles_deg) return;
+            control.position = position;
+            control.angles_rad = radians_of(*angles_deg);
         } else if (message.address == "/aula/source/gain") {
             constexpr double kMax_db = 60;
             if (const auto gain_db = message.number(1); gain_db && *gain_db <= kMax_db)

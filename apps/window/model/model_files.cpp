@@ -75,9 +75,12 @@ void Model::take_edit(OpenedScene opened) {
     const EditedScene::Change change = scene_.reload(std::move(opened));
     settings_.set(scene().simulation, setting().ambisonic_order);
     scene_changed(change);
-    // Positions and rays of the file apply again.
+    // Poses and rays of the file apply again.
     adjust([](PlayControls& now) {
-        for (SourceControl& source : now.sources) source.position.reset();
+        for (SourceControl& source : now.sources) {
+            source.position.reset();
+            source.angles_rad.reset();
+        }
         now.rays.reset();
     });
     apply();

@@ -20,8 +20,8 @@ std::string save_played_scene(const EditedScene& edited, const PlayControls& con
         Source& source = saved.sources[s];
         source.loop = read.scene.sources[s].loop;
         if (control.gain_db) source.gain_db = *control.gain_db;
-        if (!control.position) continue;
-        source.position = *control.position;
+        if (!control.position && !control.angles_rad) continue;
+        source.set_pose(control.pose_at(source, 0));
         if (source.path) left_out += " and the path of " + source.name + ", which was moved";
         source.path.reset();
     }

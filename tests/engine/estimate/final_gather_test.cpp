@@ -182,7 +182,7 @@ TEST_CASE("air attenuates the whole length of a gather ray, including reflection
     settings.attenuation_per_m[6] = 0.03F;
     settings.mirrors = GENERATE(false, true);
     std::uint64_t segments = 0;
-    const auto hits = trace_gather(rays, grid, inside, settings, 1, workers, segments);
+    const auto hits = trace_gather(rays, grid, {.position = inside}, settings, 1, workers, segments);
     float longest_m = 0;
     for (const GatherHit& hit : hits) {
         longest_m = std::max(longest_m, hit.length_m);
@@ -208,7 +208,7 @@ TEST_CASE("joined hits of a patch have the mean length and direction of their ra
     settings.rays = 4096;
     settings.mirrors = false;
     std::uint64_t segments = 0;
-    const auto hits = trace_gather(rays, grid, inside, settings, 1, workers, segments);
+    const auto hits = trace_gather(rays, grid, {.position = inside}, settings, 1, workers, segments);
     const std::vector<Ray> sent = gather_rays(rays, grid, inside, settings, 1);
     CHECK(hits.size() < sent.size() / 2);
 

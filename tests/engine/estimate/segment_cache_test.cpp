@@ -44,7 +44,7 @@ EnergyResponse detected(const SegmentCache& segments, const Vec3& at, double sca
     static const RayScene open{Scene{}};
     EnergyResponse response = EnergyResponse::silent(TimeBins(0.2));
     SpecularSum sum(response);
-    segments.add_to(open, {at, kRadius_m}, false, segments.rays(), sum);
+    segments.add_to(open, {at, kRadius_m}, {}, false, segments.rays(), sum);
     sum.add_to(SpecularSound{}, response);
     for (Bands& energy : response.energy) {
         energy *= static_cast<float>(scale * static_cast<double>(sum.rays()));

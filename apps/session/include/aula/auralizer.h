@@ -64,10 +64,14 @@ struct AuralizerOptions {
     std::function<void(Auralizer&, double time_s)> before_frame{};
 };
 
-/// An omnidirectional source to add.
+/// A source to add.
 struct NewSource {
-    Vec3 position{0};   ///< m, world axes
-    float gain_db = 0;  ///< at most 200; -infinity mutes
+    Vec3 position{0};           ///< m, world axes
+    float yaw_rad = 0;          ///< orientation as in Pose
+    float pitch_rad = 0;        ///< orientation as in Pose
+    float roll_rad = 0;         ///< orientation as in Pose
+    Directivity directivity{};  ///< in the local axes of the source
+    float gain_db = 0;          ///< at most 200; -infinity mutes
     /// Seeds the noise of its reverberation: sources of equal names have correlated reverberation.
     /// Empty: the source's number is the seed.
     std::string name{};
@@ -76,8 +80,8 @@ struct NewSource {
 /// Input samples of a source in one call of render().
 struct SourceSignal {
     SourceId source;  ///< the source that plays them
-    /// As many samples as the call renders. 1.0 has the amplitude 1.0 at a distance of 1 m in a
-    /// free field. Null: silence.
+    /// As many samples as the call renders. 1.0 of an omnidirectional source has the amplitude 1.0
+    /// at a distance of 1 m in a free field. Null: silence.
     const float* samples = nullptr;
 };
 
@@ -153,7 +157,8 @@ class Auralizer {
     /// All present sources in the order of their addition, those of the scene first.
     std::vector<SourceId> sources() const;
 
-    /// Moves a source; its orientation is ignored. Throws InputError if the position is not finite.
+    /// Moves and turns a source. Between frames the delay and the gains of its paths change
+    /// uniformly. Throws InputError if the pose is not finite.
     void set_source(SourceId source, const Pose& pose, std::int64_t at = kNow);
 
     /// Sets the gain of a source in dB; -infinity mutes it. Throws InputError above 200 dB.

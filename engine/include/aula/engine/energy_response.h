@@ -22,6 +22,7 @@ struct SpecularPath {
     Bands energy;        ///< fluence in 1/m2 per unit emitted energy, with losses of air and walls
     std::uint64_t id = 0;  ///< identifies the path in all frames; 0: direct sound's main path
     int edges = 0;         ///< number of edges that the path bends around; 0: none
+    Vec3 departure{0};     ///< unit vector in which the sound leaves the source, world axes
 };
 
 /// Squared pressure of a fluence, p^2 = 4 pi I: 1 at 1 m from a source of unit energy in free
@@ -32,9 +33,9 @@ constexpr Real squared_pressure(Real fluence) {
 }
 
 /// The energy response (echogram) of one source at one listener: fluence in 1/m2 per unit emitted
-/// energy, for an omnidirectional source. In a free field it is 1 / (4 pi r^2) at the distance r.
-/// Time 0 is the emission. Direct sound and image sources are discrete paths; all other energy is
-/// sorted into time bins.
+/// energy. In a free field it is 1 / (4 pi r^2) at the distance r from an omnidirectional source,
+/// times Directivity::factor for others. Time 0 is the emission. Direct sound and image sources are
+/// discrete paths; all other energy is sorted into time bins.
 struct EnergyResponse {
     TimeBins bins;                      ///< time axis of `energy` and `intensity`
     float speed_of_sound_m_s = 343.2F;  ///< converts lengths of paths to times

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <glm/mat3x3.hpp>
 #include <vector>
 
 #include "aula/engine/bands.h"
@@ -10,7 +11,7 @@
 
 namespace aula {
 
-/// The positions of all objects, sources and listeners in one frame. A position on a surface is
+/// The places of all objects, sources and listeners in one frame. A position on a surface is
 /// moved off it.
 struct FrameInput {
     double time_s = 0;            ///< time on the objects' paths; not used with `objects`
@@ -19,6 +20,9 @@ struct FrameInput {
     /// [object] The transform of each object of the scene; ignored for an object that does not
     /// move. If empty, the objects follow their paths.
     std::vector<RigidTransform> objects{};
+    /// [source] Rotation from the local axes of each source to the world axes, for its directivity.
+    /// If empty, they are parallel.
+    std::vector<glm::mat3> source_rotations{};
 };
 
 /// The cost of a frame and the size of the caches.

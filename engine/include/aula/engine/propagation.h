@@ -29,10 +29,10 @@ class Propagation {
     Propagation& operator=(const Propagation&) = delete;
 
     /// Appends a source. Its responses are silent until the next step(), whose input has one
-    /// position more. `position` is where it will be then; caches are prepared for it. The memory
+    /// position more. `pose` is where it will be then; caches are prepared for it. The memory
     /// of the caches is divided anew. Patches keep the size that was chosen for the scene's
     /// sources.
-    void add_source(const Vec3& position);
+    void add_source(const Pose& pose, const Directivity& directivity = {});
 
     /// Removes a source; the indices of later sources decrease by one.
     void remove_source(std::size_t source);

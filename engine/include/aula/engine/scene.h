@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "aula/engine/bands.h"
+#include "aula/engine/directivity.h"
 #include "aula/engine/medium.h"
 #include "aula/engine/simulation.h"
 #include "aula/engine/vec3.h"
@@ -142,9 +143,10 @@ struct Bounds {
 /// which is somewhat larger than its vertices where the path rotates.
 Bounds geometry_bounds(const std::vector<Object>& objects);
 
-/// An omnidirectional sound source. A sample of 1.0 has the amplitude 1.0 at a distance of 1 m in a
-/// free field. An Auralizer receives the signal from its caller and uses only name, position, gain
-/// and, by follow_paths(), the path.
+/// A sound source. A sample of 1.0 of an omnidirectional source has the amplitude 1.0 at a distance
+/// of 1 m in a free field. A directivity distributes the same power over the directions. An
+/// Auralizer receives the signal from its caller and uses only name, pose, gain, directivity and,
+/// by follow_paths(), the path.
 struct Source {
     /// Kind of the signal.
     enum class Signal {
@@ -153,14 +155,32 @@ struct Source {
         noise     ///< white noise of -20 dBFS RMS
     };
 
-    std::string name;  ///< unique in its scene; seeds the noise of the source's reverberation
-    Vec3 position{0};  ///< m, world axes; not used with a `path`
-    Signal signal = Signal::impulse;    ///< what the source plays
+    std::string name;     ///< unique in its scene; seeds the noise of the source's reverberation
+    Vec3 position{0};     ///< m, world axes; not used with a `path`
+    float yaw_rad = 0;    ///< orientation as in Pose; not used with a `path`
+    float pitch_rad = 0;  ///< orientation as in Pose; not used with a `path`
+    float roll_rad = 0;   ///< orientation as in Pose; not used with a `path`
+    Directivity directivity;                 ///< in the local axes of the pose
+    std::filesystem::path directivity_file;  ///< file that it was read from; else empty
+    Signal signal = Signal::impulse;         ///< what the source plays
     std::filesystem::path signal_file;  ///< sound file of Signal::file; a relative name is relative
                                         ///< to the working directory
     float gain_db = 0;                  ///< of the signal; -200 to 200 in scene files
     bool loop = false;                  ///< true: repeats the signal
-    std::optional<Trajectory> path;     ///< movement, world axes; orientations are ignored
+    std::optional<Trajectory> path;     ///< movement, world axes
+
+    /// Sets position and orientation; a path remains.
+    void set_pose(const Pose& pose) {
+        position = pose.position;
+        yaw_rad = pose.yaw_rad;
+        pitch_rad = pose.pitch_rad;
+        roll_rad = pose.roll_rad;
+    }
+
+    /// The pose at a time.
+    Pose pose_at(double time_s) const {
+        return path ? path->at(time_s) : Pose{position, yaw_rad, pitch_rad, roll_rad};
+    }
 
     /// The position at a time.
     Vec3 position_at(double time_s) const { return path ? path->at(time_s).position : position; }
