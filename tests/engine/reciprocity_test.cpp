@@ -86,6 +86,25 @@ Figures from_listener(const Scene& scene, std::size_t listener_count = 1) {
     return figures;
 }
 
+/// Rays from the listener: the source turns at its position, at last to its orientation.
+Figures from_listener_for_turns(const Scene& scene) {
+    Propagation propagation(scene, scene.simulation);
+    Figures figures;
+    for (int i = 0; i < kRestarts; ++i) {
+        propagation.restart(derive_seed(test::test_seed(), 2, i));
+        FrameInput input = test::static_input(scene);
+        Pose pose = scene.sources[0].pose_at(0);
+        pose.yaw_rad -= 1.5F * kMoves;
+        for (int f = 0; f <= kMoves; ++f) {
+            input.source_rotations[0] = pose.rotation();
+            pose.yaw_rad += 1.5F;
+            propagation.step(input);
+        }
+        read(propagation.response(0), figures);
+    }
+    return figures;
+}
+
 /// The largest distance between two sets of figures in standard errors.
 double distance(const Figures& a, const Figures& b) {
     REQUIRE(a.size() == b.size());
@@ -131,6 +150,34 @@ TEST_CASE("with a limited order both ends give the same response") {
     CHECK(distance(forward, from_listener(scene)) < test::kFamilyZ);
     scene.simulation.order = 3;
     CHECK(distance(forward, from_listener(scene)) > test::kRefutedZ);  // companion
+}
+
+TEST_CASE("a source with a directivity has the same response with rays from either end") {
+    Scene scene = colourful_room();
+    Source& source = scene.sources[0];
+    source.directivity = *Directivity::find("loudspeaker");
+    source.yaw_rad = 2;
+    source.pitch_rad = -0.4F;
+    const auto compare = [&] {
+        const Figures forward = from_source(scene);
+        CHECK(distance(forward, from_listener(scene)) < test::kFamilyZ);
+        // A turn is a movement: the listener emits for a source that turns as well.
+        CHECK(distance(forward, from_listener_for_turns(scene)) < test::kFamilyZ);
+        // Companion: an omnidirectional source.
+        Scene other = scene;
+        other.sources[0].directivity = {};
+        CHECK(distance(forward, from_listener(other)) > test::kRefutedZ);
+    };
+    SECTION("partly scattering walls") { compare(); }
+    SECTION("purely specular paths above the image sources' order") {
+        scene.materials[0].scattering = Bands{};
+        scene.simulation.rays = 4000;
+        compare();
+    }
+    SECTION("a limited order") {
+        scene.simulation.order = 2;
+        compare();
+    }
 }
 
 TEST_CASE("the order is limited at partly specular surfaces as well") {
