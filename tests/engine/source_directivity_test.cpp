@@ -155,6 +155,58 @@ TEST_CASE("image sources in a box have the directivity mirrored in their planes"
     }
 }
 
+TEST_CASE("sound that bends around an edge has the directivity towards the edge") {
+    // A wall in the plane x = 0 that ends at y = 0; its other edges are too far to be heard.
+    Scene scene;
+    scene.medium.air_absorption = false;
+    Object wall;
+    wall.vertices = {{0, 0, -60}, {0, -60, -60}, {0, -60, 60}, {0, 0, 60}};
+    wall.triangles = {{0, 1, 2}, {0, 2, 3}};
+    wall.triangle_materials = {0, 0};
+    scene.objects.push_back(wall);
+    scene.materials.push_back({"soft", Bands::filled(1), Bands::filled(0)});
+    scene.sources.resize(1);
+    scene.sources[0].position = {-2, -1, 0.3F};
+    scene.sources[0].yaw_rad = 0.8F;
+    scene.simulation.estimator = Estimator::pt;
+    scene.simulation.rays = 1;
+    scene.simulation.ir_length_s = 0.1F;
+    const auto level = [&](const Directivity& directivity, const Vec3& listener) {
+        scene.sources[0].directivity = directivity;
+        scene.listener.pose.position = listener;
+        Propagation propagation(scene, scene.simulation);
+        propagation.step(test::static_input(scene));
+        Bands sum;
+        for (const SpecularPath& path : propagation.response(0).paths) sum += path.energy;
+        return sum;
+    };
+    const Vec3 behind(2, -1, 0.3F);
+    const Bands omni = level({}, behind);
+    const Bands directed = level(lopsided(), behind);
+    const auto factor = [&](const Vec3& departure) {
+        return lopsided().factor(glm::transpose(scene.sources[0].pose_at(0).rotation()) *
+                                 glm::normalize(departure));
+    };
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        const double ratio = double{directed[b] / omni[b]};
+        CHECK(ratio == Approx(double{factor({2, 1, 0})[b]}).epsilon(1e-4));  // rounding
+        // Companion: the straight direction.
+        CHECK(std::abs(ratio / double{factor({4, 0, 0})[b]} - 1) > 0.02);
+    }
+    // At the shadow boundary, y = 1 at x = 2, straight and bent sound leave in one direction: the
+    // sum changes by no more than that of an omnidirectional source, up to its gradient of 1 mm.
+    const auto change_db = [&](const Directivity& directivity, float step_m) {
+        const Bands shadow = level(directivity, {2, 1 - step_m, 0.3F});
+        const Bands lit = level(directivity, {2, 1 + step_m, 0.3F});
+        double largest = 0;
+        for (std::size_t b = 0; b < kBandCount; ++b)
+            largest = std::max(largest, std::abs(10 * std::log10(double{lit[b] / shadow[b]})));
+        return largest;
+    };
+    CHECK(change_db(lopsided(), 0.002F) < change_db({}, 0.002F) + 0.02);
+    CHECK(change_db(lopsided(), 0.2F) > change_db({}, 0.002F) + 0.02);  // companion: farther apart
+}
+
 TEST_CASE("the late energy of a lossless room does not depend on the directivity") {
     // c P / V per second for every source, in each band.
     const double c = double{Medium{}.speed_of_sound_m_s()};
