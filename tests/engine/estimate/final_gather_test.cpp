@@ -182,7 +182,8 @@ TEST_CASE("air attenuates the whole length of a gather ray, including reflection
     settings.attenuation_per_m[6] = 0.03F;
     settings.mirrors = GENERATE(false, true);
     std::uint64_t segments = 0;
-    const auto hits = trace_gather(rays, grid, {.position = inside}, settings, 1, workers, segments);
+    const auto hits =
+        trace_gather(rays, grid, {.position = inside}, settings, 1, workers, segments);
     float longest_m = 0;
     for (const GatherHit& hit : hits) {
         longest_m = std::max(longest_m, hit.length_m);
@@ -208,8 +209,9 @@ TEST_CASE("joined hits of a patch have the mean length and direction of their ra
     settings.rays = 4096;
     settings.mirrors = false;
     std::uint64_t segments = 0;
-    const auto hits = trace_gather(rays, grid, {.position = inside}, settings, 1, workers, segments);
-    const std::vector<Ray> sent = gather_rays(rays, grid, inside, settings, 1);
+    const auto hits =
+        trace_gather(rays, grid, {.position = inside}, settings, 1, workers, segments);
+    const std::vector<Ray> sent = gather_rays(rays, grid, {.position = inside}, settings, 1);
     CHECK(hits.size() < sent.size() / 2);
 
     // Sums over all rays that hit a patch, with the weight 4 / (M A).
@@ -260,7 +262,7 @@ TEST_CASE("A gather sends all its rays, and none of its paths is longer than all
         GatherSettings settings;
         settings.rays = count;
         settings.max_length_m = 30;
-        const std::vector<Ray> sent = gather_rays(rays, grid, receiver, settings, 1);
+        const std::vector<Ray> sent = gather_rays(rays, grid, {.position = receiver}, settings, 1);
         CAPTURE(count);
         CHECK(std::count_if(sent.begin(), sent.end(), [&](const Ray& ray) {
                   return ray.origin == receiver && ray.max_m == 30;

@@ -142,7 +142,8 @@ TEST_CASE("talker and loudspeaker have the levels of a vibrating cap in a rigid 
             const Directivity cap = *Directivity::find(truth.name);
             for (std::size_t i = 0; i < truth.level_db.size(); ++i) {
                 const double angle_rad = static_cast<double>(i) * kPi / 6;
-                const Vec3 d = direction(angle_rad + std::atan2(front.y, front.x), 0);
+                const Vec3 d =
+                    direction(angle_rad + std::atan2(double{front.y}, double{front.x}), 0);
                 const double level_db = 10 * std::log10(double{cap.factor(d)[truth.band]});
                 largest = std::max(largest, std::abs(level_db - truth.level_db[i]));
             }
