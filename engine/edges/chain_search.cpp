@@ -342,8 +342,18 @@ std::vector<EdgePath> ChainSearch::find(const Vec3& source, const Vec3& listener
         strongest_db = std::max(strongest_db, 20 * std::log10(std::abs(path.field[kBand]) + 1e-12));
     }
     for (const Sequence& sequence : pair.chains) {
-        const auto chain = chain_of(sequence, source, listener);
+        auto chain = chain_of(sequence, source, listener);
         if (!chain) continue;
+        // Where a ray passes an edge closely, the path that leaves the edge out decides.
+        for (std::size_t i = 0; i < sequence.size(); ++i) {
+            if (!chain->is_at_boundary(i)) continue;
+            Sequence shorter = sequence;
+            shorter.erase(shorter.begin() + static_cast<std::ptrdiff_t>(i));
+            const auto is_shorter = [&](const EdgePath& path) { return path.edges == shorter; };
+            chain->set_lit(i, shorter.size() == 1
+                                  ? std::any_of(others.begin(), others.end(), is_shorter)
+                                  : chain_of(shorter, source, listener).has_value());
+        }
         const double level_db = chain->estimated_db() - 20 * std::log10(chain->length_m());
         strongest_db = std::max(strongest_db, level_db);
         chains.emplace_back(level_db, *chain);

@@ -19,6 +19,9 @@ constexpr double kLeastRadius_m = 0.05;  // as in WedgeIntegral
 constexpr double kLeastSegment_m = 1e-3;
 constexpr double kNarrow_m = 0.05;
 
+constexpr double kBesideEdge_m = 2e-3;
+constexpr double kLeastTurn_rad = 1e-6;
+
 // Largest detours; fields fade out over the last quarter before them.
 constexpr double kLongestDetour_m = 15;
 constexpr double kLongestLitDetour_m = 2;
@@ -201,6 +204,27 @@ bool EdgeChain::find_bends() {
         bends_.push_back(bend);
     }
     return true;
+}
+
+bool EdgeChain::is_at_boundary(std::size_t edge) const {
+    const Contact& contact = contacts_[edge];
+    if (contact.edge->is_curved) return false;
+    const double before_m = glm::distance(point(edge), contact.apex);
+    const double after_m = glm::distance(contact.apex, point(edge + 2));
+    return std::abs(contact.bend_rad()) * before_m * after_m < kBesideEdge_m * (before_m + after_m);
+}
+
+void EdgeChain::set_lit(std::size_t edge, bool is_lit) {
+    Contact& contact = contacts_[edge];
+    const double turn_rad = is_lit ? kPi - kLeastTurn_rad : kPi + kLeastTurn_rad;
+    if ((contact.bend_rad() < 0) == is_lit) return;
+    const double sign = contact.out_rad > contact.in_rad ? 1 : -1;
+    double& angle_rad = contact.shares_next ? contact.in_rad : contact.out_rad;
+    angle_rad =
+        contact.shares_next ? contact.out_rad - sign * turn_rad : contact.in_rad + sign * turn_rad;
+    for (Bend& bend : bends_) {
+        if (bend.first == edge) bend.turn_rad = contact.bend_rad();
+    }
 }
 
 /// A fit of the half plane within 1.5 dB: 1 / (2 + 4.8 sqrt(N)), N = 2 detour / lambda.

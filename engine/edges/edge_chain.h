@@ -34,6 +34,13 @@ class EdgeChain {
     /// An estimate of the level at 500 Hz relative to free field over the length, dB.
     double estimated_db() const;
 
+    /// Whether the path passes an edge so closely to the straight line between its neighbours that
+    /// a ray past the edge is uncertain.
+    bool is_at_boundary(std::size_t edge) const;
+
+    /// Decides whether such an edge is lit: its neighbours see each other.
+    void set_lit(std::size_t edge, bool is_lit);
+
     /// Whether no surface blocks the path.
     bool is_free(const RayScene& scene) const;
 

@@ -29,8 +29,9 @@ double air_loss(double length_m, const Bands& attenuation_per_m, std::size_t ban
 
 /// The reflections at the faces are not part of the direct sound. The terms that jump with them are
 /// therefore faded out towards their boundaries in the lit zone, where L0 - (length of the
-/// reflection) is below lambda / 16, unless the shadow boundary is as near. In the shadow all terms
-/// count.
+/// reflection) is below lambda / 16. In the shadow all terms count, and so do they at grazing
+/// incidence; from there to the boundary of a reflection their weight decreases to 0, however near
+/// it is.
 ComplexBands edge_field(const WedgeIntegral& integral, const RayScene& scene,
                         const DiffractionEdge& edge, const WedgePoint& source,
                         const WedgePoint& listener, const FaceTerms& faces) {
@@ -49,13 +50,17 @@ ComplexBands edge_field(const WedgeIntegral& integral, const RayScene& scene,
                                              beyond_m(2 * edge.open_angle_rad - sum_rad)};
     const double direct_m = beyond_m(source.angle_rad - listener.angle_rad);
     const bool fade = faces.fade_lit && WedgeIntegral::is_lit(source, listener);
+    std::array<double, 2> near_shadow{1, 1};
+    for (std::size_t face = 0; face < 2 && fade; ++face) {
+        if (direct_m > 0) near_shadow[face] = smooth_step(reflection_m[face] / direct_m);
+    }
     ComplexBands field;
     for (std::size_t b = 0; b < kBandCount; ++b) {
         const double per_m = 8 * integral.wave_number_per_m(b) / kPi;  // 16 / lambda
         field[b] = terms.incident[b];
         for (std::size_t face = 0; face < 2; ++face) {
-            const double at_shadow = fade ? smooth_step(1 - direct_m * per_m) : 1;
-            const double weight = std::max(at_shadow, smooth_step(reflection_m[face] * per_m));
+            const double weight =
+                std::max(near_shadow[face], smooth_step(reflection_m[face] * per_m));
             const Material& material = scene.material(scene.triangle(edge.triangles[face]));
             field[b] += faces.share * weight * mirrored_pressure(material, b) *
                         (face == 0 ? terms.first_face[b] : terms.second_face[b]);

@@ -1,6 +1,7 @@
 #include "engine/edges/chain_search.h"
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <complex>
@@ -161,6 +162,47 @@ TEST_CASE("a chain that a moving object blocks or clears is found in the same fr
     place.rays.move(0.0);
     place.edges.scene_moved();
     CHECK(above(search.frame(source, listener, {swept})) == 0);
+}
+
+TEST_CASE("on a walk past the end of a thick wall no octave jumps") {
+    // A wall of 20 cm. On the way out of its shadow the listener first sees the far edge, then the
+    // near one, then the source. The bounds per centimetre are those of a thin wall.
+    constexpr std::array<double, kBandCount> kStep_db{0.2, 0.2, 0.2, 0.3, 0.4, 0.5, 0.8, 1.2};
+    const Place place({prism({{-0.1F, -kFar_m}, {0.1F, -kFar_m}, {0.1F, 0}, {-0.1F, 0}})});
+    const Vec3 source(2, -1, 0);
+    Search search(place, 2);
+    double largest = 0;
+    double largest_of_single = 0;
+    std::array<double, kBandCount> before{};
+    std::array<double, kBandCount> single_before{};
+    for (int i = 0; i <= 400; ++i) {
+        const Vec3 listener(-2, -1 + 0.01F * static_cast<float>(i), 0);
+        std::vector<EdgePath> paths = place.single_paths(source, listener);
+        const auto level_db = [&](std::size_t band) {
+            double energy = 1e-9;
+            for (const auto& tap : place.paths.taps(paths)) energy += double{tap.energy[band]};
+            return 10 * std::log10(energy) +
+                   20 * std::log10(double{glm::distance(source, listener)});
+        };
+        std::array<double, kBandCount> single{};
+        for (std::size_t b = 0; b < kBandCount; ++b) single[b] = level_db(b);
+        search.chains.begin_frame({});
+        search.chains.search(source, listener, search.pair);
+        const auto chains = search.chains.find(source, listener, search.pair, Bands{}, paths);
+        paths.insert(paths.end(), chains.begin(), chains.end());
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            const double now = level_db(b);
+            if (i > 0) {
+                largest = std::max(largest, std::abs(now - before[b]) / kStep_db[b]);
+                largest_of_single = std::max(largest_of_single,
+                                             std::abs(single[b] - single_before[b]) / kStep_db[b]);
+            }
+            before[b] = now;
+        }
+        single_before = single;
+    }
+    CHECK(largest < 1);
+    CHECK(largest_of_single > 5);
 }
 
 TEST_CASE("chains follow a walk, and equal walks have equal chains") {

@@ -71,6 +71,11 @@ struct Place {
         return nullptr;
     }
 
+    /// The straight path and the paths over single edges.
+    std::vector<EdgePath> single_paths(const Vec3& source, const Vec3& listener) const {
+        return paths.find(source, listener, Bands{});
+    }
+
     RayScene rays;
     SceneEdges edges{rays};
     EdgePaths paths{rays, edges, 343.2};
