@@ -45,6 +45,7 @@ struct Propagation::State {
     std::unique_ptr<ResponseEstimator> estimator;
     std::vector<SpecularSound> images;      // [source * listener_count + listener]
     std::vector<EnergyResponse> responses;  // [source * listener_count + listener]
+    std::vector<PairMemory> memories;       // [source * listener_count + listener]
     std::uint64_t seed;
     std::uint64_t frame = 0;
     double travel_m = 0;  // accumulated movement of the scene since the start
@@ -117,6 +118,7 @@ struct Propagation::State {
     void clear_responses() {
         const std::size_t pairs = source_count * listener_count;
         images.assign(pairs, {});
+        memories.assign(pairs, {});
         responses.assign(pairs, EnergyResponse::silent(bins, speed_of_sound_m_s));
     }
 
@@ -131,6 +133,7 @@ struct Propagation::State {
         responses.resize(source_count * listener_count,
                          EnergyResponse::silent(bins, speed_of_sound_m_s));
         images.resize(responses.size());
+        memories.resize(responses.size());
         estimator->add_source(next_source_id++, pose.position, {samplers.back(), pose.rotation()});
     }
 
@@ -143,6 +146,7 @@ struct Propagation::State {
         erase_pairs(responses);
         erase_pairs(images);
         samplers.erase(samplers.begin() + static_cast<std::ptrdiff_t>(source));
+        erase_pairs(memories);
         estimator->remove_source(source);
     }
 
@@ -194,7 +198,7 @@ struct Propagation::State {
         workers.run(responses.size(), [&](std::size_t pair) {
             responses[pair].paths = direct_sound->find(
                 input.sources[pair / listener_count], input.listeners[pair % listener_count],
-                directivity(pair / listener_count, input), attenuation_per_m);
+                directivity(pair / listener_count, input), attenuation_per_m, memories[pair]);
         });
         statistics.edges = direct_sound->edges().count();
         for (const EnergyResponse& response : responses) {
@@ -265,12 +269,12 @@ void Propagation::step(const FrameInput& given) {
     if (moved_m > 0) {
         s.travel_m += double{moved_m};
         s.specular.scene_moved();
-        if (s.direct_sound) s.direct_sound->scene_moved();
         s.estimator->scene_moved();
     }
     const FrameInput input = s.nudged(given);
 
     Stopwatch watch;
+    if (s.direct_sound) s.direct_sound->begin_frame(moved_m > 0);
     s.find_direct_sound(input);
     s.statistics.diffraction_s += watch.lap_s();
 

@@ -15,6 +15,7 @@
 #include "aula/engine/material_library.h"
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"
+#include "engine/edges/scene_edges.h"
 #include "engine/patches/patch_grid.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/rays/room_survey.h"
@@ -310,6 +311,9 @@ int show_info(const Arguments& arguments) {
     });
     std::printf("%-16s%zu of %.2f m\n", "patches", patches.reached,
                 static_cast<double>(patches.patch_size_m));
+    const SceneEdges edges =
+        result_of("finding edges", arguments, [&] { return SceneEdges(rays); });
+    std::printf("%-16s%zu that diffract sound\n", "edges", edges.count());
     const double escape = result_of(
         kMeasuring, arguments, [&] { return escape_per_reflection(rays, sorted.inside, kSeed); });
     if (escape == 0) {

@@ -16,6 +16,7 @@
 #include "apps/bench/base/settings.h"
 #include "apps/bench/base/table.h"
 #include "apps/bench/convolution/convolve.h"
+#include "apps/bench/propagation/diffraction.h"
 #include "apps/bench/propagation/many_sources.h"
 #include "apps/bench/propagation/noise.h"
 #include "apps/bench/propagation/tessellation.h"
@@ -84,6 +85,22 @@ class Bench {
     void sources(const Subject& subject) {
         take("many sources in " + subject.description(), aula::bench::many_sources_columns(),
              aula::bench::measure_many_sources(subject, settings_));
+    }
+
+    void diffraction(const Subject& subject) {
+        take("diffraction in " + subject.description(), aula::bench::diffraction_columns(),
+             aula::bench::measure_diffraction(subject, settings_));
+    }
+
+    /// Omitted, with a line that says so, if there is no such file.
+    void diffraction_in_level(const std::string& mesh_file) {
+        if (mesh_file.empty()) return;
+        if (!std::filesystem::exists(mesh_file)) {
+            progress_.clear();
+            std::cout << "\ndiffraction in a level: skipped, no " << mesh_file << "\n";
+            return;
+        }
+        diffraction(aula::bench::level_of(mesh_file, settings_));
     }
 
     void trace(const Subject& subject) {
@@ -163,6 +180,7 @@ int run(int argc, char** argv) {
         "smaller default sizes: a few minutes per scene");
     std::vector<std::string> estimators;
     std::string json;
+    std::string level;
     std::string markdown;
     app.add_option("--estimator", estimators, "only this one: pt, dpc-published, dpc or patch")
         ->allow_extra_args(false)
@@ -221,8 +239,16 @@ int run(int argc, char** argv) {
         ->check(CLI::Range(0.01, 10.0));
     CLI::App* convolve =
         app.add_subcommand("convolve", "CPU time of a block, also in other libraries");
-    CLI::App* all = app.add_subcommand(
-        "all", "noise, trace, and with a path tracking and sources, of each scene; convolve");
+    CLI::App* diffraction = app.add_subcommand(
+        "diffraction", "the part of diffraction in the time of frames, with one source and eight");
+    diffraction->add_option("SCENE", scene, "scene file")->required();
+    CLI::App* all = app.add_subcommand("all",
+                                       "noise, trace, diffraction, and with a path tracking and "
+                                       "sources, of each scene; convolve");
+    for (CLI::App* command : {diffraction, all}) {
+        command->add_option("--level", level,
+                            "diffraction: also in the level of a game, a mesh file with y up");
+    }
     all->add_option("SCENE", scenes, "scene files")->required();
     for (CLI::App* command : {convolve, all}) {
         const bool many = command == convolve;  // else the next word may be a scene
@@ -272,6 +298,10 @@ int run(int argc, char** argv) {
         if (*tracking) bench.tracking(load(scene, settings));
         if (*sources) bench.sources(load(scene, settings));
         if (*trace) bench.trace(load(scene, settings));
+        if (*diffraction) {
+            bench.diffraction(load(scene, settings));
+            bench.diffraction_in_level(level);
+        }
         if (*convolve) bench.convolve(convolution_sweep);
         if (*all) {
             std::vector<Subject> subjects;
@@ -282,7 +312,9 @@ int run(int argc, char** argv) {
                 if (listener_moves || subject.scene.sources[0].path) bench.tracking(subject);
                 bench.trace(subject);
                 if (listener_moves) bench.sources(subject);
+                bench.diffraction(subject);
             }
+            bench.diffraction_in_level(level);
             bench.convolve(convolution_sweep);
         }
         if (json_file) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "aula/engine/energy_response.h"
@@ -15,21 +17,32 @@ class DirectSound {
  public:
     DirectSound(const RayScene& scene, float speed_of_sound_m_s);
 
-    /// Updates the edges after RayScene::move.
-    void scene_moved() { edges_.scene_moved(); }
+    /// Begins a frame; `moved`: RayScene::move has moved objects since the last one.
+    void begin_frame(bool moved);
 
     const SceneEdges& edges() const { return edges_; }
 
     /// The paths of a source's direct sound to a listener by ascending length; see SpecularPath.
     /// Empty if no path leads over an edge.
-    /// [several threads]
+    /// `memory` is that of the source and the listener. [several threads]
     std::vector<SpecularPath> find(const Vec3& source, const Vec3& listener,
                                    const OrientedDirectivity& directivity,
-                                   const Bands& attenuation_per_m) const;
+                                   const Bands& attenuation_per_m, PairMemory& memory) const;
 
  private:
+    struct MovableObject {
+        std::vector<std::uint32_t> triangles;
+        std::array<Vec3, 3> corners{};  ///< of the first triangle in the last frame
+        Bounds bounds;                  ///< in the last frame
+    };
+
+    void follow(MovableObject& object);
+
+    const RayScene& scene_;
     SceneEdges edges_;
     EdgePaths paths_;
+    std::vector<MovableObject> movable_;
+    std::vector<Bounds> changed_;  ///< volumes in which objects have moved in this frame
 };
 
 }  // namespace aula

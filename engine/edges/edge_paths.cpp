@@ -19,14 +19,12 @@ namespace aula {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr std::size_t kMaxCandidates = 512;
+constexpr double kFaded = 1.0 / 64;  // of visibility
 constexpr double kNearest_m = 0.1;
 constexpr double kNarrow_m = 0.05;
 constexpr double kBesideEdge_m = 1e-3;
 
-// Largest detours; fields fade out over the last quarter before them. In the lit zone an edge
-// matters up to two wavelengths of the lowest band.
-constexpr double kLongestDetour_m = 15;
+// In the lit zone an edge matters up to two wavelengths of the lowest band.
 constexpr double kLongestLitDetour_m = 11;
 
 // Weaker paths and taps fade out over kFade_db before they are dropped. Levels are relative to the
@@ -60,28 +58,16 @@ double level_db(const Bands& energy, const Bands& reference) {
     return 10 * std::log10(ratio);
 }
 
-/// Keeps the items of the highest levels, at most `most`, and multiplies their energies by shares
-/// that fade to 0 towards `weakest_db` and towards the strongest item that is not kept.
-template <class Item, class Level, class Scale>
-void fade_weakest(std::vector<Item>& items, std::size_t most, double weakest_db,
-                  const Level& level_of, const Scale& scale) {
-    std::vector<double> sorted_db;
-    for (const Item& item : items) sorted_db.push_back(level_of(item));
-    const std::vector<double> levels_db = sorted_db;
-    double threshold_db = weakest_db;
-    if (items.size() > most) {
-        std::nth_element(sorted_db.begin(), sorted_db.begin() + static_cast<std::ptrdiff_t>(most),
-                         sorted_db.end(), std::greater<>());
-        threshold_db = std::max(threshold_db, sorted_db[most]);
-    }
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < levels_db.size(); ++i) {
-        if (!(levels_db[i] > threshold_db)) continue;
-        if (kept != i) items[kept] = std::move(items[i]);
-        scale(items[kept++], smooth_step((levels_db[i] - threshold_db) / kFade_db));
-    }
-    items.erase(items.begin() + static_cast<std::ptrdiff_t>(kept), items.end());
+/// The level that is at least `weakest_db` and that at most `most` of the levels exceed.
+double fade_threshold_db(std::vector<double> levels_db, std::size_t most, double weakest_db) {
+    if (levels_db.size() <= most) return weakest_db;
+    const auto next = levels_db.begin() + static_cast<std::ptrdiff_t>(most);
+    std::nth_element(levels_db.begin(), next, levels_db.end(), std::greater<>());
+    return std::max(weakest_db, *next);
 }
+
+/// Weight of a path or tap, from 0 at the threshold to 1.
+double fade_weight(double above_threshold_db) { return smooth_step(above_threshold_db / kFade_db); }
 
 /// sin(pi x) / (pi x) for x = base_x 2^b in each band.
 std::array<double, kBandCount> sinc_of_bands(double base_x) {
@@ -123,6 +109,8 @@ struct EdgePaths::Candidate {
     double length_m;  ///< over that point
     double detour_m;
     bool is_lit;          ///< the faces of the edge leave the straight path free
+    bool is_behind;       ///< an end is outside the open angle; its angle is the nearer face's
+    std::size_t place;    ///< in NearEdges
     double opening;       ///< of the free width beside the edge, 0 to 1
     bool is_at_boundary;  ///< the straight path passes the edge so closely that a ray is uncertain
 };
@@ -134,13 +122,7 @@ std::optional<EdgePaths::Candidate> EdgePaths::candidate(std::uint32_t edge,
                                                          const glm::dvec3& source,
                                                          const glm::dvec3& listener) const {
     const DiffractionEdge& at = edges_[edge];
-    // A path over the edge is not shorter than over its middle by more than its length.
     const double straight_m = glm::distance(source, listener);
-    const glm::dvec3 middle = at.point(0.5 * at.length_m);
-    if (glm::distance(source, middle) + glm::distance(middle, listener) - at.length_m >
-        straight_m + kLongestDetour_m) {
-        return {};
-    }
     Candidate c{.edge = edge,
                 .source = at.coordinates(source),
                 .listener = at.coordinates(listener),
@@ -148,9 +130,16 @@ std::optional<EdgePaths::Candidate> EdgePaths::candidate(std::uint32_t edge,
                 .length_m = 0,
                 .detour_m = 0,
                 .is_lit = false,
+                .is_behind = false,
+                .place = 0,
                 .opening = 0,
                 .is_at_boundary = false};
-    if (std::max(c.source.angle_rad, c.listener.angle_rad) > at.open_angle_rad) return {};
+    for (WedgePoint* const point : {&c.source, &c.listener}) {
+        const double behind_rad = point->angle_rad - at.open_angle_rad;
+        if (!(behind_rad > 0)) continue;
+        c.is_behind = true;
+        point->angle_rad = point->angle_rad + behind_rad < 2 * kPi ? at.open_angle_rad : 0;
+    }
     if (at.is_curved && !at.is_nearest(c.source.angle_rad, c.listener.angle_rad)) return {};
     const double across_m = c.source.radius_m + c.listener.radius_m;
     if (!(across_m > 0)) return {};
@@ -209,33 +198,46 @@ double EdgePaths::opening(const Candidate& c, const Vec3& source, const Vec3& li
 }
 
 std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
-                                      const Bands& attenuation_per_m) const {
+                                      const Bands& attenuation_per_m, PairMemory& memory,
+                                      std::span<const Bounds> changed) const {
     const glm::dvec3 from(source);
     const glm::dvec3 to(listener);
+    NearEdges& near = memory.near;
     std::vector<Candidate> candidates;
-    for (std::uint32_t e = 0; e < edges_.count(); ++e) {
-        if (const auto c = candidate(e, from, to)) candidates.push_back(*c);
+    for (const std::size_t place : near.begin_frame(edges_, from, to, changed)) {
+        auto c = candidate(near[place].index, from, to);
+        if (!c) {
+            near[place] = {.index = near[place].index, .is_new = false};
+            continue;
+        }
+        c->place = place;
+        c->opening = c->is_behind ? 0 : opening(*c, source, listener);
+        candidates.push_back(*c);
     }
-    if (candidates.size() > kMaxCandidates) {
-        std::nth_element(candidates.begin(), candidates.begin() + kMaxCandidates, candidates.end(),
-                         [](const Candidate& a, const Candidate& b) {
-                             return std::tie(a.detour_m, a.edge) < std::tie(b.detour_m, b.edge);
-                         });
-        candidates.resize(kMaxCandidates);
-        std::sort(candidates.begin(), candidates.end(),
-                  [](const Candidate& a, const Candidate& b) { return a.edge < b.edge; });
-    }
-    for (Candidate& c : candidates) c.opening = opening(c, source, listener);
-    std::erase_if(candidates, [](const Candidate& c) { return c.opening == 0; });
 
     // Where the straight path passes an edge closely, the coordinates of the edge decide whether it
     // is blocked, as they decide the sign of the diffracted field.
-    const bool is_uncertain = std::any_of(candidates.begin(), candidates.end(),
-                                          [](const Candidate& c) { return c.is_at_boundary; });
+    const auto decides = [](const Candidate& c) { return c.opening > 0 && c.is_at_boundary; };
+    const bool is_uncertain = std::any_of(candidates.begin(), candidates.end(), decides);
     const bool is_lit =
         is_uncertain ? std::all_of(candidates.begin(), candidates.end(),
-                                   [](const Candidate& c) { return !c.is_at_boundary || c.is_lit; })
+                                   [&](const Candidate& c) { return !decides(c) || c.is_lit; })
                      : scene_.visible(listener, source);
+
+    // Paths fade that another object blocks or clears; not together with the straight path, as
+    // their fields cancel it at a narrow opening.
+    const bool fades = is_lit == memory.was_lit;
+    memory.was_lit = is_lit;
+    for (Candidate& c : candidates) {
+        NearEdges::Edge& edge = near[c.place];
+        const double is_free = c.opening > 0 ? 1 : 0;
+        edge.visibility = fades && !edge.is_new ? 0.5 * (edge.visibility + is_free) : is_free;
+        if (std::abs(edge.visibility - is_free) < kFaded) edge.visibility = is_free;
+        edge.is_new = false;
+        if (c.opening > 0) edge.opening = c.opening;
+        c.opening = edge.opening;
+    }
+    std::erase_if(candidates, [&](const Candidate& c) { return near[c.place].visibility == 0; });
 
     std::vector<EdgePath> paths;
     if (is_lit) {
@@ -259,18 +261,24 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
                         .direction = unit_or_front(edges_[c.edge].point(c.along_m) - to),
                         .departure = unit_or_front(edges_[c.edge].point(c.along_m) - from),
                         .field = field(c, attenuation_per_m)});
+        for (auto& x : bent.back().field) x *= near[c.place].visibility;
         const Bands energy = energy_of(bent.back().field);
         for (std::size_t b = 0; b < kBandCount; ++b) {
             strongest[b] = std::max(strongest[b], energy[b]);
         }
     }
-    fade_weakest(
-        bent, kMaxPaths, kWeakestPath_db,
-        [&](const EdgePath& path) { return level_db(energy_of(path.field), strongest); },
-        [](EdgePath& path, double share) {
-            for (auto& x : path.field) x *= share;
-        });
-    paths.insert(paths.end(), bent.begin(), bent.end());
+    std::vector<double> levels_db;
+    for (const EdgePath& path : bent) {
+        levels_db.push_back(level_db(energy_of(path.field), strongest));
+    }
+    const double threshold_db = fade_threshold_db(levels_db, kMaxPaths, kWeakestPath_db);
+    for (std::size_t i = 0; i < bent.size(); ++i) {
+        const double above_db = levels_db[i] - threshold_db;
+        near[candidates[i].place].level_db = above_db;
+        if (above_db <= 0) continue;
+        for (auto& x : bent[i].field) x *= fade_weight(above_db);
+        paths.push_back(std::move(bent[i]));
+    }
     return paths;
 }
 
@@ -285,14 +293,16 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
 ///
 /// where g_i is sinc((L_i - L_p) B / c) up to its first zero, then 0. Paths of equal length thus
 /// become one tap with the phases between them; the sum of all taps does not depend on p.
-std::vector<SpecularPath> EdgePaths::taps(std::span<const EdgePath> paths) const {
+std::vector<SpecularPath> EdgePaths::taps(std::span<const EdgePath> paths,
+                                          PairMemory& memory) const {
     if (paths.empty()) return {};
     const EdgePath* primary = &paths.front();
     if (!primary->edges.empty()) {
         double largest = 0;
         for (const EdgePath& path : paths) largest = std::max(largest, energy_sum(path.field));
         const auto is_strong = [&](const EdgePath& path) {
-            return energy_sum(path.field) >= largest / 4;  // -6 dB
+            // -6 dB, and -9 dB for the primary path of the last frame.
+            return energy_sum(path.field) >= largest / (path.edges == memory.primary ? 8 : 4);
         };
         for (const EdgePath& path : paths) {
             if (is_strong(path) && (!is_strong(*primary) || path.length_m < primary->length_m)) {
@@ -300,6 +310,7 @@ std::vector<SpecularPath> EdgePaths::taps(std::span<const EdgePath> paths) const
             }
         }
     }
+    memory.primary = primary->edges;
     // x of the lowest band: (L_i - L_j) B / c with B / c = k / (2 pi sqrt(2)).
     const auto coherence = [&](const EdgePath& a, const EdgePath& b) {
         const double x_per_m = integral_.wave_number_per_m(0) / (2 * kPi * std::numbers::sqrt2);
@@ -352,13 +363,17 @@ std::vector<SpecularPath> EdgePaths::taps(std::span<const EdgePath> paths) const
     first.energy *= scale;
     for (SpecularPath& tap : others) tap.energy *= scale;
 
-    const Bands reference = first.energy;
-    fade_weakest(
-        others, kMaxTaps - 1, kWeakestTap_db,
-        [&](const SpecularPath& tap) { return level_db(tap.energy, reference); },
-        [](SpecularPath& tap, double share) { tap.energy *= static_cast<float>(share); });
-    others.insert(others.begin(), first);
-    return others;
+    std::vector<double> levels_db;
+    for (const SpecularPath& tap : others) levels_db.push_back(level_db(tap.energy, first.energy));
+    const double threshold_db = fade_threshold_db(levels_db, kMaxTaps - 1, kWeakestTap_db);
+    std::vector<SpecularPath> taps{first};
+    for (std::size_t i = 0; i < others.size(); ++i) {
+        const double above_db = levels_db[i] - threshold_db;
+        if (above_db <= 0) continue;
+        others[i].energy *= static_cast<float>(fade_weight(above_db));
+        taps.push_back(others[i]);
+    }
+    return taps;
 }
 
 }  // namespace aula

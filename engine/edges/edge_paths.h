@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "aula/engine/energy_response.h"
+#include "engine/edges/near_edges.h"
 #include "engine/edges/scene_edges.h"
 #include "engine/edges/wedge_integral.h"
 #include "engine/rays/ray_scene.h"
@@ -23,6 +24,13 @@ struct EdgePath {
     ComplexBands field{};
 };
 
+/// What is remembered of a source and a listener between frames.
+struct PairMemory {
+    NearEdges near;
+    bool was_lit = false;                ///< nothing blocked the straight path
+    std::vector<std::uint32_t> primary;  ///< edges of the primary tap
+};
+
 /// The direct sound and its diffraction at single edges. In the lit zone and in the shadow their
 /// sum is continuous. [several threads]
 class EdgePaths {
@@ -31,18 +39,25 @@ class EdgePaths {
 
     /// The straight path, if nothing blocks it, and the paths over single edges whose two segments
     /// nothing blocks. The straight path is first, the others have the order of their edges. The
-    /// pressure at the listener is the sum of all fields.
+    /// pressure at the listener is the sum of all fields. `memory` is that of the source and the
+    /// listener, `changed` the volumes in which objects have moved since the last frame. A path
+    /// that an object blocks or clears between two frames fades within some frames.
     std::vector<EdgePath> find(const Vec3& source, const Vec3& listener,
-                               const Bands& attenuation_per_m) const;
+                               const Bands& attenuation_per_m, PairMemory& memory,
+                               std::span<const Bounds> changed = {}) const;
 
     /// Paths, the straight one first, as taps of the direct sound, whose energies add up: the
     /// primary tap, of id 0, first. It is the straight path or, in the shadow, the strong path of
     /// the smallest length. The fields of other paths are added to its field as far as they cohere
     /// with it within the bandwidth of an octave; the rest of their energy has separate taps, at
-    /// most kMaxTaps - 1, with ids of their edges. Empty without a path.
-    std::vector<SpecularPath> taps(std::span<const EdgePath> paths) const;
+    /// most kMaxTaps - 1, with ids of their edges. `memory` keeps the primary tap from changing to
+    /// and fro. Empty without a path.
+    std::vector<SpecularPath> taps(std::span<const EdgePath> paths, PairMemory& memory) const;
 
     static constexpr std::size_t kMaxTaps = 8;
+
+    /// Longest detour of a path over an edge. Fields fade out over the last quarter before it.
+    static constexpr double kLongestDetour_m = 15;
 
  private:
     struct Candidate;

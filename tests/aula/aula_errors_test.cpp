@@ -521,6 +521,18 @@ TEST_CASE("Invalid options of the window and of remote control are refused") {
     }
 }
 
+TEST_CASE("The command info counts the edges that diffract sound") {
+    // A closed box has twelve outside; the half plane in such a box has one more.
+    const auto edges = [](const std::string& scene) {
+        const ProgramResult info = aula_with({"info", AULA_SOURCE_DIR "/scenes/" + scene});
+        const std::size_t line = info.out.find("\nedges ");
+        REQUIRE(line != std::string::npos);
+        return std::stoi(info.out.substr(line + 7));
+    };
+    CHECK(edges("shoebox.json") == 12);
+    CHECK(edges("reference/half_plane.json") == 13);
+}
+
 TEST_CASE("The command info prints leaks, the number of patches and the materials") {
     const ProgramResult info = aula_with({"info", AULA_SOURCE_DIR "/scenes/shoebox.json"});
     CHECK(info.status == 0);

@@ -81,8 +81,9 @@ TEST_CASE("all estimators have the diffracted direct sound in the first frame, w
     const RayScene rays(room);
     const DirectSound direct_sound(rays, room.medium.speed_of_sound_m_s());
     for (const Vec3& listener : {kBehindWall, kInSight}) {
+        PairMemory memory;
         const std::vector<SpecularPath> expected =
-            direct_sound.find(kSource, listener, room.medium.attenuation_per_m());
+            direct_sound.find(kSource, listener, {}, room.medium.attenuation_per_m(), memory);
         REQUIRE(!expected.empty());
         CHECK((expected[0].edges == 1) == (listener == kBehindWall));
         for (const Estimator estimator : kEstimators) {
@@ -186,5 +187,63 @@ TEST_CASE("direct sound that edges diffract defines the time zero of parameters"
         CHECK(*band.d50 == Approx(1));
         REQUIRE(band.ts_s);
         CHECK(*band.ts_s == Approx(0).margin(1e-6));  // re the bent path, not the straight one
+    }
+}
+
+TEST_CASE("after a walk and a rest the direct sound is that of a first frame, to the bit") {
+    const Scene scene = divided_room();
+    Propagation walked(scene, scene.simulation);
+    for (int frame = 0; frame < 60; ++frame) {
+        const Vec3 listener =
+            kBehindWall + Vec3(-0.05F, 0.04F, 0) * static_cast<float>(std::min(frame, 50));
+        walked.step({.sources = {kSource}, .listeners = {listener}});
+    }
+    const auto expected = direct_of_frame_1(scene, kBehindWall + Vec3(-0.05F, 0.04F, 0) * 50.0F);
+    const auto found = direct_of(walked.response(0));
+    REQUIRE(!expected.empty());
+    REQUIRE(found.size() == expected.size());
+    CHECK(std::equal(found.begin(), found.end(), expected.begin(), same));
+}
+
+TEST_CASE("a standing listener hears within two frames that a door has opened or shut") {
+    // A leaf 2 cm beside the wall covers the opening, and 10 cm of the wall.
+    Scene scene = divided_room();
+    Object leaf;
+    leaf.vertices = {
+        {3.02F, 2.5F, -0.1F}, {3.02F, 4.1F, -0.1F}, {3.02F, 4.1F, 3.1F}, {3.02F, 2.5F, 3.1F}};
+    leaf.triangles = {{0, 1, 2}, {0, 2, 3}};
+    leaf.triangle_materials = {0, 0};
+    leaf.movable = true;
+    scene.objects.push_back(leaf);
+    const auto input = [](const Vec3& listener, float open_m) {
+        FrameInput frame{.sources = {kSource}, .listeners = {listener}};
+        frame.objects.resize(3);
+        frame.objects[2].translation = Vec3(0, -open_m, 0);
+        return frame;
+    };
+    const auto level_db = [](const Propagation& propagation) {
+        double energy = 1e-30;
+        for (const SpecularPath& path : direct_of(propagation.response(0)))
+            energy += double{path.energy[4]};
+        return 10 * std::log10(energy);
+    };
+    for (const Vec3& listener : {kBehindWall, Vec3(4, 3.8F, 1.5F)}) {
+        Propagation open(scene, scene.simulation);
+        open.step(input(listener, 2));
+        const double open_db = level_db(open);
+        Propagation propagation(scene, scene.simulation);
+        for (int frame = 0; frame < 5; ++frame) propagation.step(input(listener, 0));
+        CHECK(level_db(propagation) < open_db - 60);  // shut: companion
+        propagation.step(input(listener, 2));
+        CHECK(level_db(propagation) > open_db - 6.1);
+        propagation.step(input(listener, 2));
+        CHECK(level_db(propagation) > open_db - 3);
+        for (int frame = 0; frame < 10; ++frame) propagation.step(input(listener, 2));
+        CHECK(level_db(propagation) == Approx(open_db).margin(1e-6));
+        propagation.step(input(listener, 0));
+        propagation.step(input(listener, 0));
+        CHECK(level_db(propagation) < open_db - 11.9);
+        for (int frame = 0; frame < 10; ++frame) propagation.step(input(listener, 0));
+        CHECK(direct_of(propagation.response(0)).empty());
     }
 }

@@ -7,6 +7,7 @@
 
 #include "apps/bench/base/statistics.h"
 #include "apps/bench/propagation/reference.h"
+#include "apps/bench/propagation/source_positions.h"
 #include "aula/engine/propagation.h"
 #include "aula/exception.h"
 #include "engine/base/sampling.h"
@@ -16,25 +17,7 @@ namespace aula::bench {
 namespace {
 
 constexpr int kFrames = 120;
-constexpr float kSourceFraction = 0.5F;  // position of a source along a ray to the wall
 constexpr std::uint64_t kReferenceRound = 1 << 16;
-
-/// Positions of sources: the first one is the scene's; each further one is half-way along a random
-/// ray from an earlier one.
-std::vector<Vec3> source_positions(const Scene& scene, int count) {
-    const RayScene rays(scene);
-    std::vector<Vec3> found{scene.sources[0].position_at(0)};
-    RandomStream random(derive_seed(scene.simulation.seed, 0xc0d));
-    for (int tries = 0; static_cast<int>(found.size()) < count && tries < 100 * count; ++tries) {
-        const Ray ray{found[static_cast<std::size_t>(tries) % found.size()],
-                      uniform_direction(random.uniform_2d())};
-        Hit hit;
-        rays.intersect({&ray, 1}, {&hit, 1});
-        if (!hit.any() || hit.distance_m < 1) continue;
-        found.push_back(ray.origin + kSourceFraction * hit.distance_m * ray.direction);
-    }
-    return found;
-}
 
 /// Cost of the frames of a number of sources, and their last responses.
 struct Outcome {

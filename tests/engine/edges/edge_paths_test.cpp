@@ -40,7 +40,13 @@ struct Place {
     }
 
     std::vector<EdgePath> find(const Vec3& source, const Vec3& listener) const {
-        return paths.find(source, listener, Bands{});
+        aula::PairMemory memory;
+        return paths.find(source, listener, Bands{}, memory);
+    }
+
+    std::vector<SpecularPath> taps(const Vec3& source, const Vec3& listener) const {
+        aula::PairMemory memory;
+        return paths.taps(paths.find(source, listener, Bands{}, memory), memory);
     }
 
     /// Level of the pressure relative to free field, dB.
@@ -58,7 +64,7 @@ struct Place {
     /// The same of the energy of all taps.
     Levels energy_db(const Vec3& source, const Vec3& listener) const {
         Bands sum;
-        for (const SpecularPath& tap : paths.taps(find(source, listener))) sum += tap.energy;
+        for (const SpecularPath& tap : taps(source, listener)) sum += tap.energy;
         const double d = double{glm::distance(source, listener)};
         Levels level;
         for (std::size_t b = 0; b < kBandCount; ++b)
@@ -173,7 +179,7 @@ constexpr Levels kStep_db{0.2, 0.2, 0.2, 0.3, 0.4, 0.5, 0.8, 1.2};
 
 TEST_CASE("in free field the only tap is the direct sound") {
     const Place place({});
-    const auto taps = place.paths.taps(place.find({0, 0, 0}, {3, 4, 0}));
+    const auto taps = place.taps({0, 0, 0}, {3, 4, 0});
     REQUIRE(taps.size() == 1);
     CHECK(taps[0].id == 0);
     CHECK(taps[0].edges == 0);
@@ -293,9 +299,7 @@ TEST_CASE("along walks past a door and a wall's end no octave jumps") {
 TEST_CASE("at the shadow boundary neither level, delay nor direction jumps") {
     const Place place({half_plane()});
     const Vec3 source(-1, -2, 0);
-    const auto primary = [&](float x) {
-        return place.paths.taps(place.find(source, {x, 2, 0})).front();
-    };
+    const auto primary = [&](float x) { return place.taps(source, {x, 2, 0}).front(); };
     bool was_lit = false;
     bool was_in_shadow = false;
     for (int i = -40; i <= 40; ++i) {
@@ -344,7 +348,7 @@ TEST_CASE("in the shadow of a door the primary tap comes from the opening") {
     const Place place({door_wall()});
     const Vec3 source(0, -2, 1.5F);
     const Vec3 listener(3, 1, 1.5F);
-    const auto taps = place.paths.taps(place.find(source, listener));
+    const auto taps = place.taps(source, listener);
     REQUIRE(taps.size() > 1);
     CHECK(taps[0].id == 0);
     CHECK(taps[0].edges == 1);
@@ -409,7 +413,8 @@ TEST_CASE("absorbing faces reflect none of the terms that belong to their reflec
         const RayScene rays(scene);
         const SceneEdges edges(rays);
         const EdgePaths paths(rays, edges, 343.2);
-        const auto found = paths.find({0, -2, 0}, {-1, 1.5F, 0}, Bands{});
+        aula::PairMemory memory;
+        const auto found = paths.find({0, -2, 0}, {-1, 1.5F, 0}, Bands{}, memory);
         REQUIRE(found.size() == 1);
         return found[0].field[4];
     };
@@ -425,7 +430,8 @@ TEST_CASE("air attenuates each path by its length") {
     const Vec3 source(0, -2, 1.5F);
     const Vec3 listener(0.2F, 2, 1.5F);
     const auto dry = place.find(source, listener);
-    const auto damped = place.paths.find(source, listener, attenuation);
+    aula::PairMemory memory;
+    const auto damped = place.paths.find(source, listener, attenuation, memory);
     REQUIRE(dry.size() == damped.size());
     for (std::size_t i = 0; i < dry.size(); ++i)
         CHECK(std::abs(damped[i].field[3] / dry[i].field[3]) ==

@@ -73,7 +73,8 @@ struct Place {
 
     /// The straight path and the paths over single edges.
     std::vector<EdgePath> single_paths(const Vec3& source, const Vec3& listener) const {
-        return paths.find(source, listener, Bands{});
+        PairMemory memory;
+        return paths.find(source, listener, Bands{}, memory);
     }
 
     RayScene rays;

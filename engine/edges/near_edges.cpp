@@ -1,0 +1,102 @@
+#include "engine/edges/near_edges.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <utility>
+
+#include "engine/edges/edge_paths.h"
+
+namespace aula {
+
+namespace {
+
+constexpr std::uint64_t kTurns = 8;  // frames in which all edges are tested once
+constexpr double kFarther_m = 0.25;  // movement of an end after which edges are selected anew
+
+bool overlap(const Bounds& a, const Bounds& b) {
+    for (int axis = 0; axis < 3; ++axis) {
+        if (a.max[axis] < b.min[axis] || b.max[axis] < a.min[axis]) return false;
+    }
+    return true;
+}
+
+}  // namespace
+
+std::vector<std::size_t> NearEdges::begin_frame(const SceneEdges& edges, const glm::dvec3& source,
+                                                const glm::dvec3& listener,
+                                                std::span<const Bounds> changed) {
+    const auto has_left = [&](const glm::dvec3& source_before, const glm::dvec3& listener_before) {
+        return glm::distance(source, source_before) > kFarther_m ||
+               glm::distance(listener, listener_before) > kFarther_m;
+    };
+    if (has_left(source_, listener_)) edges_.clear();
+    const bool selects = frames_ == 0 || edges_.empty() ||
+                         has_left(selected_source_, selected_listener_) ||
+                         (!changed.empty() && frames_ % kTurns == 0);
+    source_ = source;
+    listener_ = listener;
+    if (selects) select(edges);
+    std::vector<std::size_t> due;
+    for (std::size_t i = 0; i < edges_.size(); ++i) {
+        const Edge& edge = edges_[i];
+        if (edge.is_new || edge.is_in_use() || (edge.index + frames_) % kTurns == 0 ||
+            has_changed(edges[edge.index], changed)) {
+            due.push_back(i);
+        }
+    }
+    ++frames_;
+    return due;
+}
+
+/// Selects the edges of the smallest detours. Known ones keep their results.
+void NearEdges::select(const SceneEdges& edges) {
+    const double straight_m = glm::distance(source_, listener_);
+    // Until the next selection each end may change a detour by twice its movement.
+    const double longest_m = EdgePaths::kLongestDetour_m + 4 * kFarther_m;
+    std::vector<std::pair<double, std::uint32_t>> detours;
+    for (std::uint32_t e = 0; e < edges.count(); ++e) {
+        const DiffractionEdge& edge = edges[e];
+        const auto across_m = [&](const glm::dvec3& offset, double along_m) {
+            return std::sqrt(std::max(0.0, glm::dot(offset, offset) - along_m * along_m));
+        };
+        const double s_m = glm::dot(source_ - edge.start, edge.axis);
+        const double l_m = glm::dot(listener_ - edge.start, edge.axis);
+        const double s_across_m = across_m(source_ - edge.start, s_m);
+        const double l_across_m = across_m(listener_ - edge.start, l_m);
+        if (!(s_across_m + l_across_m > 0)) continue;
+        const double apex_m = std::clamp(
+            (s_m * l_across_m + l_m * s_across_m) / (s_across_m + l_across_m), 0.0, edge.length_m);
+        const double detour_m = std::hypot(s_across_m, s_m - apex_m) +
+                                std::hypot(l_across_m, l_m - apex_m) - straight_m;
+        if (detour_m < longest_m) detours.emplace_back(detour_m, e);
+    }
+    if (detours.size() > kMax) {
+        std::nth_element(detours.begin(), detours.begin() + kMax, detours.end());
+        detours.resize(kMax);
+    }
+    std::vector<Edge> selected;
+    for (const auto& [_, index] : detours) selected.push_back({.index = index});
+    const auto by_index = [](const Edge& a, const Edge& b) { return a.index < b.index; };
+    std::sort(selected.begin(), selected.end(), by_index);
+    for (Edge& edge : selected) {
+        const auto known = std::lower_bound(edges_.begin(), edges_.end(), edge, by_index);
+        if (known != edges_.end() && known->index == edge.index) edge = *known;
+    }
+    edges_ = std::move(selected);
+    selected_source_ = source_;
+    selected_listener_ = listener_;
+}
+
+/// Whether an object may have moved in or out of the path over an edge.
+bool NearEdges::has_changed(const DiffractionEdge& edge, std::span<const Bounds> changed) const {
+    if (changed.empty()) return false;
+    Bounds path;
+    for (const glm::dvec3& point : {source_, listener_, edge.point(0), edge.point(edge.length_m)}) {
+        path.add(Vec3(point));
+    }
+    return std::any_of(changed.begin(), changed.end(),
+                       [&](const Bounds& volume) { return overlap(volume, path); });
+}
+
+}  // namespace aula

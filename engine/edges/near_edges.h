@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <span>
+#include <vector>
+
+#include "aula/engine/scene.h"
+#include "engine/edges/scene_edges.h"
+
+namespace aula {
+
+/// The edges with the smallest detours between a source and a listener, at most kMax, and what
+/// their last tests found. All of them are tested in the first frame and after a jump of an end.
+/// Else a frame tests those in use, those near which an object has moved, and an eighth of the
+/// others by turns: its cost is that of the edges in use.
+class NearEdges {
+ public:
+    struct Edge {
+        std::uint32_t index = 0;  ///< in SceneEdges
+        bool is_new = true;       ///< not tested yet
+        double opening = 0;       ///< EdgePaths' opening when the path was last free
+        double visibility = 0;    ///< follows whether the path is free, 0 to 1
+        double level_db = 0;      ///< above that at which paths are left out
+
+        /// Whether the path over the edge is tested in every frame.
+        bool is_in_use() const { return visibility > 0 && level_db > -6; }
+    };
+
+    /// Begins a frame. `changed`: the volumes in which objects have moved since the last one.
+    /// Returns the places of the edges to test, ascending.
+    std::vector<std::size_t> begin_frame(const SceneEdges& edges, const glm::dvec3& source,
+                                         const glm::dvec3& listener,
+                                         std::span<const Bounds> changed);
+
+    /// By ascending index.
+    Edge& operator[](std::size_t place) { return edges_[place]; }
+
+    static constexpr std::size_t kMax = 512;
+
+ private:
+    void select(const SceneEdges& edges);
+    bool has_changed(const DiffractionEdge& edge, std::span<const Bounds> changed) const;
+
+    std::vector<Edge> edges_;
+    glm::dvec3 source_{0};  ///< in the present frame
+    glm::dvec3 listener_{0};
+    glm::dvec3 selected_source_{0};  ///< at the last selection
+    glm::dvec3 selected_listener_{0};
+    std::uint64_t frames_ = 0;  ///< begun so far
+};
+
+}  // namespace aula

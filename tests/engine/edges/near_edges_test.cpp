@@ -1,0 +1,137 @@
+#include "engine/edges/near_edges.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdint>
+#include <glm/geometric.hpp>
+#include <set>
+#include <vector>
+
+#include "engine/base/sampling.h"
+#include "tests/support/rooms.h"
+
+using namespace aula;
+
+namespace {
+
+const Vec3 kSource(-4, 0, 1.5F);
+const Vec3 kListener(4, 0, 1.5F);
+
+/// 300 small squares in random places and directions: 1200 edges.
+Scene clutter() {
+    Scene scene;
+    scene.materials = {{"wall", Bands{}, Bands{}}};
+    Object object;
+    RandomStream random(5);
+    for (int i = 0; i < 300; ++i) {
+        const Vec3 at(-5 + 10 * random.uniform(), -5 + 10 * random.uniform(), 3 * random.uniform());
+        const Vec3 x = 0.2F * uniform_direction(random.uniform_2d());
+        const Vec3 y = 0.2F * glm::normalize(glm::cross(x, uniform_direction(random.uniform_2d())));
+        const auto first = static_cast<std::uint32_t>(object.vertices.size());
+        object.vertices.insert(object.vertices.end(),
+                               {at - x - y, at + x - y, at + x + y, at - x + y});
+        object.triangles.push_back({first, first + 1, first + 2});
+        object.triangles.push_back({first, first + 2, first + 3});
+        object.triangle_materials.insert(object.triangle_materials.end(), 2, 0);
+    }
+    scene.objects.push_back(object);
+    return scene;
+}
+
+struct Search {
+    RayScene rays{clutter()};
+    SceneEdges edges{rays};
+    NearEdges near;
+
+    /// The edges to test in a frame, of which none is in use then.
+    std::vector<std::uint32_t> frame(const Vec3& source, const Vec3& listener,
+                                     std::span<const Bounds> changed = {}) {
+        std::vector<std::uint32_t> due;
+        for (const std::size_t place : near.begin_frame(edges, source, listener, changed)) {
+            near[place].is_new = false;
+            due.push_back(near[place].index);
+        }
+        return due;
+    }
+
+    double detour_m(std::uint32_t index) const {
+        double shortest_m = 1e9;
+        for (int i = 0; i <= 1000; ++i) {
+            const glm::dvec3 point = edges[index].point(1e-3 * i * edges[index].length_m);
+            shortest_m = std::min(shortest_m, glm::distance(point, glm::dvec3(kSource)) +
+                                                  glm::distance(point, glm::dvec3(kListener)));
+        }
+        return shortest_m - double{glm::distance(kSource, kListener)};
+    }
+};
+
+}  // namespace
+
+TEST_CASE("the first frame tests the nearest edges, later ones an eighth of them by turns") {
+    Search search;
+    REQUIRE(search.edges.count() > 1000);
+    const std::vector<std::uint32_t> first = search.frame(kSource, kListener);
+    REQUIRE(first.size() == NearEdges::kMax);
+    CHECK(std::is_sorted(first.begin(), first.end()));
+    // Those of the smallest detours.
+    const std::set<std::uint32_t> chosen(first.begin(), first.end());
+    double farthest_m = 0;
+    double nearest_other_m = 1e9;
+    for (std::uint32_t e = 0; e < search.edges.count(); ++e) {
+        double& bound_m = chosen.contains(e) ? farthest_m : nearest_other_m;
+        const double detour_m = search.detour_m(e);
+        bound_m = chosen.contains(e) ? std::max(bound_m, detour_m) : std::min(bound_m, detour_m);
+    }
+    CHECK(farthest_m < nearest_other_m + 1e-4);  // 1000 points per edge
+
+    std::set<std::uint32_t> tested;
+    for (int frame = 0; frame < 8; ++frame) {
+        const auto due = search.frame(kSource, kListener);
+        // Indices are distributed over the turns nearly evenly.
+        CHECK(due.size() < NearEdges::kMax / 4);
+        for (const std::uint32_t e : due) CHECK(tested.insert(e).second);
+    }
+    CHECK(tested == chosen);
+}
+
+TEST_CASE("edges in use are tested in every frame") {
+    Search search;
+    const auto due = search.near.begin_frame(search.edges, kSource, kListener, {});
+    REQUIRE(due.size() == NearEdges::kMax);
+    for (const std::size_t place : due) search.near[place].is_new = false;
+    search.near[17] = {.index = search.near[17].index,
+                       .is_new = false,
+                       .opening = 1,
+                       .visibility = 1,
+                       .level_db = 3};
+    search.near[18] = {.index = search.near[18].index,
+                       .is_new = false,
+                       .opening = 1,
+                       .visibility = 1,
+                       .level_db = -20};  // inaudible
+    int with_17 = 0;
+    int with_18 = 0;
+    for (int frame = 0; frame < 8; ++frame) {
+        const auto now = search.near.begin_frame(search.edges, kSource, kListener, {});
+        with_17 += static_cast<int>(std::count(now.begin(), now.end(), 17U));
+        with_18 += static_cast<int>(std::count(now.begin(), now.end(), 18U));
+    }
+    CHECK(with_17 == 8);
+    CHECK(with_18 == 1);
+}
+
+TEST_CASE("all edges are tested after a jump, and those near an object that has moved") {
+    Search search;
+    search.frame(kSource, kListener);
+    const std::size_t turn = search.frame(kSource, kListener).size();
+    CHECK(search.frame(kSource + Vec3(0.02F, 0, 0), kListener).size() < 2 * turn);
+    CHECK(search.frame(kSource + Vec3(1, 0, 0), kListener).size() == NearEdges::kMax);
+    search.frame(kSource, kListener);
+
+    // Beyond the listener as seen from the source: only paths over edges there are concerned.
+    const Bounds beyond{Vec3(4.2F, -5, 0), Vec3(5, 5, 3)};
+    const auto due = search.frame(kSource, kListener, {&beyond, 1});
+    CHECK(due.size() < NearEdges::kMax);
+    const Bounds between{Vec3(-1, -1, 1), Vec3(1, 1, 2)};
+    CHECK(search.frame(kSource, kListener, {&between, 1}).size() == NearEdges::kMax);
+}
