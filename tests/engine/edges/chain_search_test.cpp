@@ -180,7 +180,9 @@ TEST_CASE("on a walk past the end of a thick wall no octave jumps") {
         std::vector<EdgePath> paths = place.single_paths(source, listener);
         const auto level_db = [&](std::size_t band) {
             double energy = 1e-9;
-            for (const auto& tap : place.paths.taps(paths)) energy += double{tap.energy[band]};
+            aula::PairMemory memory;
+            for (const auto& tap : place.paths.taps(paths, memory))
+                energy += double{tap.energy[band]};
             return 10 * std::log10(energy) +
                    20 * std::log10(double{glm::distance(source, listener)});
         };
