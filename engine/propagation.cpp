@@ -28,6 +28,16 @@ int default_threads() {
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) - 1);
 }
 
+Material opaque(Material material) {
+    material.sound_reduction_db.reset();
+    return material;
+}
+
+Scene with_opaque_walls(Scene scene) {
+    for (Material& material : scene.materials) material = opaque(std::move(material));
+    return scene;
+}
+
 }  // namespace
 
 struct Propagation::State {
@@ -56,7 +66,7 @@ struct Propagation::State {
     FrameStatistics statistics;
 
     State(const Scene& given, const Simulation& settings, std::size_t listeners)
-        : scene(given),
+        : scene(settings.transmission ? given : with_opaque_walls(given)),
           simulation((settings.check(), settings)),
           listener_count(listeners),
           speed_of_sound_m_s(scene.medium.speed_of_sound_m_s()),
@@ -247,12 +257,14 @@ void Propagation::remove_source(std::size_t source) { state_->remove_source(sour
 std::size_t Propagation::source_count() const { return state_->source_count; }
 
 void Propagation::set_object_material(std::size_t object, const Material& material) {
-    state_->rays.set_material(object, material);
+    const bool transmits = state_->simulation.transmission;
+    state_->rays.set_material(object, transmits ? material : opaque(material));
     state_->materials_changed();
 }
 
 void Propagation::change_material(std::size_t material, const Material& coefficients) {
-    state_->rays.change_material(material, coefficients);
+    const bool transmits = state_->simulation.transmission;
+    state_->rays.change_material(material, transmits ? coefficients : opaque(coefficients));
     state_->materials_changed();
 }
 

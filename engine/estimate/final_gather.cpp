@@ -10,6 +10,9 @@
 #include "engine/base/multiversion.h"
 #include "engine/base/sampling.h"
 #include "engine/estimate/shifted_histogram.h"
+#include "engine/rays/wall_crossing.h"
+#include "engine/trace/resampling.h"
+#include "engine/trace/transmitted_paths.h"
 
 namespace aula {
 
@@ -32,14 +35,72 @@ constexpr float kJoined = 0.5F;
 
 constexpr std::size_t kPrefetchDistance = 32;  // bins of a row
 
+/// Largest number of rays of a batch that continue behind walls.
+constexpr std::size_t kPlacesBehindWalls = TransmittedPaths::kPlaces;
+
 struct MirrorRay {
     Ray ray;
     Vec3 first_direction{0};
     Bands weight = Bands::filled(1);
+    float roulette_weight = kRouletteWeight;
     float length_m = 0;
+    std::uint32_t crossings = 0;  ///< walls passed
     bool late = false;
     RandomStream random;
 };
+
+/// Rays of a batch that have just left a surface.
+struct Departures {
+    std::vector<MirrorRay> rays;      ///< of those that have passed no wall
+    std::vector<MirrorRay> behind;    ///< of those that have
+    std::vector<WallEntry> entries;   ///< where rays meet walls that transmit
+    std::vector<MirrorRay> entering;  ///< [entry] with the weight at the wall
+    std::vector<WallExit> exits;      ///< [entry]
+    Resampler resampler;
+
+    void clear() {
+        rays.clear();
+        behind.clear();
+        entries.clear();
+        entering.clear();
+    }
+};
+
+/// Continues rays straight on through walls. Their number is limited by resampling.
+void pass_walls(const RayScene& scene, float max_length_m, std::uint64_t seed,
+                Departures& departures) {
+    if (departures.entries.empty()) return;
+    find_wall_exits(scene, departures.entries, departures.exits);
+    std::vector<MirrorRay>& behind = departures.behind;
+    for (std::size_t i = 0; i < departures.exits.size(); ++i) {
+        const WallExit& exit = departures.exits[i];
+        MirrorRay r = departures.entering[i];
+        const Bands share = exit.wall.transmission * complement(exit.wall.scattering);
+        r.weight *= share;
+        if (!(r.weight.max() > 0)) continue;
+        r.roulette_weight *= share.max();
+        r.length_m += exit.thickness_m;
+        ++r.crossings;
+        Vec3 onward = r.ray.direction;
+        if (glm::dot(onward, exit.normal) <= 0) onward = mirror(onward, exit.normal);
+        r.ray = {exit.point, onward, max_length_m - r.length_m};
+        r.random = RandomStream(derive_seed(r.random.state(), r.crossings));
+        behind.push_back(r);
+    }
+    std::vector<Bands> weights;
+    std::vector<std::uint32_t> crossings;
+    for (const MirrorRay& r : behind) {
+        weights.push_back(r.weight);
+        crossings.push_back(r.crossings);
+    }
+    std::vector<MirrorRay> kept;
+    for (const Resampler::Survivor& survivor :
+         departures.resampler.choose(weights, crossings, kPlacesBehindWalls, seed)) {
+        kept.push_back(behind[survivor.index]);
+        kept.back().weight *= survivor.factor;
+    }
+    behind = std::move(kept);
+}
 
 std::size_t batch_count(const GatherSettings& settings) {
     return static_cast<std::size_t>((settings.rays + kBatchRays - 1) / kBatchRays);
@@ -65,22 +126,24 @@ void trace_batch(const RayScene& scene, const PatchGrid& grid, const Emitter& re
     std::vector<Ray> queries;
     std::vector<Hit> hits;
     std::vector<PatchGrid::Radiator> radiators;
-    while (!rays.empty()) {
+    Departures next;
+    for (std::uint64_t reflections = 0; !rays.empty(); ++reflections) {
         queries.clear();
         for (const MirrorRay& r : rays) queries.push_back(r.ray);
         hits.resize(rays.size());
         scene.intersect(queries, hits);
         sent(queries);
-        std::size_t alive = 0;
+        next.clear();
         for (std::size_t i = 0; i < rays.size(); ++i) {
             if (!hits[i].any()) continue;
             MirrorRay r = rays[i];
             const Vec3 direction = r.ray.direction;
             const Vec3 normal = scene.facing_normal(hits[i], direction);
-            const RayScene::PointOff at =
-                RayScene::point_off(hits[i].distance_m, -glm::dot(direction, normal));
+            const float cosine = -glm::dot(direction, normal);
+            const RayScene::PointOff at = RayScene::point_off(hits[i].distance_m, cosine);
             const Vec3 point = r.ray.origin + at.along_m * direction + at.off_m * normal;
-            const Material& material = scene.material(scene.surface(hits[i].triangle).material);
+            const std::uint32_t index = scene.surface(hits[i].triangle).material;
+            const Material& material = scene.material(index);
             r.length_m += hits[i].distance_m;
             r.weight *= transmission(settings.attenuation_per_m, hits[i].distance_m);
             // Mirrors count as well where they share a patch with a scattering surface.
@@ -94,18 +157,29 @@ void trace_batch(const RayScene& scene, const PatchGrid& grid, const Emitter& re
                     {radiator.row, r.length_m, r.first_direction, r.weight * factor, r.late});
             }
             if (!settings.mirrors) continue;
+            if (scene.transmits(index)) {
+                const RayScene::PointOff beyond =
+                    RayScene::point_beyond(hits[i].distance_m, cosine);
+                next.entries.push_back(
+                    {hits[i], r.ray.origin + beyond.along_m * direction + beyond.off_m * normal,
+                     normal});
+                next.entering.push_back(r);
+            }
             r.weight *= complement(material.scattering) * complement(material.absorption);
             const float strongest = r.weight.max();
             if (!(strongest > 0)) continue;
-            if (strongest < kRouletteWeight) {
-                const float survival = strongest / kRouletteWeight;
+            if (strongest < r.roulette_weight) {
+                const float survival = strongest / r.roulette_weight;
                 if (!(r.random.uniform() < survival)) continue;
                 r.weight *= 1 / survival;
             }
             r.ray = {point, mirror(direction, normal), settings.max_length_m - r.length_m};
-            rays[alive++] = r;
+            (r.crossings > 0 ? next.behind : next.rays).push_back(r);
         }
-        rays.resize(alive);
+        pass_walls(scene, settings.max_length_m, derive_seed(frame_seed, 3, batch, reflections),
+                   next);
+        rays.swap(next.rays);
+        rays.insert(rays.end(), next.behind.begin(), next.behind.end());
     }
 }
 

@@ -35,9 +35,9 @@ inline std::uint64_t cell_key(const CellIndex& cell, const Vec3& normal) {
 }
 
 AULA_MULTIVERSION
-void cell_keys(const LanePoints& points, const LanePoints& normals, const Vec3& origin,
-               const Cuts& cuts, std::array<std::uint64_t, kLanes>& keys) {
-    for (std::size_t i = 0; i < kLanes; ++i) {
+void cell_keys(const LanePoints& points, const LanePoints& normals, std::size_t count,
+               const Vec3& origin, const Cuts& cuts, std::array<std::uint64_t, kLanes>& keys) {
+    for (std::size_t i = 0; i < padded_lanes(count); ++i) {
         keys[i] = cell_key(cell_at(cuts, Vec3(points.x[i] - origin.x, points.y[i] - origin.y,
                                               points.z[i] - origin.z)),
                            Vec3(normals.x[i], normals.y[i], normals.z[i]));
@@ -103,9 +103,9 @@ std::uint64_t CellGrid::key_at(const Vec3& point, const Vec3& normal) const {
     return cell_key(cell_at(cuts_, point - origin_), normal);
 }
 
-void CellGrid::keys_at(const LanePoints& points, const LanePoints& normals,
+void CellGrid::keys_at(const LanePoints& points, const LanePoints& normals, std::size_t count,
                        std::array<std::uint64_t, kLanes>& keys) const {
-    cell_keys(points, normals, origin_, cuts_, keys);
+    cell_keys(points, normals, count, origin_, cuts_, keys);
 }
 
 PatchCell CellGrid::cell(std::uint64_t key) const {

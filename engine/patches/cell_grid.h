@@ -24,7 +24,8 @@ class CellGrid {
     /// The keys of a key's cell, one for each dominant direction.
     static std::array<std::uint64_t, 6> keys_of_cell(std::uint64_t key);
     std::uint64_t key_at(const Vec3& point, const Vec3& normal) const;
-    void keys_at(const LanePoints& points, const LanePoints& normals,
+    /// The keys of the first `count` points.
+    void keys_at(const LanePoints& points, const LanePoints& normals, std::size_t count,
                  std::array<std::uint64_t, kLanes>& keys) const;
 
     /// The cell of a key.

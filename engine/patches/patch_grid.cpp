@@ -235,7 +235,7 @@ void PatchGrid::find_rows(const LanePoints& points, const LanePoints& facing_nor
                           std::size_t count, std::array<std::uint32_t, kLanes>& rows,
                           std::array<float, kLanes>& factors) const {
     alignas(64) std::array<std::uint64_t, kLanes> keys;
-    state_->grid.keys_at(points, facing_normals, keys);
+    state_->grid.keys_at(points, facing_normals, count, keys);
     for (std::size_t i = 0; i < count; ++i) {
         rows[i] = state_->index.find(keys[i]);
         factors[i] = 1;

@@ -24,8 +24,10 @@ bool SoundReach::mark(std::span<const Vec3> inside, double max_patches, Irradian
     std::size_t hits = 0;
     for (int round = 0; round < kWalkRounds; ++round) {
         const std::size_t before = count_;
-        const RandomWalks walks{
-            .paths = kWalks, .bounces = kWalkBounces, .seed = derive_seed(seed_, 1 << 30, round)};
+        const RandomWalks walks{.paths = kWalks,
+                                .bounces = kWalkBounces,
+                                .seed = derive_seed(seed_, 1 << 30, round),
+                                .through_walls = true};
         trace_random_walks(scene_, inside, walks,
                            [&](int reflections, const Ray& ray, const Hit& hit) {
                                if (!hit.any() || scene_.moves(scene_.triangle(hit.triangle)))

@@ -146,6 +146,7 @@ RayScene::RayScene(const Scene& scene, double time_s)
                                                : RTC_SCENE_FLAG_ROBUST);
     rtcCommitScene(embree_->scene);
     update_few();
+    update_transmissions();
 }
 
 RayScene::~RayScene() = default;
@@ -171,6 +172,17 @@ void RayScene::update_few() {
     std::vector<BruteForceIntersector::Vertices> vertices;
     for (const Triangle& triangle : triangles_) vertices.push_back(triangle.vertices);
     few_.emplace(vertices);
+}
+
+void RayScene::update_transmissions() {
+    transmissions_.clear();
+    is_transmitting_.clear();
+    for (const Material& material : materials_) {
+        transmissions_.push_back(material.transmission());
+        is_transmitting_.push_back(transmissions_.back().max() > 0 ? 1 : 0);
+    }
+    transmits_ = std::any_of(triangles_.begin(), triangles_.end(),
+                             [&](const Triangle& t) { return transmits(t.material); });
 }
 
 float RayScene::move(double time_s) {
@@ -221,10 +233,12 @@ void RayScene::set_material(std::size_t object, const Material& material) {
         triangles_[first + t].material = index;
         surfaces_[first + t].material = index;
     }
+    update_transmissions();
 }
 
 void RayScene::change_material(std::size_t index, const Material& material) {
     materials_[index] = material;
+    update_transmissions();
 }
 
 void RayScene::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {

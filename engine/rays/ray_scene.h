@@ -95,6 +95,15 @@ class RayScene {
     }
     const std::vector<Triangle>& triangles() const { return triangles_; }
 
+    /// True if a material of the scene transmits sound.
+    bool transmits() const { return transmits_; }
+
+    /// Material::transmission of a material.
+    const Bands& transmission(std::uint32_t material) const { return transmissions_[material]; }
+
+    /// True if a material transmits sound.
+    bool transmits(std::uint32_t material) const { return is_transmitting_[material] != 0; }
+
     /// The bounds of all triangles at their present positions.
     Bounds bounds() const;
 
@@ -133,9 +142,16 @@ class RayScene {
         return {distance_m - back_m, offset_m - back_m * cosine};
     }
 
+    /// The mirror image of that point behind the surface.
+    static constexpr PointOff point_beyond(float distance_m, float cosine) {
+        const PointOff before = point_off(distance_m, cosine);
+        return {2 * distance_m - before.along_m, -before.off_m};
+    }
+
  private:
     void update_triangles(std::uint32_t object);
     void update_few();
+    void update_transmissions();
 
     struct Embree;
     std::unique_ptr<Embree> embree_;
@@ -144,6 +160,9 @@ class RayScene {
     std::vector<Surface> surfaces_;             ///< [triangle]
     std::optional<BruteForceIntersector> few_;  ///< replaces Embree where it is faster
     std::vector<Material> materials_;
+    std::vector<Bands> transmissions_;   ///< [material]
+    std::vector<char> is_transmitting_;  ///< [material]
+    bool transmits_ = false;
     std::vector<std::optional<std::uint32_t>> own_material_;  ///< [object] by set_material
 };
 

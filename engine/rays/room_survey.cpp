@@ -7,6 +7,7 @@
 
 #include "aula/engine/room_acoustics.h"
 #include "engine/base/sampling.h"
+#include "engine/rays/wall_crossing.h"
 
 namespace aula {
 
@@ -59,6 +60,7 @@ void trace_random_walks(const RayScene& scene, std::span<const Vec3> inside,
                    uniform_direction(sobol.point(static_cast<std::uint32_t>(i)))};
         begin[i] = rays[i].origin;
     }
+    std::vector<WallExit> exits;
     for (int piece = 0; piece < kMaxPieces * walks.bounces && !rays.empty(); ++piece) {
         hits.resize(rays.size());
         scene.intersect(rays, hits);
@@ -80,8 +82,17 @@ void trace_random_walks(const RayScene& scene, std::span<const Vec3> inside,
                 visit(reflections[i], {begin[i], direction}, hit);
                 if (!hit.any()) continue;
                 if (++reflections[i] == walks.bounces) continue;
-                const Vec3 normal = scene.facing_normal(hit, direction);
-                begin[alive] = start_after(begin[i], scene.point(hit, direction), normal);
+                Vec3 normal = scene.facing_normal(hit, direction);
+                const Vec3 point = scene.point(hit, direction);
+                if (walks.through_walls && scene.transmits(scene.surface(hit.triangle).material) &&
+                    random[i].uniform() < 0.5F) {
+                    const WallEntry entry{hit, point - 2 * RayScene::kOffset_m * normal, normal};
+                    find_wall_exits(scene, {&entry, 1}, exits);
+                    begin[alive] = exits[0].point;
+                    normal = exits[0].normal;
+                } else {
+                    begin[alive] = start_after(begin[i], point, normal);
+                }
                 rays[alive] = {begin[alive], lambert_direction(normal, random[i].uniform_2d())};
                 passed[alive] = {};
             }
@@ -129,6 +140,7 @@ std::vector<char> connected(const RayScene& scene, const Vec3& listener,
                             std::span<const Vec3> sources, std::uint64_t seed) {
     RandomWalks walks{.paths = kSurveyPaths, .bounces = 2 * kSurveyBounces, .seed = seed};
     walks.through_moving = false;
+    walks.through_walls = true;
     std::vector<char> reached;  // [side], empty until it is needed
     const auto mark_reached = [&] {
         reached.assign(2 * scene.triangle_count(), 0);

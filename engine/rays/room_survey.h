@@ -17,12 +17,14 @@ struct RandomWalks {
     std::uint64_t seed = 0;
     bool through_moving = true;  ///< true: walks pass moving objects. false: moving objects reflect
                                  ///< at their present positions
+    bool through_walls = false;  ///< true: half of the reflections at walls that transmit become
+                                 ///< passages
 };
 
 /// Traces random walks from the given points, with lossless Lambert reflections. Calls
 /// `visit(reflections, ray, hit)` at the end of each segment, with the number of reflections before
-/// it; the hit is empty if the segment escapes. A walk leaves a room only through an opening, never
-/// by rounding.
+/// it; the hit is empty if the segment escapes. A walk leaves a room only through an opening or, if
+/// asked to, a wall that transmits, never by rounding.
 ///
 /// Movable objects may change their position, so segments continue behind them. Where no surface is
 /// behind, the object is the wall: that of a moving room, or of a door that is flush with the floor
@@ -32,8 +34,8 @@ void trace_random_walks(const RayScene& scene, std::span<const Vec3> inside,
                         const std::function<void(int, const Ray&, const Hit&)>& visit);
 
 /// For each source, whether sound can reach the listener with all objects at their present
-/// positions: the two see each other, or random walks of both meet on one side of a triangle. An
-/// opening of less than 1e-5 of a room's surface may be missed.
+/// positions: the two see each other, or random walks of both, which pass walls that transmit, meet
+/// on one side of a triangle. An opening of less than 1e-5 of a room's surface may be missed.
 std::vector<char> connected(const RayScene& scene, const Vec3& listener,
                             std::span<const Vec3> sources, std::uint64_t seed);
 

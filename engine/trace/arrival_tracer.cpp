@@ -11,16 +11,16 @@ void ArrivalTracer::trace(const Emitter& emitter, std::span<const Receiver> rece
         collect_segments(paths, order, emitter, out);
         collect_arrivals(paths, emitter, receivers, out);
     };
-    follow(emitter, frame_seed, batch, last_order(), collect,
+    follow(emitter, frame_seed, batch, last_order(), Walls::transmit, collect,
            [&](PathBatch& paths) { extend_identifiers(paths); });
 }
 
 /// Collects the present segments of purely specular paths that image sources do not list.
 void ArrivalTracer::collect_segments(const PathBatch& paths, int order, const Emitter& emitter,
                                      ArrivalBatch& out) const {
-    if (!traces_specular(order)) return;
+    if (!traces_specular(paths, order)) return;
     for (std::size_t i = 0; i < paths.count; ++i) {
-        if (paths.diffuse[i] != 0) continue;
+        if (!is_specular(paths, i)) continue;
         add_segment(paths, i, order, emitter, out);
         out.segment_identifiers.push_back(paths.identifier[i]);
     }

@@ -76,7 +76,7 @@ void scatter_energies(const RayScene& scene, const Bands& attenuation_per_m, Pat
             energy[k] = is_diffuse ? scattered[k] : energy[k] - scattered[k];
         }
         const BandVector survival =
-            maxima_over_bands(energy) * weight * (1 / PathBatch::kRouletteEnergy);
+            maxima_over_bands(energy) * weight * (1 / load_bands(&paths.roulette_energy[first]));
         const BandIntegers plays = survival < 1;
         const BandIntegers lost = plays & ~(load_bands(&paths.roulette[first]) < survival);
         weight = plays ? weight / survival : weight;
@@ -112,27 +112,30 @@ void turn_away(std::size_t count, float max_length_m, PathBatch& paths) {
     }
 }
 
-void move_lane(LanePoints& points, std::size_t from, std::size_t to) {
-    points.x[to] = points.x[from];
-    points.y[to] = points.y[from];
-    points.z[to] = points.z[from];
+}  // namespace
+
+void PathBatch::set_path(std::size_t lane, const PathBatch& from, std::size_t other) {
+    rays.origin.set(lane, from.rays.origin.at(other));
+    rays.direction.set(lane, from.rays.direction.at(other));
+    rays.max_m[lane] = from.rays.max_m[other];
+    ray[lane] = from.ray[other];
+    energy[lane] = from.energy[other];
+    length_m[lane] = from.length_m[other];
+    random[lane] = from.random[other];
+    diffuse[lane] = from.diffuse[other];
+    to_diffuse[lane] = from.to_diffuse[other];
+    identifier[lane] = from.identifier[other];
+    image[lane] = from.image[other];
+    roulette_energy[lane] = from.roulette_energy[other];
+    crossings[lane] = from.crossings[other];
+    reflected[lane] = from.reflected[other];
 }
 
-}  // namespace
+void PathBatch::append(const PathBatch& from, std::size_t lane) { set_path(count++, from, lane); }
 
 void PathBatch::remove(std::size_t lane) {
     const std::size_t last = --count;
-    move_lane(rays.origin, last, lane);
-    move_lane(rays.direction, last, lane);
-    rays.max_m[lane] = rays.max_m[last];
-    ray[lane] = ray[last];
-    energy[lane] = energy[last];
-    length_m[lane] = length_m[last];
-    random[lane] = random[last];
-    diffuse[lane] = diffuse[last];
-    to_diffuse[lane] = to_diffuse[last];
-    identifier[lane] = identifier[last];
-    image[lane] = image[last];
+    set_path(lane, *this, last);
     hits.triangle[lane] = hits.triangle[last];
     hits.distance_m[lane] = hits.distance_m[last];
     hits.u[lane] = hits.u[last];
@@ -167,6 +170,9 @@ void PathBatch::scatter(const RayScene& scene, const Bands& attenuation_per_m) {
     scatter_energies(scene, attenuation_per_m, *this);
 }
 
-void PathBatch::leave(float max_length_m) { turn_away(count, max_length_m, *this); }
+void PathBatch::leave(float max_length_m) {
+    turn_away(count, max_length_m, *this);
+    if (behind_walls) std::fill_n(reflected.begin(), count, 1);
+}
 
 }  // namespace aula

@@ -18,7 +18,8 @@ struct PathBatch {
     /// Russian roulette applies below this share of the initial energy in every band (-80 dB).
     static constexpr float kRouletteEnergy = 1e-8F;
 
-    std::size_t count = 0;  ///< lanes in use
+    std::size_t count = 0;      ///< lanes in use
+    bool behind_walls = false;  ///< the paths have passed walls (TransmittedPaths)
 
     // Paths.
     RayLanes rays;                            ///< next segments
@@ -29,6 +30,10 @@ struct PathBatch {
     alignas(64) std::array<std::uint32_t, kLanes> diffuse{};  ///< 1 after a diffuse reflection
     std::array<PathIdentifier, kLanes> identifier{};
     std::array<ImageTransform, kLanes> image{};  ///< for orders up to that of the image sources
+    /// Roulette applies below this energy in every band: less behind walls.
+    alignas(64) std::array<float, kLanes> roulette_energy{};
+    std::array<std::uint32_t, kLanes> crossings{};  ///< walls passed, of paths behind walls
+    std::array<std::uint32_t, kLanes> reflected{};  ///< the same: 1 after any reflection
 
     // Hits of the paths.
     HitLanes hits;
@@ -50,6 +55,9 @@ struct PathBatch {
     /// Removes the paths that have ended at the last reflection, in the same way.
     void remove_ended();
 
+    /// Appends a path of another batch that has left its last hit.
+    void append(const PathBatch& from, std::size_t lane);
+
     /// Advances to the hits, which all lanes must have: sets `point`, `normal`, `back` and the
     /// lengths.
     void arrive(const RayScene& scene);
@@ -61,6 +69,7 @@ struct PathBatch {
     void leave(float max_length_m);
 
  private:
+    void set_path(std::size_t lane, const PathBatch& from, std::size_t other);
     void remove(std::size_t lane);
 };
 

@@ -26,6 +26,11 @@ struct PathIdentifier {
                 mix64(mix64(high + where * 0xd1b54a32d192ed03ULL) ^ cell)};
     }
 
+    /// The path continued through a wall, to be extended by the patch on its far side.
+    PathIdentifier transmitted() const {
+        return {mix64(low + 0x452821e638d01377ULL), mix64(high ^ 0xbe5466cf34e90c6cULL)};
+    }
+
     /// The path ended at a listener.
     PathIdentifier ended(std::size_t listener) const {
         return {mix64(low + (listener + 1) * 0xa0761d6478bd642fULL),

@@ -6,7 +6,7 @@ namespace aula {
 
 namespace {
 
-enum class SeedPurpose : std::uint64_t { directions = 1, rays = 2 };
+enum class SeedPurpose : std::uint64_t { directions = 1, rays = 2, walls = 3 };
 
 }  // namespace
 
@@ -19,7 +19,8 @@ std::vector<Ray> PathTracer::rays(const Emitter& emitter, std::uint64_t frame_se
                 {paths.rays.origin.at(i), paths.rays.direction.at(i), paths.rays.max_m[i]});
         }
     };
-    follow(emitter, frame_seed, batch, last_order(), append, [](const PathBatch&) {});
+    follow(emitter, frame_seed, batch, last_order(), Walls::transmit, append,
+           [](const PathBatch&) {});
     return all;
 }
 
@@ -50,7 +51,8 @@ std::vector<PathLine> PathTracer::lines(const Emitter& emitter, std::uint64_t fr
                     paths.ended[i] != 0 ? 0 : paths.energy[i].sum() / kBandCount);
             }
         };
-        first_rays.follow(emitter, frame_seed, batch, order, add_escapes, add_reflections);
+        first_rays.follow(emitter, frame_seed, batch, order, Walls::opaque, add_escapes,
+                          add_reflections);
     }
     return all;
 }
@@ -76,12 +78,24 @@ void PathTracer::start(const Emitter& emitter, std::uint64_t frame_seed, int bat
         paths.random[lane] = derive_seed(frame_seed, SeedPurpose::rays, emitter.id, i);
         paths.identifier[lane] = PathIdentifier::start(emitter.id);
         paths.image[lane] = {};
+        paths.roulette_energy[lane] = PathBatch::kRouletteEnergy;
     }
+}
+
+/// The paths behind walls of a batch; null if no wall transmits.
+std::unique_ptr<TransmittedPaths> PathTracer::transmitted(const Emitter& emitter,
+                                                          std::uint64_t frame_seed,
+                                                          int batch) const {
+    if (!scene_.transmits()) return nullptr;
+    return std::make_unique<TransmittedPaths>(
+        scene_, settings_.attenuation_per_m, settings_.max_length_m,
+        derive_seed(frame_seed, SeedPurpose::walls, emitter.id, batch));
 }
 
 /// Composes the reflections of paths that image sources may count.
 void PathTracer::extend_images(PathBatch& paths, int order, const Emitter& emitter) const {
     if (order >= images_.order() || images_.listed_order() == images_.order()) return;
+    if (paths.behind_walls) return;
     for (std::size_t i = 0; i < paths.count; ++i) {
         if (paths.diffuse[i] != 0) continue;
         const MirrorPlane& mirror = images_.mirror_of_triangle(paths.hits.triangle[i]);
@@ -102,7 +116,8 @@ void PathTracer::count_segments(const PathBatch& paths, int order, TraceBatch& o
 
 void PathTracer::add_segment(const PathBatch& paths, std::size_t i, int order,
                              const Emitter& emitter, TraceBatch& out) const {
-    const bool may_be_image = paths.diffuse[i] == 0 && order <= images_.order();
+    const bool may_be_image =
+        paths.diffuse[i] == 0 && !paths.behind_walls && order <= images_.order();
     out.segments.push_back({paths.rays.origin.at(i), paths.rays.direction.at(i),
                             std::min(paths.hits.distance_m[i], paths.rays.max_m[i]),
                             paths.length_m[i]});

@@ -12,6 +12,7 @@
 #include "engine/trace/path_batch.h"
 #include "engine/trace/specular_paths.h"
 #include "engine/trace/trace_batch.h"
+#include "engine/trace/transmitted_paths.h"
 
 namespace aula {
 
@@ -65,26 +66,44 @@ class PathTracer {
     PathTracer(const RayScene& scene, const SpecularPaths& images, const TraceSettings& settings)
         : scene_(scene), images_(images), settings_(settings) {}
 
+    enum class Walls { opaque, transmit };
+
     /// Traces a batch's rays by reflection order, up to order `last_order`. A PathBatch holds the
-    /// next segment of every path. Calls `add_segments(paths, order)` when the segments' hits are
-    /// known, and `add_reflections(paths)` when the energies at those hits are known.
+    /// next segment of every path; paths behind walls, whose passages count as reflections, have
+    /// their own. Calls `add_segments(paths, order)` when the segments' hits are known, and
+    /// `add_reflections(paths)` when the energies at those hits are known, the same with paths that
+    /// emerge from walls.
     template <typename AddSegments, typename AddReflections>
     void follow(const Emitter& emitter, std::uint64_t frame_seed, int batch, int last_order,
-                const AddSegments& add_segments, const AddReflections& add_reflections) const {
+                Walls walls, const AddSegments& add_segments,
+                const AddReflections& add_reflections) const {
         const auto memory = std::make_unique<PathBatch>();
         PathBatch& paths = *memory;
         start(emitter, frame_seed, batch, paths);
-        for (int order = 0; paths.count > 0; ++order) {
-            scene_.intersect(paths.rays, paths.count, paths.hits);
-            add_segments(paths, order);
+        const std::unique_ptr<TransmittedPaths> behind =
+            walls == Walls::transmit ? transmitted(emitter, frame_seed, batch) : nullptr;
+        const auto advance = [&](PathBatch& present, int order) {
+            scene_.intersect(present.rays, present.count, present.hits);
+            add_segments(present, order);
+            if (order == last_order) return;
+            present.remove_escaped();
+            extend_images(present, order, emitter);
+            present.arrive(scene_);
+            if (behind) behind->transmit(present, order);
+            present.scatter(scene_, settings_.attenuation_per_m);
+            add_reflections(present);
+            present.leave(settings_.max_length_m);
+            present.remove_ended();
+            if (!behind) return;
+            if (behind->emerging().count > 0) add_reflections(behind->emerging());
+            behind->admit();
+        };
+        const auto any_behind = [&] { return behind && behind->paths().count > 0; };
+        for (int order = 0; paths.count > 0 || any_behind(); ++order) {
+            // Paths that the rays transmit now begin with the next order.
+            if (any_behind()) advance(behind->paths(), order);
+            if (paths.count > 0) advance(paths, order);
             if (order == last_order) break;
-            paths.remove_escaped();
-            extend_images(paths, order, emitter);
-            paths.arrive(scene_);
-            paths.scatter(scene_, settings_.attenuation_per_m);
-            add_reflections(paths);
-            paths.leave(settings_.max_length_m);
-            paths.remove_ended();
         }
     }
 
@@ -95,10 +114,16 @@ class PathTracer {
         return order_is_limited() ? settings_.order : std::numeric_limits<int>::max();
     }
 
-    /// True if rays find the purely specular paths of an order. SpecularPaths finds the direct
-    /// sound and the listed sequences exactly.
-    bool traces_specular(int order) const {
-        return settings_.specular && order > images_.listed_order();
+    /// True if rays find a batch's purely specular paths of an order. SpecularPaths finds the
+    /// direct sound and the listed sequences exactly, but no image source behind a wall.
+    bool traces_specular(const PathBatch& paths, int order) const {
+        return settings_.specular && (paths.behind_walls || order > images_.listed_order());
+    }
+
+    /// True for a purely specular path with a reflection. The straight path through walls is a part
+    /// of the direct sound.
+    static bool is_specular(const PathBatch& paths, std::size_t i) {
+        return paths.diffuse[i] == 0 && (!paths.behind_walls || paths.reflected[i] != 0);
     }
 
     /// Counts the present segments of all paths; records their directions at order 0.
@@ -119,6 +144,8 @@ class PathTracer {
 
  private:
     void start(const Emitter& emitter, std::uint64_t frame_seed, int batch, PathBatch& paths) const;
+    std::unique_ptr<TransmittedPaths> transmitted(const Emitter& emitter, std::uint64_t frame_seed,
+                                                  int batch) const;
     void extend_images(PathBatch& paths, int order, const Emitter& emitter) const;
 
     const RayScene& scene_;

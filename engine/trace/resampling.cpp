@@ -1,0 +1,102 @@
+#include "engine/trace/resampling.h"
+
+#include <algorithm>
+#include <array>
+
+#include "engine/base/band_vector.h"
+#include "engine/base/sampling.h"
+
+namespace aula {
+
+namespace {
+
+constexpr std::size_t kGenerations = 3;
+
+/// Each generation has this share of the places, however weak it is.
+constexpr std::size_t kReserved = 6;
+
+struct Generation {
+    BandVector total{};     ///< energy
+    std::size_t count = 0;  ///< paths
+    std::size_t places = 0;
+    double importance = 0;  ///< sum over its paths
+
+    // Position in the systematic sequence.
+    double step = 0;
+    double passed = 0;
+    double next = 0;
+};
+
+using Generations = std::array<Generation, kGenerations>;
+
+std::size_t generation_of(std::uint32_t walls_passed) {
+    return std::clamp<std::size_t>(walls_passed, 1, kGenerations) - 1;
+}
+
+/// Divides the places among the generations.
+void divide(std::size_t places, Generations& generations) {
+    std::size_t left = places;
+    BandVector all{};
+    for (Generation& g : generations) {
+        g.places = std::min(g.count, places / kReserved);
+        left -= g.places;
+        all += g.total;
+    }
+    std::array<float, kGenerations> share{};
+    float sum = 0;
+    for (std::size_t k = 0; k < kGenerations; ++k) {
+        share[k] = sum_of_bands(all > 0 ? generations[k].total / all : BandVector{})[0];
+        sum += share[k];
+    }
+    for (std::size_t k = 0; k < kGenerations; ++k) {
+        Generation& g = generations[k];
+        const float more = sum > 0 ? static_cast<float>(left) * share[k] / sum : 0;
+        g.places = std::min(g.count, g.places + static_cast<std::size_t>(more));
+    }
+}
+
+}  // namespace
+
+std::span<const Resampler::Survivor> Resampler::choose(std::span<const Bands> energies,
+                                                       std::span<const std::uint32_t> walls_passed,
+                                                       std::size_t places, std::uint64_t seed) {
+    const std::size_t count = energies.size();
+    survivors_.clear();
+    if (count <= places) {
+        for (std::size_t i = 0; i < count; ++i) survivors_.push_back({i, 1});
+        return survivors_;
+    }
+    Generations generations;
+    for (std::size_t i = 0; i < count; ++i) {
+        Generation& g = generations[generation_of(walls_passed[i])];
+        g.total += load_bands(energies[i]);
+        ++g.count;
+    }
+    divide(places, generations);
+    importance_.resize(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        Generation& g = generations[generation_of(walls_passed[i])];
+        importance_[i] =
+            sum_of_bands(g.total > 0 ? load_bands(energies[i]) / g.total : BandVector{})[0];
+        g.importance += double{importance_[i]};
+    }
+    for (std::size_t k = 0; k < kGenerations; ++k) {
+        Generation& g = generations[k];
+        if (g.places == 0) continue;
+        g.step = g.importance / static_cast<double>(g.places);
+        g.next = double{RandomStream(derive_seed(seed, k)).uniform()};
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+        Generation& g = generations[generation_of(walls_passed[i])];
+        if (g.places == g.count) {
+            survivors_.push_back({i, 1});
+            continue;
+        }
+        g.passed += double{importance_[i]};
+        const auto factor = static_cast<float>(g.step / double{importance_[i]});
+        for (; g.next * g.step < g.passed; ++g.next) survivors_.push_back({i, factor});
+    }
+    return survivors_;
+}
+
+}  // namespace aula
