@@ -14,6 +14,7 @@
 #include "engine/estimate/path_propagation.h"
 #include "engine/rays/nudge_off_surface.h"
 #include "engine/rays/room_survey.h"
+#include "engine/rays/wall_crossing.h"
 #include "engine/scene/scene_positions.h"
 
 namespace aula {
@@ -218,6 +219,26 @@ struct Propagation::State {
         }
     }
 
+    /// Adds the direct sound through walls to the paths of all responses.
+    void find_through_walls(const FrameInput& input) {
+        if (!simulation.direct || !rays.transmits()) return;
+        std::vector<char> found(responses.size(), 0);
+        workers.run(responses.size(), [&](std::size_t pair) {
+            const std::optional<SpecularPath> through =
+                path_through_walls(rays, input.sources[pair / listener_count],
+                                   input.listeners[pair % listener_count], attenuation_per_m);
+            if (!through) return;
+            found[pair] = 1;
+            std::vector<SpecularPath>& paths = responses[pair].paths;
+            paths.insert(std::upper_bound(paths.begin(), paths.end(), *through,
+                                          [](const SpecularPath& a, const SpecularPath& b) {
+                                              return a.length_m < b.length_m;
+                                          }),
+                         *through);
+        });
+        statistics.wall_paths = static_cast<std::size_t>(std::count(found.begin(), found.end(), 1));
+    }
+
     /// Adds the image sources to the paths of all responses, and the direct sound if it is
     /// straight.
     void find_specular(const FrameInput& input) {
@@ -293,6 +314,7 @@ void Propagation::step(const FrameInput& given) {
     // The paths that image sources count are selected before the rays' paths are evaluated.
     for (const Vec3& listener : input.listeners) s.specular.discover(listener, s.frame);
     s.find_specular(input);
+    s.find_through_walls(input);
     s.statistics.specular_s += watch.lap_s();
 
     s.estimator->step(s.frame_of(input, s.frame), s.images, s.responses, s.statistics);

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "engine/base/air_attenuation.h"
 #include "engine/base/sampling.h"
 
 namespace aula {
@@ -18,6 +19,9 @@ constexpr float kParallel = 0.9397F;  // cos 20 degrees
 constexpr float kWavelength_m = 0.343F;
 constexpr std::size_t kLines = kLanes;
 constexpr int kMaxHits = 16;
+
+/// Distances below it count as this one, as for all direct sound.
+constexpr float kNearest_m = 0.1F;
 
 /// Hits of one line on the same triangle within this distance are one.
 constexpr float kSameHit_m = 1e-3F;
@@ -129,10 +133,13 @@ Bands share_through_walls(const RayScene& scene, const Vec3& source, const Vec3&
     std::array<float, kLines> weight;
     float all = 0;
     for (std::size_t i = 0; i < kLines; ++i) {
-        const float square = (static_cast<float>(i) + 0.5F) / static_cast<float>(kLines);
-        const Turn turn(std::fmod(static_cast<float>(i) * (std::numbers::phi_v<float> - 1), 1.0F));
+        // A sunflower and its mirror image: the lines are the same from either end.
+        const auto k = static_cast<float>(i / 2);
+        const float square = (k + 0.5F) / static_cast<float>(kLines / 2);
+        const Turn turn(std::fmod(k * (std::numbers::phi_v<float> - 1), 1.0F));
         const float r_m = radius_m * std::sqrt(square);
-        middle[i] = source + 0.5F * offset + r_m * (turn.cosine * right + turn.sine * above);
+        const float across_m = r_m * (i % 2 == 0 ? turn.cosine : -turn.cosine);
+        middle[i] = source + 0.5F * offset + across_m * right + r_m * turn.sine * above;
         weight[i] = (1 - square) * (1 - square);
         all += weight[i];
     }
@@ -191,6 +198,23 @@ Bands share_through_walls(const RayScene& scene, const Vec3& source, const Vec3&
         share += line.share * (weight[i] / all);
     }
     return share;
+}
+
+std::optional<SpecularPath> path_through_walls(const RayScene& scene, const Vec3& source,
+                                               const Vec3& listener,
+                                               const Bands& attenuation_per_m) {
+    const Bands share = share_through_walls(scene, source, listener);
+    if (!(share.max() > 0)) return std::nullopt;
+    const Vec3 offset = source - listener;
+    const float length_m = glm::length(offset);
+    const float d_m = std::max(length_m, kNearest_m);
+    SpecularPath path;
+    path.length_m = length_m;
+    path.direction = offset / length_m;
+    path.energy = share * transmission(attenuation_per_m, length_m) *
+                  (1 / (4 * std::numbers::pi_v<float> * d_m * d_m));
+    path.id = SpecularPath::kThroughWalls;
+    return path;
 }
 
 }  // namespace aula

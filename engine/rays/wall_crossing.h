@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "aula/engine/energy_response.h"
 #include "engine/rays/ray_scene.h"
 
 namespace aula {
@@ -54,5 +56,10 @@ void find_wall_exits(const RayScene& scene, std::span<const WallEntry> entries,
 /// opaque face or more than 16 faces block, counts nothing: the sound of free lines is the direct
 /// sound. Zero if no material transmits. [several threads]
 Bands share_through_walls(const RayScene& scene, const Vec3& source, const Vec3& listener);
+
+/// The direct sound through walls, with that share; none if it is zero.
+std::optional<SpecularPath> path_through_walls(const RayScene& scene, const Vec3& source,
+                                               const Vec3& listener,
+                                               const Bands& attenuation_per_m);
 
 }  // namespace aula

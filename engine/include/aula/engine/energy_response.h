@@ -14,8 +14,10 @@ namespace aula {
 /// A discrete arrival at the listener: direct sound or a specular reflection (image source). The
 /// direct sound and its diffraction at edges are several paths of order 0. Path 0 is the straight
 /// one or, in the shadow, the strong one of the smallest length; the energies of all add up to the
-/// direct sound.
+/// direct sound. What walls transmit of the straight path is one more path of order 0.
 struct SpecularPath {
+    static constexpr std::uint64_t kThroughWalls = 1;  ///< `id` of the straight path through walls
+
     int order = 0;       ///< number of reflections; 0: direct sound
     float length_m = 0;  ///< length of the path from the source to the listener
     Vec3 direction{0};   ///< unit vector from the listener to the image source or edge, world axes

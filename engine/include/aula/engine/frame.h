@@ -37,6 +37,7 @@ struct FrameStatistics {
     std::size_t memory_bytes = 0;   ///< memory of the caches
     std::size_t edges = 0;          ///< edges of the scene that diffract sound
     std::size_t bent_paths = 0;     ///< paths over edges from all sources to all listeners
+    std::size_t wall_paths = 0;     ///< straight paths through walls, likewise
 };
 
 /// The polyline of a ray, for display.
