@@ -224,11 +224,15 @@ struct Propagation::State {
         if (!simulation.direct || !rays.transmits()) return;
         std::vector<char> found(responses.size(), 0);
         workers.run(responses.size(), [&](std::size_t pair) {
-            const std::optional<SpecularPath> through =
+            std::optional<SpecularPath> through =
                 path_through_walls(rays, input.sources[pair / listener_count],
                                    input.listeners[pair % listener_count], attenuation_per_m);
             if (!through) return;
             found[pair] = 1;
+            const OrientedDirectivity of_source = directivity(pair / listener_count, input);
+            if (!of_source.is_omnidirectional()) {
+                through->energy *= of_source.factor(through->departure);
+            }
             std::vector<SpecularPath>& paths = responses[pair].paths;
             paths.insert(std::upper_bound(paths.begin(), paths.end(), *through,
                                           [](const SpecularPath& a, const SpecularPath& b) {

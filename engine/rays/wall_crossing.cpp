@@ -211,6 +211,7 @@ std::optional<SpecularPath> path_through_walls(const RayScene& scene, const Vec3
     SpecularPath path;
     path.length_m = length_m;
     path.direction = offset / length_m;
+    path.departure = -path.direction;
     path.energy = share * transmission(attenuation_per_m, length_m) *
                   (1 / (4 * std::numbers::pi_v<float> * d_m * d_m));
     path.id = SpecularPath::kThroughWalls;

@@ -31,7 +31,7 @@ struct PathBatch {
     std::array<PathIdentifier, kLanes> identifier{};
     std::array<ImageTransform, kLanes> image{};  ///< for orders up to that of the image sources
     /// Roulette applies below this energy in every band: less behind walls.
-    alignas(64) std::array<float, kLanes> roulette_energy{};
+    alignas(64) std::array<float, kLanes> roulette_energy = filled(kRouletteEnergy);
     std::array<std::uint32_t, kLanes> crossings{};  ///< walls passed, of paths behind walls
     std::array<std::uint32_t, kLanes> reflected{};  ///< the same: 1 after any reflection
 
@@ -69,6 +69,11 @@ struct PathBatch {
     void leave(float max_length_m);
 
  private:
+    static constexpr std::array<float, kLanes> filled(float value) {
+        std::array<float, kLanes> all{};
+        all.fill(value);
+        return all;
+    }
     void set_path(std::size_t lane, const PathBatch& from, std::size_t other);
     void remove(std::size_t lane);
 };
