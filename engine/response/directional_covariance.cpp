@@ -13,9 +13,10 @@ namespace aula {
 namespace {
 
 constexpr int kHighestOrder = 3;
-constexpr std::size_t kMaxChannels = 16;
-constexpr std::size_t kMaxHarmonics = 49;  // of twice the order
-constexpr std::size_t kLengths = 256;      // steps of the table over |mean|
+constexpr std::size_t kMaxChannels = (kHighestOrder + 1) * (kHighestOrder + 1);
+/// Harmonics up to twice the order.
+constexpr std::size_t kMaxHarmonics = (2 * kHighestOrder + 1) * (2 * kHighestOrder + 1);
+constexpr std::size_t kLengths = 256;  // steps of the table over |mean|
 
 int order_of(std::size_t channel) {
     return static_cast<int>(std::sqrt(static_cast<double>(channel) + 0.5));
