@@ -40,8 +40,8 @@ if(size LESS 384000)
     message(FATAL_ERROR "file.wav has ${size} bytes")
 endif()
 
-# The program of docs/api.md: two channels of 96000 floats, with reverberation at the end.
-execute_process(COMMAND "${WORK}/session/api_page" WORKING_DIRECTORY "${WORK}" COMMAND_ECHO STDOUT
+# The first program of docs/api.md: two channels of 96000 floats, with reverberation at the end.
+execute_process(COMMAND "${WORK}/session/render_page" WORKING_DIRECTORY "${WORK}" COMMAND_ECHO STDOUT
                 COMMAND_ERROR_IS_FATAL ANY)
 file(SIZE "${WORK}/room.wav" size)
 file(READ "${WORK}/room.wav" end OFFSET 764000 HEX)
