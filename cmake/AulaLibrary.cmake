@@ -43,3 +43,20 @@ function(aula_library name)
     target_link_libraries(aula_${name} PRIVATE $<BUILD_INTERFACE:aula_warnings>)
     install(TARGETS aula_${name} EXPORT aula-${arg_COMPONENT} FILE_SET HEADERS)
 endfunction()
+
+# aula_embedded_program(LIBRARY NAME SOURCE EMBEDDING DEPENDENCY...): the program aula_NAME for a
+# ContainedProcess, whose file EMBEDDING, a source of the library, includes as AULA_PROGRAM. It is
+# never instrumented because its memory is limited.
+function(aula_embedded_program library name source embedding)
+    add_executable(aula_${name} "${source}")
+    set_target_properties(aula_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY
+                                                  "${CMAKE_CURRENT_BINARY_DIR}")
+    target_include_directories(aula_${name} PRIVATE "${PROJECT_SOURCE_DIR}")
+    target_compile_options(aula_${name} PRIVATE -fno-sanitize=all)
+    target_link_options(aula_${name} PRIVATE -fno-sanitize=all)
+    target_link_libraries(aula_${name} PRIVATE ${ARGN} aula_warnings)
+    set(program "${CMAKE_CURRENT_BINARY_DIR}/aula_${name}")
+    set_source_files_properties("${embedding}" PROPERTIES
+        OBJECT_DEPENDS "${program}" COMPILE_DEFINITIONS "AULA_PROGRAM=\"${program}\"")
+    target_link_libraries(${library} PRIVATE aula::process)
+endfunction()

@@ -2,10 +2,7 @@
 // to standard output. It is embedded in the library and run by read_sofa().
 
 #include <mysofa.h>
-#include <sys/prctl.h>
-#include <sys/resource.h>
 
-#include <csignal>
 #include <cstddef>
 #include <cstdio>
 #include <memory>
@@ -13,6 +10,7 @@
 
 #include "audio/spatial/sofa_file.h"
 #include "audio/spatial/sofa_stream.h"
+#include "process/contained_program.h"
 
 namespace {
 
@@ -23,30 +21,10 @@ struct CloseSofa {
     void operator()(MYSOFA_HRTF* sofa) const { mysofa_free(sofa); }
 };
 
-/// The limits allow several times the memory of the largest valid file, and its time on a slow
-/// machine.
-void limit_resources() {
-    constexpr rlim_t kMemory_bytes = rlim_t{1} << 30;
-    constexpr rlim_t kTime_s = 5;
-    const auto limit = [](__rlimit_resource resource, rlim_t max) {
-        const rlimit limits{max, max};
-        setrlimit(resource, &limits);
-    };
-    limit(RLIMIT_AS, kMemory_bytes);
-    limit(RLIMIT_CPU, kTime_s);
-    limit(RLIMIT_CORE, 0);
-    limit(RLIMIT_FSIZE, 0);
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
-}
-
-bool write(const void* bytes, std::size_t size) {
-    return std::fwrite(bytes, 1, size, stdout) == size;
-}
-
 bool answer(Verdict verdict) {
     SofaHeader header;
     header.verdict = verdict;
-    return write(&header, sizeof(header));
+    return write(header);
 }
 
 bool run() {
@@ -83,10 +61,10 @@ bool run() {
     header.directions = static_cast<std::uint32_t>(directions);
     header.samples = static_cast<std::uint32_t>(samples);
     header.sample_rate_hz = sofa->DataSamplingRate.values[0];
-    return write(&header, sizeof(header)) &&
-           write(sofa->SourcePosition.values, 3 * directions * sizeof(float)) &&
-           write(sofa->DataIR.values, 2 * directions * samples * sizeof(float)) &&
-           write(delays.data(), delays.size() * sizeof(float));
+    return write(header) &&
+           write_bytes(sofa->SourcePosition.values, 3 * directions * sizeof(float)) &&
+           write_bytes(sofa->DataIR.values, 2 * directions * samples * sizeof(float)) &&
+           write(delays);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include "aula/exception.h"
 #include "engine/input/json_reader.h"
 #include "engine/input/regular_file.h"
+#include "engine/scene/directivity_measurements.h"
 
 namespace aula {
 
@@ -63,6 +64,7 @@ Directivity read_table(const JsonReader& json) {
 }  // namespace
 
 Directivity load_directivity(const std::filesystem::path& file) {
+    if (file.extension() == ".sofa") return read_sofa_directivity(file);
     std::string text;
     try {
         text = read_regular_file(file, kMaxBytes);

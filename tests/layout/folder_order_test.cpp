@@ -20,10 +20,13 @@ struct Part {
 };
 
 const std::array kParts = {
+    Part{"process", {""}, {}},
     Part{"engine",
          {"base", "input", "mesh", "scene", "response", "rays", "edges", "patches", "trace", "estimate", ""},
-         {}},
-    Part{"audio", {"base", "dsp", "convolution", "spatial", "render", "file", "device"}, {}},
+         {"process"}},
+    Part{"audio",
+         {"base", "dsp", "convolution", "spatial", "render", "file", "device"},
+         {"process"}},
     Part{"apps/session",
          {"base", "frames", "auralizer", "offline", "edit", "live", "remote", ""},
          {"engine", "audio"}},

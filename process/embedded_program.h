@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+/// Defines a function of this name that returns the bytes of a file, which become part of the
+/// library.
+#define AULA_EMBEDDED_PROGRAM(name, file)             \
+    asm(".pushsection .rodata\n"                      \
+        ".global aula_" #name                         \
+        "_begin\n"                                    \
+        "aula_" #name                                 \
+        "_begin:\n"                                   \
+        ".incbin \"" file                             \
+        "\"\n"                                        \
+        ".global aula_" #name                         \
+        "_end\n"                                      \
+        "aula_" #name                                 \
+        "_end:\n"                                     \
+        ".popsection\n");                             \
+    extern "C" const std::byte aula_##name##_begin[]; \
+    extern "C" const std::byte aula_##name##_end[];   \
+    std::span<const std::byte> aula::name() { return {aula_##name##_begin, aula_##name##_end}; }
