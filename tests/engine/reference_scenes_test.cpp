@@ -159,6 +159,38 @@ TEST_CASE("reference: free field, direct sound alone") {
     }
 }
 
+TEST_CASE("reference: the direct sound of sources with a directivity") {
+    const Reference r = reference("directivity");
+    aula::Propagation propagation(r.scene, r.scene.simulation);
+    aula::FrameInput input;
+    input.listeners = {r.scene.listener.pose.position};
+    for (const aula::Source& source : r.scene.sources) {
+        input.sources.push_back(source.position_at(0));
+        input.source_rotations.push_back(source.pose_at(0).rotation());
+    }
+    propagation.step(input);
+    const auto error_db = [&](std::size_t source, const std::string& expected) {
+        const auto levels_db = r.expect.at("level_db").at(expected).get<std::vector<double>>();
+        const auto& paths = propagation.response(source).paths;
+        REQUIRE(paths.size() == 1);
+        const double d = double{paths[0].length_m};
+        double largest = 0;
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            const double level_db =
+                10 * std::log10(4 * std::acos(-1.0) * d * d * double{paths[0].energy[b]});
+            largest = std::max(largest, std::abs(level_db - levels_db.at(b)));
+        }
+        return largest;
+    };
+    for (std::size_t s = 0; s < r.scene.sources.size(); ++s) {
+        const std::string& name = r.scene.sources[s].name;
+        CAPTURE(name);
+        CHECK(error_db(s, name) < r.number("tolerance_db"));
+        // Companion: another source of the list.
+        CHECK(error_db(s, r.scene.sources[s == 0 ? 1 : s - 1].name) > 1);
+    }
+}
+
 TEST_CASE("reference: a lossless room's late energy arrives at the rate c / V") {
     const Reference r = reference("lossless_box");
     const EnergyResponse e = response(r.scene, 10, 1000);

@@ -333,6 +333,18 @@ TEST_CASE("OSC and the window change different controls without overwriting each
     CHECK(model.player().controls().listener->position == Vec3(1, 1, 1));
     REQUIRE(room.shows([&] { return model.status().listener.yaw_rad > 1.5F; }));
     CHECK(model.status().latency.head_p50_ms > 0);
+    // Orientation and pose of a source: 90 degrees to the left; then at (1, 0, 0), upwards.
+    send(port,
+         "/aula/source/orientation\0\0\0\0,sfff\0\0\0source\0\0\x42\xb4\0\0\0\0\0\0\0\0\0\0"sv);
+    REQUIRE(comes([&] { return model.player().controls().source(0).angles_rad.has_value(); }));
+    CHECK(model.player().controls().source(0).angles_rad->x == Approx(1.5708).epsilon(1e-4));
+    CHECK_FALSE(model.player().controls().source(0).position);
+    send(port,
+         "/aula/source/pose\0\0\0,sffffff\0\0\0\0source\0\0\x3f\x80\0\0\0\0\0\0\0\0\0\0"
+         "\0\0\0\0\x42\xb4\0\0\0\0\0\0"sv);
+    REQUIRE(comes([&] { return model.player().controls().source(0).position.has_value(); }));
+    CHECK(*model.player().controls().source(0).position == Vec3(1, 0, 0));
+    CHECK(model.player().controls().source(0).angles_rad->y == Approx(1.5708).epsilon(1e-4));
 }
 
 TEST_CASE("An edited scene file is reloaded: its positions apply, and undo restores a move") {

@@ -66,6 +66,24 @@ void check(const std::vector<Mistake>& mistakes) {
 
 }  // namespace
 
+TEST_CASE("a wrong directivity or orientation of a source has its message") {
+    const char* const source = R"("signal": "noise")";
+    check({
+        {source, R"("directivity": "talkr")", "/sources/0/directivity",
+         R"(unknown directivity "talkr", did you mean "talker"?; expected one of "omni", )"},
+        {source, R"("directivity": "horn.sofa")", "/sources/0/directivity",
+         R"(unknown directivity "horn.sofa")"},
+        {source, R"("directivity": "scene.json")", "/sources/0/directivity",
+         "cannot use the directivity: "},
+        {source, R"("directivity": 1)", "/sources/0/directivity",
+         "expected the name of a directivity or a file"},
+        {source, R"("yaw_deg": "left")", "/sources/0/yaw_deg", "wrong type"},
+        {source, R"("pitch_deg": 1e7)", "/sources/0/pitch_deg", "out of range"},
+        {source, R"("directivty": "omni")", "/sources/0/directivty",
+         R"(did you mean "directivity")"},
+    });
+}
+
 TEST_CASE("invalid surfaces are refused with their place") {
     const char* const box = R"("min": [0, 0, 0])";
     check({

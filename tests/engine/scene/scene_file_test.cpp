@@ -41,6 +41,10 @@ float area(const aula::Object& object) {
 TEST_CASE("every key of a scene file is read") {
     const aula::test::TemporaryFolder folder;
     folder.write("voice.wav", "");
+    const std::string band = "[[0,0,0,0],[3,0,-3,0],[0,0,0,0]]";
+    folder.write("horn.json", R"({"aula_directivity": 1, "source": "estimated", "level_db": [)" +
+                                  band + "," + band + "," + band + "," + band + "," + band + "," +
+                                  band + "," + band + "," + band + "]}");
     const auto file = folder.write("scene.json", R"({
         // comments of both kinds
         "aula": 1, /* are allowed */
@@ -57,9 +61,12 @@ TEST_CASE("every key of a scene file is read") {
         "sources": [
             {"name": "voice", "position": [2, 2, 1.5], "signal": "voice.wav", "gain_db": -6,
              "loop": true, "path": {"loop": true, "points": [
-                {"t": 0, "position": [2,2,1.5]}, {"t": 4, "position": [6,2,1.5]}]}},
-            {"name": "hiss", "position": [3, 3, 1], "signal": "noise"},
-            {"name": "click", "position": [4, 3, 1], "signal": "impulse"}
+                {"t": 0, "position": [2,2,1.5]},
+                {"t": 4, "position": [6,2,1.5], "yaw_deg": 40}]}},
+            {"name": "hiss", "position": [3, 3, 1], "signal": "noise", "directivity": "cardioid",
+             "yaw_deg": 90, "pitch_deg": -10, "roll_deg": 5},
+            {"name": "click", "position": [4, 3, 1], "signal": "impulse",
+             "directivity": "horn.json"}
         ],
         "listener": {"position": [8, 5, 1.7], "yaw_deg": 180, "pitch_deg": 10, "roll_deg": -20},
         "simulation": {"estimator": "dpc-published", "rays": 500, "order": 20,
@@ -101,6 +108,18 @@ TEST_CASE("every key of a scene file is read") {
     CHECK(voice.gain_db == -6);
     CHECK(voice.loop);
     CHECK(voice.position_at(5) == Vec3(3, 2, 1.5));
+    CHECK(voice.pose_at(5).yaw_rad == Approx(glm::radians(10.0)));
+    CHECK(voice.directivity.is_omnidirectional());
+    const aula::Pose hiss = scene.sources[1].pose_at(5);
+    CHECK(hiss.position == Vec3(3, 3, 1));
+    CHECK(hiss.yaw_rad == glm::radians(90.0F));
+    CHECK(hiss.pitch_rad == glm::radians(-10.0F));
+    CHECK(hiss.roll_rad == glm::radians(5.0F));
+    CHECK(scene.sources[1].directivity.factor({1, 0, 0})[0] == Approx(3));
+    CHECK(scene.sources[1].directivity_file.empty());
+    const aula::Directivity& horn = scene.sources[2].directivity;
+    CHECK(horn.factor({1, 0, 0})[3] / horn.factor({0, 1, 0})[3] == Approx(1.9953).epsilon(1e-4));
+    CHECK(scene.sources[2].directivity_file == folder.path() / "horn.json");
     CHECK(scene.sources[1].signal == aula::Source::Signal::noise);
     CHECK_FALSE(scene.sources[1].loop);
     CHECK(scene.sources[2].signal == aula::Source::Signal::impulse);

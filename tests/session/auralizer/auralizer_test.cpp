@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <numbers>
 #include <numeric>
 #include <set>
 
@@ -275,6 +276,45 @@ TEST_CASE(
     CHECK(frames <= added_at + 1);
     const auto output = rendered(auralizer, 4800, {256}, noise_at);
     CHECK(std::any_of(output.begin(), output.end(), [](float x) { return std::abs(x) > 0.001F; }));
+}
+
+TEST_CASE("A source has its directivity and its orientation, on both clocks") {
+    // The response of a cardioid is that of an omnidirectional source times its pressure, which is
+    // equal in all bands.
+    const Directivity cardioid = *Directivity::find("cardioid");
+    for (const RenderClock clock : {RenderClock::exact, RenderClock::real_time}) {
+        Scene scene = free_field({1, 0, 0});
+        scene.sources[0].directivity = cardioid;
+        scene.sources[0].yaw_rad = std::numbers::pi_v<float>;  // to the listener
+        Auralizer auralizer(scene, mono(clock));
+        const SourceId front = auralizer.sources()[0];
+        const SourceId side = auralizer.add_source({.position = {1, 0, 0},
+                                                    .yaw_rad = std::numbers::pi_v<float> / 2,
+                                                    .directivity = cardioid});
+        const SourceId omni = auralizer.add_source({.position = {1, 0, 0}, .yaw_rad = 1});
+        const auto peak = [&](SourceId source) {
+            std::vector<float> response;
+            REQUIRE(test::comes([&] {
+                if (clock == RenderClock::exact) rendered(auralizer, 4800, {256}, noise_at);
+                const auto channels = auralizer.impulse_response(source);
+                if (!channels.empty()) response = channels[0];
+                return !response.empty();
+            }));
+            return double{*std::max_element(response.begin(), response.end())};
+        };
+        const double one = peak(omni);
+        CHECK(peak(front) / one == Approx(std::sqrt(3.0)).epsilon(1e-4));
+        CHECK(peak(side) / one == Approx(std::sqrt(0.75)).epsilon(1e-4));
+        // It turns to the front, in both ways.
+        Pose pose = at(1, 0, 0, std::numbers::pi_v<float>);
+        auralizer.set_source(side, pose);
+        REQUIRE(test::comes([&] { return std::abs(peak(side) / one - std::sqrt(3.0)) < 1e-3; }));
+        pose.yaw_rad = 0;
+        auralizer.set_source(side, pose);
+        REQUIRE(test::comes([&] { return peak(side) / one < 1e-3; }));
+        pose.pitch_rad = std::nanf("");
+        CHECK_THROWS_AS(auralizer.set_source(side, pose), InputError);
+    }
 }
 
 TEST_CASE("After a failure of the propagation each call of render throws it again") {

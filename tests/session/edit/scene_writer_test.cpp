@@ -69,7 +69,8 @@ void check_same_scenes(const Scene& a, const Scene& b) {
     REQUIRE(a.sources.size() == b.sources.size());
     for (std::size_t s = 0; s < a.sources.size(); ++s) {
         CHECK(a.sources[s].name == b.sources[s].name);
-        CHECK(a.sources[s].position == b.sources[s].position);
+        CHECK(same_pose(a.sources[s].pose_at(0), b.sources[s].pose_at(0)));
+        CHECK(a.sources[s].directivity.on_axis_db() == b.sources[s].directivity.on_axis_db());
         CHECK(a.sources[s].gain_db == b.sources[s].gain_db);
         CHECK(a.sources[s].loop == b.sources[s].loop);
         CHECK(a.sources[s].signal == b.sources[s].signal);
@@ -88,9 +89,14 @@ void check_same_scenes(const Scene& a, const Scene& b) {
 /// A scene file with all kinds of content, in a separate folder.
 class Written {
  public:
-    explicit Written(const std::string& text) : file_(folder_.path() / "in" / "scene.json") {
+    /// `files`: names and contents of further files beside it.
+    explicit Written(const std::string& text,
+                     const std::vector<std::pair<std::string, std::string>>& files = {})
+        : file_(folder_.path() / "in" / "scene.json") {
         fs::create_directories(folder_.path() / "in");
         fs::create_directories(folder_.path() / "out" / "deeper");
+        for (const auto& [name, content] : files)
+            std::ofstream(folder_.path() / "in" / name) << content;
         std::ofstream(file_) << text;
         read_ = load_scene(file_);
     }
@@ -206,6 +212,37 @@ TEST_CASE("A saved scene has all changes: positions, gains, loops, settings") {
     // Conversion to degrees and back: three roundings.
     edited.listener.pose.yaw_rad = 1.25F;
     CHECK(scene.saved(edited).listener.pose.yaw_rad == Approx(1.25).epsilon(1e-6));
+}
+
+TEST_CASE("A saved scene keeps orientations and directivities, and finds their files") {
+    std::string text = kRoom;
+    const std::string rests = R"("gain_db": -5)";
+    text.replace(text.find(rests), rests.size(),
+                 R"("directivity": "horn.json", "yaw_deg": 30, "roll_deg": -20)");
+    const std::string moves = R"("signal": "noise")";
+    text.replace(text.find(moves), moves.size(), R"("directivity": "talker")");
+    const Written scene(text, {{"horn.json", R"({"aula_directivity": 1, "level_db": [)"
+                                             R"([[0,0,0,0],[3,0,-3,0],[0,0,0,0]],)"
+                                             R"([[0,0,0,0],[3,0,-3,0],[0,0,0,0]],)"
+                                             R"([[0,0,0,0],[3,0,-3,0],[0,0,0,0]],)"
+                                             R"([[0,0,0,0],[3,0,-3,0],[0,0,0,0]],)"
+                                             R"([[0,0,0,0],[3,0,-3,0],[0,0,0,0]],)"
+                                             R"([[0,0,0,0],[3,0,-3,0],[0,0,0,0]],)"
+                                             R"([[0,0,0,0],[3,0,-3,0],[0,0,0,0]],)"
+                                             R"([[0,0,0,0],[9,0,-9,0],[0,0,0,0]]]})"}});
+    Scene edited = scene.read().scene;
+    edited.sources[1].yaw_rad = 1.25F;
+    const Scene saved = scene.saved(edited);
+    CHECK(saved.sources[1].yaw_rad == Approx(1.25).epsilon(1e-6));
+    CHECK(saved.sources[1].roll_rad == edited.sources[1].roll_rad);
+    for (const Vec3& d : {Vec3(1, 0, 0), Vec3(0, -0.6F, 0.8F)}) {
+        for (std::size_t s = 0; s < 2; ++s) {
+            CHECK(saved.sources[s].directivity.factor(d) ==
+                  edited.sources[s].directivity.factor(d));
+        }
+    }
+    CHECK_FALSE(saved.sources[1].directivity.factor({1, 0, 0}) ==
+                saved.sources[0].directivity.factor({1, 0, 0}));
 }
 
 TEST_CASE("New materials of surfaces are saved with their values if the library's differ") {
