@@ -56,7 +56,10 @@ Subject load(const std::string& file, const Settings& settings) {
     for (const std::string& warning : loaded.warnings) {
         std::cerr << "aula: warning: " << warning << "\n";
     }
-    Subject subject(std::filesystem::path(file).filename().string(), loaded.scene, settings);
+    aula::Scene scene = loaded.scene;
+    // The path tracer that gives the references has omnidirectional sources.
+    for (aula::Source& source : scene.sources) source.directivity = {};
+    Subject subject(std::filesystem::path(file).filename().string(), scene, settings);
     if (settings.triangles) aula::bench::tessellate(subject.scene, *settings.triangles);
     return subject;
 }
