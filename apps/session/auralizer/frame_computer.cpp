@@ -29,10 +29,8 @@ void FrameComputer::compute(const FrameRoom& room, ListenerFrames& frames) {
         for (const SourceState& source : room.state.sources) {
             if (source.removed_at) continue;
             SourceVisibility visibility{{source.id}, {}};
-            for (std::size_t l = 0; l < frames.size(); ++l) {
-                const SourceSound* const sound = maker_->sound(source.id, l);
-                visibility.visible.push_back(sound != nullptr && sound->direct ? 1 : 0);
-            }
+            for (std::size_t l = 0; l < frames.size(); ++l)
+                visibility.visible.push_back(maker_->visible(source.id, l) ? 1 : 0);
             visibilities.push_back(std::move(visibility));
         }
     }

@@ -171,6 +171,18 @@ const SourceSound* FrameMaker::sound(std::uint64_t id, std::size_t listener) con
     return nullptr;
 }
 
+bool FrameMaker::visible(std::uint64_t id, std::size_t listener) const {
+    const auto is_straight = [](const SpecularPath& path) {
+        return path.order == 0 && path.edges == 0 && path.id == 0;
+    };
+    for (const Voice& voice : voices_) {
+        if (voice.state.id != id) continue;
+        const std::vector<SpecularPath>& paths = voice.responses[listener].paths;
+        return std::any_of(paths.begin(), paths.end(), is_straight);
+    }
+    return false;
+}
+
 FrameView FrameMaker::view(const ViewRequest& request) const {
     FrameView view;
     if (voices_.empty()) return view;

@@ -64,6 +64,9 @@ class FrameMaker {
     /// The sound of a source in the newest frame, by its id; null if it is not in the frame.
     const SourceSound* sound(std::uint64_t id, std::size_t listener) const;
 
+    /// True if no surface lies between a source, by its id, and a listener in the newest frame.
+    bool visible(std::uint64_t id, std::size_t listener) const;
+
  private:
     /// A source in the frames.
     struct Voice {
