@@ -34,6 +34,10 @@ constexpr double kWeakestPath_db = -60;
 constexpr double kWeakestTap_db = -40;
 constexpr double kFade_db = 6;
 
+// Changes of the primary path beyond which it is a different one for the renderer.
+constexpr double kJump_m = 0.1;
+constexpr float kJump_rad = 0.1F;
+
 Vec3 unit_or_front(const glm::dvec3& p) {
     const double length = glm::length(p);
     return length > 0 ? Vec3(p / length) : Vec3(1, 0, 0);
@@ -302,7 +306,8 @@ std::vector<SpecularPath> EdgePaths::taps(std::span<const EdgePath> paths,
         for (const EdgePath& path : paths) largest = std::max(largest, energy_sum(path.field));
         const auto is_strong = [&](const EdgePath& path) {
             // -6 dB, and -9 dB for the primary path of the last frame.
-            return energy_sum(path.field) >= largest / (path.edges == memory.primary ? 8 : 4);
+            const bool was_primary = memory.primary && path.edges == memory.primary->edges;
+            return energy_sum(path.field) >= largest / (was_primary ? 8 : 4);
         };
         for (const EdgePath& path : paths) {
             if (is_strong(path) && (!is_strong(*primary) || path.length_m < primary->length_m)) {
@@ -310,7 +315,10 @@ std::vector<SpecularPath> EdgePaths::taps(std::span<const EdgePath> paths,
             }
         }
     }
-    memory.primary = primary->edges;
+    const bool jumps = memory.primary && primary->edges != memory.primary->edges &&
+                       (std::abs(primary->length_m - memory.primary->length_m) > kJump_m ||
+                        glm::distance(primary->direction, memory.primary->direction) > kJump_rad);
+    memory.primary = *primary;
     // x of the lowest band: (L_i - L_j) B / c with B / c = k / (2 pi sqrt(2)).
     const auto coherence = [&](const EdgePath& a, const EdgePath& b) {
         const double x_per_m = integral_.wave_number_per_m(0) / (2 * kPi * std::numbers::sqrt2);
@@ -339,7 +347,7 @@ std::vector<SpecularPath> EdgePaths::taps(std::span<const EdgePath> paths,
         }
         others.push_back(tap);
     }
-    SpecularPath first = tap_of(*primary, 0, coherent);
+    SpecularPath first = tap_of(*primary, jumps ? id_of(primary->edges) : 0, coherent);
 
     std::array<double, kBandCount> mean{};
     for (std::size_t i = 0; i < paths.size(); ++i) {

@@ -27,8 +27,8 @@ struct EdgePath {
 /// What is remembered of a source and a listener between frames.
 struct PairMemory {
     NearEdges near;
-    bool was_lit = false;                ///< nothing blocked the straight path
-    std::vector<std::uint32_t> primary;  ///< edges of the primary tap
+    bool was_lit = false;             ///< nothing blocked the straight path
+    std::optional<EdgePath> primary;  ///< path of the primary tap
 };
 
 /// The direct sound and its diffraction at single edges. In the lit zone and in the shadow their
@@ -51,7 +51,8 @@ class EdgePaths {
     /// the smallest length. The fields of other paths are added to its field as far as they cohere
     /// with it within the bandwidth of an octave; the rest of their energy has separate taps, at
     /// most kMaxTaps - 1, with ids of their edges. `memory` keeps the primary tap from changing to
-    /// and fro. Empty without a path.
+    /// and fro. Where it changes to a distant path, no tap has the id 0 for one frame, so that the
+    /// renderer fades from one path to the other. Empty without a path.
     std::vector<SpecularPath> taps(std::span<const EdgePath> paths, PairMemory& memory) const;
 
     static constexpr std::size_t kMaxTaps = 8;

@@ -166,7 +166,7 @@ BandParameters parameters(const DecayCurve& curve) {
     return p;
 }
 
-/// The arrival of the direct sound, otherwise the first arrival: that of a path, or the start of
+/// The first arrival of direct sound, otherwise the first arrival: that of a path, or the start of
 /// the first bin with energy if no path arrives before its end (scattered sound never arrives
 /// before the specular reflection).
 double time_zero_s(const EnergyResponse& response) {

@@ -110,17 +110,17 @@ TEST_CASE("bench_smoke: --markdown writes the printed figures under their comman
     }
     for (const char* section :
          {"\n## noise of room.json: 12 triangles", "\n## tracking in ", "\n## tracing in ",
-          "\n## many sources in ", "\n## convolution", "\n## preparing"}) {
+          "\n## many sources in ", "\n## diffraction in ", "\n## convolution", "\n## preparing"}) {
         CAPTURE(section);
         CHECK(document.find(section) != std::string::npos);
     }
-    // One line per row of all tables, two lines above each of the six tables, one line per fact of
-    // the head.
+    // One line per row of all tables, two lines above each of the seven tables, one line per fact
+    // of the head.
     std::istringstream lines(document);
     std::size_t table_lines = 0;
     for (std::string line; std::getline(lines, line);) table_lines += line.rfind('|', 0) == 0;
     const nlohmann::json rows = rows_in(folder).at("rows");
-    CHECK(table_lines == rows.size() + 2 * 6 + 2 + 7);
+    CHECK(table_lines == rows.size() + 2 * 7 + 2 + 7);
     // --quick sets the sizes that are not given.
     for (const nlohmann::json& row : rows) {
         if (row["bench"] == "noise") CHECK(row["restarts"] == 2);
@@ -144,7 +144,29 @@ TEST_CASE("bench_smoke: in a scene without paths all measurements but those of m
     std::set<std::string> benches;
     const nlohmann::json rows = rows_in(folder).at("rows");
     for (const nlohmann::json& row : rows) benches.insert(row["bench"]);
-    CHECK(benches == std::set<std::string>{"noise", "trace", "convolve", "prepare"});
+    CHECK(benches == std::set<std::string>{"noise", "trace", "diffraction", "convolve", "prepare"});
+}
+
+TEST_CASE(
+    "bench_smoke: diffraction prints a row for one source and for eight, and skips a missing "
+    "level") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kScene).string();
+    const ProgramResult result =
+        run("diffraction " + scene + " --level missing.obj --json " + json_in(folder));
+    REQUIRE(result.status == 0);
+    CHECK(result.out.find("skipped, no missing.obj") != std::string::npos);
+    const nlohmann::json rows = rows_in(folder).at("rows");
+    REQUIRE(rows.size() == 2);
+    for (const nlohmann::json& row : rows) {
+        check_keys(row, {"bench", "scene", "basis", "sources", "edges", "frame_ms",
+                         "diffraction_ms", "diffraction_share"});
+        CHECK(row["edges"] == 12);
+        CHECK(row["diffraction_share"].get<double>() > 0);
+        CHECK(row["diffraction_share"].get<double>() < 1);
+    }
+    CHECK(rows[0]["sources"] == 1);
+    CHECK(rows[1]["sources"] == 8);
 }
 
 TEST_CASE("bench_smoke: tracking prints a row for each mover and estimator") {

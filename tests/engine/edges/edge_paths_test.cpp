@@ -437,3 +437,48 @@ TEST_CASE("air attenuates each path by its length") {
         CHECK(std::abs(damped[i].field[3] / dry[i].field[3]) ==
               Approx(std::exp(-0.05 * dry[i].length_m)));
 }
+
+TEST_CASE("where the primary tap changes to a distant path no tap has its id for one frame") {
+    // Behind a screen 1 m wide, from the shadow of one side to that of the other.
+    Object screen;
+    add_wall(screen, -0.5F, 0.5F, -kFar_m, kFar_m);
+    const Place place({screen});
+    const Vec3 source(0, -1, 0);
+    const auto place_of = [](int i) { return Vec3(-0.3F + 0.02F * static_cast<float>(i), 1, 0); };
+    const auto primary = [](const std::vector<SpecularPath>& taps) {
+        return std::find_if(taps.begin(), taps.end(),
+                            [](const SpecularPath& tap) { return tap.id == 0; });
+    };
+    const auto turn = [](const SpecularPath& a, const SpecularPath& b) {
+        return glm::distance(a.direction, b.direction);
+    };
+    aula::PairMemory memory;
+    std::vector<SpecularPath> before;
+    std::vector<SpecularPath> before_without_memory;
+    int without = 0;
+    float largest = 0;
+    float largest_without_memory = 0;
+    for (int i = 0; i <= 30; ++i) {
+        const Vec3 listener = place_of(i);
+        const auto taps =
+            place.paths.taps(place.paths.find(source, listener, Bands{}, memory), memory);
+        const auto without_memory = place.taps(source, listener);
+        REQUIRE(!taps.empty());
+        if (i > 0) {
+            const bool is_present = primary(taps) != taps.end();
+            const bool was_present = primary(before) != before.end();
+            without += is_present ? 0 : 1;
+            CHECK((is_present || was_present));
+            if (is_present && was_present)
+                largest = std::max(largest, turn(*primary(taps), *primary(before)));
+            largest_without_memory =
+                std::max(largest_without_memory, turn(without_memory[0], before_without_memory[0]));
+        }
+        before = taps;
+        before_without_memory = without_memory;
+    }
+    CHECK(without == 1);
+    CHECK(largest < 0.05F);  // the listener moves 2 cm, 1.1 m behind the edges
+    // Companion: the directions to the edges differ by 0.5 m / 1.12 m on both sides.
+    CHECK(largest_without_memory > 0.8F);
+}

@@ -23,11 +23,12 @@ struct BandParameters {
 /// The parameters of a response, [band].
 using RoomParameters = std::array<BandParameters, kBandCount>;
 
-/// The parameters of an energy response by ISO 3382-1. Time zero is the arrival of the direct sound
-/// if it is among the paths, otherwise the first arrival. The decay curve is Schroeder's backward
-/// integral. The tail after the end of the response is estimated from the late slope and included.
-/// A decay time is empty unless the curve at -25 dB (T20), -35 dB (T30) or -10 dB (EDT) is 10 dB
-/// above the tail. The other parameters are empty unless the total is 10 dB above the tail.
+/// The parameters of an energy response by ISO 3382-1. Time zero is the arrival of the direct
+/// sound, also around edges, if it is among the paths, otherwise the first arrival. The decay curve
+/// is Schroeder's backward integral. The tail after the end of the response is estimated from the
+/// late slope and included. A decay time is empty unless the curve at -25 dB (T20), -35 dB (T30) or
+/// -10 dB (EDT) is 10 dB above the tail. The other parameters are empty unless the total is 10 dB
+/// above the tail.
 RoomParameters room_parameters(const EnergyResponse& response);
 
 /// Strength in dB below which a source is not audible: 60 dB below its level at 1 m. A voice of
