@@ -57,7 +57,7 @@ struct Course {
 class CaseMaker {
  public:
     CaseMaker(std::uint64_t seed, std::filesystem::path folder)
-        : random_(seed), folder_(std::move(folder)) {}
+        : random_(seed), directivities_(seed + 1'000'000), folder_(std::move(folder)) {}
 
     MatrixCase make() {
         scene_["aula"] = 1;
@@ -300,6 +300,13 @@ class CaseMaker {
                     source["signal"] = "noise";
             }
             if (random_.chance(0.5)) source["gain_db"] = random_.uniform(-20, 10);
+            // Directivities that are silent in no direction.
+            if (directivities_.chance(0.5)) {
+                source["directivity"] =
+                    directivities_.pick<const char*>({"subcardioid", "talker", "loudspeaker"});
+                source["yaw_deg"] = directivities_.uniform(-400, 400);
+                source["pitch_deg"] = directivities_.uniform(-100, 100);
+            }
             scene_["sources"].push_back(source);
         }
     }
@@ -462,6 +469,8 @@ class CaseMaker {
     }
 
     RandomValues random_;
+    RandomValues
+        directivities_;  ///< apart, so that the other content of a case does not depend on it
     std::filesystem::path folder_;
     MatrixCase case_;
     Json scene_;
