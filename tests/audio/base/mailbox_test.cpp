@@ -64,6 +64,26 @@ TEST_CASE("A mailbox frees its values and those that the writer never reclaims")
     CHECK(Letter::alive == 0);
 }
 
+TEST_CASE("Values that nobody takes do not change how many a mailbox holds later") {
+    REQUIRE(Letter::alive == 0);
+    {
+        Mailbox<Letter> mailbox(1);
+        for (int i = 0; i < 3; ++i) mailbox.publish(std::make_unique<Letter>(i));
+        Letter* held = mailbox.take();
+        for (int i = 3; i < 5; ++i) mailbox.publish(std::make_unique<Letter>(i));
+        for (int i = 5; i < 20; ++i) {
+            mailbox.give_back(held);
+            mailbox.publish(std::make_unique<Letter>(i));
+            held = mailbox.take();
+            REQUIRE(held != nullptr);
+            REQUIRE(held->number == i);
+            REQUIRE(Letter::alive <= static_cast<int>(mailbox.capacity()));
+        }
+        mailbox.give_back(held);
+    }
+    CHECK(Letter::alive == 0);
+}
+
 TEST_CASE("A reader that holds the largest number of values does not block the writer") {
     REQUIRE(Letter::alive == 0);
     const std::size_t max = GENERATE(std::size_t{1}, std::size_t{2}, std::size_t{8});

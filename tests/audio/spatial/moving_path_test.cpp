@@ -110,6 +110,21 @@ TEST_CASE("A slot crossfades from one reflection to another") {
     CHECK(crossfade_error(before, 480, after, 504) < 1e-5);  // rounding: whole samples
 }
 
+TEST_CASE("A reflection that jumps farther than a source moves crossfades in both directions") {
+    SourceSound near;
+    near.early = {path_of(480, 1)};
+    near.early[0].id = 1;
+    SourceSound far = near;
+    far.early[0].delay_s = path_of(2880, 1).delay_s;
+    const auto half = [](SourceSound sound) {
+        sound.early[0].band_gain = path_of(480, 0.5F).band_gain;
+        return sound;
+    };
+    // Rounding: whole samples.
+    CHECK(crossfade_error(near, 480, half(far), 2880) < 1e-5);
+    CHECK(crossfade_error(far, 2880, half(near), 480) < 1e-5);
+}
+
 TEST_CASE("Direct sound, reflections and reverberation follow the head from the next block on") {
     // Each alone, from the front. Then the head turns left instantaneously: the sound is at its
     // right.

@@ -89,6 +89,12 @@ TEST_CASE("Measurements are read from a SOFA file unchanged") {
     CHECK(m.delays_samples == std::vector<float>(12));
 }
 
+TEST_CASE("The delays of the ears that a SOFA file gives once hold for all directions") {
+    // As plain.sofa, with delays of 3 and 5 samples.
+    const HeadMeasurements m = read_sofa(kCorpus + "delays.sofa");
+    CHECK(m.delays_samples == std::vector<float>{3, 5, 3, 5, 3, 5, 3, 5, 3, 5, 3, 5});
+}
+
 TEST_CASE("Implausible measurements are refused in one line") {
     CHECK(error_of([] { Hrtf(measured(), kRate_hz); }).empty());
     const std::vector<std::pair<const char*, std::function<void(HeadMeasurements&)>>> faults{
@@ -120,6 +126,8 @@ TEST_CASE("Implausible measurements are refused in one line") {
          }},
         {"a delay of NaN", [](auto& m) { m.delays_samples[3] = kNan; }},
         {"a delay of an hour", [](auto& m) { m.delays_samples[3] = 1e9F; }},
+        {"all delays minus an hour",
+         [](auto& m) { m.delays_samples.assign(m.delays_samples.size(), -1e9F); }},
         {"a delay of half a second", [](auto& m) { m.delays_samples[3] = 24000; }},
         {"fewer responses", [](auto& m) { m.responses.resize(32); }},
         {"fewer delays", [](auto& m) { m.delays_samples.resize(2); }},

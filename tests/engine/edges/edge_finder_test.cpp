@@ -307,6 +307,43 @@ TEST_CASE("edges follow any rigid motion of the soup") {
     }
 }
 
+TEST_CASE("a short side within the tolerance of a long edge lies on it, in any direction") {
+    // A free wall with a fin across the middle of its upper edge. The fin's side of 5 cm crosses
+    // the edge at up to 2 degrees; its ends are 0.9 mm beside it.
+    for (int step = 0; step < 50; ++step) {
+        const float c = 0.002F * static_cast<float>(step);
+        const Vec3 along(c, 0, std::sqrt(1 - c * c));
+        const Vec3 across(-along.z, 0, along.x);
+        for (const float beside_m : {9e-4F, -9e-4F}) {
+            CAPTURE(c, beside_m);
+            Object object;
+            add_quad(object, Vec3(0), along, along - across, -across);
+            add_triangle(object, 0.475F * along + beside_m * across,
+                         0.525F * along - beside_m * across, 0.5F * along + Vec3(0, 0.2F, 0));
+            const auto edges = edges_of(object);
+            // The wedge of the fin, which is too short, divides the edge.
+            CHECK(std::count_if(edges.begin(), edges.end(), [](const DiffractionEdge& edge) {
+                      return std::abs(edge.length_m - 0.475) < 1e-3;
+                  }) == 2);
+        }
+    }
+}
+
+TEST_CASE("an edge ends where either of its faces turns") {
+    // A face in the plane y = 0, and on either side another at 90 degrees to it, then at 60.
+    for (const float side : {1.0F, -1.0F}) {
+        Object object;
+        const Vec3 turned(0.5F, side * std::sqrt(0.75F), 0);
+        const Vec3 up(0, 0, 1);
+        add_quad(object, {0, 0, 0}, {1, 0, 0}, {1, 0, 2}, {0, 0, 2});
+        add_quad(object, {0, 0, 0}, {0, side, 0}, {0, side, 1}, up);
+        add_quad(object, up, up + turned, 2.0F * up + turned, 2.0F * up);
+        const auto edges = edges_of(object);
+        CHECK(count_of(edges, 270) == 1);
+        CHECK(count_of(edges, 300) == 1);
+    }
+}
+
 TEST_CASE("degenerate triangles and empty soups have no edges") {
     CHECK(edges_of(Object{}).empty());
     Object object;

@@ -320,6 +320,28 @@ TEST_CASE("at the shadow boundary neither level, delay nor direction jumps") {
     CHECK(was_in_shadow);
 }
 
+TEST_CASE("of very many edges those with the smallest detours count") {
+    // 200 squares far from the end of a wall: 800 edges with detours of some metres.
+    Object object = half_plane();
+    for (int i = 0; i < 200; ++i) {
+        const auto x = 4 + 0.4F * static_cast<float>(i % 5);
+        const auto y = -1.5F + static_cast<float>(i / 5 % 4);
+        const auto z = -2 + 0.4F * static_cast<float>(i / 20);
+        add_quad(object, {x, y, z}, {x + 0.3F, y, z}, {x + 0.3F, y, z + 0.3F}, {x, y, z + 0.3F});
+    }
+    const Place many({object});
+    const Place wall({half_plane()});
+    REQUIRE(many.edges.count() > 800);
+    const Vec3 source(-1, -2, 0);
+    const Vec3 listener(-1, 2, 0);
+    const auto paths = wall.find(source, listener);
+    REQUIRE(paths.size() == 1);
+    const auto found = many.find(source, listener);
+    CHECK(std::count_if(found.begin(), found.end(), [&](const EdgePath& path) {
+              return path.length_m == paths[0].length_m && path.field == paths[0].field;
+          }) == 1);
+}
+
 TEST_CASE("the paths are the same from both ends") {
     const Place place({door_wall(), aula::test::box({0.5F, 0.4F, 0.8F}, 0, {0.6F, 0.5F, 0.2F})});
     aula::RandomStream random(3);

@@ -468,3 +468,16 @@ TEST_CASE("half of an edge from its apex diffracts half of the field of the infi
     for (Complex& x : half) x *= 2;
     CHECK(largest_difference(whole, half) < 1e-12);
 }
+
+TEST_CASE("source and receiver nearer than 5 cm to an edge count as at 5 cm") {
+    const Wedge wedge{1.5 * kPi, -1, 2};
+    const auto field = [&](double source_m, double receiver_m) {
+        return kIntegral.field(wedge, {source_m, 0.5, 0.1}, {receiver_m, 4, -0.2}).total();
+    };
+    for (const double radius_m : {0.0, 0.01, 0.049}) {
+        CHECK(field(radius_m, 2) == field(0.05, 2));
+        CHECK(field(2, radius_m) == field(2, 0.05));
+    }
+    CHECK(field(0.06, 2) != field(0.05, 2));
+    CHECK(field(2, 0.06) != field(2, 0.05));
+}

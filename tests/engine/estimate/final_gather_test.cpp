@@ -168,6 +168,33 @@ TEST_CASE("radiated energy is delayed by the gather ray's length, uniform in tim
     }
 }
 
+TEST_CASE("the directions of consecutive hits have the spectra of their own patches") {
+    // More hits than chunks, so that a chunk has hits of several patches.
+    Rows rows(TimeBins(0.06), 0, false);
+    DepositBatch batch;
+    batch.departures.resize(1, Vec3(1, 0, 0));
+    for (std::uint32_t patch = 0; patch < 3; ++patch) {
+        Deposit deposit;
+        deposit.patch = patch;
+        deposit.bin = 10;
+        Bands energy;
+        energy[3 * patch] = 1;  // 63 Hz, 500 Hz, 4 kHz
+        deposit.set_energy(load_bands(energy), 0.5F);
+        batch.deposits.add(deposit);
+    }
+    rows.kept = {batch};
+    rows.cache = PatchCache(rows.bins.count(), 1, 0.5F, 1'000'000'000);
+    rows.cache.advance({}, rows.workers);
+    rows.cache.add_frame(kRays, 3, {&batch, 1}, rows.workers);
+    std::vector<GatherHit> hits;
+    for (std::uint32_t i = 0; i < 24; ++i)
+        hits.push_back(hit_of(i / 8, 0.1F * static_cast<float>(i), false));
+    EnergyResponse response = rows.silent();
+    add_gathered(hits, rows.cache, 0.7, rows.workers, response);
+    // Rounding, as above.
+    CHECK(worst(response, rows.expected(hits, 0.7)) < 2e-5);
+}
+
 TEST_CASE("air attenuates the whole length of a gather ray, including reflections at mirrors") {
     const Vec3 inside(3, 2, 1.5F);
     Scene scene = test::grey_room(test::box(Vec3(8, 6, 4)), 0.1F, 0.4F, inside, inside);

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <glm/geometric.hpp>
+#include <set>
 
 #include "aula/engine/propagation.h"
 #include "tests/support/test_scenes.h"
@@ -38,6 +39,49 @@ TEST_CASE("Path lines start at the source, end on walls and lose the energy that
     }
     CHECK(propagation.path_lines(input, 0, 5000, 2).size() ==
           static_cast<std::size_t>(scene.simulation.rays));
+}
+
+TEST_CASE("Path lines are the paths of the last frame") {
+    // Diffuse reflections only, by path tracing: a response of first-order paths.
+    Scene scene = test::small_room();
+    scene.materials[0].scattering = Bands::filled(1);
+    Simulation& simulation = scene.simulation;
+    simulation.estimator = Estimator::pt;
+    simulation.direct = false;
+    simulation.specular = false;
+    simulation.specular_order = 0;
+    simulation.rays = 5000;
+    simulation.order = 1;
+    const FrameInput input = input_of(scene);
+    Propagation heard(scene, simulation);
+    simulation.order = 2;
+    Propagation seen(scene, simulation);
+    const double speed_m_s{seen.response(0).speed_of_sound_m_s};
+    for (int frame = 0; frame < 3; ++frame) {
+        heard.step(input);
+        seen.step(input);
+        const EnergyResponse& response = heard.response(0);
+        const TimeBins& bins = response.bins;
+        // The bins of the paths whose second segment passes the listener's sphere.
+        std::set<std::size_t> expected;
+        for (const PathLine& line : seen.path_lines(input, 0, simulation.rays, 2)) {
+            REQUIRE(line.points.size() == 3);
+            const Vec3 from = line.points[1];
+            const Vec3 direction = glm::normalize(line.points[2] - from);
+            const float nearest_m = glm::dot(input.listeners[0] - from, direction);
+            if (nearest_m < 0 || glm::distance(from + nearest_m * direction, input.listeners[0]) >
+                                     simulation.listener_radius_m) {
+                continue;
+            }
+            const float before_m = glm::distance(line.points[0], from);
+            expected.insert(bins.index(double{before_m + nearest_m} / speed_m_s));
+        }
+        std::set<std::size_t> found;
+        for (std::size_t k = 0; k < bins.count(); ++k)
+            if (response.energy[k].max() > 0) found.insert(k);
+        CHECK(expected.size() > 5);
+        CHECK(found == expected);
+    }
 }
 
 TEST_CASE(

@@ -94,6 +94,28 @@ TEST_CASE(
     CHECK(detected(segments, Vec3(101, 0, 0), 1).total(0) == 0);
 }
 
+TEST_CASE("the sphere of a segment grows with the length of the path before it") {
+    DepositBatch batch = one_segment();
+    batch.segments[0].growth = 100;
+    SegmentCache segments = window();
+    segments.advance({0, Vec3(0), 0});
+    segments.add({&batch, 1}, kRays);
+    // After 3 m one of ten rays represents 4 / (10 R^2) (3 m)^2 = 14.4 cross-sections: a sphere of
+    // 2^(7/4) radii. Its chord 0.3 m from the centre; rounding of squares of 20 m.
+    const double radius_m = double{kRadius_m} * std::exp2(1.75);
+    const double chord_m = 2 * std::sqrt(radius_m * radius_m - 0.3 * 0.3);
+    const double volume_m3 = 4.0 / 3 * std::numbers::pi * std::pow(radius_m, 3);
+    CHECK(detected(segments, Vec3(20, 0.3F, 0), 1).total(0) ==
+          Approx(0.5 * chord_m / volume_m3).epsilon(1e-4));
+    // After 100 m the energy of the segment limits it: 100 cross-sections, 2^(13/4) radii.
+    batch.segments[0].before_m = 100;
+    SegmentCache late = window();
+    late.advance({0, Vec3(0), 0});
+    late.add({&batch, 1}, kRays);
+    CHECK_FALSE(detected(late, Vec3(20, 0.3F, 0), 1).total(0) ==
+                Approx(0.5 * chord_m / volume_m3).epsilon(0.1));
+}
+
 TEST_CASE("air attenuates a segment up to the receiver") {
     Bands attenuation_per_m;
     attenuation_per_m[6] = 0.008F;

@@ -160,6 +160,18 @@ TEST_CASE("sparse, interleaved and quantized positions are read") {
     CHECK(mesh.vertices[2].y == 0x3f80 / 65535.0F);
 }
 
+TEST_CASE("normalized glTF positions are at least -1") {
+    // The fifth position of signed bytes ends with the third byte of a float 1, 0x80.
+    Json quantized = square_gltf();
+    quantized["accessors"][0]["componentType"] = 5120;
+    quantized["accessors"][0]["normalized"] = true;
+    quantized["meshes"][0]["primitives"][0].erase("indices");
+    quantized["accessors"][0]["count"] = 6;
+    const ImportedMesh mesh = read(quantized.dump());
+    CHECK(mesh.vertices[4].z == -1);
+    CHECK(mesh.vertices[5].x == 63 / 127.0F);
+}
+
 TEST_CASE("references of a glTF out of range are refused at their place") {
     struct Change {
         const char* pointer;

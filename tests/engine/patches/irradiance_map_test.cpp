@@ -3,6 +3,7 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <utility>
 
 #include "engine/base/sampling.h"
 #include "engine/patches/patch_grid.h"
@@ -188,9 +189,11 @@ TEST_CASE(
     "a triangle with one edge longer than a piece is divided, whichever corner is the first") {
     // Pieces of an eighth of a metre; two of the edges are shorter.
     const std::array<Vec3, 3> corners{Vec3(0.01F, 0, 1), Vec3(0.21F, 0, 1), Vec3(0.11F, 0.05F, 1)};
-    const Vec3 up(0, 0, 1);
-    for (std::size_t first = 0; first < 3; ++first) {
-        CAPTURE(first);
+    // The plane is a border of pieces: the two sides of the triangle lie in different ones.
+    for (const auto& [first, side] :
+         {std::pair{0U, 1.0F}, {1U, 1.0F}, {2U, 1.0F}, {0U, -1.0F}, {1U, -1.0F}, {2U, -1.0F}}) {
+        CAPTURE(first, side);
+        const Vec3 normal(0, 0, side);
         Object triangle;
         for (std::size_t k = 0; k < 3; ++k) triangle.vertices.push_back(corners[(first + k) % 3]);
         triangle.triangles = {{0, 1, 2}};
@@ -198,18 +201,18 @@ TEST_CASE(
         const RayScene rays(test::grey_room(triangle, 0.1F, 1, kInside, kInside));
         IrradianceMap map(rays, kPatch_m);
         // One patch, 1000 of whose 1010 hits are on the left.
-        const Vec3 left(0.09F, 0.01F, 1);
-        const Vec3 right(0.17F, 0.01F, 1);
-        for (int i = 0; i < 1000; ++i) map.add_hit(0, 0, left, up);
-        for (int i = 0; i < 10; ++i) map.add_hit(0, 0, right, up);
+        const Vec3 left(0.09F, 0.01F, 1 + side * RayScene::kOffset_m);
+        const Vec3 right(0.17F, 0.01F, 1 + side * RayScene::kOffset_m);
+        for (int i = 0; i < 1000; ++i) map.add_hit(0, 0, left, normal);
+        for (int i = 0; i < 10; ++i) map.add_hit(0, 0, right, normal);
         const std::array<float, 1> area_m2{0.005F};
         map.finish(area_m2, [](const Vec3&, const Vec3&) { return 0U; });
         // The left piece has 1000 / 1010 of the hits on (0.005 - 0.5 0.085^2 / 2) / 0.005 of the
         // area: the slope of the right edge is 1 in 2. The prior is a quarter of a hit.
         const double left_m2 = 0.005 - 0.25 * 0.085 * 0.085;
-        CHECK(map.relative(0, 0, left, up) ==
+        CHECK(map.relative(0, 0, left, normal) ==
               Approx(1000.25 / (left_m2 / 0.005 * 1010 + 0.25)).epsilon(1e-3));
-        CHECK(map.relative(0, 0, right, up) ==
+        CHECK(map.relative(0, 0, right, normal) ==
               Approx(10.25 / ((0.005 - left_m2) / 0.005 * 1010 + 0.25)).epsilon(1e-3));
     }
 }

@@ -144,6 +144,22 @@ TEST_CASE("no ray leaks through the edges of a room of few triangles") {
     CHECK(leaks(scene, rays) == 0);
 }
 
+TEST_CASE("a ray exactly through an edge between two triangles hits one, from either side") {
+    // All coordinates are exact.
+    const RayScene square(test::grey_room(test::square(1), 0.1F, 1, Vec3(0), Vec3(0)));
+    std::vector<Ray> rays;
+    for (const float z : {1.0F, -1.0F}) {
+        for (int i = -7; i <= 7; ++i) {
+            const float at = static_cast<float>(i) / 8;
+            rays.push_back({Vec3(at, at, z), Vec3(0, 0, -z)});
+            rays.push_back({Vec3(at, -at, z), Vec3(0, 0, -z)});
+        }
+    }
+    std::vector<Hit> hits(rays.size());
+    square.intersect(rays, hits);
+    for (const Hit& hit : hits) CHECK(hit.distance_m == 1);
+}
+
 TEST_CASE("walls block visibility") {
     const RayScene scene(test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 1, Vec3(1), Vec3(2)));
     CHECK(scene.visible(Vec3(1, 1, 1), Vec3(4, 3, 2)));

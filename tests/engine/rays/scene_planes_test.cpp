@@ -183,3 +183,27 @@ TEST_CASE("a plane reflects if any of its triangles does, in any order of the tr
         CHECK(planes[0].reflects);
     }
 }
+
+TEST_CASE("planes reflect if some band is neither absorbed nor scattered completely") {
+    Object object;
+    add_triangle(object, {0, 0, 0}, {2, 0, 0}, {0, 2, 0});
+    Scene scene = scene_of({object});
+    const auto reflects = [&](const aula::Bands& absorption, const aula::Bands& scattering) {
+        scene.materials[0].absorption = absorption;
+        scene.materials[0].scattering = scattering;
+        const RayScene rays(scene);
+        return ScenePlanes(rays)[0].reflects;
+    };
+    const aula::Bands none = aula::Bands::filled(0);
+    const aula::Bands all = aula::Bands::filled(1);
+    aula::Bands all_but_one = all;
+    all_but_one[7] = 0.9F;
+    CHECK(reflects(none, none));
+    CHECK(reflects(all_but_one, all_but_one));
+    CHECK_FALSE(reflects(all, none));
+    CHECK_FALSE(reflects(none, all));
+    // One band is scattered, and all others are absorbed.
+    aula::Bands one = none;
+    one[7] = 1;
+    CHECK_FALSE(reflects(all_but_one, one));
+}

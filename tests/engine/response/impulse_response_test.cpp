@@ -213,6 +213,56 @@ TEST_CASE("the envelope starts where its first bin starts, to a hundredth of a s
     }
 }
 
+TEST_CASE("at the edge of two bins the amplitude is the geometric mean of both") {
+    // A decay by 6 dB per bin at 8 kHz; the carrier cancels in the ratio to a steady response.
+    const auto built = [](const EnergyResponse& r) {
+        ImpulseResponse ir;
+        ImpulseResponseBuilder(carriers(1), 0.2, "source", 0).build(r, ir);
+        return ir.channels[0];
+    };
+    EnergyResponse steady = EnergyResponse::silent(TimeBins(0.2));
+    EnergyResponse falling = steady;
+    const TimeBins& bins = steady.bins;
+    const std::size_t first = bins.index(0.1);
+    for (std::size_t i = 0; i < bins.count(); ++i) {
+        const auto width_s = static_cast<float>(bins.end_s(i) - bins.begin_s(i));
+        steady.energy[i][7] = width_s;
+        if (i >= first)
+            falling.energy[i][7] = width_s * std::pow(0.25F, static_cast<float>(i - first));
+    }
+    const std::vector<float> even = built(steady);
+    const std::vector<float> heard = built(falling);
+    // The ratio is linear in each half of a bin; its value at one end, by least squares.
+    const auto ratio_at = [&](double at_s, double from_s, double to_s) {
+        double n = 0, t1 = 0, t2 = 0, y1 = 0, ty = 0;
+        for (auto k = static_cast<std::size_t>(from_s * kRate_hz) + 2;
+             static_cast<double>(k) + 2 < to_s * kRate_hz; ++k) {
+            if (std::abs(even[k]) < 2e-3F) continue;
+            const double t = static_cast<double>(k) + 0.5 - at_s * kRate_hz;
+            const double y = double{heard[k]} / double{even[k]};
+            n += 1;
+            t1 += t;
+            t2 += t * t;
+            y1 += y;
+            ty += t * y;
+        }
+        REQUIRE(n >= 8);
+        return (t2 * y1 - t1 * ty) / (n * t2 - t1 * t1);
+    };
+    // Not the first bins, whose energy spreads over a period of 8 kHz.
+    for (std::size_t i = first + 2; i < first + 6; ++i) {
+        const double centre_s = 0.5 * (bins.begin_s(i) + bins.end_s(i));
+        const double edge = ratio_at(bins.end_s(i), centre_s, bins.end_s(i));
+        const double centre = ratio_at(centre_s, centre_s, bins.end_s(i));
+        const double before = ratio_at(bins.begin_s(i), bins.begin_s(i), centre_s);
+        // With 1 / sqrt(2) and sqrt(2) of the bin's amplitude at its edges, the centre that
+        // preserves its energy is sqrt(65 / 32) - sqrt(9 / 32) of it. Rounding of floats.
+        const double expected = std::sqrt(65.0 / 32) - std::sqrt(9.0 / 32);
+        CHECK(edge / centre == Approx(std::sqrt(0.5) / expected).epsilon(1e-3));
+        CHECK(before / centre == Approx(std::sqrt(2.0) / expected).epsilon(1e-3));
+    }
+}
+
 TEST_CASE("responses longer than four seconds have no gaps and the right energy over time") {
     // Bins of 64 ms: half of one has more samples than are shaped at a time.
     constexpr double kLength_s = 5.5;

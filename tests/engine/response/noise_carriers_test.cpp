@@ -5,6 +5,10 @@
 #include <cmath>
 #include <cstdlib>
 #include <string>
+#include <vector>
+
+#include "engine/base/sampling.h"
+#include "engine/response/octave_bank.h"
 
 using aula::kBandCount;
 using aula::NoiseCarriers;
@@ -71,6 +75,44 @@ TEST_CASE("the carriers have the power of their bands") {
         CHECK(energy / kPeriod_samples == Approx(power).epsilon(0.05));
     }
     CHECK(sum == Approx(1).epsilon(1e-6));  // rounding
+}
+
+TEST_CASE("levelling makes the power constant over eight independent samples, not over four") {
+    // At 1 kHz. A mean over V of the power has a variance of S / V, S the spectral density of the
+    // power at low frequencies. Levelling over W subtracts the mean over W: for V = W / 2 the
+    // variance becomes S / V (1 - 2 V / W + 5 / 6 V / W) = 5 / 12 S / V, for V = W S / V / 6.
+    constexpr std::size_t kBand = 4;
+    const double power{carriers().power()[kBand]};
+    const auto window = static_cast<std::size_t>(2 * 4 / power);
+    // The relative variance of means over that window.
+    const auto variance_of = [&](const auto& sample) {
+        double sum = 0;
+        double squares = 0;
+        const std::size_t count = kPeriod_samples / window;
+        for (std::size_t i = 0; i < count; ++i) {
+            double energy = 0;
+            for (std::size_t n = i * window; n < (i + 1) * window; ++n)
+                energy += sample(n) * sample(n);
+            sum += energy;
+            squares += energy * energy;
+        }
+        return static_cast<double>(count) * squares / (sum * sum) - 1;
+    };
+    const double levelled = variance_of([&](std::size_t n) {
+        return double{carriers().step()[kBand]} * *carriers().read(kBand, 0, n);
+    });
+    // White noise in the same octave.
+    aula::OctaveBank bank(48000);
+    aula::RandomStream random(3);
+    std::vector<double> octave;
+    for (std::size_t n = 0; n < kPeriod_samples; ++n)
+        octave.push_back(bank.process(double{random.uniform()} - 0.5)[kBand]);
+    const double natural = variance_of([&](std::size_t n) { return octave[n]; });
+    CAPTURE(levelled, natural);
+    // The standard errors of both variances are 3 %. The bounds are the geometric means of 5 / 12
+    // and its neighbours: 1 / 6 if the window were half as long, 1 without levelling.
+    CHECK(levelled / natural > std::sqrt(5.0 / 12 / 6));
+    CHECK(levelled / natural < std::sqrt(5.0 / 12));
 }
 
 TEST_CASE("the offset of a source depends on its name and the seed only") {

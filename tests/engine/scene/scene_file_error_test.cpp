@@ -260,6 +260,10 @@ TEST_CASE("names must be known and unique, and files must exist") {
         {"\"name\": \"b\"", "\"name\": \"a\"", "/sources/1/name", "duplicate name \"a\""},
         {"\"name\": \"door\"", "\"name\": \"room\"", "/geometry/1/name", "duplicate name \"room\""},
         {"\"aula\": 1", "\"aula\": 1, \"aula\": 1", "/aula", "duplicate key"},
+        // The elements before it are an object and lists.
+        {"\"name\": \"b\"", "\"name\": \"b\", \"name\": \"c\"", "/sources/1/name", "duplicate key"},
+        {"[0,0,0],[1,0,0],[1,0,2]", "[0,0,0],[1,0,0],[1,0,1e999]", "/geometry/1/vertices/2/2",
+         "too large"},
         {"\"materials\": {", "\"materials\": {\"plaster\": {\"absorption\": 1}, ",
          "/materials/plaster", "duplicate key"},
         {"\"material\": \"wood\"", "\"material\": \"woot\"", "/geometry/1/material",

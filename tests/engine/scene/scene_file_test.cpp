@@ -209,18 +209,24 @@ TEST_CASE("up is applied before scale, and both before translation") {
     CHECK(scene.objects.at(0).world_vertices(0)[0] == Vec3(110, -30, 20));
 }
 
-TEST_CASE("polygon faces become triangles that cover them") {
+TEST_CASE("polygon faces become triangles that cover them and face the same side") {
     const Scene scene = load(scene_text(
         R"("geometry": [{"vertices": [[0,0,0],[2,0,0],[2,2,0],[1,0.5,0],[0,2,0]],
             "faces": [[0,1,2,3,4]], "material": "wood"}])"));
     CHECK(scene.objects.at(0).triangles.size() == 3);
     CHECK(scene.objects.at(0).triangle_materials.size() == 3);
     CHECK(area(scene.objects.at(0)) == Approx(4 - 1.5));
+    // The corners are in counter-clockwise order seen from above.
+    for (const auto& [a, b, c] : scene.objects.at(0).triangles) {
+        const auto& v = scene.objects.at(0).vertices;
+        CHECK(glm::cross(v[b] - v[a], v[c] - v[a]).z > 0);
+    }
 }
 
 TEST_CASE("without a position the start of the path is used") {
     const Scene scene = load(R"({"aula": 1,
-        "sources": [{"path": {"points": [{"t": 0, "position": [1,2,3]}]}}],
+        "sources": [{"path": {"points": [{"t": 0, "position": [1,2,3]},
+                                         {"t": 1, "position": [7,7,7]}]}}],
         "listener": {"path": {"points": [{"t": 0, "position": [4,5,6]}]}}})");
     CHECK(scene.sources[0].position == Vec3(1, 2, 3));
     CHECK(scene.listener.pose.position == Vec3(4, 5, 6));

@@ -168,3 +168,13 @@ TEST_CASE("between two points of a path the position and all angles are interpol
     CHECK(quarter.pitch_rad == Approx(0.4));
     CHECK(quarter.roll_rad == Approx(0.6));
 }
+
+TEST_CASE("a material of the scene takes precedence over the library's of the same name") {
+    aula::Scene scene;
+    const aula::Material library = scene.find_material("wood");
+    scene.materials = {{"own", aula::Bands::filled(0.2F), aula::Bands{}},
+                       {"wood", aula::Bands::filled(0.77F), aula::Bands{}}};
+    CHECK(library.absorption != scene.materials[1].absorption);
+    CHECK(scene.find_material("wood").absorption == scene.materials[1].absorption);
+    CHECK(scene.find_material("own").absorption == scene.materials[0].absorption);
+}

@@ -293,6 +293,21 @@ TEST_CASE("near a wall levels are finite, and on it there is no reflection in it
     }
 }
 
+TEST_CASE("near a source the spreading is limited, the attenuation has the length of the path") {
+    const RayScene rays(scene_of({mirror_box(kSize)}));
+    const SpecularPaths specular(rays, 0, kRadius_m, 1);
+    for (const float length_m : {0.01F, 0.09F, 0.5F}) {
+        const Vec3 listener = kSource + Vec3(length_m, 0, 0);
+        const auto paths = specular.find(kSource, listener, true, Bands::filled(2)).paths;
+        REQUIRE(paths.size() == 1);
+        const double spread_m = std::max(0.1, double{length_m});
+        // Rounding of the positions.
+        CHECK(double{paths[0].energy[0]} ==
+              Approx(std::exp(-2 * double{length_m}) / (4 * std::numbers::pi * spread_m * spread_m))
+                  .epsilon(1e-5));
+    }
+}
+
 TEST_CASE("neither a source nor a listener on a wall has a reflection in it") {
     const RayScene rays(scene_of({mirror_box(kSize)}));
     const SpecularPaths specular(rays, 1, kRadius_m, 1);
