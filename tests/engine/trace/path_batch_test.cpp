@@ -16,7 +16,8 @@ TEST_CASE("hit points are off the surface on the ray's side, at any distance and
     // Few triangles, and more than the brute-force intersector takes.
     const std::pair<Object, float> rooms[] = {
         {test::box(Vec3(1000, 150, 40), 0, Vec3(-500, -75, -20)), 19.9F},
-        {test::icosphere(100, 4), 99}};
+        {test::icosphere(100, 4), 99},
+        {test::icosphere(680, 4), 670}};  // across it: the longest path
     for (const auto& [walls, from_m] : rooms) {
         const Scene scene = test::grey_room(walls, 0.1F, 1, Vec3(0), Vec3(1));
         const RayScene rays(scene);
@@ -27,7 +28,7 @@ TEST_CASE("hit points are off the surface on the ray's side, at any distance and
             for (std::size_t i = 0; i < kLanes; ++i) {
                 paths->rays.origin.set(i, from_m * uniform_direction(random.uniform_2d()));
                 paths->rays.direction.set(i, uniform_direction(random.uniform_2d()));
-                paths->rays.max_m[i] = 1000;
+                paths->rays.max_m[i] = 1400;
             }
             rays.intersect(paths->rays, paths->count, paths->hits);
             paths->arrive(rays);
