@@ -500,7 +500,13 @@ TEST_CASE("A material is printed with its curves; an unknown one is an error tha
     CHECK(shown.status == 0);
     CHECK(shown.out.find("absorption") != std::string::npos);
     CHECK(shown.out.find("1000 Hz") != std::string::npos);
-    CHECK(aula_with({"materials", "list"}).status == 0);
+    CHECK(shown.out.find("sound reduction") == std::string::npos);
+    const ProgramResult partition = aula_with({"materials", "show", "partition_brick_100"});
+    CHECK(partition.out.find("sound reduction index") != std::string::npos);
+    CHECK(partition.out.find("1000 Hz  47 dB") != std::string::npos);
+    const ProgramResult list = aula_with({"materials", "list"});
+    CHECK(list.status == 0);
+    CHECK(list.out.find("reduction dB") != std::string::npos);
     const ProgramResult unknown = aula_with({"materials", "show", "no such"});
     CHECK(unknown.status == 2);
     CHECK(unknown.err.find("no such") != std::string::npos);

@@ -120,7 +120,19 @@ class CaseMaker {
         made["absorption"] = random_.chance(0.07) ? Json(0) : random_bands();
         if (random_.chance(0.8))
             made["scattering"] = random_.chance(0.15) ? Json(0) : random_bands();
+        if (random_.chance(0.3)) transmit(made);
         return name;
+    }
+
+    /// Adds a sound reduction, if the material absorbs in every band.
+    void transmit(Json& made) {
+        double least = 1;
+        for (const Json& share :
+             made["absorption"].is_array() ? made["absorption"] : Json{made["absorption"]})
+            least = std::min(least, share.get<double>());
+        if (least < 1e-6) return;
+        // A little more than the absorption allows, as the file's numbers are rounded.
+        made["sound_reduction_db"] = -10 * std::log10(least) + random_.uniform(0.01, 50);
     }
 
     void add(Json geometry) {
