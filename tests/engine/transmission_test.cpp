@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <glm/geometric.hpp>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -201,6 +202,91 @@ TEST_CASE("every estimator gives the same level behind a partition") {
     }
 }
 
+TEST_CASE(
+    "under a limit of the order, passages of walls count as reflections for every estimator") {
+    Scene scene = row_of_rooms(2, 0.3F, 0.4F);
+    add_partition(scene, 5, 10.0F);
+    const auto level = [&](Estimator estimator, int order) {
+        Simulation simulation = test::with(scene, estimator, 0.3F);
+        simulation.rays = 4000;
+        simulation.order = order;
+        Propagation propagation(scene, simulation);
+        return test::estimate(test::restarts(
+            propagation, scene, 16, 1, [](const EnergyResponse& r) { return test::total(r); }));
+    };
+    const test::Estimate patch = level(Estimator::patch, 4);
+    const test::Estimate pt = level(Estimator::pt, 4);
+    CAPTURE(patch.mean, patch.standard_error, pt.mean, pt.standard_error);
+    const double error = std::hypot(patch.standard_error, pt.standard_error);
+    CHECK(std::abs(pt.mean - patch.mean) < test::kFamilyZ * error + 0.01 * patch.mean);
+    // Companion: one order more.
+    CHECK(std::abs(level(Estimator::pt, 5).mean - patch.mean) >
+          test::kRefutedZ * error + 0.01 * patch.mean);
+}
+
+TEST_CASE("without scattering sound through a wall is that of all images, for every estimator") {
+    // The partition halves the energy of what passes and reflects nothing. The unfolded path to an
+    // image of the source in the room of 10 m passes the partition's images at x = 5 m + 10 m k.
+    Scene scene = row_of_rooms(2, 0.2F, 0);
+    add_partition(scene, 5, 3.0103F);
+    scene.materials[1].absorption = Bands::filled(1);
+    scene.simulation.listener_radius_m = 0.4F;
+    scene.simulation.rays = 20000;
+    const Vec3 source = scene.sources[0].position;
+    const Vec3 listener = scene.listener.pose.position;
+    const double c = double{scene.medium.speed_of_sound_m_s()};
+    constexpr double kEnd_s = 0.035;
+    const auto exact = [&](int without_order) {
+        const auto image = [&](int axis, double size_m, int n) {
+            const double at = double{source[axis]};
+            return n % 2 == 0 ? n * size_m + at : (n + 1) * size_m - at;
+        };
+        double sum = 0;
+        for (int i = -6; i <= 6; ++i) {
+            for (int j = -10; j <= 10; ++j) {
+                for (int k = -12; k <= 12; ++k) {
+                    const double x = image(0, 10, i);
+                    const double d =
+                        std::hypot(x - double{listener.x}, image(1, 4, j) - double{listener.y},
+                                   image(2, 3, k) - double{listener.z});
+                    const int order = std::abs(i) + std::abs(j) + std::abs(k);
+                    if (order == 0 || order == without_order || d > kEnd_s * c) continue;
+                    const double passages = std::abs(std::floor((x - 5) / 10) -
+                                                     std::floor((double{listener.x} - 5) / 10));
+                    sum += std::pow(0.8, order) * std::pow(0.5, passages) /
+                           (4 * std::numbers::pi * d * d);
+                }
+            }
+        }
+        return sum;
+    };
+    for (const int specular_order : {0, 3}) {
+        scene.simulation.specular_order = specular_order;
+        for (const Estimator estimator : {Estimator::pt, Estimator::dpc, Estimator::patch}) {
+            Propagation propagation(scene, test::with(scene, estimator, 0.05F, 0.1F));
+            const test::Estimate e = test::estimate(
+                test::restarts(propagation, scene, 8, 3, [](const EnergyResponse& r) {
+                    CHECK(r.paths.empty());  // no image source is behind a wall
+                    return test::energy_between(r, 0, kEnd_s);
+                }));
+            CAPTURE(specular_order, estimator_name(estimator), e.mean, e.standard_error, exact(-1));
+            // The sphere of 0.4 m averages 1 / d^2, and moves arrivals across the end: 1 %.
+            CHECK(std::abs(e.mean - exact(-1)) <
+                  test::kFamilyZ * e.standard_error + 0.01 * exact(-1));
+            // Companions: without the first order, which image sources would count, or with the
+            // direct sound, which is a separate path; one frame of `pt` cannot tell the latter.
+            const auto differs = [&](double wrong) {
+                return std::abs(e.mean - wrong) >
+                       test::kRefutedZ * e.standard_error + 0.01 * exact(-1);
+            };
+            const Vec3 offset = source - listener;
+            const double direct = 0.5 / (4 * std::numbers::pi) / double{glm::dot(offset, offset)};
+            CHECK(differs(exact(1)));
+            if (estimator != Estimator::pt) CHECK(differs(exact(-1) + direct));
+        }
+    }
+}
+
 TEST_CASE("two lossless rooms level out at the rate of the partition, and lose nothing") {
     const Reference r = reference("partition_lossless");
     Simulation simulation = r.scene.simulation;
@@ -308,7 +394,7 @@ TEST_CASE("an infinite wall of one face or two radiates what it transmits diffus
     simulation.rays = 20000;
     const double h_m = r.number("height_m");
     const double d_m = r.number("direct_distance_m");
-    const Material& wall = r.scene.materials[0];
+    const Material wall = r.scene.find_material("wall");
     const Bands tau = wall.transmission();
     for (const bool two_faces : {true, false}) {
         Scene scene = r.scene;
