@@ -337,6 +337,10 @@ TEST_CASE("Numbers that are not finite, not shares or not rigid are refused, and
             const float nan = std::nanf("");
             Material negative;
             negative.absorption = Bands::filled(-1);
+            Material leaking;  // transmits 0.5 of the energy and absorbs 0.1
+            leaking.sound_reduction_db = Bands::filled(3);
+            Material endless = leaking;
+            endless.sound_reduction_db = Bands::filled(121);
             const RigidTransform scaled(glm::mat3(2.0F), Vec3(0));
             CHECK_THROWS_AS(auralizer.set_listener(at(nan, 0, 0)), InputError);
             CHECK_THROWS_AS(auralizer.set_listener(at(0, 0, 0, nan)), InputError);
@@ -344,6 +348,8 @@ TEST_CASE("Numbers that are not finite, not shares or not rigid are refused, and
             CHECK_THROWS_AS(auralizer.add_source({.position = {0, 0, nan}}), InputError);
             CHECK_THROWS_AS(auralizer.set_gain(source, INFINITY), InputError);
             CHECK_THROWS_AS(auralizer.set_material(0, negative), InputError);
+            CHECK_THROWS_AS(auralizer.set_material(0, leaking), InputError);
+            CHECK_THROWS_AS(auralizer.set_material(0, endless), InputError);
             CHECK_THROWS_AS(auralizer.set_transform(1, scaled), InputError);
             CHECK_THROWS_AS(auralizer.render({}, {}, 16), InputError);
         }
