@@ -201,11 +201,11 @@ TEST_CASE("a directivity in SOFA has its measured levels") {
 TEST_CASE("few measured directions are interpolated") {
     const SofaFolder folder;
     const double error = cardioid_error(folder.load(cardioid(30)), {1, 0, 0});
-    // The mean of neighbours errs by second derivatives, the nearest direction alone by slopes up
-    // to 1.95 over up to 21 degrees.
+    // The nearest direction alone errs by slopes up to 1.95 over up to 21 degrees. Neighbours on
+    // all sides cancel more than half of that.
     const double nearest_error = 1.95 * std::sqrt(2) * kPi / 12;
-    CHECK(error < 0.3 * nearest_error);
-    CHECK(cardioid_error(folder.load(cardioid(90)), {1, 0, 0}) > 0.3 * nearest_error);  // companion
+    CHECK(error < 0.5 * nearest_error);
+    CHECK(cardioid_error(folder.load(cardioid(90)), {1, 0, 0}) > 0.5 * nearest_error);  // companion
 }
 
 TEST_CASE("a SOFA file that is no directivity is refused in one line") {

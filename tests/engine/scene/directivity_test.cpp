@@ -272,7 +272,7 @@ TEST_CASE("a directivity is read from JSON, and each error in it has a place") {
     has(begin + bands(rows, "[[0,0,0,0],[0,0],[0,0,0,0]]") + "}", "/level_db/7/1: a list of 2;");
     has(begin + bands(rows, "[[0,0,0,0],[0,NaN,0,0],[0,0,0,0]]") + "}", "/level_db/7/1/1: NaN");
     has(begin + bands(rows, "[[0,0,0,0],[0,0,1e9,0],[0,0,0,0]]") + "}",
-        "/level_db/7/1/2: 1000000000");
+        "/level_db/7/1/2: 1e+09 is out of range");
     has(begin + bands("[]", "[]") + "}", "/level_db/0: a list of 0;");
     has(begin + bands("[[],[],[]]", "[[],[],[]]") + "}", "/level_db/0: a list of 3;");
     has(begin + bands("[[0,0,0],[0,0,0],[0,0,0]]", "[[0,0,0],[0,0,0],[0,0,0]]") + "}",
