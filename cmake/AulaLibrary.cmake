@@ -51,7 +51,8 @@ function(aula_embedded_program library name source embedding)
     add_executable(aula_${name} "${source}")
     set_target_properties(aula_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY
                                                   "${CMAKE_CURRENT_BINARY_DIR}")
-    target_include_directories(aula_${name} PRIVATE "${PROJECT_SOURCE_DIR}")
+    target_include_directories(aula_${name} PRIVATE "${PROJECT_SOURCE_DIR}"
+                                                    "${PROJECT_SOURCE_DIR}/engine")
     target_compile_options(aula_${name} PRIVATE -fno-sanitize=all)
     target_link_options(aula_${name} PRIVATE -fno-sanitize=all)
     target_link_libraries(aula_${name} PRIVATE ${ARGN} aula_warnings)

@@ -20,9 +20,9 @@ struct Part {
 };
 
 const std::array kParts = {
-    Part{"process", {""}, {}},
     Part{"engine",
-         {"base", "input", "mesh", "scene", "response", "rays", "edges", "patches", "trace", "estimate", ""},
+         {"process", "base", "input", "mesh", "scene", "response", "rays", "edges", "patches",
+          "trace", "estimate", ""},
          {"process"}},
     Part{"audio",
          {"base", "dsp", "convolution", "spatial", "render", "file", "device"},
