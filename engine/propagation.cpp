@@ -82,7 +82,7 @@ struct Propagation::State {
           source_count(scene.sources.size()),
           next_source_id(source_count + listeners) {
         if (simulation.direct && simulation.diffraction_order > 0) {
-            direct_sound.emplace(rays, speed_of_sound_m_s);
+            direct_sound.emplace(rays, speed_of_sound_m_s, simulation.diffraction_order);
             if (direct_sound->edges().count() == 0) direct_sound.reset();
         }
         for (const Source& source : scene.sources)
@@ -206,6 +206,7 @@ struct Propagation::State {
     void find_direct_sound(const FrameInput& input) {
         for (EnergyResponse& response : responses) response.paths.clear();
         if (!direct_sound) return;
+        direct_sound->search(input.sources, input.listeners, memories);
         workers.run(responses.size(), [&](std::size_t pair) {
             responses[pair].paths = direct_sound->find(
                 input.sources[pair / listener_count], input.listeners[pair % listener_count],

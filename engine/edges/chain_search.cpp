@@ -256,15 +256,18 @@ void ChainSearch::search(PairChains& pair, Budget& budget) {
         for (const std::uint32_t e : sequence) edges.push_back(&edges_[e]);
         const ShortestPath path = shortest_path(to, edges, from);
         if (path.length_m >= longest_m) return;
-        // An edge that its neighbours see past, far from the line between them.
+        // A path that bends back at an edge of a curved surface, or far from the straight line
+        // between the neighbours of an edge, is none.
         for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
             const glm::dvec3 here = edges[i]->point(path.along_m[i]);
             const glm::dvec3 last = i > 0 ? edges[i - 1]->point(path.along_m[i - 1]) : to;
             const glm::dvec3 next = edges[i + 1]->point(path.along_m[i + 1]);
-            const double turn_rad =
-                edges[i]->coordinates(last).angle_rad - edges[i]->coordinates(next).angle_rad;
-            if (std::abs(turn_rad) < kPi && glm::distance(last, here) + glm::distance(here, next) >=
-                                                glm::distance(last, next) + kLongestLitDetour_m) {
+            const double turn_rad = edges[i]->open_angle_of(last) - edges[i]->open_angle_of(next);
+            if (std::abs(turn_rad) >= kPi) continue;
+            const bool is_on_curve = is_one_bend(*edges[i], *edges[i + 1]) ||
+                                     (i > 0 && is_one_bend(*edges[i - 1], *edges[i]));
+            if (is_on_curve || glm::distance(last, here) + glm::distance(here, next) >=
+                                   glm::distance(last, next) + kLongestLitDetour_m) {
                 return;
             }
         }
@@ -328,7 +331,13 @@ void ChainSearch::search(PairChains& pair, Budget& budget) {
     std::sort(found.begin(), found.end());
     found.resize(std::min(found.size(), kMaxChains));
     pair.chains.clear();
-    for (auto& [_, sequence] : found) pair.chains.push_back(std::move(sequence));
+    pair.edges.clear();
+    for (auto& [_, sequence] : found) {
+        pair.edges.insert(pair.edges.end(), sequence.begin(), sequence.end());
+        pair.chains.push_back(std::move(sequence));
+    }
+    std::sort(pair.edges.begin(), pair.edges.end());
+    pair.edges.erase(std::unique(pair.edges.begin(), pair.edges.end()), pair.edges.end());
 }
 
 std::vector<EdgePath> ChainSearch::find(const Vec3& source, const Vec3& listener,
@@ -358,9 +367,11 @@ std::vector<EdgePath> ChainSearch::find(const Vec3& source, const Vec3& listener
         strongest_db = std::max(strongest_db, level_db);
         chains.emplace_back(level_db, *chain);
         const glm::dvec3 back = chain->last_apex() - glm::dvec3(listener);
+        const glm::dvec3 ahead = chain->first_apex() - glm::dvec3(source);
         paths.push_back({.edges = sequence,
                          .length_m = chain->length_m(),
                          .direction = Vec3(glm::normalize(back)),
+                         .departure = Vec3(glm::normalize(ahead)),
                          .field = {}});
     }
     for (std::size_t i = 0; i < chains.size(); ++i) {
@@ -368,7 +379,8 @@ std::vector<EdgePath> ChainSearch::find(const Vec3& source, const Vec3& listener
         const double share = smooth_step((level_db - strongest_db - kWeakest_db) / kFade_db);
         if (share == 0) continue;
         paths[i].field = chain.field(integral_, scene_, attenuation_per_m);
-        for (auto& x : paths[i].field) x *= share;
+        const double weight = share * chain.opening(scene_);
+        for (auto& x : paths[i].field) x *= weight;
     }
     std::erase_if(paths, [](const EdgePath& path) { return path.field == ComplexBands{}; });
     return paths;

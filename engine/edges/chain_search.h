@@ -16,16 +16,6 @@
 
 namespace aula {
 
-/// The chains of edges between a source and a listener, and their last search.
-struct PairChains {
-    std::vector<std::vector<std::uint32_t>> chains;  ///< edges from the source to the listener
-    Vec3 source{0};
-    Vec3 listener{0};
-    bool is_searched = false;
-    bool is_complete = false;
-    std::uint64_t scene_changes = 0;  ///< before the search
-};
-
 /// Finds chains of edges between a source and a listener, by a best-first search over edges that
 /// see each other. Chains are kept, and tried again in each frame. The work of a frame is bounded.
 /// Equal calls give equal chains. [propagation thread]

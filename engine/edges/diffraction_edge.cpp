@@ -20,6 +20,12 @@ WedgePoint DiffractionEdge::coordinates(const glm::dvec3& point) const {
     return {std::hypot(x, y), angle_rad, glm::dot(offset, axis)};
 }
 
+double DiffractionEdge::open_angle_of(const glm::dvec3& point) const {
+    const double angle_rad = coordinates(point).angle_rad;
+    if (angle_rad <= open_angle_rad) return angle_rad;
+    return angle_rad - open_angle_rad < 2 * std::numbers::pi - angle_rad ? open_angle_rad : 0;
+}
+
 bool DiffractionEdge::is_nearest(double from_rad, double to_rad) const {
     const double middle_rad = 0.5 * (from_rad + to_rad);
     return std::min(middle_rad, open_angle_rad - middle_rad) >= 0.5 * std::numbers::pi;

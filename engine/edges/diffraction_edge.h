@@ -28,6 +28,9 @@ struct DiffractionEdge {
     /// A point in the coordinates of the edge. Its angle is 0 to 2 pi.
     WedgePoint coordinates(const glm::dvec3& point) const;
 
+    /// The angle of a point in the open angle, or of the face that is nearest to it.
+    double open_angle_of(const glm::dvec3& point) const;
+
     /// Whether a path at these angles passes a curved surface at this edge: no neighbour is nearer
     /// to the straight line, as the middle of its directions lies between the faces' normals.
     bool is_nearest(double from_rad, double to_rad) const;

@@ -7,8 +7,9 @@
 
 namespace aula {
 
-DirectSound::DirectSound(const RayScene& scene, float speed_of_sound_m_s)
+DirectSound::DirectSound(const RayScene& scene, float speed_of_sound_m_s, int order)
     : scene_(scene), edges_(scene), paths_(scene, edges_, double{speed_of_sound_m_s}) {
+    if (order > 1) chains_.emplace(scene, edges_, double{speed_of_sound_m_s}, order);
     std::map<std::uint32_t, MovableObject> movable;
     for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
         const RayScene::Triangle& triangle = scene.triangle(t);
@@ -22,7 +23,12 @@ DirectSound::DirectSound(const RayScene& scene, float speed_of_sound_m_s)
 
 void DirectSound::begin_frame(bool moved) {
     changed_.clear();
-    if (!moved) return;
+    if (moved) find_changes();
+    if (chains_) chains_->begin_frame(changed_);
+    ++frames_;
+}
+
+void DirectSound::find_changes() {
     edges_.scene_moved();
     for (MovableObject& object : movable_) {
         if (object.corners == scene_.triangle(object.triangles[0]).vertices) continue;
@@ -40,12 +46,28 @@ void DirectSound::follow(MovableObject& object) {
     for (const std::uint32_t t : object.triangles) object.bounds.add(scene_.triangle(t).vertices);
 }
 
+void DirectSound::search(std::span<const Vec3> sources, std::span<const Vec3> listeners,
+                         std::span<PairMemory> memories) {
+    // The work of a frame is limited: each frame begins with another pair.
+    const std::size_t count = chains_ ? memories.size() : 0;
+    for (std::size_t turn = 0; turn < count; ++turn) {
+        const std::size_t pair = (static_cast<std::size_t>(frames_) + turn) % count;
+        chains_->search(sources[pair / listeners.size()], listeners[pair % listeners.size()],
+                        memories[pair].chains);
+    }
+}
+
 std::vector<SpecularPath> DirectSound::find(const Vec3& source, const Vec3& listener,
                                             const OrientedDirectivity& directivity,
                                             const Bands& attenuation_per_m,
                                             PairMemory& memory) const {
     std::vector<EdgePath> paths =
         paths_.find(source, listener, attenuation_per_m, memory, changed_);
+    if (chains_) {
+        const auto chains =
+            chains_->find(source, listener, memory.chains, attenuation_per_m, paths);
+        paths.insert(paths.end(), chains.begin(), chains.end());
+    }
     if (paths.size() == 1 && paths[0].edges.empty()) return {};
     if (!directivity.is_omnidirectional()) {
         for (EdgePath& path : paths) {

@@ -2,9 +2,12 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "aula/engine/energy_response.h"
+#include "engine/edges/chain_search.h"
 #include "engine/edges/edge_paths.h"
 #include "engine/edges/scene_edges.h"
 #include "engine/rays/oriented_directivity.h"
@@ -15,10 +18,16 @@ namespace aula {
 /// The direct sound with its diffraction at the edges of a scene. [propagation thread]
 class DirectSound {
  public:
-    DirectSound(const RayScene& scene, float speed_of_sound_m_s);
+    /// `order`: largest number of edges of a path.
+    DirectSound(const RayScene& scene, float speed_of_sound_m_s, int order);
 
     /// Begins a frame; `moved`: RayScene::move has moved objects since the last one.
     void begin_frame(bool moved);
+
+    /// Searches for chains of edges in the scene of this frame; call before find(). `memories` are
+    /// those of all pairs, [source * listeners + listener].
+    void search(std::span<const Vec3> sources, std::span<const Vec3> listeners,
+                std::span<PairMemory> memories);
 
     const SceneEdges& edges() const { return edges_; }
 
@@ -36,11 +45,14 @@ class DirectSound {
         Bounds bounds;                  ///< in the last frame
     };
 
+    void find_changes();
     void follow(MovableObject& object);
 
     const RayScene& scene_;
     SceneEdges edges_;
     EdgePaths paths_;
+    std::optional<ChainSearch> chains_;
+    std::uint64_t frames_ = 0;
     std::vector<MovableObject> movable_;
     std::vector<Bounds> changed_;  ///< volumes in which objects have moved in this frame
 };

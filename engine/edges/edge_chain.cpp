@@ -17,7 +17,6 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kOnFace_rad = kPi / 180;
 constexpr double kLeastRadius_m = 0.05;  // as in WedgeIntegral
 constexpr double kLeastSegment_m = 1e-3;
-constexpr double kNarrow_m = 0.05;
 
 constexpr double kBesideEdge_m = 2e-3;
 constexpr double kLeastTurn_rad = 1e-6;
@@ -28,12 +27,6 @@ constexpr double kLongestLitDetour_m = 2;
 
 // The thin screen limits a chain of which each bend is above this angle.
 constexpr double kSharpBend_rad = 0.1;
-
-/// An angle about an edge, moved to the nearer face if it is beyond one.
-double in_open_angle(double angle_rad, double open_angle_rad) {
-    if (angle_rad <= open_angle_rad) return angle_rad;
-    return angle_rad - open_angle_rad < 2 * kPi - angle_rad ? open_angle_rad : 0;
-}
 
 /// Whether a point lies in a face of an edge, up to the tolerance of the search for edges.
 bool is_on_face(double angle_rad, double open_angle_rad) {
@@ -123,8 +116,8 @@ bool EdgeChain::find_angles() {
             (contact.out_rad > open_rad && !contact.shares_next)) {
             return false;
         }
-        contact.in_rad = in_open_angle(contact.in_rad, open_rad);
-        contact.out_rad = in_open_angle(contact.out_rad, open_rad);
+        contact.in_rad = contact.edge->open_angle_of(point(i));
+        contact.out_rad = contact.edge->open_angle_of(point(i + 2));
     }
     for (std::size_t i = 0; i + 1 < contacts_.size(); ++i) {
         if (contacts_[i].shares_next) choose_face(i);
@@ -238,14 +231,19 @@ double EdgeChain::estimated_db() const {
     return level_db;
 }
 
-bool EdgeChain::is_free(const RayScene& scene) const {
+double EdgeChain::opening(const RayScene& scene) const {
+    double product = 1;
     Vec3 last(source_);
-    for (const Contact& contact : contacts_) {
+    for (std::size_t i = 0; i < contacts_.size(); ++i) {
+        const Contact& contact = contacts_[i];
         const EdgePassage passage(*contact.edge, contact.along_m, contact.in_rad, contact.out_rad);
-        if (!scene.visible(last, passage.point(0)) || !passage.is_free(scene)) return false;
+        if (!scene.visible(last, passage.point(0))) return 0;
+        product *= passage.opening(scene, std::min(glm::distance(point(i), contact.apex),
+                                                   glm::distance(contact.apex, point(i + 2))));
+        if (product == 0) return 0;
         last = passage.point(1);
     }
-    return scene.visible(last, Vec3(listener_));
+    return scene.visible(last, Vec3(listener_)) ? product : 0;
 }
 
 /// The field of a bend alone relative to free field, its segments extended to the given lengths.
@@ -314,7 +312,8 @@ double EdgeChain::share() const {
         const Contact& next = contacts_[i + 1];
         const bool is_narrow_face =
             here.shares_next && std::abs(glm::dot(here.edge->axis, next.edge->axis)) > 0.7;
-        if (!is_narrow_face) share *= std::min(1.0, (next.before_m - here.before_m) / kNarrow_m);
+        if (!is_narrow_face)
+            share *= std::min(1.0, (next.before_m - here.before_m) / EdgePassage::kNarrow_m);
     }
     return share;
 }

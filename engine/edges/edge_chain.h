@@ -28,6 +28,9 @@ class EdgeChain {
     /// Number of bends; a curved surface counts as one.
     std::size_t order() const { return bends_.size(); }
 
+    /// Where the path touches the first edge after the source.
+    const glm::dvec3& first_apex() const { return contacts_.front().apex; }
+
     /// Where the path touches the last edge before the listener.
     const glm::dvec3& last_apex() const { return contacts_.back().apex; }
 
@@ -42,7 +45,10 @@ class EdgeChain {
     void set_lit(std::size_t edge, bool is_lit);
 
     /// Whether no surface blocks the path.
-    bool is_free(const RayScene& scene) const;
+    bool is_free(const RayScene& scene) const { return opening(scene) > 0; }
+
+    /// The product of the free widths beside the edges, 0 if the path is blocked; see EdgePassage.
+    double opening(const RayScene& scene) const;
 
     /// The complex pressure from a source of amplitude 1 at 1 m. It is the same from both ends.
     ComplexBands field(const WedgeIntegral& integral, const RayScene& scene,

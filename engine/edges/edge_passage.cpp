@@ -40,4 +40,16 @@ bool EdgePassage::is_free(const RayScene& scene, double radius_m) const {
     return true;
 }
 
+double EdgePassage::opening(const RayScene& scene, double most_m) const {
+    if (!is_free(scene)) return 0;
+    double free_m = std::min(kNarrow_m, most_m);
+    if (free_m <= kRadius_m || is_free(scene, free_m)) return 1;
+    double low_m = kRadius_m;
+    while (free_m - low_m > kNarrow_m / 256) {
+        const double middle_m = 0.5 * (low_m + free_m);
+        (is_free(scene, middle_m) ? low_m : free_m) = middle_m;
+    }
+    return low_m / kNarrow_m;
+}
+
 }  // namespace aula

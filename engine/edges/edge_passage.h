@@ -17,7 +17,12 @@ class EdgePassage {
     /// angle, as the leaf of a shut door in the plane of its wall.
     bool is_free(const RayScene& scene, double radius_m = kRadius_m) const;
 
+    /// The free width beside the edge relative to kNarrow_m, at most 1, 0 at a blocked edge. A
+    /// width of `most_m` counts as wide.
+    double opening(const RayScene& scene, double most_m) const;
+
     static constexpr double kRadius_m = 5e-4;
+    static constexpr double kNarrow_m = 0.05;
 
  private:
     const DiffractionEdge& edge_;

@@ -21,7 +21,6 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kFaded = 1.0 / 64;  // of visibility
 constexpr double kNearest_m = 0.1;
-constexpr double kNarrow_m = 0.05;
 constexpr double kBesideEdge_m = 1e-3;
 
 // In the lit zone an edge matters up to two wavelengths of the lowest band.
@@ -181,24 +180,16 @@ ComplexBands EdgePaths::field(const Candidate& c, const Bands& attenuation_per_m
     return field;
 }
 
-/// The width of the opening beside an edge relative to kNarrow_m, at most 1; 0 if the path over the
+/// The width of the opening beside an edge relative to 5 cm, at most 1; 0 if the path over the
 /// edge is blocked. Two rays end before the edge, on its two sides. Short ones between them pass
 /// around it, and meet a face that closes the open angle, such as the leaf of a shut door in the
 /// plane of its wall.
 double EdgePaths::opening(const Candidate& c, const Vec3& source, const Vec3& listener) const {
     const EdgePassage passage(edges_[c.edge], c.along_m, c.source.angle_rad, c.listener.angle_rad);
-    if (!scene_.visible(listener, passage.point(1)) || !scene_.visible(source, passage.point(0)) ||
-        !passage.is_free(scene_)) {
+    if (!scene_.visible(listener, passage.point(1)) || !scene_.visible(source, passage.point(0))) {
         return 0;
     }
-    double free_m = std::min({kNarrow_m, c.source.radius_m, c.listener.radius_m});
-    if (free_m <= EdgePassage::kRadius_m || passage.is_free(scene_, free_m)) return 1;
-    double low_m = EdgePassage::kRadius_m;
-    while (free_m - low_m > kNarrow_m / 256) {
-        const double middle_m = 0.5 * (low_m + free_m);
-        (passage.is_free(scene_, middle_m) ? low_m : free_m) = middle_m;
-    }
-    return low_m / kNarrow_m;
+    return passage.opening(scene_, std::min(c.source.radius_m, c.listener.radius_m));
 }
 
 std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
@@ -208,7 +199,8 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
     const glm::dvec3 to(listener);
     NearEdges& near = memory.near;
     std::vector<Candidate> candidates;
-    for (const std::size_t place : near.begin_frame(edges_, from, to, changed)) {
+    const std::vector<std::uint32_t>& followed = memory.chains.edges;
+    for (const std::size_t place : near.begin_frame(edges_, from, to, changed, followed)) {
         auto c = candidate(near[place].index, from, to);
         if (!c) {
             near[place] = {.index = near[place].index, .is_new = false};
@@ -229,13 +221,16 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
                      : scene_.visible(listener, source);
 
     // Paths fade that another object blocks or clears; not together with the straight path, as
-    // their fields cancel it at a narrow opening.
-    const bool fades = is_lit == memory.was_lit;
+    // their fields cancel it at a narrow opening; nor over edges of chains, whose fields change
+    // their signs where an edge blocks another.
+    const bool has_turned = is_lit != memory.was_lit;
     memory.was_lit = is_lit;
     for (Candidate& c : candidates) {
         NearEdges::Edge& edge = near[c.place];
         const double is_free = c.opening > 0 ? 1 : 0;
-        edge.visibility = fades && !edge.is_new ? 0.5 * (edge.visibility + is_free) : is_free;
+        const bool is_followed = std::binary_search(followed.begin(), followed.end(), edge.index);
+        const bool fades = !has_turned && !edge.is_new && !is_followed;
+        edge.visibility = fades ? 0.5 * (edge.visibility + is_free) : is_free;
         if (std::abs(edge.visibility - is_free) < kFaded) edge.visibility = is_free;
         edge.is_new = false;
         if (c.opening > 0) edge.opening = c.opening;

@@ -24,9 +24,21 @@ struct EdgePath {
     ComplexBands field{};
 };
 
+/// The chains of edges between a source and a listener, and their last search; see ChainSearch.
+struct PairChains {
+    std::vector<std::vector<std::uint32_t>> chains;  ///< edges from the source to the listener
+    std::vector<std::uint32_t> edges;                ///< of all chains, ascending
+    Vec3 source{0};                                  ///< at the search
+    Vec3 listener{0};
+    bool is_searched = false;
+    bool is_complete = false;
+    std::uint64_t scene_changes = 0;  ///< before the search
+};
+
 /// What is remembered of a source and a listener between frames.
 struct PairMemory {
     NearEdges near;
+    PairChains chains;
     bool was_lit = false;             ///< nothing blocked the straight path
     std::optional<EdgePath> primary;  ///< path of the primary tap
 };
@@ -41,7 +53,8 @@ class EdgePaths {
     /// nothing blocks. The straight path is first, the others have the order of their edges. The
     /// pressure at the listener is the sum of all fields. `memory` is that of the source and the
     /// listener, `changed` the volumes in which objects have moved since the last frame. A path
-    /// that an object blocks or clears between two frames fades within some frames.
+    /// that an object blocks or clears between two frames fades within some frames, unless a chain
+    /// takes its place.
     std::vector<EdgePath> find(const Vec3& source, const Vec3& listener,
                                const Bands& attenuation_per_m, PairMemory& memory,
                                std::span<const Bounds> changed = {}) const;

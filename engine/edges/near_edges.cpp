@@ -25,7 +25,8 @@ bool overlap(const Bounds& a, const Bounds& b) {
 
 std::vector<std::size_t> NearEdges::begin_frame(const SceneEdges& edges, const glm::dvec3& source,
                                                 const glm::dvec3& listener,
-                                                std::span<const Bounds> changed) {
+                                                std::span<const Bounds> changed,
+                                                std::span<const std::uint32_t> followed) {
     const auto has_left = [&](const glm::dvec3& source_before, const glm::dvec3& listener_before) {
         return glm::distance(source, source_before) > kFarther_m ||
                glm::distance(listener, listener_before) > kFarther_m;
@@ -41,7 +42,8 @@ std::vector<std::size_t> NearEdges::begin_frame(const SceneEdges& edges, const g
     for (std::size_t i = 0; i < edges_.size(); ++i) {
         const Edge& edge = edges_[i];
         if (edge.is_new || edge.is_in_use() || (edge.index + frames_) % kTurns == 0 ||
-            has_changed(edges[edge.index], changed)) {
+            has_changed(edges[edge.index], changed) ||
+            std::binary_search(followed.begin(), followed.end(), edge.index)) {
             due.push_back(i);
         }
     }

@@ -29,10 +29,12 @@ class NearEdges {
     };
 
     /// Begins a frame. `changed`: the volumes in which objects have moved since the last one.
-    /// Returns the places of the edges to test, ascending.
+    /// `followed`: ascending edges that every frame tests. Returns the places of the edges to test,
+    /// ascending.
     std::vector<std::size_t> begin_frame(const SceneEdges& edges, const glm::dvec3& source,
                                          const glm::dvec3& listener,
-                                         std::span<const Bounds> changed);
+                                         std::span<const Bounds> changed,
+                                         std::span<const std::uint32_t> followed = {});
 
     /// By ascending index.
     Edge& operator[](std::size_t place) { return edges_[place]; }

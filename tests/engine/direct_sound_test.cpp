@@ -4,6 +4,7 @@
 #include <memory>
 #include <numbers>
 #include <numeric>
+#include <span>
 #include <vector>
 
 #include "aula/engine/propagation.h"
@@ -79,9 +80,12 @@ constexpr Estimator kEstimators[] = {Estimator::pt, Estimator::dpc_published, Es
 TEST_CASE("all estimators have the diffracted direct sound in the first frame, with any rays") {
     const Scene room = divided_room();
     const RayScene rays(room);
-    const DirectSound direct_sound(rays, room.medium.speed_of_sound_m_s());
+    DirectSound direct_sound(rays, room.medium.speed_of_sound_m_s(),
+                             room.simulation.diffraction_order);
     for (const Vec3& listener : {kBehindWall, kInSight}) {
         PairMemory memory;
+        direct_sound.begin_frame(false);
+        direct_sound.search(std::span(&kSource, 1), std::span(&listener, 1), std::span(&memory, 1));
         const std::vector<SpecularPath> expected =
             direct_sound.find(kSource, listener, {}, room.medium.attenuation_per_m(), memory);
         REQUIRE(!expected.empty());
@@ -206,11 +210,10 @@ TEST_CASE("after a walk and a rest the direct sound is that of a first frame, to
 }
 
 TEST_CASE("a standing listener hears within two frames that a door has opened or shut") {
-    // A leaf 2 cm beside the wall covers the opening, and 10 cm of the wall.
+    // A leaf in the plane of the wall covers the opening, and 10 cm of the wall.
     Scene scene = divided_room();
     Object leaf;
-    leaf.vertices = {
-        {3.02F, 2.5F, -0.1F}, {3.02F, 4.1F, -0.1F}, {3.02F, 4.1F, 3.1F}, {3.02F, 2.5F, 3.1F}};
+    leaf.vertices = {{3, 2.5F, -0.1F}, {3, 4.1F, -0.1F}, {3, 4.1F, 3.1F}, {3, 2.5F, 3.1F}};
     leaf.triangles = {{0, 1, 2}, {0, 2, 3}};
     leaf.triangle_materials = {0, 0};
     leaf.movable = true;
