@@ -35,10 +35,10 @@ constexpr double kLongestSegment_m = 30;
 
 // The work of a frame: pairs of edges that are tested, rays, and pairs of points that are searched.
 // The first search of a pair may do more.
-constexpr std::int64_t kTests = 65536;
-constexpr std::int64_t kRays = 4096;
+constexpr std::int64_t kTests = 8192;
+constexpr std::int64_t kRays = 2048;
 constexpr std::int64_t kFirstFactor = 16;
-constexpr int kSearches = 4;
+constexpr int kSearches = 2;
 constexpr float kMoved_m = 0.1F;
 
 // Weaker chains than the strongest path between the same points are dropped; they fade out before.
