@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <glm/geometric.hpp>
+#include <numbers>
 #include <optional>
 #include <thread>
 
@@ -355,6 +356,18 @@ std::vector<PathLine> Propagation::path_lines(const FrameInput& given, std::size
 std::vector<PatchEnergy> Propagation::patch_energies(std::size_t source, double begin_s,
                                                      double end_s) const {
     return state_->estimator->patch_energies(source, begin_s, end_s);
+}
+
+std::vector<EdgeLine> Propagation::edge_lines() const {
+    std::vector<EdgeLine> lines;
+    if (!state_->direct_sound) return lines;
+    for (const DiffractionEdge& edge : state_->direct_sound->edges().all())
+        lines.push_back({.from = Vec3(edge.start),
+                         .to = Vec3(edge.point(edge.length_m)),
+                         .bend_rad = edge.bend_rad(),
+                         .triangle = edge.triangles[0],
+                         .facing = Vec3(edge.direction(std::numbers::pi / 2))});
+    return lines;
 }
 
 float Propagation::patch_size_m() const { return state_->estimator->patch_size_m(); }

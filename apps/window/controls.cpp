@@ -387,6 +387,13 @@ void draw_view_choices(Model& model, Choices& choices) {
     }
     ImGui::Checkbox("collisions", &model.collides);
     tooltip("walls stop the listener (c)");
+    ImGui::SameLine();
+    ImGui::Checkbox("direct paths", &choices.direct_paths);
+    tooltip(
+        "Paths of the direct sound: straight, around edges, and dashed through walls. Brighter "
+        "lines are louder. Green: edges that diffract sound; the brightest are free edges, then "
+        "bends above 40 degrees. Orange: the pressure that a directive source radiates in each "
+        "direction, in the selected octave. (b)");
 }
 
 }  // namespace

@@ -138,6 +138,13 @@ void Meters::draw(const Model& model) {
                    static_cast<double>(f.segments) / std::max(took_s, frame_s) * 1e-6,
                    f.cache_entries, static_cast<double>(f.memory_bytes) * 1e-6));
     tooltip("path segments traced per second, cache entries and cache memory");
+    if (f.edges > 0 || f.wall_paths > 0) {
+        line(formatted("%zu edges, %zu bent paths, %zu through walls", f.edges, f.bent_paths,
+                       f.wall_paths));
+        tooltip(
+            "edges of the scene that diffract sound; paths of the direct sound around them, and "
+            "through walls, from all sources");
+    }
     line(formatted("response %.0f ms old, %llu frames, %llu skipped", 1000 * s.response_age_s,
                    static_cast<unsigned long long>(s.frames),
                    static_cast<unsigned long long>(s.late_frames)));

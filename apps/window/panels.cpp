@@ -7,6 +7,7 @@
 
 #include "apps/session/base/formatted.h"
 #include "apps/window/colours.h"
+#include "apps/window/view/direct_lines.h"
 
 namespace aula {
 
@@ -45,14 +46,10 @@ std::string selected_source_text(const Model& model) {
     const auto view = model.view();
     if (!view || view->source >= view->sources.size()) return "";
     const float distance_m = glm::distance(view->listener.position, view->sources[view->source]);
-    const auto& paths = view->response.paths;
-    const bool direct = std::any_of(paths.begin(), paths.end(), [](const SpecularPath& path) {
-        return path.id == 0 && path.edges == 0;
-    });
     const RoomParameters parameters = room_parameters(view->response);
     std::string text = model.scene().sources[view->source].name +
                        formatted(" %.1f m away, ", static_cast<double>(distance_m)) +
-                       (direct ? "in sight" : "not in sight");
+                       direct_sound_text(view->response);
     if (parameters[4].t30_s) text += formatted(", T30 %.2f s", *parameters[4].t30_s);
     if (parameters[4].c80_db) text += formatted(", C80 %.1f dB", *parameters[4].c80_db);
     return text;
@@ -118,7 +115,7 @@ void draw_top_bar(Model& model, Choices& choices, Camera& camera) {
 }
 
 void draw_help(Choices& choices) {
-    static constexpr std::array<std::pair<const char*, const char*>, 22> kKeys{{
+    static constexpr std::array<std::pair<const char*, const char*>, 23> kKeys{{
         {"w s a d", "walk, step sideways (shift: run)"},
         {"arrows", "turn, look up and down"},
         {"drag", "turn the view; right button: turn the listener"},
@@ -133,6 +130,7 @@ void draw_help(Choices& choices) {
         {"x", "switch between settings A and B"},
         {"f", "freeze the plots on, off"},
         {"p", "rays on, off"},
+        {"b", "paths of the direct sound on, off"},
         {"e", "radiated energy: off, total, pulse"},
         {"g", "solid, wireframe"},
         {"ctrl z, ctrl y", "undo, redo"},

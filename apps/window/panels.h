@@ -18,6 +18,7 @@ enum class EnergyOverlay { off, total, pulse };
 struct Choices {
     RoomStyle style;
     bool rays = true;
+    bool direct_paths = true;  ///< paths of the direct sound, edges that diffract it, lobes
     EnergyOverlay overlay = EnergyOverlay::off;
     PlotChoice plots;
     bool everywhere = false;  ///< a material replaces that of all such surfaces

@@ -8,6 +8,8 @@
 #include <glm/geometric.hpp>
 
 #include "apps/window/colours.h"
+#include "apps/window/view/direct_lines.h"
+#include "apps/window/view/lobe.h"
 #include "apps/window/view/sides.h"
 #include "engine/scene/scene_positions.h"
 
@@ -174,6 +176,7 @@ void Picture::follow_scene(Model& model) {
 void Picture::follow_patches(Model& model, const Choices& choices, double dt_s) {
     ViewRequest request = model.request;
     request.lines = choices.rays ? kRays : 0;
+    request.edges = choices.direct_paths;
     request.patches = choices.overlay != EnergyOverlay::off;
     request.patches_begin_s = 0;
     request.patches_end_s = 10;
@@ -198,6 +201,25 @@ void Picture::follow_patches(Model& model, const Choices& choices, double dt_s) 
     view_.set_patches(field_);
 }
 
+/// Adds the lobes of the directive sources, of at least a metre and 60 pixels.
+void Picture::add_lobes(const Model& model, const Screen& projection, const Choices& choices) {
+    constexpr float kRadius_m = 1;
+    constexpr float kLeastPixels = 60;
+    constexpr float kAlpha = 0.6F;
+    const auto view = model.view();
+    if (!view) return;
+    const auto& sources = model.scene().sources;
+    for (std::size_t s = 0; s < std::min(sources.size(), view->source_rotations.size()); ++s) {
+        if (sources[s].directivity.is_omnidirectional()) continue;
+        const Vec3& at = view->sources[s];
+        const float radius_m =
+            std::max(kRadius_m, kLeastPixels / std::max(1.0F, projection.pixels_per_metre(at)));
+        for (const auto& line : lobe_lines(sources[s].directivity, choices.plots.band, at,
+                                           view->source_rotations[s], radius_m))
+            view_.add_line(line[0], line[1], kSource, kAlpha, kAlpha);
+    }
+}
+
 void Picture::add_lines(const Model& model, const Choices& choices) {
     const auto view = model.view();
     const auto add_path = [&](const Trajectory& path, const Colour& colour) {
@@ -212,17 +234,56 @@ void Picture::add_lines(const Model& model, const Choices& choices) {
     if (const auto& path = model.scene().listener.path) add_path(*path, kListener);
     for (const Source& source : model.scene().sources)
         if (source.path) add_path(*source.path, kSource);
+    if (view && choices.direct_paths && view->change == model.status().heard_change) {
+        // Edges that no sound reaches, as those on the outside of a room, are omitted.
+        std::vector<EdgeLine> edges = view->edges;
+        std::erase_if(edges, [&](const EdgeLine& edge) {
+            if (edge.triangle >= sides_.size()) return true;
+            const Vec3& normal = model.rays().triangle(edge.triangle).normal;
+            return (sides_[edge.triangle] & (glm::dot(normal, edge.facing) > 0 ? 1 : 2)) == 0;
+        });
+        view_.add_edges(edges);
+    }
     if (!view || !choices.rays) return;
     view_.add_rays(view->lines);
-    // Directions of arrival of the direct sound and the image sources.
+    // Directions of arrival of the image sources.
     if (camera.first_person) return;
     constexpr std::size_t kMax = 40;
     const Vec3 here = view->listener.position;
     for (std::size_t i = 0; i < std::min(kMax, view->response.paths.size()); ++i) {
         const SpecularPath& path = view->response.paths[i];
-        const float length_m = path.order == 0 ? path.length_m : std::min(1.0F, path.length_m);
-        view_.add_line(here, here + length_m * path.direction, order_colour(path.order), 0.95F,
-                       path.order == 0 ? 0.95F : 0.15F);
+        if (path.order == 0) continue;
+        view_.add_line(here, here + std::min(1.0F, path.length_m) * path.direction,
+                       order_colour(path.order), 0.95F, 0.15F);
+    }
+}
+
+/// Draws the paths of the direct sound, above the room.
+void Picture::draw_direct_paths(const Model& model, const Screen& projection,
+                                ImDrawList& draw) const {
+    constexpr float kDash_m = 0.15F;
+    constexpr float kPrimaryWidth = 2.5F;
+    constexpr float kWidth = 1.5F;
+    const auto view = model.view();
+    if (!view || camera.first_person || view->source >= view->sources.size()) return;
+    const auto segment = [&](const Vec3& from, const Vec3& to, ImU32 colour, float width) {
+        const auto a = projection.project(from);
+        const auto b = projection.project(to);
+        if (a && b) draw.AddLine(to_im(*a), to_im(*b), colour, width);
+    };
+    for (const DirectLine& line :
+         direct_lines(view->response, view->sources[view->source], view->listener.position)) {
+        const ImU32 colour = packed(order_colour(0), line.opacity);
+        const float width = line.is_primary ? kPrimaryWidth : kWidth;
+        for (std::size_t i = 1; i < line.points.size(); ++i) {
+            const Vec3& from = line.points[i - 1];
+            const Vec3& to = line.points[i];
+            if (!line.through_walls)
+                segment(from, to, colour, width);
+            else
+                for (const auto& dash : dashes(from, to, kDash_m))
+                    segment(dash[0], dash[1], colour, width);
+        }
     }
 }
 
@@ -232,6 +293,7 @@ void Picture::draw(Model& model, const Box& area, const Choices& choices, float 
     follow_patches(model, choices, dt_s);
     add_lines(model, choices);
     const Screen projection = screen(model, area);
+    if (choices.direct_paths) add_lobes(model, projection, choices);
     RoomStyle style = choices.style;
     style.overlay_opacity = overlay_opacity_;
     style.cut_away = style.cut_away && !camera.first_person;
@@ -245,6 +307,7 @@ void Picture::draw_labels(const Model& model, const Box& area, const Choices& ch
     draw->PushClipRect({area.x, area.y}, {area.x + area.width, area.y + area.height});
     const Screen projection = screen(model, area);
     const float em = ImGui::GetFontSize();
+    if (choices.direct_paths) draw_direct_paths(model, projection, *draw);
     const auto label = [&](const glm::vec2& at, const std::string& text, const Colour& colour) {
         const ImVec2 size = ImGui::CalcTextSize(text.c_str());
         const ImVec2 corner{at.x - size.x / 2, at.y - 2.0F * em};

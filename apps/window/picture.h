@@ -51,6 +51,8 @@ class Picture {
     void follow_scene(Model& model);
     void follow_patches(Model& model, const Choices& choices, double dt_s);
     void add_lines(const Model& model, const Choices& choices);
+    void add_lobes(const Model& model, const Screen& projection, const Choices& choices);
+    void draw_direct_paths(const Model& model, const Screen& projection, ImDrawList& draw) const;
 
     View3d view_;
     PatchField field_;

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
 
 #include "apps/session/base/formatted.h"
 #include "apps/window/colours.h"
 #include "apps/window/panels.h"
+#include "apps/window/view/level_walk.h"
 #include "aula/engine/room_acoustics.h"
 
 namespace aula {
@@ -19,13 +21,25 @@ constexpr double kEarlyStep_s = 0.001;
 
 ImFont* small_font() { return ImGui::GetIO().Fonts->Fonts.back(); }
 
-/// A plot of levels in dB over time, with axes.
+/// The range of a horizontal axis, and the unit of its labels.
+struct Axis {
+    double from = 0;
+    double to = 1;
+    bool in_metres = false;  ///< otherwise in seconds
+};
+
+/// A plot of levels in dB over time or distance, with axes.
 class Plot {
  public:
+    /// From 0 to `to_s`.
     Plot(const char* title, const char* unit, ImVec2 size, double to_s, float bottom_db,
          float top_db)
+        : Plot(title, unit, size, Axis{0, to_s}, bottom_db, top_db) {}
+
+    Plot(const char* title, const char* unit, ImVec2 size, const Axis& axis, float bottom_db,
+         float top_db)
         : draw_(ImGui::GetWindowDrawList()),
-          to_s_(to_s),
+          axis_(axis),
           bottom_db_(bottom_db),
           top_db_(top_db),
           line_height_(ImGui::GetFontSize()) {
@@ -53,8 +67,9 @@ class Plot {
     Plot(const Plot&) = delete;
     Plot& operator=(const Plot&) = delete;
 
-    float x(double time_s) const {
-        return low_.x + static_cast<float>(time_s / to_s_) * (high_.x - low_.x);
+    float x(double at) const {
+        const double share = (at - axis_.from) / (axis_.to - axis_.from);
+        return low_.x + static_cast<float>(share) * (high_.x - low_.x);
     }
     float y(float level_db) const {
         return high_.y - (level_db - bottom_db_) / (top_db_ - bottom_db_) * (high_.y - low_.y);
@@ -64,16 +79,25 @@ class Plot {
         points_.clear();
         for (std::size_t i = 0; i < levels_db.size(); ++i) {
             const double time_s = (static_cast<double>(i) + 0.5) * step_s;
-            if (time_s > to_s_ + step_s) break;
+            if (time_s > axis_.to + step_s) break;
             points_.push_back({x(time_s), y(std::max(levels_db[i], bottom_db_ - 20))});
         }
+        draw_->AddPolyline(points_.data(), static_cast<int>(points_.size()), colour, 0, width);
+    }
+
+    void band(const std::deque<LevelWalk::Point>& walk, std::size_t band, ImU32 colour,
+              float width) {
+        points_.clear();
+        for (const LevelWalk::Point& point : walk)
+            points_.push_back(
+                {x(point.walked_m), y(std::max(point.level_db[band], bottom_db_ - 20))});
         draw_->AddPolyline(points_.data(), static_cast<int>(points_.size()), colour, 0, width);
     }
 
     void area(const std::vector<float>& levels_db, double step_s, ImU32 colour) {
         for (std::size_t i = 0; i < levels_db.size(); ++i) {
             const double begin_s = static_cast<double>(i) * step_s;
-            if (begin_s > to_s_) break;
+            if (begin_s > axis_.to) break;
             if (levels_db[i] <= bottom_db_) continue;
             draw_->AddRectFilled({x(begin_s), y(levels_db[i])},
                                  {std::max(x(begin_s + step_s), x(begin_s) + 1), high_.y}, colour);
@@ -111,15 +135,16 @@ class Plot {
                             y(level_db) - 0.5F * small_height_},
                            text, label.c_str());
         }
-        constexpr std::array<double, 8> kSteps_s{0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2};
+        constexpr std::array kSteps{0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0};
         const float widest = 1.4F * ImGui::CalcTextSize("100 ms").x;
-        const double step_s = *std::find_if(kSteps_s.begin(), kSteps_s.end() - 1,
-                                            [&](double step) { return x(step) - x(0) >= widest; });
-        for (int i = 0; i * step_s <= to_s_ * 1.0001; ++i) {
-            const float at = x(i * step_s);
+        const double step = *std::find_if(kSteps.begin(), kSteps.end() - 1,
+                                          [&](double s) { return x(s) - x(0) >= widest; });
+        for (double i = std::ceil(axis_.from / step); i * step <= axis_.to * 1.0001; ++i) {
+            const float at = x(i * step);
             draw_->AddLine({at, low_.y}, {at, high_.y}, colour);
-            const std::string label = step_s < 0.1 ? formatted("%.0f ms", i * step_s * 1000)
-                                                   : formatted("%.1f s", i * step_s);
+            const std::string label = axis_.in_metres ? formatted("%g m", i * step)
+                                      : step < 0.1    ? formatted("%.0f ms", i * step * 1000)
+                                                      : formatted("%.1f s", i * step);
             const float width = ImGui::CalcTextSize(label.c_str()).x;
             draw_->AddText({std::min(at - width / 2, high_.x - width), high_.y + 2}, text,
                            label.c_str());
@@ -127,7 +152,7 @@ class Plot {
     }
 
     ImDrawList* draw_;
-    double to_s_;
+    Axis axis_;
     float bottom_db_;
     float top_db_;
     float line_height_;
@@ -234,6 +259,24 @@ void draw_decay(const Model& model, const FrameView& view, const RoomParameters&
                   1.5F);
 }
 
+/// The levels of the direct sound where the listener walked, one curve per octave band.
+void draw_walk(const LevelWalk& walk, ImVec2 size, std::size_t band) {
+    constexpr float kRange_db = 50;
+    const auto& points = walk.points();
+    const double walked_m = points.empty() ? 0 : points.back().walked_m;
+    float loudest_db = kSilence_db;
+    for (const LevelWalk::Point& point : points)
+        for (const float level_db : point.level_db) loudest_db = std::max(loudest_db, level_db);
+    const float top_db = loudest_db > kSilence_db ? up_to_ten(loudest_db) : 0;
+    const double from_m = std::max(0.0, walked_m - LevelWalk::kLength_m);
+    Plot plot("Direct sound over the walk", "dB re 1 m", size,
+              Axis{from_m, from_m + LevelWalk::kLength_m, true}, top_db - kRange_db, top_db);
+    for (std::size_t b = 0; b < kBandCount; ++b)
+        plot.band(points, b, packed(band_colour(b), b == band || band == kAllBands ? 1.0F : 0.38F),
+                  b == band ? 2.5F : 1.5F);
+    if (walked_m == 0) plot.note(0, "walk to record the levels", packed({0.8F, 0.84F, 0.9F}));
+}
+
 struct Row {
     const char* name;
     const char* format;
@@ -331,7 +374,7 @@ void draw_table(const Model& model, const RoomParameters& parameters, ImVec2 siz
 /// Buttons that select the first pane if not all fit.
 void draw_pane_choice(PlotChoice& choice, const std::vector<PaneBox>& shown) {
     constexpr std::array<const char*, kPanes.size()> kNames{"response", "energy", "decay",
-                                                            "ISO 3382"};
+                                                            "ISO 3382", "walk"};
     for (std::size_t i = 0; i < kPanes.size(); ++i) {
         if (i > 0) ImGui::SameLine(0, 4);
         const bool on = std::any_of(shown.begin(), shown.end(),
@@ -390,6 +433,13 @@ void draw_plots(const Model& model, PlotChoice& choice) {
                 break;
             case Pane::parameters:
                 draw_table(model, parameters, size, choice);
+                break;
+            case Pane::walk:
+                draw_walk(model.level_walk(), size, choice.band);
+                tooltip(
+                    "Level of the direct sound at the listener over the last metres that it "
+                    "walked, with its diffraction at edges and its transmission through walls, one "
+                    "curve per octave band.");
                 break;
         }
     }

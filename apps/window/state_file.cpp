@@ -23,6 +23,7 @@ void for_each_entry(State& state, const Each& each) {
     each("edges", state.choices.style.edges);
     each("see_in", state.choices.style.cut_away);
     each("rays", state.choices.rays);
+    each("direct_paths", state.choices.direct_paths);
     each("early", state.choices.plots.early);
     each("everywhere", state.choices.everywhere);
     each("help", state.choices.help);

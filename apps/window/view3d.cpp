@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/type_ptr.hpp>
 #include <initializer_list>
+#include <numbers>
 #include <unordered_map>
 #include <utility>
 
@@ -281,6 +282,18 @@ void View3d::add_rays(const std::vector<PathLine>& lines) {
             add_line(line.points[i - 1], line.points[i], order_colour(static_cast<int>(i) - 1),
                      strength, 0.75F * strength);
         }
+    }
+}
+
+void View3d::add_edges(const std::vector<EdgeLine>& edges) {
+    constexpr float kStrong_rad = 40 * std::numbers::pi_v<float> / 180;
+    constexpr float kFree_rad = 179 * std::numbers::pi_v<float> / 180;
+    const Colour colour(0.62F, 1.0F, 0.35F);
+    for (const EdgeLine& edge : edges) {
+        const float alpha = edge.bend_rad > kFree_rad     ? 0.9F
+                            : edge.bend_rad > kStrong_rad ? 0.5F
+                                                          : 0.2F;
+        add_line(edge.from, edge.to, colour, alpha, alpha);
     }
 }
 

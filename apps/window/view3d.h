@@ -47,6 +47,9 @@ class View3d {
                   float to_alpha);
     void add_rays(const std::vector<PathLine>& lines);
 
+    /// Adds edges that diffract sound, in three shades: free edges, bends above 40 degrees, others.
+    void add_edges(const std::vector<EdgeLine>& edges);
+
     /// Draws into a rectangle of the framebuffer, in pixels from its lower left corner.
     void draw(const glm::mat4& matrix, const Vec3& eye, const RoomStyle& style, int x, int y,
               int width, int height);

@@ -160,6 +160,9 @@ class App {
             case GLFW_KEY_P:
                 choices_.rays = !choices_.rays;
                 break;
+            case GLFW_KEY_B:
+                choices_.direct_paths = !choices_.direct_paths;
+                break;
             case GLFW_KEY_E:
                 choices_.overlay =
                     static_cast<EnergyOverlay>((static_cast<int>(choices_.overlay) + 1) % 3);

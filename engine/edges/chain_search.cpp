@@ -369,6 +369,7 @@ std::vector<EdgePath> ChainSearch::find(const Vec3& source, const Vec3& listener
         const glm::dvec3 back = chain->last_apex() - glm::dvec3(listener);
         const glm::dvec3 ahead = chain->first_apex() - glm::dvec3(source);
         paths.push_back({.edges = sequence,
+                         .apexes = chain->apexes(),
                          .length_m = chain->length_m(),
                          .direction = Vec3(glm::normalize(back)),
                          .departure = Vec3(glm::normalize(ahead)),

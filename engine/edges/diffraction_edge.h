@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <numbers>
 
 #include "engine/edges/wedge_integral.h"
 
@@ -34,6 +35,9 @@ struct DiffractionEdge {
     /// Whether a path at these angles passes a curved surface at this edge: no neighbour is nearer
     /// to the straight line, as the middle of its directions lies between the faces' normals.
     bool is_nearest(double from_rad, double to_rad) const;
+
+    /// The angle by which the surface bends, above 0; pi at a free edge.
+    float bend_rad() const { return static_cast<float>(open_angle_rad - std::numbers::pi); }
 
     Wedge wedge() const { return {open_angle_rad, 0, length_m}; }
 };

@@ -220,6 +220,12 @@ void EdgeChain::set_lit(std::size_t edge, bool is_lit) {
     }
 }
 
+std::vector<Vec3> EdgeChain::apexes() const {
+    std::vector<Vec3> points;
+    for (const Contact& contact : contacts_) points.push_back(Vec3(contact.apex));
+    return points;
+}
+
 /// A fit of the half plane within 1.5 dB: 1 / (2 + 4.8 sqrt(N)), N = 2 detour / lambda.
 double EdgeChain::estimated_db() const {
     constexpr double kTwicePerWavelength_per_m = 2 * 500 / 343.2;

@@ -34,6 +34,9 @@ class EdgeChain {
     /// Where the path touches the last edge before the listener.
     const glm::dvec3& last_apex() const { return contacts_.back().apex; }
 
+    /// Where the path touches its edges, from the source to the listener.
+    std::vector<Vec3> apexes() const;
+
     /// An estimate of the level at 500 Hz relative to free field over the length, dB.
     double estimated_db() const;
 

@@ -241,6 +241,7 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
     std::vector<EdgePath> paths;
     if (is_lit) {
         EdgePath straight{.edges = {},
+                          .apexes = {},
                           .length_m = glm::distance(from, to),
                           .direction = unit_or_front(from - to),
                           .departure = unit_or_front(to - from)};
@@ -255,10 +256,12 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
     Bands strongest = paths.empty() ? Bands{} : energy_of(paths.front().field);
     std::vector<EdgePath> bent;
     for (const Candidate& c : candidates) {
+        const glm::dvec3 apex = edges_[c.edge].point(c.along_m);
         bent.push_back({.edges = {c.edge},
+                        .apexes = {Vec3(apex)},
                         .length_m = c.length_m,
-                        .direction = unit_or_front(edges_[c.edge].point(c.along_m) - to),
-                        .departure = unit_or_front(edges_[c.edge].point(c.along_m) - from),
+                        .direction = unit_or_front(apex - to),
+                        .departure = unit_or_front(apex - from),
                         .field = field(c, attenuation_per_m)});
         for (auto& x : bent.back().field) x *= near[c.place].visibility;
         const Bands energy = energy_of(bent.back().field);
@@ -327,7 +330,8 @@ std::vector<SpecularPath> EdgePaths::taps(std::span<const EdgePath> paths,
                             .energy = energy_of(field),
                             .id = id,
                             .edges = static_cast<int>(path.edges.size()),
-                            .departure = path.departure};
+                            .departure = path.departure,
+                            .apexes = path.apexes};
     };
     std::vector<SpecularPath> others;
     for (const EdgePath& path : paths) {

@@ -18,6 +18,7 @@ namespace aula {
 struct EdgePath {
     /// From the source to the listener, indices in SceneEdges. Empty: the straight path.
     std::vector<std::uint32_t> edges;
+    std::vector<Vec3> apexes;  ///< where it bends, in their order
     double length_m = 0;
     Vec3 direction{0};  ///< unit vector from the listener to the source or to the last edge
     Vec3 departure{0};  ///< unit vector from the source to the first edge or to the listener

@@ -189,6 +189,7 @@ FrameView FrameMaker::view(const ViewRequest& request) const {
     view.source = std::min(request.source, voices_.size() - 1);
     view.listener = listeners_[0];
     view.sources = input_.sources;
+    view.source_rotations = input_.source_rotations;
     view.simulation = simulation_;
     view.simulation.rays = rays_;
     view.response = propagation_.response(view.source);
@@ -202,6 +203,7 @@ FrameView FrameMaker::view(const ViewRequest& request) const {
     if (request.lines > 0)
         view.lines =
             propagation_.path_lines(input_, view.source, request.lines, request.line_order);
+    if (request.edges) view.edges = propagation_.edge_lines();
     if (request.patches)
         view.patches = propagation_.patch_energies(view.source, request.patches_begin_s,
                                                    request.patches_end_s);

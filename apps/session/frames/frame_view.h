@@ -14,6 +14,7 @@ struct ViewRequest {
     std::size_t source = 0;
     int lines = 0;  ///< number of requested ray paths
     int line_order = 5;
+    bool edges = false;  ///< the edges that diffract sound
     bool patches = false;
     double patches_begin_s = 0;  ///< interval after emission for the patches' energies
     double patches_end_s = 10;
@@ -27,6 +28,7 @@ struct FrameView {
     std::size_t source = 0;
     Pose listener;
     std::vector<Vec3> sources;
+    std::vector<glm::mat3> source_rotations;  ///< from the local axes of each source
     Simulation simulation;
     EnergyResponse response;
     double length_s = 0;  ///< of the impulse response
@@ -34,6 +36,7 @@ struct FrameView {
     /// `response.paths`.
     std::vector<float> impulse_response;
     std::vector<PathLine> lines;
+    std::vector<EdgeLine> edges;
     std::vector<PatchEnergy> patches;
     float patch_size_m = 0;
 };

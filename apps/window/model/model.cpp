@@ -62,6 +62,7 @@ void Model::update(double now_s) {
         newest->source < scene().sources.size())
         settings_.add_view(newest);
     if (!frozen || !shown_) shown_ = setting().view;
+    if (shown_) level_walk_.add(*shown_);
     read_controls();
     replace_materials();
     jobs_.finish([this](const std::string& error) { log_.say(error, true); });

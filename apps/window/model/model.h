@@ -23,6 +23,7 @@
 #include "apps/window/model/source_signals.h"
 #include "apps/window/model/window_options.h"
 #include "apps/window/view/first_person.h"
+#include "apps/window/view/level_walk.h"
 #include "aula/engine/material_library.h"
 
 namespace aula {
@@ -89,6 +90,9 @@ class Model {
     ViewRequest request;  ///< call watch() after a change
     void watch() { player_->watch(request); }
     std::shared_ptr<const FrameView> view() const { return shown_; }
+
+    /// The levels of the direct sound where the listener walked.
+    const LevelWalk& level_walk() const { return level_walk_; }
     bool frozen = false;
 
     // Surfaces.
@@ -174,6 +178,7 @@ class Model {
     PlayStatus status_;
     MonitorStatus monitor_status_;
     std::shared_ptr<const FrameView> shown_;
+    LevelWalk level_walk_;                    ///< of the shown views
     std::optional<PlayedSetting> requested_;  ///< from the player; empty after a failure
     double now_s_ = 0;
 };

@@ -31,9 +31,9 @@ struct Layout {
 Layout window_layout(float width, float height, float em, float meters_height);
 
 /// The panes of the strip below the picture.
-enum class Pane { response, energy, decay, parameters };
-inline constexpr std::array<Pane, 4> kPanes{Pane::response, Pane::energy, Pane::decay,
-                                            Pane::parameters};
+enum class Pane { response, energy, decay, parameters, walk };
+inline constexpr std::array<Pane, 5> kPanes{Pane::response, Pane::energy, Pane::decay,
+                                            Pane::parameters, Pane::walk};
 
 struct PaneBox {
     Pane pane;

@@ -1,7 +1,10 @@
 #include "engine/estimate/frame_view.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <glm/geometric.hpp>
+#include <numbers>
 #include <set>
 
 #include "aula/engine/propagation.h"
@@ -112,6 +115,55 @@ TEST_CASE(
     other.step(input_of(scene));
     CHECK(other.patch_energies(0, 0, 1).empty());
     CHECK(other.patch_size_m() == 0);
+}
+
+TEST_CASE("Edge lines are the edges of the scene, and paths around them bend at points on them") {
+    // A panel of 2 x 2 m in free space: four free edges.
+    Scene scene = test::free_field({-1, 0.3F, 0});
+    scene.listener.pose.position = {1.5F, 0, 0.2F};
+    scene.materials.push_back({"panel", Bands::filled(0.1F), Bands::filled(0.1F)});
+    Object panel;
+    panel.vertices = {{0, -1, -1}, {0, 1, -1}, {0, 1, 1}, {0, -1, 1}};
+    panel.triangles = {{0, 1, 2}, {0, 2, 3}};
+    panel.triangle_materials = {0, 0};
+    scene.objects.push_back(panel);
+    Propagation propagation(scene, scene.simulation);
+    propagation.step(input_of(scene));
+    const std::vector<EdgeLine> edges = propagation.edge_lines();
+    REQUIRE(edges.size() == 4);
+    for (const EdgeLine& edge : edges) {
+        CHECK(glm::distance(edge.from, edge.to) == Approx(2).margin(1e-3));
+        CHECK(edge.bend_rad == Approx(std::numbers::pi).margin(1e-3));
+        CHECK(edge.triangle < 2);
+        CHECK(std::abs(edge.facing.x) == Approx(1).margin(1e-5));
+    }
+    const auto on_edge = [&](const Vec3& point) {
+        return std::any_of(edges.begin(), edges.end(), [&](const EdgeLine& edge) {
+            return std::abs(glm::distance(edge.from, point) + glm::distance(point, edge.to) - 2) <
+                   1e-3F;
+        });
+    };
+    const FrameInput input = input_of(scene);
+    int bent = 0;
+    for (const SpecularPath& path : propagation.response(0).paths) {
+        CHECK(static_cast<int>(path.apexes.size()) == path.edges);
+        if (path.edges != 1) continue;
+        ++bent;
+        const Vec3& apex = path.apexes[0];
+        CHECK(on_edge(apex));
+        CHECK(glm::distance(input.sources[0], apex) + glm::distance(apex, input.listeners[0]) ==
+              Approx(path.length_m).epsilon(1e-5));
+        CHECK(glm::dot(path.direction, glm::normalize(apex - input.listeners[0])) ==
+              Approx(1).margin(1e-5));
+    }
+    CHECK(bent == 4);
+    // Companion: the middle of the panel is on no edge.
+    CHECK_FALSE(on_edge({0, 0, 0}));
+
+    scene.simulation.diffraction_order = 0;
+    Propagation straight(scene, scene.simulation);
+    straight.step(input_of(scene));
+    CHECK(straight.edge_lines().empty());
 }
 
 TEST_CASE("The number of rays can be changed from frame to frame without bias") {

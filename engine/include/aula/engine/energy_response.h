@@ -25,6 +25,8 @@ struct SpecularPath {
     std::uint64_t id = 0;  ///< identifies the path in all frames; 0: direct sound's main path
     int edges = 0;         ///< number of edges that the path bends around; 0: none
     Vec3 departure{0};     ///< unit vector in which the sound leaves the source, world axes
+    /// Where it bends, from the source to the listener, world axes, m.
+    std::vector<Vec3> apexes{};
 };
 
 /// Squared pressure of a fluence, p^2 = 4 pi I: 1 at 1 m from a source of unit energy in free

@@ -48,6 +48,15 @@ struct PathLine {
     std::vector<float> energy;  ///< [point] mean of all bands when it leaves, 1 at the source
 };
 
+/// An edge that diffracts sound, for display.
+struct EdgeLine {
+    Vec3 from{0};        ///< one end, world axes, m
+    Vec3 to{0};          ///< the other end
+    float bend_rad = 0;  ///< angle by which the surface bends at the edge; pi at a free edge
+    std::uint32_t triangle = 0;  ///< of one face, counted over all objects in their order
+    Vec3 facing{0};              ///< unit normal of that face, towards the open side of the edge
+};
+
 /// The place of a patch: the axis-aligned box that contains its surfaces, world axes, m.
 struct PatchCell {
     Vec3 low{0};        ///< lowest corner of the box

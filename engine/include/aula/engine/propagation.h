@@ -77,6 +77,10 @@ class Propagation {
     /// emission, for display. Empty for estimators without patches.
     std::vector<PatchEnergy> patch_energies(std::size_t source, double begin_s, double end_s) const;
 
+    /// The edges that diffract sound, with all objects at their positions in the newest frame, for
+    /// display.
+    std::vector<EdgeLine> edge_lines() const;
+
     /// Edge length of the patches in m, which Simulation::memory_mb may have increased; 0 for
     /// estimators without patches.
     float patch_size_m() const;
