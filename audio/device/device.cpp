@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cctype>
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
@@ -11,6 +10,7 @@
 #include <thread>
 #include <utility>
 
+#include "audio/device/device_list.h"
 #include "audio/device/output.h"
 #include "audio/dsp/fade.h"
 #include "aula/exception.h"
@@ -27,55 +27,6 @@ constexpr std::chrono::seconds kRetryInterval{1};
 /// Fade-in of the signal after a reconnection.
 constexpr double kRise_s = 0.02;
 
-std::string lower(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return text;
-}
-
-std::string listed(const std::vector<DeviceInfo>& devices) {
-    std::string text;
-    for (const DeviceInfo& device : devices) {
-        if (!text.empty()) text += ", ";
-        text += std::to_string(device.index) + " \"" + device.name + "\" (" + device.host_api + ")";
-    }
-    return text;
-}
-
-DeviceInfo choose(const std::vector<DeviceInfo>& devices, const std::string& wanted) {
-    if (wanted == AudioDevice::kNone) return silent_output();
-    if (devices.empty()) throw NoAudioDevice("no audio output device (no sound server or card)");
-    if (wanted.empty()) {
-        const auto found = std::find_if(devices.begin(), devices.end(),
-                                        [](const DeviceInfo& d) { return d.is_default; });
-        return found == devices.end() ? devices.front() : *found;
-    }
-    std::vector<DeviceInfo> matches;
-    for (const DeviceInfo& device : devices) {
-        if (wanted == std::to_string(device.index)) return device;
-    }
-    // A complete name takes precedence over parts of names.
-    for (const bool whole : {true, false}) {
-        for (const DeviceInfo& device : devices) {
-            const std::string name = lower(device.name);
-            const bool match =
-                whole ? name == lower(wanted) : name.find(lower(wanted)) != std::string::npos;
-            if (match) matches.push_back(device);
-        }
-        if (!matches.empty()) break;
-    }
-    if (matches.empty()) {
-        throw InputError("audio device \"" + wanted +
-                         "\": no such output; expected the index or a part of the name of " +
-                         listed(devices));
-    }
-    if (matches.size() > 1) {
-        throw InputError("audio device \"" + wanted +
-                         "\": matches several outputs; expected one of " + listed(matches));
-    }
-    return matches.front();
-}
-
 std::string hertz(double rate_hz) { return std::to_string(std::lround(rate_hz)) + " Hz"; }
 
 }  // namespace
@@ -87,21 +38,7 @@ void refuse_rate(const DeviceInfo& device, double wanted_hz, double device_hz) {
 }
 
 std::vector<DeviceInfo> list_output_devices() {
-    std::vector<DeviceInfo> devices = list_jack_outputs();
-    const bool jack = std::any_of(devices.begin(), devices.end(),
-                                  [](const DeviceInfo& d) { return d.is_default; });
-    for (DeviceInfo& device : list_port_audio_outputs()) {
-        device.is_default = device.is_default && !jack;
-        devices.push_back(std::move(device));
-    }
-    int index = 0;
-    for (DeviceInfo& device : devices) device.index = index++;
-    // The first default is the only one.
-    bool found = false;
-    for (DeviceInfo& device : devices) {
-        device.is_default = device.is_default && !std::exchange(found, found || device.is_default);
-    }
-    return devices;
+    return merge_outputs(list_jack_outputs(), list_port_audio_outputs());
 }
 
 struct AudioDevice::State {
@@ -113,10 +50,7 @@ struct AudioDevice::State {
         settings.callback = [this, fill = wanted.callback](std::span<float* const> outputs,
                                                            int samples) {
             fill(outputs, samples);
-            if (rise.done()) return;
-            const auto count = static_cast<std::size_t>(samples);
-            for (float* channel : outputs) rise.fade_in({channel, count});
-            rise.advance(count);
+            if (!rise.done()) rise.fade_in_next(outputs, static_cast<std::size_t>(samples));
         };
     }
 
@@ -195,7 +129,7 @@ AudioDevice::AudioDevice(const std::string& wanted, double sample_rate_hz, std::
     : state_(std::make_unique<State>(
           OutputSettings{sample_rate_hz, channels, block, std::move(callback), nullptr})) {
     State& s = *state_;
-    s.info = wanted == kNone ? silent_output() : choose(list_output_devices(), wanted);
+    s.info = wanted == kNone ? silent_output() : choose_output(list_output_devices(), wanted);
     s.output = s.open(s.info);
 }
 

@@ -7,7 +7,10 @@
 #include <cstdlib>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "audio/device/device_list.h"
 #include "audio/device/output.h"
 #include "aula/exception.h"
 
@@ -36,14 +39,13 @@ Client open_client(const char* name) {
     return Client(jack_client_open(name, JackNoStartServer, &status));
 }
 
-/// The input ports of a client, "name:...".
-std::vector<std::string> inputs_of(jack_client_t* client, const std::string& name) {
+/// Names of all input ports.
+std::vector<std::string> input_ports(jack_client_t* client) {
     std::vector<std::string> inputs;
     const std::unique_ptr<const char*, FreePorts> ports(
         jack_get_ports(client, nullptr, JACK_DEFAULT_AUDIO_TYPE, JackPortIsInput));
-    for (const char** port = ports.get(); port != nullptr && *port != nullptr; ++port) {
-        if (std::string(*port).starts_with(name + ":")) inputs.emplace_back(*port);
-    }
+    for (const char** port = ports.get(); port != nullptr && *port != nullptr; ++port)
+        inputs.emplace_back(*port);
     return inputs;
 }
 
@@ -70,7 +72,9 @@ class JackOutput final : public Output {
     void start() override {
         settings_.meter->touch();
         if (jack_activate(client_.get()) != 0) fail("cannot be started");
-        const std::vector<std::string> inputs = inputs_of(client_.get(), device_.name);
+        std::vector<std::string> inputs = input_ports(client_.get());
+        std::erase_if(inputs,
+                      [&](const std::string& port) { return client_of(port) != device_.name; });
         if (inputs.size() < settings_.channels) fail("its inputs have disappeared");
         for (std::size_t c = 0; c < settings_.channels; ++c) {
             const int error =
@@ -182,32 +186,23 @@ class JackInput final : public Input {
 std::vector<DeviceInfo> list_jack_outputs() {
     setenv("JACK_NO_START_SERVER", "1", 0);
     const Client client = open_client("aula-list");
-    std::vector<DeviceInfo> devices;
-    if (!client) return devices;
-    const std::unique_ptr<const char*, FreePorts> ports(
-        jack_get_ports(client.get(), nullptr, JACK_DEFAULT_AUDIO_TYPE, JackPortIsInput));
+    if (!client) return {};
     const double rate_hz = jack_get_sample_rate(client.get());
-    for (const char** port = ports.get(); port != nullptr && *port != nullptr; ++port) {
-        const std::string full = *port;
-        const std::string name = full.substr(0, full.find(':'));
-        auto found = std::find_if(devices.begin(), devices.end(),
-                                  [&](const DeviceInfo& d) { return d.name == name; });
-        if (found == devices.end()) {
-            DeviceInfo device;
-            device.name = name;
-            device.host_api = kHostApi;
-            device.sample_rate_hz = rate_hz;
-            jack_latency_range_t range{};
-            jack_port_get_latency_range(jack_port_by_name(client.get(), *port), JackPlaybackLatency,
-                                        &range);
-            device.latency_s = static_cast<double>(range.max) / rate_hz;
-            const int flags = jack_port_flags(jack_port_by_name(client.get(), *port));
-            device.is_default = (flags & JackPortIsPhysical) != 0;
-            found = devices.insert(devices.end(), device);
-        }
-        ++found->output_channels;
+    std::vector<DeviceInfo> ports;
+    for (const std::string& name : input_ports(client.get())) {
+        jack_port_t* const port = jack_port_by_name(client.get(), name.c_str());
+        DeviceInfo device;
+        device.name = name;
+        device.host_api = kHostApi;
+        device.output_channels = 1;
+        device.sample_rate_hz = rate_hz;
+        jack_latency_range_t range{};
+        jack_port_get_latency_range(port, JackPlaybackLatency, &range);
+        device.latency_s = static_cast<double>(range.max) / rate_hz;
+        device.is_default = (jack_port_flags(port) & JackPortIsPhysical) != 0;
+        ports.push_back(std::move(device));
     }
-    return devices;
+    return group_by_client(ports);
 }
 
 std::unique_ptr<Output> open_jack_output(const DeviceInfo& device, const OutputSettings& settings) {

@@ -49,6 +49,13 @@ class Fade {
         for (std::size_t n = 0; n < samples.size(); ++n) samples[n] *= 1 - weight(n);
     }
 
+    /// Fades the next `samples` of each channel in, in place, and advances.
+    void fade_in_next(std::span<float* const> channels,
+                      std::size_t samples) noexcept AULA_NONBLOCKING {
+        for (float* channel : channels) fade_in({channel, samples});
+        advance(samples);
+    }
+
     /// Crossfades from `old` to `samples`, in place.
     void cross(std::span<const float> old,
                std::span<float> samples) const noexcept AULA_NONBLOCKING {

@@ -1,5 +1,6 @@
 #include "audio/dsp/fade.h"
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <vector>
 
@@ -26,6 +27,25 @@ TEST_CASE("Fade-in and fade-out weights sum to one in any blocks") {
         if (i > 0) CHECK(in[i] >= in[i - 1]);
         if (i >= kFade) CHECK(in[i] == 1);
     }
+}
+
+TEST_CASE("All channels fade in with the same weights in any blocks") {
+    constexpr std::size_t kFade = 100;
+    Fade fade(kFade);
+    std::vector<float> expected(120, 0.5F);
+    fade.start();
+    fade.fade_in(expected);
+    std::vector<std::vector<float>> channels(3, std::vector<float>(120, 0.5F));
+    for (std::size_t done = 0; done < expected.size(); done += 30) {
+        CHECK_FALSE(fade.done());
+        const std::array<float*, 3> block{channels[0].data() + done, channels[1].data() + done,
+                                          channels[2].data() + done};
+        fade.fade_in_next(block, 30);
+    }
+    CHECK(fade.done());
+    for (const std::vector<float>& channel : channels) CHECK(channel == expected);
+    CHECK(expected[99] < 0.5F);
+    CHECK(expected[100] == 0.5F);
 }
 
 TEST_CASE("A reversed fade continues from its present weight") {
