@@ -12,6 +12,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <thread>
 #include <utility>
@@ -113,8 +114,8 @@ class PortAudio {
 /// A PortAudio stream. Callbacks run from a successful start() until destruction.
 class Stream : public std::enable_shared_from_this<Stream> {
  public:
-    using Call = std::function<void(const void* input, void* output, unsigned long samples,
-                                    PaStreamCallbackFlags flags)>;
+    using Call = std::function<void(const float* input, std::span<float* const> outputs,
+                                    std::size_t samples, PaStreamCallbackFlags flags)>;
 
     explicit Stream(Call call) : call_(std::move(call)) {}
 
@@ -130,7 +131,7 @@ class Stream : public std::enable_shared_from_this<Stream> {
     /// open(), start() and stop() require library() to be locked; the destructor locks it.
     PaError open(const PaStreamParameters* input, const PaStreamParameters* output, double rate_hz,
                  int block) {
-        outputs_ = output != nullptr ? output->channelCount : 0;
+        outputs_ = output != nullptr ? static_cast<std::size_t>(output->channelCount) : 0;
         // This starts PulseAudio's thread in this process, which receives the server's requests.
         // Without real-time priority the propagation threads would delay it.
         const RealtimePriority inherited;
@@ -169,19 +170,19 @@ class Stream : public std::enable_shared_from_this<Stream> {
     static int forward(const void* input, void* output, unsigned long samples,
                        const PaStreamCallbackTimeInfo*, PaStreamCallbackFlags flags, void* self) {
         const auto& stream = *static_cast<Stream*>(self);
+        const std::span outputs(static_cast<float* const*>(output), stream.outputs_);
         if (stream.begun_) {
-            stream.call_(input, output, samples, flags);
+            stream.call_(static_cast<const float*>(input), outputs, samples, flags);
         } else {
             // start() has not returned, or has timed out: `call_` may refer to a destroyed object.
-            for (int c = 0; c < stream.outputs_; ++c)
-                std::fill_n(static_cast<float* const*>(output)[c], samples, 0.0F);
+            for (float* channel : outputs) std::fill_n(channel, samples, 0.0F);
         }
         return paContinue;
     }
 
     PortAudio port_audio_;
     Call call_;
-    int outputs_ = 0;
+    std::size_t outputs_ = 0;  ///< channels
     PaStream* stream_ = nullptr;
     std::atomic<bool> begun_ = false;
 };
@@ -191,10 +192,9 @@ class PortAudioOutput final : public Output {
     PortAudioOutput(const DeviceInfo& device, const OutputSettings& settings)
         : device_(device),
           settings_(settings),
-          stream_(std::make_shared<Stream>([this](const void*, void* output, unsigned long samples,
-                                                  PaStreamCallbackFlags flags) {
-              fill(static_cast<float* const*>(output), samples, flags);
-          })) {
+          stream_(std::make_shared<Stream>(
+              [this](const float*, std::span<float* const> outputs, std::size_t samples,
+                     PaStreamCallbackFlags flags) { fill(outputs, samples, flags); })) {
         // Indices change when devices are added or removed.
         const std::vector<DeviceInfo> devices = stream_->port_audio().outputs();
         const auto found = std::find_if(devices.begin(), devices.end(), [&](const DeviceInfo& d) {
@@ -246,11 +246,11 @@ class PortAudioOutput final : public Output {
 
  private:
     /// [audio thread, wait-free]
-    void fill(float* const* outputs, unsigned long samples,
+    void fill(std::span<float* const> outputs, std::size_t samples,
               PaStreamCallbackFlags flags) noexcept AULA_NONBLOCKING {
         const FlushDenormals flush;
         settings_.meter->begin((flags & paOutputUnderflow) != 0);
-        settings_.callback({outputs, settings_.channels}, static_cast<int>(samples));
+        settings_.callback(outputs, static_cast<int>(samples));
         settings_.meter->end(static_cast<int>(samples));
     }
 
@@ -270,9 +270,8 @@ class PortAudioInput final : public Input {
     PortAudioInput(const DeviceInfo& beside, const InputSettings& settings)
         : settings_(settings),
           stream_(std::make_shared<Stream>(
-              [this](const void* input, void*, unsigned long samples, PaStreamCallbackFlags) {
-                  record(static_cast<const float*>(input), samples);
-              })) {
+              [this](const float* input, std::span<float* const>, std::size_t samples,
+                     PaStreamCallbackFlags) { record(input, samples); })) {
         const std::lock_guard lock(library());
         const int device = input_beside(beside);
         if (device == paNoDevice) throw Failure("no microphone: there is no input device");
@@ -302,7 +301,7 @@ class PortAudioInput final : public Input {
     }
 
     /// [input thread, wait-free]
-    void record(const float* input, unsigned long samples) {
+    void record(const float* input, std::size_t samples) {
         // The output thread has real-time priority, too; late input would be missing there.
         if (!std::exchange(called_, true)) take_realtime_priority();
         if (input != nullptr) settings_.callback({input, samples});

@@ -6,12 +6,16 @@
 #include <array>
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <numbers>
 #include <optional>
 #include <string>
+#include <thread>
 
 #include "aula/audio/sound_file.h"
 #include "aula/devices/device.h"
@@ -132,6 +136,31 @@ TEST_CASE(
     calls = 0;
     CHECK(comes([&] { return calls > 100; }));
     device.stop();
+}
+
+TEST_CASE("A gap that the sound system reports is counted as an underrun") {
+    PulseServer server;
+    // The plugin reports underruns only if it is configured to. The server's home is its folder.
+    std::ofstream(std::filesystem::path(std::getenv("HOME")) / ".asoundrc")
+        << "pcm.!pulse { type pulse handle_underrun 1 }\n";
+    snd_config_update_free_global();
+    if (!pulse_device(server)) return;
+    constexpr int kGapCall = 100;
+    std::atomic<int> calls = 0;
+    std::atomic<std::uint64_t> before = 0;  ///< underruns before the gap
+    AudioDevice device("pulse", kRate_hz, 2, kBlock,
+                       [&](std::span<float* const> outputs, int samples) {
+                           for (float* const output : outputs) std::fill_n(output, samples, 0.5F);
+                           // Longer than the buffers, shorter than the silence of a lost device.
+                           if (++calls == kGapCall) {
+                               before = device.meter().underruns();
+                               std::this_thread::sleep_for(std::chrono::milliseconds(600));
+                           }
+                       });
+    device.start();
+    CHECK(comes([&] { return calls > kGapCall && device.meter().underruns() > before; }));
+    device.stop();
+    snd_config_update_free_global();
 }
 
 TEST_CASE("A microphone records its input") {
