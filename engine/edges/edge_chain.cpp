@@ -18,7 +18,8 @@ constexpr double kOnFace_rad = kPi / 180;
 constexpr double kLeastRadius_m = 0.05;  // as in WedgeIntegral
 constexpr double kLeastSegment_m = 1e-3;
 
-constexpr double kBesideEdge_m = 2e-3;
+// Rays pass an edge that closely, and rays to the end of an edge end beside it.
+constexpr double kBesideEdge_m = 2e-3 + EdgePassage::kFromEnd_m;
 constexpr double kLeastTurn_rad = 1e-6;
 
 // Largest detours; fields fade out over the last quarter before them.
@@ -332,6 +333,8 @@ double EdgeChain::share() const {
 /// same from the listener. Both products tend to that of the geometrical theory of diffraction, and
 /// the smaller one has the smaller error at low frequencies. The factor 1/2 counts sound along a
 /// rigid face, where incident and reflected sound coincide, once. The phase is the mean of both.
+/// Where the first or last bend vanishes, the path without it appears, with the fields of the other
+/// bends in T or T': that product alone then counts.
 ComplexBands EdgeChain::field(const WedgeIntegral& integral, const RayScene& scene,
                               const Bands& attenuation_per_m) const {
     ComplexBands ahead;
@@ -358,12 +361,20 @@ ComplexBands EdgeChain::field(const WedgeIntegral& integral, const RayScene& sce
     }
     const double limit = bends_.size() > 1 ? smooth_step(least_bend_rad / kSharpBend_rad) : 0;
     const ComplexBands thin = limit > 0 ? thin_screen(integral) : ComplexBands{};
+    const auto straightness = [](const Bend& bend) {
+        return 1 - smooth_step(std::abs(bend.turn_rad) / kSharpBend_rad);
+    };
+    const double straight_first = straightness(bends_.front());
+    const double straight_last = straightness(bends_.back());
     const double remaining = share();
     ComplexBands field;
     for (std::size_t b = 0; b < kBandCount; ++b) {
         if (ahead[b] == 0.0) continue;
-        const std::complex<double> both = ahead[b] * std::sqrt(back[b] / ahead[b]);
-        double magnitude = scale * std::min(std::abs(ahead[b]), std::abs(back[b]));
+        const std::complex<double> both =
+            ahead[b] * std::pow(back[b] / ahead[b], 0.5 * (1 + straight_last - straight_first));
+        const double least = std::min(std::abs(ahead[b]), std::abs(back[b]));
+        double magnitude = scale * (least + straight_first * (std::abs(ahead[b]) - least) +
+                                    straight_last * (std::abs(back[b]) - least));
         magnitude -= limit * std::max(0.0, magnitude - std::abs(thin[b]));
         const double phase = std::arg(both) - integral.wave_number_per_m(b) * length_m_;
         field[b] = std::polar(

@@ -8,7 +8,6 @@ namespace aula {
 namespace {
 
 constexpr double kOffFaces_rad = 0.25;
-constexpr double kFromEnd_m = 0.01;
 
 }  // namespace
 

@@ -23,6 +23,7 @@ class EdgePassage {
 
     static constexpr double kRadius_m = 5e-4;
     static constexpr double kNarrow_m = 0.05;
+    static constexpr double kFromEnd_m = 0.01;  ///< of the points from an end of the edge
 
  private:
     const DiffractionEdge& edge_;

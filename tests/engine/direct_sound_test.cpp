@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <memory>
@@ -9,6 +10,7 @@
 
 #include "aula/engine/propagation.h"
 #include "aula/engine/room_acoustics.h"
+#include "aula/engine/scene_file.h"
 #include "engine/edges/direct_sound.h"
 #include "engine/trace/specular_paths.h"
 #include "tests/support/measure.h"
@@ -191,6 +193,33 @@ TEST_CASE("direct sound that edges diffract defines the time zero of parameters"
         CHECK(*band.d50 == Approx(1));
         REQUIRE(band.ts_s);
         CHECK(*band.ts_s == Approx(0).margin(1e-6));  // re the bent path, not the straight one
+    }
+}
+
+TEST_CASE("towards a doorway the direct sound is continuous where its lintel comes into sight") {
+    // Behind the wall of the door. The jamb hides an end of the lintel on the first part of the
+    // walk.
+    const Scene scene = [] {
+        Scene shipped = load_scene(AULA_SOURCE_DIR "/scenes/two_rooms.json").scene;
+        shipped.simulation.rays = 1;
+        shipped.simulation.specular_order = 0;
+        shipped.simulation.ir_length_s = 0.1F;
+        return shipped;
+    }();
+    constexpr std::array kBound_db{0.2, 0.2, 0.2, 0.3, 0.4, 0.5, 0.8, 1.2};  // per centimetre
+    Propagation propagation(scene, scene.simulation);
+    Bands last;
+    for (int cm = 0; cm < 18; ++cm) {
+        const Vec3 listener =
+            Vec3(8.515F, 1.8975F, 1.65F) + Vec3(-0.0087F, 0.00495F, 0) * static_cast<float>(cm);
+        propagation.step({.sources = {scene.sources[0].position_at(0)}, .listeners = {listener}});
+        Bands now;
+        for (const SpecularPath& tap : direct_of(propagation.response(0))) now += tap.energy;
+        for (std::size_t b = 0; b < kBandCount && cm > 0; ++b) {
+            CAPTURE(cm, b);
+            CHECK(std::abs(10 * std::log10(double{now[b]} / double{last[b]})) < kBound_db[b]);
+        }
+        last = now;
     }
 }
 
