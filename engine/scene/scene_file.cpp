@@ -99,6 +99,17 @@ Vec3 read_position(const JsonReader& json, const std::optional<Trajectory>& path
     return position;
 }
 
+// Reports a file that is missing or is not a regular file.
+void require_file(const JsonReader& json, const std::filesystem::path& file, const char* expected) {
+    std::error_code error;
+    const auto status = std::filesystem::status(file, error);
+    if (std::filesystem::is_regular_file(status)) return;
+    json.fail((std::filesystem::is_directory(status) ? "a folder, "
+               : std::filesystem::exists(status)     ? "not a regular file, "
+                                                     : "no such file, ") +
+              quoted(file.string()) + "; expected " + expected);
+}
+
 void read_signal(const JsonReader& json, const std::filesystem::path& folder, Source& source) {
     constexpr const char* kExpected = "a sound file, \"impulse\" or \"noise\"";
     const std::string signal = json.string(kExpected);
@@ -109,13 +120,7 @@ void read_signal(const JsonReader& json, const std::filesystem::path& folder, So
     } else {
         source.signal = Source::Signal::file;
         source.signal_file = folder / signal;
-        std::error_code error;
-        const auto status = std::filesystem::status(source.signal_file, error);
-        if (std::filesystem::is_regular_file(status)) return;
-        json.fail((std::filesystem::is_directory(status) ? "a folder, "
-                   : std::filesystem::exists(status)     ? "not a regular file, "
-                                                         : "no such file, ") +
-                  quoted(source.signal_file.string()) + "; expected " + kExpected);
+        require_file(json, source.signal_file, kExpected);
     }
 }
 
@@ -126,12 +131,14 @@ void read_directivity(const JsonReader& json, const std::filesystem::path& folde
         return;
     }
     const std::filesystem::path file = folder / name;
+    const bool is_file_name = name.find_first_of("/.") != std::string::npos;
     std::error_code error;
-    if (!std::filesystem::exists(file, error)) {
+    if (name.empty() || (!is_file_name && !std::filesystem::exists(file, error))) {
         const std::vector<std::string> names = Directivity::names();
         json.fail("unknown directivity " + quoted(name) + did_you_mean(name, names) +
                   "; expected one of " + quoted_list(names) + ", or a file");
     }
+    require_file(json, file, "a SOFA or JSON file of a directivity");
     source.directivity_file = file;
     try {
         source.directivity = load_directivity(file);

@@ -71,8 +71,9 @@ TEST_CASE("a wrong directivity or orientation of a source has its message") {
     check({
         {source, R"("directivity": "talkr")", "/sources/0/directivity",
          R"(unknown directivity "talkr", did you mean "talker"?; expected one of "omni", )"},
-        {source, R"("directivity": "horn.sofa")", "/sources/0/directivity",
-         R"(unknown directivity "horn.sofa")"},
+        {source, R"("directivity": "horn.sofa")", "/sources/0/directivity", "no such file, "},
+        {source, R"("directivity": "")", "/sources/0/directivity", R"(unknown directivity "";)"},
+        {source, R"("directivity": "./")", "/sources/0/directivity", "a folder, "},
         {source, R"("directivity": "scene.json")", "/sources/0/directivity",
          "cannot use the directivity: "},
         {source, R"("directivity": 1)", "/sources/0/directivity",
