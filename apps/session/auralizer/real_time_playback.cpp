@@ -122,12 +122,16 @@ void RealTimePlayback::follow(std::function<double()> played_s,
 
 /// At each frame time publishes the frame computed since the previous one, then computes the next.
 void RealTimePlayback::compute_frames(Auralizer& auralizer) {
+    double earliest_s = 0;
     if (computer_.status().frames == 0) {
         const double time_s = played_s();
         call_before_frame(auralizer, rendered_.load(), time_s);
         compute_first(time_s);
+        // The time of frames increases, even if no block was rendered during the first one.
+        constexpr double kMinStep_s = 0.001;
+        earliest_s = time_s + kMinStep_s;
     }
-    FrameClock clock(Clock::now(), played_s());
+    FrameClock clock(Clock::now(), std::max(played_s(), earliest_s));
     clock.took(computer_.status().frame_ms / 1000);
     {
         const std::lock_guard lock(mutex_);
