@@ -10,7 +10,7 @@
 #include "engine/base/sampling.h"
 #include "engine/base/stopwatch.h"
 #include "engine/base/worker_pool.h"
-#include "engine/edges/direct_sound.h"
+#include "engine/direct/direct_sound.h"
 #include "engine/estimate/patch_propagation.h"
 #include "engine/estimate/path_propagation.h"
 #include "engine/rays/nudge_off_surface.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "aula/engine/scene.h"
-#include "engine/edges/edge_paths.h"
+#include "engine/direct/edge_paths.h"
 #include "engine/edges/scene_edges.h"
 #include "engine/rays/ray_scene.h"
 

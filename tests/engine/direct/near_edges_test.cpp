@@ -1,4 +1,4 @@
-#include "engine/edges/near_edges.h"
+#include "engine/direct/near_edges.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

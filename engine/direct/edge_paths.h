@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "aula/engine/energy_response.h"
-#include "engine/edges/near_edges.h"
+#include "engine/direct/near_edges.h"
 #include "engine/edges/scene_edges.h"
 #include "engine/edges/wedge_integral.h"
 #include "engine/rays/ray_scene.h"

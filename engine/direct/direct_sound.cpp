@@ -1,4 +1,4 @@
-#include "engine/edges/direct_sound.h"
+#include "engine/direct/direct_sound.h"
 
 #include <algorithm>
 #include <cmath>

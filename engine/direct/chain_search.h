@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "aula/engine/scene.h"
-#include "engine/edges/edge_chain.h"
-#include "engine/edges/edge_paths.h"
+#include "engine/direct/edge_chain.h"
+#include "engine/direct/edge_paths.h"
 #include "engine/edges/scene_edges.h"
 #include "engine/edges/wedge_integral.h"
 #include "engine/rays/ray_scene.h"

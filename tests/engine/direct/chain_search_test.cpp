@@ -1,4 +1,4 @@
-#include "engine/edges/chain_search.h"
+#include "engine/direct/chain_search.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "engine/edges/edge_paths.h"
+#include "engine/direct/edge_paths.h"
 
 #include <algorithm>
 #include <array>

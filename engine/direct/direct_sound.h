@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "aula/engine/energy_response.h"
-#include "engine/edges/chain_search.h"
-#include "engine/edges/edge_paths.h"
+#include "engine/direct/chain_search.h"
+#include "engine/direct/edge_paths.h"
 #include "engine/edges/scene_edges.h"
 #include "engine/rays/oriented_directivity.h"
 #include "engine/rays/ray_scene.h"

@@ -1,4 +1,4 @@
-#include "engine/edges/edge_chain.h"
+#include "engine/direct/edge_chain.h"
 
 #include <algorithm>
 #include <array>

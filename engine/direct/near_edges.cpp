@@ -1,11 +1,11 @@
-#include "engine/edges/near_edges.h"
+#include "engine/direct/near_edges.h"
 
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <utility>
 
-#include "engine/edges/edge_paths.h"
+#include "engine/direct/edge_paths.h"
 
 namespace aula {
 

@@ -11,7 +11,7 @@
 #include "aula/engine/propagation.h"
 #include "aula/engine/room_acoustics.h"
 #include "aula/engine/scene_file.h"
-#include "engine/edges/direct_sound.h"
+#include "engine/direct/direct_sound.h"
 #include "engine/trace/specular_paths.h"
 #include "tests/support/measure.h"
 
