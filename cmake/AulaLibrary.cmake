@@ -33,7 +33,10 @@ function(aula_library name)
     cmake_parse_arguments(PARSE_ARGV 1 arg "" "COMPONENT" "SOURCES;HEADERS")
     add_library(aula_${name} STATIC ${arg_SOURCES})
     add_library(aula::${name} ALIAS aula_${name})
-    set_target_properties(aula_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
+    # Shared libraries and plugins of other projects link it, and export none of its symbols.
+    set_target_properties(aula_${name} PROPERTIES
+        EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON
+        CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
     list(TRANSFORM arg_HEADERS PREPEND include/)
     target_sources(aula_${name} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${arg_HEADERS})
     target_include_directories(aula_${name} PUBLIC "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>")
