@@ -132,7 +132,7 @@ void print_row(const char* label, const Bands& values, int decimals) {
     std::printf("%-16s", label);
     for (const float value : values.value) {
         if (std::isfinite(value))
-            std::printf("%8.*f", decimals, static_cast<double>(value));
+            std::printf("%s", fixed_text(static_cast<double>(value), decimals, 8).c_str());
         else
             std::printf("%8s", "-");
     }
@@ -143,13 +143,14 @@ void print_row(const char* label, const Bands& values, int decimals) {
 void print_on_axis(const Directivity& directivity) {
     std::printf("%-16son axis", "");
     for (const float level_db : directivity.on_axis_db().value)
-        std::printf(" %.1f", static_cast<double>(level_db));
+        std::printf(" %s", fixed_text(static_cast<double>(level_db), 1).c_str());
     std::printf(" dB, 63 Hz to 8 kHz\n");
 }
 
 void print_point(const char* label, const Vec3& p) {
-    std::printf("%-15s %.2f, %.2f, %.2f m\n", label, static_cast<double>(p.x),
-                static_cast<double>(p.y), static_cast<double>(p.z));
+    const auto coordinate = [](float x) { return fixed_text(static_cast<double>(x), 2); };
+    std::printf("%-15s %s, %s, %s m\n", label, coordinate(p.x).c_str(), coordinate(p.y).c_str(),
+                coordinate(p.z).c_str());
 }
 
 void print_band_names() {

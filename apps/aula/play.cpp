@@ -13,6 +13,7 @@
 #include "apps/aula/walker.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/edit/scene_edits.h"
+#include "apps/session/live/play_summary.h"
 #include "apps/session/live/player.h"
 #include "apps/session/live/reduction_reporter.h"
 #include "apps/session/remote/osc_remote.h"
@@ -28,7 +29,7 @@ namespace {
 
 std::string level_text(float peak) {
     if (peak < 1e-5F) return "silent";
-    return formatted("%.1f dBFS", 20 * std::log10(static_cast<double>(peak)));
+    return fixed_text(20 * std::log10(static_cast<double>(peak)), 1) + " dBFS";
 }
 
 /// Degrees 0 to 359, anticlockwise from x.
@@ -38,32 +39,16 @@ int heading_deg(const Pose& pose) {
 }
 
 std::string status_text(const PlayStatus& s) {
+    const auto coordinate = [](float x) { return fixed_text(static_cast<double>(x), 1); };
     const Vec3 at = s.listener.position;
-    return formatted("%6.1f s  (%.1f, %.1f, %.1f) m  %3d deg  frame %.1f/%.1f ms  ", s.time_s,
-                     static_cast<double>(at.x), static_cast<double>(at.y),
-                     static_cast<double>(at.z), heading_deg(s.listener), s.frame_mean_ms,
+    return formatted("%6.1f s  (", s.time_s) + coordinate(at.x) + ", " + coordinate(at.y) + ", " +
+           coordinate(at.z) +
+           formatted(") m  %3d deg  frame %.1f/%.1f ms  ", heading_deg(s.listener), s.frame_mean_ms,
                      s.frame_worst_ms) +
            (s.rays < s.full_rays ? formatted("%d rays  ", s.rays) : std::string()) +
            formatted("audio %.0f %%  underruns %llu  ", 100 * s.load,
                      static_cast<unsigned long long>(s.underruns)) +
            level_text(s.peak);
-}
-
-std::string summary_text(const PlayStatus& s) {
-    return formatted("played %.1f s, underruns %llu, frames %llu (%llu late), ", s.time_s,
-                     static_cast<unsigned long long>(s.underruns),
-                     static_cast<unsigned long long>(s.frames),
-                     static_cast<unsigned long long>(s.late_frames)) +
-           formatted("frame mean %.1f ms worst %.1f ms, audio load mean %.1f %% worst %.0f %%",
-                     s.frame_mean_ms, s.frame_worst_ms, 100 * s.mean_load, 100 * s.worst_load);
-}
-
-std::string latency_text(const PoseLatency& l) {
-    return formatted("pose to sound p50 %.1f ms p99 %.1f ms (frame period %.1f ms, ",
-                     l.sound_p50_ms, l.sound_p99_ms, l.frame_period_ms) +
-           formatted("compute p50 %.1f ms p99 %.1f ms), head rotation p50 %.1f ms p99 %.1f ms, ",
-                     l.compute_p50_ms, l.compute_p99_ms, l.head_p50_ms, l.head_p99_ms) +
-           formatted("callback interval p99 %.1f ms", l.call_p99_ms);
 }
 
 const char* text_of(UnderrunCause cause) {
@@ -80,7 +65,7 @@ const char* text_of(UnderrunCause cause) {
 
 /// Prints the duration, the latency and the underruns.
 void print_summary(const PlayStatus& s) {
-    std::fprintf(stderr, "%s\n%s\n", summary_text(s).c_str(), latency_text(s.latency).c_str());
+    std::fprintf(stderr, "%s\n%s\n", play_summary(s).c_str(), latency_summary(s.latency).c_str());
     if (const std::string text = reduction_text(s); !text.empty())
         std::fprintf(stderr, "this machine %s\n", text.c_str());
     if (s.muted_samples > 0)

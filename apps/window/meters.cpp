@@ -12,7 +12,7 @@ namespace {
 double decibels(double amplitude) { return amplitude > 1e-6 ? 20 * std::log10(amplitude) : -120; }
 
 std::string level_text(double level_db, const char* unit) {
-    return level_db <= -100 ? std::string("silent") : formatted("%.1f ", level_db) + unit;
+    return level_db <= -100 ? std::string("silent") : fixed_text(level_db, 1) + " " + unit;
 }
 
 struct Part {
@@ -145,12 +145,12 @@ void Meters::draw(const Model& model) {
             "edges of the scene that diffract sound; paths of the direct sound around them, and "
             "through walls, from all sources");
     }
-    line(formatted("response %.0f ms old, %llu frames, %llu skipped", 1000 * s.response_age_s,
+    line(formatted("response %.0f ms old, %llu frames, %llu late", 1000 * s.response_age_s,
                    static_cast<unsigned long long>(s.frames),
                    static_cast<unsigned long long>(s.late_frames)));
     tooltip(
-        "Age of the newest response, number of frames, and frames skipped because an earlier one "
-        "took too long.");
+        "Age of the newest response, number of frames, and frames that took longer than the frame "
+        "period.");
     if (const std::string text = reduction_text(s); !text.empty()) {
         line(text, {0.9F, 0.75F, 0.45F, 1});
         tooltip(

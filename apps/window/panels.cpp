@@ -51,7 +51,7 @@ std::string selected_source_text(const Model& model) {
                        formatted(" %.1f m away, ", static_cast<double>(distance_m)) +
                        direct_sound_text(view->response);
     if (parameters[4].t30_s) text += formatted(", T30 %.2f s", *parameters[4].t30_s);
-    if (parameters[4].c80_db) text += formatted(", C80 %.1f dB", *parameters[4].c80_db);
+    if (parameters[4].c80_db) text += ", C80 " + fixed_text(*parameters[4].c80_db, 1) + " dB";
     return text;
 }
 

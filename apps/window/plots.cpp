@@ -130,7 +130,7 @@ class Plot {
         for (float level_db = bottom_db_; level_db <= top_db_ + 0.1F; level_db += 10) {
             draw_->AddLine({low_.x, y(level_db)}, {high_.x, y(level_db)}, colour);
             if (std::fmod(level_db - top_db_, 20.0F) != 0) continue;
-            const std::string label = formatted("%.0f", static_cast<double>(level_db));
+            const std::string label = fixed_text(static_cast<double>(level_db), 0);
             draw_->AddText({low_.x - 4 - ImGui::CalcTextSize(label.c_str()).x,
                             y(level_db) - 0.5F * small_height_},
                            text, label.c_str());
@@ -279,22 +279,22 @@ void draw_walk(const LevelWalk& walk, ImVec2 size, std::size_t band) {
 
 struct Row {
     const char* name;
-    const char* format;
+    int decimals;
     std::optional<double> BandParameters::*value;
     const char* meaning;
 };
 
 constexpr std::array<Row, 6> kRows{{
-    {"T30 s", "%.2f", &BandParameters::t30_s,
+    {"T30 s", 2, &BandParameters::t30_s,
      "reverberation time: time of a decay by 60 dB at the rate between -5 and -35 dB"},
-    {"EDT s", "%.2f", &BandParameters::edt_s,
+    {"EDT s", 2, &BandParameters::edt_s,
      "early decay time: the same for the rate between 0 and -10 dB; perceived reverberance"},
-    {"C80 dB", "%.1f", &BandParameters::c80_db,
+    {"C80 dB", 1, &BandParameters::c80_db,
      "clarity: energy of the first 80 ms relative to the rest"},
-    {"D50", "%.2f", &BandParameters::d50,
+    {"D50", 2, &BandParameters::d50,
      "definition: energy of the first 50 ms relative to the total, 0 to 1"},
-    {"Ts ms", "%.0f", &BandParameters::ts_s, "centre time: energy-weighted mean arrival time"},
-    {"G dB", "%.1f", &BandParameters::g_db,
+    {"Ts ms", 0, &BandParameters::ts_s, "centre time: energy-weighted mean arrival time"},
+    {"G dB", 1, &BandParameters::g_db,
      "strength: level relative to that of the same source at 10 m in free field"},
 }};
 
@@ -338,7 +338,8 @@ void draw_table(const Model& model, const RoomParameters& parameters, ImVec2 siz
             for (std::size_t b = 0; b < kBandCount; ++b) {
                 ImGui::TableNextColumn();
                 const auto value = parameters[b].*(row.value);
-                cell_text(value ? formatted(row.format, *value * (milliseconds ? 1000 : 1)) : "-");
+                cell_text(value ? fixed_text(*value * (milliseconds ? 1000 : 1), row.decimals)
+                                : "-");
             }
         }
         const auto noise_row = [&](const char* name, const FrameNoise& noise) {

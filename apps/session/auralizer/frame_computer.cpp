@@ -39,6 +39,7 @@ void FrameComputer::compute(const FrameRoom& room, ListenerFrames& frames) {
     std::swap(visibilities_, visibilities);
     frame_sum_ms_ += took_ms;
     ++status_.frames;
+    if (took_ms > status_.frame_period_ms) ++status_.late_frames;
     status_.frame_ms = took_ms;
     status_.frame_mean_ms = frame_sum_ms_ / static_cast<double>(status_.frames);
     status_.frame_worst_ms = std::max(status_.frame_worst_ms, took_ms);
@@ -67,9 +68,9 @@ void FrameComputer::set_handed_over() {
     handed_over_ = std::chrono::steady_clock::now();
 }
 
-void FrameComputer::count_late_frames(std::uint64_t frames) {
+void FrameComputer::count_skipped_frames(std::uint64_t frames) {
     const std::lock_guard lock(mutex_);
-    status_.late_frames += frames;
+    status_.skipped_frames += frames;
 }
 
 std::vector<std::vector<float>> FrameComputer::impulse_response(SourceId source,

@@ -59,7 +59,7 @@ class FrameComputer {
     void set_handed_over();
 
     /// Counts frame times that were missed. [any thread]
-    void count_late_frames(std::uint64_t frames);
+    void count_skipped_frames(std::uint64_t frames);
 
     /// See Auralizer. [any thread]
     std::vector<std::vector<float>> impulse_response(SourceId source, std::size_t listener) const;

@@ -143,7 +143,7 @@ void RealTimePlayback::compute_frames(Auralizer& auralizer) {
         if (!computed.empty()) publish(std::exchange(computed, {}));
         if (!wait_out_pause(clock)) return;
         const std::uint64_t missed = clock.skip_missed(Clock::now());
-        if (missed > 0) computer_.count_late_frames(missed);
+        if (missed > 0) computer_.count_skipped_frames(missed);
         if (!wait_until(clock.begin())) return;
         frame_due_ns_ = clock.due().time_since_epoch().count();
         call_before_frame(auralizer, rendered_.load(), clock.time_s());

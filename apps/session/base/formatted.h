@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <string>
@@ -13,6 +14,14 @@ std::string formatted(const char* format, Values... values) {
     std::array<char, 256> text{};
     std::snprintf(text.data(), text.size(), format, values...);
     return text.data();
+}
+
+/// A number with a fixed number of decimals, as wide as `width` at least. No negative zero: -0.01
+/// with one decimal is "0.0".
+inline std::string fixed_text(double value, int decimals, int width = 0) {
+    const std::string text = formatted("%*.*f", width, decimals, value);
+    if (!std::isfinite(value) || text.find_first_of("123456789") != std::string::npos) return text;
+    return formatted("%*.*f", width, decimals, 0.0);
 }
 
 /// The message for samples that were not finite.

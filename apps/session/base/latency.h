@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "aula/audio/realtime.h"
 
@@ -28,9 +29,9 @@ class LatencyCounts {
         counts_[bin].fetch_add(1, std::memory_order_relaxed);
     }
 
-    /// The duration that a share of all entries did not exceed, rounded up to a step; 0 if there
-    /// are none.
-    double quantile_ms(double share) const {
+    /// The duration that a share of all entries did not exceed, rounded up to a step; empty if
+    /// there are none.
+    std::optional<double> quantile_ms(double share) const {
         std::uint64_t total = 0;
         for (const auto& count : counts_) total += count;
         const auto wanted =
@@ -40,7 +41,7 @@ class LatencyCounts {
             sum += counts_[i];
             if (sum >= wanted) return static_cast<double>(i + 1) * kStep_ns * 1e-6;
         }
-        return 0;
+        return std::nullopt;
     }
 
  private:
@@ -49,13 +50,16 @@ class LatencyCounts {
     std::array<std::atomic<std::uint32_t>, kSteps> counts_{};
 };
 
-/// The latency from a new pose to its output, without the device's latency.
+/// The latency from a new pose to its output, without the device's latency. A quantile is empty if
+/// nothing has been measured.
 struct PoseLatency {
+    using Quantile_ms = std::optional<double>;
+
     double frame_period_ms = 0;
-    double compute_p50_ms = 0, compute_p99_ms = 0;
-    double sound_p50_ms = 0, sound_p99_ms = 0;  ///< to the start of the crossfade
-    double head_p50_ms = 0, head_p99_ms = 0;    ///< of the head rotation alone
-    double call_p99_ms = 0;                     ///< between two calls for sound
+    Quantile_ms compute_p50_ms, compute_p99_ms;
+    Quantile_ms sound_p50_ms, sound_p99_ms;  ///< to the start of the crossfade
+    Quantile_ms head_p50_ms, head_p99_ms;    ///< of the head rotation alone
+    Quantile_ms call_p99_ms;                 ///< between two calls for sound
 };
 
 }  // namespace aula

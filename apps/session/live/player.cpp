@@ -314,6 +314,7 @@ AuralizerStatus Player::State::frames_so_far() const {
                           all.frame_mean_ms * static_cast<double>(all.frames);
     all.frames += earlier.frames;
     all.late_frames += earlier.late_frames;
+    all.skipped_frames += earlier.skipped_frames;
     all.frame_mean_ms = sum_ms / static_cast<double>(all.frames);
     all.frame_worst_ms = std::max(all.frame_worst_ms, earlier.frame_worst_ms);
     return all;
@@ -462,6 +463,7 @@ PlayStatus Player::status() {
         const AuralizerStatus frames = state_->frames_so_far();
         status.frames = frames.frames;
         status.late_frames = frames.late_frames;
+        status.skipped_frames = frames.skipped_frames;
         status.frame_ms = frames.frame_ms;
         status.frame_mean_ms = frames.frame_mean_ms;
         status.frame_worst_ms = frames.frame_worst_ms;

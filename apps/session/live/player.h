@@ -26,7 +26,8 @@ struct PlayStatus {
     Pose listener;                  ///< of the newest frame
     std::vector<Vec3> sources;      ///< positions in the newest frame
     std::uint64_t frames = 0;       ///< propagation frames
-    std::uint64_t late_frames = 0;  ///< frame times missed while a frame was computed
+    std::uint64_t late_frames = 0;  ///< of these, those that took longer than their period
+    std::uint64_t skipped_frames = 0;  ///< frame times skipped because of late frames
     double frame_mean_ms = 0;
     double frame_worst_ms = 0;
     double frame_ms = 0;    ///< of the newest frame

@@ -79,6 +79,7 @@ ScenePlayerStatus ScenePlayer::status() {
             .sources = std::move(now.sources),
             .frames = now.frames,
             .late_frames = now.late_frames,
+            .skipped_frames = now.skipped_frames,
             .rays = now.rays,
             .peak = now.peak,
             .device = now.device,

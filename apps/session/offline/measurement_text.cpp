@@ -7,6 +7,7 @@
 #include <optional>
 #include <string_view>
 
+#include "apps/session/base/formatted.h"
 #include "apps/session/base/json_text.h"
 
 namespace aula {
@@ -130,9 +131,7 @@ std::string report_table(const Scene& scene, const std::vector<RoomParameters>& 
             table += padded(label, kLabelWidth);
             for (const BandParameters& band : parameters[s]) {
                 const std::optional<double> value = band.*column.value;
-                table +=
-                    padded(value ? number(*value, std::chars_format::fixed, column.decimals) : "-",
-                           kWidth);
+                table += padded(value ? fixed_text(*value, column.decimals) : "-", kWidth);
             }
             table += '\n';
         }

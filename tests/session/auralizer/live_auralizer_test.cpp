@@ -74,6 +74,22 @@ TEST_CASE("A live auralizer computes frames between start and stop, and renders 
     CHECK(live.room().status().frames == frames);
 }
 
+TEST_CASE("A frame that takes longer than its period is late, also the first one") {
+    Scene scene = test::small_room();
+    scene.simulation.rays = 50;
+    const auto late_frames = [&scene](float rate_hz) {
+        scene.simulation.frame_rate_hz = rate_hz;
+        LiveAuralizer live(scene, mono(), nullptr);
+        live.compute_first(0);
+        CHECK(live.room().status().frames == 1);
+        CHECK(live.room().status().skipped_frames == 0);
+        return live.room().status().late_frames;
+    };
+    // Each frame takes more than 10 us. Companion: none takes 100 s.
+    CHECK(late_frames(1e5F) == 1);
+    CHECK(late_frames(0.01F) == 0);
+}
+
 TEST_CASE("The frame after the first one is handed over one period after the start") {
     constexpr double kPeriod_s = 1;
     Scene scene = test::free_field({1, 0, 0});

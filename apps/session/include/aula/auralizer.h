@@ -97,7 +97,8 @@ struct AuralizerStatus {
     std::int64_t samples = 0;       ///< sample time: samples rendered, without pauses
     bool paused = false;            ///< true from the end of the fade to a pause on
     std::uint64_t frames = 0;       ///< propagation frames computed
-    std::uint64_t late_frames = 0;  ///< frames skipped because others took too long (real time)
+    std::uint64_t late_frames = 0;  ///< frames that took longer than frame_period_ms
+    std::uint64_t skipped_frames = 0;  ///< frame times skipped because of late frames (real time)
     double frame_ms = 0;            ///< computation time of the newest frame
     double frame_mean_ms = 0;       ///< mean computation time of all frames
     double frame_worst_ms = 0;      ///< longest computation time of all frames

@@ -34,7 +34,8 @@ struct ScenePlayerStatus {
     Pose listener;                              ///< pose in the newest frame
     std::vector<Vec3> sources;                  ///< positions in the newest frame
     std::uint64_t frames = 0;                   ///< propagation frames computed
-    std::uint64_t late_frames = 0;              ///< frames skipped because others took too long
+    std::uint64_t late_frames = 0;              ///< frames that took longer than their period
+    std::uint64_t skipped_frames = 0;           ///< frame times skipped because of late frames
     int rays = 0;                               ///< rays per source in the newest frame
     float peak = 0;                             ///< largest sample since the last status()
     DeviceState device = DeviceState::playing;  ///< state of the output device
