@@ -12,6 +12,21 @@ namespace {
 
 constexpr std::uint64_t kMaxBytes = std::uint64_t{64} << 20U;
 
+/// Every half degree.
+constexpr std::size_t kMaxElevations = 361;
+constexpr std::size_t kMaxAzimuths = 720;
+
+/// Both formats have the same messages for a file that cannot be one of a directivity.
+void require_regular_file(const std::filesystem::path& file) {
+    std::error_code error;
+    const auto status = std::filesystem::status(file, error);
+    if (std::filesystem::is_regular_file(status)) return;
+    throw InputError(
+        file.string() +
+        (std::filesystem::exists(status) ? ": is not a regular file" : ": no such file") +
+        "; expected a SOFA or JSON file of a directivity");
+}
+
 /// Reads one band of a table to `energy`, whose size the first band determines.
 void read_band(const JsonReader& json, std::size_t band, std::size_t& azimuths,
                std::vector<Bands>& energy) {
@@ -21,6 +36,11 @@ void read_band(const JsonReader& json, std::size_t band, std::size_t& azimuths,
     const auto rows = json.items(kRows);
     if (band == 0 && !rows.empty()) {
         azimuths = rows[0].items(kColumns).size();
+        if (rows.size() > kMaxElevations || azimuths > kMaxAzimuths) {
+            json.fail("a table of " + std::to_string(rows.size()) + " elevations and " +
+                      std::to_string(azimuths) + " azimuths; expected at most " +
+                      std::to_string(kMaxElevations) + " and " + std::to_string(kMaxAzimuths));
+        }
         energy.resize(rows.size() * azimuths);
     }
     if (azimuths == 0 || rows.size() != energy.size() / azimuths) {
@@ -64,6 +84,7 @@ Directivity read_table(const JsonReader& json) {
 }  // namespace
 
 Directivity load_directivity(const std::filesystem::path& file) {
+    require_regular_file(file);
     if (file.extension() == ".sofa") return read_sofa_directivity(file);
     std::string text;
     try {

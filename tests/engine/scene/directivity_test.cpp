@@ -1,7 +1,10 @@
 #include "aula/engine/directivity.h"
 
+#include <sys/stat.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <glm/geometric.hpp>
@@ -279,6 +282,46 @@ TEST_CASE("a directivity is read from JSON, and each error in it has a place") {
         "/level_db: a directivity of 3 elevations and 3 azimuths;");
     CHECK(message(begin + bands(rows, rows) + ", \"levels\": 1}").find("unknown key") !=
           std::string::npos);
-    CHECK_THROWS_AS(load_directivity(folder.path() / "none.json"), InputError);
-    CHECK_THROWS_AS(load_directivity(folder.path()), InputError);
+}
+
+TEST_CASE("a directivity in JSON has at most 361 elevations and 720 azimuths") {
+    const test::TemporaryFolder folder;
+    const auto bands = [](std::size_t elevations, std::size_t azimuths) {
+        std::string row = "[0";
+        for (std::size_t c = 1; c < azimuths; ++c) row += ",0";
+        row += "]";
+        std::string table = "[" + row;
+        for (std::size_t r = 1; r < elevations; ++r) table += "," + row;
+        table += "]";
+        std::string text = table;
+        for (std::size_t b = 1; b < kBandCount; ++b) text += "," + table;
+        return R"({"aula_directivity": 1, "level_db": [)" + text + "]}";
+    };
+    const auto load = [&](const std::string& text) {
+        return load_directivity(folder.write("fine.json", text));
+    };
+    CHECK_NOTHROW(load(bands(361, 4)));
+    CHECK_NOTHROW(load(bands(3, 720)));
+    for (const auto& [elevations, azimuths] : {std::pair(362, 4), std::pair(3, 722)}) {
+        CHECK_THROWS_WITH(load(bands(elevations, azimuths)),
+                          Catch::EndsWith("/level_db/0: a table of " + std::to_string(elevations) +
+                                          " elevations and " + std::to_string(azimuths) +
+                                          " azimuths; expected at most 361 and 720"));
+    }
+}
+
+TEST_CASE("a file that cannot hold a directivity has the same message in both formats") {
+    const test::TemporaryFolder folder;
+    for (const char* name : {"missing", "folder", "pipe"}) {
+        for (const char* format : {".json", ".sofa"}) {
+            const auto file = folder.path() / (std::string(name) + format);
+            const bool missing = name == std::string("missing");
+            if (name == std::string("folder")) std::filesystem::create_directory(file);
+            if (name == std::string("pipe")) REQUIRE(mkfifo(file.c_str(), 0600) == 0);
+            CHECK_THROWS_WITH(load_directivity(file),
+                              file.string() +
+                                  (missing ? ": no such file" : ": is not a regular file") +
+                                  "; expected a SOFA or JSON file of a directivity");
+        }
+    }
 }
