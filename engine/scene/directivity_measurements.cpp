@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "aula/exception.h"
-#include "engine/scene/directivity_stream.h"
 #include "engine/scene/embedded_directivity_reader.h"
 #include "process/contained_process.h"
 
@@ -166,6 +165,11 @@ Directivity directivity_of(const DirectivityMeasurements& measurements) {
     return Directivity::table(kRows, kColumns, std::move(table));
 }
 
+Directivity directivity_of(const DirectivityAnswer& answer) {
+    return directivity_of({local_positions(answer.header, answer.coordinates),
+                           answer.frequencies_hz, answer.energies});
+}
+
 Directivity read_sofa_directivity(const std::filesystem::path& file) {
     constexpr const char* kExpected =
         "a SOFA file of a source's directivity (FreeFieldDirectivityTF)";
@@ -175,7 +179,8 @@ Directivity read_sofa_directivity(const std::filesystem::path& file) {
     };
     ContainedProcess reader(embedded_directivity_reader(), file, kExpected);
     using Verdict = DirectivityHeader::Verdict;
-    DirectivityHeader header;
+    DirectivityAnswer answer;
+    DirectivityHeader& header = answer.header;
     if (!reader.read(header) || header.magic != DirectivityHeader::kMagic) fail(kDamaged);
     switch (header.verdict) {
         case Verdict::usable:
@@ -197,16 +202,14 @@ Directivity read_sofa_directivity(const std::filesystem::path& file) {
     if (header.directions == 0 || header.directions > DirectivityHeader::kMaxDirections ||
         header.frequencies == 0 || header.frequencies > DirectivityHeader::kMaxFrequencies)
         fail(kDamaged);
-    std::vector<double> coordinates(std::size_t{3} * header.directions);
-    DirectivityMeasurements measurements;
-    measurements.frequencies_hz.resize(header.frequencies);
-    measurements.energies.resize(std::size_t{header.directions} * header.frequencies);
-    if (!reader.read(coordinates) || !reader.read(measurements.frequencies_hz) ||
-        !reader.read(measurements.energies))
+    answer.coordinates.resize(std::size_t{3} * header.directions);
+    answer.frequencies_hz.resize(header.frequencies);
+    answer.energies.resize(std::size_t{header.directions} * header.frequencies);
+    if (!reader.read(answer.coordinates) || !reader.read(answer.frequencies_hz) ||
+        !reader.read(answer.energies))
         fail(kDamaged);
     try {
-        measurements.positions = local_positions(header, coordinates);
-        return directivity_of(measurements);
+        return directivity_of(answer);
     } catch (const InputError& error) {
         throw InputError(file.string() + ": " + error.what());
     }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "aula/engine/directivity.h"
+#include "engine/scene/directivity_answer.h"
 
 namespace aula {
 
@@ -20,6 +21,10 @@ struct DirectivityMeasurements {
 /// that of the nearest band with frequencies. Energies are scaled to one distance. Throws
 /// InputError if values are not finite, no frequency is in any band, or a position is the source.
 Directivity directivity_of(const DirectivityMeasurements& measurements);
+
+/// The directivity of a usable answer of the program that reads SOFA, with the same errors; also if
+/// the axes of the source are not two directions.
+Directivity directivity_of(const DirectivityAnswer& answer);
 
 /// Reads a SOFA file (FreeFieldDirectivityTF) in a child process. Throws InputError, or Failure if
 /// the process cannot be started.

@@ -3,12 +3,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace aula {
 
-/// Output of the program that reads directivities in SOFA: this header, then in double precision 3
-/// * directions coordinates, the frequencies in Hz, and directions * frequencies squared pressures.
-/// Native byte order.
+/// Start of the answer of the program that reads directivities in SOFA.
 struct DirectivityHeader {
     enum class Verdict : std::uint32_t { usable, unreadable, other_kind, incomplete, too_large };
 
@@ -25,6 +24,15 @@ struct DirectivityHeader {
     std::uint32_t spherical = 0;  ///< 1: coordinates are azimuth, elevation (degrees), radius
     std::array<double, 3> view{1, 0, 0};  ///< front of the source
     std::array<double, 3> up{0, 0, 1};
+};
+
+/// Answer of that program, in this order and in native byte order. If the verdict is not `usable`,
+/// it is the header alone.
+struct DirectivityAnswer {
+    DirectivityHeader header;
+    std::vector<double> coordinates;     ///< [3 * directions]
+    std::vector<double> frequencies_hz;  ///< [frequencies]
+    std::vector<double> energies;  ///< [direction * frequencies + frequency] squared pressures
 };
 
 }  // namespace aula
