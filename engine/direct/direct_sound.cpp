@@ -7,6 +7,18 @@
 
 namespace aula {
 
+namespace {
+
+/// Multiplies the energies of taps by the ratio of two.
+void scale(std::vector<SpecularPath>& taps, const Bands& from, const Bands& to) {
+    if (from == to) return;
+    Bands ratio;
+    for (std::size_t b = 0; b < kBandCount; ++b) ratio[b] = from[b] > 0 ? to[b] / from[b] : 0;
+    for (SpecularPath& tap : taps) tap.energy *= ratio;
+}
+
+}  // namespace
+
 DirectSound::DirectSound(const RayScene& scene, float speed_of_sound_m_s, int order)
     : scene_(scene), edges_(scene), paths_(scene, edges_, double{speed_of_sound_m_s}) {
     if (order > 1) chains_.emplace(scene, edges_, double{speed_of_sound_m_s}, order);
@@ -68,19 +80,30 @@ std::vector<SpecularPath> DirectSound::find(const Vec3& source, const Vec3& list
             chains_->find(source, listener, memory.chains, attenuation_per_m, paths);
         paths.insert(paths.end(), chains.begin(), chains.end());
     }
-    if (paths.size() == 1 && paths[0].edges.empty()) return {};
-    if (!directivity.is_omnidirectional()) {
-        for (EdgePath& path : paths) {
-            const Bands factor = directivity.factor(path.departure);
-            for (std::size_t b = 0; b < kBandCount; ++b)
-                path.field[b] *= std::sqrt(double{factor[b]});
+    const Bands model = paths_.energy(paths);
+    const Bands before = memory.levels.energy();
+    const Bands& energy = memory.levels.follow(source, listener, model, !changed_.empty());
+    if (memory.levels.is_exact() && paths.size() == 1 && paths[0].edges.empty()) paths.clear();
+    if (!paths.empty()) {
+        if (!directivity.is_omnidirectional()) {
+            for (EdgePath& path : paths) {
+                const Bands factor = directivity.factor(path.departure);
+                for (std::size_t b = 0; b < kBandCount; ++b)
+                    path.field[b] *= std::sqrt(double{factor[b]});
+            }
         }
+        memory.taps = paths_.taps(paths, memory);
+        scale(memory.taps, model, energy);
+    } else if (memory.levels.is_exact()) {
+        memory.taps.clear();
+    } else {
+        // What was heard last fades out.
+        scale(memory.taps, before, energy);
     }
-    std::vector<SpecularPath> taps = paths_.taps(paths, memory);
-    std::stable_sort(taps.begin(), taps.end(), [](const SpecularPath& a, const SpecularPath& b) {
-        return a.length_m < b.length_m;
-    });
-    return taps;
+    std::stable_sort(
+        memory.taps.begin(), memory.taps.end(),
+        [](const SpecularPath& a, const SpecularPath& b) { return a.length_m < b.length_m; });
+    return memory.taps;
 }
 
 }  // namespace aula

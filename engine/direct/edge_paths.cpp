@@ -19,7 +19,6 @@ namespace aula {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kFaded = 1.0 / 64;  // of visibility
 constexpr double kNearest_m = 0.1;
 constexpr double kBesideEdge_m = 1e-3;
 
@@ -220,23 +219,10 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
                                    [&](const Candidate& c) { return !decides(c) || c.is_lit; })
                      : scene_.visible(listener, source);
 
-    // Paths fade that another object blocks or clears; not together with the straight path, as
-    // their fields cancel it at a narrow opening; nor over edges of chains, whose fields change
-    // their signs where an edge blocks another.
-    const bool has_turned = is_lit != memory.was_lit;
-    memory.was_lit = is_lit;
-    for (Candidate& c : candidates) {
-        NearEdges::Edge& edge = near[c.place];
-        const double is_free = c.opening > 0 ? 1 : 0;
-        const bool is_followed = std::binary_search(followed.begin(), followed.end(), edge.index);
-        const bool fades = !has_turned && !edge.is_new && !is_followed;
-        edge.visibility = fades ? 0.5 * (edge.visibility + is_free) : is_free;
-        if (std::abs(edge.visibility - is_free) < kFaded) edge.visibility = is_free;
-        edge.is_new = false;
-        if (c.opening > 0) edge.opening = c.opening;
-        c.opening = edge.opening;
+    for (const Candidate& c : candidates) {
+        near[c.place] = {.index = c.edge, .is_new = false, .is_free = c.opening > 0};
     }
-    std::erase_if(candidates, [&](const Candidate& c) { return near[c.place].visibility == 0; });
+    std::erase_if(candidates, [](const Candidate& c) { return !(c.opening > 0); });
 
     std::vector<EdgePath> paths;
     if (is_lit) {
@@ -263,7 +249,6 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
                         .direction = unit_or_front(apex - to),
                         .departure = unit_or_front(apex - from),
                         .field = field(c, attenuation_per_m)});
-        for (auto& x : bent.back().field) x *= near[c.place].visibility;
         const Bands energy = energy_of(bent.back().field);
         for (std::size_t b = 0; b < kBandCount; ++b) {
             strongest[b] = std::max(strongest[b], energy[b]);
@@ -284,17 +269,43 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
     return paths;
 }
 
-/// With p the primary path, h the fields and L the lengths, an octave of bandwidth B = centre /
-/// sqrt(2) has the mean energy
+/// x = (L_i - L_j) B / c of the lowest octave, with B / c = k / (2 pi sqrt(2)); see energy().
+double EdgePaths::coherence_argument(const EdgePath& a, const EdgePath& b) const {
+    const double x_per_m = integral_.wave_number_per_m(0) / (2 * kPi * std::numbers::sqrt2);
+    return std::abs(a.length_m - b.length_m) * x_per_m;
+}
+
+/// With h the fields and L the lengths, an octave of bandwidth B = centre / sqrt(2) has the mean
+/// energy
 ///
 ///     E = (1 / 4 pi) sum_ij sinc((L_i - L_j) B / c) Re(h_i conj(h_j)).
-///
-/// It is distributed in proportion to
+Bands EdgePaths::energy(std::span<const EdgePath> paths) const {
+    std::array<double, kBandCount> sum{};
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+        for (std::size_t b = 0; b < kBandCount; ++b) sum[b] += std::norm(paths[i].field[b]);
+        for (std::size_t j = 0; j < i; ++j) {
+            const auto sinc = sinc_of_bands(coherence_argument(paths[i], paths[j]));
+            for (std::size_t b = 0; b < kBandCount; ++b) {
+                sum[b] += 2 * sinc[b] *
+                          (paths[i].field[b].real() * paths[j].field[b].real() +
+                           paths[i].field[b].imag() * paths[j].field[b].imag());
+            }
+        }
+    }
+    Bands mean;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        mean[b] = static_cast<float>(std::max(0.0, sum[b]) / (4 * kPi));
+    }
+    return mean;
+}
+
+/// The mean energy is distributed in proportion to
 ///
 ///     E_p ~ |h_p + sum_i g_i h_i|^2,    E_i ~ (1 - g_i^2) |h_i|^2,
 ///
-/// where g_i is sinc((L_i - L_p) B / c) up to its first zero, then 0. Paths of equal length thus
-/// become one tap with the phases between them; the sum of all taps does not depend on p.
+/// where p is the primary path and g_i is sinc((L_i - L_p) B / c) up to its first zero, then 0.
+/// Paths of equal length thus become one tap with the phases between them; the sum of all taps does
+/// not depend on p.
 std::vector<SpecularPath> EdgePaths::taps(std::span<const EdgePath> paths,
                                           PairMemory& memory) const {
     if (paths.empty()) return {};
@@ -317,11 +328,6 @@ std::vector<SpecularPath> EdgePaths::taps(std::span<const EdgePath> paths,
                        (std::abs(primary->length_m - memory.primary->length_m) > kJump_m ||
                         glm::distance(primary->direction, memory.primary->direction) > kJump_rad);
     memory.primary = *primary;
-    // x of the lowest band: (L_i - L_j) B / c with B / c = k / (2 pi sqrt(2)).
-    const auto coherence = [&](const EdgePath& a, const EdgePath& b) {
-        const double x_per_m = integral_.wave_number_per_m(0) / (2 * kPi * std::numbers::sqrt2);
-        return std::abs(a.length_m - b.length_m) * x_per_m;
-    };
     ComplexBands coherent = primary->field;
     const auto tap_of = [](const EdgePath& path, std::uint64_t id, const ComplexBands& field) {
         return SpecularPath{.order = 0,
@@ -337,7 +343,7 @@ std::vector<SpecularPath> EdgePaths::taps(std::span<const EdgePath> paths,
     for (const EdgePath& path : paths) {
         if (&path == primary) continue;
         SpecularPath tap = tap_of(path, id_of(path.edges), path.field);
-        const double x = coherence(path, *primary);
+        const double x = coherence_argument(path, *primary);
         const auto sinc = sinc_of_bands(x);
         for (std::size_t b = 0; b < kBandCount; ++b) {
             const double g = x * static_cast<double>(1U << b) < 1 ? sinc[b] : 0;
@@ -348,38 +354,22 @@ std::vector<SpecularPath> EdgePaths::taps(std::span<const EdgePath> paths,
     }
     SpecularPath first = tap_of(*primary, jumps ? id_of(primary->edges) : 0, coherent);
 
-    std::array<double, kBandCount> mean{};
-    for (std::size_t i = 0; i < paths.size(); ++i) {
-        for (std::size_t b = 0; b < kBandCount; ++b) mean[b] += std::norm(paths[i].field[b]);
-        for (std::size_t j = 0; j < i; ++j) {
-            const auto sinc = sinc_of_bands(coherence(paths[i], paths[j]));
-            for (std::size_t b = 0; b < kBandCount; ++b) {
-                mean[b] += 2 * sinc[b] *
-                           (paths[i].field[b].real() * paths[j].field[b].real() +
-                            paths[i].field[b].imag() * paths[j].field[b].imag());
-            }
-        }
-    }
-    Bands sum = first.energy;
-    for (const SpecularPath& tap : others) sum += tap.energy;
-    Bands scale;
-    for (std::size_t b = 0; b < kBandCount; ++b) {
-        const double energy = std::max(0.0, mean[b]) / (4 * kPi);
-        scale[b] = sum[b] > 0 ? static_cast<float>(energy / double{sum[b]}) : 0;
-    }
-    first.energy *= scale;
-    for (SpecularPath& tap : others) tap.energy *= scale;
-
     std::vector<double> levels_db;
     for (const SpecularPath& tap : others) levels_db.push_back(level_db(tap.energy, first.energy));
     const double threshold_db = fade_threshold_db(levels_db, kMaxTaps - 1, kWeakestTap_db);
     std::vector<SpecularPath> taps{first};
+    Bands sum = first.energy;
     for (std::size_t i = 0; i < others.size(); ++i) {
         const double above_db = levels_db[i] - threshold_db;
         if (above_db <= 0) continue;
         others[i].energy *= static_cast<float>(fade_weight(above_db));
+        sum += others[i].energy;
         taps.push_back(others[i]);
     }
+    const Bands mean = energy(paths);
+    Bands scale;
+    for (std::size_t b = 0; b < kBandCount; ++b) scale[b] = sum[b] > 0 ? mean[b] / sum[b] : 0;
+    for (SpecularPath& tap : taps) tap.energy *= scale;
     return taps;
 }
 

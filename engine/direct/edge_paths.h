@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "aula/engine/energy_response.h"
+#include "engine/direct/level_follower.h"
 #include "engine/direct/near_edges.h"
 #include "engine/edges/scene_edges.h"
 #include "engine/edges/wedge_integral.h"
@@ -40,7 +41,8 @@ struct PairChains {
 struct PairMemory {
     NearEdges near;
     PairChains chains;
-    bool was_lit = false;             ///< nothing blocked the straight path
+    LevelFollower levels;             ///< of all taps
+    std::vector<SpecularPath> taps;   ///< in the last frame
     std::optional<EdgePath> primary;  ///< path of the primary tap
 };
 
@@ -53,12 +55,13 @@ class EdgePaths {
     /// The straight path, if nothing blocks it, and the paths over single edges whose two segments
     /// nothing blocks. The straight path is first, the others have the order of their edges. The
     /// pressure at the listener is the sum of all fields. `memory` is that of the source and the
-    /// listener, `changed` the volumes in which objects have moved since the last frame. A path
-    /// that an object blocks or clears between two frames fades within some frames, unless a chain
-    /// takes its place.
+    /// listener, `changed` the volumes in which objects have moved since the last frame.
     std::vector<EdgePath> find(const Vec3& source, const Vec3& listener,
                                const Bands& attenuation_per_m, PairMemory& memory,
                                std::span<const Bounds> changed = {}) const;
+
+    /// The mean energies of paths in the octaves, in 1/m2: those of all their taps.
+    Bands energy(std::span<const EdgePath> paths) const;
 
     /// Paths, the straight one first, as taps of the direct sound, whose energies add up: the
     /// primary tap, of id 0, first. It is the straight path or, in the shadow, the strong path of
@@ -80,6 +83,7 @@ class EdgePaths {
                                        const glm::dvec3& listener) const;
     double opening(const Candidate& candidate, const Vec3& source, const Vec3& listener) const;
     ComplexBands field(const Candidate& candidate, const Bands& attenuation_per_m) const;
+    double coherence_argument(const EdgePath& a, const EdgePath& b) const;
 
     const RayScene& scene_;
     const SceneEdges& edges_;

@@ -20,12 +20,11 @@ class NearEdges {
     struct Edge {
         std::uint32_t index = 0;  ///< in SceneEdges
         bool is_new = true;       ///< not tested yet
-        double opening = 0;       ///< EdgePaths' opening when the path was last free
-        double visibility = 0;    ///< follows whether the path is free, 0 to 1
+        bool is_free = false;     ///< nothing blocks the path
         double level_db = 0;      ///< above that at which paths are left out
 
         /// Whether the path over the edge is tested in every frame.
-        bool is_in_use() const { return visibility > 0 && level_db > -6; }
+        bool is_in_use() const { return is_free && level_db > -6; }
     };
 
     /// Begins a frame. `changed`: the volumes in which objects have moved since the last one.

@@ -99,15 +99,11 @@ TEST_CASE("edges in use are tested in every frame") {
     const auto due = search.near.begin_frame(search.edges, kSource, kListener, {});
     REQUIRE(due.size() == NearEdges::kMax);
     for (const std::size_t place : due) search.near[place].is_new = false;
-    search.near[17] = {.index = search.near[17].index,
-                       .is_new = false,
-                       .opening = 1,
-                       .visibility = 1,
-                       .level_db = 3};
+    search.near[17] = {
+        .index = search.near[17].index, .is_new = false, .is_free = true, .level_db = 3};
     search.near[18] = {.index = search.near[18].index,
                        .is_new = false,
-                       .opening = 1,
-                       .visibility = 1,
+                       .is_free = true,
                        .level_db = -20};  // inaudible
     int with_17 = 0;
     int with_18 = 0;
