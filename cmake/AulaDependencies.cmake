@@ -17,6 +17,9 @@ macro(aula_find_audio_dependencies)
     pkg_check_modules(KISSFFT REQUIRED IMPORTED_TARGET kissfft-float)
 endmacro()
 
+macro(aula_find_c_dependencies)
+endmacro()
+
 macro(aula_find_session_dependencies)
 endmacro()
 

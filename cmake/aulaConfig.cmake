@@ -1,4 +1,4 @@
-# find_package(aula COMPONENTS engine audio session devices): each component includes those that
+# find_package(aula COMPONENTS c engine audio session devices): each component includes those that
 # it depends on. Without COMPONENTS: session.
 include("${CMAKE_CURRENT_LIST_DIR}/AulaDependencies.cmake")
 set(aula_components ${aula_FIND_COMPONENTS})
@@ -6,10 +6,10 @@ if(NOT aula_components)
     set(aula_components session)
 endif()
 foreach(component ${aula_components})
-    if(NOT component MATCHES "^(engine|audio|session|devices)$")
+    if(NOT component MATCHES "^(c|engine|audio|session|devices)$")
         set(aula_FOUND FALSE)
         set(aula_NOT_FOUND_MESSAGE
-            "aula has no component ${component}; expected engine, audio, session or devices")
+            "aula has no component ${component}; expected c, engine, audio, session or devices")
         return()
     endif()
 endforeach()
@@ -20,7 +20,7 @@ if("session" IN_LIST aula_components)
     list(APPEND aula_components engine audio)
 endif()
 include("${CMAKE_CURRENT_LIST_DIR}/aula-exception.cmake")
-foreach(component engine audio session devices)
+foreach(component c engine audio session devices)
     if(component IN_LIST aula_components)
         cmake_language(CALL aula_find_${component}_dependencies)
         include("${CMAKE_CURRENT_LIST_DIR}/aula-${component}.cmake")

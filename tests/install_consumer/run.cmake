@@ -20,6 +20,7 @@ function(build component)
     # Only the component's libraries: a sound file is read by audio, a device by devices.
     execute_process(COMMAND readelf -d "${WORK}/${component}/use_${component}"
                     OUTPUT_VARIABLE dynamic COMMAND_ERROR_IS_FATAL ANY)
+    set(foreign_c "libportaudio|libjack|libasound|liblo|libembree")
     set(foreign_engine "libportaudio|libjack|libasound|liblo|libsndfile|libsoxr")
     set(foreign_audio "libportaudio|libjack|libasound|liblo|libembree")
     set(foreign_session "libportaudio|libjack|libasound|liblo")
@@ -29,7 +30,7 @@ function(build component)
     endif()
     run("${WORK}/${component}/use_${component}" "${SCENE}")
 endfunction()
-foreach(component engine audio session devices)
+foreach(component c engine audio session devices)
     build(${component})
 endforeach()
 

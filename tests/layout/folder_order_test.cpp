@@ -30,6 +30,7 @@ const std::array kParts = {
     Part{"apps/session",
          {"base", "frames", "auralizer", "offline", "edit", "live", "remote", ""},
          {"engine", "audio"}},
+    Part{"apps/capi", {"include", ""}, {"apps/session", "engine", "audio"}},
     Part{"apps/window", {"view", "model", ""}, {"apps/session", "engine", "audio"}},
     Part{"apps/bench",
          {"base", "convolution", "propagation", ""},

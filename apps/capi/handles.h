@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "aula.h"
+#include "aula/auralizer.h"
+#include "aula/engine/scene.h"
+
+/// The scene of a handle.
+struct aula_scene {
+    aula::Scene scene;
+};
+
+/// The room of a handle.
+struct aula_room {
+    aula_room(const aula::Scene& scene, aula::AuralizerOptions options);
+
+    const aula::RenderClock clock;
+    const std::size_t listeners;
+    std::vector<aula::SourceSignal> signals;  ///< of one call; used by the thread that renders
+    aula::Auralizer auralizer;
+};

@@ -1,0 +1,460 @@
+#include <algorithm>
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <thread>
+#include <vector>
+
+#include "apps/capi/handles.h"
+#include "aula.h"
+#include "aula/exception.h"
+#include "tests/capi/box_room.h"
+#include "tests/session/auralizer/auralizer_rendering.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/wait.h"
+
+using namespace aula;
+using namespace aula::test;
+
+namespace {
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+/// A rigid transform that moves nothing.
+constexpr std::array<float, 12> kIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+
+/// All functions that change a room, with arguments that are right for a room with source 1.
+std::vector<int> change_all(aula_room* room) {
+    const aula_pose pose{{2, 2, 1}, 0, 0, 0};
+    aula_source added = 7;
+    return {aula_room_add_source(room, &pose, "cardioid", AULA_NOW, &added),
+            aula_room_set_source(room, 1, &pose, AULA_NOW),
+            aula_room_set_gain(room, 1, -6, AULA_NOW),
+            aula_room_set_listener(room, 0, &pose, AULA_NOW),
+            aula_room_set_transform(room, 0, kIdentity.data(), AULA_NOW),
+            aula_room_set_material(room, 0, "curtain", AULA_NOW),
+            aula_room_commit(room, 0),
+            aula_room_remove_source(room, 1, AULA_NOW)};
+}
+
+}  // namespace
+
+TEST_CASE("C: null arguments are input errors and leave null handles") {
+    CScene scene;
+    scene.add_box();
+    CRoom room(quick_options(AULA_EXACT));
+    const aula_source source = room.add_source();
+    const BoxMesh box;
+    const std::array<float, AULA_BANDS> bands{};
+    aula_scene* no_scene = scene.handle;
+    aula_room* no_room = room.handle;
+    aula_source found = 1;
+    std::size_t index = 0;
+    float* const outputs[] = {nullptr};
+    aula_status status{};
+    const std::vector<int> results{
+        aula_scene_load(nullptr, &no_scene),
+        aula_scene_load("x.json", nullptr),
+        aula_scene_create(nullptr),
+        aula_scene_add_material(nullptr, "m", bands.data(), bands.data(), nullptr),
+        aula_scene_add_material(scene.handle, nullptr, bands.data(), bands.data(), nullptr),
+        aula_scene_add_material(scene.handle, "m", nullptr, bands.data(), nullptr),
+        aula_scene_add_material(scene.handle, "m", bands.data(), nullptr, nullptr),
+        aula_scene_add_object(nullptr, "o", box.vertices.data(), 8, box.triangles.data(), 12,
+                              "brick", 0, nullptr),
+        aula_scene_add_object(scene.handle, "o", nullptr, 8, box.triangles.data(), 12, "brick", 0,
+                              nullptr),
+        aula_scene_add_object(scene.handle, "o", box.vertices.data(), 8, nullptr, 12, "brick", 0,
+                              nullptr),
+        aula_scene_add_object(scene.handle, "o", box.vertices.data(), 8, box.triangles.data(), 12,
+                              nullptr, 0, nullptr),
+        aula_scene_find_object(nullptr, "walls", &index),
+        aula_scene_find_object(scene.handle, nullptr, &index),
+        aula_scene_find_object(scene.handle, "walls", nullptr),
+        aula_scene_make_movable(nullptr, 0),
+        aula_scene_find_source(nullptr, "voice", &found),
+        aula_scene_find_source(scene.handle, nullptr, &found),
+        aula_scene_find_source(scene.handle, "voice", nullptr),
+        aula_room_create(nullptr, nullptr, &no_room),
+        aula_room_create(scene.handle, nullptr, nullptr),
+        aula_room_add_source(nullptr, &room.pose, nullptr, 0, &found),
+        aula_room_add_source(room.handle, nullptr, nullptr, 0, &found),
+        aula_room_add_source(room.handle, &room.pose, nullptr, 0, nullptr),
+        aula_room_set_source(room.handle, source, nullptr, 0),
+        aula_room_set_listener(room.handle, 0, nullptr, 0),
+        aula_room_set_transform(room.handle, 0, nullptr, 0),
+        aula_room_set_material(room.handle, 0, nullptr, 0),
+        aula_room_process(nullptr, nullptr, 0, outputs, 1, 1),
+        aula_room_process_exactly(nullptr, nullptr, 0, outputs, 1, 1),
+        aula_room_process_exactly(room.handle, nullptr, 1, outputs, 1, 1),
+        aula_room_process_exactly(room.handle, nullptr, 0, nullptr, 1, 1),
+        aula_room_process_exactly(room.handle, nullptr, 0, outputs, 1, 1),
+        aula_room_status(nullptr, &status),
+        aula_room_status(room.handle, nullptr),
+        aula_room_impulse_response(nullptr, source, 0, nullptr, 0, &index),
+        aula_room_impulse_response(room.handle, source, 0, nullptr, 1, &index),
+        aula_room_impulse_response(room.handle, source, 0, nullptr, 0, nullptr)};
+    for (std::size_t call = 0; call < results.size(); ++call) {
+        INFO("call " << call);
+        CHECK(results[call] == AULA_INPUT_ERROR);
+    }
+    for (const int result : change_all(nullptr)) CHECK(result == AULA_INPUT_ERROR);
+    CHECK(no_scene == nullptr);
+    CHECK(no_room == nullptr);
+    CHECK(found == 0);
+    CHECK(std::string(aula_message()) == "room is null");
+    aula_scene_destroy(nullptr);
+    aula_room_destroy(nullptr);
+}
+
+TEST_CASE("C: wrong content of a scene is an error that says what was expected") {
+    CScene scene;
+    scene.add_box();
+    BoxMesh box;
+    const auto add = [&](const char* name, const char* material, std::size_t triangles) {
+        return aula_scene_add_object(scene.handle, name, box.vertices.data(), 8,
+                                     box.triangles.data(), triangles, material, 0, nullptr);
+    };
+    CHECK((add("walls", "brick", 12) == AULA_INPUT_ERROR && message_has("walls")));
+    CHECK((add(nullptr, "cheese", 12) == AULA_INPUT_ERROR && message_has("cheese")));
+    CHECK((add(nullptr, "brick", 0) == AULA_INPUT_ERROR && message_has("no triangle")));
+    box.triangles[7] = 8;
+    CHECK((add(nullptr, "brick", 12) == AULA_INPUT_ERROR && message_has("triangle 2")));
+    box.triangles[7] = 0;
+    for (const float wrong : {kNan, std::numeric_limits<float>::infinity(), 2e6F}) {
+        box.vertices[5] = wrong;
+        CHECK((add(nullptr, "brick", 12) == AULA_INPUT_ERROR && message_has("vertex 1")));
+    }
+    box.vertices[5] = 0;
+    CHECK(add(nullptr, "brick", 12) == AULA_OK);
+    CHECK(add(nullptr, "brick", 12) == AULA_OK);  // names may be absent
+
+    std::array<float, AULA_BANDS> half{};
+    half.fill(0.5F);
+    std::array<float, AULA_BANDS> wrong = half;
+    const auto material = [&](const char* name, const float* absorption, const float* scattering,
+                              const float* reduction_db) {
+        return aula_scene_add_material(scene.handle, name, absorption, scattering, reduction_db);
+    };
+    CHECK(material("felt", half.data(), half.data(), nullptr) == AULA_OK);
+    CHECK(material("felt", half.data(), half.data(), nullptr) == AULA_INPUT_ERROR);
+    CHECK(material("", half.data(), half.data(), nullptr) == AULA_INPUT_ERROR);
+    for (const float value : {-0.1F, 1.1F, kNan}) {
+        wrong[7] = value;
+        CHECK(material("x", wrong.data(), half.data(), nullptr) == AULA_INPUT_ERROR);
+        CHECK(material("x", half.data(), wrong.data(), nullptr) == AULA_INPUT_ERROR);
+    }
+    wrong.fill(0);  // transmits everything
+    CHECK((material("x", half.data(), half.data(), wrong.data()) == AULA_INPUT_ERROR &&
+           message_has("transmits")));
+    wrong.fill(30);
+    CHECK(material("x", half.data(), half.data(), wrong.data()) == AULA_OK);
+    CHECK(add("panel", "felt", 12) == AULA_OK);
+
+    std::size_t index = 0;
+    CHECK((aula_scene_find_object(scene.handle, "panel", &index) == AULA_OK && index == 3));
+    CHECK(aula_scene_find_object(scene.handle, "Panel", &index) == AULA_INPUT_ERROR);
+    CHECK(aula_scene_find_object(scene.handle, "", &index) == AULA_INPUT_ERROR);
+    CHECK(aula_scene_make_movable(scene.handle, 3) == AULA_OK);
+    CHECK(aula_scene_make_movable(scene.handle, 4) == AULA_INPUT_ERROR);
+    aula_source source = 1;
+    CHECK(aula_scene_find_source(scene.handle, "voice", &source) == AULA_INPUT_ERROR);
+    CHECK(source == 0);
+}
+
+TEST_CASE("C: a scene file is read, and its errors are named") {
+    const TemporaryFolder folder;
+    const auto load = [&](const std::string& text, aula_scene** scene) {
+        return aula_scene_load(folder.write("s.json", text).c_str(), scene);
+    };
+    aula_scene* scene = nullptr;
+    REQUIRE(load(R"({"aula": 1, "listener": {"position": [0, 0, 0]},
+                     "sources": [{"name": "a", "position": [1, 0, 0], "signal": "impulse"},
+                                 {"name": "b", "position": [2, 0, 0], "signal": "noise"}]})",
+                 &scene) == AULA_OK);
+    aula_source source = 0;
+    CHECK((aula_scene_find_source(scene, "b", &source) == AULA_OK && source == 2));
+    aula_scene_destroy(scene);
+    CHECK((load(R"({"aula": 1})", &scene) == AULA_INPUT_ERROR && message_has("s.json")));
+    CHECK(scene == nullptr);
+    CHECK(aula_scene_load("/no/such/file", &scene) == AULA_INPUT_ERROR);
+}
+
+TEST_CASE("C: wrong arguments for a room are errors that change nothing") {
+    CRoom room(quick_options(AULA_EXACT));
+    const aula_source source = room.add_source();
+    aula_pose pose = room.pose;
+    pose.position[1] = kNan;
+    aula_source added = 9;
+    CHECK(aula_room_set_source(room.handle, source, &pose, 0) == AULA_INPUT_ERROR);
+    CHECK(aula_room_set_listener(room.handle, 0, &pose, 0) == AULA_INPUT_ERROR);
+    CHECK(aula_room_add_source(room.handle, &pose, nullptr, 0, &added) == AULA_INPUT_ERROR);
+    CHECK(added == 0);
+    CHECK((aula_room_add_source(room.handle, &room.pose, "banana", 0, &added) == AULA_INPUT_ERROR &&
+           message_has("banana")));
+    for (const aula_source absent : {aula_source{0}, aula_source{99}, ~aula_source{0}}) {
+        CHECK(aula_room_set_source(room.handle, absent, &room.pose, 0) == AULA_INPUT_ERROR);
+        CHECK(aula_room_set_gain(room.handle, absent, 0, 0) == AULA_INPUT_ERROR);
+        CHECK((aula_room_remove_source(room.handle, absent, 0) == AULA_INPUT_ERROR &&
+               message_has(std::to_string(absent))));
+        std::size_t length = 1;
+        CHECK(aula_room_impulse_response(room.handle, absent, 0, nullptr, 0, &length) ==
+              AULA_INPUT_ERROR);
+        CHECK(length == 0);
+    }
+    CHECK(aula_room_set_gain(room.handle, source, 201, 0) == AULA_INPUT_ERROR);
+    CHECK(aula_room_set_gain(room.handle, source, kNan, 0) == AULA_INPUT_ERROR);
+    CHECK(aula_room_set_gain(room.handle, source, -INFINITY, 0) == AULA_OK);
+    for (const std::int32_t listener : {-1, 1}) {
+        std::size_t length = 1;
+        CHECK(aula_room_set_listener(room.handle, listener, &room.pose, 0) == AULA_INPUT_ERROR);
+        CHECK(aula_room_impulse_response(room.handle, source, listener, nullptr, 0, &length) ==
+              AULA_INPUT_ERROR);
+    }
+    CHECK(aula_room_set_transform(room.handle, 1, kIdentity.data(), 0) == AULA_INPUT_ERROR);
+    std::array<float, 12> sheared = kIdentity;
+    sheared[1] = 0.5F;
+    CHECK(aula_room_set_transform(room.handle, 0, sheared.data(), 0) == AULA_INPUT_ERROR);
+    CHECK(aula_room_set_material(room.handle, 1, "curtain", 0) == AULA_INPUT_ERROR);
+    CHECK(aula_room_set_material(room.handle, 0, "cheese", 0) == AULA_INPUT_ERROR);
+    CHECK(aula_room_add_source(room.handle, &room.pose, nullptr, 0, &added) == AULA_OK);
+    CHECK((aula_room_add_source(room.handle, &room.pose, nullptr, 0, &added) == AULA_INPUT_ERROR &&
+           message_has("2 sources")));
+
+    std::array<float, 8> output{};
+    output.fill(7);
+    float* const outputs[] = {output.data(), output.data()};
+    const aula_signal signals[3] = {};
+    for (const auto process : {aula_room_process, aula_room_process_exactly}) {
+        CHECK(process(room.handle, signals, 1, outputs, 2, 8) == AULA_INPUT_ERROR);
+        CHECK(process(room.handle, signals, 3, outputs, 1, 8) == AULA_INPUT_ERROR);
+        CHECK(process(room.handle, signals, 1, outputs, 1, -1) == AULA_INPUT_ERROR);
+    }
+    CHECK((aula_room_process(room.handle, signals, 1, outputs, 1, 8) == AULA_INPUT_ERROR &&
+           message_has("aula_room_process_exactly")));
+    CHECK(std::count(output.begin(), output.end(), 7.0F) == 8);
+    aula_status status{};
+    status.size = sizeof(status);
+    CHECK((aula_room_status(room.handle, &status) == AULA_OK && status.sources == 2));
+    CRoom live(quick_options(AULA_REAL_TIME));
+    CHECK((aula_room_process_exactly(live.handle, nullptr, 0, outputs, 1, 8) == AULA_INPUT_ERROR &&
+           message_has("aula_room_process()")));
+}
+
+TEST_CASE("C: options out of range are errors") {
+    const CScene scene;
+    const auto refuses = [&](auto change) {
+        aula_options options = quick_options(AULA_EXACT);
+        change(options);
+        aula_room* room = nullptr;
+        const int result = aula_room_create(scene.handle, &options, &room);
+        aula_room_destroy(room);
+        return result == AULA_INPUT_ERROR && room == nullptr;
+    };
+    CHECK_FALSE(refuses([](aula_options&) {}));
+    CHECK(refuses([](aula_options& o) { o.clock = 2; }));
+    CHECK(refuses([](aula_options& o) { o.output = 99; }));
+    CHECK(refuses([](aula_options& o) { o.sample_rate_hz = 1; }));
+    CHECK(refuses([](aula_options& o) { o.sample_rate_hz = double{kNan}; }));
+    CHECK(refuses([](aula_options& o) { o.frame_rate_hz = -1; }));
+    CHECK(refuses([](aula_options& o) { o.frame_rate_hz = double{kNan}; }));
+    CHECK(refuses([](aula_options& o) { o.ir_length_s = 11; }));
+    CHECK(refuses([](aula_options& o) { o.block = -1; }));
+    CHECK(refuses([](aula_options& o) { o.ambisonic_order = 4; }));
+    CHECK(refuses([](aula_options& o) { o.listeners = 65; }));
+    CHECK(refuses([](aula_options& o) { o.max_sources = -1; }));
+    CHECK(refuses([](aula_options& o) { o.rays = -1; }));
+    CHECK(refuses([](aula_options& o) { o.threads = -1; }));
+    CHECK(refuses([](aula_options& o) {
+        o.output = AULA_BINAURAL;
+        o.hrtf = "/no/such.sofa";
+    }));
+}
+
+TEST_CASE("C: structs of older and newer programs are understood") {
+    const CScene scene;
+    aula_room* room = nullptr;
+    struct {
+        aula_options known;
+        int next = 0;
+    } newer{.known = quick_options(AULA_EXACT)};
+    newer.known.size = sizeof(newer);
+    REQUIRE(aula_room_create(scene.handle, &newer.known, &room) == AULA_OK);
+    aula_room_destroy(room);
+    newer.next = 1;  // a member that this version does not know
+    CHECK(aula_room_create(scene.handle, &newer.known, &room) == AULA_INPUT_ERROR);
+    for (const std::size_t size : {std::size_t{0}, sizeof(std::size_t) - 1, ~std::size_t{0}}) {
+        newer.known.size = size;
+        CHECK((aula_room_create(scene.handle, &newer.known, &room) == AULA_INPUT_ERROR &&
+               message_has("sizeof(aula_options)")));
+    }
+    aula_options older = quick_options(AULA_EXACT);
+    older.size = offsetof(aula_options, rays);
+    older.rays = -1;  // beyond the end of an older struct
+    REQUIRE(aula_room_create(scene.handle, &older, &room) == AULA_OK);
+    aula_status status{};
+    status.size = offsetof(aula_status, rays);
+    status.rays = 77;
+    CHECK(aula_room_status(room, &status) == AULA_OK);
+    CHECK(status.rays == 77);
+    CHECK(status.size == offsetof(aula_status, rays));
+    status.size = 0;
+    CHECK((aula_room_status(room, &status) == AULA_INPUT_ERROR &&
+           message_has("sizeof(aula_status)")));
+    aula_room_destroy(room);
+}
+
+TEST_CASE("C: a room renders the samples of an Auralizer") {
+    constexpr int kLength = 9600;
+    CRoom room(quick_options(AULA_EXACT));
+    const aula_source source = room.add_source();
+    aula_status status{};
+    status.size = sizeof(status);
+    REQUIRE(aula_room_status(room.handle, &status) == AULA_OK);
+    CHECK(status.channels == 1);
+    CHECK(status.latency_samples == 256);
+    CHECK(status.response_length_s == Approx(0.2));
+    std::vector<float> input(kLength);
+    for (int n = 0; n < kLength; ++n) input[static_cast<std::size_t>(n)] = noise_at(n);
+    std::vector<float> output(kLength);
+    const std::array<float, 12> turned{0, -1, 0, 5, 1, 0, 0, -1, 0, 0, 1, 0};
+    aula_pose moved = room.pose;
+    moved.yaw_rad = 1;
+    moved.position[0] = 2;
+    for (int n = 0; n < kLength; n += 480) {
+        if (n == 1920) REQUIRE(aula_room_set_source(room.handle, source, &moved, 2000) == AULA_OK);
+        if (n == 2400) REQUIRE(aula_room_set_gain(room.handle, source, -3, AULA_NOW) == AULA_OK);
+        if (n == 4800) REQUIRE(aula_room_set_material(room.handle, 0, "curtain", n) == AULA_OK);
+        if (n == 6720)
+            REQUIRE(aula_room_set_transform(room.handle, 0, turned.data(), n) == AULA_OK);
+        const aula_signal signal{source, input.data() + n};
+        float* const outputs[] = {output.data() + n};
+        REQUIRE(aula_room_process_exactly(room.handle, &signal, 1, outputs, 1, 480) == AULA_OK);
+    }
+
+    Scene scene;
+    std::vector<Vec3> corners;
+    const BoxMesh box;
+    for (std::size_t v = 0; v < 8; ++v)
+        corners.emplace_back(box.vertices[3 * v], box.vertices[3 * v + 1], box.vertices[3 * v + 2]);
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+    for (std::size_t t = 0; t < 12; ++t)
+        triangles.push_back(
+            {box.triangles[3 * t], box.triangles[3 * t + 1], box.triangles[3 * t + 2]});
+    scene.add_object(corners, triangles, "brick", "walls");
+    scene.objects[0].movable = true;
+    scene.simulation.rays = 50;
+    scene.simulation.threads = 2;  // any number
+    scene.simulation.ir_length_s = 0.2F;
+    AuralizerOptions options = mono();
+    options.max_sources = 2;
+    Auralizer auralizer(scene, options);
+    auralizer.set_listener({.position = {4, 3, 1.7F}, .yaw_rad = 3.1F});
+    const SourceId id = auralizer.add_source({.position = {1, 1, 1.5F}});
+    auralizer.set_source(id, {.position = {2, 1, 1.5F}, .yaw_rad = 1}, 2000);
+    auralizer.set_gain(id, -3, 2400);
+    auralizer.set_material(0, "curtain", 4800);
+    // A quarter turn to the left: x becomes y, y becomes -x.
+    auralizer.set_transform(
+        0, {glm::mat3(Vec3(0, 1, 0), Vec3(-1, 0, 0), Vec3(0, 0, 1)), {5, -1, 0}}, 6720);
+    std::vector<float> expected(kLength);
+    float* const outputs[] = {expected.data()};
+    const SourceSignal signal{id, input.data()};
+    auralizer.render({&signal, 1}, outputs, kLength);
+    CHECK(output == expected);  // exact
+    CHECK(*std::max_element(output.begin(), output.end()) > 0.01F);
+
+    const std::vector<float> response = auralizer.impulse_response(id)[0];
+    std::size_t length = 0;
+    std::vector<float> buffer(response.size() + 10, 7);
+    REQUIRE(aula_room_impulse_response(room.handle, source, 0, buffer.data(), buffer.size(),
+                                       &length) == AULA_OK);
+    REQUIRE(length == response.size());
+    CHECK(std::equal(response.begin(), response.end(), buffer.begin()));
+    CHECK(std::count(buffer.begin() + static_cast<std::ptrdiff_t>(length), buffer.end(), 0.0F) ==
+          10);
+    buffer.assign(20, 7);
+    REQUIRE(aula_room_impulse_response(room.handle, source, 0, buffer.data(), 10, &length) ==
+            AULA_OK);
+    CHECK(length == response.size());
+    CHECK(std::equal(buffer.begin(), buffer.begin() + 10, response.begin()));
+    CHECK(std::count(buffer.begin() + 10, buffer.end(), 7.0F) == 10);
+}
+
+TEST_CASE("C: after a failure of the propagation each function returns it") {
+    for (const RenderClock clock : {RenderClock::exact, RenderClock::real_time}) {
+        AuralizerOptions options = mono(clock);
+        options.before_frame = [](Auralizer&, double time_s) {
+            if (time_s > 0) throw Failure("the roof fell in");
+        };
+        aula_room room(small_room(), options);
+        aula_status status{};
+        status.size = sizeof(status);
+        std::vector<float> output(4096, 7);
+        float* const outputs[] = {output.data()};
+        const auto process =
+            clock == RenderClock::exact ? aula_room_process_exactly : aula_room_process;
+        REQUIRE(comes([&] {
+            process(&room, nullptr, 0, outputs, 1, 4096);
+            return aula_room_status(&room, &status) == AULA_FAILURE;
+        }));
+        CHECK(message_has("the roof fell in"));
+        for (const int result : change_all(&room)) CHECK(result == AULA_FAILURE);
+        std::size_t length = 1;
+        CHECK(aula_room_impulse_response(&room, 1, 0, nullptr, 0, &length) == AULA_FAILURE);
+        const int expected = clock == RenderClock::exact ? AULA_FAILURE : AULA_OK;
+        CHECK(process(&room, nullptr, 0, outputs, 1, 4096) == expected);
+    }
+}
+
+TEST_CASE("C: commands of several threads and rendering run at the same time") {
+    CRoom room(quick_options(AULA_REAL_TIME));
+    REQUIRE(room.add_source() == 1);
+    std::atomic<bool> stop = false;
+    std::atomic<int> failures = 0;
+    const auto count = [&](bool holds) { failures += holds ? 0 : 1; };
+    std::vector<std::thread> threads;
+    for (int t = 0; t < 3; ++t)
+        threads.emplace_back([&, t] {
+            for (int i = 0; !stop; ++i) {
+                aula_pose pose = room.pose;
+                pose.position[0] += 0.01F * static_cast<float>(i % 100);
+                count(aula_room_set_source(room.handle, 1, &pose, AULA_NOW) == AULA_OK);
+                count(aula_room_set_listener(room.handle, 0, &room.listener, AULA_NOW) == AULA_OK);
+                aula_status status{};
+                status.size = sizeof(status);
+                count(aula_room_status(room.handle, &status) == AULA_OK);
+                // Each thread has its message.
+                const std::string name = "thread " + std::to_string(t);
+                count(aula_room_set_material(room.handle, 0, name.c_str(), AULA_NOW) ==
+                      AULA_INPUT_ERROR);
+                count(std::string(aula_message()).find(name) != std::string::npos);
+                if (t > 0) continue;
+                aula_source added = 0;
+                count(aula_room_add_source(room.handle, &pose, nullptr, AULA_NOW, &added) ==
+                      AULA_OK);
+                count(aula_room_remove_source(room.handle, added, AULA_NOW) == AULA_OK);
+                std::size_t length = 0;
+                count(aula_room_impulse_response(room.handle, 1, 0, nullptr, 0, &length) ==
+                      AULA_OK);
+            }
+        });
+    const std::vector<float> input(300, 0.1F);
+    std::vector<float> output(300);
+    float* const outputs[] = {output.data()};
+    const aula_signal signal{1, input.data()};
+    aula_status status{};
+    status.size = sizeof(status);
+    bool audible = false;
+    REQUIRE(comes([&] {
+        count(aula_room_process(room.handle, &signal, 1, outputs, 1, 300) == AULA_OK);
+        audible |= output[0] != 0;
+        count(aula_room_status(room.handle, &status) == AULA_OK);
+        return audible && status.frames > 5;
+    }));
+    stop = true;
+    for (std::thread& thread : threads) thread.join();
+    CHECK(failures == 0);
+}
