@@ -10,31 +10,48 @@ namespace aula {
 
 namespace {
 
-constexpr std::size_t kLargePage = std::size_t{2} << 20;
-constexpr std::size_t kMax = kLargePage / sizeof(std::int64_t);
+constexpr std::size_t kHugePage = std::size_t{2} << 20;
+constexpr std::size_t kMax = kHugePage / sizeof(std::int64_t);
 constexpr std::size_t kAligned = 64 / sizeof(std::int64_t);  // cache lines
 constexpr std::size_t kFirst = kMax / 8;                     // enough for small scenes
 
 }  // namespace
+
+void HugePageArena::Unmap::operator()(std::int64_t* block) const { munmap(block, bytes); }
+
+HugePageArena::Block HugePageArena::map(std::size_t bytes) {
+    void* const block =
+        mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (block == MAP_FAILED) throw std::bad_alloc();
+    return Block(static_cast<std::int64_t*>(block), Unmap{bytes});
+}
+
+HugePageArena::Block HugePageArena::map_huge_page() {
+    // Twice the size contains an aligned page; the parts before and after it are unmapped.
+    Block whole = map(2 * kHugePage);
+    auto* const begin = reinterpret_cast<std::byte*>(whole.release());
+    const std::size_t before = -reinterpret_cast<std::uintptr_t>(begin) % kHugePage;
+    if (before > 0) munmap(begin, before);
+    munmap(begin + before + kHugePage, kHugePage - before);
+    // Optional: only the speed depends on huge pages.
+    madvise(begin + before, kHugePage, MADV_HUGEPAGE);
+    return Block(reinterpret_cast<std::int64_t*>(begin + before), Unmap{kHugePage});
+}
 
 std::int64_t* HugePageArena::take(std::size_t count) {
     assert(count <= kMax);
     count = (count + kAligned - 1) / kAligned * kAligned;
     const std::lock_guard lock(mutex_);
     if (size_ - used_ < count) {
-        size_ = std::max(count, blocks_.empty() ? kFirst : std::min(2 * size_, kMax));
-        const std::size_t alignment = size_ == kMax ? kLargePage : 64;
-        const std::size_t bytes = (size_ * sizeof(std::int64_t) + 63) / 64 * 64;
-        void* block = std::aligned_alloc(alignment, bytes);
-        if (block == nullptr) throw std::bad_alloc();
-        // Optional: only the speed depends on huge pages.
-        if (size_ == kMax) madvise(block, kLargePage, MADV_HUGEPAGE);
-        blocks_.emplace_back(static_cast<std::int64_t*>(block));
+        const std::size_t size =
+            std::max(count, blocks_.empty() ? kFirst : std::min(2 * size_, kMax));
+        blocks_.push_back(size == kMax ? map_huge_page() : map(size * sizeof(std::int64_t)));
+        size_ = size;
         used_ = 0;
     }
-    std::int64_t* row = blocks_.back().get() + used_;
+    // New mappings are zero.
+    std::int64_t* const row = blocks_.back().get() + used_;
     used_ += count;
-    std::fill_n(row, count, 0);
     return row;
 }
 

@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <memory>
 #include <mutex>
 #include <vector>
@@ -11,18 +10,27 @@ namespace aula {
 
 /// Memory for rows of sums, on huge pages: rows are accessed in random order, which would cause TLB
 /// misses with small pages. All rows are freed together.
+///
+/// The memory is mapped, not allocated: the heap returns memory that is already backed by small
+/// pages, which the kernel does not replace.
 class HugePageArena {
  public:
     /// `count` zeros, aligned to 64 bytes; `count` <= 2^18. Throws std::bad_alloc. [any thread]
     std::int64_t* take(std::size_t count);
 
  private:
-    struct Free {
-        void operator()(std::int64_t* block) const { std::free(block); }
+    struct Unmap {
+        std::size_t bytes = 0;
+
+        void operator()(std::int64_t* block) const;
     };
+    using Block = std::unique_ptr<std::int64_t[], Unmap>;
+
+    static Block map(std::size_t bytes);
+    static Block map_huge_page();
 
     std::mutex mutex_;
-    std::vector<std::unique_ptr<std::int64_t[], Free>> blocks_;
+    std::vector<Block> blocks_;
     std::size_t size_ = 0;  ///< numbers in the last block
     std::size_t used_ = 0;  ///< numbers of it in use
 };
