@@ -61,7 +61,7 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const SpecularPaths& i
                                    listener_count * PatchCache::row_bytes(bins.count(), true)))),
       tracer_(scene, grid_, bins_, images, trace) {
     rays_may_mirror_ = simulation.specular || simulation.order > 0;
-    materials_changed();
+    find_mirrors();
     ids_.resize(emitter_count());
     std::iota(ids_.begin(), ids_.end(), std::size_t{0});
     // A patch does not store the order of its energy: under a limit the tracer finds the paths that
@@ -81,8 +81,13 @@ void PatchPropagation::set_rays(int rays) {
     }
 }
 
-/// Decides whether paths that end in a mirror are left to the rays.
 void PatchPropagation::materials_changed() {
+    find_mirrors();
+    grid_.materials_changed(window_frames_);
+}
+
+/// Decides whether paths that end in a mirror are left to the rays.
+void PatchPropagation::find_mirrors() {
     mirrors_ = rays_may_mirror_ &&
                std::any_of(scene_.triangles().begin(), scene_.triangles().end(),
                            [&](const RayScene::Triangle& t) {

@@ -71,6 +71,8 @@ class PatchPropagation final : public ResponseEstimator {
         std::vector<std::vector<std::size_t>> pairs_at;  ///< [receiver] pairs that gather there
     };
 
+    void find_mirrors();
+
     std::size_t emitter_count() const { return source_count_ + listener_count_; }
     Ends ends(std::size_t pair) const {
         return {pair / listener_count_, source_count_ + pair % listener_count_};

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <optional>
 
 #include "engine/patches/irradiance_map.h"
 #include "engine/patches/patch_index.h"
@@ -32,22 +34,26 @@ struct PatchGrid::State {
     PatchIndex index;
     SurfaceSampler sampler;
     SoundReach reach;
-    IrradianceMap irradiance_map;
+    std::optional<IrradianceMap> irradiance_map;
     PatchSides sides;
+    std::vector<Vec3> inside;
+    std::vector<char> transmitting;     // [triangle] now or before, when patches were marked
     std::vector<float> static_area_m2;  // [patch] of static objects
     std::vector<float> area_m2;         // [patch] of all objects
     std::vector<std::uint32_t> static_triangles;
     std::vector<std::uint32_t> moving_triangles;
     std::vector<std::pair<std::uint32_t, std::uint32_t>> static_parts;  // patch, triangle: sorted
 
-    State(const RayScene& rays, WorkerPool& pool, std::uint64_t seed, float patch_size_m)
+    State(const RayScene& rays, WorkerPool& pool, std::uint64_t seed, float patch_size_m,
+          std::span<const Vec3> inside_points)
         : scene(rays),
           workers(pool),
           grid(rays, patch_size_m),
           sampler(rays, grid, index, seed),
           reach(rays, grid, index, seed),
-          irradiance_map(rays, grid.size_m()),
-          sides(rays, grid.size_m()) {}
+          sides(rays, grid.size_m()),
+          inside(inside_points.begin(), inside_points.end()),
+          transmitting(rays.triangle_count(), 0) {}
 
     std::uint32_t find(const Vec3& point, const Vec3& facing_normal) const {
         return index.find(grid.key_at(point, facing_normal));
@@ -55,7 +61,7 @@ struct PatchGrid::State {
 
     /// Finds the patches of all triangles, and marks those that sound from `inside` reaches. False
     /// if there are more than `max_patches`.
-    bool find_patches(std::span<const Vec3> inside, double max_patches) {
+    bool find_patches(double max_patches) {
         double moving_m2 = 0;
         for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
             const RayScene::Triangle& triangle = scene.triangle(t);
@@ -68,19 +74,43 @@ struct PatchGrid::State {
         }
         std::sort(static_parts.begin(), static_parts.end());
         index.keep_present();
-        return reach.mark(
-            inside, max_patches - kCellsOfMoving * moving_m2 / std::pow(double{grid.size_m()}, 2),
-            irradiance_map);
+        return mark(max_patches - kCellsOfMoving * moving_m2 / std::pow(double{grid.size_m()}, 2));
+    }
+
+    /// Marks the patches that sound reaches.
+    bool mark(double max_patches) {
+        begins_to_transmit();
+        irradiance_map.emplace(scene, grid.size_m());
+        return reach.mark(inside, max_patches, *irradiance_map);
+    }
+
+    /// True if a triangle transmits sound that did not when patches were marked.
+    bool begins_to_transmit() {
+        bool any = false;
+        for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
+            if (transmitting[t] || !scene.transmits(scene.triangle(t).material)) continue;
+            transmitting[t] = 1;
+            any = true;
+        }
+        return any;
     }
 
     /// Computes areas and irradiance.
-    void find_areas() {
-        static_area_m2.resize(index.size());
+    void find_areas(std::uint64_t keep) {
+        static_area_m2.assign(index.size(), 0);
         add_reachable(static_triangles, static_area_m2);
-        irradiance_map.finish(static_area_m2, [&](const Vec3& point, const Vec3& normal) {
+        irradiance_map->finish(static_area_m2, [&](const Vec3& point, const Vec3& normal) {
             return find(point, normal);
         });
-        scene_moved(0);
+        add_static_sides(sides.clear_static());
+        scene_moved(keep);
+    }
+
+    void materials_changed(std::uint64_t keep) {
+        if (!begins_to_transmit()) return;
+        // The size of the patches stays, whatever their number.
+        mark(std::numeric_limits<double>::infinity());
+        find_areas(keep);
     }
 
     /// Updates the moving objects' parts.
@@ -118,11 +148,16 @@ struct PatchGrid::State {
         }
         std::sort(divided.begin(), divided.end());
         static_area_m2.resize(index.size());
+        add_static_sides(divided);
+    }
+
+    /// Adds the static surfaces of divided patches, in ascending order.
+    void add_static_sides(const std::vector<std::uint32_t>& divided) {
         for (const SurfaceSample& s : static_samples(divided)) {
             const Vec3 point = s.nudged_off_surface();
             sides.add_static(
                 s.patch, point,
-                s.area_m2 * irradiance_map.relative(s.patch, s.triangle, point, s.normal));
+                s.area_m2 * irradiance_map->relative(s.patch, s.triangle, point, s.normal));
         }
     }
 
@@ -204,15 +239,15 @@ std::unique_ptr<PatchGrid::State> PatchGrid::with_at_most(double max_patches, co
                                   std::sqrt(kCellsOfMoving * moving_m2 / max_patches));
     float size_m = std::max(patch_size_m, static_cast<float>(min_m));
     for (;; size_m *= 1.25F) {
-        auto state = std::make_unique<State>(scene, workers, seed, size_m);
-        if (state->find_patches(inside, max_patches)) return state;
+        auto state = std::make_unique<State>(scene, workers, seed, size_m, inside);
+        if (state->find_patches(max_patches)) return state;
     }
 }
 
 PatchGrid::PatchGrid(const RayScene& scene, float patch_size_m, std::span<const Vec3> inside,
                      std::uint64_t seed, WorkerPool& workers, double max_patches)
     : state_(with_at_most(max_patches, scene, patch_size_m, inside, seed, workers)) {
-    state_->find_areas();
+    state_->find_areas(0);
 }
 
 PatchGrid::Extent PatchGrid::extent(const RayScene& scene, float patch_size_m,
@@ -224,6 +259,10 @@ PatchGrid::Extent PatchGrid::extent(const RayScene& scene, float patch_size_m,
 }
 
 PatchGrid::~PatchGrid() = default;
+
+void PatchGrid::materials_changed(int keep) {
+    state_->materials_changed(static_cast<std::uint64_t>(keep));
+}
 
 void PatchGrid::scene_moved(int keep) { state_->scene_moved(static_cast<std::uint64_t>(keep)); }
 
@@ -257,7 +296,7 @@ void PatchGrid::find_radiators(std::uint32_t triangle, const Vec3& point, const 
     if (!s.sides.divided(patch)) return;
     const float relative = s.scene.moves(s.scene.triangle(triangle))
                                ? 1
-                               : s.irradiance_map.relative(patch, triangle, point, facing_normal);
+                               : s.irradiance_map->relative(patch, triangle, point, facing_normal);
     s.sides.for_each_row(patch, point, [&](std::uint32_t row) {
         radiators.push_back({row, relative / s.sides.reference_m2()});
     });
@@ -278,7 +317,7 @@ float PatchGrid::relative_irradiance(std::uint32_t patch, std::uint32_t triangle
                                      const Vec3& facing_normal) const {
     // Unknown where objects move in and out.
     if (state_->area_m2[patch] != state_->static_area_m2[patch]) return 1;
-    return state_->irradiance_map.relative(patch, triangle, point, facing_normal);
+    return state_->irradiance_map->relative(patch, triangle, point, facing_normal);
 }
 
 PatchCell PatchGrid::cell(std::uint32_t row) const {

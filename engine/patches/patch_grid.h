@@ -81,10 +81,14 @@ class PatchGrid {
     /// new patches reuse their numbers.
     void scene_moved(int keep);
 
+    /// Finds the patches behind walls that did not transmit sound before a change of materials;
+    /// where there are none, it does nothing. `keep` as in scene_moved().
+    void materials_changed(int keep);
+
     /// Number of rows, of patches and of their sides.
     std::size_t size() const;
 
-    /// Number of patches that sound reached at construction.
+    /// Number of patches that sound reaches with all walls that have transmitted so far.
     std::size_t reached() const;
 
     /// The requested size, or larger to limit the number of patches or the extent to 2^17 cells.

@@ -114,6 +114,16 @@ bool PatchSides::cross(std::uint32_t patch, std::uint32_t panel) {
     return added;
 }
 
+std::vector<std::uint32_t> PatchSides::clear_static() {
+    std::vector<std::uint32_t> patches;
+    for (std::uint32_t patch = 0; patch < divisions_.size(); ++patch) {
+        if (!divisions_[patch]) continue;
+        divisions_[patch]->static_samples.clear();
+        patches.push_back(patch);
+    }
+    return patches;
+}
+
 void PatchSides::add_static(std::uint32_t patch, const Vec3& point, float area_m2) {
     divisions_[patch]->static_samples.push_back({point, area_m2});
 }

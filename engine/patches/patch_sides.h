@@ -45,6 +45,10 @@ class PatchSides {
     /// patch was not divided before: add_static() must follow.
     bool cross(std::uint32_t patch, std::uint32_t panel);
 
+    /// Removes the static surfaces of all divided patches, which it returns: add_static() must
+    /// follow, then end_move().
+    std::vector<std::uint32_t> clear_static();
+
     /// Adds a part of a divided patch's static surface; `area_m2` is weighted by its irradiance
     /// relative to the patch's mean.
     void add_static(std::uint32_t patch, const Vec3& point, float area_m2);

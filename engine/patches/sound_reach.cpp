@@ -20,7 +20,7 @@ constexpr std::size_t kHitsPerPatch = 512;  // mean upper limit, to estimate the
 }  // namespace
 
 bool SoundReach::mark(std::span<const Vec3> inside, double max_patches, IrradianceMap& irradiance) {
-    marked_.resize(index_.size(), 0);
+    marked_.resize(std::max(marked_.size(), index_.size()), 0);
     std::size_t hits = 0;
     for (int round = 0; round < kWalkRounds; ++round) {
         const std::size_t before = count_;

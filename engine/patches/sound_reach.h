@@ -23,8 +23,8 @@ class SoundReach {
         : scene_(scene), grid_(grid), index_(index), seed_(seed) {}
 
     /// Marks the patches of the index that sound from `inside` reaches, until a round of walks adds
-    /// hardly any. Counts the walks' hits after a first reflection in `irradiance`. False if it
-    /// reaches more than `max_patches`.
+    /// hardly any. Patches that an earlier call has marked remain so. Counts the walks' hits after
+    /// a first reflection in `irradiance`. False if more than `max_patches` are marked.
     bool mark(std::span<const Vec3> inside, double max_patches, IrradianceMap& irradiance);
 
     /// Number of marked patches.

@@ -686,3 +686,30 @@ TEST_CASE("a material that begins to transmit is heard, and not after it has bec
         CHECK_FALSE(heard());
     }
 }
+
+TEST_CASE("a wall that begins to transmit opens a room in which nothing was before") {
+    Scene scene = row_of_rooms(2, 0.2F, 1);
+    add_partition(scene, 5, std::nullopt);
+    Scene thin = scene;
+    thin.materials[1].sound_reduction_db = Bands::filled(10);
+    // At construction source and listener are in the first room.
+    scene.listener.pose.position = thin.listener.pose.position = Vec3(3.4F, 2.2F, 1.6F);
+    const Simulation simulation = test::with(scene, Estimator::patch, 0.3F);
+    const FrameInput behind{.sources = {scene.sources[0].position},
+                            .listeners = {Vec3(7.3F, 2.9F, 1.2F)}};
+    for (const bool whole_object : {false, true}) {
+        Propagation changed(scene, simulation);
+        Propagation from_start(thin, simulation);
+        for (Propagation* p : {&changed, &from_start}) {
+            if (whole_object) {
+                p->set_object_material(1, thin.materials[1]);
+            } else {
+                p->change_material(1, thin.materials[1]);
+            }
+            p->step(behind);
+        }
+        CAPTURE(whole_object);
+        CHECK(from_start.response(0).total(4) > 0);
+        CHECK(test::same_bits(changed.response(0), from_start.response(0)));
+    }
+}
