@@ -114,6 +114,7 @@ void trace_batch(const RayScene& scene, const PatchGrid& grid, const Emitter& re
                  std::vector<GatherHit>& out, const Sent& sent) {
     const ScrambledSobol sobol(derive_seed(frame_seed, 1));
     std::vector<MirrorRay> rays;
+    rays.reserve(kBatchRays);
     for (int i = batch * kBatchRays; i < std::min((batch + 1) * kBatchRays, settings.rays); ++i) {
         MirrorRay r;
         std::tie(r.first_direction, r.weight) =
@@ -127,6 +128,7 @@ void trace_batch(const RayScene& scene, const PatchGrid& grid, const Emitter& re
     std::vector<Hit> hits;
     std::vector<PatchGrid::Radiator> radiators;
     Departures next;
+    next.rays.reserve(kBatchRays);
     for (std::uint64_t reflections = 0; !rays.empty(); ++reflections) {
         queries.clear();
         for (const MirrorRay& r : rays) queries.push_back(r.ray);

@@ -275,8 +275,8 @@ void PatchGrid::find_rows(const LanePoints& points, const LanePoints& facing_nor
                           std::array<float, kLanes>& factors) const {
     alignas(64) std::array<std::uint64_t, kLanes> keys;
     state_->grid.keys_at(points, facing_normals, count, keys);
+    state_->index.find(keys, std::span(rows).first(count));
     for (std::size_t i = 0; i < count; ++i) {
-        rows[i] = state_->index.find(keys[i]);
         factors[i] = 1;
         if (rows[i] == kNone || !state_->sides.divided(rows[i])) continue;
         const PatchSides::Target target = state_->sides.target(rows[i], points.at(i));

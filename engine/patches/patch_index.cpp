@@ -13,8 +13,17 @@ PatchIndex::PatchIndex() : patch_of_key_(std::make_unique<Map>()) {}
 PatchIndex::~PatchIndex() = default;
 
 std::uint32_t PatchIndex::find(std::uint64_t key) const {
-    const auto found = patch_of_key_->find(key);
-    return found == patch_of_key_->end() ? kNone : found->second;
+    std::uint32_t patch = kNone;
+    find(std::span(&key, 1), std::span(&patch, 1));
+    return patch;
+}
+
+void PatchIndex::find(std::span<const std::uint64_t> keys, std::span<std::uint32_t> patches) const {
+    const Map& map = *patch_of_key_;
+    for (std::size_t i = 0; i < patches.size(); ++i) {
+        const auto found = map.find(keys[i]);
+        patches[i] = found == map.end() ? kNone : found->second;
+    }
 }
 
 std::uint32_t PatchIndex::use(std::uint64_t key) {

@@ -4,6 +4,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace aula {
@@ -20,6 +21,9 @@ class PatchIndex {
 
     /// The patch of a key, or kNone.
     std::uint32_t find(std::uint64_t key) const;
+
+    /// The patches of several keys, as many as `patches`.
+    void find(std::span<const std::uint64_t> keys, std::span<std::uint32_t> patches) const;
 
     /// The patch of a key, added if there is none. The patch counts as used in the present move.
     std::uint32_t use(std::uint64_t key);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <span>
 
 #include "engine/base/sampling.h"
 #include "engine/response/octave_bank.h"
@@ -13,6 +14,7 @@ namespace {
 constexpr double kDecay_s = 0.5;  // duration of the lowest octave filter's response
 constexpr double kLevelling = 8;  // window, independent samples of the band
 constexpr float kSteps = 32767;   // of a carrier's peak
+constexpr std::size_t kBlock_samples = 1024;  // of the filters, in the cache
 
 /// Uniform white noise of unit variance, identical on every machine.
 std::vector<double> white_noise(std::size_t count, std::uint64_t seed) {
@@ -33,7 +35,7 @@ void level(std::vector<float>& carrier, double power, double window_samples) {
         static_cast<std::size_t>(std::min(window_samples, static_cast<double>(period - 1)) / 2);
     std::vector<double> energy(2 * period + 1);  // cumulative, over two periods
     for (std::size_t n = 0; n < 2 * period; ++n) {
-        const double x{carrier[n % period]};
+        const double x{carrier[n < period ? n : n - period]};
         energy[n + 1] = energy[n] + x * x;
     }
     for (std::size_t n = 0; n < period; ++n) {
@@ -59,10 +61,10 @@ NoiseCarriers::NoiseCarriers(double sample_rate_hz, std::uint64_t seed)
       period_samples_(static_cast<std::size_t>(kPeriod_s * sample_rate_hz)) {
     assert(sample_rate_hz >= 8000);
     const auto decay = static_cast<std::size_t>(kDecay_s * sample_rate_hz);
-    OctaveBank impulse_bank(sample_rate_hz);
+    std::vector<double> impulse(2 * decay);
+    impulse[0] = 1;
     std::array<double, kBandCount> power{};
-    for (std::size_t n = 0; n < 2 * decay; ++n) {
-        const auto h = impulse_bank.process(n == 0 ? 1 : 0);
+    for (const auto& h : OctaveBank(sample_rate_hz).process(impulse)) {
         for (std::size_t b = 0; b < kBandCount; ++b) power[b] += h[b] * h[b];
     }
 
@@ -71,10 +73,14 @@ NoiseCarriers::NoiseCarriers(double sample_rate_hz, std::uint64_t seed)
     std::array<std::vector<float>, kBandCount> carriers;
     for (auto& carrier : carriers) carrier.resize(period_samples_);
     OctaveBank bank(sample_rate_hz);
-    for (std::size_t n = period_samples_ - decay; n < period_samples_; ++n) bank.process(noise[n]);
-    for (std::size_t n = 0; n < period_samples_; ++n) {
-        const auto bands = bank.process(noise[n]);
-        for (std::size_t b = 0; b < kBandCount; ++b) carriers[b][n] = static_cast<float>(bands[b]);
+    bank.process(std::span(noise).last(decay));
+    for (std::size_t first = 0; first < period_samples_; first += kBlock_samples) {
+        const std::size_t count = std::min(kBlock_samples, period_samples_ - first);
+        const auto bands = bank.process(std::span(noise).subspan(first, count));
+        for (std::size_t n = 0; n < count; ++n) {
+            for (std::size_t b = 0; b < kBandCount; ++b)
+                carriers[b][first + n] = static_cast<float>(bands[n][b]);
+        }
     }
 
     for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -87,10 +93,9 @@ NoiseCarriers::NoiseCarriers(double sample_rate_hz, std::uint64_t seed)
         float peak = 0;
         for (const float x : carriers[b]) peak = std::max(peak, std::abs(x));
         step_[b] = peak / kSteps;
-        for (std::size_t n = 0; n < whole.size(); ++n) {
-            whole[n] =
-                static_cast<std::int16_t>(std::lround(carriers[b][n % period_samples_] / step_[b]));
-        }
+        for (std::size_t n = 0; n < period_samples_; ++n)
+            whole[n] = static_cast<std::int16_t>(std::lround(carriers[b][n] / step_[b]));
+        std::copy_n(whole.begin(), kMaxRead_samples, whole.begin() + period_samples_);
     }
 }
 

@@ -2,7 +2,10 @@
 
 #include <cassert>
 #include <cmath>
+#include <cstring>
 #include <numbers>
+
+#include "engine/base/multiversion.h"
 
 namespace aula {
 // A Butterworth low-pass and high-pass of odd order N at the same edge are half the sum and half
@@ -25,28 +28,39 @@ OctaveBank::OctaveBank(double sample_rate_hz) {
         for (int k = 1; k <= kOrder / 2; ++k) {
             const double c = std::cos(k * std::numbers::pi / kOrder);
             const double d = 1 + 2 * w * c + w * w;
-            const AllPass2 pair{2 * (w * w - 1) / d, (1 - 2 * w * c + w * w) / d};
+            const double a1 = 2 * (w * w - 1) / d;
+            const double a2 = (1 - 2 * w * c + w * w) / d;
             const auto i = static_cast<std::size_t>(k - 1) / 2;
-            (k % 2 == 0 ? edge.u.pairs[i] : edge.v.pairs[i]) = pair;
+            if (k % 2 == 0) {
+                edge.u.pairs[i] = {a1, a2};
+            } else {
+                edge.v.pairs[i] = {a1, a2};
+            }
         }
-        edge.below.assign(b, edge.u);
         edges_.push_back(edge);
     }
 }
 
-std::array<double, kBandCount> OctaveBank::process(double x) {
-    std::array<double, kBandCount> bands{};
+/// Edge by edge, so that the processor overlaps the recurrences of consecutive samples. All-passes
+/// of bands above the edge process zeros.
+AULA_MULTIVERSION
+std::vector<std::array<double, kBandCount>> OctaveBank::process(std::span<const double> signal) {
+    std::vector<std::array<double, kBandCount>> bands(signal.size());
+    for (std::size_t n = 0; n < signal.size(); ++n) bands[n][0] = signal[n];
     for (std::size_t b = 0; b < edges_.size(); ++b) {
-        Edge& edge = edges_[b];
-        for (std::size_t lower = 0; lower < b; ++lower) {
-            bands[lower] = edge.below[lower].process(bands[lower]);
+        Edge edge = edges_[b];
+        for (std::array<double, kBandCount>& sample : bands) {
+            const double v = edge.v.process(sample[b]);
+            BandDoubles all;
+            std::memcpy(&all, sample.data(), sizeof all);
+            all = edge.u.process(all);
+            std::memcpy(sample.data(), &all, sizeof all);
+            const double u = sample[b];
+            sample[b] = (u + v) / 2;
+            sample[b + 1] = (u - v) / 2;
         }
-        const double u = edge.u.process(x);
-        const double v = edge.v.process(x);
-        bands[b] = (u + v) / 2;
-        x = (u - v) / 2;
+        edges_[b] = edge;
     }
-    bands[edges_.size()] = x;
     return bands;
 }
 

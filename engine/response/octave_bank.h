@@ -1,10 +1,10 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
+#include <span>
 #include <vector>
 
-#include "aula/engine/bands.h"
+#include "engine/base/band_vector.h"
 
 namespace aula {
 
@@ -16,28 +16,32 @@ class OctaveBank {
  public:
     explicit OctaveBank(double sample_rate_hz);
 
-    /// The next sample of every band.
-    std::array<double, kBandCount> process(double x);
+    /// The bands of the next samples of the signal: [sample][band].
+    std::vector<std::array<double, kBandCount>> process(std::span<const double> signal);
 
  private:
+    // The filters process one signal (Sample is double) or one in each band (BandDoubles).
+
     /// First-order all-pass (a1 + 1/z) / (1 + a1/z), 1 at 0 Hz.
+    template <typename Sample>
     struct AllPass1 {
         double a1 = 0;
-        double x1 = 0, y1 = 0;
+        Sample x1{}, y1{};
 
-        double process(double x) {
+        [[gnu::always_inline]] Sample process(const Sample& x) {
             y1 = a1 * (x - y1) + x1;
             x1 = x;
             return y1;
         }
     };
     /// Second-order all-pass (a2 + a1/z + 1/z2) / (1 + a1/z + a2/z2), 1 at 0 Hz.
+    template <typename Sample>
     struct AllPass2 {
         double a1 = 0, a2 = 0;
-        double x1 = 0, x2 = 0, y1 = 0, y2 = 0;
+        Sample x1{}, x2{}, y1{}, y2{};
 
-        double process(double x) {
-            const double y = a2 * (x - y2) + a1 * (x1 - y1) + x2;
+        [[gnu::always_inline]] Sample process(const Sample& x) {
+            const Sample y = a2 * (x - y2) + a1 * (x1 - y1) + x2;
             x2 = x1, x1 = x;
             y2 = y1, y1 = y;
             return y;
@@ -45,28 +49,27 @@ class OctaveBank {
     };
     static constexpr int kOrder = 15;  ///< of the low- and high-passes: 90 dB per octave
     /// The all-passes of an edge: low-pass (u + v)/2, high-pass (u - v)/2.
-    struct Odd {
-        AllPass1 real;
-        std::array<AllPass2, kOrder / 4> pairs;
+    struct U {
+        AllPass1<BandDoubles> real;
+        std::array<AllPass2<BandDoubles>, kOrder / 4> pairs;
 
-        double process(double x) {
+        [[gnu::always_inline]] BandDoubles process(BandDoubles x) {
             x = real.process(x);
-            for (AllPass2& pair : pairs) x = pair.process(x);
+            for (auto& pair : pairs) x = pair.process(x);
             return x;
         }
     };
-    struct Even {
-        std::array<AllPass2, (kOrder + 1) / 4> pairs;
+    struct V {
+        std::array<AllPass2<double>, (kOrder + 1) / 4> pairs;
 
-        double process(double x) {
-            for (AllPass2& pair : pairs) x = pair.process(x);
+        [[gnu::always_inline]] double process(double x) {
+            for (auto& pair : pairs) x = pair.process(x);
             return x;
         }
     };
-    struct Edge {
-        Odd u;
-        Even v;
-        std::vector<Odd> below;  ///< [band below the edge] copy of u
+    struct alignas(64) Edge {  // GCC 12 allocates vectors of doubles for SSE
+        U u;                   ///< also of the bands below the edge
+        V v;
     };
     std::vector<Edge> edges_;
 };

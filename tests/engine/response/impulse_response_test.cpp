@@ -14,26 +14,26 @@ using namespace aula::test;
 
 namespace {
 
-using BandSums = std::array<double, kBandCount>;
+using OctaveSums = std::array<double, kBandCount>;
 
 /// Energy per octave of a signal, including the decay of the filters after its end.
-BandSums octaves(const std::vector<float>& samples) {
-    OctaveBank bank(kRate_hz);
-    BandSums sum{};
-    for (std::size_t n = 0; n < samples.size() + 24000; ++n) {
-        const auto bands = bank.process(n < samples.size() ? double{samples[n]} : 0.0);
+OctaveSums octaves(const std::vector<float>& samples) {
+    std::vector<double> signal(samples.begin(), samples.end());
+    signal.resize(samples.size() + 24000);
+    OctaveSums sum{};
+    for (const OctaveSums& bands : OctaveBank(kRate_hz).process(signal)) {
         for (std::size_t b = 0; b < kBandCount; ++b) sum[b] += bands[b] * bands[b];
     }
     return sum;
 }
 
 /// Energy per octave of a unit impulse: the share of white noise in each band.
-BandSums shares() { return octaves({1.0F}); }
+OctaveSums shares() { return octaves({1.0F}); }
 
 }  // namespace
 
 TEST_CASE("the energy of a band is 4 pi times its energy response times its share of white noise") {
-    const BandSums share = shares();
+    const OctaveSums share = shares();
     ImpulseResponseBuilder builder(carriers(1), 1.0, "source");
     for (std::size_t b = 0; b < kBandCount; ++b) {
         std::array<double, kBandCount> start{};
@@ -52,11 +52,11 @@ TEST_CASE("the energy of a band is 4 pi times its energy response times its shar
 
 TEST_CASE("a flat energy response has the octave spectrum of an impulse of its energy") {
     const EnergyResponse r = decay(1.0, all(0.5), all(1));
-    const BandSums share = shares();
+    const OctaveSums share = shares();
     constexpr int kSources = 16;
-    BandSums sum{};
+    OctaveSums sum{};
     for (int i = 0; i < kSources; ++i) {
-        const BandSums one = octaves(build(r, 1.0, 1, std::to_string(i)).channels[0]);
+        const OctaveSums one = octaves(build(r, 1.0, 1, std::to_string(i)).channels[0]);
         for (std::size_t b = 0; b < kBandCount; ++b) sum[b] += one[b] / kSources;
     }
     for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -72,11 +72,11 @@ TEST_CASE("a flat energy response has the octave spectrum of an impulse of its e
 TEST_CASE("octave levels follow the energy response within 0.5 dB") {
     const std::array<double, kBandCount> start{1, 1.5, 1, 1.3, 0.9, 1, 0.7, 0.5};
     const std::array<double, kBandCount> time_s{1.2, 1.1, 1, 0.9, 0.8, 0.7, 0.6, 0.5};
-    const BandSums share = shares();
+    const OctaveSums share = shares();
     const EnergyResponse r = decay(1.5, time_s, start, 0.012);
-    BandSums sum{};
+    OctaveSums sum{};
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-        const BandSums one = octaves(build(r, 1.5, seed).channels[0]);
+        const OctaveSums one = octaves(build(r, 1.5, seed).channels[0]);
         for (std::size_t b = 0; b < kBandCount; ++b) sum[b] += one[b] / 4;
     }
     for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -89,10 +89,9 @@ TEST_CASE("octave levels follow the energy response within 0.5 dB") {
 TEST_CASE("each octave has its own decay rate") {
     const std::array<double, kBandCount> time_s{0.9, 0.9, 0.9, 0.9, 0.9, 0.7, 0.6, 0.5};
     const ImpulseResponse ir = build(decay(1.5, time_s, all(1), 0.012), 1.5);
-    OctaveBank bank(kRate_hz);
-    std::vector<BandSums> schroeder;
-    for (const float x : ir.channels[0]) schroeder.push_back(bank.process(double{x}));
-    BandSums sum{};
+    const std::vector<double> signal(ir.channels[0].begin(), ir.channels[0].end());
+    std::vector<OctaveSums> schroeder = OctaveBank(kRate_hz).process(signal);
+    OctaveSums sum{};
     for (auto it = schroeder.rbegin(); it != schroeder.rend(); ++it) {
         for (std::size_t b = 0; b < kBandCount; ++b) {
             sum[b] += (*it)[b] * (*it)[b];
@@ -116,7 +115,7 @@ TEST_CASE("the smooth envelope preserves the energy of bins") {
     for (std::size_t i = 0; i < r.bins.count(); ++i) {
         r.energy[i][7] = i % 5 == 4 ? 0.0F : (i % 2 == 0 ? 1.0F : 4.0F);
     }
-    const BandSums share = shares();
+    const OctaveSums share = shares();
     std::vector<double> sum(r.bins.count());
     constexpr int kSeeds = 8;
     for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
@@ -143,7 +142,7 @@ TEST_CASE("the energy of a bin is spread over a period of the band's centre freq
     constexpr int kSources = 16;
     double early = 0;
     double all = 0;
-    BandSums sum{};
+    OctaveSums sum{};
     for (int i = 0; i < kSources; ++i) {
         const std::vector<float> w = build(r, 0.1, 1, std::to_string(i)).channels[0];
         for (std::size_t n = 0; n < w.size(); ++n) {
@@ -153,7 +152,7 @@ TEST_CASE("the energy of a bin is spread over a period of the band's centre freq
             // From the start of the bin to a period, 15.9 ms, after its end, in whole bins.
             if (n < 20 * 48 || n >= 37 * 48) CHECK(w[n] == 0);
         }
-        const BandSums one = octaves(w);
+        const OctaveSums one = octaves(w);
         for (std::size_t b = 0; b < kBandCount; ++b) sum[b] += one[b];
     }
     // 1 / 17, less the smooth start; a margin of a factor of four for the random carrier.
@@ -270,7 +269,7 @@ TEST_CASE("responses longer than four seconds have no gaps and the right energy 
     ImpulseResponse ir;
     ImpulseResponseBuilder(carriers(1), kLength_s, "source", 0).build(r, ir);
     REQUIRE(ir.channels[0].size() == static_cast<std::size_t>(kLength_s * kRate_hz));
-    const BandSums share = shares();
+    const OctaveSums share = shares();
     const auto power = [&](double t) { return std::exp(-6 * std::log(10.0) / 20 * t) * kFourPi; };
     double sum = 0;
     for (const double x : share) sum += x;
@@ -372,7 +371,7 @@ TEST_CASE("the impulse response has the right energy at other sample rates") {
 }
 
 TEST_CASE("of a bin that the response truncates only the part before the end remains") {
-    const BandSums share = shares();
+    const OctaveSums share = shares();
     ImpulseResponseBuilder builder(carriers(1), 0.0025, "source");
     for (std::size_t b = 0; b < kBandCount; ++b) {
         // Bins of 1 ms, the last one truncated to 0.5 ms; 100 s: no decay.

@@ -102,12 +102,11 @@ TEST_CASE("levelling makes the power constant over eight independent samples, no
         return double{carriers().step()[kBand]} * *carriers().read(kBand, 0, n);
     });
     // White noise in the same octave.
-    aula::OctaveBank bank(48000);
     aula::RandomStream random(3);
-    std::vector<double> octave;
-    for (std::size_t n = 0; n < kPeriod_samples; ++n)
-        octave.push_back(bank.process(double{random.uniform()} - 0.5)[kBand]);
-    const double natural = variance_of([&](std::size_t n) { return octave[n]; });
+    std::vector<double> white(kPeriod_samples);
+    for (double& x : white) x = double{random.uniform()} - 0.5;
+    const auto octaves = aula::OctaveBank(48000).process(white);
+    const double natural = variance_of([&](std::size_t n) { return octaves[n][kBand]; });
     CAPTURE(levelled, natural);
     // The standard errors of both variances are 3 %. The bounds are the geometric means of 5 / 12
     // and its neighbours: 1 / 6 if the window were half as long, 1 without levelling.

@@ -17,9 +17,9 @@ using Spectrum = std::array<std::complex<double>, kBandCount>;
 class Responses {
  public:
     explicit Responses(double sample_rate_hz) : sample_rate_hz_(sample_rate_hz) {
-        OctaveBank bank(sample_rate_hz);
-        const auto count = static_cast<std::size_t>(2 * sample_rate_hz);
-        for (std::size_t n = 0; n < count; ++n) impulse_.push_back(bank.process(n == 0 ? 1 : 0));
+        std::vector<double> impulse(static_cast<std::size_t>(2 * sample_rate_hz));
+        impulse[0] = 1;
+        impulse_ = OctaveBank(sample_rate_hz).process(impulse);
     }
 
     Spectrum at(double frequency_hz) const {
