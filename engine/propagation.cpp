@@ -168,6 +168,7 @@ struct Propagation::State {
         constexpr double kFar_m = 1000;
         travel_m += kFar_m;
         specular.materials_changed();
+        if (direct_sound) direct_sound->materials_changed();
         estimator->materials_changed();
     }
 

@@ -33,12 +33,12 @@ constexpr double kLongestDetour_m = 15;
 constexpr double kLongestLitDetour_m = 2;
 constexpr double kLongestSegment_m = 30;
 
-// The work of a frame: pairs of edges that are tested, rays, and pairs of points that are searched.
-// The first search of a pair may do more.
-constexpr std::int64_t kTests = 8192;
-constexpr std::int64_t kRays = 2048;
-constexpr std::int64_t kFirstFactor = 16;
-constexpr int kSearches = 2;
+// The work of a frame: pairs of edges and partial paths that are tested, and rays. The first search
+// of a pair may do more.
+constexpr std::int64_t kTests = 16384;
+constexpr std::int64_t kRays = 8192;
+constexpr std::int64_t kFirstFactor = 8;
+constexpr std::size_t kMaxPoints = 64;  // whose visible edges are known
 constexpr float kMoved_m = 0.1F;
 
 // Weaker chains than the strongest path between the same points are dropped; they fade out before.
@@ -104,9 +104,9 @@ ChainSearch::ChainSearch(const RayScene& scene, const SceneEdges& edges, double 
 void ChainSearch::begin_frame(std::span<const Bounds> changed) {
     budget_ = {kTests, kRays};
     first_budget_ = {kFirstFactor * kTests, kFirstFactor * kRays};
-    searches_ = 0;
     if (changed.empty()) return;
     ++scene_changes_;
+    forget_seen(changed);
     moving_neighbours_.clear();
     std::erase_if(fixed_neighbours_, [&](const auto& entry) {
         return std::any_of(changed.begin(), changed.end(), [&](const Bounds& bounds) {
@@ -125,7 +125,7 @@ bool ChainSearch::needs_search(const PairChains& pair, const Vec3& source,
 void ChainSearch::search(const Vec3& source, const Vec3& listener, PairChains& pair) {
     if (!needs_search(pair, source, listener)) return;
     const bool is_first = !pair.is_searched;
-    if (!is_first && (++searches_ > kSearches || !budget_.is_left())) return;
+    if (!is_first && !budget_.is_left()) return;
     pair.source = source;
     pair.listener = listener;
     pair.scene_changes = scene_changes_;
@@ -165,23 +165,58 @@ ChainSearch::Sequence ChainSearch::near_edges(const Vec3& source, const Vec3& li
     return near;
 }
 
-/// Flags of the edges of the scene: 1 for those of `edges` that a point sees.
-std::vector<char> ChainSearch::visible_from(const Vec3& point, std::span<const std::uint32_t> edges,
-                                            Budget& budget) const {
-    std::vector<char> is_visible(edges_.count());
-    for (const std::uint32_t e : edges) {
-        const DiffractionEdge& edge = edges_[e];
-        if (!is_beside(edge, point)) continue;
-        const double nearest =
-            std::clamp(edge.coordinates(point).along_m / edge.length_m, 0.0, 1.0);
-        for (const double place : {nearest, kPlaces[0], kPlaces[1], kPlaces[2]}) {
-            --budget.rays;
-            if (!scene_.visible(point, point_off(edge, place))) continue;
-            is_visible[e] = 1;
-            break;
+/// What is known of the edges that a point sees. The entry used least recently makes room.
+ChainSearch::SeenEdges& ChainSearch::seen_from(const Vec3& point) {
+    const auto known = std::find_if(seen_.begin(), seen_.end(),
+                                    [&](const SeenEdges& seen) { return seen.point == point; });
+    SeenEdges* seen = known == seen_.end() ? nullptr : &*known;
+    if (seen == nullptr) {
+        if (seen_.size() < kMaxPoints) {
+            seen = &seen_.emplace_back();
+        } else {
+            seen = &*std::min_element(
+                seen_.begin(), seen_.end(),
+                [](const SeenEdges& a, const SeenEdges& b) { return a.last_use < b.last_use; });
+        }
+        seen->point = point;
+        seen->results.assign(edges_.count(), SeenEdges::Result::unknown);
+    }
+    seen->last_use = ++seen_uses_;
+    return *seen;
+}
+
+/// Forgets results that a movement in some volumes may have changed.
+void ChainSearch::forget_seen(std::span<const Bounds> changed) {
+    for (SeenEdges& seen : seen_) {
+        for (std::uint32_t e = 0; e < edges_.count(); ++e) {
+            if (seen.results[e] == SeenEdges::Result::unknown) continue;
+            Bounds between;
+            between.add(seen.point);
+            between.add(Vec3(edges_[e].start));
+            between.add(Vec3(edges_[e].point(edges_[e].length_m)));
+            if (std::any_of(changed.begin(), changed.end(),
+                            [&](const Bounds& volume) { return intersect(between, volume); })) {
+                seen.results[e] = SeenEdges::Result::unknown;
+            }
         }
     }
-    return is_visible;
+}
+
+bool ChainSearch::is_visible(SeenEdges& seen, std::uint32_t edge, Budget& budget) const {
+    SeenEdges::Result& result = seen.results[edge];
+    if (result == SeenEdges::Result::unknown) {
+        const DiffractionEdge& at = edges_[edge];
+        const double nearest =
+            std::clamp(at.coordinates(seen.point).along_m / at.length_m, 0.0, 1.0);
+        const auto sees = [&](double place) {
+            --budget.rays;
+            return scene_.visible(seen.point, point_off(at, place));
+        };
+        const bool is_seen = is_beside(at, seen.point) &&
+                             (sees(nearest) || std::any_of(kPlaces.begin(), kPlaces.end(), sees));
+        result = is_seen ? SeenEdges::Result::visible : SeenEdges::Result::hidden;
+    }
+    return result == SeenEdges::Result::visible;
 }
 
 bool ChainSearch::see_each_other(const DiffractionEdge& a, const DiffractionEdge& b,
@@ -246,12 +281,19 @@ void ChainSearch::search(PairChains& pair, Budget& budget) {
     const glm::dvec3 to(pair.listener);
     const double longest_m = glm::distance(from, to) + kLongestDetour_m;
     const Sequence near = near_edges(pair.source, pair.listener);
-    const std::vector<char> is_last = visible_from(pair.listener, near, budget);
-    const std::vector<char> is_first = visible_from(pair.source, near, budget);
+    const auto visible_from = [&](const Vec3& point) {
+        SeenEdges& seen = seen_from(point);
+        std::vector<char> is_seen(edges_.count());
+        for (const std::uint32_t e : near) is_seen[e] = is_visible(seen, e, budget) ? 1 : 0;
+        return is_seen;
+    };
+    const std::vector<char> is_last = visible_from(pair.listener);
+    const std::vector<char> is_first = visible_from(pair.source);
 
     std::priority_queue<Partial> open;
     std::vector<const DiffractionEdge*> edges;
     const auto add = [&](Sequence sequence, std::size_t bends) {
+        --budget.tests;
         edges.clear();
         for (const std::uint32_t e : sequence) edges.push_back(&edges_[e]);
         const ShortestPath path = shortest_path(to, edges, from);
@@ -280,8 +322,9 @@ void ChainSearch::search(PairChains& pair, Budget& budget) {
 
     std::vector<std::pair<double, Sequence>> found;  // by descending level
     const auto try_chain = [&](Sequence sequence) {
-        budget.rays -= static_cast<std::int64_t>(4 * sequence.size() + 1);
-        if (const auto chain = chain_of(sequence, pair.source, pair.listener)) {
+        const auto chain = chain_of(sequence, pair.source, pair.listener);
+        budget.rays -= chain ? static_cast<std::int64_t>(4 * sequence.size() + 1) : 1;
+        if (chain) {
             found.emplace_back(20 * std::log10(chain->length_m()) - chain->estimated_db(),
                                std::move(sequence));
         }

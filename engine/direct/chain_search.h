@@ -52,9 +52,17 @@ class ChainSearch {
 
     /// Work that a search may still do.
     struct Budget {
-        std::int64_t tests;  ///< of pairs of edges
+        std::int64_t tests;  ///< of pairs of edges and partial paths
         std::int64_t rays;
         bool is_left() const { return tests > 0 && rays > 0; }
+    };
+
+    /// The edges that a source or a listener sees, as far as they have been tested.
+    struct SeenEdges {
+        enum class Result : char { unknown, hidden, visible };
+        Vec3 point{0};
+        std::vector<Result> results;  ///< [edge]
+        std::uint64_t last_use = 0;
     };
 
     struct Partial;
@@ -62,8 +70,9 @@ class ChainSearch {
     void search(PairChains& pair, Budget& budget);
     std::optional<EdgeChain> chain_of(const Sequence& sequence, const Vec3& source,
                                       const Vec3& listener) const;
-    std::vector<char> visible_from(const Vec3& point, std::span<const std::uint32_t> edges,
-                                   Budget& budget) const;
+    bool is_visible(SeenEdges& seen, std::uint32_t edge, Budget& budget) const;
+    SeenEdges& seen_from(const Vec3& point);
+    void forget_seen(std::span<const Bounds> changed);
     Sequence near_edges(const Vec3& source, const Vec3& listener) const;
     Sequence neighbours(std::uint32_t edge, Budget& budget);
     Neighbours find_neighbours(std::uint32_t edge, bool moving, Budget& budget) const;
@@ -76,10 +85,11 @@ class ChainSearch {
     std::vector<char> is_moving_;                           ///< [edge]
     std::map<std::uint32_t, Neighbours> fixed_neighbours_;  ///< both edges are fixed
     std::map<std::uint32_t, Neighbours> moving_neighbours_;
+    std::vector<SeenEdges> seen_;
+    std::uint64_t seen_uses_ = 0;
     std::uint64_t scene_changes_ = 0;
     Budget budget_{};        ///< of the frame, for pairs that were searched before
     Budget first_budget_{};  ///< of the frame, for the others
-    int searches_ = 0;       ///< in the frame
 };
 
 }  // namespace aula

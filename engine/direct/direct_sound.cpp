@@ -9,6 +9,11 @@ namespace aula {
 
 namespace {
 
+bool is_same_tap(const SpecularPath& a, const SpecularPath& b) {
+    return a.length_m == b.length_m && a.direction == b.direction && a.energy == b.energy &&
+           a.id == b.id && a.edges == b.edges && a.departure == b.departure && a.apexes == b.apexes;
+}
+
 /// Multiplies the energies of taps by the ratio of two.
 void scale(std::vector<SpecularPath>& taps, const Bands& from, const Bands& to) {
     if (from == to) return;
@@ -41,6 +46,7 @@ void DirectSound::begin_frame(bool moved) {
 }
 
 void DirectSound::find_changes() {
+    ++scene_version_;
     edges_.scene_moved();
     for (MovableObject& object : movable_) {
         if (object.corners == scene_.triangle(object.triangles[0]).vertices) continue;
@@ -69,10 +75,34 @@ void DirectSound::search(std::span<const Vec3> sources, std::span<const Vec3> li
     }
 }
 
+/// All that a frame leaves is a function of the inputs and of what the frames before left. If
+/// nothing changes in as many frames as test all edges, nothing will change in the next one.
 std::vector<SpecularPath> DirectSound::find(const Vec3& source, const Vec3& listener,
                                             const OrientedDirectivity& directivity,
                                             const Bands& attenuation_per_m,
                                             PairMemory& memory) const {
+    const PairMemory::Inputs inputs{source, listener, directivity, scene_version_};
+    const bool rests = memory.inputs == inputs;
+    memory.inputs = inputs;
+    if (rests && memory.equal_frames >= NearEdges::kTurns) {
+        memory.near.skip_frame();
+        return memory.taps;
+    }
+    std::vector<SpecularPath> taps =
+        compute(source, listener, directivity, attenuation_per_m, memory);
+    const bool is_equal =
+        rests && !memory.near.has_changed() && memory.levels.is_exact() &&
+        (!chains_ || memory.chains.is_complete) &&
+        std::equal(taps.begin(), taps.end(), memory.taps.begin(), memory.taps.end(), is_same_tap);
+    memory.equal_frames = is_equal ? memory.equal_frames + 1 : 0;
+    memory.taps = taps;
+    return taps;
+}
+
+std::vector<SpecularPath> DirectSound::compute(const Vec3& source, const Vec3& listener,
+                                               const OrientedDirectivity& directivity,
+                                               const Bands& attenuation_per_m,
+                                               PairMemory& memory) const {
     std::vector<EdgePath> paths =
         paths_.find(source, listener, attenuation_per_m, memory, changed_);
     if (chains_) {
@@ -84,6 +114,7 @@ std::vector<SpecularPath> DirectSound::find(const Vec3& source, const Vec3& list
     const Bands before = memory.levels.energy();
     const Bands& energy = memory.levels.follow(source, listener, model, !changed_.empty());
     if (memory.levels.is_exact() && paths.size() == 1 && paths[0].edges.empty()) paths.clear();
+    std::vector<SpecularPath> taps;
     if (!paths.empty()) {
         if (!directivity.is_omnidirectional()) {
             for (EdgePath& path : paths) {

@@ -24,6 +24,9 @@ class DirectSound {
     /// Begins a frame; `moved`: RayScene::move has moved objects since the last one.
     void begin_frame(bool moved);
 
+    /// Discards all kept taps after a change of materials.
+    void materials_changed() { ++scene_version_; }
+
     /// Searches for chains of edges in the scene of this frame; call before find(). `memories` are
     /// those of all pairs, [source * listeners + listener].
     void search(std::span<const Vec3> sources, std::span<const Vec3> listeners,
@@ -33,7 +36,8 @@ class DirectSound {
 
     /// The paths of a source's direct sound to a listener by ascending length; see SpecularPath.
     /// Empty if no path leads over an edge.
-    /// `memory` is that of the source and the listener. [several threads]
+    /// `memory` is that of the source and the listener; while nothing has changed in several
+    /// frames, its taps are returned. [several threads]
     std::vector<SpecularPath> find(const Vec3& source, const Vec3& listener,
                                    const OrientedDirectivity& directivity,
                                    const Bands& attenuation_per_m, PairMemory& memory) const;
@@ -45,6 +49,9 @@ class DirectSound {
         Bounds bounds;                  ///< in the last frame
     };
 
+    std::vector<SpecularPath> compute(const Vec3& source, const Vec3& listener,
+                                      const OrientedDirectivity& directivity,
+                                      const Bands& attenuation_per_m, PairMemory& memory) const;
     void find_changes();
     void follow(MovableObject& object);
 
@@ -53,6 +60,7 @@ class DirectSound {
     EdgePaths paths_;
     std::optional<ChainSearch> chains_;
     std::uint64_t frames_ = 0;
+    std::uint64_t scene_version_ = 0;  ///< changes with movements of objects and with materials
     std::vector<MovableObject> movable_;
     std::vector<Bounds> changed_;  ///< volumes in which objects have moved in this frame
 };

@@ -202,7 +202,7 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
     for (const std::size_t place : near.begin_frame(edges_, from, to, changed, followed)) {
         auto c = candidate(near[place].index, from, to);
         if (!c) {
-            near[place] = {.index = near[place].index, .is_new = false};
+            near.set(place, {.index = near[place].index, .is_new = false});
             continue;
         }
         c->place = place;
@@ -219,10 +219,11 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
                                    [&](const Candidate& c) { return !decides(c) || c.is_lit; })
                      : scene_.visible(listener, source);
 
-    for (const Candidate& c : candidates) {
-        near[c.place] = {.index = c.edge, .is_new = false, .is_free = c.opening > 0};
-    }
-    std::erase_if(candidates, [](const Candidate& c) { return !(c.opening > 0); });
+    std::erase_if(candidates, [&](const Candidate& c) {
+        const bool is_blocked = c.opening == 0;
+        if (is_blocked) near.set(c.place, {.index = c.edge, .is_new = false});
+        return is_blocked;
+    });
 
     std::vector<EdgePath> paths;
     if (is_lit) {
@@ -261,7 +262,9 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
     const double threshold_db = fade_threshold_db(levels_db, kMaxPaths, kWeakestPath_db);
     for (std::size_t i = 0; i < bent.size(); ++i) {
         const double above_db = levels_db[i] - threshold_db;
-        near[candidates[i].place].level_db = above_db;
+        near.set(
+            candidates[i].place,
+            {.index = candidates[i].edge, .is_new = false, .is_free = true, .level_db = above_db});
         if (above_db <= 0) continue;
         for (auto& x : bent[i].field) x *= fade_weight(above_db);
         paths.push_back(std::move(bent[i]));

@@ -10,6 +10,7 @@
 #include "engine/direct/near_edges.h"
 #include "engine/edges/scene_edges.h"
 #include "engine/edges/wedge_integral.h"
+#include "engine/rays/oriented_directivity.h"
 #include "engine/rays/ray_scene.h"
 
 namespace aula {
@@ -39,10 +40,22 @@ struct PairChains {
 
 /// What is remembered of a source and a listener between frames.
 struct PairMemory {
+    /// What the taps depend on.
+    struct Inputs {
+        Vec3 source{0};
+        Vec3 listener{0};
+        OrientedDirectivity directivity;
+        std::uint64_t scene_version = 0;
+
+        friend bool operator==(const Inputs&, const Inputs&) = default;
+    };
+
     NearEdges near;
     PairChains chains;
     LevelFollower levels;             ///< of all taps
     std::vector<SpecularPath> taps;   ///< in the last frame
+    std::optional<Inputs> inputs;     ///< of the last frame
+    std::uint64_t equal_frames = 0;   ///< in a row, with equal inputs and results
     std::optional<EdgePath> primary;  ///< path of the primary tap
 };
 

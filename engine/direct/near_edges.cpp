@@ -11,7 +11,6 @@ namespace aula {
 
 namespace {
 
-constexpr std::uint64_t kTurns = 8;  // frames in which all edges are tested once
 constexpr double kFarther_m = 0.25;  // movement of an end after which edges are selected anew
 
 bool overlap(const Bounds& a, const Bounds& b) {
@@ -37,12 +36,13 @@ std::vector<std::size_t> NearEdges::begin_frame(const SceneEdges& edges, const g
                          (!changed.empty() && frames_ % kTurns == 0);
     source_ = source;
     listener_ = listener;
+    has_changed_ = selects;
     if (selects) select(edges);
     std::vector<std::size_t> due;
     for (std::size_t i = 0; i < edges_.size(); ++i) {
         const Edge& edge = edges_[i];
         if (edge.is_new || edge.is_in_use() || (edge.index + frames_) % kTurns == 0 ||
-            has_changed(edges[edge.index], changed) ||
+            is_near_change(edges[edge.index], changed) ||
             std::binary_search(followed.begin(), followed.end(), edge.index)) {
             due.push_back(i);
         }
@@ -91,7 +91,7 @@ void NearEdges::select(const SceneEdges& edges) {
 }
 
 /// Whether an object may have moved in or out of the path over an edge.
-bool NearEdges::has_changed(const DiffractionEdge& edge, std::span<const Bounds> changed) const {
+bool NearEdges::is_near_change(const DiffractionEdge& edge, std::span<const Bounds> changed) const {
     if (changed.empty()) return false;
     Bounds path;
     for (const glm::dvec3& point : {source_, listener_, edge.point(0), edge.point(edge.length_m)}) {

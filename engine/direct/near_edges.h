@@ -25,6 +25,8 @@ class NearEdges {
 
         /// Whether the path over the edge is tested in every frame.
         bool is_in_use() const { return is_free && level_db > -6; }
+
+        friend bool operator==(const Edge&, const Edge&) = default;
     };
 
     /// Begins a frame. `changed`: the volumes in which objects have moved since the last one.
@@ -35,14 +37,27 @@ class NearEdges {
                                          std::span<const Bounds> changed,
                                          std::span<const std::uint32_t> followed = {});
 
+    /// Counts a frame between equal ends in an equal scene, in which no edge is tested.
+    void skip_frame() { ++frames_; }
+
     /// By ascending index.
-    Edge& operator[](std::size_t place) { return edges_[place]; }
+    const Edge& operator[](std::size_t place) const { return edges_[place]; }
+
+    /// Sets the result of a test.
+    void set(std::size_t place, const Edge& edge) {
+        has_changed_ |= !(edges_[place] == edge);
+        edges_[place] = edge;
+    }
+
+    /// Whether a test of this frame, or a selection, had another result than the last one.
+    bool has_changed() const { return has_changed_; }
 
     static constexpr std::size_t kMax = 512;
+    static constexpr std::uint64_t kTurns = 8;  ///< frames in which all edges are tested once
 
  private:
     void select(const SceneEdges& edges);
-    bool has_changed(const DiffractionEdge& edge, std::span<const Bounds> changed) const;
+    bool is_near_change(const DiffractionEdge& edge, std::span<const Bounds> changed) const;
 
     std::vector<Edge> edges_;
     glm::dvec3 source_{0};  ///< in the present frame
@@ -50,6 +65,7 @@ class NearEdges {
     glm::dvec3 selected_source_{0};  ///< at the last selection
     glm::dvec3 selected_listener_{0};
     std::uint64_t frames_ = 0;  ///< begun so far
+    bool has_changed_ = false;
 };
 
 }  // namespace aula

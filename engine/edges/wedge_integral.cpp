@@ -1,7 +1,11 @@
 #include "engine/edges/wedge_integral.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+
+#include "engine/base/multiversion.h"
 
 namespace aula {
 
@@ -11,9 +15,195 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kLeastRadius_m = 0.05;
 constexpr double kLeastDetour_m = 1e-8;
 constexpr int kFirstNodeExponent = -38;  // q_0 = 2^-38 m = 3.6e-12 m
+constexpr int kNodeCount = 44;
 constexpr std::size_t kTerms = 4;
+constexpr double kSameIndex = 1e-6;
 
-double node_m(int node) { return std::ldexp(1.0, node + kFirstNodeExponent); }
+constexpr std::array<double, kNodeCount> kNode_m = [] {
+    std::array<double, kNodeCount> nodes{};
+    double q = 1;
+    for (int i = 0; i < -kFirstNodeExponent; ++i) q /= 2;
+    for (double& node : nodes) {
+        node = q;
+        q *= 2;
+    }
+    return nodes;
+}();
+
+/// A complex number per node.
+struct NodeValues {
+    alignas(64) std::array<double, kNodeCount> re;
+    alignas(64) std::array<double, kNodeCount> im;
+};
+
+/// cosh(eta) - 1, sinh(eta) and exp(eta) - 1 at the nodes from `first`.
+struct Hyperbolics {
+    NodeValues cosine;
+    NodeValues sine;
+    NodeValues exponential;
+};
+
+/// cosh(eta) - 1 = d (2 L0 + d) / (2 rS rR) with d = Lc - L0 - i q, without cancellation.
+/// sinh(eta) = sqrt(c (c + 2)) is the root with a negative imaginary part.
+AULA_MULTIVERSION
+void find_hyperbolics(int first, double beyond_apex_m, double apex_m, double product_m2,
+                      Hyperbolics& out) {
+    const double d = beyond_apex_m;
+    for (int node = first; node < kNodeCount; ++node) {
+        const double q = kNode_m[static_cast<std::size_t>(node)];
+        const double c_re = (d * (2 * apex_m + d) - q * q) / (2 * product_m2);
+        const double c_im = -2 * q * (apex_m + d) / (2 * product_m2);
+        const double x = c_re * (c_re + 2) - c_im * c_im;
+        const double y = 2 * c_im * (c_re + 1);
+        const double larger = std::sqrt((std::sqrt(x * x + y * y) + std::abs(x)) / 2);
+        const double smaller = y / (2 * larger);
+        const double sign = x >= 0 && y > 0 ? -1 : 1;
+        const double s_re = sign * (x >= 0 ? larger : -smaller);
+        const double s_im = sign * (x >= 0 ? smaller : -larger);
+        const auto n = static_cast<std::size_t>(node);
+        out.cosine.re[n] = c_re;
+        out.cosine.im[n] = c_im;
+        out.sine.re[n] = s_re;
+        out.sine.im[n] = s_im;
+        out.exponential.re[n] = c_re + s_re;
+        out.exponential.im[n] = c_im + s_im;
+    }
+}
+
+/// a = cosh(nu eta) - 1 for nu = 1/2, a half plane: sqrt(1 + c / 2) - 1 with c = cosh(eta) - 1,
+/// without cancellation.
+AULA_MULTIVERSION
+void find_half_cosines(int first, const NodeValues& cosine, NodeValues& a) {
+    for (int node = first; node < kNodeCount; ++node) {
+        const auto n = static_cast<std::size_t>(node);
+        const double c_re = cosine.re[n] / 2;
+        const double c_im = cosine.im[n] / 2;
+        // The root of a number with a negative imaginary part.
+        const double x = 1 + c_re;
+        const double larger = std::sqrt((std::sqrt(x * x + c_im * c_im) + std::abs(x)) / 2);
+        const double smaller = -c_im / (2 * larger);
+        const double r_re = 1 + (x >= 0 ? larger : smaller);
+        const double r_im = -(x >= 0 ? smaller : larger);
+        const double per = 1 / (r_re * r_re + r_im * r_im);
+        a.re[n] = (c_re * r_re + c_im * r_im) * per;
+        a.im[n] = (c_im * r_re - c_re * r_im) * per;
+    }
+}
+
+/// a = cosh(nu eta) - 1 for nu = 2/3, a right angle: 2 sinh^2(eta / 3), with w = exp(eta / 3) = 1 +
+/// u the cube root of z = exp(eta) = 1 + e. Halley's iteration w -> w + w (z - w^3) / (2 w^3 + z)
+/// keeps u free of cancellation, as z - w^3 = e - u (3 + u (3 + u)). It begins within 8 %: with the
+/// exponent of |z|^2 divided by 6, and cos(arg / 3) = (1 + cos(arg / 2)) / 2. The third iteration
+/// then is exact.
+AULA_MULTIVERSION
+void find_cosines_of_right_angle(int first, const NodeValues& exponential, NodeValues& a) {
+    for (int node = first; node < kNodeCount; ++node) {
+        const auto n = static_cast<std::size_t>(node);
+        const double e_re = exponential.re[n];
+        const double e_im = exponential.im[n];
+        const double z_re = 1 + e_re;
+        const double square = z_re * z_re + e_im * e_im;
+        const auto bits = std::bit_cast<std::int32_t>(static_cast<float>(square));
+        constexpr std::int32_t kBitsOf1 = 0x3f800000;
+        const auto sixth = static_cast<std::int32_t>(static_cast<float>(bits - kBitsOf1) / 6.0F);
+        const double size = double{std::bit_cast<float>(kBitsOf1 + sixth)};
+        const double half_cosine = std::sqrt(std::max(0.0, 0.5 * (1 + z_re / std::sqrt(square))));
+        const double cosine = 0.5 * (1 + half_cosine);
+        double u_re = size * cosine - 1;
+        double u_im = -size * std::sqrt(std::max(0.0, 1 - cosine * cosine));
+        for (int i = 0; i < 3; ++i) {
+            // g = u (3 + u (3 + u)) = w^3 - 1
+            const double p_re = 3 + u_re * (3 + u_re) - u_im * u_im;
+            const double p_im = u_im * (3 + 2 * u_re);
+            const double g_re = u_re * p_re - u_im * p_im;
+            const double g_im = u_re * p_im + u_im * p_re;
+            const double f_re = e_re - g_re;
+            const double f_im = e_im - g_im;
+            const double v_re = 3 + 2 * g_re + e_re;
+            const double v_im = 2 * g_im + e_im;
+            const double w_re = 1 + u_re;
+            const double t_re = w_re * f_re - u_im * f_im;
+            const double t_im = w_re * f_im + u_im * f_re;
+            const double per = 1 / (v_re * v_re + v_im * v_im);
+            u_re += (t_re * v_re + t_im * v_im) * per;
+            u_im += (t_im * v_re - t_re * v_im) * per;
+        }
+        // a = 2 sinh^2 = u^2 (u + 2)^2 / (2 (1 + u)^2)
+        const double w_re = 1 + u_re;
+        const double m_re = u_re * (u_re + 2) - u_im * u_im;
+        const double m_im = 2 * u_im * (u_re + 1);
+        const double per = 1 / (w_re * w_re + u_im * u_im);
+        const double h_re = (m_re * w_re + m_im * u_im) * per;
+        const double h_im = (m_im * w_re - m_re * u_im) * per;
+        a.re[n] = 0.5 * (h_re * h_re - h_im * h_im);
+        a.im[n] = h_re * h_im;
+    }
+}
+
+/// a = cosh(nu eta) - 1 = 2 sinh^2(nu eta / 2).
+void find_cosines(int first, double nu, const NodeValues& exponential, NodeValues& a) {
+    for (int node = first; node < kNodeCount; ++node) {
+        const auto n = static_cast<std::size_t>(node);
+        const double e_re = exponential.re[n];
+        const double e_im = exponential.im[n];
+        const double growth =
+            nu / 4 * std::log1p(e_re * (2 + e_re) + e_im * e_im);  // Re(nu eta / 2)
+        const double turn = nu / 2 * std::atan2(e_im, 1 + e_re);   // Im(nu eta / 2)
+        const double m = std::expm1(growth);
+        const double sinh_re = m * (m + 2) / (2 * (m + 1)) * std::cos(turn);
+        const double sinh_im = (1 + m * m / (2 * (m + 1))) * std::sin(turn);
+        a.re[n] = 2 * (sinh_re * sinh_re - sinh_im * sinh_im);
+        a.im[n] = 4 * sinh_re * sinh_im;
+    }
+}
+
+/// Parts of the field: incident, first face, second face.
+constexpr std::size_t kParts = 3;
+
+/// B(q) q at the nodes, [part].
+using PartValues = std::array<NodeValues, kParts>;
+
+AULA_MULTIVERSION
+void find_parts(int first, double first_weight, const NodeValues& sine, const NodeValues& a,
+                const std::array<double, kTerms>& factor,
+                const std::array<double, kTerms>& twice_square, PartValues& parts) {
+    for (int node = first; node < kNodeCount; ++node) {
+        const auto n = static_cast<std::size_t>(node);
+        const double s_re = sine.re[n];
+        const double s_im = sine.im[n];
+        const double weight = node > first ? 1 : first_weight;
+        const double per_s = kNode_m[n] * weight / (s_re * s_re + s_im * s_im);
+        const double t_re = s_re * per_s;
+        const double t_im = -s_im * per_s;
+        std::array<double, kTerms> b_re;
+        std::array<double, kTerms> b_im;
+        for (std::size_t i = 0; i < kTerms; ++i) {
+            const double n_re = a.re[n] + twice_square[i];
+            const double n_im = a.im[n];
+            const double per_n = factor[i] / (n_re * n_re + n_im * n_im);
+            b_re[i] = (t_re * n_re + t_im * n_im) * per_n;
+            b_im[i] = (t_im * n_re - t_re * n_im) * per_n;
+        }
+        parts[0].re[n] = b_re[0] + b_re[1];
+        parts[0].im[n] = b_im[0] + b_im[1];
+        parts[1].re[n] = b_re[2];
+        parts[1].im[n] = b_im[2];
+        parts[2].re[n] = b_re[3];
+        parts[2].im[n] = b_im[3];
+    }
+}
+
+/// Sums of a part over the nodes, for each band. `decay`: exp(-k q) at node j for band b: [j + b].
+AULA_MULTIVERSION
+void sum_bands(int first, const NodeValues& part, const double* decay, double* re, double* im) {
+    for (int node = first; node < kNodeCount; ++node) {
+        const auto n = static_cast<std::size_t>(node);
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            re[b] += part.re[n] * decay[n + b];
+            im[b] += part.im[n] * decay[n + b];
+        }
+    }
+}
 
 }  // namespace
 
@@ -37,9 +227,11 @@ ComplexBands WedgeField::total() const {
 
 WedgeIntegral::WedgeIntegral(double speed_of_sound_m_s)
     : lowest_wave_number_per_m_(2 * kPi * 62.5 / speed_of_sound_m_s) {
+    static_assert(kNodes == kNodeCount);
     // The bands are octaves, as the nodes are: exp(-k_b q_j) depends on j + b only.
     for (std::size_t n = 0; n < decay_.size(); ++n) {
-        decay_[n] = std::exp(-lowest_wave_number_per_m_ * node_m(static_cast<int>(n)));
+        decay_[n] = std::exp(-lowest_wave_number_per_m_ *
+                             std::ldexp(1.0, static_cast<int>(n) + kFirstNodeExponent));
     }
 }
 
@@ -64,6 +256,9 @@ WedgeField WedgeIntegral::field(const Wedge& wedge, WedgePoint source, WedgePoin
     const double dz_m = source.along_m - receiver.along_m;
     Terms terms{};
     terms.index = kPi / wedge.open_angle_rad;
+    for (const double index : {0.5, 2.0 / 3}) {
+        if (std::abs(terms.index - index) < kSameIndex) terms.index = index;
+    }
     terms.product_m2 = source.radius_m * receiver.radius_m;
     terms.apex_m = std::hypot(across_m, dz_m);
     const double per_square_m = terms.product_m2 / terms.apex_m;  // detour = this x angle^2 / 2
@@ -119,66 +314,31 @@ WedgeField WedgeIntegral::field(const Wedge& wedge, WedgePoint source, WedgePoin
 void WedgeIntegral::add_end(const Terms& terms, double beyond_apex_m, double factor,
                             WedgeField& sum) const {
     const double nu = terms.index;
-    const bool at_apex = beyond_apex_m < 8 * node_m(0);
+    const bool at_apex = beyond_apex_m < 8 * kNode_m[0];
     const double smallest_m = at_apex ? terms.scale_m : std::min(terms.scale_m, beyond_apex_m);
     constexpr double kBelowScale = 1.0 / 1024;
     const int first =
-        std::clamp(std::ilogb(smallest_m * kBelowScale) - kFirstNodeExponent, 0, kNodes - 1);
+        std::clamp(std::ilogb(smallest_m * kBelowScale) - kFirstNodeExponent, 0, kNodeCount - 1);
 
-    // Parts: incident, first face, second face.
-    std::array<std::array<double, kBandCount>, 3> re{};
-    std::array<std::array<double, kBandCount>, 3> im{};
-    for (int node = first; node < kNodes; ++node) {
-        const double q = node_m(node);
-        // cosh(eta) - 1 = d (2 L0 + d) / (2 rS rR) with d = Lc - L0 - i q, without cancellation.
-        const double d = beyond_apex_m;
-        const double c_re = (d * (2 * terms.apex_m + d) - q * q) / (2 * terms.product_m2);
-        const double c_im = -2 * q * (terms.apex_m + d) / (2 * terms.product_m2);
-        // sinh(eta) = sqrt(c (c + 2)), the root with a negative imaginary part.
-        const double x = c_re * (c_re + 2) - c_im * c_im;
-        const double y = 2 * c_im * (c_re + 1);
-        const double larger = std::sqrt((std::sqrt(x * x + y * y) + std::abs(x)) / 2);
-        double s_re = x >= 0 ? larger : -y / (2 * larger);
-        double s_im = x >= 0 ? y / (2 * larger) : -larger;
-        if (s_im > 0) {
-            s_re = -s_re;
-            s_im = -s_im;
-        }
-        // eta = ln(1 + c + s); a = cosh(nu eta) - 1 = 2 sinh^2(nu eta / 2).
-        const double e_re = c_re + s_re;
-        const double e_im = c_im + s_im;
-        const double growth =
-            nu / 4 * std::log1p(e_re * (2 + e_re) + e_im * e_im);  // Re(nu eta / 2)
-        const double turn = nu / 2 * std::atan2(e_im, 1 + e_re);   // Im(nu eta / 2)
-        const double m = std::expm1(growth);
-        const double sinh_re = m * (m + 2) / (2 * (m + 1)) * std::cos(turn);
-        const double sinh_im = (1 + m * m / (2 * (m + 1))) * std::sin(turn);
-        const double a_re = 2 * (sinh_re * sinh_re - sinh_im * sinh_im);
-        const double a_im = 4 * sinh_re * sinh_im;
-        // q / sinh(eta), with the weight of the series below the first node.
-        constexpr double kSumOfRoots = 3.414213562373095;  // sum of 2^(-j/2): B ~ q^(-1/2)
-        const double weight = node > first ? 1 : at_apex ? kSumOfRoots : 2;
-        const double per_s = q * weight / (s_re * s_re + s_im * s_im);
-        const double t_re = s_re * per_s;
-        const double t_im = -s_im * per_s;
-        std::array<double, kTerms> b_re;
-        std::array<double, kTerms> b_im;
-        for (std::size_t i = 0; i < kTerms; ++i) {
-            const double n_re = a_re + terms.twice_square[i];
-            const double per_n = terms.sine[i] / (n_re * n_re + a_im * a_im);
-            b_re[i] = (t_re * n_re + t_im * a_im) * per_n;
-            b_im[i] = (t_im * n_re - t_re * a_im) * per_n;
-        }
-        const std::array<double, 3> part_re{b_re[0] + b_re[1], b_re[2], b_re[3]};
-        const std::array<double, 3> part_im{b_im[0] + b_im[1], b_im[2], b_im[3]};
-        const double* decay = &decay_[static_cast<std::size_t>(node)];
-        for (std::size_t part = 0; part < 3; ++part) {
-            for (std::size_t b = 0; b < kBandCount; ++b) {
-                re[part][b] += part_re[part] * decay[b];
-                im[part][b] += part_im[part] * decay[b];
-            }
-        }
+    Hyperbolics eta;
+    find_hyperbolics(first, beyond_apex_m, terms.apex_m, terms.product_m2, eta);
+    NodeValues a;
+    if (nu == 0.5) {
+        find_half_cosines(first, eta.cosine, a);
+    } else if (nu == 2.0 / 3) {
+        find_cosines_of_right_angle(first, eta.exponential, a);
+    } else {
+        find_cosines(first, nu, eta.exponential, a);
     }
+    // q / sinh(eta), with the weight of the series below the first node.
+    constexpr double kSumOfRoots = 3.414213562373095;  // sum of 2^(-j/2): B ~ q^(-1/2)
+    PartValues part_values;
+    find_parts(first, at_apex ? kSumOfRoots : 2, eta.sine, a, terms.sine, terms.twice_square,
+               part_values);
+    std::array<std::array<double, kBandCount>, kParts> re{};
+    std::array<std::array<double, kBandCount>, kParts> im{};
+    for (std::size_t part = 0; part < kParts; ++part)
+        sum_bands(first, part_values[part], decay_.data(), re[part].data(), im[part].data());
 
     // The step ln 2 of the trapezoid rule completes the factor i nu / (4 pi rS rR).
     const double scale = factor * nu * std::numbers::ln2 / (4 * kPi * terms.product_m2);
@@ -186,7 +346,7 @@ void WedgeIntegral::add_end(const Terms& terms, double beyond_apex_m, double fac
     for (std::size_t b = 0; b < kBandCount; ++b) {
         const double phase = wave_number_per_m(b) * (terms.apex_m + beyond_apex_m);
         const std::complex<double> turned = scale * std::polar(1.0, kPi / 2 - phase);
-        for (std::size_t part = 0; part < 3; ++part) {
+        for (std::size_t part = 0; part < kParts; ++part) {
             (*parts[part])[b] += turned * std::complex<double>(re[part][b], im[part][b]);
         }
     }

@@ -58,12 +58,11 @@ class WedgeIntegral {
     }
 
  private:
-    static constexpr int kNodes = 44;
-
     struct Terms;
     void add_end(const Terms& terms, double beyond_apex_m, double factor, WedgeField& sum) const;
 
     double lowest_wave_number_per_m_;
+    static constexpr std::size_t kNodes = 44;
     std::array<double, kNodes + kBandCount> decay_{};  ///< exp(-k q) at node j for band b: [j + b]
 };
 

@@ -57,6 +57,9 @@ class OrientedDirectivity {
     /// over bands and directions. 0 only if the orientations are equal.
     double turned_m(const OrientedDirectivity& before) const;
 
+    /// The same directivity in the same orientation.
+    friend bool operator==(const OrientedDirectivity&, const OrientedDirectivity&) = default;
+
  private:
     std::shared_ptr<const EmissionSampler> sampler_;  ///< null: omnidirectional
     glm::mat3 rotation_{1};

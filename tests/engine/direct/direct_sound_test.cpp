@@ -294,6 +294,86 @@ TEST_CASE("after a walk and a rest the direct sound is that of a first frame, to
     CHECK(std::equal(found.begin(), found.end(), expected.begin(), same));
 }
 
+TEST_CASE("the direct sound between resting ends is that of a computation, to the bit") {
+    // Two equal walks with rests. Changes of materials, to the same values, prevent that the second
+    // one keeps its paths.
+    const Scene scene = load_scene(AULA_SOURCE_DIR "/scenes/two_rooms.json").scene;
+    const RayScene rays(scene);
+    const Vec3 source = scene.sources[0].position_at(0);
+    DirectSound kept(rays, 343.2F, 2);
+    DirectSound computed(rays, 343.2F, 2);
+    PairMemory memory_of_kept;
+    PairMemory memory_of_computed;
+    std::uint64_t most_equal = 0;
+    for (int frame = 0; frame < 120; ++frame) {
+        const int walked = frame < 60 ? std::min(frame, 20) : std::min(frame - 40, 45);
+        const Vec3 listener =
+            Vec3(8.6F, 1.9F, 1.65F) + static_cast<float>(walked) * Vec3(-0.009F, 0.005F, 0);
+        const auto find = [&](DirectSound& direct, PairMemory& memory) {
+            direct.begin_frame(false);
+            direct.search(std::span(&source, 1), std::span(&listener, 1), std::span(&memory, 1));
+            return direct.find(source, listener, {}, Bands{}, memory);
+        };
+        computed.materials_changed();
+        const auto a = find(kept, memory_of_kept);
+        const auto b = find(computed, memory_of_computed);
+        CAPTURE(frame);
+        REQUIRE(!a.empty());
+        CHECK(std::equal(a.begin(), a.end(), b.begin(), b.end(), same));
+        CHECK(memory_of_computed.equal_frames == 0);
+        most_equal = std::max(most_equal, memory_of_kept.equal_frames);
+    }
+    CHECK(most_equal == NearEdges::kTurns);  // kept from then on
+}
+
+TEST_CASE("a resting listener hears a change of a material, a turn of the source and a door") {
+    Scene scene = divided_room();
+    scene.sources[0].directivity = Directivity::first_order(0.5F);
+    Propagation propagation(scene, scene.simulation);
+    FrameInput input = test::static_input(scene);
+    const auto frame = [&] {
+        propagation.step(input);
+        return energy_of(direct_of(propagation.response(0)));
+    };
+    for (int i = 0; i < 30; ++i) frame();
+    const Bands before = frame();
+    CHECK(frame() == before);
+    propagation.set_object_material(1, {"absorbing", Bands::filled(1), Bands{}});
+    const Bands absorbing = frame();
+    CHECK(absorbing != before);
+    for (int i = 0; i < 30; ++i) frame();
+    input.source_rotations = {glm::mat3(-1, 0, 0, 0, -1, 0, 0, 0, 1)};
+    CHECK(frame() != absorbing);
+}
+
+TEST_CASE("chains of several sources are the same with any number of threads") {
+    Scene scene = load_scene(AULA_SOURCE_DIR "/scenes/two_rooms.json").scene;
+    scene.simulation.rays = 1;
+    scene.simulation.ir_length_s = 0.1F;
+    scene.sources.resize(1);
+    for (const float y : {1.5F, 2.6F, 3.4F, 4.1F, 4.6F}) {
+        scene.sources.push_back(scene.sources[0]);
+        scene.sources.back().position.y = y;
+    }
+    std::vector<std::unique_ptr<Propagation>> runs;
+    for (const int threads : {1, 3}) {
+        scene.simulation.threads = threads;
+        runs.push_back(std::make_unique<Propagation>(scene, scene.simulation));
+    }
+    bool has_chain = false;
+    for (int i = 0; i < 30; ++i) {
+        FrameInput input = test::static_input(scene);
+        input.listeners[0] = Vec3(9 - 0.04F * static_cast<float>(i), 0.5F, 1.6F);
+        for (const auto& run : runs) run->step(input);
+        for (std::size_t s = 0; s < scene.sources.size(); ++s) {
+            CHECK(test::same_bits(runs[0]->response(s), runs[1]->response(s)));
+            for (const SpecularPath& path : direct_of(runs[0]->response(s)))
+                has_chain |= path.edges > 1;
+        }
+    }
+    CHECK(has_chain);
+}
+
 TEST_CASE("a standing listener hears within two frames that a door has opened or shut") {
     // A leaf in the plane of the wall covers the opening, and 10 cm of the wall.
     Scene scene = divided_room();
@@ -333,5 +413,54 @@ TEST_CASE("a standing listener hears within two frames that a door has opened or
         CHECK(level_db(propagation) < open_db - 11.9);
         for (int frame = 0; frame < 10; ++frame) propagation.step(input(listener, 0));
         CHECK(direct_of(propagation.response(0)).empty());
+    }
+}
+
+TEST_CASE("a standing listener hears within two frames of 32 sources that a door has opened") {
+    // Round two edges of the doorway, from sources that the listener has never heard.
+    Scene scene = load_scene(AULA_SOURCE_DIR "/scenes/two_rooms.json").scene;
+    scene.simulation.rays = 1;
+    scene.simulation.specular = false;
+    scene.simulation.ir_length_s = 0.1F;
+    Object leaf;
+    leaf.vertices = {
+        {6.1F, 1.9F, -0.1F}, {6.1F, 3.1F, -0.1F}, {6.1F, 3.1F, 2.2F}, {6.1F, 1.9F, 2.2F}};
+    leaf.triangles = {{0, 1, 2}, {0, 2, 3}};
+    leaf.triangle_materials = {0, 0};
+    leaf.movable = true;
+    scene.objects.push_back(leaf);
+    scene.sources.resize(1);
+    scene.sources[0].path.reset();
+    for (int i = 0; i < 32; ++i) {
+        if (i > 0) scene.sources.push_back(scene.sources[0]);
+        scene.sources.back().position = Vec3(1.2F + 0.05F * static_cast<float>(i), 0.9F, 1.5F);
+    }
+    FrameInput input = test::static_input(scene);
+    input.listeners[0] = Vec3(8.6F, 0.4F, 1.65F);
+    input.objects.resize(scene.objects.size());
+    const auto chains_db = [&](const Propagation& propagation) {
+        std::vector<double> levels;
+        for (std::size_t s = 0; s < scene.sources.size(); ++s) {
+            Bands energy;
+            for (const SpecularPath& path : direct_of(propagation.response(s)))
+                if (path.edges > 1) energy += path.energy;
+            levels.push_back(10 * std::log10(double{energy[3]} + 1e-30));
+        }
+        return levels;
+    };
+    Propagation propagation(scene, scene.simulation);
+    for (int frame = 0; frame < 3; ++frame) propagation.step(input);
+    for (const double level : chains_db(propagation)) CHECK(level == -300);
+    input.objects.back().translation = Vec3(0, 0, 10);
+    propagation.step(input);
+    propagation.step(input);
+    Propagation open(scene, scene.simulation);
+    open.step(input);
+    const auto expected = chains_db(open);
+    const auto heard = chains_db(propagation);
+    for (std::size_t s = 0; s < heard.size(); ++s) {
+        CAPTURE(s, expected[s], heard[s]);
+        CHECK(expected[s] > -80);
+        CHECK(heard[s] > expected[s] - 3);  // half of the pressure after each frame
     }
 }

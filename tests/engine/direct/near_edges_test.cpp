@@ -48,7 +48,7 @@ struct Search {
                                      std::span<const Bounds> changed = {}) {
         std::vector<std::uint32_t> due;
         for (const std::size_t place : near.begin_frame(edges, source, listener, changed)) {
-            near[place].is_new = false;
+            near.set(place, {.index = near[place].index, .is_new = false});
             due.push_back(near[place].index);
         }
         return due;
@@ -98,13 +98,16 @@ TEST_CASE("edges in use are tested in every frame") {
     Search search;
     const auto due = search.near.begin_frame(search.edges, kSource, kListener, {});
     REQUIRE(due.size() == NearEdges::kMax);
-    for (const std::size_t place : due) search.near[place].is_new = false;
-    search.near[17] = {
-        .index = search.near[17].index, .is_new = false, .is_free = true, .level_db = 3};
-    search.near[18] = {.index = search.near[18].index,
-                       .is_new = false,
-                       .is_free = true,
-                       .level_db = -20};  // inaudible
+    for (const std::size_t place : due)
+        search.near.set(place, {.index = search.near[place].index, .is_new = false});
+    const auto set_level = [&](std::size_t place, double level_db) {
+        search.near.set(place, {.index = search.near[place].index,
+                                .is_new = false,
+                                .is_free = true,
+                                .level_db = level_db});
+    };
+    set_level(17, 3);
+    set_level(18, -20);  // inaudible
     int with_17 = 0;
     int with_18 = 0;
     for (int frame = 0; frame < 8; ++frame) {
