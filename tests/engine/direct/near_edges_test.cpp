@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstdint>
 #include <glm/geometric.hpp>
 #include <set>
@@ -39,9 +40,11 @@ Scene clutter() {
 }
 
 struct Search {
-    RayScene rays{clutter()};
+    RayScene rays;
     SceneEdges edges{rays};
     NearEdges near;
+
+    explicit Search(const Scene& scene = clutter()) : rays(scene) {}
 
     /// The edges to test in a frame, of which none is in use then.
     std::vector<std::uint32_t> frame(const Vec3& source, const Vec3& listener,
@@ -133,4 +136,23 @@ TEST_CASE("all edges are tested after a jump, and those near an object that has 
     CHECK(due.size() < NearEdges::kMax);
     const Bounds between{Vec3(-1, -1, 1), Vec3(1, 1, 2)};
     CHECK(search.frame(kSource, kListener, {&between, 1}).size() == NearEdges::kMax);
+}
+
+TEST_CASE("edges around which every path is too long are not tested") {
+    // The ends are 8 m apart. Detours are at most 15 m; until the next selection each end moves by
+    // less than 0.25 m, which changes a detour by less than 1 m in all.
+    const auto tested = [](double detour_m) {
+        Scene scene;
+        scene.materials = {{"wall", Bands{}, Bands{}}};
+        Object triangle;
+        const float aside_m = static_cast<float>(std::sqrt(std::pow(4 + detour_m / 2, 2) - 16));
+        triangle.vertices = {Vec3(0, aside_m, 1.5F), Vec3(0, aside_m + 0.2F, 1.3F),
+                             Vec3(0, aside_m + 0.2F, 1.7F)};
+        triangle.triangles = {{0, 1, 2}};
+        triangle.triangle_materials = {0};
+        scene.objects.push_back(triangle);
+        return Search(scene).frame(kSource, kListener).size();
+    };
+    CHECK(tested(14.5) == 3);
+    CHECK(tested(16.1) == 0);
 }

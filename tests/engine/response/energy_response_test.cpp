@@ -30,6 +30,15 @@ TEST_CASE("the total includes bins and paths that arrive before the end") {
     CHECK(r.total(0) == n * (n + 1) / 2 + 1000);
 }
 
+TEST_CASE("a path that arrives when the last bin ends is after the response") {
+    EnergyResponse r = EnergyResponse::silent(TimeBins(0.256), 1000);
+    REQUIRE(r.bins.length_s() == 0.256);
+    r.paths.push_back({.length_m = 256, .energy = Bands::filled(1)});
+    CHECK(r.total(0) == 0);
+    r.paths[0].length_m = 255.99F;
+    CHECK(r.total(0) == 1);
+}
+
 TEST_CASE("uniform bins preserve the energy for any width") {
     const EnergyResponse r = example();
     for (const double width_s : {0.0003, 0.001, 0.0017, 0.01, 1.0}) {

@@ -319,3 +319,18 @@ TEST_CASE("damaged SOFA files of directivities are refused in one line, or read"
     }
     CHECK(refused > 10);  // the damage has an effect
 }
+
+TEST_CASE("a direction equally far from more measurements than are interpolated has their level") {
+    // A circle of 360 measurements around +x. Their distances differ by rounding only: the weights
+    // are zero if more than the interpolated ones round to the smallest distance.
+    DirectivityMeasurements circle;
+    circle.frequencies_hz = {1000};
+    for (int degree = 0; degree < 360; ++degree) {
+        circle.positions.push_back({0, std::cos(degree * kPi / 180), std::sin(degree * kPi / 180)});
+        circle.energies.push_back(2);
+    }
+    const Directivity directivity = directivity_of(circle);
+    // Relative to the mean over the sphere, to the rounding of the table.
+    for (const Vec3& d : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(-0.6F, 0, 0.8F)})
+        CHECK(directivity.factor(d)[4] == Approx(1).epsilon(1e-5));
+}

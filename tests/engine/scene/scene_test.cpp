@@ -178,3 +178,15 @@ TEST_CASE("a material of the scene takes precedence over the library's of the sa
     CHECK(scene.find_material("wood").absorption == scene.materials[1].absorption);
     CHECK(scene.find_material("own").absorption == scene.materials[0].absorption);
 }
+
+TEST_CASE("a material may transmit what it absorbs, to the rounding of single precision") {
+    aula::Material material;
+    material.sound_reduction_db = aula::Bands::filled(0);  // all sound
+    const auto refused = [&](double excess) {
+        material.absorption = aula::Bands::filled(static_cast<float>(1 / (1 + excess)));
+        return material.transmits_too_much(3);
+    };
+    CHECK_FALSE(refused(0));
+    CHECK_FALSE(refused(0.5e-6));  // eight roundings
+    CHECK(refused(1.5e-6));
+}

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "engine/base/sampling.h"
@@ -168,4 +170,45 @@ TEST_CASE("large spheres represent the part of a room that is visible from their
     }
     // Companion: the volume of the whole ball instead of the visible part is far off.
     CHECK(receiver.seen_share[16] < 0.3F);
+}
+
+TEST_CASE("a growth selects the largest sphere whose cross-section does not exceed it") {
+    for (std::size_t k = 0; k < Receiver::kSpheres; ++k) {
+        CAPTURE(k);
+        const float area = Receiver::radius_factor(k) * Receiver::radius_factor(k);
+        CHECK(Receiver::sphere_of(1.001F * area) == k);
+        if (k > 0) CHECK(Receiver::sphere_of(0.999F * area) == k - 1);
+    }
+    CHECK(Receiver::sphere_of(1e9F) == Receiver::kSpheres - 1);
+}
+
+TEST_CASE("bands with a mean below -100 dB do not enlarge detection spheres") {
+    // In the quiet band one of 100 segments has half of the energy, which is 50 times the mean.
+    const auto growth = [](float quiet_mean) {
+        ArrivalBatch batch;
+        for (int i = 0; i < 100; ++i) {
+            batch.segments.push_back({.length_m = 100});
+            Bands energy;
+            energy[0] = 1;
+            energy[1] = quiet_mean * (i == 0 ? 50.0F : 50.0F / 99);
+            batch.segment_energies.push_back({energy});
+        }
+        size_spheres(std::span(&batch, 1));
+        return double{batch.segments[0].growth};
+    };
+    // Ratios over 4, the multiple of the mean that keeps the smallest sphere. Rounding of 100 sums.
+    CHECK(growth(2e-10F) == Approx(50.0 / 4).epsilon(1e-5));
+    CHECK(growth(0.5e-10F) == Approx(1.0 / 4).epsilon(1e-5));
+}
+
+TEST_CASE("a segment's energy is compared with the mean at its own length of path") {
+    // The mean length of a segment, 0.1 m, separates the segments that begin at 0 and at 0.15 m.
+    ArrivalBatch batch;
+    for (const auto& [before_m, energy] : {std::pair(0.0F, 1.0F), std::pair(0.15F, 100.0F)}) {
+        batch.segments.push_back({.length_m = 0.1F, .before_m = before_m});
+        batch.segment_energies.push_back({Bands::filled(energy)});
+    }
+    size_spheres(std::span(&batch, 1));
+    for (const PathSegment& segment : batch.segments)
+        CHECK(segment.growth == Approx(0.25).epsilon(1e-6));  // alone, it has the mean energy
 }

@@ -93,6 +93,18 @@ TEST_CASE("the energy of paths with equal spectra is unchanged, in each generati
     }
 }
 
+TEST_CASE("no place stays empty but the fraction of one in each generation") {
+    const std::vector<Bands> energies = paths(100, true);
+    std::vector<std::uint32_t> walls(100, 1);
+    Resampler resampler;
+    CHECK(resampler.choose(energies, walls, 30, 3).size() == 30);
+    for (std::size_t i = 50; i < 100; ++i) walls[i] = i < 80 ? 2 : 3;
+    // Systematic resampling chooses as many paths as there are places, to one by rounding.
+    const std::size_t survivors = resampler.choose(energies, walls, 30, 3).size();
+    CHECK(survivors >= 27);
+    CHECK(survivors <= 30);
+}
+
 TEST_CASE("no generation and no band starves") {
     std::vector<Bands> energies = paths(100, true);
     std::vector<std::uint32_t> walls(100, 1);
