@@ -230,6 +230,18 @@ TEST_CASE("Sound formats are identified by their first bytes, not by the name of
     }
 }
 
+TEST_CASE("A sound file that ends soon after its tag is not completed from the tag") {
+    const TemporaryFolder folder;
+    // The bytes 8 to 11 of the tag are "WAVE", as in a WAV file; two of them are its size.
+    const std::size_t size = std::size_t{'W'} << 7 | 'A';
+    const std::string tag = std::string("ID3\4\0\0\0\0WA", 10) + "VE" + std::string(size - 2, ' ');
+    for (const char* rest : {"RIFF", ""}) {
+        std::ofstream(folder / "tag.wav", std::ios::binary) << tag << rest;
+        CAPTURE(rest);
+        CHECK(error_of(folder / "tag.wav").find("has an unknown format") != std::string::npos);
+    }
+}
+
 TEST_CASE("A pipe or a device is not read as sound") {
     const TemporaryFolder folder;
     REQUIRE(mkfifo((folder / "pipe.wav").c_str(), 0600) == 0);

@@ -147,6 +147,20 @@ TEST_CASE("Implausible measurements are refused in one line") {
     }
 }
 
+TEST_CASE("Measurements at 8 to 768 kHz are accepted") {
+    for (const auto& [rate_hz, accepted] : {std::pair(8000.0F, true),
+                                            {std::nextafter(8000.0F, 0.0F), false},
+                                            {768e3F, true},
+                                            {std::nextafter(768e3F, 1e6F), false}}) {
+        HeadMeasurements m = measured();
+        m.sample_rate_hz = rate_hz;
+        const std::string error = error_of([&] { Hrtf(m, kRate_hz); });
+        CAPTURE(rate_hz, error);
+        CHECK(error.empty() == accepted);
+        if (!accepted) CHECK(error.find("expected 8000 to 768000 Hz") != std::string::npos);
+    }
+}
+
 TEST_CASE("A SOFA file with fewer responses than its sizes say is refused") {
     const std::string error = error_of_file(kCorpus + "short_ir.sofa");
     CHECK(error.find("short_ir.sofa: has fewer values than its sizes say; ") != std::string::npos);
