@@ -233,7 +233,8 @@ class Options {
         choice<OutputFormat>("--output",
                              {{"binaural", OutputFormat::binaural},
                               {"mono", OutputFormat::mono},
-                              {"foa", OutputFormat::foa}},
+                              {"foa", OutputFormat::foa},
+                              {"toa", OutputFormat::toa}},
                              [&](OutputFormat o) { session.output = o; });
         integer<int>("--ambisonic-order", 1, kHighestAmbisonicOrder,
                      [&](int order) { session.ambisonic_order = order; });

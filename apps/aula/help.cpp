@@ -53,7 +53,8 @@ simulation (overrides the scene; defaults in brackets)
   --memory-mb N          memory of the caches in megabytes [256]
 
 sound
-  --output FORMAT        binaural, mono (omnidirectional) or foa (AmbiX, ACN/SN3D) [binaural]
+  --output FORMAT        binaural, mono (omnidirectional), foa or toa (AmbiX, ACN/SN3D, of first
+                         or third order) [binaural]
   --ambisonic-order N    order of the binaural reverberation, 1 to 3; a higher order resolves
                          directions better and costs more [1]
   --half-precision-tail  late reverberation from 16-bit filters: half the memory, error -74 dB

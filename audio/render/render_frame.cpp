@@ -41,9 +41,11 @@ std::size_t channel_count(OutputFormat format) {
         case OutputFormat::binaural:
             return 2;
         case OutputFormat::foa:
+            return ambisonic_channels(1);
+        case OutputFormat::toa:
             break;
     }
-    return 4;
+    return ambisonic_channels(kHighestAmbisonicOrder);
 }
 
 int field_order(const RendererConfig& config) {
@@ -52,6 +54,8 @@ int field_order(const RendererConfig& config) {
             return 0;
         case OutputFormat::foa:
             return 1;
+        case OutputFormat::toa:
+            return kHighestAmbisonicOrder;
         case OutputFormat::binaural:
             break;
     }

@@ -50,7 +50,7 @@ struct RendererConfig {
     double longest_delay_s = 3;        ///< of direct sound; longer delays are clamped
 };
 
-/// The order of the ambisonic field of an output: mono 0, foa 1, binaural ambisonic_order.
+/// The order of the ambisonic field of an output: mono 0, foa 1, toa 3, binaural ambisonic_order.
 int field_order(const RendererConfig& config);
 
 /// Propagation frame interval, samples, at least 1.

@@ -261,12 +261,15 @@ SceneErrors::SceneErrors(std::vector<std::string> messages)
     : InputError(messages.front()), messages_(std::move(messages)) {}
 
 LoadedScene load_scene(const std::filesystem::path& file) {
-    const std::string name = file.string();
+    return parse_scene(read_text(file), file.string(), file.parent_path());
+}
+
+LoadedScene parse_scene(const std::string& text, const std::string& name,
+                        const std::filesystem::path& folder) {
     LoadedScene loaded;
-    loaded.json = std::make_shared<const JsonValue>(parse_json(read_text(file), name));
+    loaded.json = std::make_shared<const JsonValue>(parse_json(text, name));
     JsonErrors errors;
     const JsonReader root(*loaded.json, name, &errors);
-    const std::filesystem::path folder = file.parent_path();
     Scene& scene = loaded.scene;
     std::vector<JsonReader> source_items;
     std::optional<JsonReader> listener;

@@ -36,6 +36,7 @@ const std::array kParts = {
          {"base", "convolution", "propagation", ""},
          {"apps/session", "engine", "audio"}},
     Part{"apps/examples", {""}, {"apps/session", "engine", "audio"}},
+    Part{"apps/plugin", {""}, {"apps/session", "engine", "audio"}},
     Part{"apps/aula", {""}, {"apps/session", "apps/window", "engine", "audio"}},
 };
 

@@ -19,6 +19,7 @@ ExactPlayback::ExactPlayback(const Scene& scene, const AuralizerOptions& options
                              std::shared_ptr<const Hrtf> hrtf)
     : RoomPlayback(scene, options, kBlock, std::move(hrtf)),
       frame_rate_hz_(static_cast<double>(scene.simulation.frame_rate_hz)),
+      unit_(options.sample_by_sample ? 1 : kBlock),
       block_outputs_(options.listeners * channel_count(options.output), std::vector<float>(kBlock)),
       block_pointers_(block_outputs_.size()),
       used_frames_(options.listeners) {}
@@ -31,7 +32,7 @@ void ExactPlayback::commit(std::int64_t until) {
     changed_.notify_all();
 }
 
-int ExactPlayback::latency_samples() const { return kBlock; }
+int ExactPlayback::latency_samples() const { return unit_ == kBlock ? kBlock : 0; }
 
 ChangeTime ExactPlayback::time_of(std::int64_t at) const {
     if (in_before_frame()) return {std::max(at, *frame_sample_), true};
@@ -88,7 +89,8 @@ void ExactPlayback::compute_frames(Auralizer& auralizer) {
     }
 }
 
-/// Blocks begin at multiples of their size, independent of the size of the calls.
+/// Blocks begin at multiples of their size, independent of the size of the calls. Without latency
+/// they end with the call.
 void ExactPlayback::render(std::span<const SourceSignal> inputs, std::span<float* const> outputs,
                            int samples) {
     if (broken_) std::rethrow_exception(broken_);
@@ -111,20 +113,27 @@ void ExactPlayback::render(std::span<const SourceSignal> inputs, std::span<float
             std::copy_n(input.samples + done, part, block.samples.data() + filled_);
             apply_weights(weights, block.samples.data() + filled_);
         }
-        for (std::size_t c = 0; c < outputs.size(); ++c) {
-            std::copy_n(block_outputs_[c].data() + filled_, part, outputs[c] + done);
-            apply_weights(weights, outputs[c] + done);
-        }
+        const int first = filled_;
+        const bool delayed = latency_samples() > 0;
+        const auto write_outputs = [&] {
+            for (std::size_t c = 0; c < outputs.size(); ++c) {
+                std::copy_n(block_outputs_[c].data() + first, part, outputs[c] + done);
+                apply_weights(weights, outputs[c] + done);
+            }
+        };
+        if (delayed) write_outputs();
         filled_ += part;
-        done += part;
         commit(rendered_ += part);
-        if (filled_ < kBlock) continue;
-        try {
-            render_block();
-        } catch (...) {
-            broken_ = std::current_exception();
-            throw;
+        if (filled_ == kBlock || !delayed) {
+            try {
+                render_block();
+            } catch (...) {
+                broken_ = std::current_exception();
+                throw;
+            }
         }
+        if (!delayed) write_outputs();
+        done += part;
     }
 }
 
@@ -149,7 +158,7 @@ void ExactPlayback::take_frames() {
 /// Renders the block of the present signals, divided where frames and changes begin.
 void ExactPlayback::render_block() {
     const std::int64_t end = rendered_.load();
-    const std::int64_t begin = end - kBlock;
+    const std::int64_t begin = end - filled_;
     block_signals_.clear();
     for (const auto& [number, input] : block_inputs_)
         block_signals_.push_back({{number}, input.samples.data()});
@@ -161,11 +170,13 @@ void ExactPlayback::render_block() {
             renderer_changes_.apply(first, renderer_);
             part_end = std::min(part_end, renderer_changes_.next());
         }
-        const auto offset = static_cast<int>(first - begin);
-        for (std::size_t c = 0; c < block_pointers_.size(); ++c)
-            block_pointers_[c] = block_outputs_[c].data() + offset;
-        renderer_.render(block_signals_, offset, {}, block_pointers_,
-                         static_cast<int>(part_end - first));
+        for (; first < part_end; first += unit_) {
+            const auto offset = static_cast<int>(first - begin);
+            for (std::size_t c = 0; c < block_pointers_.size(); ++c)
+                block_pointers_[c] = block_outputs_[c].data() + offset;
+            renderer_.render(block_signals_, offset, {}, block_pointers_,
+                             static_cast<int>(std::min<std::int64_t>(unit_, part_end - first)));
+        }
         first = part_end;
     }
     std::erase_if(block_inputs_, [](const auto& entry) { return !entry.second.given; });

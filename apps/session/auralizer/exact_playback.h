@@ -11,7 +11,9 @@
 namespace aula {
 
 /// Plays a room on the exact clock: samples are collected into blocks, which are rendered with the
-/// frames and changes of their sample times. The latency is one block.
+/// frames and changes of their sample times. The latency is one block. Sample by sample
+/// (AuralizerOptions::sample_by_sample) there is no latency: each call is rendered at its end, one
+/// sample after the other, because results of the renderer depend on the division of the samples.
 class ExactPlayback : public RoomPlayback {
  public:
     ExactPlayback(const Scene& scene, const AuralizerOptions& options,
@@ -46,6 +48,7 @@ class ExactPlayback : public RoomPlayback {
     };
 
     const double frame_rate_hz_;
+    const int unit_;  ///< most samples that the renderer processes together
 
     // Used by the rendering thread.
     std::map<std::uint64_t, BlockInput> block_inputs_;  ///< by the source's number

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <vector>
@@ -16,11 +17,12 @@ using namespace aula::test;
 
 /// Two listeners in the room, with changes of every kind.
 std::vector<float> render_with_changes(const std::vector<int>& sizes, int threads,
-                                       OutputFormat output) {
+                                       OutputFormat output, bool sample_by_sample = false) {
     Scene scene = room_with_panel();
     scene.simulation.threads = threads;
     AuralizerOptions options = mono();
     options.output = output;
+    options.sample_by_sample = sample_by_sample;
     options.listeners = 2;
     options.max_sources = 3;
     Auralizer auralizer(scene, options);
@@ -58,6 +60,54 @@ TEST_CASE("On the exact clock any blocks and any number of threads give the same
     // The result is also independent of the caller's floating-point mode.
     const FlushDenormals flush;
     CHECK((render_with_changes({256}, 1, output) == reference));
+}
+
+TEST_CASE("Sample by sample any blocks give the same bytes, without latency") {
+    const std::vector<float> reference =
+        render_with_changes({256}, 1, OutputFormat::binaural, true);
+    for (const std::vector<int>& sizes : {std::vector<int>{1}, {17}, {4096}, {1, 300, 17, 255}}) {
+        INFO("calls of " << sizes[0]);
+        CHECK((render_with_changes(sizes, 1, OutputFormat::binaural, true) == reference));
+    }
+    // 1 m in a free field: 140 samples.
+    AuralizerOptions options = mono();
+    options.sample_by_sample = true;
+    Auralizer auralizer(free_field({1, 0, 0}), options);
+    CHECK(auralizer.latency_samples() == 0);
+    const auto click = [](std::int64_t n) { return n == 0 ? 1.0F : 0.0F; };
+    const std::vector<float> output = rendered(auralizer, 480, {64}, click);
+    const auto loudest = std::max_element(output.begin(), output.end());
+    CHECK(loudest - output.begin() == 140);
+}
+
+TEST_CASE("Sample by sample a static room sounds as in blocks") {
+    for (const OutputFormat output : {OutputFormat::binaural, OutputFormat::toa}) {
+        const auto play = [&](bool sample_by_sample) {
+            AuralizerOptions options = mono();
+            options.output = output;
+            options.sample_by_sample = sample_by_sample;
+            Auralizer auralizer(test::small_room(), options);
+            const std::size_t latency = static_cast<std::size_t>(auralizer.latency_samples());
+            const std::size_t length = 12000;
+            const auto all = rendered(auralizer, length, {500}, noise_at);
+            std::vector<float> undelayed;
+            for (std::size_t c = 0; c < channel_count(output); ++c)
+                undelayed.insert(undelayed.end(), all.begin() + (c * length + latency),
+                                 all.begin() + ((c + 1) * length - 256 + latency));
+            return undelayed;
+        };
+        const std::vector<float> blocks = play(false);
+        const std::vector<float> samples = play(true);
+        float largest = 0;
+        float difference = 0;
+        for (std::size_t n = 0; n < blocks.size(); ++n) {
+            largest = std::max(largest, std::abs(blocks[n]));
+            difference = std::max(difference, std::abs(samples[n] - blocks[n]));
+        }
+        REQUIRE(largest > 0.01F);
+        // Sums of some thousand products are rounded in another order.
+        CHECK(difference < 1e-5F * largest);
+    }
 }
 
 TEST_CASE("A pause on the exact clock is the same for any blocks and stops the time") {

@@ -50,6 +50,8 @@ struct AuralizerOptions {
     /// Samples processed together on the real-time clock, 1 to 8192, best the size of most calls.
     /// Longer calls are divided; shorter ones cost more per sample. The exact clock ignores it.
     int block = 256;
+    /// Exact clock only: renders sample by sample without latency, at several times the cost.
+    bool sample_by_sample = false;
     OutputFormat output = OutputFormat::binaural;  ///< of each listener
     int ambisonic_order = 1;     ///< of the reverberation in binaural output, 1 to 3
     std::filesystem::path hrtf;  ///< SOFA file for binaural output; empty: MIT KEMAR (libmysofa)
@@ -228,7 +230,8 @@ class Auralizer {
     std::size_t output_channels() const;
 
     /// Delay from the inputs to the outputs of render(): 0 on the real-time clock, 256 on the exact
-    /// clock. The delay of sound in the air comes in addition.
+    /// clock, 0 there with AuralizerOptions::sample_by_sample. The delay of sound in the air comes
+    /// in addition.
     int latency_samples() const;
 
     /// AuralizerOptions::sample_rate_hz.

@@ -8,10 +8,11 @@ namespace aula {
 enum class OutputFormat {
     binaural,  ///< two channels for headphones, left and right, with the head's orientation
     mono,      ///< one channel: the sound pressure at the listener
-    foa        ///< four channels: first-order ambisonics, AmbiX (ACN, SN3D: W Y Z X), head axes
+    foa,       ///< four channels: first-order ambisonics, AmbiX (ACN, SN3D: W Y Z X), head axes
+    toa        ///< 16 channels: third-order ambisonics, AmbiX (ACN, SN3D), head axes
 };
 
-/// Number of channels of an output format: 2, 1 or 4.
+/// Number of channels of an output format: 2, 1, 4 or 16.
 std::size_t channel_count(OutputFormat format);
 
 }  // namespace aula

@@ -41,4 +41,9 @@ struct LoadedScene {
 /// wrong content, and InputError if the file cannot be read or is not valid JSON.
 LoadedScene load_scene(const std::filesystem::path& file);
 
+/// Reads a scene from the text of a scene file, as load_scene(). `name` stands for the file in
+/// messages. File names in the text are relative to `folder`.
+LoadedScene parse_scene(const std::string& text, const std::string& name,
+                        const std::filesystem::path& folder);
+
 }  // namespace aula

@@ -1,0 +1,159 @@
+#include "apps/plugin/plugin_room.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <thread>
+#include <utility>
+
+#include "apps/plugin/default_room.h"
+#include "aula/engine/scene_file.h"
+
+namespace aula::plugin {
+
+namespace {
+
+/// The source of the scene.
+constexpr SourceId kSource{1};
+
+float radians(float degrees) { return degrees * std::numbers::pi_v<float> / 180; }
+
+/// Whether controls from `first` on have their initial values.
+bool are_initial(const ControlValues& values, Control first, std::size_t count) {
+    const auto begin = static_cast<std::size_t>(first);
+    for (std::size_t i = begin; i < begin + count; ++i)
+        if (values[i] != control_ports()[i].initial) return false;
+    return true;
+}
+
+/// Whether controls from `first` on are equal.
+bool are_equal(const ControlValues& a, const ControlValues& b, Control first, std::size_t count) {
+    const auto begin = static_cast<std::ptrdiff_t>(first);
+    return std::equal(a.begin() + begin, a.begin() + begin + static_cast<std::ptrdiff_t>(count),
+                      b.begin() + begin);
+}
+
+ControlValues initial_values() {
+    ControlValues values;
+    for (std::size_t i = 0; i < kControls; ++i) values[i] = control_ports()[i].initial;
+    return values;
+}
+
+Vec3 position(const ControlValues& values, Control first) {
+    const auto i = static_cast<std::size_t>(first);
+    return {values[i], values[i + 1], values[i + 2]};
+}
+
+PartGains part_gains(const ControlValues& values) {
+    const auto gain = [&](Control part) { return value_of(values, part) > 0.5F ? 1.0F : 0.0F; };
+    return {.direct = gain(Control::direct),
+            .early = gain(Control::early),
+            .late = gain(Control::late)};
+}
+
+/// Rays of a quality per ray of the scene.
+float rays_factor(float quality) { return std::pow(4.0F, std::round(quality) - 1); }
+
+AuralizerOptions auralizer_options(const Scene& scene, const std::filesystem::path& hrtf,
+                                   OutputFormat output, double sample_rate_hz, RenderClock clock,
+                                   int block, std::shared_ptr<const ControlSnapshot> controls) {
+    AuralizerOptions options{.clock = clock,
+                             .sample_rate_hz = sample_rate_hz,
+                             .block = block,
+                             .sample_by_sample = true,
+                             .output = output,
+                             .hrtf = hrtf,
+                             .max_sources = 1};
+    if (clock == RenderClock::real_time)
+        options.before_frame = [follower = ControlFollower(scene), controls = std::move(controls)](
+                                   Auralizer& auralizer, double /*time_s*/) mutable {
+            follower.follow(auralizer, controls->read());
+        };
+    return options;
+}
+
+/// In real time one thread traces: a host runs many instances.
+Scene with_threads(Scene scene, RenderClock clock) {
+    if (clock == RenderClock::real_time) scene.simulation.threads = 1;
+    return scene;
+}
+
+}  // namespace
+
+Scene plugin_scene(const RoomFiles& files) {
+    Scene scene = files.scene.empty() ? default_room() : load_scene(files.scene).scene;
+    scene.sources.resize(1);
+    scene.sources[0].set_pose(scene.sources[0].pose_at(0));
+    scene.sources[0].path.reset();
+    scene.listener.pose = scene.listener.pose_at(0);
+    scene.listener.path.reset();
+    if (files.seed) scene.simulation.seed = *files.seed;
+    return scene;
+}
+
+ControlFollower::ControlFollower(const Scene& scene)
+    : scene_source_(scene.sources[0].pose_at(0)),
+      scene_listener_(scene.listener.pose),
+      scene_gain_db_(scene.sources[0].gain_db),
+      scene_rays_(scene.simulation.rays),
+      applied_(initial_values()) {}
+
+Pose ControlFollower::source_pose(const ControlValues& values) const {
+    Pose pose = scene_source_;
+    if (!are_initial(values, Control::source_x, 3))
+        pose.position = position(values, Control::source_x);
+    return pose;
+}
+
+Pose ControlFollower::listener_pose(const ControlValues& values) const {
+    Pose pose = scene_listener_;
+    if (!are_initial(values, Control::listener_x, 3))
+        pose.position = position(values, Control::listener_x);
+    if (!are_initial(values, Control::listener_yaw, 3)) {
+        pose.yaw_rad = radians(value_of(values, Control::listener_yaw));
+        pose.pitch_rad = radians(value_of(values, Control::listener_pitch));
+        pose.roll_rad = radians(value_of(values, Control::listener_roll));
+    }
+    return pose;
+}
+
+void ControlFollower::follow(Auralizer& auralizer, const ControlValues& values) {
+    const auto differ = [&](Control first, std::size_t count) {
+        return !are_equal(values, applied_, first, count);
+    };
+    if (differ(Control::source_x, 3)) auralizer.set_source(kSource, source_pose(values));
+    if (differ(Control::listener_x, 6)) auralizer.set_listener(listener_pose(values));
+    if (differ(Control::gain_db, 1))
+        auralizer.set_gain(kSource, scene_gain_db_ + value_of(values, Control::gain_db));
+    if (differ(Control::direct, 3)) auralizer.set_part_gains(part_gains(values));
+    if (differ(Control::quality, 1)) {
+        const float rays =
+            static_cast<float>(scene_rays_) * rays_factor(value_of(values, Control::quality));
+        auralizer.set_rays(std::clamp(static_cast<int>(rays), 1, Simulation::kMaxRays));
+    }
+    applied_ = values;
+}
+
+PluginRoom::PluginRoom(const Scene& scene, const std::filesystem::path& hrtf, OutputFormat output,
+                       double sample_rate_hz, RenderClock clock, int block,
+                       std::shared_ptr<const ControlSnapshot> controls)
+    : follower_(scene),
+      auralizer_(with_threads(scene, clock), auralizer_options(scene, hrtf, output, sample_rate_hz,
+                                                               clock, block, std::move(controls))) {
+}
+
+void PluginRoom::wait_for_frame() const {
+    using namespace std::chrono_literals;
+    const auto end = std::chrono::steady_clock::now() + 5s;
+    while (auralizer_.status().frames == 0 && std::chrono::steady_clock::now() < end)
+        std::this_thread::sleep_for(1ms);
+}
+
+void PluginRoom::render(const float* input, std::span<float* const> outputs, int samples) {
+    const std::array<SourceSignal, 1> signals{SourceSignal{kSource, input}};
+    auralizer_.render(signals, outputs, samples);
+}
+
+}  // namespace aula::plugin

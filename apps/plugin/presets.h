@@ -1,0 +1,24 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "aula/engine/vec3.h"
+
+namespace aula::plugin {
+
+/// A room that ships with the plugins.
+struct Preset {
+    const char* id;     ///< of its URI
+    const char* name;   ///< for the menu of a host
+    const char* scene;  ///< file in the bundle, or empty: the default room
+    // Absent: the scene's own place.
+    std::optional<Vec3> source{};
+    std::optional<Vec3> listener{};
+    float listener_yaw_deg = 0;  ///< with a place of the listener
+};
+
+/// All presets, in the order of the menu.
+std::vector<Preset> presets();
+
+}  // namespace aula::plugin

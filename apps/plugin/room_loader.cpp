@@ -1,0 +1,182 @@
+#include "apps/plugin/room_loader.h"
+
+#include <exception>
+#include <utility>
+
+#include "aula/audio/realtime.h"
+
+namespace aula::plugin {
+
+RoomLoader::RoomLoader(OutputFormat output, double sample_rate_hz, int block)
+    : output_(output), sample_rate_hz_(sample_rate_hz), block_(block), thread_([this] { run(); }) {}
+
+RoomLoader::~RoomLoader() {
+    {
+        const std::lock_guard lock(mutex_);
+        stop_ = true;
+    }
+    wake_.release();
+    thread_.join();
+    delete discarded_.load();
+}
+
+/// Makes a change with the mutex locked, and waits until a room contains it.
+void RoomLoader::change_and_wait(const std::function<void()>& change) {
+    std::unique_lock lock(mutex_);
+    change();
+    const std::uint64_t wanted = ++wanted_;
+    wake_.release();
+    done_.wait(lock, [&] { return built_ >= wanted; });
+}
+
+void RoomLoader::open() {
+    change_and_wait([this] { open_ = true; });
+}
+
+void RoomLoader::request_open() noexcept {
+    wants_open_ = true;
+    wake_.release();
+}
+
+void RoomLoader::close() {
+    change_and_wait([this] { open_ = false; });
+}
+
+RoomFiles RoomLoader::files() const {
+    const std::lock_guard lock(mutex_);
+    return files_;
+}
+
+void RoomLoader::set_files(const RoomFiles& files) {
+    change_and_wait([&] { files_ = files; });
+    request_replies();
+}
+
+bool RoomLoader::request(Property property, std::string_view file) noexcept {
+    const bool sent = requests_.push(property, file);
+    wake_.release();
+    return sent;
+}
+
+void RoomLoader::request_replies() noexcept {
+    wants_replies_ = true;
+    wake_.release();
+}
+
+void RoomLoader::give_back(PluginRoom* room) noexcept {
+    rooms_.give_back(room);
+    wake_.release();
+}
+
+std::unique_ptr<PluginRoom> RoomLoader::exact_room() {
+    std::unique_lock lock(mutex_);
+    wants_exact_ = true;
+    wake_.release();
+    done_.wait(lock, [this] { return !wants_exact_; });
+    return std::move(exact_);
+}
+
+void RoomLoader::discard(std::unique_ptr<PluginRoom> room) noexcept {
+    if (!room) return;
+    // A room that is still there was discarded less than a fade before; it is freed here.
+    delete discarded_.exchange(room.release());
+    wake_.release();
+}
+
+void RoomLoader::run() {
+    leave_realtime();
+    for (;;) {
+        wake_.acquire();
+        delete discarded_.exchange(nullptr);
+        while (rooms_.reclaim()) {
+        }
+        handle_requests();
+        std::unique_lock lock(mutex_);
+        if (stop_) return;
+        const bool builds_live = built_ != wanted_;
+        const bool builds_exact = wants_exact_;
+        lock.unlock();
+        if (builds_exact) build_exact();
+        if (builds_live) build_live();
+        if (wants_replies_.exchange(false)) reply_all();
+    }
+}
+
+/// Takes what the audio thread has asked for.
+void RoomLoader::handle_requests() {
+    if (wants_open_.exchange(false)) {
+        const std::lock_guard lock(mutex_);
+        open_ = true;
+        ++wanted_;
+    }
+    for (; const Message* message = requests_.front(); requests_.pop()) {
+        const std::lock_guard lock(mutex_);
+        std::filesystem::path& file =
+            message->property == Property::scene ? files_.scene : files_.hrtf;
+        file = message->view();
+        ++wanted_;
+        wants_replies_ = true;
+    }
+}
+
+void RoomLoader::build_live() {
+    std::unique_lock lock(mutex_);
+    const std::uint64_t wanted = wanted_;
+    const bool open = open_;
+    lock.unlock();
+    if (open) {
+        if (auto room = build(RenderClock::real_time)) rooms_.publish(std::move(room));
+    }
+    lock.lock();
+    built_ = wanted;
+    lock.unlock();
+    done_.notify_all();
+}
+
+void RoomLoader::build_exact() {
+    auto room = build(RenderClock::exact);
+    std::unique_lock lock(mutex_);
+    exact_ = std::move(room);
+    wants_exact_ = false;
+    lock.unlock();
+    done_.notify_all();
+}
+
+/// The room of the present files on a clock, or as much of it as can be built; null if nothing can.
+std::unique_ptr<PluginRoom> RoomLoader::build(RenderClock clock) {
+    const RoomFiles files = this->files();
+    std::string status;
+    const auto attempt = [&](const RoomFiles& readable) -> std::unique_ptr<PluginRoom> {
+        try {
+            auto room = std::make_unique<PluginRoom>(plugin_scene(readable), readable.hrtf, output_,
+                                                     sample_rate_hz_, clock, block_, controls_);
+            if (clock == RenderClock::real_time) room->wait_for_frame();
+            return room;
+        } catch (const std::exception& error) {
+            if (status.empty()) status = error.what();
+            return nullptr;
+        }
+    };
+    auto room = attempt(files);
+    if (!room) room = attempt({.scene = files.scene, .hrtf = {}, .seed = files.seed});
+    if (!room) room = attempt({.scene = {}, .hrtf = files.hrtf, .seed = files.seed});
+    if (!room) room = attempt({.scene = {}, .hrtf = {}, .seed = files.seed});
+    set_status(status);
+    return room;
+}
+
+void RoomLoader::set_status(const std::string& line) {
+    const std::lock_guard lock(mutex_);
+    if (line == status_) return;
+    status_ = line;
+    wants_replies_ = true;
+}
+
+void RoomLoader::reply_all() {
+    const std::lock_guard lock(mutex_);
+    replies_.push(Property::scene, files_.scene.string());
+    replies_.push(Property::hrtf, files_.hrtf.string());
+    replies_.push(Property::status, status_);
+}
+
+}  // namespace aula::plugin

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <semaphore>
+#include <string>
+#include <string_view>
+#include <thread>
+
+#include "apps/plugin/control_snapshot.h"
+#include "apps/plugin/message_queue.h"
+#include "apps/plugin/plugin_room.h"
+#include "audio/base/mailbox.h"
+
+namespace aula::plugin {
+
+/// Builds and destroys the rooms of a plugin on a thread of its own, because both take long and the
+/// threads of a host may have real-time priority. If a file cannot be read, it builds the default
+/// room or uses the default HRTF, keeps the file's name, and reports the error.
+class RoomLoader {
+ public:
+    RoomLoader(OutputFormat output, double sample_rate_hz, int block);
+    ~RoomLoader();
+    RoomLoader(const RoomLoader&) = delete;
+    RoomLoader& operator=(const RoomLoader&) = delete;
+
+    /// Builds a room on the real-time clock and waits until it is heard. [not the audio thread]
+    void open();
+    /// Builds a room on the real-time clock later. [audio thread, wait-free]
+    void request_open() noexcept AULA_NONBLOCKING;
+    /// Destroys it; a room that the audio thread holds has been given back. [not the audio thread]
+    void close();
+
+    /// The present files, also those that cannot be read.
+    RoomFiles files() const;
+    /// Replaces the files. Waits until the room is built, if one is open. [not the audio thread]
+    void set_files(const RoomFiles& files);
+
+    /// Asks for another file; false if there were too many requests. The replies of replies()
+    /// confirm it. [audio thread, wait-free]
+    bool request(Property property, std::string_view file) noexcept AULA_NONBLOCKING;
+    /// Changes and errors for the host. [reader: audio thread, wait-free]
+    MessageQueue& replies() noexcept AULA_NONBLOCKING { return replies_; }
+    /// Sends all properties to replies(). [audio thread, wait-free]
+    void request_replies() noexcept AULA_NONBLOCKING;
+
+    /// A new room on the real-time clock, or null. [audio thread, wait-free]
+    PluginRoom* take() noexcept AULA_NONBLOCKING { return rooms_.take(); }
+    void give_back(PluginRoom* room) noexcept AULA_NONBLOCKING;
+
+    /// A new room on the exact clock, after all earlier requests; null if none can be built. Waits.
+    std::unique_ptr<PluginRoom> exact_room();
+    /// Destroys a room on the exact clock later. [audio thread, wait-free]
+    void discard(std::unique_ptr<PluginRoom> room) noexcept AULA_NONBLOCKING;
+
+    /// The controls of the rooms on the real-time clock. [audio thread]
+    ControlSnapshot& controls() noexcept AULA_NONBLOCKING { return *controls_; }
+
+ private:
+    void run();
+    void handle_requests();
+    void build_live();
+    void build_exact();
+    std::unique_ptr<PluginRoom> build(RenderClock clock);
+    void set_status(const std::string& line);
+    void reply_all();
+    void change_and_wait(const std::function<void()>& change);
+
+    const OutputFormat output_;
+    const double sample_rate_hz_;
+    const int block_;
+    const std::shared_ptr<ControlSnapshot> controls_ = std::make_shared<ControlSnapshot>();
+
+    MessageQueue requests_;
+    MessageQueue replies_;
+    std::atomic<bool> wants_replies_ = false;
+    std::atomic<bool> wants_open_ = false;
+    std::atomic<PluginRoom*> discarded_ = nullptr;
+    Mailbox<PluginRoom> rooms_{2};
+    std::counting_semaphore<> wake_{0};
+
+    mutable std::mutex mutex_;  ///< of what follows
+    std::condition_variable done_;
+    RoomFiles files_;
+    bool stop_ = false;
+    bool open_ = false;
+    std::uint64_t wanted_ = 0;  ///< counts the changes of what is to be built in real time
+    std::uint64_t built_ = 0;   ///< of them, those in the newest room
+    bool wants_exact_ = false;
+    std::unique_ptr<PluginRoom> exact_;
+    std::string status_;
+
+    std::thread thread_;
+};
+
+}  // namespace aula::plugin

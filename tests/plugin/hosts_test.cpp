@@ -1,0 +1,144 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "aula/audio/sound_file.h"
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+
+// Runs the plugins in other programs' hosts.
+
+namespace {
+
+using namespace aula::test;
+namespace fs = std::filesystem;
+
+const std::string kDefaultRoom = std::string(AULA_SOURCE_DIR) + "/scenes/default.json";
+
+/// Whether a program is installed; without it the test is skipped.
+bool has(const std::string& program) {
+    if (run_program({"sh", "-c", "command -v " + program}).status == 0) return true;
+    WARN("skipped: " << program << " is missing (packages-test.txt)");
+    return false;
+}
+
+/// Runs a command of the shell with the built bundle and the home in a scratch folder.
+ProgramResult run_host(const TemporaryFolder& folder, const std::string& command) {
+    const std::string home = folder.path();
+    return run_program({"env", "LV2_PATH=" AULA_BUNDLES ":/usr/lib/lv2", "HOME=" + home,
+                        "XDG_CONFIG_HOME=" + home, "XDG_CACHE_HOME=" + home, "sh", "-c",
+                        "cd " + home + " && " + command});
+}
+
+/// Clicks, one each second, as the default room's source.
+fs::path write_clicks(const TemporaryFolder& folder, std::size_t samples) {
+    const fs::path file = folder.path() / "clicks.wav";
+    aula::WavWriter writer(file, 48000, 1, aula::SampleFormat::float32);
+    std::vector<float> clicks(samples);
+    for (std::size_t n = 0; n < samples; n += 48000) clicks[n] = 1;
+    writer.write(clicks);
+    writer.commit();
+    return file;
+}
+
+/// The samples of a float WAV file as it is on the disk, interleaved.
+std::vector<float> wav_samples(const fs::path& file) {
+    const std::string bytes = read_file(file);
+    const std::size_t data = bytes.find("data");
+    REQUIRE(data != std::string::npos);
+    std::vector<float> samples((bytes.size() - data - 8) / sizeof(float));
+    std::copy_n(bytes.data() + data + 8, samples.size() * sizeof(float),
+                reinterpret_cast<char*>(samples.data()));
+    return samples;
+}
+
+}  // namespace
+
+TEST_CASE("lv2_validate finds no error in the bundle") {
+    if (!has("lv2_validate")) return;
+    const TemporaryFolder folder;
+    const std::string bundle = AULA_BUNDLES "/aula.lv2/";
+    const ProgramResult result =
+        run_host(folder, "lv2_validate " + bundle + "manifest.ttl " + bundle + "aula.ttl " +
+                             bundle + "presets.ttl");
+    INFO(result.out << result.err);
+    CHECK(result.status == 0);
+    CHECK((result.out + result.err).find("Found 0 errors") != std::string::npos);
+    CHECK((result.out + result.err).find("warning") == std::string::npos);
+}
+
+TEST_CASE("lv2apply in freewheel equals the offline rendering of the default room") {
+    if (!has("lv2apply")) return;
+    const std::string layout = GENERATE(std::string("binaural"), "foa", "toa");
+    const TemporaryFolder folder;
+    const std::size_t samples = 72000;
+    write_clicks(folder, samples);
+    const ProgramResult applied = run_host(
+        folder, "lv2apply -i clicks.wav -o applied.wav -c freewheel 1 urn:aula:room#" + layout);
+    INFO(applied.err);
+    REQUIRE(applied.status == 0);
+    const fs::path offline = folder.path() / "offline.wav";
+    REQUIRE(run_program({AULA_PROGRAM, kDefaultRoom, "--offline", offline, "--output", layout,
+                         "--duration", "1.5"})
+                .status == 0);
+    const std::vector<float> plugin = wav_samples(folder.path() / "applied.wav");
+    const std::vector<float> program = wav_samples(offline);
+    const std::size_t channels = layout == "binaural" ? 2 : layout == "foa" ? 4 : 16;
+    REQUIRE(plugin.size() == channels * samples);
+    REQUIRE(program.size() == plugin.size());
+    float largest = 0;
+    float difference = 0;
+    for (std::size_t n = 0; n < plugin.size(); ++n) {
+        largest = std::max(largest, std::abs(program[n]));
+        difference = std::max(difference, std::abs(plugin[n] - program[n]));
+    }
+    CHECK(largest > 0.1F);
+    CHECK(difference < 1e-6F);
+}
+
+TEST_CASE("ffmpeg renders through the plugin") {
+    if (!has("ffmpeg")) return;
+    const TemporaryFolder folder;
+    write_clicks(folder, 24000);
+    const ProgramResult result =
+        run_host(folder,
+                 "ffmpeg -loglevel error -i clicks.wav -af "
+                 "'lv2=p=urn\\\\:aula\\\\:room#binaural:c=freewheel=1' -c:a pcm_f32le out.wav");
+    INFO(result.err);
+    REQUIRE(result.status == 0);
+    const std::vector<float> output = wav_samples(folder.path() / "out.wav");
+    const auto is_loud = [](float x) { return std::abs(x) > 0.01F; };
+    CHECK(std::any_of(output.begin(), output.end(), is_loud));
+    CHECK(std::all_of(output.begin(), output.end(), [](float x) { return std::isfinite(x); }));
+}
+
+TEST_CASE("Each preset of the bundle loads and sounds") {
+    if (!has("lv2info")) return;
+    const TemporaryFolder folder;
+    const ProgramResult info = run_host(folder, "lv2info 'urn:aula:room#binaural'");
+    INFO(info.out << info.err);
+    REQUIRE(info.status == 0);
+    const std::size_t begin = info.out.find("Presets:");
+    REQUIRE(begin != std::string::npos);
+    const std::string presets = info.out.substr(begin, info.out.find("Port 0:") - begin);
+    CHECK(std::count(presets.begin(), presets.end(), '\n') >= 9);
+    CHECK(presets.find("Tiled Bathroom") != std::string::npos);
+}
+
+TEST_CASE("The binary needs no library of audio devices and exports its entry point only") {
+    if (!has("readelf")) return;
+    const TemporaryFolder folder;
+    const ProgramResult needed = run_host(folder, "readelf -d " AULA_PLUGIN_BINARY);
+    REQUIRE(needed.status == 0);
+    for (const std::string library : {"portaudio", "jack", "asound", "libGL", "GLEW", "glfw"}) {
+        INFO(library);
+        CHECK(needed.out.find(library) == std::string::npos);
+    }
+    CHECK(needed.out.find("NODELETE") != std::string::npos);
+    const ProgramResult symbols = run_host(folder, "nm -D --defined-only " AULA_PLUGIN_BINARY);
+    REQUIRE(symbols.status == 0);
+    CHECK(std::count(symbols.out.begin(), symbols.out.end(), '\n') == 1);
+    CHECK(symbols.out.find("lv2_descriptor") != std::string::npos);
+}

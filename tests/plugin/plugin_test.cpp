@@ -1,0 +1,285 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/plugin/plugin_host.h"
+#include "tests/support/temporary_folder.h"
+
+namespace {
+
+using namespace aula;
+using namespace aula::test;
+using plugin::Control;
+
+const std::string kScene = AULA_PLUGIN_URI "#scene";
+const std::string kStatus = AULA_PLUGIN_URI "#status";
+
+std::vector<float> noise(std::size_t samples) {
+    std::vector<float> signal(samples);
+    std::uint32_t seed = 1;
+    for (float& x : signal) {
+        seed = seed * 1664525U + 1013904223U;
+        x = 0.2F * (static_cast<float>(seed >> 8) * 0x1p-23F - 1);
+    }
+    return signal;
+}
+
+float peak(const Channels& channels) {
+    float largest = 0;
+    for (const auto& channel : channels)
+        for (const float x : channel) {
+            if (!std::isfinite(x)) return std::numeric_limits<float>::infinity();
+            largest = std::max(largest, std::abs(x));
+        }
+    return largest;
+}
+
+/// A new instance that renders on the exact clock.
+Channels bounce(OutputFormat layout, std::span<const float> input,
+                const std::vector<std::size_t>& sizes) {
+    PluginHost host(layout);
+    host.set(Control::freewheel, 1);
+    host.set(Control::quality, 0);
+    host.activate();
+    return host.run(input, sizes);
+}
+
+/// Runs silence until a condition holds, for at most 60 s.
+template <typename Condition>
+bool run_until(PluginHost& host, Condition&& holds) {
+    using namespace std::chrono_literals;
+    const auto end = std::chrono::steady_clock::now() + 60s;
+    const std::vector<float> silence(256);
+    while (!holds()) {
+        if (std::chrono::steady_clock::now() > end) return false;
+        host.run(silence, {256});
+        std::this_thread::sleep_for(1ms);
+    }
+    return true;
+}
+
+/// A free field: a click arrives once.
+const char* const kFreeField = R"({"aula": 1,
+    "sources": [{"name": "s", "position": [3.432, 0, 0], "signal": "impulse"}],
+    "listener": {"position": [0, 0, 0]}})";
+
+}  // namespace
+
+TEST_CASE("Rendered in blocks of any size a plugin gives the same bytes, without latency") {
+    const auto layout = GENERATE(OutputFormat::binaural, OutputFormat::foa, OutputFormat::toa);
+    const std::vector<float> input = noise(4500);
+    const Channels reference = bounce(layout, input, {256});
+    REQUIRE(reference.size() == channel_count(layout));
+    REQUIRE(peak(reference) > 0.001F);
+    REQUIRE(peak(reference) < 10);
+    for (const std::size_t size : {1, 17, 64, 1024, 4096}) {
+        INFO("blocks of " << size);
+        CHECK((bounce(layout, input, {size}) == reference));
+    }
+    CHECK((bounce(layout, input, {1, 300, 8192, 17}) == reference));
+}
+
+TEST_CASE("A plugin renders the same range twice with the same bytes, whatever it played before") {
+    const std::vector<float> input = noise(4000);
+    const Channels reference = bounce(OutputFormat::binaural, input, {256});
+    PluginHost host(OutputFormat::binaural);
+    host.set(Control::quality, 0);
+    host.activate();
+    for (int time = 0; time < 2; ++time) {
+        host.set(Control::freewheel, 0);
+        CHECK(peak(host.run(noise(10000), {256})) > 0);
+        host.set(Control::freewheel, 1);
+        CHECK((host.run(input, {512}) == reference));
+    }
+    // The range begins where the transport rolls.
+    host.send_position(0, 0);
+    host.run(noise(777), {777});
+    host.send_position(48000, 1);
+    CHECK((host.run(input, {100}) == reference));
+    host.send_position(96000, 1);
+    CHECK((host.run(input, {100}) == reference));
+    // It has rolled on to where it is.
+    const Channels before = host.run(input, {4000});
+    host.send_position(96000 + 8000, 1);
+    CHECK((host.run(input, {4000}) != reference));
+}
+
+TEST_CASE("A plugin works at all sample rates and reports no latency") {
+    for (const double rate_hz : {22050.0, 44100.0, 96000.0, 192000.0}) {
+        INFO(rate_hz << " Hz");
+        PluginHost host(OutputFormat::binaural, rate_hz);
+        host.set(Control::freewheel, 1);
+        host.set(Control::quality, 0);
+        host.set(Control::latency, 99);
+        host.activate();
+        std::vector<float> click(static_cast<std::size_t>(rate_hz / 20));
+        click[0] = 1;
+        const Channels output = host.run(click, {512});
+        CHECK(peak(output) > 0.01F);
+        CHECK(peak(output) < 2);
+        CHECK(host.get(Control::latency) == 0);
+        // The direct sound travels 3.09 m, and the ear nearer to the source is up to 0.3 ms before
+        // the centre of the head; the filters of the ears begin within 1 ms.
+        const auto loudest = std::max_element(output[0].begin(), output[0].end());
+        CHECK(static_cast<double>(loudest - output[0].begin()) / rate_hz ==
+              Approx(3.092 / 343.2).margin(1.3e-3));
+    }
+}
+
+TEST_CASE("Bypass and a change of the wet share have no step above -60 dB") {
+    PluginHost host(OutputFormat::binaural);
+    host.set(Control::freewheel, 1);
+    host.set(Control::quality, 0);
+    host.activate();
+    const std::vector<float> constant(48000, 0.5F);
+    host.run(constant, {256});  // the room's sound becomes constant
+    float last = host.run(std::vector<float>(256, 0.5F), {256})[0].back();
+    float largest = 0;
+    const auto run = [&](std::size_t samples) {
+        const Channels output = host.run(std::span(constant).first(samples), {256});
+        for (const float x : output[0]) {
+            largest = std::max(largest, std::abs(x - last));
+            last = x;
+        }
+    };
+    run(4800);
+    const float own = largest;  // of the frames of the propagation
+    CHECK(own < 1e-3F);
+    for (const float enabled : {0.0F, 1.0F, 0.0F}) {
+        host.set(Control::enabled, enabled);
+        run(9600);
+        if (enabled == 0) CHECK(last == Approx(0.5F).margin(1e-6));
+    }
+    host.set(Control::enabled, 1);
+    for (const float wet : {0.3F, 1.0F}) {
+        host.set(Control::wet, wet);
+        run(7200);
+    }
+    CHECK(largest < 1e-3F);
+    CHECK(last != Approx(0.5F).margin(1e-3));
+}
+
+TEST_CASE("Bypassed ambisonics have the input in the omnidirectional channel") {
+    PluginHost host(OutputFormat::foa);
+    host.set(Control::freewheel, 1);
+    host.set(Control::enabled, 0);
+    host.activate();
+    const std::vector<float> input = noise(1000);
+    const Channels output = host.run(input, {100});
+    CHECK((output[0] == input));
+    for (std::size_t c = 1; c < 4; ++c) {
+        const auto is_zero = [](float x) { return x == 0; };
+        CHECK(std::all_of(output[c].begin(), output[c].end(), is_zero));
+    }
+}
+
+TEST_CASE("Toggles, gain and places change what a plugin renders") {
+    const std::vector<float> input = noise(9600);
+    const auto with = [&](const std::vector<std::pair<Control, float>>& changes) {
+        PluginHost host(OutputFormat::foa);
+        host.set(Control::freewheel, 1);
+        host.set(Control::quality, 0);
+        for (const auto& [control, value] : changes) host.set(control, value);
+        host.activate();
+        return host.run(input, {480});
+    };
+    const float all = peak(with({}));
+    CHECK(peak(with({{Control::direct, 0}, {Control::early, 0}, {Control::late, 0}})) < 1e-6F);
+    CHECK(peak(with({{Control::gain_db, -20}})) == Approx(all / 10).epsilon(1e-3));
+    // The direct sound from 0.5 m in front of the head is twice as loud as the input. Between its
+    // samples noise exceeds the largest of them.
+    const float near = peak(with({{Control::source_x, 4},
+                                  {Control::source_y, 3.5F},
+                                  {Control::early, 0},
+                                  {Control::late, 0}}));
+    CHECK(near == Approx(0.4F).epsilon(0.2));
+    CHECK(peak(with({{Control::wet, 0}})) == Approx(0.2F).epsilon(0.01));
+    // No value of a host gives a sound that is no number.
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+    CHECK(peak(with({{Control::source_x, kNan}, {Control::gain_db, kNan}})) == all);
+    CHECK(peak(with({{Control::source_x, 1e30F}, {Control::listener_yaw, -1e30F}})) < 1);
+}
+
+TEST_CASE("A sample that is no number leaves a plugin after it") {
+    std::vector<float> input = noise(4000);
+    const Channels reference = [&] {
+        std::vector<float> zeroed = input;
+        zeroed[1000] = zeroed[1001] = 0;
+        return bounce(OutputFormat::binaural, zeroed, {256});
+    }();
+    input[1000] = std::numeric_limits<float>::quiet_NaN();
+    input[1001] = std::numeric_limits<float>::infinity();
+    CHECK((bounce(OutputFormat::binaural, input, {256}) == reference));
+}
+
+TEST_CASE("A plugin plays another scene, tells the host, and saves and restores it") {
+    const TemporaryFolder folder;
+    const std::string file = folder.write("free.json", kFreeField);
+    std::vector<float> click(4800);
+    click[0] = 1;
+    const auto silent_from_1000 = [&](PluginHost& host) {
+        host.set(Control::freewheel, 1);
+        const Channels output = host.run(click, {256});
+        const auto is_loud = [](float x) { return std::abs(x) > 1e-6F; };
+        CHECK(std::any_of(output[0].begin(), output[0].begin() + 1000, is_loud));
+        return std::none_of(output[0].begin() + 1000, output[0].end(), is_loud);
+    };
+    StoredState state;
+    {
+        PluginHost host(OutputFormat::foa);
+        host.activate();
+        CHECK_FALSE(silent_from_1000(host));
+        CHECK(host.save().empty());
+        host.send_path(kScene, file);
+        CHECK(silent_from_1000(host));
+        REQUIRE(run_until(host, [&] { return host.received(kScene) == file; }));
+        state = host.save();
+        CHECK(state.at(kScene).second.size() == file.size() + 1);
+    }
+    PluginHost host(OutputFormat::foa);
+    host.restore(state);
+    host.activate();
+    CHECK(silent_from_1000(host));
+    host.send_get();
+    CHECK(run_until(host, [&] { return host.received(kStatus).empty(); }));
+    host.restore({});
+    CHECK_FALSE(silent_from_1000(host));
+    CHECK(host.save().empty());
+}
+
+TEST_CASE("If its scene is gone a plugin plays the default room, says so, and keeps the name") {
+    const std::vector<float> input = noise(3000);
+    const Channels reference = bounce(OutputFormat::binaural, input, {256});
+    PluginHost host(OutputFormat::binaural);
+    const std::string gone = "/nonexistent/hall.json";
+    const std::vector<char> bytes(gone.c_str(), gone.c_str() + gone.size() + 1);
+    host.restore({{kScene, {LV2_ATOM__Path, bytes}}});
+    host.set(Control::quality, 0);
+    host.set(Control::freewheel, 1);
+    host.activate();
+    CHECK((host.run(input, {256}) == reference));
+    REQUIRE(
+        run_until(host, [&] { return host.received(kStatus).find(gone) != std::string::npos; }));
+    CHECK(host.received(kScene) == gone);
+    CHECK(host.save().at(kScene).second == bytes);
+}
+
+TEST_CASE("In real time a plugin sounds from the first block on and follows its controls") {
+    PluginHost host(OutputFormat::binaural);
+    host.set(Control::quality, 0);
+    host.activate();
+    const std::vector<float> input = noise(24000);
+    CHECK(peak(host.run(input, {64})) > 0.001F);
+    // The frames take the controls; a mute of all parts is heard as silence.
+    for (const Control part : {Control::direct, Control::early, Control::late}) host.set(part, 0);
+    CHECK(run_until(host, [&] { return peak(host.run(input, {256})) < 1e-6F; }));
+    host.deactivate();
+    host.set(Control::direct, 1);
+    host.activate();
+    CHECK(peak(host.run(input, {8192})) > 0.001F);
+}
