@@ -246,6 +246,20 @@ struct Propagation::State {
         statistics.wall_paths = static_cast<std::size_t>(std::count(found.begin(), found.end(), 1));
     }
 
+    /// Adds the diffraction of the first-order image sources at the edges of their faces to the
+    /// paths of all responses. Where rays count image sources, these are left as they are.
+    void complete_reflections(const FrameInput& input) {
+        if (!direct_sound || specular.listed_order() == 0) return;
+        const FirstOrderImages first_order{specular.planes(), specular.first_order_ids(),
+                                           specular.order()};
+        workers.run(responses.size(), [&](std::size_t pair) {
+            direct_sound->complete_reflections(
+                responses[pair].paths, input.sources[pair / listener_count],
+                input.listeners[pair % listener_count], first_order,
+                directivity(pair / listener_count, input), attenuation_per_m, memories[pair]);
+        });
+    }
+
     /// Adds the image sources to the paths of all responses, and the direct sound if it is
     /// straight.
     void find_specular(const FrameInput& input) {
@@ -323,6 +337,8 @@ void Propagation::step(const FrameInput& given) {
     s.find_specular(input);
     s.find_through_walls(input);
     s.statistics.specular_s += watch.lap_s();
+    s.complete_reflections(input);
+    s.statistics.diffraction_s += watch.lap_s();
 
     s.estimator->step(s.frame_of(input, s.frame), s.images, s.responses, s.statistics);
     ++s.frame;

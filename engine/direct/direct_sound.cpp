@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <utility>
+
+#include "engine/direct/followed_taps.h"
 
 namespace aula {
 
@@ -14,18 +17,13 @@ bool is_same_tap(const SpecularPath& a, const SpecularPath& b) {
            a.id == b.id && a.edges == b.edges && a.departure == b.departure && a.apexes == b.apexes;
 }
 
-/// Multiplies the energies of taps by the ratio of two.
-void scale(std::vector<SpecularPath>& taps, const Bands& from, const Bands& to) {
-    if (from == to) return;
-    Bands ratio;
-    for (std::size_t b = 0; b < kBandCount; ++b) ratio[b] = from[b] > 0 ? to[b] / from[b] : 0;
-    for (SpecularPath& tap : taps) tap.energy *= ratio;
-}
-
 }  // namespace
 
 DirectSound::DirectSound(const RayScene& scene, float speed_of_sound_m_s, int order)
-    : scene_(scene), edges_(scene), paths_(scene, edges_, double{speed_of_sound_m_s}) {
+    : scene_(scene),
+      edges_(scene),
+      paths_(scene, edges_, double{speed_of_sound_m_s}),
+      reflections_(scene, edges_, paths_, double{speed_of_sound_m_s}) {
     if (order > 1) chains_.emplace(scene, edges_, double{speed_of_sound_m_s}, order);
     std::map<std::uint32_t, MovableObject> movable;
     for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
@@ -111,30 +109,28 @@ std::vector<SpecularPath> DirectSound::compute(const Vec3& source, const Vec3& l
         paths.insert(paths.end(), chains.begin(), chains.end());
     }
     const Bands model = paths_.energy(paths);
-    const Bands before = memory.levels.energy();
-    const Bands& energy = memory.levels.follow(source, listener, model, !changed_.empty());
-    if (memory.levels.is_exact() && paths.size() == 1 && paths[0].edges.empty()) paths.clear();
-    std::vector<SpecularPath> taps;
-    if (!paths.empty()) {
-        if (!directivity.is_omnidirectional()) {
-            for (EdgePath& path : paths) {
-                const Bands factor = directivity.factor(path.departure);
-                for (std::size_t b = 0; b < kBandCount; ++b)
-                    path.field[b] *= std::sqrt(double{factor[b]});
+    if (!directivity.is_omnidirectional()) {
+        for (EdgePath& path : paths) {
+            const Bands factor = directivity.factor(path.departure);
+            for (std::size_t b = 0; b < kBandCount; ++b) {
+                const double share = std::sqrt(double{factor[b]});
+                path.field[b] *= share;
+                for (ComplexBands& reflected : path.reflected) reflected[b] *= share;
             }
         }
-        memory.taps = paths_.taps(paths, memory);
-        scale(memory.taps, model, energy);
-    } else if (memory.levels.is_exact()) {
-        memory.taps.clear();
-    } else {
-        // What was heard last fades out.
-        scale(memory.taps, before, energy);
     }
-    std::stable_sort(
-        memory.taps.begin(), memory.taps.end(),
-        [](const SpecularPath& a, const SpecularPath& b) { return a.length_m < b.length_m; });
-    return memory.taps;
+    memory.reflections.bent.clear();
+    std::copy_if(paths.begin(), paths.end(), std::back_inserter(memory.reflections.bent),
+                 [](const EdgePath& path) { return path.edges.size() == 1; });
+    return followed_taps(paths_, paths, model, source, listener, !changed_.empty(), memory);
+}
+
+void DirectSound::complete_reflections(std::vector<SpecularPath>& paths, const Vec3& source,
+                                       const Vec3& listener, const FirstOrderImages& images,
+                                       const OrientedDirectivity& directivity,
+                                       const Bands& attenuation_per_m, PairMemory& memory) const {
+    reflections_.complete(paths, source, listener, images, directivity, attenuation_per_m,
+                          !changed_.empty(), memory);
 }
 
 }  // namespace aula

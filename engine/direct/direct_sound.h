@@ -9,6 +9,7 @@
 #include "aula/engine/energy_response.h"
 #include "engine/direct/chain_search.h"
 #include "engine/direct/edge_paths.h"
+#include "engine/direct/reflection_groups.h"
 #include "engine/edges/scene_edges.h"
 #include "engine/rays/oriented_directivity.h"
 #include "engine/rays/ray_scene.h"
@@ -42,6 +43,13 @@ class DirectSound {
                                    const OrientedDirectivity& directivity,
                                    const Bands& attenuation_per_m, PairMemory& memory) const;
 
+    /// Adds to the first-order image sources in `paths` their diffraction at the edges of their
+    /// faces; call after find(). See ReflectionGroups::complete. [several threads]
+    void complete_reflections(std::vector<SpecularPath>& paths, const Vec3& source,
+                              const Vec3& listener, const FirstOrderImages& images,
+                              const OrientedDirectivity& directivity,
+                              const Bands& attenuation_per_m, PairMemory& memory) const;
+
  private:
     struct MovableObject {
         std::vector<std::uint32_t> triangles;
@@ -58,6 +66,7 @@ class DirectSound {
     const RayScene& scene_;
     SceneEdges edges_;
     EdgePaths paths_;
+    ReflectionGroups reflections_;
     std::optional<ChainSearch> chains_;
     std::uint64_t frames_ = 0;
     std::uint64_t scene_version_ = 0;  ///< changes with movements of objects and with materials

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <complex>
 #include <functional>
@@ -88,9 +89,9 @@ std::array<double, kBandCount> sinc_of_bands(double base_x) {
 }
 
 /// Identifies a path over edges in all frames.
-std::uint64_t id_of(std::span<const std::uint32_t> edges) {
-    std::uint64_t id = 0x65646765;
-    for (const std::uint32_t edge : edges) id = derive_seed(id, edge);
+std::uint64_t id_of(const EdgePath& path) {
+    std::uint64_t id = 0x65646765 + std::uint64_t{path.reflections};
+    for (const std::uint32_t edge : path.edges) id = derive_seed(id, edge);
     return id;
 }
 
@@ -101,6 +102,13 @@ double energy_sum(const ComplexBands& field) {
 }
 
 }  // namespace
+
+void EdgePath::scale(double factor) {
+    for (auto& x : field) x *= factor;
+    for (ComplexBands& face : reflected) {
+        for (auto& x : face) x *= factor;
+    }
+}
 
 /// An edge over which a path from a source to a listener may lead.
 struct EdgePaths::Candidate {
@@ -164,17 +172,20 @@ std::optional<EdgePaths::Candidate> EdgePaths::candidate(std::uint32_t edge,
 /// The diffracted field of an edge. At the two edges of a slot the incident terms cancel the direct
 /// sound, or each other, as the slot closes. The terms of the faces add up, and fade out with the
 /// slot's width.
-ComplexBands EdgePaths::field(const Candidate& c, const Bands& attenuation_per_m) const {
+EdgeField EdgePaths::field(const Candidate& c, const Bands& attenuation_per_m) const {
     const DiffractionEdge& edge = edges_[c.edge];
     const double turn_rad = std::abs(c.listener.angle_rad - c.source.angle_rad) - kPi;
-    ComplexBands field =
-        edge.is_curved
-            ? curved_field(integral_, scene_, edge, turn_rad, c.source, c.listener)
-            : edge_field(integral_, scene_, edge, c.source, c.listener, {.share = c.opening});
+    EdgeField field = edge.is_curved
+                          ? EdgeField{.direct = curved_field(integral_, scene_, edge, turn_rad,
+                                                             c.source, c.listener)}
+                          : divided_edge_field(integral_, scene_, edge, c.source, c.listener,
+                                               {.share = c.opening});
     const double longest_m = c.is_lit ? kLongestLitDetour_m : kLongestDetour_m;
     const double near = smooth_step(4 * (1 - c.detour_m / longest_m));
     for (std::size_t b = 0; b < kBandCount; ++b) {
-        field[b] *= near * air_loss(c.length_m, attenuation_per_m, b);
+        const double share = near * air_loss(c.length_m, attenuation_per_m, b);
+        field.direct[b] *= share;
+        for (ComplexBands& reflected : field.reflected) reflected[b] *= share;
     }
     return field;
 }
@@ -244,12 +255,14 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
     std::vector<EdgePath> bent;
     for (const Candidate& c : candidates) {
         const glm::dvec3 apex = edges_[c.edge].point(c.along_m);
+        const EdgeField of_edge = field(c, attenuation_per_m);
         bent.push_back({.edges = {c.edge},
                         .apexes = {Vec3(apex)},
                         .length_m = c.length_m,
                         .direction = unit_or_front(apex - to),
                         .departure = unit_or_front(apex - from),
-                        .field = field(c, attenuation_per_m)});
+                        .field = of_edge.direct,
+                        .reflected = of_edge.reflected});
         const Bands energy = energy_of(bent.back().field);
         for (std::size_t b = 0; b < kBandCount; ++b) {
             strongest[b] = std::max(strongest[b], energy[b]);
@@ -266,7 +279,7 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
             candidates[i].place,
             {.index = candidates[i].edge, .is_new = false, .is_free = true, .level_db = above_db});
         if (above_db <= 0) continue;
-        for (auto& x : bent[i].field) x *= fade_weight(above_db);
+        bent[i].scale(fade_weight(above_db));
         paths.push_back(std::move(bent[i]));
     }
     return paths;
@@ -310,7 +323,7 @@ Bands EdgePaths::energy(std::span<const EdgePath> paths) const {
 /// Paths of equal length thus become one tap with the phases between them; the sum of all taps does
 /// not depend on p.
 std::vector<SpecularPath> EdgePaths::taps(std::span<const EdgePath> paths,
-                                          PairMemory& memory) const {
+                                          std::optional<EdgePath>& last_primary) const {
     if (paths.empty()) return {};
     const EdgePath* primary = &paths.front();
     if (!primary->edges.empty()) {
@@ -318,7 +331,7 @@ std::vector<SpecularPath> EdgePaths::taps(std::span<const EdgePath> paths,
         for (const EdgePath& path : paths) largest = std::max(largest, energy_sum(path.field));
         const auto is_strong = [&](const EdgePath& path) {
             // -6 dB, and -9 dB for the primary path of the last frame.
-            const bool was_primary = memory.primary && path.edges == memory.primary->edges;
+            const bool was_primary = last_primary && id_of(path) == id_of(*last_primary);
             return energy_sum(path.field) >= largest / (was_primary ? 8 : 4);
         };
         for (const EdgePath& path : paths) {
@@ -327,13 +340,13 @@ std::vector<SpecularPath> EdgePaths::taps(std::span<const EdgePath> paths,
             }
         }
     }
-    const bool jumps = memory.primary && primary->edges != memory.primary->edges &&
-                       (std::abs(primary->length_m - memory.primary->length_m) > kJump_m ||
-                        glm::distance(primary->direction, memory.primary->direction) > kJump_rad);
-    memory.primary = *primary;
+    const bool jumps = last_primary && id_of(*primary) != id_of(*last_primary) &&
+                       (std::abs(primary->length_m - last_primary->length_m) > kJump_m ||
+                        glm::distance(primary->direction, last_primary->direction) > kJump_rad);
+    last_primary = *primary;
     ComplexBands coherent = primary->field;
     const auto tap_of = [](const EdgePath& path, std::uint64_t id, const ComplexBands& field) {
-        return SpecularPath{.order = 0,
+        return SpecularPath{.order = std::popcount(path.reflections),
                             .length_m = static_cast<float>(path.length_m),
                             .direction = path.direction,
                             .energy = energy_of(field),
@@ -345,7 +358,7 @@ std::vector<SpecularPath> EdgePaths::taps(std::span<const EdgePath> paths,
     std::vector<SpecularPath> others;
     for (const EdgePath& path : paths) {
         if (&path == primary) continue;
-        SpecularPath tap = tap_of(path, id_of(path.edges), path.field);
+        SpecularPath tap = tap_of(path, id_of(path), path.field);
         const double x = coherence_argument(path, *primary);
         const auto sinc = sinc_of_bands(x);
         for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -355,7 +368,7 @@ std::vector<SpecularPath> EdgePaths::taps(std::span<const EdgePath> paths,
         }
         others.push_back(tap);
     }
-    SpecularPath first = tap_of(*primary, jumps ? id_of(primary->edges) : 0, coherent);
+    SpecularPath first = tap_of(*primary, jumps ? id_of(*primary) : 0, coherent);
 
     std::vector<double> levels_db;
     for (const SpecularPath& tap : others) levels_db.push_back(level_db(tap.energy, first.energy));

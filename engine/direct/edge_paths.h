@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <vector>
@@ -8,6 +10,7 @@
 #include "aula/engine/energy_response.h"
 #include "engine/direct/level_follower.h"
 #include "engine/direct/near_edges.h"
+#include "engine/edges/edge_field.h"
 #include "engine/edges/scene_edges.h"
 #include "engine/edges/wedge_integral.h"
 #include "engine/rays/oriented_directivity.h"
@@ -20,11 +23,17 @@ namespace aula {
 struct EdgePath {
     /// From the source to the listener, indices in SceneEdges. Empty: the straight path.
     std::vector<std::uint32_t> edges;
-    std::vector<Vec3> apexes;  ///< where it bends, in their order
+    unsigned reflections = 0;  ///< at one plane; bit 0: before the edge, bit 1: after it
+    std::vector<Vec3> apexes;  ///< where it bends or is reflected, from the source to the listener
     double length_m = 0;
     Vec3 direction{0};  ///< unit vector from the listener to the source or to the last edge
     Vec3 departure{0};  ///< unit vector from the source to the first edge or to the listener
     ComplexBands field{};
+    /// [face] of a single edge: the part of its field that belongs to the path of the reflection.
+    std::array<ComplexBands, 2> reflected{};
+
+    /// Multiplies all fields.
+    void scale(double factor);
 };
 
 /// The chains of edges between a source and a listener, and their last search; see ChainSearch.
@@ -38,8 +47,28 @@ struct PairChains {
     std::uint64_t scene_changes = 0;  ///< before the search
 };
 
+/// What is remembered of the taps of coherent paths between frames.
+struct TapMemory {
+    LevelFollower levels;             ///< of all taps
+    std::vector<SpecularPath> taps;   ///< in the last frame
+    std::optional<EdgePath> primary;  ///< path of the primary tap
+};
+
+/// What is remembered of the reflections of a source and a listener between frames.
+struct PairReflections {
+    std::vector<EdgePath> bent;                   ///< paths over single edges in the present frame
+    std::map<std::uint32_t, TapMemory> by_plane;  ///< planes whose reflections edges diffract
+    Vec3 source{0};                               ///< in the last frame
+    Vec3 listener{0};
+    std::vector<std::uint32_t> planes;  ///< near ones, by path length
+    glm::dvec3 selected_source{0};      ///< when they were selected
+    glm::dvec3 selected_listener{0};
+    bool has_planes = false;
+    bool is_first = true;  ///< no frame has passed
+};
+
 /// What is remembered of a source and a listener between frames.
-struct PairMemory {
+struct PairMemory : TapMemory {
     /// What the taps depend on.
     struct Inputs {
         Vec3 source{0};
@@ -52,11 +81,9 @@ struct PairMemory {
 
     NearEdges near;
     PairChains chains;
-    LevelFollower levels;             ///< of all taps
-    std::vector<SpecularPath> taps;   ///< in the last frame
-    std::optional<Inputs> inputs;     ///< of the last frame
-    std::uint64_t equal_frames = 0;   ///< in a row, with equal inputs and results
-    std::optional<EdgePath> primary;  ///< path of the primary tap
+    std::optional<Inputs> inputs;    ///< of the last frame
+    std::uint64_t equal_frames = 0;  ///< in a row, with equal inputs and results
+    PairReflections reflections;
 };
 
 /// The direct sound and its diffraction at single edges. In the lit zone and in the shadow their
@@ -80,10 +107,12 @@ class EdgePaths {
     /// primary tap, of id 0, first. It is the straight path or, in the shadow, the strong path of
     /// the smallest length. The fields of other paths are added to its field as far as they cohere
     /// with it within the bandwidth of an octave; the rest of their energy has separate taps, at
-    /// most kMaxTaps - 1, with ids of their edges. `memory` keeps the primary tap from changing to
-    /// and fro. Where it changes to a distant path, no tap has the id 0 for one frame, so that the
-    /// renderer fades from one path to the other. Empty without a path.
-    std::vector<SpecularPath> taps(std::span<const EdgePath> paths, PairMemory& memory) const;
+    /// most kMaxTaps - 1, with ids of their edges. `last_primary`, the path of the primary tap in
+    /// the last frame, keeps it from changing to and fro. Where it changes to a distant path, no
+    /// tap has the id 0 for one frame, so that the renderer fades from one path to the other. Empty
+    /// without a path.
+    std::vector<SpecularPath> taps(std::span<const EdgePath> paths,
+                                   std::optional<EdgePath>& last_primary) const;
 
     static constexpr std::size_t kMaxTaps = 8;
 
@@ -95,7 +124,7 @@ class EdgePaths {
     std::optional<Candidate> candidate(std::uint32_t edge, const glm::dvec3& source,
                                        const glm::dvec3& listener) const;
     double opening(const Candidate& candidate, const Vec3& source, const Vec3& listener) const;
-    ComplexBands field(const Candidate& candidate, const Bands& attenuation_per_m) const;
+    EdgeField field(const Candidate& candidate, const Bands& attenuation_per_m) const;
     double coherence_argument(const EdgePath& a, const EdgePath& b) const;
 
     const RayScene& scene_;

@@ -9,7 +9,6 @@ namespace aula {
 
 namespace {
 
-constexpr double kJump_m = 0.25;      // movement in a frame beyond which an end has jumped
 constexpr double kResting_m = 5e-3;   // movement in a frame below which an end begins to rest
 constexpr double kLongest_m = 0.5;    // walked while a level follows
 constexpr double kSilence_db = -60;   // relative to free field; counts as a pressure of 0
@@ -34,7 +33,7 @@ const Bands& LevelFollower::follow(const Vec3& source, const Vec3& listener, con
         double{glm::distance(source, source_)} + double{glm::distance(listener, listener_)};
     const double straight_m = std::max(double{glm::distance(source, listener)}, kNearest_m);
     const double free_field = 1 / (4 * std::numbers::pi * straight_m * straight_m);
-    const bool jumps = is_first_ || walked_m > kJump_m;
+    const bool jumps = is_first_ || walked_m > double{kJump_m};
     const double resting = has_moved ? 0.5 : 0.5 * std::max(0.0, 1 - walked_m / kResting_m);
     source_ = source;
     listener_ = listener;

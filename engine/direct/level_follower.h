@@ -18,6 +18,9 @@ class LevelFollower {
     /// half as much.
     static constexpr std::array<double, kBandCount> kSlope_db_m{15, 15, 15, 22.5, 30, 37.5, 60, 90};
 
+    /// Movement of an end in a frame beyond which it has jumped.
+    static constexpr float kJump_m = 0.25F;
+
     /// The energies of a frame for those of the model, both in 1/m2. Ends that jump and the first
     /// frame have those of the model. Steps of more than 10 dB need half a metre. At rest, and
     /// where `has_moved` says that an object has moved, the pressure moves half-way in each frame.

@@ -52,6 +52,9 @@ class NearEdges {
     /// Whether a test of this frame, or a selection, had another result than the last one.
     bool has_changed() const { return has_changed_; }
 
+    /// By ascending index.
+    std::span<const Edge> all() const { return edges_; }
+
     static constexpr std::size_t kMax = 512;
     static constexpr std::uint64_t kTurns = 8;  ///< frames in which all edges are tested once
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <numbers>
 
 namespace aula {
@@ -11,12 +12,11 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-/// Share of the pressure that a face reflects specularly.
+}  // namespace
+
 double mirrored_pressure(const Material& material, std::size_t band) {
     return std::sqrt(double{1 - material.absorption[band]} * double{1 - material.scattering[band]});
 }
-
-}  // namespace
 
 double smooth_step(double x) {
     x = std::clamp(x, 0.0, 1.0);
@@ -27,14 +27,14 @@ double air_loss(double length_m, const Bands& attenuation_per_m, std::size_t ban
     return std::exp(-0.5 * double{attenuation_per_m[band]} * length_m);
 }
 
-/// The reflections at the faces are not part of the direct sound. The terms that jump with them are
-/// therefore faded out towards their boundaries in the lit zone, where L0 - (length of the
-/// reflection) is below lambda / 16. In the shadow all terms count, and so do they at grazing
-/// incidence; from there to the boundary of a reflection their weight decreases to 0, however near
-/// it is.
-ComplexBands edge_field(const WedgeIntegral& integral, const RayScene& scene,
-                        const DiffractionEdge& edge, const WedgePoint& source,
-                        const WedgePoint& listener, const FaceTerms& faces) {
+/// The reflections at the faces are not part of the direct sound. The terms that jump with them
+/// therefore pass to the paths of the reflections towards their boundaries in the lit zone, where
+/// L0 - (length of the reflection) is below lambda / 16. In the shadow all terms count, and so do
+/// they at grazing incidence; from there to the boundary of a reflection their weight decreases to
+/// 0, however near it is.
+EdgeField divided_edge_field(const WedgeIntegral& integral, const RayScene& scene,
+                             const DiffractionEdge& edge, const WedgePoint& source,
+                             const WedgePoint& listener, const FaceTerms& faces) {
     const WedgeField terms = integral.field(edge.wedge(), source, listener);
     const double rs = source.radius_m;
     const double rl = listener.radius_m;
@@ -54,19 +54,28 @@ ComplexBands edge_field(const WedgeIntegral& integral, const RayScene& scene,
     for (std::size_t face = 0; face < 2 && fade; ++face) {
         if (direct_m > 0) near_shadow[face] = smooth_step(reflection_m[face] / direct_m);
     }
-    ComplexBands field;
+    EdgeField field;
     for (std::size_t b = 0; b < kBandCount; ++b) {
         const double per_m = 8 * integral.wave_number_per_m(b) / kPi;  // 16 / lambda
-        field[b] = terms.incident[b];
+        field.direct[b] = terms.incident[b];
         for (std::size_t face = 0; face < 2; ++face) {
             const double weight =
                 std::max(near_shadow[face], smooth_step(reflection_m[face] * per_m));
             const Material& material = scene.material(scene.triangle(edge.triangles[face]));
-            field[b] += faces.share * weight * mirrored_pressure(material, b) *
-                        (face == 0 ? terms.first_face[b] : terms.second_face[b]);
+            const std::complex<double> term =
+                mirrored_pressure(material, b) *
+                (face == 0 ? terms.first_face[b] : terms.second_face[b]);
+            field.direct[b] += faces.share * weight * term;
+            if (fade) field.reflected[face][b] = faces.share * (1 - weight) * term;
         }
     }
     return field;
+}
+
+ComplexBands edge_field(const WedgeIntegral& integral, const RayScene& scene,
+                        const DiffractionEdge& edge, const WedgePoint& source,
+                        const WedgePoint& listener, const FaceTerms& faces) {
+    return divided_edge_field(integral, scene, edge, source, listener, faces).direct;
 }
 
 /// Compared with the series of a rigid column, the wedge between the tangent planes at the first

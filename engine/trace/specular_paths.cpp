@@ -110,6 +110,7 @@ void SpecularPaths::add_mirrors() {
             mirror.normal = glm::normalize(mirror.normal);
         }
         mirrors_.push_back(mirror);
+        first_order_ids_.push_back(ImageTransform{}.then_from_listener(mirror).key());
     }
 }
 

@@ -68,6 +68,11 @@ class SpecularPaths {
         return mirrors_[planes_.of_triangle(triangle)];
     }
 
+    const ScenePlanes& planes() const { return planes_; }
+
+    /// [plane] SpecularPath::id of the path with one reflection at a plane.
+    std::span<const std::uint64_t> first_order_ids() const { return first_order_ids_; }
+
     /// The direct sound, if `direct` and visible, and the reflections. The energy in each band is
     /// prod (1 - s)(1 - alpha) / (4 pi d^2) times exp(-attenuation d), with d at least 0.1 m. A
     /// source or listener within 0.5 mm of a plane has no reflection in it. [several threads]
@@ -114,6 +119,7 @@ class SpecularPaths {
     ScenePlanes planes_;
     ScenePlanes::Point middle_;         ///< of the scene; origin of the mirrors
     std::vector<MirrorPlane> mirrors_;  ///< [plane]
+    std::vector<std::uint64_t> first_order_ids_;
     std::size_t listed_order_ = 0;
     std::vector<Listed> listed_;                                ///< all up to listed_order_
     std::unordered_map<std::uint64_t, Discovered> discovered_;  ///< by ImageTransform::key

@@ -181,7 +181,7 @@ TEST_CASE("on a walk past the end of a thick wall no octave jumps") {
         const auto level_db = [&](std::size_t band) {
             double energy = 1e-9;
             aula::PairMemory memory;
-            for (const auto& tap : place.paths.taps(paths, memory))
+            for (const auto& tap : place.paths.taps(paths, memory.primary))
                 energy += double{tap.energy[band]};
             return 10 * std::log10(energy) +
                    20 * std::log10(double{glm::distance(source, listener)});

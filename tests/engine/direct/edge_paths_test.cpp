@@ -46,7 +46,7 @@ struct Place {
 
     std::vector<SpecularPath> taps(const Vec3& source, const Vec3& listener) const {
         aula::PairMemory memory;
-        return paths.taps(paths.find(source, listener, Bands{}, memory), memory);
+        return paths.taps(paths.find(source, listener, Bands{}, memory), memory.primary);
     }
 
     /// Level of the pressure relative to free field, dB.
@@ -483,7 +483,7 @@ TEST_CASE("where the primary tap changes to a distant path no tap has its id for
     for (int i = 0; i <= 30; ++i) {
         const Vec3 listener = place_of(i);
         const auto taps =
-            place.paths.taps(place.paths.find(source, listener, Bands{}, memory), memory);
+            place.paths.taps(place.paths.find(source, listener, Bands{}, memory), memory.primary);
         const auto without_memory = place.taps(source, listener);
         REQUIRE(!taps.empty());
         if (i > 0) {
