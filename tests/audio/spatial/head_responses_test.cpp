@@ -93,6 +93,28 @@ TEST_CASE("Equalisation raises frequencies without energy by at most 24 dB") {
     CHECK(level_db(6000, 8000) - level_db(1000, 4000) == Approx(0).margin(0.5));
 }
 
+TEST_CASE("The bound of the equalisation refers to the mean energy from 200 Hz to 8 kHz") {
+    // A Hann window of 256 samples, with most of its energy below 200 Hz, and an impulse 65 dB
+    // below the window's sum, which dominates from 6 kHz on.
+    Signal response(kSamples);
+    for (std::size_t n = 0; n < kSamples; ++n)
+        response[n] = 0.5F - 0.5F * std::cos(2 * std::numbers::pi_v<float> * static_cast<float>(n) /
+                                             float{kSamples});
+    response[kSamples / 2] += 0.5F * float{kSamples} * std::pow(10.0F, -65.0F / 20);
+    const Hrtf hrtf(measured(response), 48000);
+    const auto level_db = [&](Signal signal, double from_hz, double to_hz) {
+        signal.resize(16384);
+        return 10 * std::log10(band_energy(signal, from_hz, to_hz, 48000) / (to_hz - from_hz));
+    };
+    const double raised_db =
+        level_db(hrtf.ears({1, 0, 0})[0].minimum_phase, 6000, 16000) - level_db({1}, 6000, 16000);
+    const double relative_db = level_db(response, 6000, 16000) - level_db(response, 200, 8000);
+    CAPTURE(raised_db, relative_db);
+    // The bins of the equalisation's transform are 23 Hz wide. Where the band begins the energy
+    // falls to zero within seven of them: half of a bin is 1 dB.
+    CHECK(raised_db == Approx(20 * std::log10(16) + relative_db).margin(1));
+}
+
 TEST_CASE("The delay of the head's centre does not depend on the density of directions") {
     const std::vector<Direction> even = uniform_directions(400);
     std::vector<Direction> dense = even;

@@ -168,6 +168,12 @@ TEST_CASE("A SOFA file with fewer responses than its sizes say is refused") {
     CHECK(error_of_file(kCorpus + "rate_1hz.sofa").find("a sample rate of") != std::string::npos);
 }
 
+TEST_CASE("A SOFA file has responses of at most 32768 samples") {
+    CHECK(read_sofa(kCorpus + "longest.sofa").samples == 32768);
+    const std::string error = error_of_file(kCorpus + "too_long.sofa");  // one sample more
+    CHECK(error.find("responses of more than 32768") != std::string::npos);
+}
+
 TEST_CASE("A SOFA file for which the parser does not terminate is refused") {
     CHECK(error_of_file(kCorpus + "endless.sofa").find("is damaged") != std::string::npos);
 }
