@@ -13,6 +13,7 @@
 
 #include "audio/dsp/fade.h"
 #include "aula/audio/sound_file.h"
+#include "aula/devices/microphone.h"
 #include "aula/exception.h"
 #include "tests/support/jack_receiver.h"
 #include "tests/support/jack_server.h"
@@ -208,6 +209,19 @@ TEST_CASE("Sound starts without a fade, and fades in after a reconnection") {
         return;
     }
     WARN("skipped: the server was late in every try");
+}
+
+TEST_CASE("A microphone opens the first physical input of the JACK server") {
+    const JackServer server(kBlock);
+    if (!server.running()) {
+        WARN("skipped: no JACK server can run here");
+        return;
+    }
+    DeviceInfo jack;
+    jack.host_api = "JACK";
+    const Microphone microphone(jack, kRate_hz, kBlock);
+    CHECK(microphone.name() == "system:capture_1");
+    CHECK(microphone.alive());
 }
 
 TEST_CASE("The error without a sound server is one line") {

@@ -159,6 +159,7 @@ TEST_CASE("A gap that the sound system reports is counted as an underrun") {
                        });
     device.start();
     CHECK(comes([&] { return calls > kGapCall && device.meter().underruns() > before; }));
+    CHECK(before < kGapCall / 2);  // without a gap there is none, but on a busy machine
     device.stop();
     snd_config_update_free_global();
 }
