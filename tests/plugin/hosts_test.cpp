@@ -127,6 +127,29 @@ TEST_CASE("Each preset of the bundle loads and sounds") {
     CHECK(presets.find("Tiled Bathroom") != std::string::npos);
 }
 
+TEST_CASE("The installed bundle contains its scenes and needs no other folder") {
+    const TemporaryFolder folder;
+    const ProgramResult result =
+        run_host(folder, "cmake --install " AULA_BUILD_DIR " --component lv2 --prefix prefix");
+    INFO(result.err);
+    REQUIRE(result.status == 0);
+    const fs::path bundle = folder.path() / "prefix/lib/lv2/aula.lv2";
+    for (const std::string file : {"aula.so", "manifest.ttl", "aula.ttl", "presets.ttl",
+                                   "scenes/church.json", "scenes/church/church.obj"}) {
+        INFO(file);
+        CHECK(fs::is_regular_file(fs::symlink_status(bundle / file)));
+    }
+    CHECK(fs::is_directory(fs::symlink_status(bundle / "scenes")));
+    // Every scene of a preset is there.
+    const std::string presets = read_file(bundle / "presets.ttl");
+    for (std::size_t at = presets.find("<scenes/"); at != std::string::npos;
+         at = presets.find("<scenes/", at + 1)) {
+        const std::string file = presets.substr(at + 1, presets.find('>', at) - at - 1);
+        INFO(file);
+        CHECK(fs::is_regular_file(bundle / file));
+    }
+}
+
 TEST_CASE("The binary needs no library of audio devices and exports its entry point only") {
     if (!has("readelf")) return;
     const TemporaryFolder folder;
