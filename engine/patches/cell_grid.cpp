@@ -90,8 +90,12 @@ std::uint64_t CellGrid::key(const CellIndex& cell, const Vec3& normal) {
     return cell_key(cell, normal);
 }
 
+std::uint64_t CellGrid::cell_of(std::uint64_t key) {
+    return key & ((std::uint64_t{1} << kDirectionBit) - 1);
+}
+
 std::array<std::uint64_t, 6> CellGrid::keys_of_cell(std::uint64_t key) {
-    const std::uint64_t cell = key & ((std::uint64_t{1} << kDirectionBit) - 1);
+    const std::uint64_t cell = cell_of(key);
     std::array<std::uint64_t, 6> keys;
     for (std::uint64_t direction = 0; direction < keys.size(); ++direction) {
         keys[direction] = direction << kDirectionBit | cell;

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <tuple>
 
 #include "engine/patches/irradiance_map.h"
 #include "engine/patches/patch_index.h"
@@ -42,7 +43,8 @@ struct PatchGrid::State {
     std::vector<float> area_m2;         // [patch] of all objects
     std::vector<std::uint32_t> static_triangles;
     std::vector<std::uint32_t> moving_triangles;
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> static_parts;  // patch, triangle: sorted
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> static_parts;    // patch, triangle: sorted
+    std::vector<std::pair<std::uint32_t, std::uint64_t>> static_crossed;  // panel, key: sorted
 
     State(const RayScene& rays, WorkerPool& pool, std::uint64_t seed, float patch_size_m,
           std::span<const Vec3> inside_points)
@@ -66,13 +68,10 @@ struct PatchGrid::State {
         for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
             const RayScene::Triangle& triangle = scene.triangle(t);
             const bool may_move = scene.moves(triangle);
-            sampler.for_each_patch(t, [&](std::uint32_t patch) {
-                if (!may_move && sides.panel_count() > 0) static_parts.emplace_back(patch, t);
-            });
+            sampler.for_each_patch(t, [](std::uint32_t) {});
             (may_move ? moving_triangles : static_triangles).push_back(t);
             if (may_move) moving_m2 += double{triangle.area_m2()};
         }
-        std::sort(static_parts.begin(), static_parts.end());
         index.keep_present();
         return mark(max_patches - kCellsOfMoving * moving_m2 / std::pow(double{grid.size_m()}, 2));
     }
@@ -98,7 +97,8 @@ struct PatchGrid::State {
     /// Computes areas and irradiance.
     void find_areas(std::uint64_t keep) {
         static_area_m2.assign(index.size(), 0);
-        add_reachable(static_triangles, static_area_m2);
+        const std::vector<SurfaceSample> heard = add_reachable(static_triangles, static_area_m2);
+        if (sides.add_partitions(partitions(heard))) static_crossed = crossings(static_triangles);
         irradiance_map->finish(static_area_m2, [&](const Vec3& point, const Vec3& normal) {
             return find(point, normal);
         });
@@ -127,18 +127,56 @@ struct PatchGrid::State {
         static_area_m2.resize(index.size());
     }
 
-    /// Divides the patches of the cells that panels cross.
-    void divide() {
-        if (sides.panel_count() == 0) return;
-        std::vector<std::pair<std::uint32_t, std::uint64_t>> crossed;  // (panel, key)
-        for (const std::uint32_t t : moving_triangles) {
+    /// The static triangles that have sound on both sides within a cell, from the samples of static
+    /// surfaces that sound reaches.
+    std::vector<std::uint32_t> partitions(const std::vector<SurfaceSample>& heard) const {
+        std::vector<std::tuple<std::uint32_t, std::uint64_t, char>> found;  // triangle, cell, side
+        for (const SurfaceSample& s : heard) {
+            if (!reach.marked(s.patch)) continue;
+            const bool front = s.normal == scene.triangle(s.triangle).normal;
+            found.emplace_back(s.triangle, CellGrid::cell_of(index.key(s.patch)), front ? 0 : 1);
+        }
+        std::sort(found.begin(), found.end());
+        std::vector<std::uint32_t> triangles;
+        for (std::size_t i = 1; i < found.size(); ++i) {
+            const auto& [triangle, cell, side] = found[i];
+            const auto& [other, other_cell, other_side] = found[i - 1];
+            if (triangle == other && cell == other_cell && side != other_side)
+                triangles.push_back(triangle);
+        }
+        return triangles;
+    }
+
+    /// The cells that the panels of triangles cross: panels and keys, sorted.
+    std::vector<std::pair<std::uint32_t, std::uint64_t>> crossings(
+        const std::vector<std::uint32_t>& triangles) {
+        std::vector<std::pair<std::uint32_t, std::uint64_t>> crossed;
+        for (const std::uint32_t t : triangles) {
             const std::uint32_t panel = sides.panel_of(t);
+            if (panel == PatchSides::kNone && !scene.moves(scene.triangle(t))) continue;
             sampler.for_each_patch(t, [&](std::uint32_t patch) {
                 if (panel != PatchSides::kNone) crossed.emplace_back(panel, index.key(patch));
             });
         }
         std::sort(crossed.begin(), crossed.end());
         crossed.erase(std::unique(crossed.begin(), crossed.end()), crossed.end());
+        return crossed;
+    }
+
+    void find_static_parts() {
+        for (const std::uint32_t t : static_triangles) {
+            sampler.for_each_patch(
+                t, [&](std::uint32_t patch) { static_parts.emplace_back(patch, t); });
+        }
+        std::sort(static_parts.begin(), static_parts.end());
+    }
+
+    /// Divides the patches of the cells that panels cross.
+    void divide() {
+        if (sides.panel_count() == 0) return;
+        if (static_parts.empty()) find_static_parts();
+        auto crossed = crossings(moving_triangles);
+        crossed.insert(crossed.end(), static_crossed.begin(), static_crossed.end());
         std::vector<std::uint32_t> divided;
         for (const auto& [panel, key] : crossed) {
             for (const std::uint64_t alike : CellGrid::keys_of_cell(key)) {
@@ -195,8 +233,9 @@ struct PatchGrid::State {
     }
 
     /// Adds the area of the given triangles that sound can reach. Where only part of a patch can be
-    /// reached, many more samples estimate the share.
-    void add_reachable(const std::vector<std::uint32_t>& triangles, std::vector<float>& areas) {
+    /// reached, many more samples estimate the share. Returns samples that sound reaches.
+    std::vector<SurfaceSample> add_reachable(const std::vector<std::uint32_t>& triangles,
+                                             std::vector<float>& areas) {
         std::vector<SurfaceSample> samples =
             sampler.sample(triangles, kSamplesPerPatch, [](std::uint32_t) { return true; });
         areas.resize(index.size());
@@ -212,14 +251,17 @@ struct PatchGrid::State {
             sides.add_moving(s.patch, s.nudged_off_surface(), s.area_m2);
         };
         const auto in_part = [&](std::uint32_t patch) { return some[patch] && others[patch]; };
-        for (const SurfaceSample& s : samples) {
-            if (some[s.patch] && !in_part(s.patch)) add(s);
+        std::vector<SurfaceSample> heard;
+        for (std::size_t i = 0; i < samples.size(); ++i) {
+            if (reached[i]) heard.push_back(samples[i]);
+            if (some[samples[i].patch] && !in_part(samples[i].patch)) add(samples[i]);
         }
         samples = sampler.sample(triangles, kFineSamples, in_part);
         reached = reach.reaches(samples, workers);
         for (std::size_t i = 0; i < samples.size(); ++i) {
             if (reached[i]) add(samples[i]);
         }
+        return heard;
     }
 };
 

@@ -1,11 +1,10 @@
 #include "engine/patches/patch_sides.h"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <span>
 #include <utility>
-
-#include "engine/rays/scene_planes.h"
 
 namespace aula {
 
@@ -25,17 +24,39 @@ PatchSides::PatchSides(const RayScene& scene, float patch_size_m)
     const bool moves = std::any_of(all.begin(), all.end(), [&](const RayScene::Triangle& triangle) {
         return scene.moves(triangle);
     });
-    if (moves) find_panels();
+    if (!moves) return;
+    const ScenePlanes planes(scene_);
+    add_panels(true, std::vector<char>(planes.count(), 1), planes);
+    moving_panels_ = panels_.size();
 }
 
-void PatchSides::find_panels() {
+bool PatchSides::add_partitions(const std::vector<std::uint32_t>& triangles) {
+    std::vector<std::uint32_t> added;
+    std::copy_if(triangles.begin(), triangles.end(), std::back_inserter(added),
+                 [&](std::uint32_t t) { return panel_of(t) == kNone; });
+    if (added.empty()) return false;
     const ScenePlanes planes(scene_);
+    std::vector<char> wanted(planes.count(), 0);
+    for (const std::uint32_t t : added) {
+        if (planes.of_triangle(t) != ScenePlanes::kNoPlane) wanted[planes.of_triangle(t)] = 1;
+    }
+    const std::size_t before = panels_.size();
+    add_panels(false, wanted, planes);
+    return panels_.size() > before;
+}
+
+/// Adds the panels of moving objects, or static ones, in some planes.
+void PatchSides::add_panels(bool moving, const std::vector<char>& wanted_planes,
+                            const ScenePlanes& planes) {
+    constexpr std::uint32_t kAllObjects = ~0U;
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> faces;
     for (std::uint32_t t = 0; t < scene_.triangle_count(); ++t) {
         const RayScene::Triangle& triangle = scene_.triangle(t);
         const std::uint32_t plane = planes.of_triangle(t);
-        if (!scene_.moves(triangle) || plane == ScenePlanes::kNoPlane) continue;
-        faces[{triangle.object, plane}].push_back(t);
+        if (scene_.moves(triangle) != moving || plane == ScenePlanes::kNoPlane ||
+            !wanted_planes[plane] || panel_of(t) != kNone)
+            continue;
+        faces[{moving ? triangle.object : kAllObjects, plane}].push_back(t);
     }
     std::vector<std::pair<Panel, std::span<const std::uint32_t>>> found;
     for (const auto& [plane, triangles] : faces) {
@@ -54,13 +75,23 @@ void PatchSides::find_panels() {
     std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) {
         return a.first.area_m2 > b.first.area_m2;
     });
-    if (!found.empty()) panel_of_.assign(scene_.triangle_count(), kNone);
+    if (!found.empty()) panel_of_.resize(scene_.triangle_count(), kNone);
     for (const auto& [panel, triangles] : found) {
         for (const std::uint32_t t : triangles) {
             panel_of_[t] = static_cast<std::uint32_t>(panels_.size());
         }
         panels_.push_back(panel);
     }
+}
+
+/// True if the areas of a division's rows may change in each move.
+bool PatchSides::has_moving(const Division& division) const {
+    if (!division.moving_samples.empty()) return true;
+    for (std::size_t k = 0; k < kMaxPanels; ++k) {
+        if ((division.crossing >> k & 1U) != 0 && division.slots[k].panel < moving_panels_)
+            return true;
+    }
+    return false;
 }
 
 void PatchSides::begin_move(std::uint64_t keep, const std::function<void(std::uint32_t)>& release) {
@@ -119,6 +150,7 @@ std::vector<std::uint32_t> PatchSides::clear_static() {
     for (std::uint32_t patch = 0; patch < divisions_.size(); ++patch) {
         if (!divisions_[patch]) continue;
         divisions_[patch]->static_samples.clear();
+        divisions_[patch]->counted = 0;
         patches.push_back(patch);
     }
     return patches;
@@ -126,6 +158,7 @@ std::vector<std::uint32_t> PatchSides::clear_static() {
 
 void PatchSides::add_static(std::uint32_t patch, const Vec3& point, float area_m2) {
     divisions_[patch]->static_samples.push_back({point, area_m2});
+    divisions_[patch]->counted = 0;
 }
 
 void PatchSides::add_moving(std::uint32_t patch, const Vec3& point, float area_m2) {
@@ -136,6 +169,14 @@ void PatchSides::end_move(const std::function<std::uint32_t(std::uint32_t)>& new
     for (std::uint32_t patch = 0; patch < divisions_.size(); ++patch) {
         if (!divisions_[patch]) continue;
         Division& division = *divisions_[patch];
+        const bool moving = has_moving(division);
+        if (!moving && division.crossing != 0 && division.counted == division.crossing) {
+            for (Row& row : division.rows) {
+                if (row.area_m2 > 0) row.added = moves_;
+            }
+            continue;
+        }
+        division.counted = moving ? 0 : division.crossing;
         for (Row& row : division.rows) row.area_m2 = 0;
         if (division.crossing == 0) continue;
         std::array<float, 1U << kMaxPanels> areas_m2{};

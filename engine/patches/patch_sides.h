@@ -8,13 +8,15 @@
 #include <vector>
 
 #include "engine/rays/ray_scene.h"
+#include "engine/rays/scene_planes.h"
 
 namespace aula {
 
-/// Divides patches by the panels of moving objects. A panel is a plane face as large as part of a
-/// patch, such as one side of a door leaf or of a screen. In the cells that panels cross, a patch
-/// has one row of energies for each combination of the panels' sides, so that the energy that falls
-/// on one side of a shut door does not leave on the other side.
+/// Divides patches by panels. A panel is a plane face as large as part of a patch: of a moving
+/// object, such as one side of a door leaf or of a screen, or a static partition of one face within
+/// cells, at which the grid is not cut. In the cells that panels cross, a patch has one row of
+/// energies for each combination of the panels' sides, so that the energy that falls on one side of
+/// a shut door does not leave on the other side.
 ///
 /// Such a row holds the energy per area times reference_m2(): it remains valid while a panel moves
 /// and the areas beside it change. The panels that cross a cell also change with time. Energy is
@@ -29,7 +31,11 @@ class PatchSides {
     /// Panels have at least a quarter of the area of a patch.
     PatchSides(const RayScene& scene, float patch_size_m);
 
-    /// Number of panels; the largest come first.
+    /// Adds panels: the planes of static triangles that have sound on both sides. Triangles of
+    /// existing panels are ignored. True if there are new ones.
+    bool add_partitions(const std::vector<std::uint32_t>& triangles);
+
+    /// Number of panels: those of moving objects, then static ones, the largest of each first.
     std::size_t panel_count() const { return panels_.size(); }
 
     /// The panel of a triangle, or kNone.
@@ -130,6 +136,7 @@ class PatchSides {
         std::vector<Row> rows;
         std::vector<Sample> static_samples;
         std::vector<Sample> moving_samples;
+        std::uint32_t counted = 0;  ///< static panels by which the rows' areas were found; 0: anew
 
         std::uint32_t sides_of(const Vec3& point) const {
             std::uint32_t sides = 0;
@@ -140,12 +147,14 @@ class PatchSides {
         }
     };
 
-    void find_panels();
+    void add_panels(bool moving, const std::vector<char>& wanted_planes, const ScenePlanes& planes);
+    bool has_moving(const Division& division) const;
 
     const RayScene& scene_;
     float reference_m2_;
     std::vector<std::uint32_t> panel_of_;  ///< [triangle]; empty without panels
     std::vector<Panel> panels_;
+    std::size_t moving_panels_ = 0;                     ///< the first ones
     std::vector<std::unique_ptr<Division>> divisions_;  ///< [patch]
     std::uint64_t moves_ = 0;
 };

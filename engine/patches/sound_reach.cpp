@@ -104,9 +104,8 @@ void SoundReach::test(std::span<const SurfaceSample> samples, std::span<char> re
 /// True if a ray ends where sound is: in the open, on a marked patch or on a moving object.
 bool SoundReach::has_sound(const Ray& ray, const Hit& hit) const {
     if (!hit.any() || scene_.moves(scene_.triangle(hit.triangle))) return true;
-    const std::uint32_t patch = index_.find(
-        grid_.key_at(scene_.point(hit, ray.direction), scene_.facing_normal(hit, ray.direction)));
-    return patch < marked_.size() && marked_[patch];
+    return marked(index_.find(
+        grid_.key_at(scene_.point(hit, ray.direction), scene_.facing_normal(hit, ray.direction))));
 }
 
 }  // namespace aula

@@ -27,6 +27,9 @@ class SoundReach {
     /// a first reflection in `irradiance`. False if more than `max_patches` are marked.
     bool mark(std::span<const Vec3> inside, double max_patches, IrradianceMap& irradiance);
 
+    /// True if the patch is marked.
+    bool marked(std::uint32_t patch) const { return patch < marked_.size() && marked_[patch]; }
+
     /// Number of marked patches.
     std::size_t count() const { return count_; }
 

@@ -713,3 +713,53 @@ TEST_CASE("a wall that begins to transmit opens a room in which nothing was befo
         CHECK(test::same_bits(changed.response(0), from_start.response(0)));
     }
 }
+
+TEST_CASE("nothing passes an opaque partition of one face, oblique or smaller than four patches") {
+    // Larger than the room's section, so that no ray passes at its rim.
+    const Object oblique = quad(
+        {{3.9F, -0.2F, -0.1F}, {6.1F, 4.2F, -0.1F}, {6.1F, 4.2F, 3.1F}, {3.9F, -0.2F, 3.1F}}, 1);
+    for (const auto& [partition, patch_size_m] :
+         {std::pair(oblique, 0.5F), {partition_at(5, 1), 1.9F}}) {
+        CAPTURE(patch_size_m);
+        Scene scene = row_of_rooms(2, 0.2F, 0.5F);
+        add_partition(scene, 5, std::nullopt);
+        scene.objects.back() = partition;
+        scene.simulation.patch_size_m = patch_size_m;
+        const FrameInput behind = test::static_input(scene);
+        FrameInput before = behind;
+        before.listeners = {Vec3(3.1F, 2.4F, 1.4F)};
+        Propagation propagation(scene, test::with(scene, Estimator::patch, 0.3F));
+        const auto level = [&](const FrameInput& input) {
+            double sum = 0;
+            for (int f = 0; f < 3; ++f) {
+                propagation.step(input);
+                sum += test::total(propagation.response(0), 4);
+            }
+            return sum;
+        };
+        CHECK(level(behind) == 0);
+        CHECK(level(before) > 0);
+    }
+}
+
+TEST_CASE("an oblique partition of one face transmits as much as by path tracing") {
+    Scene scene = row_of_rooms(2, 0.3F, 0.4F);
+    add_partition(scene, 5, 25.0F);
+    scene.objects.back() = quad(
+        {{3.9F, -0.2F, -0.1F}, {6.1F, 4.2F, -0.1F}, {6.1F, 4.2F, 3.1F}, {3.9F, -0.2F, 3.1F}}, 1);
+    const auto level = [&](Estimator estimator) {
+        Simulation simulation = test::with(scene, estimator, 0.4F);
+        simulation.rays = 4000;
+        Propagation propagation(scene, simulation);
+        return test::estimate(test::restarts(
+            propagation, scene, 16, 2, [](const EnergyResponse& r) { return test::total(r); }));
+    };
+    const test::Estimate patch = level(Estimator::patch);
+    const test::Estimate pt = level(Estimator::pt);
+    const double error = std::hypot(patch.standard_error, pt.standard_error);
+    CAPTURE(patch.mean, patch.standard_error, pt.mean, pt.standard_error);
+    // 1 %: the sphere of 0.5 m averages over its volume.
+    CHECK(std::abs(pt.mean - patch.mean) < test::kFamilyZ * error + 0.01 * pt.mean);
+    // Companion: 1 dB of sound reduction.
+    CHECK(std::abs(1.259 * pt.mean - patch.mean) > test::kRefutedZ * error + 0.01 * pt.mean);
+}
