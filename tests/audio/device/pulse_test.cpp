@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -196,6 +197,30 @@ TEST_CASE("A microphone records its input") {
     // 41 % of the samples of a sine exceed 0.8 of its peak. At least two seconds were recorded.
     CHECK(loud > std::lround(0.4 * 2 * kRate_hz));
     CHECK(microphone.alive());
+}
+
+TEST_CASE("A microphone leaves no descriptor open, while a device plays") {
+    PulseServer server;
+    const auto pulse = pulse_device(server);
+    if (!pulse) return;
+    std::atomic<int> calls = 0;
+    AudioDevice device("pulse", kRate_hz, 1, kBlock,
+                       [&](std::span<float* const> outputs, int samples) {
+                           std::fill_n(outputs[0], samples, 0.0F);
+                           ++calls;
+                       });
+    device.start();
+    REQUIRE(comes([&] { return calls > 0; }));
+    const auto open_descriptors = [] {
+        return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
+    };
+    const auto before = open_descriptors();
+    {
+        const Microphone microphone(*pulse, kRate_hz, kBlock);
+        CHECK(open_descriptors() > before);
+    }
+    CHECK(open_descriptors() == before);
+    device.stop();
 }
 
 TEST_CASE("A microphone is refused if there is no input") {
