@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <map>
+#include <mutex>
 #include <utility>
 
 #include "engine/base/multiversion.h"
@@ -364,9 +366,21 @@ void ImpulseResponseBuilder::State::build(const EnergyResponse& energy, ImpulseR
     }
 }
 
+// 62 MB at 48 kHz: all rooms of a process share the carriers of a rate and a seed.
 std::shared_ptr<const NoiseCarriers> make_noise_carriers(double sample_rate_hz,
                                                          std::uint64_t seed) {
-    return std::make_shared<const NoiseCarriers>(sample_rate_hz, seed);
+    static std::mutex mutex;
+    static std::map<std::pair<double, std::uint64_t>, std::weak_ptr<const NoiseCarriers>> all;
+    const std::lock_guard lock(mutex);
+    std::erase_if(all, [](const auto& entry) { return entry.second.expired(); });
+    std::weak_ptr<const NoiseCarriers>& present = all[{sample_rate_hz, seed}];
+    auto carriers = present.lock();
+    if (!carriers) {
+        // Not in one block with the reference counts: a weak pointer would keep the memory.
+        carriers.reset(new NoiseCarriers(sample_rate_hz, seed));
+        present = carriers;
+    }
+    return carriers;
 }
 
 ImpulseResponseBuilder::ImpulseResponseBuilder(std::shared_ptr<const NoiseCarriers> carriers,

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "aula/engine/impulse_response.h"
 #include "engine/base/sampling.h"
 #include "engine/response/octave_bank.h"
 
@@ -25,6 +26,13 @@ constexpr std::size_t kPeriod_samples = 8 * 48000;
 int second_difference(const std::int16_t* x) { return std::abs(x[0] - 2 * x[1] + x[2]); }
 
 }  // namespace
+
+TEST_CASE("rooms of one sample rate and seed share their carriers") {
+    const auto first = aula::make_noise_carriers(8000, 7);
+    CHECK(aula::make_noise_carriers(8000, 7) == first);
+    CHECK(aula::make_noise_carriers(8000, 8) != first);
+    CHECK(aula::make_noise_carriers(8001, 7) != first);
+}
 
 TEST_CASE("the carriers are periodic without a discontinuity") {
     constexpr std::size_t kBefore = 100;
