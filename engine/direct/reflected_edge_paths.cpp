@@ -197,19 +197,30 @@ std::optional<std::uint32_t> ReflectedEdgePaths::reflect(const Point& end, const
     return hit.triangle;
 }
 
+/// The edges near source and listener that bound the faces of the selected planes.
+ReflectedEdgePaths::Outlines ReflectedEdgePaths::outlines_of(const ScenePlanes& planes,
+                                                             const PairMemory& memory) const {
+    const std::vector<std::uint32_t>& selected = memory.reflections.planes;
+    Outlines outlines;
+    for (const NearEdges::Edge& edge : memory.near.all()) {
+        for (const std::uint32_t triangle : edges_[edge.index].triangles) {
+            const std::uint32_t plane = planes.of_triangle(triangle);
+            if (std::find(selected.begin(), selected.end(), plane) != selected.end()) {
+                outlines.emplace_back(plane, edge.index);
+            }
+        }
+    }
+    return outlines;
+}
+
 /// The share of the pressure that a plane reflects at a point near its free edges: 1 where the
 /// first Fresnel zone of radius sqrt(lambda d1 d2 / (d1 + d2)) is within the plane, 0 at an edge.
 std::array<double, kBandCount> ReflectedEdgePaths::coverage(const Candidate& c, const Point& end,
                                                             const Point& reflection_point,
-                                                            const ScenePlanes& planes,
-                                                            const NearEdges& near) const {
+                                                            const Outlines& outlines) const {
     double free_m = 1e9;
-    for (const NearEdges::Edge& edge : near.all()) {
-        const auto& triangles = edges_[edge.index].triangles;
-        if (planes.of_triangle(triangles[0]) == c.plane ||
-            planes.of_triangle(triangles[1]) == c.plane) {
-            free_m = std::min(free_m, distance_m(edges_[edge.index], reflection_point));
-        }
+    for (const auto& [plane, edge] : outlines) {
+        if (plane == c.plane) free_m = std::min(free_m, distance_m(edges_[edge], reflection_point));
     }
     const double before_m = glm::distance(end, reflection_point);
     const double after_m = glm::distance(reflection_point, edges_[c.edge].point(c.along_m));
@@ -273,6 +284,7 @@ std::vector<ReflectedEdgePath> ReflectedEdgePaths::find(const Point& source, con
     }
 
     std::vector<ReflectedEdgePath> paths;
+    const Outlines outlines = free.empty() ? Outlines{} : outlines_of(planes, memory);
     for (const auto& [c, opening, reflection_points, triangles] : free) {
         const DiffractionEdge& edge = edges_[c.edge];
         const Point apex = edge.point(c.along_m);
@@ -303,7 +315,7 @@ std::vector<ReflectedEdgePath> ReflectedEdgePaths::find(const Point& source, con
             found.triangle = triangles[i];
             const Material& material = scene_.material(scene_.triangle(triangles[i]));
             const auto share =
-                coverage(c, i == 0 ? source : listener, reflection_points[i], planes, memory.near);
+                coverage(c, i == 0 ? source : listener, reflection_points[i], outlines);
             for (std::size_t b = 0; b < kBandCount; ++b) {
                 path.field[b] *= share[b] * mirrored_pressure(material, b);
             }

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "aula/engine/bands.h"
@@ -48,6 +49,7 @@ class ReflectedEdgePaths {
 
  private:
     struct Candidate;
+    using Outlines = std::vector<std::pair<std::uint32_t, std::uint32_t>>;  ///< plane, edge
     void select_planes(const glm::dvec3& source, const glm::dvec3& listener,
                        const ScenePlanes& planes, bool has_moved, PairReflections& memory) const;
     std::vector<Candidate> candidates(const glm::dvec3& source, const glm::dvec3& listener,
@@ -56,9 +58,10 @@ class ReflectedEdgePaths {
     std::optional<std::uint32_t> reflect(const glm::dvec3& end, const Vec3& beside_edge,
                                          const ScenePlanes& planes, std::uint32_t plane,
                                          const glm::dvec3& reflection_point) const;
+    Outlines outlines_of(const ScenePlanes& planes, const PairMemory& memory) const;
     std::array<double, kBandCount> coverage(const Candidate& candidate, const glm::dvec3& end,
                                             const glm::dvec3& reflection_point,
-                                            const ScenePlanes& planes, const NearEdges& near) const;
+                                            const Outlines& outlines) const;
 
     const RayScene& scene_;
     const SceneEdges& edges_;
