@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <deque>
+#include <optional>
 
 #include "apps/session/base/formatted.h"
 #include "apps/window/colours.h"
@@ -113,6 +114,15 @@ class Plot {
 
     void segment(double from_s, float from_db, double to_s, float to_db, ImU32 colour) {
         draw_->AddLine({x(from_s), y(from_db)}, {x(to_s), y(to_db)}, colour, 2);
+    }
+
+    /// Where the pointer is on the horizontal axis, marked by a line; empty beside the plot.
+    std::optional<double> pointed_at() {
+        if (!ImGui::IsWindowHovered() || !ImGui::IsMouseHoveringRect(low_, high_)) return {};
+        const float at = ImGui::GetMousePos().x;
+        draw_->AddLine({at, low_.y}, {at, high_.y}, packed({0.55F, 0.6F, 0.66F}));
+        return axis_.from +
+               (axis_.to - axis_.from) * static_cast<double>((at - low_.x) / (high_.x - low_.x));
     }
 
     /// A right-aligned line of text; line 0 is the top.
@@ -275,6 +285,10 @@ void draw_walk(const LevelWalk& walk, ImVec2 size, std::size_t band) {
         plot.band(points, b, packed(band_colour(b), b == band || band == kAllBands ? 1.0F : 0.38F),
                   b == band ? 2.5F : 1.5F);
     if (walked_m == 0) plot.note(0, "walk to record the levels", packed({0.8F, 0.84F, 0.9F}));
+    if (const auto at_m = plot.pointed_at()) {
+        if (const LevelWalk::Point* const point = walk.nearest(*at_m))
+            ImGui::SetTooltip("%s", text_of(*point).c_str());
+    }
 }
 
 struct Row {

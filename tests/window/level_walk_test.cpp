@@ -58,3 +58,19 @@ TEST_CASE("A walk keeps its last metres; a jump and another source begin a new o
     walk.add(other);
     CHECK(walk.points().size() == 1);
 }
+
+TEST_CASE("The levels of a walk can be read at a distance") {
+    LevelWalk walk;
+    CHECK(walk.nearest(1) == nullptr);
+    walk.add(view_at(0, 0, 1));
+    walk.add(view_at(1, 1, 0.1F));
+    walk.add(view_at(2, 2, 10));
+    CHECK(walk.nearest(-3) == &walk.points()[0]);
+    CHECK(walk.nearest(0.4) == &walk.points()[0]);
+    CHECK(walk.nearest(0.6) == &walk.points()[1]);
+    CHECK(walk.nearest(1.4) == &walk.points()[1]);
+    CHECK(walk.nearest(9) == &walk.points()[2]);
+    const std::string text = text_of(*walk.nearest(1));
+    CHECK(text.find("1.00 m\n   63 Hz  -20.0 dB\n") == 0);
+    CHECK(text.find("\n 8000 Hz  -20.0 dB") != std::string::npos);
+}

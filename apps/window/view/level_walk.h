@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <string>
 
 #include "apps/session/frames/frame_view.h"
 
@@ -26,11 +27,17 @@ class LevelWalk {
     /// In their order, the newest last.
     const std::deque<Point>& points() const { return points_; }
 
+    /// The point nearest to a distance walked; null before the first view.
+    const Point* nearest(double walked_m) const;
+
  private:
     std::uint64_t frame_ = 0;
     std::size_t source_ = 0;
     Vec3 listener_{0};  ///< at the newest point
     std::deque<Point> points_;
 };
+
+/// The distance and the level of each octave band, one a line.
+std::string text_of(const LevelWalk::Point& point);
 
 }  // namespace aula
