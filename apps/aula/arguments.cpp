@@ -264,8 +264,14 @@ class Options {
     void add_window() {
         text("--osc", [this](const std::string& address) {
             check_osc_address(address);
-            arguments_.osc = address;
+            osc_.address = address;
         });
+        text("--adm-origin", [this](const std::string& value) {
+            osc_.adm_origin = read_point("--adm-origin", value);
+        });
+        real("--adm-radius", 1e6, "metres above 0, at most 1e6",
+             [this](double m) { osc_.adm_radius_m = static_cast<float>(m); });
+        app_.add_flag("--head-invert", osc_.head_invert);
         app_.add_flag("--no-window", no_window_);
         path("--scene-dir", arguments_.scene_dir);
         path("--screenshot", arguments_.screenshot);
@@ -296,6 +302,13 @@ class Options {
         arguments_.window = !no_window_;
         if (after_given_ && !arguments_.screenshot)
             throw InputError("--after: is used without --screenshot; expected both");
+        const char* const alone = osc_.adm_origin     ? "--adm-origin"
+                                  : osc_.adm_radius_m ? "--adm-radius"
+                                  : osc_.head_invert  ? "--head-invert"
+                                                      : nullptr;
+        if (alone != nullptr && osc_.address.empty())
+            throw InputError(std::string(alone) + ": is used without --osc; expected both");
+        if (!osc_.address.empty()) arguments_.osc = osc_;
         if (arguments_.screenshot && no_window_)
             throw InputError(
                 "--screenshot cannot be combined with --no-window; expected one or the other");
@@ -347,6 +360,7 @@ class Options {
     std::vector<std::string> source_positions_;
     std::optional<std::filesystem::path> offline_;
     std::optional<std::string> report_;
+    OscOptions osc_;
     bool no_window_ = false;
     bool after_given_ = false;
     bool version_ = false;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "apps/session/base/session_options.h"
+#include "apps/session/remote/osc_options.h"
 #include "aula/engine/scene.h"
 
 namespace aula {
@@ -42,7 +43,7 @@ struct Arguments {
     std::optional<std::filesystem::path> scene_dir;  ///< of scenes for page up and down
     std::optional<std::filesystem::path> screenshot;
     double screenshot_after_s = 5;
-    std::optional<std::string> osc;  ///< [ADDRESS:]PORT to receive OSC messages on
+    std::optional<OscOptions> osc;  ///< OSC messages to receive
 
     /// Changes of the scene by options, in command-line order. Each throws InputError.
     std::vector<std::function<void(Scene&)>> scene_changes;

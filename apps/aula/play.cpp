@@ -143,7 +143,10 @@ int play_in_terminal(const Arguments& arguments) {
     Player player(scene, session);
     warn(player.warnings(), arguments.quiet);
     std::optional<OscRemote> remote;
-    if (arguments.osc) remote.emplace(*arguments.osc, player, scene.sources);
+    if (arguments.osc) {
+        remote.emplace(*arguments.osc, player, scene);
+        if (!arguments.quiet) std::fprintf(stderr, "%s\n", remote->region_text().c_str());
+    }
     PlayStatus status = player.status();
     {
         StatusLine line(!arguments.quiet);

@@ -525,6 +525,17 @@ TEST_CASE("Invalid options of the window and of remote control are refused") {
         CHECK(refused.status == 2);
         CHECK(refused.err.starts_with("aula: --osc: "));
     }
+    CHECK(aula_with({scene, "--adm-origin", "1,2", "--osc", "0"}).status == 2);
+    CHECK(aula_with({scene, "--adm-radius", "0", "--osc", "0"}).status == 2);
+    const std::vector<std::vector<std::string>> alone{
+        {"--adm-origin", "1,2,3"}, {"--adm-radius", "2"}, {"--head-invert"}};
+    for (std::vector<std::string> arguments : alone) {
+        const std::string option = arguments[0];
+        arguments.insert(arguments.begin(), scene);
+        const ProgramResult refused = aula_with(arguments);
+        CHECK(refused.status == 2);
+        CHECK(refused.err.find(option + ": is used without --osc") != std::string::npos);
+    }
 }
 
 TEST_CASE("The command info counts the edges that diffract sound") {

@@ -55,7 +55,7 @@ class Room {
         options.session.device = AudioDevice::kNone;
         options.session.output = OutputFormat::mono;
         options.load = load;
-        options.osc = osc;
+        if (osc) options.osc = {.address = *osc};
         model_ = std::make_unique<Model>(options);
     }
 

@@ -407,6 +407,11 @@ void Player::adjust(const std::function<void(PlayControls&, const Pose&)>& chang
     state_->take_controls(std::move(next));
 }
 
+std::vector<Vec3> Player::source_positions() const {
+    const std::lock_guard lock(state_->mutex);
+    return state_->status.sources;
+}
+
 std::uint64_t Player::change(const Scene& scene, const SessionOptions& options, bool starts_anew) {
     SessionOptions kept = options;
     {

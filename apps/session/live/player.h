@@ -21,12 +21,12 @@ namespace aula {
 
 /// A snapshot of a player.
 struct PlayStatus {
-    double time_s = 0;              ///< sound played so far
-    double scene_time_s = 0;        ///< of it, since the start of the scene
-    Pose listener;                  ///< of the newest frame
-    std::vector<Vec3> sources;      ///< positions in the newest frame
-    std::uint64_t frames = 0;       ///< propagation frames
-    std::uint64_t late_frames = 0;  ///< of these, those that took longer than their period
+    double time_s = 0;                 ///< sound played so far
+    double scene_time_s = 0;           ///< of it, since the start of the scene
+    Pose listener;                     ///< of the newest frame
+    std::vector<Vec3> sources;         ///< positions in the newest frame
+    std::uint64_t frames = 0;          ///< propagation frames
+    std::uint64_t late_frames = 0;     ///< of these, those that took longer than their period
     std::uint64_t skipped_frames = 0;  ///< frame times skipped because of late frames
     double frame_mean_ms = 0;
     double frame_worst_ms = 0;
@@ -81,6 +81,9 @@ class Player {
 
     /// Changes the controls atomically; `change` receives the listener's present pose. [any thread]
     void adjust(const std::function<void(PlayControls&, const Pose& listener)>& change);
+
+    /// Positions of the sources in the newest frame. [any thread]
+    std::vector<Vec3> source_positions() const;
 
     /// Continues with another scene or other options. They are prepared in the background during
     /// playback, then crossfaded to. Of several changes in a row the newest is made. The time

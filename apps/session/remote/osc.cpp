@@ -7,6 +7,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -98,6 +99,13 @@ std::optional<double> OscMessage::number(std::size_t index) const {
     return *value;
 }
 
+std::optional<double> OscMessage::clamped(std::size_t index, double min, double max) const {
+    if (index >= arguments.size()) return std::nullopt;
+    const double* value = std::get_if<double>(&arguments[index]);
+    if (value == nullptr || std::isnan(*value)) return std::nullopt;
+    return std::clamp(*value, min, max);
+}
+
 const std::string* OscMessage::text(std::size_t index) const {
     return index < arguments.size() ? std::get_if<std::string>(&arguments[index]) : nullptr;
 }
@@ -114,21 +122,26 @@ struct OscInput::Server {
 
     /// The callback of liblo for messages of any address. `take` compares addresses, because
     /// liblo's pattern matching can take unbounded time.
-    static int pass(const char* path, const char* types, lo_arg** values, int count, lo_message,
-                    void* self) {
+    static int pass(const char* path, const char* types, lo_arg** values, int count,
+                    lo_message received, void* self) {
         if (path[0] != '/') return 0;
-        OscMessage message{path, {}};
+        OscMessage message{.address = path, .arguments = {}, .sender = {}};
+        auto& server = *static_cast<Server*>(self);
+        const lo_address source = server.receives ? lo_message_get_source(received) : nullptr;
+        const char* const host = source != nullptr ? lo_address_get_hostname(source) : nullptr;
+        if (host != nullptr) message.sender = host;
         for (int i = 0; i < count; ++i) {
             auto argument = argument_of(types[i], values[i]);
             if (!argument) return 0;
             message.arguments.push_back(std::move(*argument));
         }
-        static_cast<Server*>(self)->take(message);
+        server.take(message);
         return 0;
     }
 
     Take take;
     lo_server lo = nullptr;
+    bool receives = false;  ///< a packet from the network; liblo keeps the address of the last one
     int port = 0;
     std::vector<std::byte> packet;  ///< modified: liblo swaps bytes in place
 };
@@ -149,11 +162,32 @@ OscInput::OscInput(const std::string& address, Take take)
 
 OscInput::~OscInput() = default;
 
-void OscInput::wait(int timeout_ms) { lo_server_recv_noblock(server_->lo, timeout_ms); }
+void OscInput::wait(int timeout_ms) {
+    server_->receives = true;
+    lo_server_recv_noblock(server_->lo, timeout_ms);
+    server_->receives = false;
+}
 
 void OscInput::read(std::span<const std::byte> packet) {
     server_->packet.assign(packet.begin(), packet.end());
     lo_server_dispatch_data(server_->lo, server_->packet.data(), server_->packet.size());
+}
+
+void OscInput::send(const std::string& host, int port, const OscAnswer& answer) {
+    const lo_address target = lo_address_new(host.c_str(), std::to_string(port).c_str());
+    const lo_message message = lo_message_new();
+    for (std::size_t i = 0; i < answer.types.size(); ++i) {
+        const auto& argument = answer.message.arguments[i];
+        if (answer.types[i] == 's')
+            lo_message_add_string(message, std::get<std::string>(argument).c_str());
+        else if (answer.types[i] == 'i')
+            lo_message_add_int32(message, static_cast<std::int32_t>(std::get<double>(argument)));
+        else
+            lo_message_add_float(message, static_cast<float>(std::get<double>(argument)));
+    }
+    lo_send_message_from(target, server_->lo, answer.message.address.c_str(), message);
+    lo_message_free(message);
+    lo_address_free(target);
 }
 
 int OscInput::port() const { return server_->port; }

@@ -15,11 +15,22 @@ namespace aula {
 /// double, true and false are 1 and 0.
 struct OscMessage {
     std::string address;
-    std::vector<std::variant<double, std::string>> arguments;
+    std::vector<std::variant<double, std::string>> arguments{};
+    std::string sender{};  ///< numeric address of the host that sent it; empty: unknown
 
     /// The argument at `index`, if it is a finite number of at most 1e6 in magnitude.
     std::optional<double> number(std::size_t index) const;
     const std::string* text(std::size_t index) const;
+
+    /// The number at `index`, clamped to a range; empty if it is none or not a number.
+    std::optional<double> clamped(std::size_t index, double min, double max) const;
+};
+
+/// A message to send, with the OSC types of its arguments: 'f' (float), 'i' (int32) or 's'
+/// (string).
+struct OscAnswer {
+    OscMessage message;
+    std::string types;
 };
 
 /// Throws InputError if the text is neither a port of this machine nor ADDRESS:PORT.
@@ -44,6 +55,9 @@ class OscInput {
 
     /// Processes a packet as if it had been received.
     void read(std::span<const std::byte> packet);
+
+    /// Sends a message to a port of the host with a numeric address.
+    void send(const std::string& host, int port, const OscAnswer& answer);
 
     int port() const;
 

@@ -4,6 +4,8 @@
 #include <numbers>
 #include <optional>
 
+#include "apps/session/remote/head_tracker.h"
+
 namespace aula {
 
 namespace {
@@ -18,8 +20,7 @@ std::optional<Vec3> point_of(const OscMessage& message, std::size_t first) {
 
 Vec3 radians_of(const Vec3& angles_deg) { return angles_deg * (std::numbers::pi_v<float> / 180); }
 
-void turn(Pose& pose, const Vec3& angles_deg) {
-    const Vec3 angles_rad = radians_of(angles_deg);
+void turn(Pose& pose, const Vec3& angles_rad) {
     pose.yaw_rad = angles_rad.x;
     pose.pitch_rad = angles_rad.y;
     pose.roll_rad = angles_rad.z;
@@ -33,10 +34,12 @@ std::vector<std::string> names_of(const std::vector<Source>& sources) {
 
 }  // namespace
 
-OscRemote::OscRemote(const std::string& address, Player& player, const std::vector<Source>& sources)
-    : player_(player),
-      names_(names_of(sources)),
-      input_(address, [this](const OscMessage& message) { handle(message); }),
+OscRemote::OscRemote(const OscOptions& options, Player& player, const Scene& scene)
+    : options_(options),
+      player_(player),
+      names_(names_of(scene.sources)),
+      adm_(scene, {scene, options}),
+      input_(options.address, [this](const OscMessage& message) { handle(message); }),
       thread_([this] { run(); }) {}
 
 OscRemote::~OscRemote() {
@@ -52,18 +55,22 @@ void OscRemote::run() {
 void OscRemote::handle(const OscMessage& message) {
     if (message.address.starts_with("/aula/listener/")) return handle_listener(message);
     if (message.address.starts_with("/aula/source/")) return handle_source(message);
-    if (message.address == "/aula/material") {
-        const std::string* from = message.text(0);
-        const std::string* to = message.text(1);
-        if (from == nullptr || to == nullptr) return;
-        constexpr std::size_t kMax = 64;
-        const std::lock_guard lock(mutex_);
-        // If a material is replaced repeatedly between two calls, the newest replacement counts.
-        const auto same = std::find_if(materials_.begin(), materials_.end(),
-                                       [&](const auto& change) { return change.first == *from; });
-        if (same != materials_.end()) materials_.erase(same);
-        if (materials_.size() < kMax) materials_.emplace_back(*from, *to);
-    }
+    if (message.address.starts_with("/adm/")) return handle_adm(message);
+    if (message.address == "/aula/material") return handle_material(message);
+    handle_head_tracker(message);
+}
+
+void OscRemote::handle_material(const OscMessage& message) {
+    const std::string* from = message.text(0);
+    const std::string* to = message.text(1);
+    if (from == nullptr || to == nullptr) return;
+    constexpr std::size_t kMax = 64;
+    const std::lock_guard lock(mutex_);
+    // If a material is replaced repeatedly between two calls, the newest replacement counts.
+    const auto same = std::find_if(materials_.begin(), materials_.end(),
+                                   [&](const auto& change) { return change.first == *from; });
+    if (same != materials_.end()) materials_.erase(same);
+    if (materials_.size() < kMax) materials_.emplace_back(*from, *to);
 }
 
 void OscRemote::handle_listener(const OscMessage& message) {
@@ -81,7 +88,7 @@ void OscRemote::handle_listener(const OscMessage& message) {
     player_.adjust([&](PlayControls& controls, const Pose& now) {
         Pose pose = controls.listener.value_or(now);
         if (position) pose.position = *position;
-        if (angles_deg) turn(pose, *angles_deg);
+        if (angles_deg) turn(pose, radians_of(*angles_deg));
         controls.listener = pose;
     });
 }
@@ -120,9 +127,40 @@ void OscRemote::handle_source(const OscMessage& message) {
     });
 }
 
-void OscRemote::set_sources(const std::vector<Source>& sources) {
+void OscRemote::handle_adm(const OscMessage& message) {
+    constexpr int kAnswerPort = 4002;
+    PresentPoses present{.listener = {}, .sources = player_.source_positions()};
+    std::vector<OscAnswer> answers;
+    {
+        const std::lock_guard lock(mutex_);
+        player_.adjust([&](PlayControls& controls, const Pose& listener) {
+            present.listener = listener;
+            answers = adm_.handle(message, controls, present);
+        });
+    }
+    if (message.sender.empty()) return;
+    for (const OscAnswer& answer : answers) input_.send(message.sender, kAnswerPort, answer);
+}
+
+void OscRemote::handle_head_tracker(const OscMessage& message) {
+    const auto angles_rad = head_angles_rad(message, options_.head_invert);
+    if (!angles_rad) return;
+    player_.adjust([&](PlayControls& controls, const Pose& now) {
+        Pose pose = controls.listener.value_or(now);
+        turn(pose, *angles_rad);
+        controls.listener = pose;
+    });
+}
+
+void OscRemote::set_scene(const Scene& scene) {
     const std::lock_guard lock(mutex_);
-    names_ = names_of(sources);
+    names_ = names_of(scene.sources);
+    adm_ = AdmOsc(scene, {scene, options_});
+}
+
+std::string OscRemote::region_text() const {
+    const std::lock_guard lock(mutex_);
+    return adm_.region().text();
 }
 
 std::vector<std::pair<std::string, std::string>> OscRemote::take_materials() {

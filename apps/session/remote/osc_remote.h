@@ -8,24 +8,29 @@
 #include <vector>
 
 #include "apps/session/live/player.h"
+#include "apps/session/remote/adm_osc.h"
 #include "apps/session/remote/osc.h"
 
 namespace aula {
 
 /// Receives OSC messages on a UDP port on a separate thread. Poses, positions and gains are applied
 /// immediately, for the next frame; changes of materials are left to the owner of the scene.
-/// Malformed and unknown messages are ignored. docs/app.md lists the messages.
+/// Malformed and unknown messages are ignored. Messages of Aula, ADM-OSC 1.0 and head trackers
+/// share the port; docs/app.md lists them. Queries of ADM-OSC are answered to port 4002 of their
+/// sender.
 class OscRemote {
  public:
-    /// `address`: a port on this machine alone ("9000"), or ADDRESS:PORT. The player must outlive
-    /// this object. Throws InputError if the address is invalid or in use.
-    OscRemote(const std::string& address, Player& player, const std::vector<Source>& sources);
+    /// The player must outlive this object. Throws InputError if the address is invalid or in use.
+    OscRemote(const OscOptions& options, Player& player, const Scene& scene);
     ~OscRemote();
     OscRemote(const OscRemote&) = delete;
     OscRemote& operator=(const OscRemote&) = delete;
 
-    /// Replaces the sources, whose names the messages use.
-    void set_sources(const std::vector<Source>& sources);
+    /// Replaces the scene, to whose sources the messages refer.
+    void set_scene(const Scene& scene);
+
+    /// AdmRegion::text() of the scene.
+    std::string region_text() const;
 
     /// The replacements of materials requested since the last call (old name, new name); each
     /// material once, and at most 64.
@@ -38,10 +43,15 @@ class OscRemote {
     void handle(const OscMessage& message);
     void handle_listener(const OscMessage& message);
     void handle_source(const OscMessage& message);
+    void handle_material(const OscMessage& message);
+    void handle_adm(const OscMessage& message);
+    void handle_head_tracker(const OscMessage& message);
 
+    const OscOptions options_;
     Player& player_;
-    std::mutex mutex_;  ///< protects the names and the materials
+    mutable std::mutex mutex_;  ///< protects the names, the objects and the materials
     std::vector<std::string> names_;
+    AdmOsc adm_;
     std::vector<std::pair<std::string, std::string>> materials_;
     std::atomic<bool> stop_ = false;
     OscInput input_;

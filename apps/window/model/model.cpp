@@ -35,8 +35,9 @@ Model::Model(const WindowOptions& options)
     if (!scene().listener.path) take_listener(scene().listener.pose);
     read_controls();
     if (options_.osc) {
-        remote_ = std::make_unique<OscRemote>(*options_.osc, *player_, scene().sources);
+        remote_ = std::make_unique<OscRemote>(*options_.osc, *player_, scene());
         log_.say("listening for OSC on port " + std::to_string(remote_->port()));
+        log_.say(remote_->region_text());
     }
 }
 
@@ -227,7 +228,7 @@ void Model::restart_sources() {
     request.source = 0;
     watch();
     shown_.reset();
-    if (remote_) remote_->set_sources(scene().sources);
+    if (remote_) remote_->set_scene(scene());
 }
 
 /// After undo or redo.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "apps/session/base/session_options.h"
+#include "apps/session/remote/osc_options.h"
 #include "aula/engine/scene_file.h"
 
 namespace aula {
@@ -21,7 +22,7 @@ struct WindowOptions {
     std::vector<std::filesystem::path> scenes;        ///< of page up and page down
     std::optional<std::filesystem::path> screenshot;  ///< output PNG file
     double screenshot_after_s = 5;                    ///< time from the start
-    std::optional<std::string> osc;                   ///< [ADDRESS:]PORT to receive OSC messages on
+    std::optional<OscOptions> osc;                    ///< OSC messages to receive
     bool keeps_state = true;                          ///< stores size and display options
     std::function<bool()> interrupted;                ///< true: close the window
 };

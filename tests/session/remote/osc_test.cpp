@@ -13,6 +13,8 @@
 #include <random>
 #include <string_view>
 
+#include "apps/session/remote/adm_osc.h"
+#include "apps/session/remote/head_tracker.h"
 #include "aula/exception.h"
 
 using namespace aula;
@@ -45,6 +47,12 @@ std::vector<OscMessage> parse(std::string_view packet) { return Input().parse(pa
 constexpr auto kPosition =
     "/aula/listener/position\0,fff\0\0\0\0\x3f\x80\0\0\xc0\0\0\0\x3f\0\0\0"sv;
 constexpr auto kGain = "/aula/source/gain\0\0\0,si\0voice\0\0\0\xff\xff\xff\xfa"sv;
+
+constexpr auto kAdmPosition = "/adm/obj/2/xyz\0\0,fff\0\0\0\0\x3f\x80\0\0\xbf\0\0\0\x3e\x80\0\0"sv;
+constexpr auto kAdmQuery = "/adm/obj/*/aed\0\0,\0\0\0"sv;
+constexpr auto kAdmGain = "/adm/obj/[1-2]/gain\0,f\0\0\x3f\0\0\0"sv;
+constexpr auto kQuaternion =
+    "/SceneRotator/quaternions\0\0\0,ffff\0\0\0\x3f\x35\x04\xf3\0\0\0\0\0\0\0\0\x3f\x35\x04\xf3"sv;
 
 std::string bundle(std::initializer_list<std::string_view> parts) {
     std::string packet("#bundle\0\0\0\0\0\0\0\0\1", 16);
@@ -148,6 +156,27 @@ TEST_CASE("OSC is received from this machine only unless requested otherwise, on
         CHECK_THROWS_AS(OscInput(wrong, [](const OscMessage&) {}), InputError);
 }
 
+TEST_CASE("A message has its sender's address, and is answered to a port of it") {
+    std::vector<OscMessage> messages;
+    OscInput input("0", [&](const OscMessage& message) { messages.push_back(message); });
+    OscInput sender("127.0.0.9:0", [&](const OscMessage& message) { messages.push_back(message); });
+    sender.send("127.0.0.1", input.port(), {{"/adm/obj/1/xyz", {}}, ""});
+    input.wait(5000);
+    REQUIRE(messages.size() == 1);
+    CHECK(messages[0].address == "/adm/obj/1/xyz");
+    CHECK(messages[0].arguments.empty());
+    CHECK(messages[0].sender == "127.0.0.9");
+    input.send(messages[0].sender, sender.port(), {{"/x", {0.5, 1.0, "name"}}, "fis"});
+    sender.wait(5000);
+    REQUIRE(messages.size() == 2);
+    CHECK(messages[1].sender == "127.0.0.1");
+    CHECK(messages[1].number(0) == 0.5);
+    CHECK(messages[1].number(1) == 1.0);
+    CHECK(*messages[1].text(2) == "name");
+    input.read(std::as_bytes(std::span(kGain.data(), kGain.size())));
+    CHECK(messages[2].sender.empty());
+}
+
 TEST_CASE("Numbers that are not finite or too large are ignored") {
     CHECK_FALSE(parse("/a\0\0,f\0\0\x7f\xc0\0\0"sv)[0].number(0));  // NaN
     CHECK_FALSE(parse("/a\0\0,f\0\0\x7f\x80\0\0"sv)[0].number(0));  // infinity
@@ -156,16 +185,31 @@ TEST_CASE("Numbers that are not finite or too large are ignored") {
 
 TEST_CASE("Arbitrary bytes are read without harm") {
     std::mt19937 random(1);
-    Input input;
+    Scene scene;
+    scene.sources.resize(3);
+    AdmOsc adm(scene, {scene, {}});
+    PlayControls controls;
     std::size_t taken = 0;
-    for (int i = 0; i < 200'000; ++i) {
-        std::string packet = i % 2 == 0 ? bundle({kGain, kPosition}) : std::string(kPosition);
+    std::size_t answered = 0;
+    OscInput input("0", [&](const OscMessage& message) {
+        ++taken;
+        answered += adm.handle(message, controls, {}).size();
+        head_angles_rad(message, false);
+    });
+    const std::array<std::string, 5> packets{
+        bundle({kGain, kPosition}), std::string(kPosition), std::string(kAdmPosition),
+        bundle({kAdmQuery, kAdmGain}), std::string(kQuaternion)};
+    for (int i = 0; i < 1'000'000; ++i) {
+        std::string packet = packets[static_cast<std::size_t>(i) % packets.size()];
         for (int changes = 0; changes < 4; ++changes)
             packet[random() % packet.size()] = static_cast<char>(random() % 256);
         // Half of them are truncated.
         const std::size_t size = i % 4 < 2 ? packet.size() : random() % (packet.size() + 1);
-        taken += input.parse(std::string_view(packet).substr(0, size)).size();
+        input.read(std::as_bytes(std::span(packet).first(size)));
     }
-    CHECK(taken > 10'000);
-    CHECK(input.parse(kGain).size() == 1);
+    CHECK(taken > 50'000);
+    CHECK(answered > 1000);
+    taken = 0;
+    input.read(std::as_bytes(std::span(kGain.data(), kGain.size())));
+    CHECK(taken == 1);
 }
