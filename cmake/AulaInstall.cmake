@@ -8,4 +8,5 @@ write_basic_package_version_file("${PROJECT_BINARY_DIR}/aulaConfigVersion.cmake"
                                  COMPATIBILITY SameMinorVersion)
 install(FILES cmake/aulaConfig.cmake cmake/AulaDependencies.cmake
               "${PROJECT_BINARY_DIR}/aulaConfigVersion.cmake" DESTINATION "${package_dir}")
-install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}"
+        COMPONENT license)

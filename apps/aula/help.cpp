@@ -14,7 +14,8 @@ usage: aula SCENE [options]                play live on the audio device
        aula materials [list]               list the materials that ship with Aula
        aula materials show NAME            print the coefficients of one of them as bars
 
-SCENE is a JSON file (docs/scene_format.md). A file named like a command is opened as ./info.
+SCENE is a JSON file (docs/scene_format.md). A file named like a command is opened as ./info. A name
+without a slash that is no file is the name of a scene that ships: aula two_rooms.
 The listener follows the path of the scene; w a s d and the arrow keys move it, in the terminal only
 if it has no path. In the window ? shows the keys (docs/app.md); in the terminal q quits.
 
@@ -74,6 +75,9 @@ window and remote control
   --screenshot OUT.png   play, write a picture of the window, exit
   --after S              time of the screenshot in seconds [5]
   --osc [ADDRESS:]PORT   receive OSC messages; without ADDRESS from this machine only
+  --adm-origin X,Y,Z     position of the origin of ADM-OSC [the listener's first position]
+  --adm-radius M         distance of its coordinate 1 [half of the room's longest side]
+  --head-invert          head trackers send the inverse rotation, that of the scene
 
 other
   --quiet                print errors and requested output only

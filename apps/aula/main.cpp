@@ -8,9 +8,10 @@
 #include "apps/aula/arguments.h"
 #include "apps/aula/commands.h"
 #include "apps/aula/interrupt.h"
+#include "apps/aula/scene_lookup.h"
 #include "apps/aula/terminal.h"
-#include "aula/engine/scene_file.h"
 #include "aula/devices/device.h"
+#include "aula/engine/scene_file.h"
 #include "aula/exception.h"
 
 namespace aula {
@@ -37,6 +38,12 @@ int check(const Arguments& arguments) {
         for (const std::string& message : errors.messages()) fail(message, 2);
         return 2;
     }
+}
+
+/// The command line, with the file of its scene.
+Arguments with_scene_file(Arguments arguments) {
+    if (!arguments.scene.empty()) arguments.scene = find_scene(arguments.scene, scene_folders());
+    return arguments;
 }
 
 int run(const Arguments& arguments) {
@@ -80,7 +87,7 @@ std::string refusal(const std::error_code& code) {
 int main(int argc, char** argv) {
     try {
         aula::set_up_process();
-        const int status = aula::run(aula::read_arguments(argc, argv));
+        const int status = aula::run(aula::with_scene_file(aula::read_arguments(argc, argv)));
         // Buffered output may fail only when it is flushed, as on a full disk.
         if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
             throw aula::Failure("standard output: cannot write");

@@ -1,0 +1,66 @@
+# cpack -G DEB: one Debian package for each component of the installation.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_VENDOR "Aula")
+set(CPACK_PACKAGE_CONTACT "The Aula developers <maintainers@aula.invalid>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENTS_GROUPING IGNORE)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
+    OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+set(CPACK_POST_BUILD_SCRIPTS "${PROJECT_SOURCE_DIR}/cmake/debian/remove_scripts.cmake")
+set(CPACK_COMPONENTS_ALL "")
+
+# The changelog of the packages.
+set(changelog "${PROJECT_BINARY_DIR}/debian/changelog")
+file(CONFIGURE OUTPUT "${changelog}" @ONLY CONTENT
+"aula (@PROJECT_VERSION@) stable; urgency=medium
+
+  * Release @PROJECT_VERSION@.
+
+ -- The Aula developers <maintainers@aula.invalid>  Mon, 23 Nov 2026 00:00:00 +0000
+")
+execute_process(COMMAND gzip -9 -n -k -f "${changelog}" COMMAND_ERROR_IS_FATAL ANY)
+
+# aula_package(COMPONENT PACKAGE SECTION DEPENDS DESCRIPTION): the package of a component. Its
+# copyright and changelog are installed only into the package.
+macro(aula_package component package section depends description)
+    string(TOUPPER "${component}" upper)
+    list(APPEND CPACK_COMPONENTS_ALL ${component})
+    set(CPACK_DEBIAN_${upper}_PACKAGE_NAME ${package})
+    set(CPACK_DEBIAN_${upper}_PACKAGE_SECTION ${section})
+    set(CPACK_DEBIAN_${upper}_PACKAGE_DEPENDS "${depends}")
+    set(CPACK_COMPONENT_${upper}_DESCRIPTION "${description}")
+    install(FILES "${PROJECT_SOURCE_DIR}/cmake/debian/copyright" "${changelog}.gz"
+            DESTINATION share/doc/${package} COMPONENT ${component} EXCLUDE_FROM_ALL)
+endmacro()
+
+set(version "${PROJECT_VERSION}")
+aula_package(c libaula0 libs ""
+"Shared library: libaula.so.0 makes rooms audible block by block, through an
+ interface in C.")
+aula_package(dev libaula-dev libdevel "libaula0 (= ${version})"
+"Development files: the header aula.h of the interface in C, and headers,
+ static libraries and CMake files of the interface in C++.")
+set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS
+    "cmake, pkg-config, libembree-dev, libglm-dev, libsndfile1-dev, libsoxr-dev, libebur128-dev, libkissfft-dev")
+aula_package(program aula sound ""
+"The program: it traces sound through a scene and plays what a moving listener
+ hears, live in a window or the terminal, or to a file. It measures impulse
+ responses and the parameters of ISO 3382. Scenes and sounds are included.")
+if(TARGET aula_plugin)
+    aula_package(lv2 aula-lv2 sound ""
+"LV2 plugins: reverberation of a room from its geometry and materials, with a
+ moving source and a moving listener.")
+endif()
+
+# The library's dependants, and the linker's cache.
+set(control "${PROJECT_BINARY_DIR}/debian")
+file(WRITE "${control}/shlibs" "libaula 0 libaula0 (>= ${version})\n")
+file(WRITE "${control}/triggers" "activate-noawait ldconfig\n")
+set(CPACK_DEBIAN_C_PACKAGE_CONTROL_EXTRA "${control}/shlibs;${control}/triggers")
+include(CPack)

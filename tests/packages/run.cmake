@@ -1,0 +1,86 @@
+# cmake -DCASE=.. -DBUILD=.. -DSOURCE=.. -DWORK=.. -DCC=.. -DLINTIAN=.. -P run.cmake: a test of the
+# Debian packages.
+set(ENV{LC_ALL} C.UTF-8)
+function(run)
+    execute_process(COMMAND ${ARGV} COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)
+endfunction()
+file(GLOB packages "${WORK}/packages/*.deb")
+
+if(CASE STREQUAL "build")
+    file(REMOVE_RECURSE "${WORK}")
+    run(cpack -G DEB --config "${BUILD}/CPackConfig.cmake" -B "${WORK}/packages")
+    file(GLOB packages "${WORK}/packages/*.deb")
+    foreach(name aula libaula0 libaula-dev)
+        if(NOT packages MATCHES "/${name}_")
+            message(FATAL_ERROR "no package ${name} in ${packages}")
+        endif()
+    endforeach()
+    # Nothing outside the prefix.
+    foreach(package IN LISTS packages)
+        execute_process(COMMAND dpkg-deb --contents "${package}" OUTPUT_VARIABLE contents
+                        COMMAND_ERROR_IS_FATAL ANY)
+        if(contents MATCHES "[^\n]* \\./(usr/local|[^u/\n]|u[^s\n])[^\n]*")
+            message(FATAL_ERROR "${package} installs ${CMAKE_MATCH_0}")
+        endif()
+    endforeach()
+
+elseif(CASE STREQUAL "lintian")
+    if(NOT LINTIAN)
+        message(STATUS "skipped: lintian is missing (packages-test.txt)")
+        return()
+    endif()
+    run("${LINTIAN}" --allow-root --fail-on error ${packages})
+
+elseif(CASE STREQUAL "use")
+    set(root "${WORK}/root")
+    foreach(folder info updates triggers)
+        file(MAKE_DIRECTORY "${root}/var/lib/dpkg/${folder}")
+    endforeach()
+    file(WRITE "${root}/var/lib/dpkg/status" "")
+    set(dpkg dpkg --root=${root} --force-not-root --force-depends --log=${WORK}/dpkg.log)
+    execute_process(COMMAND fakeroot --version RESULT_VARIABLE status OUTPUT_QUIET)
+    if(NOT status EQUAL 0)
+        message(STATUS "skipped: fakeroot is missing (packages-test.txt)")
+        return()
+    endif()
+    run(fakeroot ${dpkg} --install ${packages})
+
+    # The program finds its scenes from any folder.
+    file(MAKE_DIRECTORY "${WORK}/elsewhere")
+    execute_process(COMMAND "${root}/usr/bin/aula" check two_rooms
+                    WORKING_DIRECTORY "${WORK}/elsewhere" OUTPUT_VARIABLE checked
+                    COMMAND_ERROR_IS_FATAL ANY)
+    if(NOT checked MATCHES "${root}/usr/share/aula/scenes/two_rooms.json: ok")
+        message(FATAL_ERROR "aula check two_rooms printed ${checked}")
+    endif()
+    execute_process(COMMAND "${root}/usr/bin/aula" shoebox --offline "${WORK}/out.wav"
+                            --duration 0.1 --rays 10
+                    WORKING_DIRECTORY "${WORK}/elsewhere" COMMAND_ERROR_IS_FATAL ANY)
+    execute_process(COMMAND "${root}/usr/bin/aula" check no_such_scene
+                    RESULT_VARIABLE status ERROR_VARIABLE message)
+    if(NOT status EQUAL 2 OR NOT message MATCHES "${root}/usr/share/aula/scenes")
+        message(FATAL_ERROR "an unknown scene: ${status}, ${message}")
+    endif()
+
+    # A C99 program compiles, links and runs.
+    set(ENV{PKG_CONFIG_PATH} "${root}/usr/lib/pkgconfig")
+    set(ENV{LD_LIBRARY_PATH} "${root}/usr/lib")
+    execute_process(COMMAND pkg-config --cflags --libs aula OUTPUT_VARIABLE flags
+                    OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+    separate_arguments(flags UNIX_COMMAND "${flags}")
+    file(WRITE "${WORK}/client.c"
+         "#include <aula.h>\n#include <stdio.h>\nint main(void) { return puts(aula_version()) < 0; }\n")
+    run("${CC}" -std=c99 -Wall -Werror "${WORK}/client.c" ${flags} -o "${WORK}/client")
+    run("${WORK}/client")
+
+    execute_process(COMMAND dpkg-query --root=${root} -W -f "\${Package} "
+                    OUTPUT_VARIABLE names COMMAND_ERROR_IS_FATAL ANY)
+    separate_arguments(names)
+    run(fakeroot ${dpkg} --purge ${names})
+    file(GLOB left "${root}/*")
+    list(REMOVE_ITEM left "${root}/var")
+    if(left)
+        file(GLOB_RECURSE left "${root}/usr/*")
+        message(FATAL_ERROR "left behind: ${left}")
+    endif()
+endif()
