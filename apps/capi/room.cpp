@@ -72,9 +72,11 @@ OutputFormat output_of(int32_t output) {
             return OutputFormat::mono;
         case AULA_FOA:
             return OutputFormat::foa;
+        case AULA_TOA:
+            return OutputFormat::toa;
         default:
             throw InputError("there is no output " + std::to_string(output) +
-                             "; expected AULA_BINAURAL, AULA_MONO or AULA_FOA");
+                             "; expected AULA_BINAURAL, AULA_MONO, AULA_FOA or AULA_TOA");
     }
 }
 

@@ -273,6 +273,23 @@ TEST_CASE("C: options out of range are errors") {
     }));
 }
 
+TEST_CASE("C: a room has the channels of its output for each listener") {
+    const CScene scene;
+    for (const auto& [output, channels] : {std::pair{AULA_BINAURAL, 2}, std::pair{AULA_MONO, 1},
+                                           std::pair{AULA_FOA, 4}, std::pair{AULA_TOA, 16}}) {
+        aula_options options = quick_options(AULA_EXACT);
+        options.output = output;
+        options.listeners = 2;
+        aula_room* room = nullptr;
+        REQUIRE(aula_room_create(scene.handle, &options, &room) == AULA_OK);
+        aula_status status{};
+        status.size = sizeof(status);
+        CHECK(aula_room_status(room, &status) == AULA_OK);
+        CHECK(status.channels == 2 * channels);
+        aula_room_destroy(room);
+    }
+}
+
 TEST_CASE("C: structs of older and newer programs are understood") {
     const CScene scene;
     aula_room* room = nullptr;

@@ -58,7 +58,8 @@ enum {
 
     AULA_BINAURAL = 0, /* output: left and right ear */
     AULA_MONO = 1,     /* output: sound pressure */
-    AULA_FOA = 2       /* output: first-order ambisonics, AmbiX (W Y Z X), in head axes */
+    AULA_FOA = 2,      /* output: first-order ambisonics, AmbiX (W Y Z X), in head axes */
+    AULA_TOA = 3       /* output: third-order ambisonics, AmbiX, 16 channels, in head axes */
 };
 
 /* Sample time of a change that takes effect as early as possible. */
@@ -87,7 +88,8 @@ typedef struct aula_options {
     double ir_length_s;          /* length of the responses, up to 10; 0: the scene's, or that of
                                     its reverberation, at most 4 */
     int32_t clock;               /* AULA_REAL_TIME or AULA_EXACT */
-    int32_t output;              /* AULA_BINAURAL, AULA_MONO or AULA_FOA, of each listener */
+    int32_t output;              /* AULA_BINAURAL, AULA_MONO, AULA_FOA or AULA_TOA, of each
+                                    listener */
     int32_t block;               /* samples processed together in real time, best the size of most
                                     calls, 1 to 8192; 0: 256 */
     int32_t ambisonic_order;     /* of the reverberation in AULA_BINAURAL, 1 to 3; 0: 1 */
