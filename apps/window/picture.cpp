@@ -234,7 +234,7 @@ void Picture::add_lines(const Model& model, const Choices& choices) {
     if (const auto& path = model.scene().listener.path) add_path(*path, kListener);
     for (const Source& source : model.scene().sources)
         if (source.path) add_path(*source.path, kSource);
-    if (view && choices.direct_paths && view->change == model.status().heard_change) {
+    if (view && choices.direct_paths && view->change == model.status().audible_change) {
         // Edges that no sound reaches, as those on the outside of a room, are omitted.
         std::vector<EdgeLine> edges = view->edges;
         std::erase_if(edges, [&](const EdgeLine& edge) {

@@ -25,7 +25,7 @@ constexpr std::chrono::milliseconds kWatchInterval{100};
 constexpr std::chrono::seconds kRetryInterval{1};
 
 /// Fade-in of the signal after a reconnection.
-constexpr double kRise_s = 0.02;
+constexpr double kOnsetFade_s = 0.02;
 
 std::string hertz(double rate_hz) { return std::to_string(std::lround(rate_hz)) + " Hz"; }
 
@@ -47,18 +47,20 @@ struct AudioDevice::State {
     explicit State(const OutputSettings& wanted)
         : settings(wanted),
           meter(settings.sample_rate_hz),
-          rise(static_cast<std::size_t>(std::lround(kRise_s * settings.sample_rate_hz))) {
+          onset_fade(
+              static_cast<std::size_t>(std::lround(kOnsetFade_s * settings.sample_rate_hz))) {
         settings.meter = &meter;
         settings.callback = [this, fill = wanted.callback](std::span<float* const> outputs,
                                                            int samples) {
             fill(outputs, samples);
-            if (!rise.done()) rise.fade_in_next(outputs, static_cast<std::size_t>(samples));
+            if (!onset_fade.done())
+                onset_fade.fade_in_next(outputs, static_cast<std::size_t>(samples));
         };
     }
 
     OutputSettings settings;
     OutputMeter meter;
-    Fade rise;  ///< used by the output's thread while there is one
+    Fade onset_fade;  ///< used by the output's thread while there is one
     DeviceInfo info;
     std::unique_ptr<Output> output;  ///< null while lost; used by the watcher once started
     std::atomic<DeviceState> state{DeviceState::playing};
@@ -90,7 +92,7 @@ struct AudioDevice::State {
             });
             if (same == devices.end()) return false;
             meter.restart();
-            rise.start();
+            onset_fade.start();
             output = open(*same);
             output->start();
             return true;

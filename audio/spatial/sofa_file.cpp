@@ -26,7 +26,7 @@ HeadMeasurements read_sofa(const std::filesystem::path& file) {
         case Verdict::usable:
             break;
         case Verdict::other_kind:
-            fail("has no two ears and four directions, or is a SOFA file of another kind");
+            fail("does not hold the responses of two ears for at least four directions");
             break;
         case Verdict::incomplete:
             fail("has fewer values than its sizes say");

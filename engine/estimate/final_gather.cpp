@@ -285,14 +285,14 @@ std::vector<GatherHit> joined_by_patch(const std::vector<std::vector<GatherHit>>
                                        std::size_t patch_count, float patch_size_m) {
     // Counting sort.
     std::vector<std::size_t> next(2 * patch_count + 1, 0);
-    const auto place = [](const GatherHit& hit) { return 2 * hit.patch + (hit.late ? 0U : 1U); };
+    const auto slot = [](const GatherHit& hit) { return 2 * hit.patch + (hit.late ? 0U : 1U); };
     for (const auto& batch : batches) {
-        for (const GatherHit& hit : batch) ++next[place(hit) + 1];
+        for (const GatherHit& hit : batch) ++next[slot(hit) + 1];
     }
     for (std::size_t i = 1; i < next.size(); ++i) next[i] += next[i - 1];
     std::vector<const GatherHit*> ordered(next.back());
     for (const auto& batch : batches) {
-        for (const GatherHit& hit : batch) ordered[next[place(hit)]++] = &hit;
+        for (const GatherHit& hit : batch) ordered[next[slot(hit)]++] = &hit;
     }
 
     std::vector<GatherHit> joined;
@@ -300,7 +300,7 @@ std::vector<GatherHit> joined_by_patch(const std::vector<std::vector<GatherHit>>
     std::size_t first = 0;        // of the same patch and kind
     std::vector<float> length_m;  // [merged hit] length of its first hit
     for (const GatherHit* hit : ordered) {
-        if (first == joined.size() || place(joined[first]) != place(*hit)) {
+        if (first == joined.size() || slot(joined[first]) != slot(*hit)) {
             first = joined.size();
             length_m.clear();
         }
@@ -329,7 +329,7 @@ std::vector<GatherHit> trace_gather(const RayScene& scene, const PatchGrid& grid
     std::vector<std::uint64_t> counts(batches, 0);
     workers.run(batches, [&](std::size_t i) {
         trace_batch(scene, grid, receiver, settings, frame_seed, static_cast<int>(i), found[i],
-                    [&](const std::vector<Ray>& wave) { counts[i] += wave.size(); });
+                    [&](const std::vector<Ray>& rays) { counts[i] += rays.size(); });
     });
     for (const std::uint64_t count : counts) segments += count;
     return joined_by_patch(found, grid.size(), grid.patch_size_m());
@@ -342,7 +342,7 @@ std::vector<Ray> gather_rays(const RayScene& scene, const PatchGrid& grid, const
     for (std::size_t i = 0; i < batch_count(settings); ++i) {
         trace_batch(
             scene, grid, receiver, settings, frame_seed, static_cast<int>(i), unused,
-            [&](const std::vector<Ray>& wave) { all.insert(all.end(), wave.begin(), wave.end()); });
+            [&](const std::vector<Ray>& rays) { all.insert(all.end(), rays.begin(), rays.end()); });
     }
     return all;
 }

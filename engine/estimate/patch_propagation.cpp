@@ -156,18 +156,18 @@ void PatchPropagation::divide_memory() {
 
 void PatchPropagation::add_source(std::size_t id, const Vec3& position,
                                   const OrientedDirectivity& directivity) {
-    const auto place = static_cast<std::ptrdiff_t>(source_count_);
+    const auto index = static_cast<std::ptrdiff_t>(source_count_);
     ++source_count_;
-    ids_.insert(ids_.begin() + place, id);
-    caches_.insert(caches_.begin() + place, make_cache(false));
-    segment_caches_.insert(segment_caches_.begin() + place, make_segment_cache(false));
-    status_.insert(status_.begin() + place, EmitterStatus{});
-    batches_.emplace(batches_.begin() + place, static_cast<std::size_t>(tracer_.batch_count()));
+    ids_.insert(ids_.begin() + index, id);
+    caches_.insert(caches_.begin() + index, make_cache(false));
+    segment_caches_.insert(segment_caches_.begin() + index, make_segment_cache(false));
+    status_.insert(status_.begin() + index, EmitterStatus{});
+    batches_.emplace(batches_.begin() + index, static_cast<std::size_t>(tracer_.batch_count()));
     turned_m_.push_back(0);
     if (!states_.empty()) {
-        states_.insert(states_.begin() + place, PatchCache::State{0, position, travel_m_});
+        states_.insert(states_.begin() + index, PatchCache::State{0, position, travel_m_});
         directivities_.push_back(directivity);
-        receivers_.insert(receivers_.begin() + place,
+        receivers_.insert(receivers_.begin() + index,
                           make_receiver(scene_, position, listener_radius_m_));
     }
     pairs_.resize(source_count_ * listener_count_, silent_pair());
@@ -175,8 +175,8 @@ void PatchPropagation::add_source(std::size_t id, const Vec3& position,
 }
 
 void PatchPropagation::remove_source(std::size_t source) {
-    const auto place = static_cast<std::ptrdiff_t>(source);
-    const auto erase = [&](auto& of_emitters) { of_emitters.erase(of_emitters.begin() + place); };
+    const auto index = static_cast<std::ptrdiff_t>(source);
+    const auto erase = [&](auto& of_emitters) { of_emitters.erase(of_emitters.begin() + index); };
     --source_count_;
     erase(ids_);
     erase(caches_);

@@ -96,12 +96,12 @@ void PathPropagation::add_source(std::size_t id, const Vec3& /*position*/,
 }
 
 void PathPropagation::remove_source(std::size_t source) {
-    const auto place = static_cast<std::ptrdiff_t>(source);
-    ids_.erase(ids_.begin() + place);
-    batches_.erase(batches_.begin() + place);
+    const auto index = static_cast<std::ptrdiff_t>(source);
+    ids_.erase(ids_.begin() + index);
+    batches_.erase(batches_.begin() + index);
     if (!readout_) return;
     const auto listeners = static_cast<std::ptrdiff_t>(listener_count_);
-    const auto first = caches_.begin() + place * listeners;
+    const auto first = caches_.begin() + index * listeners;
     caches_.erase(first, first + listeners);
     divide_memory();
 }

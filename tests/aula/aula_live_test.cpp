@@ -78,7 +78,7 @@ bool sound_arrives(const PulseServer& server, const TemporaryFolder& folder) {
     const std::filesystem::path played = folder.path() / "played.wav";
     std::filesystem::remove(played);
     const auto recorder = server.record(played);
-    return comes([&] {
+    return eventually([&] {
         std::ifstream file(played, std::ios::binary);
         file.seekg(kHeader);
         return std::any_of(std::istreambuf_iterator<char>(file), {}, [](char c) { return c != 0; });
@@ -136,7 +136,7 @@ TEST_CASE("The end and the return of a PulseAudio server are reported with one l
     REQUIRE(sound_arrives(server, folder));
     server.kill();
     const auto says = [&](const std::string& text) {
-        return comes([&] { return program.err().find(text) != std::string::npos; });
+        return eventually([&] { return program.err().find(text) != std::string::npos; });
     };
     CHECK(says("is lost"));
     server.restart();
@@ -144,7 +144,7 @@ TEST_CASE("The end and the return of a PulseAudio server are reported with one l
     CHECK(says("is available again"));
     CHECK(sound_arrives(server, folder));
     program.signal(SIGINT);
-    REQUIRE(comes([&] { return !program.running(); }));
+    REQUIRE(eventually([&] { return !program.running(); }));
     const ProgramResult played = program.wait();
     INFO(played.err);
     CHECK(played.status == 130);

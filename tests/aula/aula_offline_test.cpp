@@ -23,7 +23,7 @@ void require_ok(const ProgramResult& result) {
 
 /// True once the program has created a file in a folder; false if it ends before.
 bool file_appears(const std::filesystem::path& folder, Program& program) {
-    return comes([&] { return !names_in(folder).empty() || !program.running(); }) &&
+    return eventually([&] { return !names_in(folder).empty() || !program.running(); }) &&
            !names_in(folder).empty();
 }
 
@@ -119,7 +119,7 @@ TEST_CASE("One signal ends the program within a frame, and leaves no file") {
                              "200000", "--estimator", "pt", "--threads", "1", "--ir-length", "10"});
             REQUIRE(file_appears(outputs.path(), program));
             program.signal(signal);
-            REQUIRE(comes([&] { return !program.running(); }));
+            REQUIRE(eventually([&] { return !program.running(); }));
             const ProgramResult result = program.wait();
             INFO(result.err);
             CHECK(result.status == 128 + signal);
@@ -145,10 +145,11 @@ TEST_CASE("One signal ends a program that is reading its scene") {
         command.insert(command.end(), arguments.begin(), arguments.end());
         Program program(command);
         int pipe = -1;
-        REQUIRE(comes([&] { return (pipe = open(scene.c_str(), O_WRONLY | O_NONBLOCK)) >= 0; }));
+        REQUIRE(
+            eventually([&] { return (pipe = open(scene.c_str(), O_WRONLY | O_NONBLOCK)) >= 0; }));
         REQUIRE(write(pipe, "{", 1) == 1);
         program.signal(SIGTERM);
-        CHECK(comes([&] { return !program.running(); }));
+        CHECK(eventually([&] { return !program.running(); }));
         close(pipe);
         const ProgramResult result = program.wait();
         INFO(arguments[0] << " " << arguments[1] << ": " << result.err);

@@ -250,7 +250,7 @@ TEST_CASE("bench_smoke: an interrupted measurement leaves no files") {
     Program program({AULA_BENCH_PROGRAM, "noise", folder.write("room.json", kScene).string(),
                      "--restarts", "1000000", "--json", (outputs / "rows.json").string(),
                      "--markdown", (outputs / "tables.md").string()});
-    REQUIRE(comes([&] { return names_in(outputs).size() == 2; }));
+    REQUIRE(eventually([&] { return names_in(outputs).size() == 2; }));
     program.signal(SIGTERM);
     CHECK(program.wait().status == 143);
     CHECK(names_in(outputs).empty());

@@ -413,7 +413,7 @@ TEST_CASE("C: after a failure of the propagation each function returns it") {
         float* const outputs[] = {output.data()};
         const auto process =
             clock == RenderClock::exact ? aula_room_process_exactly : aula_room_process;
-        REQUIRE(comes([&] {
+        REQUIRE(eventually([&] {
             process(&room, nullptr, 0, outputs, 1, 4096);
             return aula_room_status(&room, &status) == AULA_FAILURE;
         }));
@@ -465,7 +465,7 @@ TEST_CASE("C: commands of several threads and rendering run at the same time") {
     aula_status status{};
     status.size = sizeof(status);
     bool audible = false;
-    REQUIRE(comes([&] {
+    REQUIRE(eventually([&] {
         count(aula_room_process(room.handle, &signal, 1, outputs, 1, 300) == AULA_OK);
         audible |= output[0] != 0;
         count(aula_room_status(room.handle, &status) == AULA_OK);

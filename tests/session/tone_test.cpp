@@ -14,32 +14,45 @@ using test::kRate_hz;
 using test::share_off_tone;
 using test::tone;
 
-}  // namespace
-
-TEST_CASE("A tone has no clicks while a source with a directivity turns") {
-    const test::TemporaryFolder folder;
-    const auto file = folder.path() / "tone.wav";
-    {
+/// The small room, with a tone as the signal of its source.
+struct ToneRoom {
+    ToneRoom() {
+        const auto file = folder.path() / "tone.wav";
         WavWriter writer(file, kRate_hz, 1, SampleFormat::float32);
         writer.write(tone());
         writer.commit();
+        source().signal = Source::Signal::file;
+        source().signal_file = file;
+        scene.simulation.rays = 200;
     }
+
+    Source& source() { return scene.sources[0]; }
+
+    /// The sound of a walk through the scene; several channels are mixed down.
+    std::vector<float> render(OutputFormat output) const {
+        SessionOptions options;
+        options.output = output;
+        const auto out = folder.path() / "out.wav";
+        REQUIRE(render_offline(scene, options, out));
+        return read_sound(out, kRate_hz).samples;
+    }
+
+    test::TemporaryFolder folder;
     Scene scene = test::small_room();
-    Source& source = scene.sources[0];
-    source.signal = Source::Signal::file;
-    source.signal_file = file;
+};
+
+}  // namespace
+
+TEST_CASE("A tone has no clicks while a source with a directivity turns") {
+    ToneRoom room;
+    Source& source = room.source();
     source.directivity = *Directivity::find("cardioid");
-    scene.simulation.rays = 200;
     // Half a turn within a second, to the listener and away.
     const Pose from{source.position, -1.2F, 0.1F, 0};
     const Pose to{source.position, 2, -0.3F, 0};
     const auto render = [&](const Trajectory& path) {
-        scene.sources[0].path = path;
-        SessionOptions options;
-        options.output = OutputFormat::mono;
-        const auto out = folder.path() / "out.wav";
-        REQUIRE(render_offline(scene, options, out));
-        return read_sound(out, kRate_hz).samples;
+        source.path = path;
+        return room.render(OutputFormat::mono);
     };
     const std::vector<float> turning = render({{{0, from}, {1, to}}, false});
     const double share = share_off_tone(turning);
@@ -53,27 +66,14 @@ TEST_CASE("A tone has no clicks while a source with a directivity turns") {
 }
 
 TEST_CASE("A tone has no clicks while the listener walks and turns") {
-    const test::TemporaryFolder folder;
-    const auto file = folder.path() / "tone.wav";
-    {
-        WavWriter writer(file, kRate_hz, 1, SampleFormat::float32);
-        writer.write(tone());
-        writer.commit();
-    }
-    Scene scene = test::small_room();
-    scene.sources[0].signal = Source::Signal::file;
-    scene.sources[0].signal_file = file;
-    scene.simulation.rays = 200;
+    ToneRoom room;
+    Scene& scene = room.scene;
     Pose there = scene.listener.pose;
     there.position.x -= 1.5F;
     there.yaw_rad = 1.5F;
     scene.listener.path = Trajectory{{{0, scene.listener.pose}, {1, there}}, false};
     for (const OutputFormat output : {OutputFormat::mono, OutputFormat::binaural}) {
-        const auto out = folder.path() / "out.wav";
-        SessionOptions options;
-        options.output = output;
-        REQUIRE(render_offline(scene, options, out));
-        const double share = share_off_tone(read_sound(out, kRate_hz).samples);
+        const double share = share_off_tone(room.render(output));
         INFO("off the tone: " << 10 * std::log10(share) << " dB");
         // The requirement is -60 dB; a click of one block's length would be at -40 dB or above.
         CHECK(share < 1e-6);

@@ -7,7 +7,7 @@
 namespace aula::test {
 
 /// Polls a condition every 10 ms. False if it does not hold within 30 s.
-inline bool comes(const std::function<bool()>& holds) {
+inline bool eventually(const std::function<bool()>& holds) {
     constexpr int kTurns = 3000;
     for (int turn = 0; turn < kTurns; ++turn) {
         if (holds()) return true;

@@ -20,7 +20,7 @@ namespace {
 /// Calls finish() until a condition holds; false after a long time.
 template <typename Condition>
 bool finishes(BackgroundJobs& jobs, std::vector<std::string>& errors, const Condition& holds) {
-    return comes([&] {
+    return eventually([&] {
         jobs.finish([&](const std::string& error) { errors.push_back(error); });
         return holds();
     });

@@ -64,7 +64,7 @@ class Room {
 
     /// Updates the model until a condition holds; false after a long time.
     bool shows(const std::function<bool()>& holds) {
-        return comes([&] {
+        return eventually([&] {
             model_->update(0.01 * ++pictures_);
             return holds();
         });
@@ -123,15 +123,15 @@ TEST_CASE("A change of a surface's material plays, and is undone and redone") {
     curtain.absorption = Bands::filled(0.7F);
     model.give_material(curtain, false);
     CHECK(absorption(model) == 0.7F);
-    REQUIRE(room.shows([&] { return model.status().heard_change == 1; }));
+    REQUIRE(room.shows([&] { return model.status().audible_change == 1; }));
     REQUIRE(model.can_undo());
     model.undo();
     CHECK(absorption(model) == before);
-    REQUIRE(room.shows([&] { return model.status().heard_change == 2; }));
+    REQUIRE(room.shows([&] { return model.status().audible_change == 2; }));
     CHECK_FALSE(model.can_undo());
     model.redo();
     CHECK(absorption(model) == 0.7F);
-    REQUIRE(room.shows([&] { return model.status().heard_change == 3; }));
+    REQUIRE(room.shows([&] { return model.status().audible_change == 3; }));
 }
 
 TEST_CASE("A scene that cannot be read or played gives a message, and the old one continues") {
@@ -269,11 +269,11 @@ TEST_CASE("Switching between equal settings, or setting the present one, prepare
     // The view continues under the other setting.
     const auto frame = model.view()->frame;
     REQUIRE(room.shows([&] { return model.view()->frame > frame; }));
-    CHECK(model.status().heard_change == 0);
+    CHECK(model.status().audible_change == 0);
     Simulation other = model.setting().simulation;
     other.patch_size_m = 0.8F;
     model.set_simulation(other, 1);
-    REQUIRE(room.shows([&] { return model.status().heard_change == 1; }));
+    REQUIRE(room.shows([&] { return model.status().audible_change == 1; }));
 }
 
 TEST_CASE("A setting that failed is tried again on request") {
@@ -311,7 +311,7 @@ TEST_CASE("Of many material messages in a row the newest plays, and one undo ste
     }
     REQUIRE(room.shows([&] { return absorption(model) != before; }));
     REQUIRE(room.rests());
-    CHECK(room.shows([&] { return model.status().heard_change > 0; }));
+    CHECK(room.shows([&] { return model.status().audible_change > 0; }));
     model.undo();
     CHECK(absorption(model) == before);
     CHECK_FALSE(model.can_undo());
@@ -324,25 +324,25 @@ TEST_CASE("OSC and the window change different controls without overwriting each
     room.shows([] { return true; });
     // The window's copy of the controls predates the message.
     send(port, "/aula/source/mute\0\0\0,si\0source\0\0\0\0\0\1"sv);
-    REQUIRE(comes([&] { return model.player().controls().source(0).muted; }));
+    REQUIRE(eventually([&] { return model.player().controls().source(0).muted; }));
     model.take_listener({.position = {1, 1, 1}});
     CHECK(model.player().controls().source(0).muted);
     CHECK(model.player().controls().listener->position == Vec3(1, 1, 1));
     send(port, "/aula/listener/orientation\0\0,fff\0\0\0\0\x42\xb4\0\0\0\0\0\0\0\0\0\0"sv);
-    REQUIRE(comes([&] { return model.player().controls().listener->yaw_rad > 1.5F; }));
+    REQUIRE(eventually([&] { return model.player().controls().listener->yaw_rad > 1.5F; }));
     CHECK(model.player().controls().listener->position == Vec3(1, 1, 1));
     REQUIRE(room.shows([&] { return model.status().listener.yaw_rad > 1.5F; }));
     CHECK(model.status().latency.head_p50_ms > 0);
     // Orientation and pose of a source: 90 degrees to the left; then at (1, 0, 0), upwards.
     send(port,
          "/aula/source/orientation\0\0\0\0,sfff\0\0\0source\0\0\x42\xb4\0\0\0\0\0\0\0\0\0\0"sv);
-    REQUIRE(comes([&] { return model.player().controls().source(0).angles_rad.has_value(); }));
+    REQUIRE(eventually([&] { return model.player().controls().source(0).angles_rad.has_value(); }));
     CHECK(model.player().controls().source(0).angles_rad->x == Approx(1.5708).epsilon(1e-4));
     CHECK_FALSE(model.player().controls().source(0).position);
     send(port,
          "/aula/source/pose\0\0\0,sffffff\0\0\0\0source\0\0\x3f\x80\0\0\0\0\0\0\0\0\0\0"
          "\0\0\0\0\x42\xb4\0\0\0\0\0\0"sv);
-    REQUIRE(comes([&] { return model.player().controls().source(0).position.has_value(); }));
+    REQUIRE(eventually([&] { return model.player().controls().source(0).position.has_value(); }));
     CHECK(*model.player().controls().source(0).position == Vec3(1, 0, 0));
     CHECK(model.player().controls().source(0).angles_rad->y == Approx(1.5708).epsilon(1e-4));
 }

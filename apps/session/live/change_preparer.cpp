@@ -28,46 +28,46 @@ void ChangePreparer::stop() {
         const std::lock_guard lock(mutex_);
         stop_ = true;
     }
-    wanted_.notify_all();
+    wakeup_.notify_all();
     if (thread_.joinable()) thread_.join();
 }
 
-std::uint64_t ChangePreparer::ask(Scene scene, SessionOptions options, bool starts_anew) {
+std::uint64_t ChangePreparer::request(Scene scene, SessionOptions options, bool starts_anew) {
     std::uint64_t number = 0;
     {
         const std::lock_guard lock(mutex_);
-        const bool anew = starts_anew || (asked_ && asked_->starts_anew) || anew_in_work_;
+        const bool anew = starts_anew || (requested_ && requested_->starts_anew) || preparing_anew_;
         number = ++last_number_;
-        asked_ = Change{std::move(scene), std::move(options), anew, number};
+        requested_ = Change{std::move(scene), std::move(options), anew, number};
     }
-    wanted_.notify_all();
+    wakeup_.notify_all();
     return number;
 }
 
-std::uint64_t ChangePreparer::ask_if_idle(Scene scene, SessionOptions options) {
+std::uint64_t ChangePreparer::request_if_idle(Scene scene, SessionOptions options) {
     std::uint64_t number = 0;
     {
         const std::lock_guard lock(mutex_);
         if (!idle()) return 0;
         number = ++last_number_;
-        asked_ = Change{std::move(scene), std::move(options), false, number};
+        requested_ = Change{std::move(scene), std::move(options), false, number};
     }
-    wanted_.notify_all();
+    wakeup_.notify_all();
     return number;
 }
 
 void ChangePreparer::set_begun() {
     const std::lock_guard lock(mutex_);
-    anew_in_work_ = false;
+    preparing_anew_ = false;
     error_.clear();
 }
 
 void ChangePreparer::retire(std::unique_ptr<ScenePlayback> playback) {
     {
         const std::lock_guard lock(mutex_);
-        spent_.push_back(std::move(playback));
+        retired_.push_back(std::move(playback));
     }
-    wanted_.notify_all();
+    wakeup_.notify_all();
 }
 
 ChangePreparer::Status ChangePreparer::status() const {
@@ -95,12 +95,12 @@ void ChangePreparer::make(const Change& change) {
 void ChangePreparer::run() {
     std::unique_lock lock(mutex_);
     for (;;) {
-        wanted_.wait(lock, [this] { return stop_ || asked_ || !spent_.empty(); });
+        wakeup_.wait(lock, [this] { return stop_ || requested_ || !retired_.empty(); });
         if (stop_) return;
-        auto unused = std::exchange(spent_, {});
-        const std::optional<Change> change = std::exchange(asked_, {});
-        in_work_ = change.has_value();
-        anew_in_work_ = change && change->starts_anew;
+        auto unused = std::exchange(retired_, {});
+        const std::optional<Change> change = std::exchange(requested_, {});
+        preparing_ = change.has_value();
+        preparing_anew_ = change && change->starts_anew;
         lock.unlock();
         unused.clear();
         std::string error;
@@ -111,7 +111,7 @@ void ChangePreparer::run() {
         }
         lock.lock();
         if (!change) continue;
-        in_work_ = anew_in_work_ = false;
+        preparing_ = preparing_anew_ = false;
         if (error.empty()) continue;
         error_ = error;
         ++failed_;

@@ -43,11 +43,11 @@ class ChangePreparer {
     /// Requests a scene. It replaces an earlier request that is not being prepared yet; if that one
     /// or the one in preparation was to begin anew, this one does. Returns its number (>= 1). [any
     /// thread]
-    std::uint64_t ask(Scene scene, SessionOptions options, bool starts_anew);
+    std::uint64_t request(Scene scene, SessionOptions options, bool starts_anew);
 
     /// The same for a scene that continues. Returns 0 and does nothing if a change is being
     /// prepared. [any thread]
-    std::uint64_t ask_if_idle(Scene scene, SessionOptions options);
+    std::uint64_t request_if_idle(Scene scene, SessionOptions options);
 
     /// Notes that the change in preparation has begun: later requests continue it. [the thread, in
     /// Hooks::begin]
@@ -69,22 +69,22 @@ class ChangePreparer {
         std::uint64_t number = 0;
     };
 
-    bool idle() const { return !asked_ && !in_work_; }
+    bool idle() const { return !requested_ && !preparing_; }
     void run();
     void make(const Change& change);
 
     double rate_hz_;
     Hooks hooks_;
     mutable std::mutex mutex_;  ///< protects the following members
-    std::condition_variable wanted_;
+    std::condition_variable wakeup_;
     bool stop_ = false;
-    std::optional<Change> asked_;
-    bool in_work_ = false;
-    bool anew_in_work_ = false;  ///< the change in preparation is to begin anew and has not yet
+    std::optional<Change> requested_;
+    bool preparing_ = false;
+    bool preparing_anew_ = false;  ///< the change in preparation is to begin anew and has not yet
     std::uint64_t last_number_ = 0;
     std::uint64_t failed_ = 0;
     std::string error_;
-    std::vector<std::unique_ptr<ScenePlayback>> spent_;
+    std::vector<std::unique_ptr<ScenePlayback>> retired_;
     std::thread thread_;  ///< started last
 };
 

@@ -44,13 +44,13 @@ LiveLoad::LiveLoad(const Full& full, int rays, double length_s)
       rays_(rays),
       length_s_(length_s),
       wait_s_(kFirstWait_s),
-      since_rise_s_(kTrial_s) {}
+      since_increase_s_(kTrial_s) {}
 
 void LiveLoad::add(double took_s, double period_s, bool rays_fall) {
     recent_s_.push_back(took_s);
     if (recent_s_.size() > kFrames) recent_s_.pop_front();
     const double passed_s = std::max(took_s, period_s);
-    since_rise_s_ += passed_s;
+    since_increase_s_ += passed_s;
     const double measured_s = std::accumulate(recent_s_.begin(), recent_s_.end(), 0.0);
     if (recent_s_.size() < kFrames && measured_s < kEnoughTime_s) return;
     const double share = median_s() / period_s;
@@ -58,7 +58,7 @@ void LiveLoad::add(double took_s, double period_s, bool rays_fall) {
     if (share > kTooMuch)
         fall(std::clamp(kWanted / share, kFurthestDown, kMinDown), rays_fall);
     else if (quiet_s_ >= wait_s_)
-        rise();
+        increase();
 }
 
 double LiveLoad::median_s() const {
@@ -82,15 +82,15 @@ void LiveLoad::fall(double factor, bool rays_fall) {
     if (!fewer_rays(kEnoughRays) && !shorter(kEnoughLength_s) && !fewer_rays(kFewestRays) &&
         !shorter(kShortest_s))
         return;
-    if (since_rise_s_ < kTrial_s) wait_s_ = std::min(2 * wait_s_, kLongestWait_s);
+    if (since_increase_s_ < kTrial_s) wait_s_ = std::min(2 * wait_s_, kLongestWait_s);
     restart();
 }
 
-void LiveLoad::rise() {
+void LiveLoad::increase() {
     if (rays_ >= full_.rays) return;
     rays_ = std::min(full_.rays, static_cast<int>(std::ceil(rays_ * kUp)));
     quiet_s_ = 0;
-    since_rise_s_ = 0;
+    since_increase_s_ = 0;
     restart();
 }
 

@@ -35,7 +35,7 @@ class LiveLoad {
  private:
     double median_s() const;
     void fall(double factor, bool rays_fall);
-    void rise();
+    void increase();
 
     Full full_;
     int rays_;
@@ -43,7 +43,7 @@ class LiveLoad {
     std::deque<double> recent_s_;
     double quiet_s_ = 0;   ///< time for which there has been room
     double wait_s_;        ///< time for which there must be room before rays increase
-    double since_rise_s_;  ///< since they last increased
+    double since_increase_s_;  ///< since they last increased
 };
 
 }  // namespace aula

@@ -12,12 +12,12 @@ namespace {
 constexpr double kChangeFade_s = 0.05;
 
 /// Fade-in of a signal that begins abruptly.
-constexpr double kRise_s = 0.02;
+constexpr double kOnsetFade_s = 0.02;
 
 constexpr double kPauseFade_s = 0.02;
 
 /// Duration of the output that the ring holds for its reader.
-constexpr double kHeard_s = 2;
+constexpr double kOutputRing_s = 2;
 
 std::size_t to_samples(double seconds, double rate_hz) {
     return static_cast<std::size_t>(std::lround(seconds * rate_hz));
@@ -43,7 +43,7 @@ ScenePlayback::ScenePlayback(std::unique_ptr<LiveAuralizer> auralizer, SignalSet
       input_fade_(to_samples(kChangeFade_s, rate_hz_)),
       output_fade_(input_fade_),
       signal_fade_(input_fade_),
-      rise_(to_samples(kRise_s, rate_hz_)),
+      onset_fade_(to_samples(kOnsetFade_s, rate_hz_)),
       inputs_(first_signals_->size(), std::vector<float>(static_cast<std::size_t>(block))),
       outputs_(auralizer_->room().output_channels(),
                std::vector<float>(static_cast<std::size_t>(block))),
@@ -64,7 +64,7 @@ ScenePlayback::~ScenePlayback() {
 void ScenePlayback::begin(std::int64_t position, const ScenePlayback* before) noexcept {
     const bool continues = start_ == (before != nullptr ? before->start_ : 0);
     zero_ = !continues ? position : before != nullptr ? before->zero_ : 0;
-    (position == zero_ ? rise_ : input_fade_).start();
+    (position == zero_ ? onset_fade_ : input_fade_).start();
 }
 
 /// Another playback follows. Emitted sound remains audible to its end, including the fade of the
@@ -99,14 +99,14 @@ void ScenePlayback::read_inputs(std::int64_t position, int samples) noexcept {
             (*fading_signals_)[s]->read(first, position, old);
             signal_fade_.cross(old, input);
         }
-        if (!rise_.done() && (*signals_)[s]->begins_abruptly()) rise_.fade_in(input);
+        if (!onset_fade_.done() && (*signals_)[s]->begins_abruptly()) onset_fade_.fade_in(input);
         timeline_.fade(first, rate_hz_, input);
         if (state_ != State::playing)
             input_fade_.fade_out(input);
         else if (!faded_in())
             input_fade_.fade_in(input);
     }
-    for (Fade* fade : {&rise_, &input_fade_, &signal_fade_}) fade->advance(count);
+    for (Fade* fade : {&onset_fade_, &input_fade_, &signal_fade_}) fade->advance(count);
     if (fading_signals_ != nullptr && signal_fade_.done()) {
         if (fading_signals_ != first_signals_.get()) next_signals_.give_back(fading_signals_);
         fading_signals_ = nullptr;
@@ -139,7 +139,7 @@ LiveMixer::LiveMixer(double sample_rate_hz, int block, std::size_t channels)
       limiter_(sample_rate_hz, channels, block),
       output_pointers_(channels),
       interleaved_(static_cast<std::size_t>(block) * channels),
-      heard_(static_cast<std::size_t>(kHeard_s * sample_rate_hz) * channels),
+      output_ring_(static_cast<std::size_t>(kOutputRing_s * sample_rate_hz) * channels),
       pause_fade_(to_samples(kPauseFade_s, rate_hz_)) {}
 
 LiveMixer::~LiveMixer() {
@@ -243,7 +243,7 @@ void LiveMixer::render_block(std::span<float* const> outputs, int samples) noexc
         const auto count = static_cast<std::size_t>(samples);
         for (std::size_t c = 0; c < channels_; ++c)
             for (std::size_t i = 0; i < count; ++i) interleaved_[i * channels_ + c] = outputs[c][i];
-        if (!heard_.write(std::span(interleaved_).first(count * channels_)))
+        if (!output_ring_.write(std::span(interleaved_).first(count * channels_)))
             lost_samples_.fetch_add(samples, std::memory_order_relaxed);
     }
     position_.store(position + samples, std::memory_order_relaxed);

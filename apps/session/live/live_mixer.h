@@ -72,7 +72,7 @@ class ScenePlayback {
     Fade input_fade_;                ///< in at the beginning, then out
     Fade output_fade_;               ///< fade-out at the end
     Fade signal_fade_;               ///< crossfade to other signals
-    Fade rise_;                      ///< for signals that begin abruptly
+    Fade onset_fade_;                ///< for signals that begin abruptly
     std::int64_t ring_samples_ = 0;  ///< remaining samples of the ringing out
 
     std::vector<std::vector<float>> inputs_;
@@ -98,7 +98,7 @@ class LiveMixer {
 
     /// The output, interleaved, for one reader after listen(true). Samples that do not fit are lost
     /// and counted, per channel. [the reader's thread]
-    SampleRing& heard() { return heard_; }
+    SampleRing& output_ring() { return output_ring_; }
     void listen(bool wanted) { listened_.store(wanted); }
     std::int64_t lost_samples() const { return lost_samples_.load(); }
 
@@ -142,7 +142,7 @@ class LiveMixer {
     std::array<ScenePlayback*, kMaxRinging> ringing_{};
     std::vector<float*> output_pointers_;
     std::vector<float> interleaved_;
-    SampleRing heard_;
+    SampleRing output_ring_;
     std::atomic<bool> listened_ = false;
     std::atomic<std::int64_t> lost_samples_ = 0;
     std::atomic<std::int64_t> position_ = 0;

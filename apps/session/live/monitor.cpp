@@ -43,14 +43,14 @@ void Monitor::take_in() {
     std::array<float, 4096> samples;
     const std::size_t whole = samples.size() - samples.size() % mixer_.channels();
     for (;;) {
-        const std::size_t count = mixer_.heard().read(std::span(samples).first(whole));
+        const std::size_t count = mixer_.output_ring().read(std::span(samples).first(whole));
         if (count == 0) break;
-        const std::span<const float> heard(samples.data(), count);
+        const std::span<const float> output(samples.data(), count);
         {
             const std::lock_guard lock(mutex_);
-            meter_.add(heard);
+            meter_.add(output);
         }
-        if (writer_) write(heard);
+        if (writer_) write(output);
     }
     if (!writer_) return;
     const auto lost = static_cast<double>(mixer_.lost_samples() - lost_before_);
@@ -58,17 +58,17 @@ void Monitor::take_in() {
     status_.lost_s = lost / rate_hz_;
 }
 
-void Monitor::write(std::span<const float> heard) {
+void Monitor::write(std::span<const float> output) {
     std::string error;
     try {
-        writer_->write(heard);
+        writer_->write(output);
     } catch (const std::exception& thrown) {
         error = thrown.what();
         writer_.reset();
     }
     const std::lock_guard lock(mutex_);
     if (writer_) {
-        status_.recorded_s += static_cast<double>(heard.size() / mixer_.channels()) / rate_hz_;
+        status_.recorded_s += static_cast<double>(output.size() / mixer_.channels()) / rate_hz_;
         return;
     }
     status_.recording = false;

@@ -47,7 +47,7 @@ class Monitor {
  private:
     void run();
     void take_in();
-    void write(std::span<const float> heard);
+    void write(std::span<const float> output);
 
     LiveMixer& mixer_;
     double rate_hz_;

@@ -174,7 +174,7 @@ void Player::State::begin(std::unique_ptr<PreparedScene> prepared, std::uint64_t
         mixer->playbacks().publish(std::move(next.playback));
         before = std::exchange(playing, std::move(prepared));
         take_frame(maker);
-        status.heard_change = number;
+        status.audible_change = number;
         changes->set_begun();
     }
     before->auralizer.stop();
@@ -242,7 +242,7 @@ void Player::State::keep_up(PreparedScene& prepared, double took_s) {
     options.longest_response_s = shorter_s;
     const std::lock_guard lock(mutex);
     if (playing.get() != &prepared) return;
-    if (changes->ask_if_idle(std::move(scene), std::move(options)) > 0)
+    if (changes->request_if_idle(std::move(scene), std::move(options)) > 0)
         longest_response_s = shorter_s;
 }
 
@@ -281,7 +281,7 @@ void Player::State::show(const PreparedScene& prepared, const FrameMaker& maker,
         if (playing.get() != &prepared) return;
         wanted_view = request;
         frame = frames_so_far().frames;
-        change = status.heard_change;
+        change = status.audible_change;
     }
     if (!wanted_view || (spare_s < kEnough_s && Clock::now() < shown + kLong)) return;
     auto made = std::make_shared<FrameView>(maker.view(*wanted_view));
@@ -424,7 +424,7 @@ std::uint64_t Player::change(const Scene& scene, const SessionOptions& options, 
         if (starts_anew) state_->longest_response_s.reset();
         kept.longest_response_s = state_->longest_response_s;
     }
-    return state_->changes->ask(scene, std::move(kept), starts_anew);
+    return state_->changes->request(scene, std::move(kept), starts_anew);
 }
 
 void Player::play_signal(std::size_t source, std::shared_ptr<const Signal> signal) {

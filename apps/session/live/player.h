@@ -14,47 +14,34 @@
 #include "apps/session/frames/signals.h"
 #include "apps/session/live/monitor.h"
 #include "aula/devices/device.h"
+#include "aula/devices/scene_player.h"
 #include "aula/engine/propagation.h"
 #include "aula/engine/scene.h"
 
 namespace aula {
 
 /// A snapshot of a player.
-struct PlayStatus {
-    double time_s = 0;                 ///< sound played so far
-    double scene_time_s = 0;           ///< of it, since the start of the scene
-    Pose listener;                     ///< of the newest frame
-    std::vector<Vec3> sources;         ///< positions in the newest frame
-    std::uint64_t frames = 0;          ///< propagation frames
-    std::uint64_t late_frames = 0;     ///< of these, those that took longer than their period
-    std::uint64_t skipped_frames = 0;  ///< frame times skipped because of late frames
+struct PlayStatus : ScenePlayerStatus {
+    double scene_time_s = 0;  ///< time played since the start of the scene
     double frame_mean_ms = 0;
     double frame_worst_ms = 0;
     double frame_ms = 0;    ///< of the newest frame
     FrameStatistics frame;  ///< of the newest frame
-    int rays = 0;           ///< per source, in the newest frame
-    int full_rays = 0;      ///< without a reduction
+    int full_rays = 0;      ///< rays per source without a reduction
     double response_length_s = 0;
     double full_response_length_s = 0;  ///< without a reduction
     double response_age_s = 0;  ///< since the newest response was passed to the audio thread
     double load = 0;            ///< share of a block's duration that the audio thread needs
     double mean_load = 0;
     double worst_load = 0;
-    std::uint64_t underruns = 0;
-    std::uint64_t rendering_underruns = 0;  ///< of these, caused by rendering that took too long
+    std::uint64_t rendering_underruns = 0;  ///< underruns caused by rendering that took too long
     std::vector<Underrun> first_underruns;  ///< times and causes of the first ones
     bool realtime = true;                   ///< the audio thread has real-time priority
-    DeviceState device = DeviceState::playing;
-    std::uint64_t reconnects = 0;  ///< number of reconnections of the device
+    std::uint64_t reconnects = 0;           ///< number of reconnections of the device
     PoseLatency latency;
     std::int64_t muted_samples = 0;  ///< samples of all channels that were not finite
-    float peak = 0;                  ///< largest sample since the last status()
     float limiter_gain = 1;          ///< least gain of the limiter since the last status()
-    bool preparing = false;          ///< a change is being prepared
-    std::uint64_t heard_change = 0;  ///< number of the audible change; 0 before the first
-    std::string change_error;        ///< error of the last change; empty if it succeeded
     std::uint64_t failed_changes = 0;
-    bool finished = false;  ///< played to the end
 };
 
 /// Plays a scene on an output device: an Auralizer on the real-time clock, the device with its

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <utility>
 
 #include "apps/session/auralizer/command_checks.h"
 #include "apps/session/live/player.h"
@@ -71,23 +70,7 @@ std::uint64_t ScenePlayer::change(const Scene& scene, bool starts_anew) {
     return number;
 }
 
-ScenePlayerStatus ScenePlayer::status() {
-    PlayStatus now = state_->player.status();
-    return {.time_s = now.time_s,
-            .finished = now.finished,
-            .listener = now.listener,
-            .sources = std::move(now.sources),
-            .frames = now.frames,
-            .late_frames = now.late_frames,
-            .skipped_frames = now.skipped_frames,
-            .rays = now.rays,
-            .peak = now.peak,
-            .device = now.device,
-            .underruns = now.underruns,
-            .preparing = now.preparing,
-            .heard_change = now.heard_change,
-            .change_error = std::move(now.change_error)};
-}
+ScenePlayerStatus ScenePlayer::status() { return state_->player.status(); }
 
 const DeviceInfo& ScenePlayer::device() const { return state_->player.device(); }
 

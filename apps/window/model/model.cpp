@@ -59,7 +59,7 @@ void Model::update(double now_s) {
 
     // A view from before the last change does not belong to this setting.
     const auto newest = player_->view();
-    if (newest && newest->change == status_.heard_change && !status_.preparing &&
+    if (newest && newest->change == status_.audible_change && !status_.preparing &&
         newest->source < scene().sources.size())
         settings_.add_view(newest);
     if (!frozen || !shown_) shown_ = setting().view;

@@ -42,7 +42,7 @@ void Model::play_scene(OpenedScene opened) {
 void Model::show_opened() {
     OpenedScene opened = std::move(*opened_);
     opened_.reset();
-    if (status_.heard_change < opened_change_) return;
+    if (status_.audible_change < opened_change_) return;
     scene_.restart(std::move(opened));
     settings_.restart(scene().simulation);
     requested_ = wanted_setting();

@@ -157,16 +157,16 @@ TEST_CASE("A device is lost when its server dies, and plays again when the serve
     device.start();
     CHECK(device.state() == DeviceState::playing);
     server.reset();
-    CHECK(comes([&] { return device.state() == DeviceState::lost; }));
+    CHECK(eventually([&] { return device.state() == DeviceState::lost; }));
     server = std::make_unique<JackServer>(kBlock);
     REQUIRE(server->running());
-    CHECK(comes([&] { return device.state() == DeviceState::playing; }));
+    CHECK(eventually([&] { return device.state() == DeviceState::playing; }));
     CHECK(device.reconnects() == 1);
     calls = 0;
-    CHECK(comes([&] { return calls > 100; }));
+    CHECK(eventually([&] { return calls > 100; }));
     // The server dies again, and the device is stopped while lost.
     server.reset();
-    CHECK(comes([&] { return device.state() == DeviceState::lost; }));
+    CHECK(eventually([&] { return device.state() == DeviceState::lost; }));
     device.stop();
     CHECK(device.state() == DeviceState::unavailable);
 }
@@ -184,7 +184,7 @@ TEST_CASE("Sound starts without a fade, and fades in after a reconnection") {
                            std::fill_n(outputs[0], samples, kLevel);
                        });
     device.start();
-    REQUIRE(comes([&] { return ear->full(); }));
+    REQUIRE(eventually([&] { return ear->full(); }));
     CHECK(ear->samples().front() == kLevel);
 
     // A late server skips blocks; the attempt is then repeated.
@@ -192,13 +192,13 @@ TEST_CASE("Sound starts without a fade, and fades in after a reconnection") {
     constexpr int kTries = 3;
     for (int attempt = 0; attempt < kTries; ++attempt) {
         server.reset();
-        REQUIRE(comes([&] { return device.state() == DeviceState::lost; }));
+        REQUIRE(eventually([&] { return device.state() == DeviceState::lost; }));
         ear.reset();
         server = std::make_unique<JackServer>(kBlock);
         REQUIRE(server->running());
         // The device becomes available again.
         ear = std::make_unique<JackReceiver>("ear");
-        REQUIRE(comes([&] { return ear->full(); }));
+        REQUIRE(eventually([&] { return ear->full(); }));
         if (!ear->in_time()) continue;
         const auto first = std::find_if(rise.begin(), rise.end(), [](float w) { return w > 0; });
         const auto rising = static_cast<std::size_t>(rise.end() - first);

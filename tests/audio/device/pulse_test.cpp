@@ -82,17 +82,17 @@ TEST_CASE("A device that hangs when started is abandoned and can be opened again
     CHECK(calls == 0);
     AudioDevice device("pulse", kRate_hz, 2, kBlock, count);
     device.start();
-    CHECK(comes([&] { return calls > 100; }));
+    CHECK(eventually([&] { return calls > 100; }));
 
     server.kill();
-    CHECK(comes([&] { return device.state() == DeviceState::lost; }));
+    CHECK(eventually([&] { return device.state() == DeviceState::lost; }));
     until_failure = 2;
     server.restart();
     REQUIRE(server.running());
-    CHECK(comes([] { return until_failure == 0; }));
-    CHECK(comes([&] { return device.state() == DeviceState::playing; }));
+    CHECK(eventually([] { return until_failure == 0; }));
+    CHECK(eventually([&] { return device.state() == DeviceState::playing; }));
     calls = 0;
-    CHECK(comes([&] { return calls > 100; }));
+    CHECK(eventually([&] { return calls > 100; }));
     device.stop();
 }
 
@@ -117,7 +117,7 @@ TEST_CASE(
     {
         const auto recording = server.record(file);
         device.start();
-        REQUIRE(comes([&] { return calls > 750; }));  // four seconds
+        REQUIRE(eventually([&] { return calls > 750; }));  // four seconds
         // One thread of PortAudio, one of PulseAudio.
         if (device.meter().realtime()) CHECK(realtime_threads() == others + 2);
     }
@@ -130,12 +130,12 @@ TEST_CASE(
     CHECK(*std::max_element(recorded.begin(), recorded.end()) == Approx(0.5).margin(1e-3));
 
     server.kill();
-    CHECK(comes([&] { return device.state() == DeviceState::lost; }));
+    CHECK(eventually([&] { return device.state() == DeviceState::lost; }));
     server.restart();
     REQUIRE(server.running());
-    CHECK(comes([&] { return device.state() == DeviceState::playing; }));
+    CHECK(eventually([&] { return device.state() == DeviceState::playing; }));
     calls = 0;
-    CHECK(comes([&] { return calls > 100; }));
+    CHECK(eventually([&] { return calls > 100; }));
     device.stop();
 }
 
@@ -159,7 +159,7 @@ TEST_CASE("A gap that the sound system reports is counted as an underrun") {
                            }
                        });
     device.start();
-    CHECK(comes([&] { return calls > kGapCall && device.meter().underruns() > before; }));
+    CHECK(eventually([&] { return calls > kGapCall && device.meter().underruns() > before; }));
     CHECK(before < kGapCall / 2);  // without a gap there is none, but on a busy machine
     device.stop();
     snd_config_update_free_global();
@@ -191,7 +191,7 @@ TEST_CASE("A microphone records its input") {
             ++calls;
         });
     device.start();
-    REQUIRE(comes([&] { return calls > 1000; }));  // five seconds
+    REQUIRE(eventually([&] { return calls > 1000; }));  // five seconds
     device.stop();
     CHECK(different == 0);
     // 41 % of the samples of a sine exceed 0.8 of its peak. At least two seconds were recorded.
@@ -210,7 +210,7 @@ TEST_CASE("A microphone leaves no descriptor open, while a device plays") {
                            ++calls;
                        });
     device.start();
-    REQUIRE(comes([&] { return calls > 0; }));
+    REQUIRE(eventually([&] { return calls > 0; }));
     const auto open_descriptors = [] {
         return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
     };

@@ -52,7 +52,7 @@ TEST_CASE("The time of frames stops in a pause") {
     Auralizer auralizer(room_with_panel(), options);
     play(auralizer, 0.5);
     auralizer.pause();
-    REQUIRE(comes([&] {
+    REQUIRE(eventually([&] {
         rendered(auralizer, 256, {256}, noise_at);
         return auralizer.status().paused;
     }));
@@ -84,7 +84,7 @@ TEST_CASE("After a failure of the propagation commands take no memory") {
             return true;
         }
     };
-    REQUIRE(comes(failed));
+    REQUIRE(eventually(failed));
     const std::size_t before = allocated_bytes();
     for (int n = 0; n < 20000; ++n) {
         auralizer.set_listener(at(1, 1, 1));
@@ -122,7 +122,7 @@ TEST_CASE("Ten thousand sources that come and go take no memory") {
 TEST_CASE("Materials that change in a pause take no memory") {
     Auralizer auralizer(room_with_panel(), mono(RenderClock::real_time));
     auralizer.pause();
-    REQUIRE(comes([&] {
+    REQUIRE(eventually([&] {
         rendered(auralizer, 256, {256}, noise_at);
         return auralizer.status().paused;
     }));

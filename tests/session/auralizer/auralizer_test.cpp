@@ -237,12 +237,12 @@ TEST_CASE("Rays are set by number, or on the real-time clock by a share of the f
     CHECK_THROWS_AS(live.set_frame_share(-1), InputError);
     live.set_rays(20000);
     live.set_frame_share(0);  // fewer in each frame
-    CHECK(test::comes([&] {
+    CHECK(test::eventually([&] {
         const int rays = live.status().rays;
         return rays > 55 && rays < 10000;
     }));
     live.set_rays(55);
-    CHECK(test::comes([&] { return live.status().rays == 55; }));
+    CHECK(test::eventually([&] { return live.status().rays == 55; }));
 }
 
 TEST_CASE("Threads of an auralizer have ordinary priority and end with its destructor") {
@@ -263,11 +263,11 @@ TEST_CASE("Threads of an auralizer have ordinary priority and end with its destr
 TEST_CASE(
     "On the real-time clock a new source is in the second frame after its addition at the latest") {
     Auralizer auralizer(free_field({1, 0, 0}), mono(RenderClock::real_time));
-    REQUIRE(test::comes([&] { return auralizer.status().frames > 2; }));
+    REQUIRE(test::eventually([&] { return auralizer.status().frames > 2; }));
     const std::uint64_t added_at = auralizer.status().frames;
     const SourceId source = auralizer.add_source({.position = {0, 2, 0}});
     std::uint64_t frames = added_at;
-    REQUIRE(test::comes([&] {
+    REQUIRE(test::eventually([&] {
         const std::uint64_t seen = auralizer.status().frames;
         if (!auralizer.visible(source)) frames = seen;
         return auralizer.visible(source);
@@ -294,7 +294,7 @@ TEST_CASE("A source has its directivity and its orientation, on both clocks") {
         const SourceId omni = auralizer.add_source({.position = {1, 0, 0}, .yaw_rad = 1});
         const auto peak = [&](SourceId source) {
             std::vector<float> response;
-            REQUIRE(test::comes([&] {
+            REQUIRE(test::eventually([&] {
                 if (clock == RenderClock::exact) rendered(auralizer, 4800, {256}, noise_at);
                 const auto channels = auralizer.impulse_response(source);
                 if (!channels.empty()) response = channels[0];
@@ -308,10 +308,11 @@ TEST_CASE("A source has its directivity and its orientation, on both clocks") {
         // It turns to the front, in both ways.
         Pose pose = at(1, 0, 0, std::numbers::pi_v<float>);
         auralizer.set_source(side, pose);
-        REQUIRE(test::comes([&] { return std::abs(peak(side) / one - std::sqrt(3.0)) < 1e-3; }));
+        REQUIRE(
+            test::eventually([&] { return std::abs(peak(side) / one - std::sqrt(3.0)) < 1e-3; }));
         pose.yaw_rad = 0;
         auralizer.set_source(side, pose);
-        REQUIRE(test::comes([&] { return peak(side) / one < 1e-3; }));
+        REQUIRE(test::eventually([&] { return peak(side) / one < 1e-3; }));
         pose.pitch_rad = std::nanf("");
         CHECK_THROWS_AS(auralizer.set_source(side, pose), InputError);
     }
@@ -379,7 +380,7 @@ TEST_CASE("A material that changes during a pause is audible after it") {
         return sum;
     };
     const auto play_until = [&](const std::function<bool()>& done) {
-        return test::comes([&] {
+        return test::eventually([&] {
             rendered(auralizer, 256, {256}, noise_at);
             return done();
         });

@@ -61,7 +61,7 @@ TEST_CASE("A live auralizer computes frames between start and stop, and renders 
                     [&](const FrameMaker& newest, double) {
                         if (newest.rays() == 50) ++after;
                     }});
-    REQUIRE(test::comes([&] { return after > 3; }));
+    REQUIRE(test::eventually([&] { return after > 3; }));
     // The frame after the first one has the present time, so that it is due one period later.
     CHECK(first_s == 2.0);
     live.stop();
@@ -104,7 +104,7 @@ TEST_CASE("The frame after the first one is handed over one period after the sta
                 .before_frame = [](double) {},
                 .after_frame = [](const FrameMaker&, double) {}});
     double handed_over_s = 0;
-    REQUIRE(test::comes([&] {
+    REQUIRE(test::eventually([&] {
         const double now_s = played_s();
         handed_over_s = now_s - live.room().status().frame_age_s;
         return handed_over_s > 0;
@@ -131,7 +131,7 @@ TEST_CASE("Poses carry the time at which they are set; those before the start do
     live.start({.played_s = [] { return 0.0; },
                 .before_frame = [](double) {},
                 .after_frame = [&](const FrameMaker&, double) { ++frames; }});
-    REQUIRE(test::comes([&] { return frames > 1; }));
+    REQUIRE(test::eventually([&] { return frames > 1; }));
     level(live);
     CHECK(live.frame_pose_ns() == 0);  // no pose
 
@@ -144,7 +144,7 @@ TEST_CASE("Poses carry the time at which they are set; those before the start do
     CHECK(live.head_pose_ns() >= begin_ns);
     CHECK(live.head_pose_ns() <= end_ns);
     std::int64_t frame_ns = 0;
-    REQUIRE(test::comes([&] {
+    REQUIRE(test::eventually([&] {
         level(live);
         frame_ns = std::max(frame_ns, live.frame_pose_ns());
         return frame_ns != 0;
@@ -154,7 +154,7 @@ TEST_CASE("Poses carry the time at which they are set; those before the start do
 
     const int seen = frames;
     live.turn_head(Pose{});
-    REQUIRE(test::comes([&] { return frames > seen + 2; }));
+    REQUIRE(test::eventually([&] { return frames > seen + 2; }));
     level(live);
     CHECK(live.head_pose_ns() > end_ns);
     CHECK(live.frame_pose_ns() == 0);  // no pose of a frame

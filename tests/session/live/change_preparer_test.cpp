@@ -31,11 +31,11 @@ class Preparation {
     }
 
     ChangePreparer& changes() { return changes_; }
-    std::uint64_t ask(bool anew) { return changes_.ask(scene_, options_, anew); }
+    std::uint64_t request(bool anew) { return changes_.request(scene_, options_, anew); }
 
     /// Whether the second change begins anew, once nothing is being prepared.
     std::optional<bool> second_anew() {
-        if (!test::comes([&] { return !changes_.status().preparing; })) return {};
+        if (!test::eventually([&] { return !changes_.status().preparing; })) return {};
         return second_anew_;
     }
 
@@ -52,18 +52,18 @@ TEST_CASE("A change continues a new scene that has begun, and begins one that fa
     // The second change is requested while the first one begins, and so does not replace it.
     Preparation begun([](Preparation& now, std::uint64_t number) {
         now.changes().set_begun();
-        if (number == 1) now.ask(false);
+        if (number == 1) now.request(false);
     });
-    begun.ask(true);
+    begun.request(true);
     CHECK(begun.second_anew() == false);
     CHECK(begun.changes().status().failed == 0);
 
     Preparation failed([](Preparation& now, std::uint64_t number) {
         if (number > 1) return now.changes().set_begun();
-        now.ask(false);
+        now.request(false);
         throw Failure("no memory");
     });
-    failed.ask(true);
+    failed.request(true);
     CHECK(failed.second_anew() == true);
     CHECK(failed.changes().status().failed == 1);
     CHECK(failed.changes().status().error.empty());

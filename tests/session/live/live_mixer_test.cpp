@@ -54,7 +54,7 @@ TEST_CASE("A tone has no clicks while estimator, order, materials and source cha
         all.push_back(tone_in(scene));
         begin(*all.back(), mixer);
     };
-    const auto heard = take(mixer, 2 * kSecond_blocks, [&](int block) {
+    const auto output = take(mixer, 2 * kSecond_blocks, [&](int block) {
         if (block == 0) change();
         if (block == 50) {
             scene.simulation.estimator = Estimator::dpc;
@@ -74,7 +74,7 @@ TEST_CASE("A tone has no clicks while estimator, order, materials and source cha
             change();
         }
     });
-    const double share = share_off_tone(heard);
+    const double share = share_off_tone(output);
     INFO("off the tone: " << 10 * std::log10(share) << " dB");
     // The requirement is -60 dB; a click of one block's length would be at -40 dB or above.
     CHECK(share < 1e-6);
@@ -85,14 +85,14 @@ TEST_CASE("A tone has no clicks while estimator, order, materials and source cha
     const auto after = take(other, 2 * kSecond_blocks, [&](int block) {
         if (block == 0) begin(*room, other);
     });
-    auto cut = heard;
+    auto cut = output;
     std::copy(after.begin() + 24000, after.end(), cut.begin() + 24000);
     CHECK(share_off_tone(cut) > 1e-6);
 }
 
 TEST_CASE("A switch to the same scene is inaudible: both playbacks add up") {
     const Scene scene = test::free_field({3, 0, 0});
-    const auto heard = [&](bool changes) {
+    const auto output = [&](bool changes) {
         LiveMixer mixer(kRate_hz, kTakeBlock, 1);
         std::vector<std::unique_ptr<PreparedScene>> all;
         return take(mixer, kSecond_blocks, [&](int block) {
@@ -104,8 +104,8 @@ TEST_CASE("A switch to the same scene is inaudible: both playbacks add up") {
             }
         });
     };
-    const auto through = heard(false);
-    const auto changed = heard(true);
+    const auto through = output(false);
+    const auto changed = output(true);
     const float loudest = *std::max_element(through.begin(), through.end());
     REQUIRE(loudest > 0.02F);
     double worst = 0;
@@ -117,7 +117,7 @@ TEST_CASE("A switch to the same scene is inaudible: both playbacks add up") {
 
 TEST_CASE("A scene begins anew even if another change replaces the one that should begin it") {
     const Scene scene = test::free_field({3, 0, 0});
-    const auto heard = [&](bool replaced) {
+    const auto output = [&](bool replaced) {
         LiveMixer mixer(kRate_hz, kTakeBlock, 1);
         std::vector<std::unique_ptr<PreparedScene>> all;
         return take(mixer, kSecond_blocks, [&](int block) {
@@ -130,8 +130,8 @@ TEST_CASE("A scene begins anew even if another change replaces the one that shou
             begin(*all.back(), mixer);
         });
     };
-    const auto anew = heard(false);
-    CHECK(heard(true) == anew);
+    const auto anew = output(false);
+    CHECK(output(true) == anew);
     // Companion: the tone that continues differs from the one that begins anew.
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
     auto through = tone_in(scene);
@@ -162,7 +162,7 @@ TEST_CASE("A signal that begins abruptly or continues fades in; an onset is unch
     before.signals = {std::make_shared<const Signal>(wave, true)};
     PreparedScene room(scene, mono(), kRate_hz, c.anew, before);
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
-    const auto heard = take(mixer, c.start_block + 70, [&](int block) {
+    const auto output = take(mixer, c.start_block + 70, [&](int block) {
         if (block == c.start_block) begin(room, mixer);
     });
     // A metre away, and the limiter's delay: 140 and 207 samples.
@@ -173,24 +173,24 @@ TEST_CASE("A signal that begins abruptly or continues fades in; an onset is unch
         const auto peak = [&](std::size_t at) {
             float max = 0;
             for (std::size_t i = at - 100; i < at + 100; ++i)
-                max = std::max(max, std::abs(heard[i]));
+                max = std::max(max, std::abs(output[i]));
             return double{max};
         };
         CHECK(peak(start) > 0.01);
         CHECK(peak(start) == Approx(peak(start + wave.size())).epsilon(2e-5));
         return;
     }
-    const float size = std::abs(heard.back());
+    const float size = std::abs(output.back());
     REQUIRE(size > 0.05F);
     bool above = false;
     bool near = false;
-    for (std::size_t i = 0; start + i < heard.size(); ++i) {
+    for (std::size_t i = 0; start + i < output.size(); ++i) {
         // Filters ring before their peak by a millisecond.
         const double position = std::min(1.0, (static_cast<double>(i) + 48) / c.rise_samples);
         const double max = double{size} * (0.5 - 0.5 * std::cos(std::numbers::pi * position));
-        above = above || double{std::abs(heard[start + i])} > 1.02 * max + 1e-6;
+        above = above || double{std::abs(output[start + i])} > 1.02 * max + 1e-6;
         // Companion: the rise is not much later either.
-        near = near || (position < 0.7 && double{std::abs(heard[start + i])} > 0.8 * max);
+        near = near || (position < 0.7 && double{std::abs(output[start + i])} > 0.8 * max);
     }
     CHECK_FALSE(above);
     CHECK(near);
@@ -200,7 +200,7 @@ TEST_CASE("Sound emitted by an old playback is audible to its end at any distanc
     // Over 100 m sound travels for 0.29 s, much longer than the reverberation.
     Scene scene = test::free_field({100, 0, 0});
     scene.simulation.ir_length_s = 0.1F;
-    const auto heard = [&](bool changes) {
+    const auto output = [&](bool changes) {
         LiveMixer mixer(kRate_hz, kTakeBlock, 1);
         std::vector<std::unique_ptr<PreparedScene>> all;
         return take(mixer, 2 * kSecond_blocks, [&](int block) {
@@ -210,8 +210,8 @@ TEST_CASE("Sound emitted by an old playback is audible to its end at any distanc
             }
         });
     };
-    const auto through = heard(false);
-    const auto changed = heard(true);
+    const auto through = output(false);
+    const auto changed = output(true);
     const float loudest = *std::max_element(through.begin(), through.end());
     REQUIRE(loudest > 0.0005F);
     double worst = 0;
@@ -223,7 +223,7 @@ TEST_CASE("Sound emitted by an old playback is audible to its end at any distanc
 
 TEST_CASE("A requested duration of half a second is exact and ends without a click") {
     const Scene scene = dry_room();
-    const auto heard = [&](std::optional<double> duration_s) {
+    const auto output = [&](std::optional<double> duration_s) {
         SessionOptions options = mono();
         options.duration_s = duration_s;
         Reusable before;
@@ -235,8 +235,8 @@ TEST_CASE("A requested duration of half a second is exact and ends without a cli
             if (block == 0) begin(room, mixer);
         });
     };
-    const auto through = heard(1000);
-    const auto ended = heard(0.5);
+    const auto through = output(1000);
+    const auto ended = output(0.5);
     // The output is delayed by the limiter.
     constexpr std::size_t kDelay = 207;
     constexpr std::size_t kEnd = 24000 + kDelay;
@@ -260,12 +260,12 @@ TEST_CASE("Samples that are not finite are muted and counted, and later ones are
     before.sources = scene.sources;
     before.signals = {std::make_shared<const Signal>(tone, false)};
     PreparedScene prepared(scene, mono(), kRate_hz, false, before);
-    const auto heard = take(mixer, kSecond_blocks, [&](int block) {
+    const auto output = take(mixer, kSecond_blocks, [&](int block) {
         if (block == 0) begin(prepared, mixer);
     });
     CHECK(mixer.muted_samples() >= 480);
-    CHECK(std::all_of(heard.begin(), heard.end(), [](float x) { return std::isfinite(x); }));
-    CHECK(std::any_of(heard.begin() + 24000, heard.end(), [](float x) { return x != 0; }));
+    CHECK(std::all_of(output.begin(), output.end(), [](float x) { return std::isfinite(x); }));
+    CHECK(std::any_of(output.begin() + 24000, output.end(), [](float x) { return x != 0; }));
 }
 
 TEST_CASE("Samples that are not read in time are counted as lost") {
@@ -283,7 +283,7 @@ TEST_CASE("Of many changes in a row the last is played, and all playbacks are re
     std::vector<std::unique_ptr<PreparedScene>> all;
     int back = 0;
     constexpr int kChanges = 30;
-    const auto heard = take(mixer, 3 * kSecond_blocks, [&](int block) {
+    const auto output = take(mixer, 3 * kSecond_blocks, [&](int block) {
         while (mixer.playbacks().reclaim()) ++back;
         if (block < kChanges) {
             scene.sources[0].position.x = block + 1 < kChanges ? 1.0F : 2.0F;
@@ -307,7 +307,7 @@ TEST_CASE("Of many changes in a row the last is played, and all playbacks are re
         if (block == 0) begin(alone, near);
     });
     // 0.1 dB: rounding in the design of the filters.
-    CHECK(static_cast<double>(heard.back()) ==
+    CHECK(static_cast<double>(output.back()) ==
           Approx(static_cast<double>(reference.back()) / 2).epsilon(0.0116));
 }
 
@@ -318,19 +318,19 @@ TEST_CASE("A new signal of a playing source fades in") {
     // A quarter of a period later: the same tone with another phase.
     std::vector<float> other = test::tone();
     std::rotate(other.begin(), other.begin() + 12, other.end());
-    const auto heard = take(mixer, 2 * kSecond_blocks, [&](int block) {
+    const auto output = take(mixer, 2 * kSecond_blocks, [&](int block) {
         if (block == 0) begin(*prepared, mixer);
         if (block != 80) return;
         prepared->other_signals.publish(
             std::make_unique<SignalSet>(SignalSet{std::make_shared<const Signal>(other, false)}));
     });
-    CHECK(share_off_tone(heard) < 1e-6);
+    CHECK(share_off_tone(output) < 1e-6);
     // A metre away, 140 samples later: the output at the end is the other tone.
     double difference = 0;
     double energy = 0;
     for (std::size_t i = 36000; i < 44000; ++i) {
         const double expected = static_cast<double>(other[i - 140]);
-        difference += std::pow(static_cast<double>(heard[i + 207]) - expected, 2);
+        difference += std::pow(static_cast<double>(output[i + 207]) - expected, 2);
         energy += expected * expected;
     }
     // The delay of 139.86 samples and the limiter's of 207: 0.14 samples are 0.018 of a radian.
@@ -341,7 +341,7 @@ TEST_CASE("A pause fades to silence, stops the time and fades back without a cli
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
     auto prepared = tone_in(test::free_field({1, 0, 0}));
     double paused_at_s = 0;
-    const auto heard = take(mixer, 2 * kSecond_blocks, [&](int block) {
+    const auto output = take(mixer, 2 * kSecond_blocks, [&](int block) {
         if (block == 0) begin(*prepared, mixer);
         if (block == 90) mixer.pause(true);
         if (block == 110) {
@@ -353,13 +353,13 @@ TEST_CASE("A pause fades to silence, stops the time and fades back without a cli
             mixer.pause(false);
         }
     });
-    CHECK(share_off_tone(heard) < 1e-6);
-    CHECK(std::all_of(heard.begin() + 110 * kTakeBlock, heard.begin() + 140 * kTakeBlock,
+    CHECK(share_off_tone(output) < 1e-6);
+    CHECK(std::all_of(output.begin() + 110 * kTakeBlock, output.begin() + 140 * kTakeBlock,
                       [](float x) { return x == 0; }));
-    CHECK(std::any_of(heard.begin() + 145 * kTakeBlock, heard.begin() + 160 * kTakeBlock,
+    CHECK(std::any_of(output.begin() + 145 * kTakeBlock, output.begin() + 160 * kTakeBlock,
                       [](float x) { return std::abs(x) > 0.01F; }));
     // Companion: the same tone cut off without a fade.
-    std::vector<float> cut = heard;
+    std::vector<float> cut = output;
     std::fill(cut.begin() + 80 * kTakeBlock, cut.begin() + 140 * kTakeBlock, 0.0F);
     CHECK(share_off_tone(cut) > 1e-6);
 }

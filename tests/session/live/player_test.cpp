@@ -85,16 +85,16 @@ TEST_CASE(
     SessionOptions options = silent();
     options.rays_fall = true;
     Player player(scene, options);
-    REQUIRE(comes([&] { return player.status().rays < 5000; }));
+    REQUIRE(eventually([&] { return player.status().rays < 5000; }));
     CHECK(player.status().full_rays == 5000);
     CHECK(reduction_text(player.status()).find("of 5000 rays") != std::string::npos);
     // A value chosen by the user is kept.
     PlayControls controls;
     controls.rays = 440;
     player.control(controls);
-    REQUIRE(comes([&] { return player.status().rays == 440; }));
+    REQUIRE(eventually([&] { return player.status().rays == 440; }));
     CHECK(player.status().full_rays == 440);
-    REQUIRE(comes([&] {
+    REQUIRE(eventually([&] {
         const PlayStatus status = player.status();
         return status.response_length_s < 0.7 * status.full_response_length_s;
     }));
@@ -102,9 +102,9 @@ TEST_CASE(
     // Another scene begins with its full rays and response length.
     scene.simulation.ir_length_s = 0.5F;
     const auto change = player.change(scene, options, true);
-    REQUIRE(comes([&] {
+    REQUIRE(eventually([&] {
         const PlayStatus status = player.status();
-        return status.heard_change >= change && status.response_length_s > 0.45 &&
+        return status.audible_change >= change && status.response_length_s > 0.45 &&
                status.response_length_s == status.full_response_length_s;
     }));
 }
@@ -115,12 +115,12 @@ TEST_CASE("A response that could not be shortened is shortened later") {
     Player player(scene, options);
     {
         const NoNewThreads no_threads;
-        REQUIRE(comes([&] { return player.status().failed_changes > 0; }));
+        REQUIRE(eventually([&] { return player.status().failed_changes > 0; }));
         CHECK_FALSE(player.status().change_error.empty());
         const PlayStatus status = player.status();
         CHECK(status.response_length_s == status.full_response_length_s);
     }
-    CHECK(comes([&] {
+    CHECK(eventually([&] {
         const PlayStatus status = player.status();
         return status.response_length_s < 0.7 * status.full_response_length_s;
     }));
@@ -132,11 +132,11 @@ TEST_CASE("The first frame of a change has the rays that the change gives") {
     SessionOptions options = silent();
     options.rays_fall = true;
     Player player(scene, options);
-    REQUIRE(comes([&] { return player.status().rays < 5000; }));
+    REQUIRE(eventually([&] { return player.status().rays < 5000; }));
     scene.simulation.frame_rate_hz = 0.02F;  // the first frame remains the newest
     options.rays_fall = false;
     const auto change = player.change(scene, options);
-    REQUIRE(comes([&] { return player.status().heard_change == change; }));
+    REQUIRE(eventually([&] { return player.status().audible_change == change; }));
     CHECK(player.status().rays == 5000);
 }
 
@@ -152,22 +152,22 @@ TEST_CASE("A live input is read without a gap during a change") {
         end = std::max(read_to, position + static_cast<std::int64_t>(out.size()));
     };
     player.play_signal(0, std::make_shared<const Signal>(LiveInput(read)));
-    REQUIRE(comes([&] { return end > 0; }));
+    REQUIRE(eventually([&] { return end > 0; }));
     Scene warm = scene;
     warm.medium.temperature_c += 1;
     const auto change = player.change(warm, silent());
-    REQUIRE(comes([&] { return player.status().heard_change == change; }));
+    REQUIRE(eventually([&] { return player.status().audible_change == change; }));
     const std::int64_t begun = end;
     // Longer than the fade between the playbacks and the ringing of the previous one.
-    CHECK(comes([&] { return end > begun + 2 * 48000; }));
+    CHECK(eventually([&] { return end > begun + 2 * 48000; }));
     CHECK(gaps == 0);
     // Another scene plays its own signals: the input is no longer read.
     const auto anew = player.change(scene, silent(), true);
-    REQUIRE(comes([&] { return player.status().heard_change == anew; }));
-    CHECK(comes([&] {
+    REQUIRE(eventually([&] { return player.status().audible_change == anew; }));
+    CHECK(eventually([&] {
         const std::int64_t before = end;
         const double time_s = player.status().time_s;
-        return comes([&] { return player.status().time_s > time_s + 0.1; }) && end == before;
+        return eventually([&] { return player.status().time_s > time_s + 0.1; }) && end == before;
     }));
 }
 
@@ -188,17 +188,17 @@ TEST_CASE(
     SessionOptions options = silent();
     options.device = "pulse";
     Player player(scene, options);
-    REQUIRE(comes([&] { return player.status().time_s > 0.5 && player.status().frames > 3; }));
+    REQUIRE(eventually([&] { return player.status().time_s > 0.5 && player.status().frames > 3; }));
     server.kill();
-    REQUIRE(comes([&] { return player.status().device == DeviceState::lost; }));
+    REQUIRE(eventually([&] { return player.status().device == DeviceState::lost; }));
     const double lost_s = player.status().time_s;
     player.status();  // resets the peak
     // The second change replaces the first one before the sound continues.
     const auto anew = player.change(scene, options, true);
-    REQUIRE(comes([&] { return player.status().heard_change == anew; }));
+    REQUIRE(eventually([&] { return player.status().audible_change == anew; }));
     scene.medium.temperature_c += 1;
     const auto next = player.change(scene, options);
-    REQUIRE(comes([&] { return player.status().heard_change == next; }));
+    REQUIRE(eventually([&] { return player.status().audible_change == next; }));
     CHECK(player.status().peak == 0);
     CHECK(player.status().time_s == lost_s);
     CHECK(player.status().scene_time_s == 0);
@@ -206,7 +206,7 @@ TEST_CASE(
     REQUIRE(server.running());
     // The only sample of the signal is the first one of the scene.
     float peak = 0;
-    CHECK(comes([&] {
+    CHECK(eventually([&] {
         const PlayStatus status = player.status();
         peak = std::max(peak, status.peak);
         return status.device == DeviceState::playing && status.scene_time_s > 0.3;
@@ -214,7 +214,7 @@ TEST_CASE(
     CHECK(peak > 0.01F);
     CHECK(player.status().reconnects == 1);
     const auto frames = player.status().frames;
-    CHECK(comes([&] { return player.status().frames > frames + 5; }));
+    CHECK(eventually([&] { return player.status().frames > frames + 5; }));
     CHECK(player.status().change_error.empty());
 }
 
@@ -227,7 +227,7 @@ TEST_CASE("A player does not reduce given rays and a given response length") {
     options.device = AudioDevice::kNone;
     options.duration_s = 1000;
     Player player(scene, options);
-    REQUIRE(comes([&] { return player.status().frames > 30; }));
+    REQUIRE(eventually([&] { return player.status().frames > 30; }));
     // 3000 rays take longer than 1 ms: nearly all frames are late, and frame times are skipped.
     const PlayStatus late = player.status();
     CHECK(2 * late.late_frames > late.frames);
@@ -236,7 +236,7 @@ TEST_CASE("A player does not reduce given rays and a given response length") {
     CHECK(player.status().rays == 3000);
     CHECK(player.status().response_length_s == player.status().full_response_length_s);
     CHECK(reduction_text(player.status()).empty());
-    CHECK(player.status().heard_change == 0);
+    CHECK(player.status().audible_change == 0);
 }
 
 TEST_CASE("Changes during live playback do not click; after a failed change playback continues") {
@@ -260,7 +260,7 @@ TEST_CASE("Changes during live playback do not click; after a failed change play
     player.measure_loudness();
     CHECK(player.view() == nullptr);
     player.watch(ViewRequest{.lines = 10, .patches = true});
-    REQUIRE(comes([&] { return player.view() && player.view()->frame > 10; }));
+    REQUIRE(eventually([&] { return player.view() && player.view()->frame > 10; }));
     CHECK(player.view()->lines.size() == 10);
     CHECK_FALSE(player.view()->patches.empty());
 
@@ -268,8 +268,8 @@ TEST_CASE("Changes during live playback do not click; after a failed change play
     player.record(file);
     scene.simulation.estimator = Estimator::dpc;
     const auto first = player.change(scene, options);
-    REQUIRE(comes([&] { return player.status().heard_change == first; }));
-    CHECK(comes([&] { return player.view()->simulation.estimator == Estimator::dpc; }));
+    REQUIRE(eventually([&] { return player.status().audible_change == first; }));
+    CHECK(eventually([&] { return player.view()->simulation.estimator == Estimator::dpc; }));
     scene.materials[0].absorption = Bands::filled(0.8F);
     const auto second = player.change(scene, options);
     PlayControls controls;
@@ -277,15 +277,15 @@ TEST_CASE("Changes during live playback do not click; after a failed change play
     controls.sources[0].gain_db = -6;
     controls.early = false;
     player.control(controls);
-    REQUIRE(comes([&] { return player.status().heard_change == second; }));
+    REQUIRE(eventually([&] { return player.status().audible_change == second; }));
 
     Scene wrong = scene;
     wrong.simulation.rays = 0;
     player.change(wrong, options);
-    REQUIRE(comes([&] { return !player.status().change_error.empty(); }));
-    CHECK(player.status().heard_change == second);
+    REQUIRE(eventually([&] { return !player.status().change_error.empty(); }));
+    CHECK(player.status().audible_change == second);
     const auto frames = player.status().frames;
-    CHECK(comes([&] { return player.status().frames > frames + 5; }));
+    CHECK(eventually([&] { return player.status().frames > frames + 5; }));
     player.stop_recording();
 
     // All fades, and gains that change from frame to frame: the requirement is -60 dB; a hard cut
@@ -293,10 +293,10 @@ TEST_CASE("Changes during live playback do not click; after a failed change play
     CHECK(share_off_tone_within(read_sound(file, kRate_hz).samples) < 1e-6);
 
     const auto third = player.change(free_field({2, 0, 0}), options, true);
-    REQUIRE(comes([&] { return player.status().heard_change == third; }));
+    REQUIRE(eventually([&] { return player.status().audible_change == third; }));
     CHECK_FALSE(player.controls().sources.size() == 1);  // those of the new scene
     CHECK(player.status().change_error.empty());
-    CHECK(comes([&] { return player.status().sources[0] == Vec3(2, 0, 0); }));
+    CHECK(eventually([&] { return player.status().sources[0] == Vec3(2, 0, 0); }));
 }
 
 TEST_CASE("On the silent device frames follow the playback time and the listener its path") {
@@ -326,12 +326,12 @@ TEST_CASE("On the silent device frames follow the playback time and the listener
         return std::max({frames - 50 * after_s, 50 * before_s - frames, 0.0});
     };
     for (const double time_s : {0.3, 1.0, 1.5}) {
-        REQUIRE(comes([&] { return player.status().time_s >= time_s; }));
+        REQUIRE(eventually([&] { return player.status().time_s >= time_s; }));
         // The first frame is computed before the sound begins, the newest up to a frame ahead.
         // Frames follow the sound, played in blocks of 256, within three frames.
-        CHECK(comes([&] { return off_frames() < 4; }));
+        CHECK(eventually([&] { return off_frames() < 4; }));
         // The listener is on the path at the frame's time, one or two frames behind.
-        CHECK(comes([&] {
+        CHECK(eventually([&] {
             const PlayStatus status = player.status();
             const double walked_s = (double{status.listener.position.x} - 1) / kSpeed_m_s;
             return std::abs(status.scene_time_s - walked_s) < 4.0 / 50;
@@ -340,13 +340,13 @@ TEST_CASE("On the silent device frames follow the playback time and the listener
     // Companion: frames counted at another rate deviate far more.
     CHECK(player.status().frames + player.status().skipped_frames > 45);
     // The path ends, and frames continue as long as the sound.
-    REQUIRE(comes([&] { return player.status().listener.position.x == 3.0F; }));
+    REQUIRE(eventually([&] { return player.status().listener.position.x == 3.0F; }));
     const auto frames = player.status().frames;
-    CHECK(comes([&] { return player.status().frames > frames + 5; }));
+    CHECK(eventually([&] { return player.status().frames > frames + 5; }));
     // Changes take effect there as well.
     const auto change = player.change(free_field({2, 0, 0}), options, true);
-    REQUIRE(comes([&] { return player.status().heard_change == change; }));
-    CHECK(comes([&] { return player.status().sources[0] == Vec3(2, 0, 0); }));
+    REQUIRE(eventually([&] { return player.status().audible_change == change; }));
+    CHECK(eventually([&] { return player.status().sources[0] == Vec3(2, 0, 0); }));
     CHECK(player.status().scene_time_s < player.status().time_s - 1);
     CHECK(player.status().underruns == 0);
     CHECK(player.status().device == DeviceState::playing);
@@ -359,10 +359,10 @@ TEST_CASE("On the silent device a session ends after its duration") {
     options.device = AudioDevice::kNone;
     options.duration_s = 0.3;
     Player player(scene, options);
-    CHECK(comes([&] { return player.status().finished; }));
+    CHECK(eventually([&] { return player.status().finished; }));
     CHECK(player.status().time_s == Approx(0.3));
     // The last frame times may be counted slightly later.
-    CHECK(comes([&] { return player.status().frames + player.status().skipped_frames >= 9; }));
+    CHECK(eventually([&] { return player.status().frames + player.status().skipped_frames >= 9; }));
 }
 
 TEST_CASE("Changes in quick succession between two frames play, and poses turn what rings out") {
@@ -378,7 +378,7 @@ TEST_CASE("Changes in quick succession between two frames play, and poses turn w
     for (int i = 0; i < 9; ++i) {
         scene.medium.temperature_c += 1;
         const auto change = player.change(scene, options);
-        REQUIRE(comes([&] { return player.status().heard_change == change; }));
+        REQUIRE(eventually([&] { return player.status().audible_change == change; }));
         player.move_listener({.position = {0, static_cast<float>(i) * 0.01F, 0}});
     }
     CHECK(player.status().change_error.empty());

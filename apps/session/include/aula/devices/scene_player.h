@@ -41,7 +41,7 @@ struct ScenePlayerStatus {
     DeviceState device = DeviceState::playing;  ///< state of the output device
     std::uint64_t underruns = 0;                ///< gaps in the output
     bool preparing = false;                     ///< true while a change is being prepared
-    std::uint64_t heard_change = 0;  ///< number of the audible change; 0 before the first
+    std::uint64_t audible_change = 0;  ///< number of the audible change; 0 before the first
     std::string change_error;        ///< error of the last change; empty if it succeeded
 };
 
