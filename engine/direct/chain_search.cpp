@@ -10,6 +10,7 @@
 #include <tuple>
 #include <utility>
 
+#include "engine/direct/edge_row.h"
 #include "engine/edges/edge_field.h"
 #include "engine/edges/edge_passage.h"
 #include "engine/edges/shortest_path.h"
@@ -290,9 +291,23 @@ void ChainSearch::search(PairChains& pair, Budget& budget) {
     const std::vector<char> is_last = visible_from(pair.listener);
     const std::vector<char> is_first = visible_from(pair.source);
 
+    pair.rows = EdgeRow::candidates(edges_, near, from, to);
+    std::vector<EdgeRow> rows;
+    for (const Sequence& row : pair.rows) {
+        const auto over = EdgeRow::over(edges_, row, from, to);
+        if (over && over->is_free(scene_)) rows.push_back(*over);
+    }
+
     std::priority_queue<Partial> open;
     std::vector<const DiffractionEdge*> edges;
     const auto add = [&](Sequence sequence, std::size_t bends) {
+        // The path over a row takes the place of chains over several of its edges.
+        const bool is_covered = std::any_of(rows.begin(), rows.end(), [&](const EdgeRow& row) {
+            return std::count_if(sequence.begin(), sequence.end(), [&](std::uint32_t e) {
+                       return row.covered({&e, 1}) == 1;
+                   }) > 1;
+        });
+        if (is_covered) return;
         --budget.tests;
         edges.clear();
         for (const std::uint32_t e : sequence) edges.push_back(&edges_[e]);
@@ -428,6 +443,34 @@ std::vector<EdgePath> ChainSearch::find(const Vec3& source, const Vec3& listener
     }
     std::erase_if(paths, [](const EdgePath& path) { return path.field == ComplexBands{}; });
     return paths;
+}
+
+void ChainSearch::join_rows(const Vec3& source, const Vec3& listener, const PairChains& pair,
+                            const Bands& attenuation_per_m, std::vector<EdgePath>& paths) const {
+    for (const Sequence& candidates : pair.rows) {
+        const auto row = EdgeRow::over(edges_, candidates, source, listener);
+        if (!row || !row->is_free(scene_)) continue;
+        for (EdgePath& path : paths) {
+            const double rest = 1 - row->covered(path.edges);
+            for (auto& x : path.field) x *= rest;
+        }
+        EdgePath whole = row->path(integral_, scene_, edges_, attenuation_per_m);
+        const auto same = std::find_if(paths.begin(), paths.end(), [&](const EdgePath& path) {
+            return path.edges == whole.edges;
+        });
+        if (same != paths.end()) {
+            same->is_plain = false;
+            for (std::size_t b = 0; b < kBandCount; ++b) same->field[b] += whole.field[b];
+        } else if (whole.edges.empty()) {
+            paths.insert(paths.begin(), std::move(whole));
+        } else {
+            paths.push_back(std::move(whole));
+        }
+    }
+    // A path over a single edge also has terms of reflections.
+    std::erase_if(paths, [](const EdgePath& path) {
+        return path.edges.size() != 1 && path.field == ComplexBands{};
+    });
 }
 
 }  // namespace aula

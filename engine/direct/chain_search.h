@@ -21,7 +21,7 @@ namespace aula {
 /// Equal calls give equal chains. [propagation thread]
 class ChainSearch {
  public:
-    /// `order`: largest number of bends, at least 2.
+    /// `order`: largest number of bends, at least 1.
     ChainSearch(const RayScene& scene, const SceneEdges& edges, double speed_of_sound_m_s,
                 int order);
 
@@ -38,6 +38,11 @@ class ChainSearch {
     std::vector<EdgePath> find(const Vec3& source, const Vec3& listener, const PairChains& pair,
                                const Bands& attenuation_per_m,
                                std::span<const EdgePath> others) const;
+
+    /// Replaces the paths between two points that lead over some edges of a row by the path over
+    /// the row; see EdgeRow. [several threads]
+    void join_rows(const Vec3& source, const Vec3& listener, const PairChains& pair,
+                   const Bands& attenuation_per_m, std::vector<EdgePath>& paths) const;
 
     static constexpr std::size_t kMaxChains = 8;  ///< of a pair
 

@@ -23,8 +23,8 @@ DirectSound::DirectSound(const RayScene& scene, float speed_of_sound_m_s, int or
     : scene_(scene),
       edges_(scene),
       paths_(scene, edges_, double{speed_of_sound_m_s}),
-      reflections_(scene, edges_, paths_, double{speed_of_sound_m_s}) {
-    if (order > 1) chains_.emplace(scene, edges_, double{speed_of_sound_m_s}, order);
+      reflections_(scene, edges_, paths_, double{speed_of_sound_m_s}),
+      chains_(scene, edges_, double{speed_of_sound_m_s}, order) {
     std::map<std::uint32_t, MovableObject> movable;
     for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
         const RayScene::Triangle& triangle = scene.triangle(t);
@@ -39,7 +39,7 @@ DirectSound::DirectSound(const RayScene& scene, float speed_of_sound_m_s, int or
 void DirectSound::begin_frame(bool moved) {
     changed_.clear();
     if (moved) find_changes();
-    if (chains_) chains_->begin_frame(changed_);
+    chains_.begin_frame(changed_);
     ++frames_;
 }
 
@@ -65,10 +65,10 @@ void DirectSound::follow(MovableObject& object) {
 void DirectSound::search(std::span<const Vec3> sources, std::span<const Vec3> listeners,
                          std::span<PairMemory> memories) {
     // The work of a frame is limited: each frame begins with another pair.
-    const std::size_t count = chains_ ? memories.size() : 0;
+    const std::size_t count = memories.size();
     for (std::size_t turn = 0; turn < count; ++turn) {
         const std::size_t pair = (static_cast<std::size_t>(frames_) + turn) % count;
-        chains_->search(sources[pair / listeners.size()], listeners[pair % listeners.size()],
+        chains_.search(sources[pair / listeners.size()], listeners[pair % listeners.size()],
                         memories[pair].chains);
     }
 }
@@ -90,7 +90,7 @@ std::vector<SpecularPath> DirectSound::find(const Vec3& source, const Vec3& list
         compute(source, listener, directivity, attenuation_per_m, memory);
     const bool is_equal =
         rests && !memory.near.has_changed() && memory.levels.is_exact() &&
-        (!chains_ || memory.chains.is_complete) &&
+        memory.chains.is_complete &&
         std::equal(taps.begin(), taps.end(), memory.taps.begin(), memory.taps.end(), is_same_tap);
     memory.equal_frames = is_equal ? memory.equal_frames + 1 : 0;
     memory.taps = taps;
@@ -103,11 +103,9 @@ std::vector<SpecularPath> DirectSound::compute(const Vec3& source, const Vec3& l
                                                PairMemory& memory) const {
     std::vector<EdgePath> paths =
         paths_.find(source, listener, attenuation_per_m, memory, changed_);
-    if (chains_) {
-        const auto chains =
-            chains_->find(source, listener, memory.chains, attenuation_per_m, paths);
-        paths.insert(paths.end(), chains.begin(), chains.end());
-    }
+    const auto chains = chains_.find(source, listener, memory.chains, attenuation_per_m, paths);
+    paths.insert(paths.end(), chains.begin(), chains.end());
+    chains_.join_rows(source, listener, memory.chains, attenuation_per_m, paths);
     const Bands model = paths_.energy(paths);
     if (!directivity.is_omnidirectional()) {
         for (EdgePath& path : paths) {

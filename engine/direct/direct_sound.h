@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -67,7 +66,7 @@ class DirectSound {
     SceneEdges edges_;
     EdgePaths paths_;
     ReflectionGroups reflections_;
-    std::optional<ChainSearch> chains_;
+    ChainSearch chains_;
     std::uint64_t frames_ = 0;
     std::uint64_t scene_version_ = 0;  ///< changes with movements of objects and with materials
     std::vector<MovableObject> movable_;

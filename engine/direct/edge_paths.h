@@ -25,6 +25,7 @@ struct EdgePath {
     std::vector<std::uint32_t> edges;
     unsigned reflections = 0;  ///< at one plane; bit 0: before the edge, bit 1: after it
     std::vector<Vec3> apexes;  ///< where it bends or is reflected, from the source to the listener
+    bool is_plain = true;      ///< of a straight path: nothing changes its field, as in free field
     double length_m = 0;
     Vec3 direction{0};  ///< unit vector from the listener to the source or to the last edge
     Vec3 departure{0};  ///< unit vector from the source to the first edge or to the listener
@@ -40,6 +41,7 @@ struct EdgePath {
 struct PairChains {
     std::vector<std::vector<std::uint32_t>> chains;  ///< edges from the source to the listener
     std::vector<std::uint32_t> edges;                ///< of all chains, ascending
+    std::vector<std::vector<std::uint32_t>> rows;    ///< see EdgeRow
     Vec3 source{0};                                  ///< at the search
     Vec3 listener{0};
     bool is_searched = false;

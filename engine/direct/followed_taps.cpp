@@ -22,7 +22,7 @@ std::vector<SpecularPath> followed_taps(const EdgePaths& edge_paths,
                                         TapMemory& memory) {
     const Bands before = memory.levels.energy();
     const Bands& energy = memory.levels.follow(source, listener, model, has_moved);
-    const bool is_straight = paths.size() == 1 && paths[0].edges.empty();
+    const bool is_straight = paths.size() == 1 && paths[0].edges.empty() && paths[0].is_plain;
     if (memory.levels.is_exact() && (paths.empty() || is_straight)) return {};
     std::vector<SpecularPath> taps;
     if (!paths.empty()) {

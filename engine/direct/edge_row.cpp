@@ -1,0 +1,428 @@
+#include "engine/direct/edge_row.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <functional>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <numbers>
+#include <tuple>
+
+#include "engine/direct/edge_chain.h"
+#include "engine/edges/edge_field.h"
+#include "engine/edges/edge_passage.h"
+#include "engine/edges/knife_edges.h"
+
+namespace aula {
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kParallel = 0.99;  // cosine of the angle between edges of a row
+constexpr double kSameSide = 0.3;  // cosine of the angle between the middle of an open angle and up
+constexpr double kNearest_m = 0.05;  // from an edge to an end of the path
+constexpr double kLift_m = 2e-3;     // of rays that would touch edges
+constexpr double kOnFace_rad = kPi / 180;
+constexpr double kSharpBend_rad = 0.1;
+constexpr double kMargin_m =
+    0.15;  // of candidates, for movements of both ends until the next search
+constexpr std::size_t kMaxMembers = 48;
+constexpr std::size_t kMaxRows = 8;
+
+// Edges farther below the path than a detour of 0.16 m, v = 1 at 500 Hz, are independent, as are
+// edges whose ends are near the path. Their shares fade out before.
+constexpr double kLongestClearDetour_m = 0.16;
+constexpr double kFade_m = 0.06;
+constexpr double kFromEnd_m = 0.3;
+constexpr double kLeastShare = 1e-3;
+
+/// Whether a face joins two edges, up to the tolerance of the search for edges.
+bool share_face(const DiffractionEdge& a, const glm::dvec3& a_apex, const DiffractionEdge& b,
+                const glm::dvec3& b_apex) {
+    const auto is_on_face = [](const DiffractionEdge& edge, const glm::dvec3& point) {
+        const double angle_rad = edge.coordinates(point).angle_rad;
+        return std::min({angle_rad, std::abs(angle_rad - edge.open_angle_rad),
+                         2 * kPi - angle_rad}) < kOnFace_rad;
+    };
+    return is_on_face(a, b_apex) && is_on_face(b, a_apex);
+}
+
+}  // namespace
+
+/// The edges of a row by their places along the path, with their coordinates, also those that lie
+/// outside the limits of a row by a margin.
+std::optional<EdgeRow> EdgeRow::place(const SceneEdges& edges, std::span<const std::uint32_t> row,
+                                      const glm::dvec3& source, const glm::dvec3& listener,
+                                      double margin_m) {
+    EdgeRow placed;
+    placed.source_ = source;
+    placed.listener_ = listener;
+    const DiffractionEdge& first = edges[row.front()];
+    const glm::dvec3 offset = listener - source;
+    const double along_m = glm::dot(offset, first.axis);
+    const glm::dvec3 across = offset - along_m * first.axis;
+    placed.across_m_ = glm::length(across);
+    if (placed.across_m_ < 2 * kNearest_m) return {};
+    const glm::dvec3 ahead = across / placed.across_m_;
+    const auto opens_to = [](const DiffractionEdge& edge) {
+        return edge.direction(edge.open_angle_rad / 2);
+    };
+    placed.up_ = glm::cross(first.axis, ahead);
+    if (glm::dot(placed.up_, opens_to(first)) < 0) placed.up_ = -placed.up_;
+    for (const std::uint32_t e : row) {
+        const DiffractionEdge& edge = edges[e];
+        const double cosine = glm::dot(edge.axis, first.axis);
+        if (std::abs(cosine) < kParallel || glm::dot(opens_to(edge), placed.up_) < kSameSide) {
+            continue;
+        }
+        Member member{.edge = e};
+        double place_m = 0.5 * edge.length_m;
+        for (int step = 0; step < 3; ++step) {
+            member.apex = edge.point(place_m);
+            member.across_m = glm::dot(member.apex - source, ahead);
+            const double due_m = along_m * member.across_m / placed.across_m_;
+            place_m += (due_m - glm::dot(member.apex - source, first.axis)) / cosine;
+        }
+        member.inside_m = std::min(place_m, edge.length_m - place_m);
+        const double least_m = kNearest_m - margin_m;
+        if (member.inside_m <= -margin_m || member.across_m < least_m ||
+            member.across_m > placed.across_m_ - least_m) {
+            continue;
+        }
+        member.along_m = place_m;
+        member.apex = edge.point(place_m);
+        member.height_m = glm::dot(member.apex - source, placed.up_);
+        member.height_m -= glm::dot(offset, placed.up_) * member.across_m / placed.across_m_;
+        const double detour_m = glm::distance(source, member.apex) +
+                                glm::distance(member.apex, listener) - glm::length(offset);
+        if (detour_m >= EdgePaths::kLongestDetour_m + 2 * margin_m) continue;
+        placed.members_.push_back(member);
+    }
+    std::sort(placed.members_.begin(), placed.members_.end(), [](const Member& a, const Member& b) {
+        return std::tie(a.across_m, a.edge) < std::tie(b.across_m, b.edge);
+    });
+    if (placed.members_.empty()) return {};
+    placed.find_bends();
+    placed.stretch_ = std::hypot(along_m, placed.across_m_) / placed.across_m_;
+    placed.find_clearances();
+    return placed;
+}
+
+/// The shortest path over the edges is the convex hull of the blocking ones and both ends.
+void EdgeRow::find_bends() {
+    std::vector<Member*> hull;
+    const auto rises = [&](const Member& from, const Member& over, const Member& to) {
+        return (over.height_m - from.height_m) * (to.across_m - from.across_m) >
+               (to.height_m - from.height_m) * (over.across_m - from.across_m);
+    };
+    const Member source{};
+    Member listener{};
+    listener.across_m = across_m_;
+    const auto drop_below = [&](const Member& next) {
+        while (!hull.empty() &&
+               !rises(hull.size() > 1 ? *hull[hull.size() - 2] : source, *hull.back(), next)) {
+            hull.pop_back();
+        }
+    };
+    for (Member& member : members_) {
+        drop_below(member);
+        hull.push_back(&member);
+    }
+    drop_below(listener);
+    for (Member* member : hull) member->is_bend = true;
+}
+
+/// Lengths along the path, its turns, and how far it is above the other edges.
+void EdgeRow::find_clearances() {
+    double length_m = 0;
+    std::size_t begin = 0;
+    double from_across_m = 0;
+    double from_height_m = 0;
+    double last_slope_rad = 0;
+    Member* corner = nullptr;
+    for (std::size_t end = 0; end <= members_.size(); ++end) {
+        const bool is_end = end == members_.size();
+        if (!is_end && !members_[end].is_bend) continue;
+        const double to_across_m = is_end ? across_m_ : members_[end].across_m;
+        const double to_height_m = is_end ? 0 : members_[end].height_m;
+        const double slope_rad =
+            std::atan2(to_height_m - from_height_m, to_across_m - from_across_m);
+        const double segment_m =
+            stretch_ * std::hypot(to_height_m - from_height_m, to_across_m - from_across_m);
+        if (corner != nullptr) corner->turn_rad = (last_slope_rad - slope_rad) / stretch_;
+        for (std::size_t i = begin; i < end; ++i) {
+            Member& member = members_[i];
+            const double share = (member.across_m - from_across_m) / (to_across_m - from_across_m);
+            member.at_m = length_m + share * segment_m;
+            const double below_m =
+                from_height_m + share * (to_height_m - from_height_m) - member.height_m;
+            member.clearance_m = std::max(0.0, below_m * std::cos(slope_rad));
+            member.detour_m = 0.5 * member.clearance_m * member.clearance_m /
+                              std::abs(segment_m * share * (1 - share));
+        }
+        length_m += segment_m;
+        if (is_end) break;
+        members_[end].at_m = length_m;
+        corner = &members_[end];
+        last_slope_rad = slope_rad;
+        from_across_m = to_across_m;
+        from_height_m = to_height_m;
+        begin = end + 1;
+    }
+    length_m_ = length_m;
+}
+
+std::optional<EdgeRow> EdgeRow::over(const SceneEdges& edges, std::span<const std::uint32_t> row,
+                                     const glm::dvec3& source, const glm::dvec3& listener) {
+    std::optional<EdgeRow> placed = place(edges, row, source, listener, 0);
+    if (!placed) return {};
+    std::vector<Member>& members = placed->members_;
+    for (Member& member : members) {
+        member.share = smooth_step(member.inside_m / kFromEnd_m) *
+                       smooth_step((kLongestClearDetour_m - member.detour_m) / kFade_m);
+    }
+    std::erase_if(members, [](const Member& m) { return m.share < kLeastShare; });
+    placed->find_obstacles(edges);
+    double bends_share = 1;
+    for (const Member& member : members) {
+        if (member.is_bend) bends_share = std::min(bends_share, member.share);
+    }
+    std::vector<double> shares;
+    for (const Obstacle& obstacle : placed->obstacles_) shares.push_back(obstacle.share);
+    if (shares.size() < 2) return {};
+    std::nth_element(shares.begin(), shares.begin() + 1, shares.end(), std::greater<>());
+    const double detour_m = placed->length_m_ - glm::distance(source, listener);
+    placed->weight_ = std::min(shares[1], bends_share) *
+                      smooth_step(4 * (1 - detour_m / EdgePaths::kLongestDetour_m));
+    if (placed->weight_ < kLeastShare) return {};
+    return placed;
+}
+
+/// Joins members to obstacles. An edge near the limits of a row is effectively lower.
+void EdgeRow::find_obstacles(const SceneEdges& edges) {
+    for (std::size_t i = 0; i < members_.size(); ++i) {
+        const Member& member = members_[i];
+        const bool joins = i > 0 && share_face(edges[members_[i - 1].edge], members_[i - 1].apex,
+                                               edges[member.edge], member.apex);
+        if (!joins) {
+            obstacles_.push_back({.first = i, .last = i, .knife = {}});
+            obstacles_.back().knife.clearance_m = std::numeric_limits<double>::infinity();
+        }
+        Obstacle& obstacle = obstacles_.back();
+        obstacle.last = i;
+        obstacle.is_bend = obstacle.is_bend || member.is_bend;
+        obstacle.share = std::max(obstacle.share, member.share);
+        obstacle.knife.at_m = 0.5 * (members_[obstacle.first].at_m + member.at_m);
+        obstacle.knife.turn_rad += member.turn_rad;
+        obstacle.knife.clearance_m =
+            std::min(obstacle.knife.clearance_m, member.clearance_m / std::sqrt(member.share));
+    }
+}
+
+std::vector<std::vector<std::uint32_t>> EdgeRow::candidates(const SceneEdges& edges,
+                                                            std::span<const std::uint32_t> near,
+                                                            const glm::dvec3& source,
+                                                            const glm::dvec3& listener) {
+    std::vector<std::vector<std::uint32_t>> rows;
+    std::vector<std::uint32_t> rest(near.begin(), near.end());
+    while (rest.size() > 1 && rows.size() < kMaxRows) {
+        auto placed = place(edges, rest, source, listener, kMargin_m);
+        std::vector<std::uint32_t> row;
+        if (placed) {
+            std::vector<Member>& members = placed->members_;
+            std::erase_if(members, [](const Member& member) {
+                return member.detour_m >= kLongestClearDetour_m + 2 * kMargin_m;
+            });
+            std::sort(members.begin(), members.end(), [](const Member& a, const Member& b) {
+                return std::tie(a.detour_m, a.edge) < std::tie(b.detour_m, b.edge);
+            });
+            members.resize(std::min(members.size(), kMaxMembers));
+            for (const Member& member : members) row.push_back(member.edge);
+        }
+        std::sort(row.begin(), row.end());
+        const std::uint32_t first = rest.front();
+        std::erase_if(rest, [&](std::uint32_t e) {
+            return e == first || std::binary_search(row.begin(), row.end(), e);
+        });
+        if (row.size() > 1) rows.push_back(std::move(row));
+    }
+    return rows;
+}
+
+bool EdgeRow::is_free(const RayScene& scene) const {
+    const auto lifted = [&](const glm::dvec3& point) { return point + kLift_m * up_; };
+    const auto sees = [&](const glm::dvec3& from, const glm::dvec3& to) {
+        return scene.visible(Vec3(from), Vec3(to)) ||
+               scene.visible(Vec3(lifted(from)), Vec3(lifted(to)));
+    };
+    glm::dvec3 last = source_;
+    for (const Member& member : members_) {
+        if (!member.is_bend) continue;
+        if (!sees(last, lifted(member.apex))) return false;
+        last = lifted(member.apex);
+    }
+    return sees(last, listener_);
+}
+
+double EdgeRow::covered(std::span<const std::uint32_t> path) const {
+    double share = weight_;
+    for (const std::uint32_t edge : path) {
+        const auto member = std::find_if(members_.begin(), members_.end(),
+                                         [&](const Member& m) { return m.edge == edge; });
+        if (member == members_.end()) return 0;
+        share = std::min(share, weight_ * member->share);
+    }
+    return share;
+}
+
+/// The levels of an obstacle alone relative to a knife edge, which has no faces, with all of the
+/// path in front of it and behind it.
+Bands EdgeRow::levels_over_knife(const Obstacle& obstacle, const WedgeIntegral& integral,
+                                 const RayScene& scene, const SceneEdges& edges) const {
+    std::vector<const DiffractionEdge*> bends;
+    std::vector<const DiffractionEdge*> all;
+    glm::dvec3 last = source_;
+    glm::dvec3 next = listener_;
+    const Member* first_bend = nullptr;
+    const Member* last_bend = nullptr;
+    std::vector<char> is_bend;
+    for (std::size_t i = 0; i < members_.size(); ++i) {
+        const Member& member = members_[i];
+        if (i < obstacle.first) {
+            if (member.is_bend) last = member.apex;
+        } else if (i > obstacle.last) {
+            if (!member.is_bend) continue;
+            next = member.apex;
+            break;
+        } else {
+            all.push_back(&edges[member.edge]);
+            is_bend.push_back(member.is_bend ? 1 : 0);
+            if (!member.is_bend) continue;
+            bends.push_back(&edges[member.edge]);
+            if (first_bend == nullptr) first_bend = &member;
+            last_bend = &member;
+        }
+    }
+    // The path may lie in a face, with rounding below it.
+    constexpr double kOffFace_m = 1e-5;
+    const glm::dvec3 source = first_bend->apex + kOffFace_m * up_ +
+                              first_bend->at_m * glm::normalize(last - first_bend->apex);
+    const glm::dvec3 listener =
+        last_bend->apex + kOffFace_m * up_ +
+        (length_m_ - last_bend->at_m) * glm::normalize(next - last_bend->apex);
+    ComplexBands field{};
+    const auto add = [&](const EdgeChain& chain) {
+        const ComplexBands alone = chain.field(integral, scene, Bands{});
+        for (std::size_t b = 0; b < kBandCount; ++b) field[b] += alone[b];
+    };
+    // Edges that the path touches without a bend count as bends: it may lie in a face.
+    std::optional<EdgeChain> whole = EdgeChain::over(all, source, listener);
+    bool is_touched = whole.has_value();
+    for (std::size_t i = 0; i < all.size() && is_touched; ++i) {
+        if (whole->is_at_boundary(i)) {
+            whole->set_lit(i, false);
+        } else {
+            is_touched = is_bend[i] != 0;
+        }
+    }
+    if (whole) add(*whole);
+    if (!is_touched && bends.size() < all.size()) {
+        if (const auto bent = EdgeChain::over(bends, source, listener)) add(*bent);
+    }
+    const ComplexBands knife = knife_edges({&obstacle.knife, 1}, length_m_, integral);
+    Bands levels = Bands::filled(1);
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        const double ratio = std::abs(field[b]) * length_m_ / std::abs(knife[b]);
+        if (ratio > 0) levels[b] = static_cast<float>(ratio);
+    }
+    return levels;
+}
+
+/// The integral over all obstacles. Sharp bends have the levels of their edges.
+ComplexBands EdgeRow::free_field_ratio(const WedgeIntegral& integral, const RayScene& scene,
+                                       const SceneEdges& edges) const {
+    std::vector<KnifeEdge> knives;
+    for (const Obstacle& obstacle : obstacles_) knives.push_back(obstacle.knife);
+    ComplexBands ratio = knife_edges(knives, length_m_, integral);
+    for (const Obstacle& obstacle : obstacles_) {
+        const double sharpness = smooth_step(obstacle.knife.turn_rad / kSharpBend_rad);
+        if (sharpness == 0) continue;
+        const Bands levels = levels_over_knife(obstacle, integral, scene, edges);
+        for (std::size_t b = 0; b < kBandCount; ++b)
+            ratio[b] *= std::pow(double{levels[b]}, sharpness);
+    }
+    return ratio;
+}
+
+/// The largest share of an obstacle that the path passes without a sharp bend.
+double EdgeRow::grazing_share() const {
+    double largest = 0;
+    for (const Obstacle& obstacle : obstacles_) {
+        const double sharpness = smooth_step(obstacle.knife.turn_rad / kSharpBend_rad);
+        largest = std::max(largest, obstacle.share * (1 - sharpness));
+    }
+    return largest;
+}
+
+/// The product of the free widths beside the edges at which the path bends; see EdgePassage.
+double EdgeRow::opening(const RayScene& scene, const SceneEdges& edges) const {
+    double product = 1;
+    glm::dvec3 last = source_;
+    for (std::size_t i = 0; i < members_.size(); ++i) {
+        const Member& member = members_[i];
+        if (!member.is_bend) continue;
+        const auto next_bend =
+            std::find_if(members_.begin() + static_cast<std::ptrdiff_t>(i) + 1, members_.end(),
+                         [](const Member& m) { return m.is_bend; });
+        const glm::dvec3 next = next_bend == members_.end() ? listener_ : next_bend->apex;
+        const DiffractionEdge& edge = edges[member.edge];
+        const EdgePassage passage(edge, member.along_m, edge.open_angle_of(last),
+                                  edge.open_angle_of(next));
+        product *= passage.opening(
+            scene, std::min(glm::distance(last, member.apex), glm::distance(member.apex, next)));
+        last = member.apex;
+    }
+    return product;
+}
+
+EdgePath EdgeRow::path(const WedgeIntegral& integral, const RayScene& scene,
+                       const SceneEdges& edges, const Bands& attenuation_per_m) const {
+    EdgePath path;
+    path.is_plain = false;
+    glm::dvec3 first = listener_;
+    glm::dvec3 last = source_;
+    for (const Member& member : members_) {
+        if (!member.is_bend) continue;
+        if (path.edges.empty()) first = member.apex;
+        last = member.apex;
+        path.edges.push_back(member.edge);
+        path.apexes.emplace_back(member.apex);
+    }
+    path.length_m = length_m_;
+    path.direction = Vec3(glm::normalize(last - listener_));
+    path.departure = Vec3(glm::normalize(first - source_));
+    // A path of sharp bends alone is a chain.
+    const double grazing = grazing_share();
+    if (grazing > 0) {
+        const ComplexBands ratio = free_field_ratio(integral, scene, edges);
+        const double share = grazing * weight_ * opening(scene, edges) / length_m_;
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            path.field[b] = ratio[b] * std::polar(share * air_loss(length_m_, attenuation_per_m, b),
+                                                  -integral.wave_number_per_m(b) * length_m_);
+        }
+    }
+    if (grazing < 1 && !path.edges.empty()) {
+        std::vector<const DiffractionEdge*> bends;
+        for (const std::uint32_t e : path.edges) bends.push_back(&edges[e]);
+        if (const auto chain = EdgeChain::over(bends, source_, listener_)) {
+            const double share = (1 - grazing) * weight_ * chain->opening(scene);
+            const ComplexBands field = chain->field(integral, scene, attenuation_per_m);
+            for (std::size_t b = 0; b < kBandCount; ++b) path.field[b] += share * field[b];
+        }
+    }
+    return path;
+}
+
+}  // namespace aula
