@@ -84,7 +84,8 @@ struct Propagation::State {
           next_source_id(source_count + listeners) {
         if (simulation.direct && simulation.diffraction_order > 0) {
             direct_sound.emplace(rays, speed_of_sound_m_s, simulation.diffraction_order);
-            if (direct_sound->edges().count() == 0) direct_sound.reset();
+            const SceneEdges& edges = direct_sound->edges();
+            if (edges.count() == 0 && !edges.has_small()) direct_sound.reset();
         }
         for (const Source& source : scene.sources)
             samplers.push_back(sampler_of(source.directivity));

@@ -139,7 +139,7 @@ std::optional<EdgeChain> ChainSearch::chain_of(const Sequence& sequence, const V
     std::vector<const DiffractionEdge*> edges;
     for (const std::uint32_t e : sequence) edges.push_back(&edges_[e]);
     auto chain = EdgeChain::over(edges, source, listener);
-    if (chain && (chain->order() > order_ || !chain->is_free(scene_))) chain.reset();
+    if (chain && (chain->order() > order_ || !chain->is_free(edges_))) chain.reset();
     return chain;
 }
 
@@ -211,7 +211,7 @@ bool ChainSearch::is_visible(SeenEdges& seen, std::uint32_t edge, Budget& budget
             std::clamp(at.coordinates(seen.point).along_m / at.length_m, 0.0, 1.0);
         const auto sees = [&](double place) {
             --budget.rays;
-            return scene_.visible(seen.point, point_off(at, place));
+            return edges_.visible(seen.point, point_off(at, place));
         };
         const bool is_seen = is_beside(at, seen.point) &&
                              (sees(nearest) || std::any_of(kPlaces.begin(), kPlaces.end(), sees));
@@ -229,7 +229,7 @@ bool ChainSearch::see_each_other(const DiffractionEdge& a, const DiffractionEdge
                 continue;
             }
             --budget.rays;
-            if (scene_.visible(point_off(a, from), point_off(b, to))) return true;
+            if (edges_.visible(point_off(a, from), point_off(b, to))) return true;
         }
     }
     return false;
@@ -292,22 +292,24 @@ void ChainSearch::search(PairChains& pair, Budget& budget) {
     const std::vector<char> is_first = visible_from(pair.source);
 
     pair.rows = EdgeRow::candidates(edges_, near, from, to);
-    std::vector<EdgeRow> rows;
-    for (const Sequence& row : pair.rows) {
-        const auto over = EdgeRow::over(edges_, row, from, to);
-        if (over && over->is_free(scene_)) rows.push_back(*over);
+    std::vector<std::uint32_t> rows_of(edges_.count());  // bits of the rows that hold an edge whole
+    for (std::size_t r = 0; r < pair.rows.size(); ++r) {
+        const auto row = EdgeRow::over(edges_, pair.rows[r], from, to);
+        if (!row || !row->is_free(edges_)) continue;
+        for (const std::uint32_t e : pair.rows[r]) {
+            if (row->covered({&e, 1}) == 1) rows_of[e] |= 1U << r;
+        }
     }
 
     std::priority_queue<Partial> open;
     std::vector<const DiffractionEdge*> edges;
     const auto add = [&](Sequence sequence, std::size_t bends) {
         // The path over a row takes the place of chains over several of its edges.
-        const bool is_covered = std::any_of(rows.begin(), rows.end(), [&](const EdgeRow& row) {
-            return std::count_if(sequence.begin(), sequence.end(), [&](std::uint32_t e) {
-                       return row.covered({&e, 1}) == 1;
-                   }) > 1;
-        });
-        if (is_covered) return;
+        std::uint32_t rows = 0;
+        for (const std::uint32_t e : sequence) {
+            if ((rows & rows_of[e]) != 0) return;
+            rows |= rows_of[e];
+        }
         --budget.tests;
         edges.clear();
         for (const std::uint32_t e : sequence) edges.push_back(&edges_[e]);
@@ -438,7 +440,7 @@ std::vector<EdgePath> ChainSearch::find(const Vec3& source, const Vec3& listener
         const double share = smooth_step((level_db - strongest_db - kWeakest_db) / kFade_db);
         if (share == 0) continue;
         paths[i].field = chain.field(integral_, scene_, attenuation_per_m);
-        const double weight = share * chain.opening(scene_);
+        const double weight = share * chain.opening(edges_);
         for (auto& x : paths[i].field) x *= weight;
     }
     std::erase_if(paths, [](const EdgePath& path) { return path.field == ComplexBands{}; });
@@ -449,7 +451,7 @@ void ChainSearch::join_rows(const Vec3& source, const Vec3& listener, const Pair
                             const Bands& attenuation_per_m, std::vector<EdgePath>& paths) const {
     for (const Sequence& candidates : pair.rows) {
         const auto row = EdgeRow::over(edges_, candidates, source, listener);
-        if (!row || !row->is_free(scene_)) continue;
+        if (!row || !row->is_free(edges_)) continue;
         for (EdgePath& path : paths) {
             const double rest = 1 - row->covered(path.edges);
             for (auto& x : path.field) x *= rest;

@@ -238,19 +238,20 @@ double EdgeChain::estimated_db() const {
     return level_db;
 }
 
-double EdgeChain::opening(const RayScene& scene) const {
+double EdgeChain::opening(const SceneEdges& edges) const {
     double product = 1;
     Vec3 last(source_);
     for (std::size_t i = 0; i < contacts_.size(); ++i) {
         const Contact& contact = contacts_[i];
         const EdgePassage passage(*contact.edge, contact.along_m, contact.in_rad, contact.out_rad);
-        if (!scene.visible(last, passage.point(0))) return 0;
-        product *= passage.opening(scene, std::min(glm::distance(point(i), contact.apex),
-                                                   glm::distance(contact.apex, point(i + 2))));
+        if (!edges.visible(last, passage.point(0))) return 0;
+        product *=
+            passage.opening(edges.scene(), std::min(glm::distance(point(i), contact.apex),
+                                                    glm::distance(contact.apex, point(i + 2))));
         if (product == 0) return 0;
         last = passage.point(1);
     }
-    return scene.visible(last, Vec3(listener_)) ? product : 0;
+    return edges.visible(last, Vec3(listener_)) ? product : 0;
 }
 
 /// The field of a bend alone relative to free field, its segments extended to the given lengths.

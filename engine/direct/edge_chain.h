@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/edges/diffraction_edge.h"
+#include "engine/edges/scene_edges.h"
 #include "engine/edges/wedge_integral.h"
 #include "engine/rays/ray_scene.h"
 
@@ -48,10 +49,10 @@ class EdgeChain {
     void set_lit(std::size_t edge, bool is_lit);
 
     /// Whether no surface blocks the path.
-    bool is_free(const RayScene& scene) const { return opening(scene) > 0; }
+    bool is_free(const SceneEdges& edges) const { return opening(edges) > 0; }
 
     /// The product of the free widths beside the edges, 0 if the path is blocked; see EdgePassage.
-    double opening(const RayScene& scene) const;
+    double opening(const SceneEdges& edges) const;
 
     /// The complex pressure from a source of amplitude 1 at 1 m. It is the same from both ends.
     ComplexBands field(const WedgeIntegral& integral, const RayScene& scene,

@@ -196,7 +196,7 @@ EdgeField EdgePaths::field(const Candidate& c, const Bands& attenuation_per_m) c
 /// plane of its wall.
 double EdgePaths::opening(const Candidate& c, const Vec3& source, const Vec3& listener) const {
     const EdgePassage passage(edges_[c.edge], c.along_m, c.source.angle_rad, c.listener.angle_rad);
-    if (!scene_.visible(listener, passage.point(1)) || !scene_.visible(source, passage.point(0))) {
+    if (!edges_.visible(listener, passage.point(1)) || !edges_.visible(source, passage.point(0))) {
         return 0;
     }
     return passage.opening(scene_, std::min(c.source.radius_m, c.listener.radius_m));
@@ -228,7 +228,7 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
     const bool is_lit =
         is_uncertain ? std::all_of(candidates.begin(), candidates.end(),
                                    [&](const Candidate& c) { return !decides(c) || c.is_lit; })
-                     : scene_.visible(listener, source);
+                     : edges_.visible(listener, source);
 
     std::erase_if(candidates, [&](const Candidate& c) {
         const bool is_blocked = c.opening == 0;
@@ -240,6 +240,7 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
     if (is_lit) {
         EdgePath straight{.edges = {},
                           .apexes = {},
+                          .is_plain = !edges_.has_small() || scene_.visible(listener, source),
                           .length_m = glm::distance(from, to),
                           .direction = unit_or_front(from - to),
                           .departure = unit_or_front(to - from)};

@@ -251,11 +251,11 @@ std::vector<std::vector<std::uint32_t>> EdgeRow::candidates(const SceneEdges& ed
     return rows;
 }
 
-bool EdgeRow::is_free(const RayScene& scene) const {
+bool EdgeRow::is_free(const SceneEdges& edges) const {
     const auto lifted = [&](const glm::dvec3& point) { return point + kLift_m * up_; };
     const auto sees = [&](const glm::dvec3& from, const glm::dvec3& to) {
-        return scene.visible(Vec3(from), Vec3(to)) ||
-               scene.visible(Vec3(lifted(from)), Vec3(lifted(to)));
+        return edges.visible(Vec3(from), Vec3(to)) ||
+               edges.visible(Vec3(lifted(from)), Vec3(lifted(to)));
     };
     glm::dvec3 last = source_;
     for (const Member& member : members_) {
@@ -263,7 +263,7 @@ bool EdgeRow::is_free(const RayScene& scene) const {
         if (!sees(last, lifted(member.apex))) return false;
         last = lifted(member.apex);
     }
-    return sees(last, listener_);
+    return sees(last, listener_) && opening(edges.scene(), edges) > 0;
 }
 
 double EdgeRow::covered(std::span<const std::uint32_t> path) const {
@@ -417,7 +417,7 @@ EdgePath EdgeRow::path(const WedgeIntegral& integral, const RayScene& scene,
         std::vector<const DiffractionEdge*> bends;
         for (const std::uint32_t e : path.edges) bends.push_back(&edges[e]);
         if (const auto chain = EdgeChain::over(bends, source_, listener_)) {
-            const double share = (1 - grazing) * weight_ * chain->opening(scene);
+            const double share = (1 - grazing) * weight_ * chain->opening(edges);
             const ComplexBands field = chain->field(integral, scene, attenuation_per_m);
             for (std::size_t b = 0; b < kBandCount; ++b) path.field[b] += share * field[b];
         }

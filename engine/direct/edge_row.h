@@ -32,7 +32,7 @@ class EdgeRow {
                                        const glm::dvec3& source, const glm::dvec3& listener);
 
     /// Whether no other surface blocks the path.
-    bool is_free(const RayScene& scene) const;
+    bool is_free(const SceneEdges& edges) const;
 
     /// Share of the row's field, 0 to 1: the paths over its edges have the rest of theirs.
     double weight() const { return weight_; }

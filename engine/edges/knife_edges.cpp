@@ -94,6 +94,14 @@ std::complex<double> far_above(double detour_rad) {
     return 1.0 - 0.5 * std::exp(-square) / (z * std::sqrt(kPi)) * (1.0 - 0.5 / square);
 }
 
+/// Whether the integrand grows by more than exp(4) between two edges.
+bool grows(const Placed& a, const Placed& b, double wave_number_per_m) {
+    const double step_m = b.edge.clearance_m - a.edge.clearance_m;
+    const double segment_m = b.edge.at_m - a.edge.at_m;
+    return wave_number_per_m * step_m * step_m / (4 * segment_m) > 4 &&
+           wave_number_per_m * std::max(a.detour_m, b.detour_m) > 1;
+}
+
 /// The integral over the heights above edges, along exp(-i pi / 4) from each edge, where the
 /// integrand does not oscillate: x_i = -clearance_i + exp(-i pi / 4) s_i. The kernels are then
 /// Gaussian in s, times factors of single s.
@@ -176,14 +184,26 @@ ComplexBands knife_edges(std::span<const KnifeEdge> edges, double length_m,
         const double k = integral.wave_number_per_m(b);
         Heights heights(k, length_m);
         std::complex<double> far = 1;
+        // Between edges of different clearances the integrand grows: the lower edge is left out.
+        std::vector<const Placed*> near;
         for (const Placed& p : placed) {
-            const double detour_rad = k * p.detour_m;
-            if (detour_rad > kLongestDetour_rad) {
-                far *= far_above(detour_rad);
-            } else {
-                heights.pass(p.edge);
+            const Placed* next = &p;
+            while (next != nullptr && !near.empty() && grows(*near.back(), *next, k)) {
+                const bool is_lower = next->detour_m > near.back()->detour_m;
+                far *= far_above(k * (is_lower ? next : near.back())->detour_m);
+                if (is_lower) {
+                    next = nullptr;
+                } else {
+                    near.pop_back();
+                }
+            }
+            if (next != nullptr && k * next->detour_m > kLongestDetour_rad) {
+                far *= far_above(k * next->detour_m);
+            } else if (next != nullptr) {
+                near.push_back(next);
             }
         }
+        for (const Placed* p : near) heights.pass(p->edge);
         relative[b] = far * heights.at_end();
     }
     return relative;

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <glm/vector_relational.hpp>
 #include <map>
 
 #include "engine/edges/edge_finder.h"
@@ -12,9 +14,11 @@
 namespace aula {
 
 SceneEdges::SceneEdges(const RayScene& scene) : scene_(scene) {
+    find_small();
     std::vector<std::uint32_t> fixed;
     std::map<std::uint32_t, std::vector<std::uint32_t>> movable;  // object -> triangles
     for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
+        if (is_small(t)) continue;
         const RayScene::Triangle& triangle = scene.triangle(t);
         (scene.moves(triangle) ? movable[triangle.object] : fixed).push_back(t);
     }
@@ -39,6 +43,63 @@ SceneEdges::SceneEdges(const RayScene& scene) : scene_(scene) {
         }
         if (!object.local.empty()) moving_.push_back(std::move(object));
     }
+}
+
+/// Fixed objects that touch each other count as one: the bricks of a wall are not small.
+void SceneEdges::find_small() {
+    constexpr float kSmall_m = 0.3F;
+    constexpr float kTouch_m = 0.01F;
+    std::vector<Bounds> bounds;
+    std::vector<char> moves;
+    for (std::uint32_t t = 0; t < scene_.triangle_count(); ++t) {
+        const RayScene::Triangle& triangle = scene_.triangle(t);
+        if (triangle.object >= bounds.size()) {
+            bounds.resize(triangle.object + 1);
+            moves.resize(bounds.size());
+        }
+        bounds[triangle.object].add(triangle.vertices);
+        moves[triangle.object] = scene_.moves(triangle) ? 1 : 0;
+    }
+    const auto touch = [&](const Bounds& a, const Bounds& b) {
+        return glm::all(glm::lessThanEqual(a.min, b.max + kTouch_m)) &&
+               glm::all(glm::lessThanEqual(b.min, a.max + kTouch_m));
+    };
+    is_small_.resize(bounds.size());
+    std::vector<std::uint32_t> small;
+    for (std::uint32_t o = 0; o < bounds.size(); ++o) {
+        is_small_[o] = bounds[o].diagonal_m() < kSmall_m ? 1 : 0;
+        if (is_small_[o] != 0 && moves[o] == 0) small.push_back(o);
+    }
+    for (const std::uint32_t o : small) {
+        Bounds cluster = bounds[o];
+        for (const std::uint32_t other : small) {
+            if (!touch(bounds[o], bounds[other])) continue;
+            cluster.add(bounds[other].min);
+            cluster.add(bounds[other].max);
+        }
+        if (cluster.diagonal_m() >= kSmall_m) is_small_[o] = 0;
+    }
+    has_small_ = std::find(is_small_.begin(), is_small_.end(), 1) != is_small_.end();
+}
+
+bool SceneEdges::visible(const Vec3& from, const Vec3& to) const {
+    if (scene_.visible(from, to)) return true;
+    if (!has_small_) return false;
+    const float distance_m = glm::distance(from, to);
+    const Vec3 direction = (to - from) / distance_m;
+    float passed_m = RayScene::kOffset_m;
+    constexpr int kMaxFaces = 32;
+    for (int face = 0; face < kMaxFaces; ++face) {
+        const float rest_m = distance_m - passed_m - RayScene::kOffset_m;
+        if (rest_m <= 0) return true;
+        const Ray ray{from + passed_m * direction, direction, rest_m};
+        Hit hit;
+        scene_.intersect_each({&ray, 1}, {&hit, 1});
+        if (!hit.any()) return true;
+        if (!is_small(hit.triangle)) return false;
+        passed_m += hit.distance_m + RayScene::offset_after(passed_m + hit.distance_m);
+    }
+    return false;
 }
 
 void SceneEdges::scene_moved() {

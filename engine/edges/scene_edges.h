@@ -11,13 +11,22 @@ namespace aula {
 
 /// The diffracting edges of a scene. All objects that do not move form one soup of triangles, in
 /// which walls of different objects close each other's edges. Each movable object has separate
-/// edges, which move with it and keep their indices. [propagation thread]
+/// edges, which move with it and keep their indices. Objects below 0.3 m are shorter than a
+/// wavelength up to 1 kHz: they have no edges, and paths pass through them. [propagation thread]
 class SceneEdges {
  public:
     explicit SceneEdges(const RayScene& scene);
 
     /// Updates the edges after RayScene::move; objects move rigidly.
     void scene_moved();
+
+    /// RayScene::visible without the small objects.
+    bool visible(const Vec3& from, const Vec3& to) const;
+
+    const RayScene& scene() const { return scene_; }
+
+    /// Whether there are small objects.
+    bool has_small() const { return has_small_; }
 
     std::size_t count() const { return edges_.size(); }
     const DiffractionEdge& operator[](std::uint32_t edge) const { return edges_[edge]; }
@@ -38,11 +47,17 @@ class SceneEdges {
         glm::dmat3 axes{1};  ///< orthonormal
     };
 
+    void find_small();
+    bool is_small(std::uint32_t triangle) const {
+        return is_small_[scene_.triangle(triangle).object] != 0;
+    }
     bool is_buried(const DiffractionEdge& edge) const;
     void follow(const MovingEdges& object);
     Frame frame_of(std::uint32_t triangle) const;
 
     const RayScene& scene_;
+    std::vector<char> is_small_;  ///< [object]
+    bool has_small_ = false;
     std::vector<DiffractionEdge> edges_;
     std::vector<MovingEdges> moving_;
 };

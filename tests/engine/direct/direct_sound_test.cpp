@@ -15,6 +15,7 @@
 #include "engine/direct/direct_sound.h"
 #include "engine/trace/specular_paths.h"
 #include "tests/support/measure.h"
+#include "tests/support/rooms.h"
 
 using namespace aula;
 
@@ -463,4 +464,50 @@ TEST_CASE("a standing listener hears within two frames of 32 sources that a door
         CHECK(expected[s] > -80);
         CHECK(heard[s] > expected[s] - 3);  // half of the pressure after each frame
     }
+}
+
+namespace {
+
+/// A box of a given width in the middle of a straight path.
+Object cube(float width_m, const Vec3& centre) {
+    return aula::test::box(Vec3(width_m), 0, centre - Vec3(width_m / 2));
+}
+
+/// Energy of the direct sound over 4 m relative to free field.
+std::vector<float> shares_of_free_field(const std::vector<Object>& objects) {
+    Scene scene;
+    scene.objects = objects;
+    scene.materials = {{"rigid", Bands{}, Bands{}}};
+    scene.sources.emplace_back();
+    scene.sources[0].position = Vec3(-2, 0, 0);
+    scene.simulation.ir_length_s = 0.2F;
+    scene.simulation.rays = 1;
+    scene.simulation.threads = 1;
+    Bands sum;
+    Propagation propagation(scene, scene.simulation);
+    propagation.step({.sources = {Vec3(-2, 0, 0)}, .listeners = {Vec3(2, 0, 0)}});
+    for (const SpecularPath& path : direct_of(propagation.response(0))) sum += path.energy;
+    const Bands air = scene.medium.attenuation_per_m();
+    std::vector<float> shares;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+        shares.push_back(sum[b] * 4 * std::numbers::pi_v<float> * 16 * std::exp(4 * air[b]));
+    return shares;
+}
+
+}  // namespace
+
+TEST_CASE("an object below 0.3 m leaves the direct sound free, the bricks of a wall do not") {
+    for (const float width_m : {0.02F, 0.09F, 0.169F}) {
+        for (const float share : shares_of_free_field({cube(width_m, Vec3(0))}))
+            CHECK(share == Approx(1));
+    }
+    std::vector<Object> wall;
+    for (int y = -10; y <= 10; ++y) {
+        for (int z = -10; z <= 10; ++z) {
+            wall.push_back(
+                cube(0.16F, 0.16F * Vec3(0, static_cast<float>(y), static_cast<float>(z))));
+        }
+    }
+    const std::vector<float> behind_wall = shares_of_free_field(wall);
+    CHECK(behind_wall.back() < 0.25F);
 }

@@ -84,7 +84,7 @@ TEST_CASE("over a thick barrier a chain of two edges has the level of boundary e
                                place.edge_at(half_m, c.height_m)};
         const auto chain = EdgeChain::over(edges, source, listener);
         REQUIRE(chain);
-        CHECK(chain->is_free(place.rays));
+        CHECK(chain->is_free(place.edges));
         const ComplexBands field = chain->field(kIntegral, place.rays, Bands{});
 
         const double first_m = std::hypot(c.before_m, c.height_m);
@@ -165,7 +165,7 @@ TEST_CASE("round a square pillar the paths on both sides add up as boundary elem
             for (const std::size_t step : {1, 3}) {
                 const std::array edges{corners[first], corners[(first + step) % 4]};
                 const auto chain = EdgeChain::over(edges, c.source, c.listener);
-                if (chain && chain->is_free(place.rays))
+                if (chain && chain->is_free(place.edges))
                     add(chain->field(kIntegral, place.rays, Bands{}));
             }
         }
@@ -201,8 +201,8 @@ TEST_CASE("a chain has the same field from both ends, and a path that is blocked
         REQUIRE(there.has_value() == back.has_value());
         if (!there) continue;
         CHECK(there->length_m() == Approx(back->length_m()).epsilon(1e-9));
-        CHECK(there->is_free(place.rays) == back->is_free(place.rays));
-        if (!there->is_free(place.rays)) {
+        CHECK(there->is_free(place.edges) == back->is_free(place.edges));
+        if (!there->is_free(place.edges)) {
             ++blocked;
             continue;
         }
@@ -262,7 +262,7 @@ TEST_CASE("round a column of 32 sides the level is that of a round one") {
                 for (std::size_t i = 1; i < 8; ++i) {
                     edges.push_back(corners[(first + i * step) % kSides]);
                     const auto chain = EdgeChain::over(edges, c.source, c.listener);
-                    if (!chain || !chain->is_free(place.rays)) continue;
+                    if (!chain || !chain->is_free(place.edges)) continue;
                     CHECK(chain->order() == 1);
                     add(chain->field(kIntegral, place.rays, Bands{}));
                     ++runs;
