@@ -40,6 +40,17 @@ Scene with_opaque_walls(Scene scene) {
     return scene;
 }
 
+/// The pairs of all sources with some listeners, [source * listeners + listener].
+struct PairSet {
+    std::vector<SpecularSound> images;
+    std::vector<EnergyResponse> responses;
+    std::vector<PairMemory> memories;  ///< of the direct sound
+
+    PairSet() = default;
+    PairSet(std::size_t count, const EnergyResponse& silent)
+        : images(count), responses(count, silent), memories(count) {}
+};
+
 }  // namespace
 
 struct Propagation::State {
@@ -55,9 +66,9 @@ struct Propagation::State {
     SpecularPaths specular;
     std::optional<DirectSound> direct_sound;  // where the scene has edges that diffract it
     std::unique_ptr<ResponseEstimator> estimator;
-    std::vector<SpecularSound> images;      // [source * listener_count + listener]
-    std::vector<EnergyResponse> responses;  // [source * listener_count + listener]
-    std::vector<PairMemory> memories;       // [source * listener_count + listener]
+    PairSet pairs;                      // of all listeners
+    std::optional<FrameInput> at_rest;  // of the newest responses_at()
+    std::vector<PairMemory> at_rest_memories;
     std::uint64_t seed;
     std::uint64_t frame = 0;
     double travel_m = 0;  // accumulated movement of the scene since the start
@@ -128,12 +139,9 @@ struct Propagation::State {
         return std::clamp(length_s, kShortestDefaultResponse_s, kLongestDefaultResponse_s);
     }
 
-    void clear_responses() {
-        const std::size_t pairs = source_count * listener_count;
-        images.assign(pairs, {});
-        memories.assign(pairs, {});
-        responses.assign(pairs, EnergyResponse::silent(bins, speed_of_sound_m_s));
-    }
+    EnergyResponse silent() const { return EnergyResponse::silent(bins, speed_of_sound_m_s); }
+
+    void clear_responses() { pairs = PairSet(source_count * listener_count, silent()); }
 
     static std::shared_ptr<const EmissionSampler> sampler_of(const Directivity& directivity) {
         if (directivity.is_omnidirectional()) return nullptr;
@@ -143,23 +151,23 @@ struct Propagation::State {
     void add_source(const Pose& pose, const Directivity& directivity) {
         ++source_count;
         samplers.push_back(sampler_of(directivity));
-        responses.resize(source_count * listener_count,
-                         EnergyResponse::silent(bins, speed_of_sound_m_s));
-        images.resize(responses.size());
-        memories.resize(responses.size());
+        pairs.responses.resize(source_count * listener_count, silent());
+        pairs.images.resize(pairs.responses.size());
+        pairs.memories.resize(pairs.responses.size());
         estimator->add_source(next_source_id++, pose.position, {samplers.back(), pose.rotation()});
     }
 
     void remove_source(std::size_t source) {
-        const auto erase_pairs = [&](auto& pairs) {
-            const auto first = pairs.begin() + static_cast<std::ptrdiff_t>(source * listener_count);
-            pairs.erase(first, first + static_cast<std::ptrdiff_t>(listener_count));
+        const auto erase_pairs = [&](auto& of_pairs) {
+            const auto first =
+                of_pairs.begin() + static_cast<std::ptrdiff_t>(source * listener_count);
+            of_pairs.erase(first, first + static_cast<std::ptrdiff_t>(listener_count));
         };
         --source_count;
-        erase_pairs(responses);
-        erase_pairs(images);
+        erase_pairs(pairs.responses);
+        erase_pairs(pairs.images);
         samplers.erase(samplers.begin() + static_cast<std::ptrdiff_t>(source));
-        erase_pairs(memories);
+        erase_pairs(pairs.memories);
         estimator->remove_source(source);
     }
 
@@ -206,17 +214,19 @@ struct Propagation::State {
 
     /// The direct sound where edges diffract it, as the paths of all responses. A straight path
     /// without edges near it is left to find_specular().
-    void find_direct_sound(const FrameInput& input) {
-        for (EnergyResponse& response : responses) response.paths.clear();
+    void find_direct_sound(const FrameInput& input, PairSet& set) {
+        for (EnergyResponse& response : set.responses) response.paths.clear();
         if (!direct_sound) return;
-        direct_sound->search(input.sources, input.listeners, memories);
-        workers.run(responses.size(), [&](std::size_t pair) {
-            responses[pair].paths = direct_sound->find(
-                input.sources[pair / listener_count], input.listeners[pair % listener_count],
-                directivity(pair / listener_count, input), attenuation_per_m, memories[pair]);
+        direct_sound->search(input.sources, input.listeners, set.memories);
+        workers.run(set.responses.size(), [&](std::size_t pair) {
+            set.responses[pair].paths =
+                direct_sound->find(input.sources[pair / input.listeners.size()],
+                                   input.listeners[pair % input.listeners.size()],
+                                   directivity(pair / input.listeners.size(), input),
+                                   attenuation_per_m, set.memories[pair]);
         });
         statistics.edges = direct_sound->edges().count();
-        for (const EnergyResponse& response : responses) {
+        for (const EnergyResponse& response : set.responses) {
             statistics.bent_paths += static_cast<std::size_t>(
                 std::count_if(response.paths.begin(), response.paths.end(),
                               [](const SpecularPath& path) { return path.edges > 0; }));
@@ -224,20 +234,20 @@ struct Propagation::State {
     }
 
     /// Adds the direct sound through walls to the paths of all responses.
-    void find_through_walls(const FrameInput& input) {
+    void find_through_walls(const FrameInput& input, PairSet& set) {
         if (!simulation.direct || !rays.transmits()) return;
-        std::vector<char> found(responses.size(), 0);
-        workers.run(responses.size(), [&](std::size_t pair) {
-            std::optional<SpecularPath> through =
-                path_through_walls(rays, input.sources[pair / listener_count],
-                                   input.listeners[pair % listener_count], attenuation_per_m);
+        std::vector<char> found(set.responses.size(), 0);
+        workers.run(set.responses.size(), [&](std::size_t pair) {
+            std::optional<SpecularPath> through = path_through_walls(
+                rays, input.sources[pair / input.listeners.size()],
+                input.listeners[pair % input.listeners.size()], attenuation_per_m);
             if (!through) return;
             found[pair] = 1;
-            const OrientedDirectivity of_source = directivity(pair / listener_count, input);
+            const OrientedDirectivity of_source = directivity(pair / input.listeners.size(), input);
             if (!of_source.is_omnidirectional()) {
                 through->energy *= of_source.factor(through->departure);
             }
-            std::vector<SpecularPath>& paths = responses[pair].paths;
+            std::vector<SpecularPath>& paths = set.responses[pair].paths;
             paths.insert(std::upper_bound(paths.begin(), paths.end(), *through,
                                           [](const SpecularPath& a, const SpecularPath& b) {
                                               return a.length_m < b.length_m;
@@ -249,28 +259,29 @@ struct Propagation::State {
 
     /// Adds the diffraction of the first-order image sources at the edges of their faces to the
     /// paths of all responses. Where rays count image sources, these are left as they are.
-    void complete_reflections(const FrameInput& input) {
+    void complete_reflections(const FrameInput& input, PairSet& set) {
         if (!direct_sound || specular.listed_order() == 0) return;
         const FirstOrderImages first_order{specular.planes(), specular.first_order_ids(),
                                            specular.order()};
-        workers.run(responses.size(), [&](std::size_t pair) {
+        workers.run(set.responses.size(), [&](std::size_t pair) {
             direct_sound->complete_reflections(
-                responses[pair].paths, input.sources[pair / listener_count],
-                input.listeners[pair % listener_count], first_order,
-                directivity(pair / listener_count, input), attenuation_per_m, memories[pair]);
+                set.responses[pair].paths, input.sources[pair / input.listeners.size()],
+                input.listeners[pair % input.listeners.size()], first_order,
+                directivity(pair / input.listeners.size(), input), attenuation_per_m,
+                set.memories[pair]);
         });
     }
 
     /// Adds the image sources to the paths of all responses, and the direct sound if it is
     /// straight.
-    void find_specular(const FrameInput& input) {
-        workers.run(responses.size(), [&](std::size_t pair) {
-            std::vector<SpecularPath>& paths = responses[pair].paths;
-            images[pair] = specular.find(input.sources[pair / listener_count],
-                                         input.listeners[pair % listener_count],
-                                         simulation.direct && paths.empty(), attenuation_per_m);
-            std::vector<SpecularPath>& found = images[pair].paths;
-            const OrientedDirectivity of_source = directivity(pair / listener_count, input);
+    void find_specular(const FrameInput& input, PairSet& set) {
+        workers.run(set.responses.size(), [&](std::size_t pair) {
+            std::vector<SpecularPath>& paths = set.responses[pair].paths;
+            set.images[pair] = specular.find(input.sources[pair / input.listeners.size()],
+                                             input.listeners[pair % input.listeners.size()],
+                                             simulation.direct && paths.empty(), attenuation_per_m);
+            std::vector<SpecularPath>& found = set.images[pair].paths;
+            const OrientedDirectivity of_source = directivity(pair / input.listeners.size(), input);
             if (!of_source.is_omnidirectional()) {
                 for (SpecularPath& path : found) path.energy *= of_source.factor(path.departure);
             }
@@ -280,6 +291,37 @@ struct Propagation::State {
                                    return a.length_m < b.length_m;
                                });
         });
+    }
+
+    /// Replaces the paths of all responses: direct sound and image sources, with their diffraction.
+    void find_paths(const FrameInput& input, std::uint64_t number, PairSet& set) {
+        Stopwatch watch;
+        find_direct_sound(input, set);
+        statistics.diffraction_s += watch.lap_s();
+        for (const Vec3& listener : input.listeners) specular.discover(listener, number);
+        find_specular(input, set);
+        find_through_walls(input, set);
+        statistics.specular_s += watch.lap_s();
+        complete_reflections(input, set);
+        statistics.diffraction_s += watch.lap_s();
+    }
+
+    /// The pairs of all sources with receivers, which are the listeners of `input`. Searches for
+    /// paths over edges, whose work in a frame is bounded, continue while no position changes.
+    PairSet resting_pairs(const FrameInput& input) {
+        constexpr std::uint64_t kSearches = 2 * NearEdges::kTurns;
+        const bool continues =
+            at_rest && at_rest->sources == input.sources && at_rest->listeners == input.listeners;
+        PairSet set(source_count * input.listeners.size(), silent());
+        if (continues) set.memories = std::move(at_rest_memories);
+        at_rest = input;
+        if (!direct_sound) return set;
+        direct_sound->begin_frame(false);
+        for (std::uint64_t search = 0; !continues && search < kSearches; ++search) {
+            find_direct_sound(input, set);
+            direct_sound->begin_frame(false);
+        }
+        return set;
     }
 };
 
@@ -324,25 +366,32 @@ void Propagation::step(const FrameInput& given) {
     if (moved_m > 0) {
         s.travel_m += double{moved_m};
         s.specular.scene_moved();
+        s.at_rest.reset();
         s.estimator->scene_moved();
     }
     const FrameInput input = s.nudged(given);
 
-    Stopwatch watch;
     if (s.direct_sound) s.direct_sound->begin_frame(moved_m > 0);
-    s.find_direct_sound(input);
-    s.statistics.diffraction_s += watch.lap_s();
-
     // The paths that image sources count are selected before the rays' paths are evaluated.
-    for (const Vec3& listener : input.listeners) s.specular.discover(listener, s.frame);
-    s.find_specular(input);
-    s.find_through_walls(input);
-    s.statistics.specular_s += watch.lap_s();
-    s.complete_reflections(input);
-    s.statistics.diffraction_s += watch.lap_s();
-
-    s.estimator->step(s.frame_of(input, s.frame), s.images, s.responses, s.statistics);
+    s.find_paths(input, s.frame, s.pairs);
+    s.estimator->step(s.frame_of(input, s.frame), s.pairs.images, s.pairs.responses, s.statistics);
     ++s.frame;
+}
+
+std::vector<EnergyResponse> Propagation::responses_at(const FrameInput& given,
+                                                      std::span<const Vec3> receivers) {
+    State& s = *state_;
+    assert(s.frame > 0 && s.simulation.estimator == Estimator::patch);
+    const FrameStatistics of_step = s.statistics;
+    FrameInput input = given;
+    input.listeners.assign(receivers.begin(), receivers.end());
+    input = s.nudged(input);
+    PairSet set = s.resting_pairs(input);
+    s.find_paths(input, s.frame - 1, set);
+    s.at_rest_memories = std::move(set.memories);
+    s.estimator->gather_at(s.frame_of(input, s.frame - 1), set.images, set.responses);
+    s.statistics = of_step;
+    return std::move(set.responses);
 }
 
 std::vector<Ray> Propagation::rays(const FrameInput& given) const {
@@ -352,7 +401,7 @@ std::vector<Ray> Propagation::rays(const FrameInput& given) const {
 }
 
 const EnergyResponse& Propagation::response(std::size_t source, std::size_t listener) const {
-    return state_->responses[source * state_->listener_count + listener];
+    return state_->pairs.responses[source * state_->listener_count + listener];
 }
 
 void Propagation::restart(std::uint64_t seed) {

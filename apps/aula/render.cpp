@@ -13,6 +13,7 @@
 #include "apps/session/offline/offline.h"
 #include "aula/audio/sound_file.h"
 #include "aula/exception.h"
+#include "aula/measurement.h"
 
 namespace aula {
 
@@ -71,9 +72,19 @@ class MeasurementFiles {
 
     void write(const Scene& scene, const Measurement& measurement,
                const std::shared_ptr<const Hrtf>& hrtf) {
-        for (std::size_t s = 0; s < responses_.size(); ++s)
-            write_planar(*responses_[s],
-                         impulse_response(scene, s, measurement, arguments_.session, hrtf));
+        if (arguments_.ir) {
+            const SessionOptions& session = arguments_.session;
+            const ImpulseResponses impulse_responses(
+                measurement,
+                {.sample_rate_hz = session.sample_rate_hz,
+                 .output = session.output,
+                 .ambisonic_order = session.ambisonic_order,
+                 .half_precision_tail = session.half_precision_tail,
+                 .block = session.block},
+                hrtf);
+            for (std::size_t s = 0; s < responses_.size(); ++s)
+                write_planar(*responses_[s], impulse_responses.response(s));
+        }
         if (echogram_) echogram_->write(echogram_csv(scene, measurement, arguments_.bin_s));
         const std::vector<RoomParameters> parameters = room_parameters(measurement);
         if (report_) report_->write(report_json(scene, parameters));
@@ -111,7 +122,8 @@ int measure(const Arguments& arguments) {
     const auto hrtf =
         arguments.ir ? hrtf_for(arguments.session, arguments.session.sample_rate_hz) : nullptr;
     ProgressBar bar("measuring", arguments.quiet);
-    const auto measurement = measure(scene, arguments.frames, std::ref(bar));
+    const auto measurement = measure(
+        scene, {.frames = arguments.frames, .parameters = false, .progress = std::ref(bar)});
     if (!measurement) return interrupted_status();
     warn(measurement->warnings, arguments.quiet);
     files.write(scene, *measurement, hrtf);

@@ -81,6 +81,11 @@ void PatchPropagation::set_rays(int rays) {
     }
 }
 
+void PatchPropagation::scene_moved() {
+    grid_.scene_moved(window_frames_);
+    resting_.clear();
+}
+
 void PatchPropagation::materials_changed() {
     find_mirrors();
     grid_.materials_changed(window_frames_);
@@ -403,6 +408,36 @@ void PatchPropagation::step(const PropagationFrame& frame, std::span<const Specu
     }
     for (const SegmentCache& segments : segment_caches_)
         statistics.memory_bytes += segments.memory_bytes();
+}
+
+/// The sources' caches serve all receivers, which therefore need no caches.
+void PatchPropagation::gather_at(const PropagationFrame& frame,
+                                 std::span<const SpecularSound> images,
+                                 std::span<EnergyResponse> responses) {
+    const std::vector<Vec3>& at = frame.input.listeners;
+    resting_.resize(at.size());
+    for (std::size_t r = 0; mirrors_ && r < at.size(); ++r) {
+        if (!resting_[r] || resting_[r]->position != at[r]) {
+            resting_[r] = make_receiver(scene_, at[r], listener_radius_m_);
+        }
+    }
+    std::uint64_t segments = 0;
+    for (std::size_t r = 0; r < at.size(); ++r) {
+        const Emitter receiver{emitter_count() + r, at[r], true};
+        const std::vector<GatherHit> hits =
+            trace_gather(scene_, grid_, receiver, gather_settings(frame.number),
+                         gather_seed(frame, emitter_count() + r), workers_, segments);
+        for (std::size_t s = 0; s < source_count_; ++s)
+            add_gathered(hits, caches_[s], 1, workers_, responses[s * at.size() + r]);
+    }
+    if (!mirrors_) return;
+    workers_.run(responses.size(), [&](std::size_t pair) {
+        const SegmentCache& of_source = segment_caches_[pair / at.size()];
+        SpecularSum detected(EnergyResponse::silent(bins_, speed_of_sound_m_s_));
+        of_source.add_to(scene_, *resting_[pair % at.size()], {}, false, of_source.rays(),
+                         detected);
+        detected.add_to(images[pair], responses[pair]);
+    });
 }
 
 std::vector<PathLine> PatchPropagation::path_lines(const PropagationFrame& frame,

@@ -43,9 +43,11 @@ class PatchPropagation final : public ResponseEstimator {
     void remove_source(std::size_t source) override;
     void set_rays(int rays) override;
     void materials_changed() override;
-    void scene_moved() override { grid_.scene_moved(window_frames_); }
+    void scene_moved() override;
     void step(const PropagationFrame& frame, std::span<const SpecularSound> images,
               std::span<EnergyResponse> responses, FrameStatistics& statistics) override;
+    void gather_at(const PropagationFrame& frame, std::span<const SpecularSound> images,
+                   std::span<EnergyResponse> responses) override;
     std::vector<Ray> rays(const PropagationFrame& frame) const override;
     std::vector<PathLine> path_lines(const PropagationFrame& frame, std::size_t source, int count,
                                      int order) const override;
@@ -125,6 +127,8 @@ class PatchPropagation final : public ResponseEstimator {
     std::vector<std::vector<DepositBatch>> batches_;  // [emitter][batch]
     std::vector<PatchCache::State> states_;           // in the last frame
     std::vector<Receiver> receivers_;
+
+    std::vector<std::optional<Receiver>> resting_;  // of the newest gather_at()
 
     std::vector<OrientedDirectivity> directivities_;  // [source] in the last frame
     std::vector<double> turned_m_;                    // [source] see OrientedDirectivity::turned_m

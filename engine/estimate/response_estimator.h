@@ -51,6 +51,13 @@ class ResponseEstimator {
     virtual void step(const PropagationFrame& frame, std::span<const SpecularSound> images,
                       std::span<EnergyResponse> responses, FrameStatistics& statistics) = 0;
 
+    /// Adds to `responses` what their paths do not contain, [source * receivers + receiver], from
+    /// the caches of the last step, whose frame `frame` is except for its listeners: these are the
+    /// receivers. `images` are those of the receivers. Only for estimators with patches.
+    virtual void gather_at(const PropagationFrame& /*frame*/,
+                           std::span<const SpecularSound> /*images*/,
+                           std::span<EnergyResponse> /*responses*/) {}
+
     /// The rays of the next step if nothing moves.
     virtual std::vector<Ray> rays(const PropagationFrame& frame) const = 0;
 

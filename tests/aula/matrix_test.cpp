@@ -20,10 +20,10 @@
 
 #include "apps/aula/arguments.h"
 #include "apps/session/live/player.h"
-#include "apps/session/offline/measurement.h"
 #include "apps/session/offline/measurement_text.h"
 #include "apps/session/offline/offline.h"
 #include "aula/engine/scene_file.h"
+#include "aula/measurement.h"
 #include "tests/aula/matrix_case.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
@@ -95,7 +95,7 @@ void check_finite(const nlohmann::json& value) {
 }
 
 void measure_case(const Arguments& arguments, const Scene& scene, const MatrixCase& test) {
-    const auto measurement = measure(scene, arguments.frames);
+    const auto measurement = measure(scene, {.frames = arguments.frames});
     require(measurement.has_value(), "measuring was stopped");
     double energy = 0;
     for (const EnergyResponse& response : measurement->responses)
@@ -105,8 +105,16 @@ void measure_case(const Arguments& arguments, const Scene& scene, const MatrixCa
     require(energy > 0 || !test.must_be_heard, "no energy");
     if (arguments.ir) {
         const auto hrtf = hrtf_for(arguments.session, arguments.session.sample_rate_hz);
+        const SessionOptions& session = arguments.session;
+        const ImpulseResponses responses(*measurement,
+                                         {.sample_rate_hz = session.sample_rate_hz,
+                                          .output = session.output,
+                                          .ambisonic_order = session.ambisonic_order,
+                                          .half_precision_tail = session.half_precision_tail,
+                                          .block = session.block},
+                                         hrtf);
         for (std::size_t s = 0; s < scene.sources.size(); ++s) {
-            const auto channels = impulse_response(scene, s, *measurement, arguments.session, hrtf);
+            const auto channels = responses.response(s);
             require(static_cast<int>(channels.size()) == test.channels, "channels of the response");
             double sum = 0;
             for (const auto& channel : channels) {

@@ -8,10 +8,10 @@
 #include <numbers>
 #include <string>
 
-#include "apps/session/offline/measurement.h"
 #include "aula/audio/sound_file.h"
 #include "aula/engine/impulse_response.h"
 #include "aula/engine/propagation.h"
+#include "aula/measurement.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/test_scenes.h"
@@ -52,12 +52,10 @@ Scene reverberant_room() {
 
 /// The mono impulse response of the source of that name.
 std::vector<float> measured(const Scene& scene, const std::string& name) {
-    SessionOptions options;
-    options.output = OutputFormat::mono;
     std::size_t source = 0;
     while (scene.sources[source].name != name) ++source;
-    const auto measurement = measure(scene, 15);
-    return impulse_response(scene, source, *measurement, options, nullptr)[0];
+    const auto measurement = measure(scene, {.frames = 15});
+    return ImpulseResponses(*measurement, {}).response(source)[0];
 }
 
 double product(const std::vector<float>& a, const std::vector<float>& b) {
@@ -221,14 +219,14 @@ TEST_CASE("A source has the same response alone and among others, measured and r
         CHECK(correlation(rendered(other), reference) > 0.95);
     }
     // With the same energies, to the bit.
-    const auto measurement = measure(scene, 2);
+    const auto measurement = measure(scene, {.frames = 2});
     Measurement of_one = *measurement;
     of_one.responses.erase(of_one.responses.begin());
+    of_one.sources.erase(of_one.sources.begin());
     for (const OutputFormat output : {OutputFormat::mono, OutputFormat::foa}) {
-        SessionOptions options;
-        options.output = output;
-        CHECK(impulse_response(scene, 1, *measurement, options, nullptr) ==
-              impulse_response(alone, 0, of_one, options, nullptr));
+        const ImpulseResponseOptions options{.output = output};
+        CHECK(ImpulseResponses(*measurement, options).response(1) ==
+              ImpulseResponses(of_one, options).response(0));
     }
 }
 

@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "apps/session/frames/timeline.h"
-#include "apps/session/offline/measurement.h"
 #include "apps/session/offline/offline.h"
 #include "audio/dsp/loudness.h"
 #include "aula/audio/sound_file.h"
 #include "aula/engine/room_acoustics.h"
 #include "aula/engine/scene_file.h"
+#include "aula/measurement.h"
 #include "tests/support/temporary_folder.h"
 
 // Level and duration of the sound of the shipped scenes.
@@ -43,7 +43,7 @@ double longest_t30_s(Scene scene) {
     constexpr float kLong_s = 6;
     scene.simulation.ir_length_s = kLong_s;
     double longest_s = 0;
-    const auto measurement = measure(scene, kFrames);
+    const auto measurement = measure(scene, {.frames = kFrames});
     for (const EnergyResponse& response : measurement->responses) {
         for (const BandParameters& band : room_parameters(response)) {
             REQUIRE(band.t30_s);

@@ -1,10 +1,14 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
+#include <functional>
+#include <optional>
 #include <vector>
 
 #include "apps/session/offline/response_mean.h"
+#include "aula/measurement.h"
 
 namespace aula {
 
@@ -20,7 +24,10 @@ inline constexpr std::size_t kFirstMeasuredBand = 1;
 inline constexpr std::size_t kEndMeasuredBand = 7;
 
 /// Largest accepted standard error of a parameter: in dB for level and C80, else relative.
-double wanted_error(MeasuredParameter parameter);
+double wanted_error(const MeasurementLimits& limits, MeasuredParameter parameter);
+
+/// Values that a response may have or not.
+using MeasuredValues = std::vector<std::optional<double>>;
 
 /// The mean response of independent windows, and the standard errors of parameters of that mean by
 /// the jackknife (Efron 1982): the parameters are computed with each group of windows left out in
@@ -28,7 +35,10 @@ double wanted_error(MeasuredParameter parameter);
 /// response nonlinearly.
 class WindowedMean {
  public:
-    /// Larger numbers of windows are combined into this number of groups.
+    /// Larger numbers of windows are combined into `max_groups` groups, at least 2.
+    explicit WindowedMean(std::size_t max_groups = kMaxGroups)
+        : max_groups_(std::max<std::size_t>(max_groups, 2)) {}
+
     static constexpr std::size_t kMaxGroups = 32;
 
     void add(const EnergyResponse& window);
@@ -43,11 +53,17 @@ class WindowedMean {
     /// 0 where the mean does not have the parameter. Requires at least two windows.
     Errors standard_errors() const;
 
+    /// Standard errors of any values of the mean, in their units; empty where the mean does not
+    /// have the value. Requires at least two windows.
+    MeasuredValues standard_errors(
+        const std::function<MeasuredValues(const EnergyResponse&)>& values_of) const;
+
     /// Relative margin for the uncertainty of a standard error estimated from this number of
     /// groups: one standard deviation of the estimate, 1 / sqrt(2 (n - 1)).
     double error_margin() const;
 
  private:
+    std::size_t max_groups_;
     std::vector<ResponseMean> groups_;
     std::size_t windows_ = 0;
 };

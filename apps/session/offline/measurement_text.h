@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "apps/session/offline/measurement.h"
 #include "aula/engine/room_acoustics.h"
 #include "aula/engine/scene.h"
+#include "aula/measurement.h"
 
 namespace aula {
 

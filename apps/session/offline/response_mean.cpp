@@ -17,31 +17,31 @@ Bands scaled(const std::array<double, kBandCount>& sums, double scale) {
 }  // namespace
 
 void ResponseMean::begin_like(const EnergyResponse& response) {
-    if (count_ > 0) return;
+    if (weight_ > 0) return;
     first_ = response;
     energy_.resize(response.energy.size());
     intensity_.resize(response.intensity.size());
 }
 
-void ResponseMean::add(const EnergyResponse& response) {
+void ResponseMean::add(const EnergyResponse& response, double weight) {
     begin_like(response);
-    ++count_;
+    weight_ += weight;
     for (std::size_t bin = 0; bin < energy_.size(); ++bin) {
         for (std::size_t band = 0; band < kBandCount; ++band)
-            energy_[bin][band] += static_cast<double>(response.energy[bin][band]);
-        intensity_[bin] += glm::dvec3(response.intensity[bin]);
+            energy_[bin][band] += weight * static_cast<double>(response.energy[bin][band]);
+        intensity_[bin] += weight * glm::dvec3(response.intensity[bin]);
     }
     for (const SpecularPath& path : response.paths) {
         PathSum& sum = paths_.try_emplace(path.id, PathSum{path}).first->second;
         for (std::size_t band = 0; band < kBandCount; ++band)
-            sum.energy[band] += static_cast<double>(path.energy[band]);
+            sum.energy[band] += weight * static_cast<double>(path.energy[band]);
     }
 }
 
 void ResponseMean::add(const ResponseMean& other) {
-    if (other.count_ == 0) return;
+    if (other.weight_ == 0) return;
     begin_like(other.first_);
-    count_ += other.count_;
+    weight_ += other.weight_;
     for (std::size_t bin = 0; bin < energy_.size(); ++bin) {
         for (std::size_t band = 0; band < kBandCount; ++band)
             energy_[bin][band] += other.energy_[bin][band];
@@ -54,9 +54,9 @@ void ResponseMean::add(const ResponseMean& other) {
 }
 
 EnergyResponse ResponseMean::value() const {
-    assert(count_ > 0);
+    assert(weight_ > 0);
     EnergyResponse mean = first_;
-    const double share = 1.0 / static_cast<double>(count_);
+    const double share = 1.0 / weight_;
     for (std::size_t bin = 0; bin < energy_.size(); ++bin) {
         mean.energy[bin] = scaled(energy_[bin], share);
         mean.intensity[bin] = Vec3(intensity_[bin] * share);

@@ -10,14 +10,12 @@
 
 namespace aula {
 
-/// The mean of energy responses with the same bins. A discrete path counts as zero in responses
-/// without it.
+/// The weighted mean of energy responses with the same bins. A discrete path counts as zero in
+/// responses without it.
 class ResponseMean {
  public:
-    void add(const EnergyResponse& response);
+    void add(const EnergyResponse& response, double weight = 1);
     void add(const ResponseMean& other);
-
-    std::size_t count() const { return count_; }
 
     /// Requires at least one response.
     EnergyResponse value() const;
@@ -31,7 +29,7 @@ class ResponseMean {
 
     void begin_like(const EnergyResponse& response);
 
-    std::size_t count_ = 0;
+    double weight_ = 0;
     EnergyResponse first_;
     std::vector<Sums> energy_;           ///< [bin]
     std::vector<glm::dvec3> intensity_;  ///< [bin]

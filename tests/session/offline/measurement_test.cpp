@@ -1,4 +1,3 @@
-#include "apps/session/offline/measurement.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include "apps/session/offline/measurement_text.h"
 #include "aula/engine/propagation.h"
 #include "aula/engine/room_acoustics.h"
+#include "aula/measurement.h"
 #include "tests/support/octave.h"
 #include "tests/support/test_scenes.h"
 
@@ -118,7 +118,7 @@ TEST_CASE("N frames give the better of the last response and the mean, by estima
         scene.simulation.estimator = best.estimator;
         INFO(estimator_name(best.estimator) << ", " << best.frames << " frames");
         const Published p = published(scene, best.frames);
-        const auto measurement = measure(scene, best.frames);
+        const auto measurement = measure(scene, {.frames = best.frames});
         REQUIRE(measurement);
         CHECK(measurement->frames == best.frames);
         // Rounding of single precision: the mean is rounded once, each response a few times.
@@ -193,7 +193,7 @@ TEST_CASE("A measurement that ends after 2000 frames names the parameters outsid
         Catch::Matchers::StartsWith("source \"source\": standard errors after 2000 frames: ") &&
             Catch::Matchers::Contains("EDT") && Catch::Matchers::Contains("(at most 1 %)"));
     // Companion: for a given number of frames no errors are known.
-    CHECK(measure(scene, 20)->warnings.empty());
+    CHECK(measure(scene, {.frames = 20})->warnings.empty());
 }
 
 TEST_CASE("A source behind a wall without an opening is not audible") {
@@ -211,9 +211,9 @@ TEST_CASE("A source behind a wall without an opening is not audible") {
     Scene alone = two_rooms(false);
     alone.sources.erase(alone.sources.begin());
     CHECK(measure(alone, {})->frames < 20);
-    CHECK(measure(alone, 5)->audible == std::vector<char>{0});
+    CHECK(measure(alone, {.frames = 5})->audible == std::vector<char>{0});
     // Companion: with half of the wall missing both are audible.
-    const auto open = measure(two_rooms(true), 20);
+    const auto open = measure(two_rooms(true), {.frames = 20});
     CHECK(open->audible == std::vector<char>{1, 1});
     CHECK(open->warnings.empty());
     CHECK(room_parameters(*open)[1][4].g_db);
@@ -264,16 +264,15 @@ TEST_CASE("Standard errors of the mean's parameters are those of repeated means"
 
 TEST_CASE("A measurement stops on request") {
     int asked = 0;
-    REQUIRE_FALSE(measure(small_room(), 100, [&](double) { return ++asked < 3; }));
+    REQUIRE_FALSE(
+        measure(small_room(), {.frames = 100, .progress = [&](double) { return ++asked < 3; }}));
     REQUIRE(asked == 3);
 }
 
 TEST_CASE("Sound from the left is positive in Y, zero in X, and louder in the left ear") {
     Scene scene = free_field({0, 3.432F, 0});
-    const auto measurement = measure(scene, 1);
-    SessionOptions options;
-    options.output = OutputFormat::foa;
-    const auto foa = impulse_response(scene, 0, *measurement, options, nullptr);
+    const auto measurement = measure(scene, {.frames = 1});
+    const auto foa = ImpulseResponses(*measurement, {.output = OutputFormat::foa}).response(0);
     REQUIRE(foa.size() == 4);
     const auto at = [&](std::size_t channel) { return static_cast<double>(foa[channel][480]); };
     // SN3D: Y is W for sound from y. 0.1 dB: rounding in the design of the filters.
@@ -282,9 +281,8 @@ TEST_CASE("Sound from the left is positive in Y, zero in X, and louder in the le
     CHECK(at(2) == Approx(0).margin(1e-4));
     CHECK(at(3) == Approx(0).margin(1e-4));
 
-    options.output = OutputFormat::binaural;
-    const auto ears = impulse_response(scene, 0, *measurement, options,
-                                       hrtf_for(options, options.sample_rate_hz));
+    const auto ears =
+        ImpulseResponses(*measurement, {.output = OutputFormat::binaural}).response(0);
     double energy[2] = {0, 0};
     for (std::size_t ear = 0; ear < 2; ++ear)
         for (const float x : ears[ear])
@@ -297,10 +295,8 @@ TEST_CASE("Sound from the left is positive in Y, zero in X, and louder in the le
 TEST_CASE("A source is in front of a head that has turned towards it") {
     Scene scene = free_field({0, 3.432F, 0});
     scene.listener.pose.yaw_rad = 1.5707963F;
-    const auto measurement = measure(scene, 1);
-    SessionOptions options;
-    options.output = OutputFormat::foa;
-    const auto foa = impulse_response(scene, 0, *measurement, options, nullptr);
+    const auto measurement = measure(scene, {.frames = 1});
+    const auto foa = ImpulseResponses(*measurement, {.output = OutputFormat::foa}).response(0);
     CHECK(static_cast<double>(foa[3][480]) == Approx(1 / 3.432).epsilon(0.0116));
     CHECK(static_cast<double>(foa[1][480]) == Approx(0).margin(1e-4));
 }
@@ -310,8 +306,7 @@ TEST_CASE("The impulse response has the decay times of the report") {
     scene.materials[0].absorption = Bands::filled(0.1F);
     scene.simulation.rays = 200;
     scene.simulation.ir_length_s = 1.5F;
-    SessionOptions options;
-    options.output = OutputFormat::mono;
+    const ImpulseResponseOptions options;
     constexpr int kSeeds = 4;
     for (const std::size_t band : {4U, 5U, 6U}) {
         const auto centre_hz = static_cast<double>(kBandCentres_hz[band]);
@@ -319,8 +314,8 @@ TEST_CASE("The impulse response has the decay times of the report") {
         double reported_s = 0;
         for (int seed = 1; seed <= kSeeds; ++seed) {
             scene.simulation.seed = static_cast<std::uint64_t>(seed);
-            const auto measurement = measure(scene, 5);
-            const auto response = impulse_response(scene, 0, *measurement, options, nullptr);
+            const auto measurement = measure(scene, {.frames = 5});
+            const auto response = ImpulseResponses(*measurement, options).response(0);
             rendered_s += decay_time_s(response[0], centre_hz, options.sample_rate_hz) / kSeeds;
             reported_s += *room_parameters(measurement->responses[0])[band].t30_s / kSeeds;
         }

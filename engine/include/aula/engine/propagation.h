@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "aula/engine/energy_response.h"
@@ -57,6 +58,13 @@ class Propagation {
     /// call it, but not in parallel with step().
     const EnergyResponse& response(std::size_t source, std::size_t listener = 0) const;
 
+    /// The responses of all sources at receivers that are not listeners, [source * receivers.size()
+    /// + receiver]: one gather for each receiver from the caches after the newest step(), whose
+    /// input is `input`. Receivers have no state, and an unlimited number of them can be used.
+    /// Requires Estimator::patch and a step().
+    std::vector<EnergyResponse> responses_at(const FrameInput& input,
+                                             std::span<const Vec3> receivers);
+
     /// Clears all caches and responses. The next step is frame 0 with that seed.
     void restart(std::uint64_t seed);
 
@@ -85,8 +93,9 @@ class Propagation {
     /// estimators without patches.
     float patch_size_m() const;
 
-    /// [source] 1 if sound can reach the first listener, with all objects at their positions in the
-    /// newest frame, else 0. Found by random walks that cannot pass a wall by rounding.
+    /// [source] 1 if sound can reach the first listener of `input`, with all objects at their
+    /// positions in the newest frame, else 0. Found by random walks that cannot pass a wall by
+    /// rounding.
     std::vector<char> sources_connected(const FrameInput& input) const;
 
     /// Sets the rays per source from the next frame on, 1 to Simulation::kMaxRays.

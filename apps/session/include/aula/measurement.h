@@ -1,0 +1,166 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "aula/audio/output_format.h"
+#include "aula/engine/bands.h"
+#include "aula/engine/energy_response.h"
+#include "aula/engine/scene.h"
+#include "aula/engine/simulation.h"
+
+namespace aula {
+
+class Hrtf;
+
+/// The parameters of a measurement, in the order of their columns. More may follow at the end.
+enum class AcousticParameter {
+    t20,  ///< T20 in s: reverberation time by the decay from -5 to -25 dB
+    t30,  ///< T30 in s: reverberation time by the decay from -5 to -35 dB
+    edt,  ///< EDT in s: early decay time, by the decay from 0 to -10 dB
+    c50,  ///< C50 in dB: clarity, energy of the first 50 ms re that after them
+    c80,  ///< C80 in dB: clarity, energy of the first 80 ms re that after them
+    d50,  ///< D50: definition, share of the energy in the first 50 ms, 0..1
+    ts,   ///< Ts in s: centre time
+    g     ///< G in dB: strength, re the free field at 10 m
+};
+
+/// Number of acoustic parameters.
+inline constexpr std::size_t kAcousticParameterCount = 8;
+
+/// The name of a parameter in reports, for instance "T30".
+std::string_view acoustic_parameter_name(AcousticParameter parameter);
+
+/// The unit of a parameter: "s", "dB" or "".
+std::string_view acoustic_parameter_unit(AcousticParameter parameter);
+
+/// A value and its standard error, in the same unit. Neither is NaN or infinite.
+struct MeasuredValue {
+    std::optional<double> value;           ///< empty: the decay is not sufficient for it
+    std::optional<double> standard_error;  ///< empty: unknown, as for a given number of frames
+};
+
+/// The parameters of one source at one receiver; all empty if the source is not audible there.
+struct PairParameters {
+    /// [parameter][band]
+    std::array<std::array<MeasuredValue, kBandCount>, kAcousticParameterCount> octaves;
+
+    /// A parameter of an octave band; `band` < kBandCount is not checked.
+    const MeasuredValue& octave(AcousticParameter parameter, std::size_t band) const {
+        return octaves[static_cast<std::size_t>(parameter)][band];
+    }
+};
+
+/// The largest accepted standard errors, in every octave from 125 Hz to 4 kHz.
+struct MeasurementLimits {
+    double level_db = 0.05;  ///< of the total energy, dB
+    double c80_db = 0.1;     ///< of C80, dB
+    double t30 = 0.01;       ///< of T30, relative
+    double edt = 0.01;       ///< of EDT, relative
+};
+
+/// How a measurement is made. The settings of the propagation, such as the rays, are those of the
+/// scene (Scene::simulation).
+struct MeasurementOptions {
+    /// Number of frames, at least 1. If absent: as many as needed for `limits`.
+    std::optional<int> frames{};
+    MeasurementLimits limits{};  ///< each above 0; not used with `frames`
+    int max_frames = 2000;       ///< ends a measurement outside its limits; not used with `frames`
+    bool parameters = true;      ///< false omits Measurement::parameters
+    /// Called after each frame with the completed share, 0..1; returns false to stop. Empty: none.
+    std::function<bool(double done)> progress{};
+};
+
+/// The responses of sources at receivers with everything at rest. A pair is a source and a
+/// receiver; lists of pairs have the index [source * receivers.size() + receiver].
+struct Measurement {
+    std::vector<Source> sources;             ///< as measured
+    std::vector<Pose> receivers;             ///< as measured
+    Simulation simulation;                   ///< the settings of the propagation
+    std::vector<EnergyResponse> responses;   ///< [pair]
+    std::vector<char> audible;               ///< [pair] 1 if the source is audible at the receiver
+    std::vector<PairParameters> parameters;  ///< [pair]; empty if omitted
+    double length_s = 0;                     ///< of the responses
+    int frames = 0;                          ///< that were computed
+    /// Lines for the user: sources that are not audible, errors larger than wanted.
+    std::vector<std::string> warnings;
+
+    /// The index of a pair in the lists.
+    std::size_t pair(std::size_t source, std::size_t receiver) const {
+        return source * receivers.size() + receiver;
+    }
+
+    /// The energy response (echogram) of a pair; EnergyResponse::uniform gives it in equal bins.
+    /// Gains of sources are not applied. Indices are not checked.
+    const EnergyResponse& response(std::size_t source, std::size_t receiver = 0) const {
+        return responses[pair(source, receiver)];
+    }
+};
+
+/// Computes the energy responses of all sources at all receivers, at the poses of time 0. The rays
+/// of a source serve all receivers. `sources` and `receivers` replace those of the scene; neither
+/// is empty. The names of the sources seed the noise of their impulse responses and should differ.
+///
+/// With MeasurementOptions::frames: over that number of consecutive frames from empty caches.
+/// Without: the mean over independent windows of frames, each from empty caches with a separate
+/// seed, until the standard errors of level, C80, T30 and EDT of that mean are within the limits in
+/// every octave from 125 Hz to 4 kHz for each audible pair.
+///
+/// The result of frames from empty caches is the mean of the published responses (`pt`,
+/// `dpc-published`), the last response (`patch`) or, for `dpc`, the last up to 1.5 windows of its
+/// cache and the mean beyond them.
+///
+/// A source is audible at a receiver if sound can reach it (random walks from both meet) and
+/// is_audible() is true for its response. Returns empty if `progress` requested a stop. Throws
+/// InputError.
+std::optional<Measurement> measure(const Scene& scene, std::span<const Source> sources,
+                                   std::span<const Pose> receivers,
+                                   const MeasurementOptions& options = {});
+
+/// The same for the sources and the listener of the scene.
+std::optional<Measurement> measure(const Scene& scene, const MeasurementOptions& options = {});
+
+/// What impulse responses are.
+struct ImpulseResponseOptions {
+    double sample_rate_hz = 48000;             ///< 8000 to 384000
+    OutputFormat output = OutputFormat::mono;  ///< channels of each response
+    int ambisonic_order = 1;                   ///< of the reverberation in binaural output, 1 to 3
+    bool half_precision_tail = false;          ///< late reverberation with an error of -74 dB
+    int block = 256;               ///< samples rendered together, 1 to 8192; affects rounding only
+    std::filesystem::path hrtf{};  ///< SOFA file for binaural output; empty: MIT KEMAR (libmysofa)
+};
+
+/// Makes impulse responses from a measurement, as a renderer plays them for a listener at rest.
+class ImpulseResponses {
+ public:
+    /// Keeps a reference to the measurement. Reads the HRTF for binaural output. Throws InputError.
+    ImpulseResponses(const Measurement& measurement, const ImpulseResponseOptions& options);
+
+    /// The same with an HRTF that has been read at the options' sample rate; null unless the output
+    /// is binaural. `Hrtf` is an internal type.
+    ImpulseResponses(const Measurement& measurement, const ImpulseResponseOptions& options,
+                     std::shared_ptr<const Hrtf> hrtf);
+    ~ImpulseResponses();
+    ImpulseResponses(const ImpulseResponses&) = delete;
+    ImpulseResponses& operator=(const ImpulseResponses&) = delete;
+
+    /// The impulse response of a source at a receiver: [channel][sample], channel_count(output)
+    /// channels. Sample 0 is the emission; the source's gain is applied. 1.0 is the pressure at a
+    /// distance of 1 m in a free field. The length is that of the measurement, or longer if distant
+    /// direct sound requires it. Indices are not checked. [several threads]
+    std::vector<std::vector<float>> response(std::size_t source, std::size_t receiver = 0) const;
+
+ private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace aula

@@ -1,0 +1,88 @@
+#include "apps/session/offline/static_propagation.h"
+
+#include "apps/session/offline/response_mean.h"
+#include "engine/base/sampling.h"
+
+namespace aula {
+
+namespace {
+
+/// True if, of the responses of `frames` frames from empty caches, the last has a smaller error
+/// than the mean of all. The last response of `patch` contains all frames. That of `dpc` contains
+/// the newest frames, as many as its window; the mean of all responses weights the first rays most.
+/// The last is better up to 1.5 windows (measured).
+bool last_is_best(const Simulation& simulation, int frames) {
+    switch (simulation.estimator) {
+        case Estimator::pt:
+        case Estimator::dpc_published:
+            return false;
+        case Estimator::dpc:
+            return 2 * frames <= 3 * simulation.window_frames();
+        case Estimator::patch:
+            return true;
+    }
+    return true;
+}
+
+}  // namespace
+
+StaticPropagation::StaticPropagation(const Scene& scene, std::span<const Pose> receivers)
+    : simulation_(scene.simulation),
+      listeners_(scene.simulation.estimator == Estimator::patch ? 1 : receivers.size()),
+      propagation_(scene, scene.simulation, listeners_) {
+    for (const Pose& receiver : receivers) receivers_.push_back(receiver.position);
+    input_.listeners.assign(receivers_.begin(),
+                            receivers_.begin() + static_cast<std::ptrdiff_t>(listeners_));
+    for (const Source& source : scene.sources) {
+        input_.sources.push_back(source.position_at(0));
+        input_.source_rotations.push_back(source.pose_at(0).rotation());
+    }
+}
+
+/// True for the frames after which the receivers that are not listeners gather.
+bool StaticPropagation::gathers_at(int frame, int count) const {
+    return receivers_.size() > listeners_ &&
+           ((frame + 1) % kGatherFrames == 0 || frame + 1 == count);
+}
+
+std::vector<EnergyResponse> StaticPropagation::window(int count,
+                                                      const std::function<bool(int)>& continues) {
+    if (windows_ > 0) propagation_.restart(derive_seed(simulation_.seed, windows_));
+    ++windows_;
+    const bool last = last_is_best(simulation_, count);
+    const std::size_t receivers = receivers_.size();
+    const std::span<const Vec3> others = std::span(receivers_).subspan(listeners_);
+    std::vector<ResponseMean> means(input_.sources.size() * receivers);
+    for (int frame = 0; frame < count; ++frame) {
+        propagation_.step(input_);
+        for (std::size_t s = 0; (!last || frame + 1 == count) && s < input_.sources.size(); ++s)
+            for (std::size_t r = 0; r < listeners_; ++r)
+                means[s * receivers + r].add(propagation_.response(s, r));
+        if (gathers_at(frame, count)) {
+            const std::vector<EnergyResponse> gathered = propagation_.responses_at(input_, others);
+            // A gather is weighted by the rays in the caches.
+            for (std::size_t i = 0; i < gathered.size(); ++i)
+                means[i / others.size() * receivers + listeners_ + i % others.size()].add(
+                    gathered[i], frame + 1);
+        }
+        if (!continues(++frames_)) return {};
+    }
+    std::vector<EnergyResponse> responses;
+    responses.reserve(means.size());
+    for (const ResponseMean& mean : means) responses.push_back(mean.value());
+    return responses;
+}
+
+std::vector<char> StaticPropagation::connected() const {
+    FrameInput input = input_;
+    std::vector<char> pairs(input.sources.size() * receivers_.size());
+    for (std::size_t r = 0; r < receivers_.size(); ++r) {
+        input.listeners = {receivers_[r]};
+        const std::vector<char> sources = propagation_.sources_connected(input);
+        for (std::size_t s = 0; s < sources.size(); ++s)
+            pairs[s * receivers_.size() + r] = sources[s];
+    }
+    return pairs;
+}
+
+}  // namespace aula

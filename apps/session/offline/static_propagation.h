@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "aula/engine/energy_response.h"
+#include "aula/engine/propagation.h"
+#include "aula/engine/scene.h"
+
+namespace aula {
+
+/// Propagation from the sources of a scene to receivers with everything at rest, window by window.
+/// A window is a number of consecutive frames from empty caches. With Estimator::patch the first
+/// receiver is heard as a listener of a live scene, with a gather in each frame. The other
+/// receivers gather once in kGatherFrames frames, so that hundreds of them cost little and need no
+/// state. [one thread]
+class StaticPropagation {
+ public:
+    static constexpr int kGatherFrames = 8;
+
+    /// Sources and objects are at their positions at time 0. The scene outlives the object.
+    StaticPropagation(const Scene& scene, std::span<const Pose> receivers);
+
+    /// The combined result of the next `count` frames from empty caches, [pair]; empty if
+    /// `continues`, called with the number of all frames, returns false after a frame.
+    std::vector<EnergyResponse> window(int count, const std::function<bool(int)>& continues);
+
+    int frames() const { return frames_; }
+    double response_length_s() const { return propagation_.response_length_s(); }
+
+    /// [pair] 1 if sound can reach the receiver. Requires a frame.
+    std::vector<char> connected() const;
+
+ private:
+    bool gathers_at(int frame, int count) const;
+
+    const Simulation& simulation_;
+    std::vector<Vec3> receivers_;
+    std::size_t listeners_;  ///< the first receivers are listeners, whose responses each step
+                             ///< computes; the others gather from the sources' caches
+    Propagation propagation_;
+    FrameInput input_;
+    std::uint64_t windows_ = 0;
+    int frames_ = 0;
+};
+
+}  // namespace aula
