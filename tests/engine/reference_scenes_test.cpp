@@ -385,27 +385,32 @@ TEST_CASE("reference: direct sound bends around a half plane, a corner and into 
 TEST_CASE("reference: direct sound bends around thick barriers, pillars and round columns") {
     for (const char* name : {"thick_barrier", "pillar", "round_column"}) {
         const Reference r = reference(name);
+        // All edges of a curved surface count as one bend.
+        const int least_order = r.expect.at("least_order").get<int>();
+        const auto levels_of_order = [&](int order) {
+            Scene scene = r.scene;
+            scene.simulation.diffraction_order = order;
+            return DirectLevels(scene);
+        };
         DirectLevels levels(r.scene);
-        Scene single = r.scene;
-        single.simulation.diffraction_order = 1;
-        DirectLevels without_chains(single);
-        double single_error_db = 0;
+        DirectLevels least = levels_of_order(least_order);
+        DirectLevels below = levels_of_order(least_order - 1);
+        double below_error_db = 0;
         for (const json& c : r.expect.at("cases")) {
             const aula::Vec3 source = point(c.at("source"));
             const aula::Vec3 listener = point(c.at("listener"));
             const auto want_db = c.at("level_db").get<std::vector<double>>();
-            const auto first_bands = [&](std::vector<double> all) {
-                all.resize(want_db.size());
-                return all;
+            const auto error_db = [&](DirectLevels& of) {
+                std::vector<double> level_db = of(source, listener);
+                level_db.resize(want_db.size());
+                return largest_difference(level_db, want_db);
             };
-            const std::vector<double> level_db = first_bands(levels(source, listener));
-            CAPTURE(name, c.at("name").get<std::string>(), level_db, want_db);
-            CHECK(largest_difference(level_db, want_db) < r.number("tolerance_db"));
-            single_error_db = std::max(
-                single_error_db,
-                largest_difference(first_bands(without_chains(source, listener)), want_db));
+            CAPTURE(name, c.at("name").get<std::string>());
+            CHECK(error_db(levels) < r.number("tolerance_db"));
+            CHECK(error_db(least) < r.number("tolerance_db"));
+            below_error_db = std::max(below_error_db, error_db(below));
         }
-        CHECK(single_error_db > 2 * r.number("tolerance_db"));
+        CHECK(below_error_db > 2 * r.number("tolerance_db"));
     }
 }
 
