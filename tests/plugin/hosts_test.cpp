@@ -4,9 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "aula/audio/sound_file.h"
-#include "tests/support/program.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/plugin/host_commands.h"
 
 // Runs the plugins in other programs' hosts.
 
@@ -17,41 +15,11 @@ namespace fs = std::filesystem;
 
 const std::string kDefaultRoom = std::string(AULA_SOURCE_DIR) + "/scenes/default.json";
 
-/// Whether a program is installed; without it the test is skipped.
-bool has(const std::string& program) {
-    if (run_program({"sh", "-c", "command -v " + program}).status == 0) return true;
-    WARN("skipped: " << program << " is missing (packages-test.txt)");
-    return false;
-}
-
-/// Runs a command of the shell with the built bundle and the home in a scratch folder.
-ProgramResult run_host(const TemporaryFolder& folder, const std::string& command) {
-    const std::string home = folder.path();
-    return run_program({"env", "LV2_PATH=" AULA_BUNDLES ":/usr/lib/lv2", "HOME=" + home,
-                        "XDG_CONFIG_HOME=" + home, "XDG_CACHE_HOME=" + home, "sh", "-c",
-                        "cd " + home + " && " + command});
-}
-
-/// Clicks, one each second, as the default room's source.
-fs::path write_clicks(const TemporaryFolder& folder, std::size_t samples) {
-    const fs::path file = folder.path() / "clicks.wav";
-    aula::WavWriter writer(file, 48000, 1, aula::SampleFormat::float32);
+/// Writes clicks.wav: clicks, one each second, as the default room's source.
+void write_clicks(const TemporaryFolder& folder, std::size_t samples) {
     std::vector<float> clicks(samples);
     for (std::size_t n = 0; n < samples; n += 48000) clicks[n] = 1;
-    writer.write(clicks);
-    writer.commit();
-    return file;
-}
-
-/// The samples of a float WAV file as it is on the disk, interleaved.
-std::vector<float> wav_samples(const fs::path& file) {
-    const std::string bytes = read_file(file);
-    const std::size_t data = bytes.find("data");
-    REQUIRE(data != std::string::npos);
-    std::vector<float> samples((bytes.size() - data - 8) / sizeof(float));
-    std::copy_n(bytes.data() + data + 8, samples.size() * sizeof(float),
-                reinterpret_cast<char*>(samples.data()));
-    return samples;
+    write_mono(folder.path() / "clicks.wav", clicks);
 }
 
 }  // namespace
@@ -114,7 +82,7 @@ TEST_CASE("ffmpeg renders through the plugin") {
     CHECK(std::all_of(output.begin(), output.end(), [](float x) { return std::isfinite(x); }));
 }
 
-TEST_CASE("Each preset of the bundle loads and sounds") {
+TEST_CASE("A host lists the presets of the bundle") {
     if (!has("lv2info")) return;
     const TemporaryFolder folder;
     const ProgramResult info = run_host(folder, "lv2info 'urn:aula:room#binaural'");

@@ -121,7 +121,13 @@ void PluginHost::run_block(const float* input, std::size_t samples, Channels& ou
     lv2_atom_forge_pop(&forge_, &sequence_);
     auto* const notify = reinterpret_cast<LV2_Atom_Sequence*>(notify_.data());
     notify->atom = {static_cast<std::uint32_t>(notify_.size() - sizeof(LV2_Atom)), 0};
-    descriptor_->run(handle_, static_cast<std::uint32_t>(samples));
+    if (violations_ == nullptr) {
+        descriptor_->run(handle_, static_cast<std::uint32_t>(samples));
+    } else {
+        const RealtimeTrap trap;
+        descriptor_->run(handle_, static_cast<std::uint32_t>(samples));
+        *violations_ += trap.violations();
+    }
     lv2_atom_forge_set_buffer(&forge_, control_.data(), control_.size());
     lv2_atom_forge_sequence_head(&forge_, &sequence_, 0);
     receive();

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "apps/plugin/ports.h"
+#include "tests/support/realtime_trap.h"
 
 namespace aula::test {
 
@@ -51,6 +52,9 @@ class PluginHost {
     /// of the input.
     Channels run(std::span<const float> input, const std::vector<std::size_t>& sizes);
 
+    /// What run() of the plugin did from now on that an audio thread must not do.
+    void watch(RealtimeViolations& violations) { violations_ = &violations; }
+
     /// The newest text of a property that the plugin has sent; "-" if there was none.
     std::string received(const std::string& property) const;
 
@@ -75,6 +79,7 @@ class PluginHost {
     alignas(8) std::array<std::uint8_t, 16384> control_{};
     alignas(8) std::array<std::uint8_t, 65536> notify_{};
     std::map<std::string, std::string> received_;
+    RealtimeViolations* violations_ = nullptr;
 };
 
 }  // namespace aula::test
