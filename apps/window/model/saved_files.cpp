@@ -39,6 +39,9 @@ std::string save_response(const Scene& scene, const FrameView& view, const Sessi
     measured.listener.path.reset();
     measured.simulation = view.simulation;
     Measurement measurement;
+    measurement.sources = measured.sources;
+    measurement.receivers = {view.listener};
+    measurement.simulation = view.simulation;
     measurement.responses = {view.response};
     measurement.audible = {is_audible(view.response)};
     measurement.length_s = view.length_s;
@@ -46,8 +49,14 @@ std::string save_response(const Scene& scene, const FrameView& view, const Sessi
 
     const NewFile response_file(stem + "-ir", ".wav");
     const NewFile report_file(stem + "-report", ".json");
-    const auto channels = impulse_response(measured, 0, measurement, session,
-                                           hrtf_for(session, session.sample_rate_hz));
+    const ImpulseResponses impulse_responses(measurement,
+                                             {.sample_rate_hz = session.sample_rate_hz,
+                                              .output = session.output,
+                                              .ambisonic_order = session.ambisonic_order,
+                                              .half_precision_tail = session.half_precision_tail,
+                                              .block = session.block},
+                                             hrtf_for(session, session.sample_rate_hz));
+    const auto channels = impulse_responses.response(0);
     WavWriter writer(response_file.path(), session.sample_rate_hz, channels.size(),
                      SampleFormat::float32);
     std::vector<float> interleaved;
