@@ -3,10 +3,15 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <compare>
 #include <complex>
+#include <cstdint>
 #include <limits>
+#include <map>
+#include <mutex>
 #include <numbers>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include "audio/base/aligned.h"
@@ -185,19 +190,27 @@ class ResponseSplitter {
 
 /// Resampled responses, [direction * 2 + ear][sample], after kLead_samples of silence.
 std::vector<std::vector<float>> resampled(const HeadMeasurements& measured, double sample_rate_hz) {
+    // The resampler needs some 100 kB for each channel of a call.
+    constexpr std::size_t kChannelsPerCall = 32;
     const std::size_t channels = 2 * measured.positions.size();
     const std::size_t lead = kLead_samples;
-    std::vector<float> interleaved((lead + measured.samples + lead) * channels);
-    for (std::size_t c = 0; c < channels; ++c) {
-        for (std::size_t n = 0; n < measured.samples; ++n) {
-            interleaved[(lead + n) * channels + c] = measured.responses[c * measured.samples + n];
+    std::vector<std::vector<float>> out;
+    out.reserve(channels);
+    for (std::size_t first = 0; first < channels; first += kChannelsPerCall) {
+        const std::size_t count = std::min(kChannelsPerCall, channels - first);
+        std::vector<float> interleaved((lead + measured.samples + lead) * count);
+        for (std::size_t c = 0; c < count; ++c) {
+            const float* const response =
+                measured.responses.data() + (first + c) * measured.samples;
+            for (std::size_t n = 0; n < measured.samples; ++n)
+                interleaved[(lead + n) * count + c] = response[n];
         }
-    }
-    interleaved = resample(interleaved, channels, double{measured.sample_rate_hz}, sample_rate_hz);
-    const std::size_t samples = interleaved.size() / channels;
-    std::vector<std::vector<float>> out(channels, std::vector<float>(samples));
-    for (std::size_t c = 0; c < channels; ++c) {
-        for (std::size_t n = 0; n < samples; ++n) out[c][n] = interleaved[n * channels + c];
+        interleaved = resample(interleaved, count, double{measured.sample_rate_hz}, sample_rate_hz);
+        const std::size_t samples = interleaved.size() / count;
+        for (std::size_t c = 0; c < count; ++c) {
+            std::vector<float>& channel = out.emplace_back(samples);
+            for (std::size_t n = 0; n < samples; ++n) channel[n] = interleaved[n * count + c];
+        }
     }
     return out;
 }
@@ -231,7 +244,57 @@ std::vector<float> diffuse_field_correction(const std::vector<std::array<Analysi
     return log_gain;
 }
 
+std::filesystem::path file_of(const std::filesystem::path& sofa_file) {
+    return sofa_file.empty() ? std::filesystem::path(kDefaultFile) : sofa_file;
+}
+
+/// Identifies the content of a file, and a sample rate.
+struct HrtfKey {
+    std::filesystem::path file;
+    std::filesystem::file_time_type written;
+    std::uintmax_t bytes = 0;
+    double sample_rate_hz = 0;
+
+    auto operator<=>(const HrtfKey&) const = default;
+};
+
+/// An HRTF that is in use; the mutex is locked while it is read.
+struct SharedHrtf {
+    std::mutex mutex;
+    std::weak_ptr<const Hrtf> hrtf;
+};
+
 }  // namespace
+
+std::shared_ptr<const Hrtf> load_hrtf(const std::filesystem::path& sofa_file,
+                                      double sample_rate_hz) {
+    static std::mutex mutex;
+    static std::map<HrtfKey, std::shared_ptr<SharedHrtf>> all;
+    const std::filesystem::path file = file_of(sofa_file);
+    std::error_code missing;
+    const auto written = std::filesystem::last_write_time(file, missing);
+    const std::uintmax_t bytes = missing ? 0 : std::filesystem::file_size(file, missing);
+    const auto path = missing ? file : std::filesystem::canonical(file, missing);
+    // The constructor describes the error.
+    if (missing) return std::make_shared<const Hrtf>(sofa_file, sample_rate_hz);
+
+    std::unique_lock lock(mutex);
+    std::erase_if(all, [](const auto& entry) {
+        return entry.second.use_count() == 1 && entry.second->hrtf.expired();
+    });
+    auto& entry = all[{path, written, bytes, sample_rate_hz}];
+    if (!entry) entry = std::make_shared<SharedHrtf>();
+    const std::shared_ptr<SharedHrtf> shared = entry;
+    lock.unlock();
+
+    const std::lock_guard reading(shared->mutex);
+    auto hrtf = shared->hrtf.lock();
+    if (!hrtf) {
+        hrtf = std::make_shared<const Hrtf>(sofa_file, sample_rate_hz);
+        shared->hrtf = hrtf;
+    }
+    return hrtf;
+}
 
 struct Hrtf::State {
     std::size_t taps = 0;
@@ -239,7 +302,7 @@ struct Hrtf::State {
 };
 
 Hrtf::Hrtf(const std::filesystem::path& sofa_file, double sample_rate_hz)
-    : Hrtf(read_sofa(sofa_file.empty() ? kDefaultFile : sofa_file), sample_rate_hz) {}
+    : Hrtf(read_sofa(file_of(sofa_file)), sample_rate_hz) {}
 
 Hrtf::Hrtf(const HeadMeasurements& measured, double sample_rate_hz)
     : state_(std::make_unique<State>()) {

@@ -51,4 +51,9 @@ class Hrtf {
     std::unique_ptr<State> state_;
 };
 
+/// The HRTF of a SOFA file at a sample rate, read unless it is in use in this process and the file
+/// has not changed since. Throws as the constructor of Hrtf. [any thread but the audio thread]
+std::shared_ptr<const Hrtf> load_hrtf(const std::filesystem::path& sofa_file,
+                                      double sample_rate_hz);
+
 }  // namespace aula

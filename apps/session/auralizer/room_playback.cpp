@@ -16,7 +16,7 @@ constexpr double kRingTail_s = 0.1;
 
 std::shared_ptr<const Hrtf> hrtf_of(const AuralizerOptions& options) {
     if (options.output != OutputFormat::binaural) return nullptr;
-    return std::make_shared<const Hrtf>(options.hrtf, options.sample_rate_hz);
+    return load_hrtf(options.hrtf, options.sample_rate_hz);
 }
 
 /// Slots of the renderer beyond AuralizerOptions::max_sources. The slot of a removed source is

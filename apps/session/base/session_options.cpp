@@ -6,7 +6,7 @@ namespace aula {
 
 std::shared_ptr<const Hrtf> hrtf_for(const SessionOptions& options, double sample_rate_hz) {
     if (options.output != OutputFormat::binaural) return nullptr;
-    return std::make_shared<const Hrtf>(options.hrtf, sample_rate_hz);
+    return load_hrtf(options.hrtf, sample_rate_hz);
 }
 
 }  // namespace aula

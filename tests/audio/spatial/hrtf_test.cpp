@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
+#include <thread>
 #include <vector>
 
 #include "audio/dsp/fft.h"
@@ -11,6 +14,7 @@
 #include "audio/spatial/sofa_file.h"
 #include "tests/audio/convolution/signals.h"
 #include "tests/audio/spatial/directions.h"
+#include "tests/support/temporary_folder.h"
 
 using namespace aula;
 using namespace aula::test;
@@ -192,4 +196,27 @@ TEST_CASE("Long minimum-phase responses are recovered to their last tap") {
         for (std::size_t n = 2; n < taps.size(); ++n)
             if (std::abs(taps[n]) > 5e-5F) FAIL("ear " << e << ", tap " << n << ": " << taps[n]);
     }
+}
+
+TEST_CASE("Users of one file at one rate share its HRTF until the file changes") {
+    namespace fs = std::filesystem;
+    const TemporaryFolder folder;
+    const fs::path file = folder.path() / "head.sofa";
+    fs::copy_file("/usr/share/libmysofa/default.sofa", file);
+    auto first = load_hrtf(file, 48000);
+    CHECK(load_hrtf(file, 48000) == first);
+    CHECK(load_hrtf(folder.path() / "." / "head.sofa", 48000) == first);
+    CHECK(load_hrtf(file, 44100) != first);
+    fs::last_write_time(file, fs::last_write_time(file) + std::chrono::seconds(1));
+    CHECK(load_hrtf(file, 48000) != first);
+    // Nothing keeps it after its last user.
+    const std::weak_ptr<const Hrtf> gone = load_hrtf(file, 48000);
+    CHECK(gone.expired());
+    // Threads that ask for it at the same time get one object.
+    std::vector<std::shared_ptr<const Hrtf>> found(4);
+    std::vector<std::thread> threads;
+    for (auto& hrtf : found)
+        threads.emplace_back([&] { hrtf = load_hrtf("", 48000); });
+    for (std::thread& thread : threads) thread.join();
+    for (const auto& hrtf : found) CHECK(hrtf == found[0]);
 }
