@@ -11,6 +11,7 @@
 
 #include "aula/engine/propagation.h"
 #include "engine/direct/direct_sound.h"
+#include "engine/direct/level_follower.h"
 #include "engine/edges/wedge_integral.h"
 #include "engine/trace/specular_paths.h"
 
@@ -275,6 +276,38 @@ TEST_CASE(
     CHECK(bent.id == mirrored.id);
     CHECK(std::abs(bent.length_m - mirrored.length_m) < 0.02F);
     CHECK(glm::distance(bent.direction, mirrored.direction) < 0.02F);
+}
+
+TEST_CASE(
+    "a reflection that is found after a walk fades in, after a jump it is heard immediately") {
+    const Vec3 source(-1, -2, 0);
+    const Vec3 listener(3.75F, -2, 0);
+    Place place(scene_of(half_plane()));
+    const auto energy_after = [&](const Vec3& before) {
+        place.memory = {};
+        double sum = 0;
+        for (const Vec3& at : {before, listener}) {
+            place.sound.begin_frame(false);
+            place.sound.search({&source, 1}, {&at, 1}, {&place.memory, 1});
+            std::vector<SpecularPath> paths =
+                place.sound.find(source, at, {}, kNoLoss, place.memory);
+            place.sound.complete_reflections(
+                paths, source, at,
+                {place.images.planes(), place.images.first_order_ids(), place.images.order()}, {},
+                kNoLoss, place.memory);
+            sum = 0;
+            for (const SpecularPath& path : paths) {
+                if (path.order > 0) sum += double{path.energy[0]};
+            }
+            if (at == before && before != listener) REQUIRE(sum == 0);
+        }
+        return sum;
+    };
+    const double model = energy_after(listener);
+    REQUIRE(model > 0);
+    // A step of LevelFollower::kJump_m is none. Exact: the energies of the model.
+    CHECK(energy_after(listener + Vec3(aula::LevelFollower::kJump_m, 0, 0)) < 0.5 * model);
+    CHECK(energy_after(listener + Vec3(0.26F, 0, 0)) == model);
 }
 
 TEST_CASE("the diffraction of reflections is the same from both ends") {

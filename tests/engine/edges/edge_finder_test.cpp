@@ -260,6 +260,32 @@ TEST_CASE("cracks below half a millimetre are closed, of a centimetre they are n
     CHECK_FALSE(are_same(cracked(0.02F), edges, 0.04, 1));
 }
 
+TEST_CASE("a side close to three lines that are apart joins all of them") {
+    // Four walls about an axis, three of them 0.8 mm off it and 1.4 mm from each other. Together
+    // they leave no sector above 180 degrees; without any of the three, one would be above.
+    constexpr double kOff_m = 8e-4;
+    aula::RandomStream random(11);
+    for (int trial = 0; trial < 40; ++trial) {
+        const Vec3 x = aula::uniform_direction(random.uniform_2d());
+        const Vec3 y = glm::normalize(glm::cross(x, aula::uniform_direction(random.uniform_2d())));
+        const glm::dmat3 turn(x, y, glm::cross(x, y));
+        const glm::dvec3 shift = 0.3F * aula::uniform_direction(random.uniform_2d());
+        Object walls;
+        const auto add_wall = [&](double degrees, double off_m, double half_m) {
+            const glm::dvec3 out(std::cos(degrees * kDegree), std::sin(degrees * kDegree), 0);
+            const auto corner = [&](double from_axis_m, double z) {
+                return Vec3(shift + turn * (from_axis_m * out + glm::dvec3(0, 0, z)));
+            };
+            add_quad(walls, corner(off_m, -half_m), corner(1, -half_m), corner(1, half_m),
+                     corner(off_m, half_m));
+        };
+        for (int i = 0; i < 3; ++i) add_wall(120.0 * i, kOff_m, 1.5 + 0.02 * ((i + trial) % 3));
+        add_wall(60, 0, 0.5);
+        CAPTURE(trial);
+        CHECK(edges_of(walls).size() == 4 * 3);
+    }
+}
+
 TEST_CASE("a wall that stands on a floor, or a step in it, leaves only its free edges") {
     // The floor is divided along the foot of the wall, but not at its ends.
     Object object;

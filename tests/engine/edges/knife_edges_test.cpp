@@ -89,3 +89,16 @@ TEST_CASE("an edge far below a path changes nothing, however close the others ar
         CHECK(std::abs(with[b] / without[b] - 1.0) < 1 / (2 * std::sqrt(kPi * detour_rad)) + 1e-6);
     }
 }
+
+TEST_CASE("the field of an edge below a path does not depend on one far below beside it") {
+    const KnifeEdge edge{.at_m = 3, .clearance_m = 1};
+    const std::array both{KnifeEdge{.at_m = 2, .clearance_m = 50}, edge};
+    const ComplexBands with = knife_edges(both, 8, kIntegral);
+    const ComplexBands without = knife_edges({&edge, 1}, 8, kIntegral);
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        // The field of the other edge: its detour is 50^2 / 2 * (1 / 2 + 1 / 6) m.
+        const double detour_rad = kIntegral.wave_number_per_m(b) * 2500 / 3;
+        CAPTURE(b);
+        CHECK(std::abs(with[b] / without[b] - 1.0) < 1 / (2 * std::sqrt(kPi * detour_rad)) + 1e-6);
+    }
+}

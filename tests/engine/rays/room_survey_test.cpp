@@ -91,6 +91,26 @@ TEST_CASE("a random walk leaves no room where its surfaces cross at acute angles
     CHECK(escaped(scene_of(tent), {8, 2, 0.5F}, 20000) > 0);
 }
 
+TEST_CASE("a walk that passes more than three moving objects per segment ends") {
+    const auto ends = [](int moving) {
+        std::vector<Object> boxes{test::box(Vec3(20))};
+        for (int i = 1; i <= moving; ++i) {
+            const auto size = static_cast<float>(2 * i);
+            boxes.push_back(test::box(Vec3(size), 0, Vec3(10 - size / 2)));
+            boxes.back().path =
+                Trajectory{{{0, {Vec3(0), 0, 0, 0}}, {1, {Vec3(0, 0, 1), 0, 0, 0}}}, false};
+        }
+        const Vec3 middle(10);
+        int count = 0;
+        trace_random_walks(RayScene(scene_of(boxes)), {&middle, 1},
+                           {.paths = 64, .bounces = 1, .seed = 3},
+                           [&](int, const Ray&, const Hit& hit) { count += hit.any() ? 1 : 0; });
+        return count;
+    };
+    CHECK(ends(3) == 64);
+    CHECK(ends(4) == 0);
+}
+
 TEST_CASE("sound reaches a source through an opening, not through a wall") {
     const Vec3 here(2, 1.5F, 1.2F);
     const Vec3 there(7, 2.5F, 1.7F);
