@@ -19,6 +19,7 @@
 #include "apps/bench/propagation/diffraction.h"
 #include "apps/bench/propagation/many_sources.h"
 #include "apps/bench/propagation/noise.h"
+#include "apps/bench/propagation/receivers.h"
 #include "apps/bench/propagation/tessellation.h"
 #include "apps/bench/propagation/trace.h"
 #include "apps/bench/propagation/tracking.h"
@@ -88,6 +89,11 @@ class Bench {
     void sources(const Subject& subject) {
         take("many sources in " + subject.description(), aula::bench::many_sources_columns(),
              aula::bench::measure_many_sources(subject, settings_));
+    }
+
+    void receivers(const Subject& subject) {
+        take("receivers of a measurement in " + subject.description(),
+             aula::bench::receivers_columns(), aula::bench::measure_receivers(subject, settings_));
     }
 
     void diffraction(const Subject& subject) {
@@ -232,6 +238,9 @@ int run(int argc, char** argv) {
     tracking->add_option("SCENE", scene, "scene file")->required();
     CLI::App* sources = app.add_subcommand("sources", "the cost of many sources and of one");
     sources->add_option("SCENE", scene, "scene file")->required();
+    CLI::App* receivers = app.add_subcommand(
+        "receivers", "the cost of an additional receiver of a measurement, over that of a source");
+    receivers->add_option("SCENE", scene, "scene file")->required();
     CLI::App* sweep =
         app.add_subcommand("sweep", "noise, bias and cost over ranges of tau and of lambda");
     sweep->add_option("SCENE", scene, "scene file")->required();
@@ -246,8 +255,8 @@ int run(int argc, char** argv) {
         "diffraction", "the part of diffraction in the time of frames, with one source and eight");
     diffraction->add_option("SCENE", scene, "scene file")->required();
     CLI::App* all = app.add_subcommand("all",
-                                       "noise, trace, diffraction, and with a path tracking and "
-                                       "sources, of each scene; convolve");
+                                       "noise, trace, receivers, diffraction, and with a path "
+                                       "tracking and sources, of each scene; convolve");
     for (CLI::App* command : {diffraction, all}) {
         command->add_option("--level", level,
                             "diffraction: also in the level of a game, a mesh file with y up");
@@ -300,6 +309,7 @@ int run(int argc, char** argv) {
         if (*sweep) bench.sweep(load(scene, settings));
         if (*tracking) bench.tracking(load(scene, settings));
         if (*sources) bench.sources(load(scene, settings));
+        if (*receivers) bench.receivers(load(scene, settings));
         if (*trace) bench.trace(load(scene, settings));
         if (*diffraction) {
             bench.diffraction(load(scene, settings));
@@ -315,6 +325,7 @@ int run(int argc, char** argv) {
                 if (listener_moves || subject.scene.sources[0].path) bench.tracking(subject);
                 bench.trace(subject);
                 if (listener_moves) bench.sources(subject);
+                bench.receivers(subject);
                 bench.diffraction(subject);
             }
             bench.diffraction_in_level(level);

@@ -201,6 +201,20 @@ TEST_CASE("bench_smoke: many sources are compared with one") {
     CHECK(document["rows"][3]["tracking_error"].get<double>() > 0);
 }
 
+TEST_CASE("bench_smoke: a receiver is compared with the rays of a source") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kScene).string();
+    REQUIRE(run("receivers " + scene + " --rays 1000 --json " + json_in(folder)).status == 0);
+    const nlohmann::json document = rows_in(folder);
+    REQUIRE(document.at("rows").size() == 1);
+    const nlohmann::json row = document["rows"][0];
+    check_keys(row, {"bench", "scene", "rays", "receivers", "source_trace_ms", "receiver_ms",
+                     "first_receiver_ms", "receiver_to_trace"});
+    CHECK(row["receiver_to_trace"].get<double>() ==
+          Approx(row["receiver_ms"].get<double>() / row["source_trace_ms"].get<double>()));
+    CHECK(row["receiver_ms"].get<double>() > 0);
+}
+
 TEST_CASE("bench_smoke: trace compares whole frames with Embree alone") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kScene).string();
