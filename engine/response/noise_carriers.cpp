@@ -11,9 +11,9 @@
 namespace aula {
 namespace {
 
-constexpr double kDecay_s = 0.5;  // duration of the lowest octave filter's response
-constexpr double kLevelling = 8;  // window, independent samples of the band
-constexpr float kSteps = 32767;   // of a carrier's peak
+constexpr double kDecay_s = 0.5;              // duration of the lowest octave filter's response
+constexpr double kLevelling = 8;              // window, independent samples of the band
+constexpr float kSteps = 32767;               // of a carrier's peak
 constexpr std::size_t kBlock_samples = 1024;  // of the filters, in the cache
 
 /// Uniform white noise of unit variance, identical on every machine.
@@ -56,10 +56,19 @@ std::uint64_t hash(std::string_view text) {
 }  // namespace
 
 NoiseCarriers::NoiseCarriers(double sample_rate_hz, std::uint64_t seed)
-    : sample_rate_hz_(sample_rate_hz),
-      seed_(seed),
-      period_samples_(static_cast<std::size_t>(kPeriod_s * sample_rate_hz)) {
+    : NoiseCarriers(
+          sample_rate_hz, seed,
+          white_noise(static_cast<std::size_t>(kPeriod_s * sample_rate_hz), derive_seed(seed, 0))) {
+}
+
+NoiseCarriers::NoiseCarriers(double sample_rate_hz, const std::vector<double>& noise)
+    : NoiseCarriers(sample_rate_hz, 0, noise) {}
+
+NoiseCarriers::NoiseCarriers(double sample_rate_hz, std::uint64_t seed,
+                             const std::vector<double>& noise)
+    : sample_rate_hz_(sample_rate_hz), seed_(seed), period_samples_(noise.size()) {
     assert(sample_rate_hz >= 8000);
+    assert(static_cast<double>(noise.size()) >= kDecay_s * sample_rate_hz);
     const auto decay = static_cast<std::size_t>(kDecay_s * sample_rate_hz);
     std::vector<double> impulse(2 * decay);
     impulse[0] = 1;
@@ -69,7 +78,6 @@ NoiseCarriers::NoiseCarriers(double sample_rate_hz, std::uint64_t seed)
     }
 
     // The response of the bank to a periodic sequence is periodic after the transient.
-    const std::vector<double> noise = white_noise(period_samples_, derive_seed(seed, 0));
     std::array<std::vector<float>, kBandCount> carriers;
     for (auto& carrier : carriers) carrier.resize(period_samples_);
     OctaveBank bank(sample_rate_hz);
@@ -99,13 +107,17 @@ NoiseCarriers::NoiseCarriers(double sample_rate_hz, std::uint64_t seed)
     }
 }
 
+std::uint64_t NoiseCarriers::source_seed(std::uint64_t seed, std::string_view source) {
+    return derive_seed(seed, 1, hash(source));
+}
+
 std::size_t NoiseCarriers::offset(std::string_view source, std::size_t channel) const {
     assert(channel < kMaxChannels);
     // The channels of a source are spaced evenly over the period, those of low orders farthest
     // apart.
     constexpr std::size_t kStride = 7;  // has no factor in common with kMaxChannels
     const std::size_t apart = channel * kStride % kMaxChannels * period_samples_ / kMaxChannels;
-    return (derive_seed(seed_, 1, hash(source)) % period_samples_ + apart) % period_samples_;
+    return (source_seed(seed_, source) % period_samples_ + apart) % period_samples_;
 }
 
 std::size_t NoiseCarriers::memory_bytes() const {

@@ -11,10 +11,10 @@
 namespace aula {
 
 /// Noise carriers of impulse responses: a seeded white sequence, split by a power-complementary
-/// octave filter bank and levelled to constant short-time power. The sequence is periodic in
-/// kPeriod_s and shared by all sources of a scene; each channel of each source starts reading at a
-/// different offset. All bands of a channel have the same offset: they are parts of one white
-/// noise, so that overlapping bands do not interfere. Immutable.
+/// octave filter bank and levelled to constant short-time power. The sequence is periodic, by
+/// default in kPeriod_s, and shared by all sources of a scene; each channel of each source starts
+/// reading at a different offset. All bands of a channel have the same offset: they are parts of
+/// one white noise, so that overlapping bands do not interfere. Immutable.
 class NoiseCarriers {
  public:
     static constexpr double kPeriod_s = 8;
@@ -23,6 +23,12 @@ class NoiseCarriers {
 
     /// `sample_rate_hz` >= 8000.
     NoiseCarriers(double sample_rate_hz, std::uint64_t seed);
+
+    /// Carriers from a given period of white noise of unit variance, at least 0.5 s long.
+    NoiseCarriers(double sample_rate_hz, const std::vector<double>& noise);
+
+    /// A seed that depends on another one and on the name of a source.
+    static std::uint64_t source_seed(std::uint64_t seed, std::string_view source);
 
     double sample_rate_hz() const { return sample_rate_hz_; }
 
@@ -44,6 +50,8 @@ class NoiseCarriers {
     std::size_t memory_bytes() const;
 
  private:
+    NoiseCarriers(double sample_rate_hz, std::uint64_t seed, const std::vector<double>& noise);
+
     double sample_rate_hz_;
     std::uint64_t seed_;
     std::size_t period_samples_;

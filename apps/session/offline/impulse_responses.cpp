@@ -1,13 +1,17 @@
 #include <algorithm>
+#include <cmath>
+#include <mutex>
 #include <utility>
 
 #include "apps/session/base/session_options.h"
 #include "apps/session/frames/sound_at_listener.h"
+#include "apps/session/offline/diffuse_noise.h"
 #include "audio/render/renderer.h"
 #include "audio/spatial/hrtf.h"
 #include "aula/engine/impulse_response.h"
 #include "aula/exception.h"
 #include "aula/measurement.h"
+#include "engine/response/noise_carriers.h"
 
 namespace aula {
 
@@ -15,7 +19,7 @@ namespace {
 
 std::shared_ptr<const Hrtf> read_hrtf(const ImpulseResponseOptions& options) {
     return options.output == OutputFormat::binaural
-               ? std::make_shared<const Hrtf>(options.hrtf, options.sample_rate_hz)
+               ? load_hrtf(options.hrtf, options.sample_rate_hz)
                : nullptr;
 }
 
@@ -52,13 +56,50 @@ struct ImpulseResponses::State {
         : measurement(measured),
           hrtf(std::move(head)),
           config(config_of(measured, options)),
-          carriers(make_noise_carriers(options.sample_rate_hz, measured.simulation.seed)) {}
+          is_array(options.output == OutputFormat::mono && measured.receivers.size() > 1) {
+        if (!is_array)
+            shared = make_noise_carriers(options.sample_rate_hz, measured.simulation.seed);
+    }
+
+    std::shared_ptr<const NoiseCarriers> carriers(std::size_t source, std::size_t receiver);
+    std::shared_ptr<const DiffuseNoise> noise_of(std::size_t source);
 
     const Measurement& measurement;
     std::shared_ptr<const Hrtf> hrtf;
     RendererConfig config;
-    std::shared_ptr<const NoiseCarriers> carriers;
+    bool is_array;                                ///< the receivers hear one field
+    std::shared_ptr<const NoiseCarriers> shared;  ///< of all pairs, unless they are an array
+    std::mutex mutex;
+    std::size_t noise_source = 0;               ///< whose noise is `noise`
+    std::shared_ptr<const DiffuseNoise> noise;  ///< at all receivers, for the newest source
 };
+
+/// The noise of a source's reverberation at all receivers.
+std::shared_ptr<const DiffuseNoise> ImpulseResponses::State::noise_of(std::size_t source) {
+    // Longer than the responses, and long enough for the filters of low octaves.
+    constexpr double kLonger_s = 0.5;
+    const std::lock_guard lock(mutex);
+    if (noise && noise_source == source) return noise;
+    std::vector<Vec3> points;
+    for (const Pose& receiver : measurement.receivers) points.push_back(receiver.position);
+    noise_source = source;
+    noise = std::make_shared<const DiffuseNoise>(
+        points,
+        static_cast<std::size_t>(
+            std::ceil((measurement.length_s + kLonger_s) * config.sample_rate_hz)),
+        config.sample_rate_hz, double{measurement.response(source).speed_of_sound_m_s},
+        NoiseCarriers::source_seed(measurement.simulation.seed, measurement.sources[source].name));
+    return noise;
+}
+
+std::shared_ptr<const NoiseCarriers> ImpulseResponses::State::carriers(std::size_t source,
+                                                                       std::size_t receiver) {
+    if (!is_array) return shared;
+    const std::shared_ptr<const DiffuseNoise> noises = noise_of(source);
+    const std::vector<float>& at = noises->at(receiver);
+    return std::make_shared<const NoiseCarriers>(config.sample_rate_hz,
+                                                 std::vector<double>(at.begin(), at.end()));
+}
 
 ImpulseResponses::ImpulseResponses(const Measurement& measurement,
                                    const ImpulseResponseOptions& options)
@@ -77,8 +118,8 @@ std::vector<std::vector<float>> ImpulseResponses::response(std::size_t source,
                                                            std::size_t receiver) const {
     const Measurement& m = state_->measurement;
     const EnergyResponse& energy = m.response(source, receiver);
-    ImpulseResponseBuilder builder(state_->carriers, m.length_s, m.sources[source].name,
-                                   field_order(state_->config));
+    ImpulseResponseBuilder builder(state_->carriers(source, receiver), m.length_s,
+                                   m.sources[source].name, field_order(state_->config));
     ImpulseResponse response;
     builder.build(energy, response);
     const SourceSound sound = source_sound(response, static_cast<double>(energy.speed_of_sound_m_s),

@@ -139,6 +139,11 @@ struct ImpulseResponseOptions {
 };
 
 /// Makes impulse responses from a measurement, as a renderer plays them for a listener at rest.
+///
+/// Several receivers with OutputFormat::mono are the microphones of an array in one field: the
+/// reverberation of a source has the coherence sin(kd) / (kd) of a diffuse field between receivers
+/// at the distance d (Habets et al. 2008). In other formats, and for one receiver, the
+/// reverberation is shaped from noise that depends on the source's name and the seed only.
 class ImpulseResponses {
  public:
     /// Keeps a reference to the measurement. Reads the HRTF for binaural output. Throws InputError.
@@ -155,7 +160,8 @@ class ImpulseResponses {
     /// The impulse response of a source at a receiver: [channel][sample], channel_count(output)
     /// channels. Sample 0 is the emission; the source's gain is applied. 1.0 is the pressure at a
     /// distance of 1 m in a free field. The length is that of the measurement, or longer if distant
-    /// direct sound requires it. Indices are not checked. [several threads]
+    /// direct sound requires it. Indices are not checked. It is fastest source by source. [several
+    /// threads]
     std::vector<std::vector<float>> response(std::size_t source, std::size_t receiver = 0) const;
 
  private:
