@@ -30,9 +30,9 @@ T read_number(const std::string& option, const std::string& text, T min, T max,
     return value;
 }
 
-Vec3 read_point(const std::string& option, const std::string& text) {
-    constexpr float kLargest_m = 1e6F;
-    const std::string expected = "x,y,z in metres";
+/// Numbers separated by commas, of magnitudes up to `largest`.
+std::vector<float> read_numbers(const std::string& option, const std::string& text, float largest,
+                                const std::string& expected) {
     std::vector<float> numbers;
     std::size_t begin = 0;
     while (begin <= text.size()) {
@@ -41,13 +41,33 @@ Vec3 read_point(const std::string& option, const std::string& text) {
         float value = 0;
         const auto read = std::from_chars(part.data(), part.data() + part.size(), value);
         if (read.ec != std::errc() || read.ptr != part.data() + part.size() ||
-            !(std::abs(value) <= kLargest_m))
+            !(std::abs(value) <= largest))
             fail(option, text, expected);
         numbers.push_back(value);
         begin = end + 1;
     }
+    return numbers;
+}
+
+Vec3 read_point(const std::string& option, const std::string& text) {
+    constexpr float kLargest_m = 1e6F;
+    const std::string expected = "x,y,z in metres";
+    const std::vector<float> numbers = read_numbers(option, text, kLargest_m, expected);
     if (numbers.size() != 3) fail(option, text, expected);
     return {numbers[0], numbers[1], numbers[2]};
+}
+
+/// Levels of all bands, or the one number that `of_one` converts to them.
+template <typename OfOne>
+Bands read_levels(const std::string& option, const std::string& text, const std::string& expected,
+                  const OfOne& of_one) {
+    constexpr float kLargest_db = 200;
+    const std::vector<float> numbers = read_numbers(option, text, kLargest_db, expected);
+    if (numbers.size() == 1) return of_one(numbers[0]);
+    if (numbers.size() != kBandCount) fail(option, text, expected);
+    Bands levels;
+    std::copy(numbers.begin(), numbers.end(), levels.value.begin());
+    return levels;
 }
 
 void set_listener_position(Scene& scene, const Vec3& position) {
@@ -185,6 +205,16 @@ class Options {
         real("--bin-ms", 1000, widths, [this, widths](double ms) {
             if (ms < kNarrowestBin_ms) fail("--bin-ms", std::to_string(ms), widths);
             arguments_.bin_s = ms / 1000;
+        });
+        text("--speech-level", [this](const std::string& value) {
+            arguments_.speech.speech_db = read_levels(
+                "--speech-level", value, "a level in dB(A) at 1 m, or 8 octave levels in dB",
+                SpeechConditions::male_speech_db);
+        });
+        text("--noise-level", [this](const std::string& value) {
+            arguments_.speech.noise_db =
+                read_levels("--noise-level", value, "a level in dB for each octave, or 8 of them",
+                            Bands::filled);
         });
         app_.add_flag("--list-devices", list_devices_);
     }

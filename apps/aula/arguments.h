@@ -9,6 +9,7 @@
 #include "apps/session/base/session_options.h"
 #include "apps/session/remote/osc_options.h"
 #include "aula/engine/scene.h"
+#include "aula/measurement.h"
 
 namespace aula {
 
@@ -36,6 +37,7 @@ struct Arguments {
     bool report = false;
     std::optional<int> frames;
     double bin_s = 1e-3;
+    SpeechConditions speech;  ///< of speech transmission indices
     SessionOptions session;
     bool rays_given = false;
     bool quiet = false;

@@ -86,9 +86,8 @@ class MeasurementFiles {
                 write_planar(*responses_[s], impulse_responses.response(s));
         }
         if (echogram_) echogram_->write(echogram_csv(scene, measurement, arguments_.bin_s));
-        const std::vector<RoomParameters> parameters = room_parameters(measurement);
-        if (report_) report_->write(report_json(scene, parameters));
-        if (arguments_.report) print(report_table(scene, parameters));
+        if (report_) report_->write(report_json(measurement));
+        if (arguments_.report) print(report_table(measurement));
         std::int64_t muted = 0;
         for (const auto& response : responses_) muted += response->muted_samples();
         if (muted > 0) warn({muted_text(muted)}, arguments_.quiet);
@@ -122,8 +121,11 @@ int measure(const Arguments& arguments) {
     const auto hrtf =
         arguments.ir ? hrtf_for(arguments.session, arguments.session.sample_rate_hz) : nullptr;
     ProgressBar bar("measuring", arguments.quiet);
-    const auto measurement = measure(
-        scene, {.frames = arguments.frames, .parameters = false, .progress = std::ref(bar)});
+    const auto measurement =
+        measure(scene, {.frames = arguments.frames,
+                        .parameters = arguments.report || arguments.report_json.has_value(),
+                        .speech = arguments.speech,
+                .progress = std::ref(bar)});
     if (!measurement) return interrupted_status();
     warn(measurement->warnings, arguments.quiet);
     files.write(scene, *measurement, hrtf);

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <vector>
 
+#include "engine/response/time_zero.h"
+
 namespace aula {
 namespace {
 
@@ -166,24 +168,6 @@ BandParameters parameters(const DecayCurve& curve) {
     return p;
 }
 
-/// The first arrival of direct sound, otherwise the first arrival: that of a path, or the start of
-/// the first bin with energy if no path arrives before its end (scattered sound never arrives
-/// before the specular reflection).
-double time_zero_s(const EnergyResponse& response) {
-    double first_path_s = response.bins.length_s();
-    for (const SpecularPath& p : response.paths) {
-        const double arrival_s = response.arrival_s(p);
-        if (arrival_s >= response.bins.length_s()) continue;
-        if (p.order == 0) return arrival_s;
-        first_path_s = std::min(first_path_s, arrival_s);
-    }
-    for (std::size_t i = 0; i < response.bins.count(); ++i) {
-        if (first_path_s < response.bins.end_s(i)) return first_path_s;
-        if (response.energy[i].max() > 0) return response.bins.begin_s(i);
-    }
-    return first_path_s;
-}
-
 /// Time in s in which a diffuse field decays by 60 dB, for each band: energy falls as
 /// exp(-(m + w) c t) with the losses m of the air and w = `walls_per_m` of the walls.
 template <typename Walls>
@@ -198,6 +182,21 @@ Bands decay_time_s(const Bands& attenuation_per_m, double speed_of_sound_m_s,
 }
 
 }  // namespace
+
+double time_zero_s(const EnergyResponse& response) {
+    double first_path_s = response.bins.length_s();
+    for (const SpecularPath& p : response.paths) {
+        const double arrival_s = response.arrival_s(p);
+        if (arrival_s >= response.bins.length_s()) continue;
+        if (p.order == 0) return arrival_s;
+        first_path_s = std::min(first_path_s, arrival_s);
+    }
+    for (std::size_t i = 0; i < response.bins.count(); ++i) {
+        if (first_path_s < response.bins.end_s(i)) return first_path_s;
+        if (response.energy[i].max() > 0) return response.bins.begin_s(i);
+    }
+    return first_path_s;
+}
 
 RoomParameters room_parameters(const EnergyResponse& response) {
     const double zero_s = time_zero_s(response);

@@ -252,6 +252,8 @@ TEST_CASE("Invalid arguments are refused with one line and status 2") {
         {{scene, "--rays"}, {"--rays: has no value"}},
         {{scene, "--rays", "5", "--rays", "6"}, {"--rays: is given more than once"}},
         {{scene, "--report="}, {"--report", "name of a file"}},
+        {{scene, "--report", "--speech-level", "60,70"}, {"--speech-level", "60,70", "8"}},
+        {{scene, "--report", "--noise-level", "loud"}, {"--noise-level", "loud", "octave"}},
         {{scene, "--offline", out, "--rays", "0"}, {"--rays", "\"0\"", "from 1"}},
         {{scene, "--offline", out, "--rays", "many"}, {"--rays", "\"many\"", "whole number"}},
         {{scene, "--offline", out, "--rays", "10.5"}, {"--rays", "10.5"}},

@@ -148,6 +148,26 @@ TEST_CASE("Parameters without enough decay are null in JSON and a dash in the ta
     CHECK(result.out.find(" -") != std::string::npos);
 }
 
+TEST_CASE("A report has the speech transmission index for given levels of speech and noise") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const auto sti = [&](std::vector<std::string> options) {
+        const std::string out = folder.path() / "out.json";
+        options.insert(options.end(), {"--report=" + out, "--frames", "20"});
+        CHECK(measured(scene, options).out.find("STI") != std::string::npos);
+        return nlohmann::json::parse(read_file(out))["sources"][0]["STI"].get<double>();
+    };
+    const double quiet = sti({});
+    const double noisy = sti({"--noise-level", "60"});
+    CHECK(noisy < quiet - 0.1);
+    // Speech louder than noise by as much as without noise above 15 dB: no noise counts.
+    CHECK(sti({"--noise-level", "60", "--speech-level", "80"}) > noisy + 0.1);
+    const std::string levels = "0,62.9,62.9,59.2,53.2,47.2,41.2,35.2";
+    CHECK(sti({"--speech-level", levels}) == Approx(quiet).epsilon(1e-5));
+    // 63 Hz is not used.
+    CHECK(sti({"--noise-level", "90,0,0,0,0,0,0,0"}) == Approx(quiet).margin(1e-3));
+}
+
 TEST_CASE("Several sources give one response file each, with the source's name") {
     const TemporaryFolder folder;
     std::string text = kFreeField;

@@ -134,9 +134,8 @@ void measure_case(const Arguments& arguments, const Scene& scene, const MatrixCa
                 "the echogram is not finite");
     }
     if (arguments.report) {
-        const auto parameters = room_parameters(*measurement);
         // The parser refuses NaN.
-        const auto report = nlohmann::json::parse(report_json(scene, parameters));
+        const auto report = nlohmann::json::parse(report_json(*measurement));
         require(report["sources"].size() == scene.sources.size(), "sources of the report");
         check_finite(report);
     }

@@ -1,13 +1,32 @@
 #include "apps/session/offline/acoustic_parameters.h"
 
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <span>
+
+#include "engine/response/lateral_energy.h"
+#include "engine/response/speech_transmission.h"
+
 namespace aula {
 
 namespace {
 
+/// The octaves whose mean is the single number.
+struct Octaves {
+    std::size_t first;
+    std::size_t end;
+};
+constexpr Octaves kMiddle{3, 5};   // 500 and 1000 Hz
+constexpr Octaves kLateral{1, 5};  // 125 to 1000 Hz
+enum class Averaging { values, energies };
+
 struct Description {
     std::string_view name;
     std::string_view unit;
-    std::optional<double> BandParameters::*value;
+    std::optional<double> BandParameters::*value = nullptr;
+    std::optional<double> LateralParameters::*lateral = nullptr;
+    Octaves octaves = kMiddle;
+    Averaging averaging = Averaging::values;
 };
 
 constexpr std::array<Description, kAcousticParameterCount> kDescriptions{{
@@ -19,10 +38,70 @@ constexpr std::array<Description, kAcousticParameterCount> kDescriptions{{
     {"D50", "", &BandParameters::d50},
     {"Ts", "s", &BandParameters::ts_s},
     {"G", "dB", &BandParameters::g_db},
+    {"J_LF", "", nullptr, &LateralParameters::jlf, kLateral},
+    {"J_LFC", "", nullptr, &LateralParameters::jlfc, kLateral},
+    {"L_J", "dB", nullptr, &LateralParameters::lj_db, kLateral, Averaging::energies},
 }};
+
+constexpr std::size_t kOctaveValues = kAcousticParameterCount * kBandCount;
+constexpr std::size_t kSti = kOctaveValues + kAcousticParameterCount;
 
 const Description& describe(AcousticParameter parameter) {
     return kDescriptions[static_cast<std::size_t>(parameter)];
+}
+
+/// The single number of a parameter; empty if an octave does not have it.
+std::optional<double> single_number(const Description& description,
+                                    std::span<const std::optional<double>> bands) {
+    const auto [first, end] = description.octaves;
+    const bool of_energies = description.averaging == Averaging::energies;
+    double sum = 0;
+    for (const std::optional<double>& value : bands.subspan(first, end - first)) {
+        if (!value) return std::nullopt;
+        sum += of_energies ? std::pow(10, *value / 10) : *value;
+    }
+    const double mean = sum / static_cast<double>(end - first);
+    return of_energies ? 10 * std::log10(mean) : mean;
+}
+
+/// All values of a response: [parameter * kBandCount + band], then the single numbers, then STI.
+MeasuredValues values_of(const EnergyResponse& response, const ParameterContext& context) {
+    const RoomParameters bands = room_parameters(response);
+    const auto lateral = lateral_parameters(response, context.lateral_axis);
+    MeasuredValues values;
+    values.reserve(kSti + 1);
+    bool is_complete = true;
+    for (std::size_t b = 0; b < kBandCount; ++b) is_complete &= b == 0 || bands[b].g_db;
+    for (const Description& description : kDescriptions) {
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            // Lateral energies need the whole response, as the strength does.
+            if (description.value) {
+                values.push_back(bands[b].*description.value);
+            } else {
+                values.push_back(bands[b].g_db ? lateral[b].*description.lateral : std::nullopt);
+            }
+        }
+    }
+    for (std::size_t p = 0; p < kAcousticParameterCount; ++p)
+        values.push_back(
+            single_number(kDescriptions[p], std::span(values).subspan(p * kBandCount, kBandCount)));
+    values.push_back(is_complete ? speech_transmission_index(response, context.speech.speech_db,
+                                                             context.speech.noise_db)
+                                 : std::nullopt);
+    return values;
+}
+
+/// The values and errors in the order of values_of().
+PairParameters sorted(const MeasuredValues& values, const MeasuredValues& errors) {
+    PairParameters parameters;
+    for (std::size_t p = 0; p < kAcousticParameterCount; ++p) {
+        for (std::size_t band = 0; band < kBandCount; ++band)
+            parameters.octaves[p][band] = {values[p * kBandCount + band],
+                                           errors[p * kBandCount + band]};
+        parameters.broadband[p] = {values[kOctaveValues + p], errors[kOctaveValues + p]};
+    }
+    parameters.sti = {values[kSti], errors[kSti]};
+    return parameters;
 }
 
 }  // namespace
@@ -35,28 +114,27 @@ std::string_view acoustic_parameter_unit(AcousticParameter parameter) {
     return describe(parameter).unit;
 }
 
-MeasuredValues acoustic_parameters(const EnergyResponse& response) {
-    const RoomParameters bands = room_parameters(response);
-    MeasuredValues values;
-    values.reserve(kDescriptions.size() * bands.size());
-    for (const Description& description : kDescriptions)
-        for (const BandParameters& band : bands) values.push_back(band.*description.value);
-    return values;
+Vec3 lateral_axis(const Pose& receiver, const Vec3& source) {
+    constexpr float kAbove = 1e-3F;  // of the distance
+    const Vec3 to_source = source - receiver.position;
+    const Vec3 left(-to_source.y, to_source.x, 0);
+    const float horizontal_m = glm::length(left);
+    if (horizontal_m > kAbove * glm::length(to_source)) return left / horizontal_m;
+    return receiver.rotation()[1];
 }
 
-PairParameters acoustic_parameters(const WindowedMean& mean) {
-    const auto of_response = [](const EnergyResponse& response) {
-        return acoustic_parameters(response);
+PairParameters acoustic_parameters(const EnergyResponse& response,
+                                   const ParameterContext& context) {
+    const MeasuredValues values = values_of(response, context);
+    return sorted(values, MeasuredValues(values.size()));
+}
+
+PairParameters acoustic_parameters(const WindowedMean& mean, const ParameterContext& context) {
+    if (mean.windows() < 2) return acoustic_parameters(mean.mean(), context);
+    const auto of_response = [&](const EnergyResponse& response) {
+        return values_of(response, context);
     };
-    const MeasuredValues values = of_response(mean.mean());
-    const MeasuredValues errors =
-        mean.windows() > 1 ? mean.standard_errors(of_response) : MeasuredValues(values.size());
-    PairParameters parameters;
-    for (std::size_t p = 0; p < kAcousticParameterCount; ++p)
-        for (std::size_t band = 0; band < kBandCount; ++band)
-            parameters.octaves[p][band] = {values[p * kBandCount + band],
-                                           errors[p * kBandCount + band]};
-    return parameters;
+    return sorted(of_response(mean.mean()), mean.standard_errors(of_response));
 }
 
 }  // namespace aula

@@ -9,10 +9,20 @@
 
 namespace aula {
 
-/// The acoustic parameters of a response: [parameter * kBandCount + band].
-MeasuredValues acoustic_parameters(const EnergyResponse& response);
+/// What parameters of a pair depend on besides the response.
+struct ParameterContext {
+    Vec3 lateral_axis{0, 1, 0};  ///< unit vector
+    SpeechConditions speech;
+};
+
+/// The horizontal axis perpendicular to the direction from a receiver to a source; the receiver's
+/// left if the source is above or below it.
+Vec3 lateral_axis(const Pose& receiver, const Vec3& source);
+
+/// The parameters of a response, without standard errors.
+PairParameters acoustic_parameters(const EnergyResponse& response, const ParameterContext& context);
 
 /// The parameters of the mean of windows, with their standard errors if there are several windows.
-PairParameters acoustic_parameters(const WindowedMean& mean);
+PairParameters acoustic_parameters(const WindowedMean& mean, const ParameterContext& context);
 
 }  // namespace aula

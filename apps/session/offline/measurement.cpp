@@ -12,6 +12,7 @@
 #include "apps/session/offline/static_propagation.h"
 #include "aula/engine/room_acoustics.h"
 #include "aula/exception.h"
+#include "engine/base/worker_pool.h"
 
 namespace aula {
 
@@ -119,6 +120,10 @@ void check(const MeasurementOptions& options) {
     for (const MeasuredParameter p : kMeasuredParameters)
         if (!(wanted_error(options.limits, p) > 0))
             throw InputError("measurement: expected limits of standard errors above 0");
+    for (std::size_t b = 0; b < kBandCount; ++b)
+        if (!std::isfinite(options.speech.speech_db[b]) ||
+            (options.speech.noise_db && !std::isfinite((*options.speech.noise_db)[b])))
+            throw InputError("measurement: expected finite levels of speech and noise");
 }
 
 void check_positions(std::span<const Source> sources, std::span<const Pose> receivers) {
@@ -137,6 +142,21 @@ std::string name_of(const Measurement& m, std::size_t pair) {
     std::string name = "source \"" + m.sources[pair / m.receivers.size()].name + "\"";
     if (m.receivers.size() > 1) name += " at receiver " + std::to_string(pair % m.receivers.size());
     return name + ": ";
+}
+
+/// The parameters of all pairs.
+std::vector<PairParameters> parameters_of(const Measurement& m, const PairMeans& means,
+                                          const SpeechConditions& speech) {
+    std::vector<PairParameters> parameters(m.responses.size());
+    WorkerPool workers(m.simulation.threads.value_or(1));
+    workers.run(parameters.size(), [&](std::size_t pair) {
+        if (!m.audible[pair]) return;
+        const Pose& receiver = m.receivers[pair % m.receivers.size()];
+        const Vec3 source = m.sources[pair / m.receivers.size()].position_at(0);
+        parameters[pair] =
+            acoustic_parameters(means[pair], {lateral_axis(receiver, source), speech});
+    });
+    return parameters;
 }
 
 /// Measures the sources of a scene at receivers.
@@ -176,9 +196,6 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
     for (std::size_t pair = 0; pair < connected.size(); ++pair) {
         m.responses.push_back(means[pair].mean());
         m.audible.push_back(connected[pair] && is_audible(m.responses[pair]));
-        if (options.parameters)
-            m.parameters.push_back(m.audible[pair] ? acoustic_parameters(means[pair])
-                                                   : PairParameters{});
         if (!m.audible[pair]) {
             m.warnings.push_back(name_of(m, pair) + "not audible" +
                                  (m.receivers.size() == 1 ? " at the listener, " : ", ") +
@@ -191,6 +208,7 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
                                  std::to_string(m.frames) + " frames: " + uncertain);
         }
     }
+    if (options.parameters) m.parameters = parameters_of(m, means, options.speech);
     return m;
 }
 

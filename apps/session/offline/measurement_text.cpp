@@ -14,24 +14,10 @@ namespace aula {
 
 namespace {
 
-/// A parameter's column in reports.
-struct Column {
-    std::string_view name;
-    std::string_view unit;
-    int decimals;
-    std::optional<double> BandParameters::*value;
-};
+/// [parameter] Decimals in tables.
+constexpr std::array<int, kAcousticParameterCount> kDecimals{2, 2, 2, 1, 1, 2, 3, 1, 2, 2, 1};
 
-constexpr std::array<Column, 8> kColumns{{
-    {"T20", "s", 2, &BandParameters::t20_s},
-    {"T30", "s", 2, &BandParameters::t30_s},
-    {"EDT", "s", 2, &BandParameters::edt_s},
-    {"C50", "dB", 1, &BandParameters::c50_db},
-    {"C80", "dB", 1, &BandParameters::c80_db},
-    {"D50", "", 2, &BandParameters::d50},
-    {"Ts", "s", 3, &BandParameters::ts_s},
-    {"G", "dB", 1, &BandParameters::g_db},
-}};
+AcousticParameter parameter(std::size_t index) { return static_cast<AcousticParameter>(index); }
 
 /// A number for JSON and CSV, independent of the locale.
 std::string number(double value, std::chars_format format, int precision) {
@@ -65,6 +51,47 @@ std::string padded(std::string text, std::size_t width) {
     return text;
 }
 
+/// Either the value or the standard error of a measured value.
+using Part = std::optional<double> MeasuredValue::*;
+
+std::string json_number(const std::optional<double>& value) {
+    return value ? general(*value, 6) : "null";
+}
+
+/// {"T20":..,..} of the value that `of` gives for each parameter.
+template <typename Of>
+std::string json_parameters(const Of& of) {
+    std::string json = "{";
+    for (std::size_t p = 0; p < kAcousticParameterCount; ++p) {
+        if (p) json += ',';
+        json +=
+            '"' + std::string(acoustic_parameter_name(parameter(p))) + "\":" + json_number(of(p));
+    }
+    return json + '}';
+}
+
+/// The members "bands", "broadband" and "STI"; each line begins with `line`.
+std::string json_members(const PairParameters& parameters, Part part, const std::string& line) {
+    std::string json = "\"bands\":{";
+    for (std::size_t band = 0; band < kBandCount; ++band) {
+        json += (band ? "," : "") + line;
+        json += '"' + band_name(band) + "\":" + json_parameters([&](std::size_t p) {
+                    return parameters.octaves[p][band].*part;
+                });
+    }
+    json += "}," + line + "\"broadband\":" + json_parameters([&](std::size_t p) {
+                return parameters.broadband[p].*part;
+            });
+    return json + ",\"STI\":" + json_number(parameters.sti.*part);
+}
+
+bool has_errors(const PairParameters& parameters) {
+    for (const auto& bands : parameters.octaves)
+        for (const MeasuredValue& value : bands)
+            if (value.standard_error) return true;
+    return false;
+}
+
 }  // namespace
 
 std::string echogram_csv(const Scene& scene, const Measurement& measurement, double bin_s) {
@@ -94,47 +121,45 @@ std::vector<RoomParameters> room_parameters(const Measurement& measurement) {
     return parameters;
 }
 
-std::string report_json(const Scene& scene, const std::vector<RoomParameters>& parameters) {
+std::string report_json(const Measurement& measurement) {
     std::string json = "{\"sources\":[";
-    for (std::size_t s = 0; s < parameters.size(); ++s) {
+    for (std::size_t s = 0; s < measurement.sources.size(); ++s) {
+        const PairParameters& parameters = measurement.parameters[measurement.pair(s, 0)];
         json += s ? ",\n" : "\n";
-        json += "{\"name\":" + json_string(scene.sources[s].name) + ",\"bands\":{";
-        for (std::size_t band = 0; band < kBandCount; ++band) {
-            json += band ? ",\n " : "\n ";
-            json += '"' + band_name(band) + "\":{";
-            for (const Column& column : kColumns) {
-                const std::optional<double> value = parameters[s][band].*column.value;
-                if (&column != &kColumns.front()) json += ',';
-                json += '"' + std::string(column.name) + "\":";
-                json += value ? general(*value, 6) : "null";
-            }
-            json += '}';
-        }
-        json += "}}";
+        json += "{\"name\":" + json_string(measurement.sources[s].name) + ',' +
+                json_members(parameters, &MeasuredValue::value, "\n ");
+        if (has_errors(parameters))
+            json += ",\n \"standard_errors\":{" +
+                    json_members(parameters, &MeasuredValue::standard_error, "\n  ") + '}';
+        json += '}';
     }
     return json + "]}\n";
 }
 
-std::string report_table(const Scene& scene, const std::vector<RoomParameters>& parameters) {
+std::string report_table(const Measurement& measurement) {
     constexpr std::size_t kLabelWidth = 8;
     constexpr std::size_t kWidth = 8;
+    const auto cell = [](const MeasuredValue& value, int decimals) {
+        return padded(value.value ? fixed_text(*value.value, decimals) : "-", kWidth);
+    };
     std::string table;
-    for (std::size_t s = 0; s < parameters.size(); ++s) {
+    for (std::size_t s = 0; s < measurement.sources.size(); ++s) {
+        const PairParameters& parameters = measurement.parameters[measurement.pair(s, 0)];
         if (s) table += '\n';
-        table += "source " + scene.sources[s].name + '\n' + padded("Hz", kLabelWidth);
+        table += "source " + measurement.sources[s].name + '\n' + padded("Hz", kLabelWidth);
         for (std::size_t band = 0; band < kBandCount; ++band)
             table += padded(band_name(band), kWidth);
-        table += '\n';
-        for (const Column& column : kColumns) {
-            std::string label(column.name);
-            if (!column.unit.empty()) label += ' ' + std::string(column.unit);
+        table += padded("mean", kWidth) + '\n';
+        for (std::size_t p = 0; p < kAcousticParameterCount; ++p) {
+            std::string label(acoustic_parameter_name(parameter(p)));
+            const std::string_view unit = acoustic_parameter_unit(parameter(p));
+            if (!unit.empty()) label += ' ' + std::string(unit);
             table += padded(label, kLabelWidth);
-            for (const BandParameters& band : parameters[s]) {
-                const std::optional<double> value = band.*column.value;
-                table += padded(value ? fixed_text(*value, column.decimals) : "-", kWidth);
-            }
-            table += '\n';
+            for (const MeasuredValue& value : parameters.octaves[p])
+                table += cell(value, kDecimals[p]);
+            table += cell(parameters.broadband[p], kDecimals[p]) + '\n';
         }
+        table += padded("STI", kLabelWidth) + cell(parameters.sti, 2) + '\n';
     }
     return table;
 }

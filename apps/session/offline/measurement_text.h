@@ -17,10 +17,12 @@ std::string echogram_csv(const Scene& scene, const Measurement& measurement, dou
 /// audible.
 std::vector<RoomParameters> room_parameters(const Measurement& measurement);
 
-/// {"sources":[{"name":..,"bands":{"63":{"T20":..,..},..}}]}; null for absent values.
-std::string report_json(const Scene& scene, const std::vector<RoomParameters>& parameters);
+/// {"sources":[{"name":..,"bands":{"63":{"T20":..,..},..},"broadband":{..},"STI":..,
+/// "standard_errors":{"bands":{..},"broadband":{..},"STI":..}}]} of the first receiver; null for
+/// absent values, without "standard_errors" if they are unknown. Requires Measurement::parameters.
+std::string report_json(const Measurement& measurement);
 
-/// The same as a table for display; "-" for absent values.
-std::string report_table(const Scene& scene, const std::vector<RoomParameters>& parameters);
+/// The same as a table for display, without standard errors; "-" for absent values.
+std::string report_table(const Measurement& measurement);
 
 }  // namespace aula

@@ -4,6 +4,7 @@
 
 #include "apps/session/base/output_file.h"
 #include "apps/session/edit/scene_writer.h"
+#include "apps/session/offline/acoustic_parameters.h"
 #include "apps/session/offline/measurement_text.h"
 #include "apps/window/model/new_file.h"
 
@@ -33,17 +34,18 @@ std::string save_played_scene(const EditedScene& edited, const PlayControls& con
 
 std::string save_response(const Scene& scene, const FrameView& view, const SessionOptions& session,
                           const std::string& stem) {
-    Scene measured = scene;
-    measured.sources = {scene.sources[view.source]};
-    measured.listener.pose = view.listener;
-    measured.listener.path.reset();
-    measured.simulation = view.simulation;
     Measurement measurement;
-    measurement.sources = measured.sources;
+    measurement.sources = {scene.sources[view.source]};
     measurement.receivers = {view.listener};
     measurement.simulation = view.simulation;
     measurement.responses = {view.response};
     measurement.audible = {is_audible(view.response)};
+    // The source may have moved: the direct sound tells where it is heard.
+    Vec3 source = measurement.sources[0].position_at(0);
+    const std::vector<SpecularPath>& paths = view.response.paths;
+    if (!paths.empty() && paths[0].order == 0) source = view.listener.position + paths[0].direction;
+    measurement.parameters = {
+        acoustic_parameters(view.response, {lateral_axis(view.listener, source), {}})};
     measurement.length_s = view.length_s;
     measurement.frames = 1;
 
@@ -64,7 +66,7 @@ std::string save_response(const Scene& scene, const FrameView& view, const Sessi
         for (const auto& channel : channels) interleaved.push_back(channel[i]);
     writer.write(interleaved);
     OutputFile report(report_file.path());
-    report.write(report_json(measured, room_parameters(measurement)));
+    report.write(report_json(measurement));
     writer.commit();
     report.commit();
     return response_file.path().string() + " and " + report_file.path().string() + " written";

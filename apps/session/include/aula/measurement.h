@@ -23,18 +23,21 @@ class Hrtf;
 
 /// The parameters of a measurement, in the order of their columns. More may follow at the end.
 enum class AcousticParameter {
-    t20,  ///< T20 in s: reverberation time by the decay from -5 to -25 dB
-    t30,  ///< T30 in s: reverberation time by the decay from -5 to -35 dB
-    edt,  ///< EDT in s: early decay time, by the decay from 0 to -10 dB
-    c50,  ///< C50 in dB: clarity, energy of the first 50 ms re that after them
-    c80,  ///< C80 in dB: clarity, energy of the first 80 ms re that after them
-    d50,  ///< D50: definition, share of the energy in the first 50 ms, 0..1
-    ts,   ///< Ts in s: centre time
-    g     ///< G in dB: strength, re the free field at 10 m
+    t20,   ///< T20 in s: reverberation time by the decay from -5 to -25 dB
+    t30,   ///< T30 in s: reverberation time by the decay from -5 to -35 dB
+    edt,   ///< EDT in s: early decay time, by the decay from 0 to -10 dB
+    c50,   ///< C50 in dB: clarity, energy of the first 50 ms re that after them
+    c80,   ///< C80 in dB: clarity, energy of the first 80 ms re that after them
+    d50,   ///< D50: definition, share of the energy in the first 50 ms, 0..1
+    ts,    ///< Ts in s: centre time
+    g,     ///< G in dB: strength, re the free field at 10 m
+    jlf,   ///< J_LF: early lateral energy fraction, with the axis perpendicular to the source
+    jlfc,  ///< J_LFC: the same with the cosine of the angle of arrival instead of its square
+    lj     ///< L_J in dB: late lateral level, re the free field at 10 m
 };
 
 /// Number of acoustic parameters.
-inline constexpr std::size_t kAcousticParameterCount = 8;
+inline constexpr std::size_t kAcousticParameterCount = 11;
 
 /// The name of a parameter in reports, for instance "T30".
 std::string_view acoustic_parameter_name(AcousticParameter parameter);
@@ -53,6 +56,14 @@ struct PairParameters {
     /// [parameter][band]
     std::array<std::array<MeasuredValue, kBandCount>, kAcousticParameterCount> octaves;
 
+    /// [parameter] Single numbers by ISO 3382-1, annex A: means over the octaves of 500 and 1000
+    /// Hz, for J_LF and J_LFC over those from 125 to 1000 Hz, for L_J the level of the mean energy
+    /// of the latter.
+    std::array<MeasuredValue, kAcousticParameterCount> broadband;
+
+    /// Speech transmission index by IEC 60268-16:2011, 0..1, with male weights.
+    MeasuredValue sti;
+
     /// A parameter of an octave band; `band` < kBandCount is not checked.
     const MeasuredValue& octave(AcousticParameter parameter, std::size_t band) const {
         return octaves[static_cast<std::size_t>(parameter)][band];
@@ -67,6 +78,22 @@ struct MeasurementLimits {
     double edt = 0.01;       ///< of EDT, relative
 };
 
+/// Levels of speech and noise, in dB re 20 uPa in each octave band, for speech transmission
+/// indices.
+struct SpeechConditions {
+    /// The octave levels of male speech by IEC 60268-16:2011 with a level in dB(A). 63 Hz is not
+    /// used.
+    static constexpr Bands male_speech_db(float level_dba) {
+        constexpr Bands kRelative_db{{0, 2.9F, 2.9F, -0.8F, -6.8F, -12.8F, -18.8F, -24.8F}};
+        return kRelative_db + Bands::filled(level_dba);
+    }
+
+    /// Speech at 1 m in free field, of an omnidirectional source with the power of the talker. The
+    /// default is normal effort.
+    Bands speech_db = male_speech_db(60);
+    std::optional<Bands> noise_db{};  ///< at the receivers; absent: no noise
+};
+
 /// How a measurement is made. The settings of the propagation, such as the rays, are those of the
 /// scene (Scene::simulation).
 struct MeasurementOptions {
@@ -75,6 +102,7 @@ struct MeasurementOptions {
     MeasurementLimits limits{};  ///< each above 0; not used with `frames`
     int max_frames = 2000;       ///< ends a measurement outside its limits; not used with `frames`
     bool parameters = true;      ///< false omits Measurement::parameters
+    SpeechConditions speech{};   ///< for speech transmission indices
     /// Called after each frame with the completed share, 0..1; returns false to stop. Empty: none.
     std::function<bool(double done)> progress{};
 };

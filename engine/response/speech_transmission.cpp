@@ -1,0 +1,95 @@
+#include "engine/response/speech_transmission.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <cstddef>
+#include <numbers>
+
+namespace aula {
+
+namespace {
+
+constexpr std::size_t kFirstBand = 1;  // 125 Hz
+constexpr std::size_t kOctaves = 7;
+
+// IEC 60268-16:2011, tables A.1 (male), A.2 and 4.
+constexpr std::array<double, kOctaves> kWeights{0.085, 0.127, 0.230, 0.233, 0.309, 0.224, 0.173};
+constexpr std::array<double, kOctaves - 1> kRedundancies{0.085, 0.078, 0.065, 0.011, 0.047, 0.095};
+constexpr std::array<double, kOctaves> kThreshold_db{46, 27, 12, 6.5, 7.5, 8, 12};
+constexpr std::array<double, 14> kModulations_hz{0.63, 0.8, 1, 1.25, 1.6, 2,  2.5,
+                                                 3.15, 4,   5, 6.3,  8,   10, 12.5};
+
+double power(double level_db) { return std::pow(10, level_db / 10); }
+
+/// Level of the masking by the next lower octave, re the level of that octave.
+double masking_slope_db(double lower_octave_db) {
+    if (lower_octave_db < 63) return 0.5 * lower_octave_db - 65;
+    if (lower_octave_db < 67) return 1.8 * lower_octave_db - 146.9;
+    if (lower_octave_db < 100) return 0.5 * lower_octave_db - 59.8;
+    return -10;
+}
+
+/// Transmission index of a modulation transfer, 0..1.
+double transmission_index(double modulation) {
+    constexpr double kRange_db = 15;
+    // m = 1 is an infinite effective ratio.
+    if (modulation >= 1) return 1;
+    if (modulation <= 0) return 0;
+    const double ratio_db = 10 * std::log10(modulation / (1 - modulation));
+    return (std::clamp(ratio_db, -kRange_db, kRange_db) + kRange_db) / (2 * kRange_db);
+}
+
+}  // namespace
+
+double modulation_transfer(const EnergyResponse& response, std::size_t band, double modulation_hz) {
+    const double omega = 2 * std::numbers::pi * modulation_hz;
+    std::complex<double> sum = 0;
+    double total = 0;
+    for (std::size_t i = 0; i < response.bins.count(); ++i) {
+        // A bin of constant power has the transform of a rectangle.
+        const double begin_s = response.bins.begin_s(i);
+        const double half_s = (response.bins.end_s(i) - begin_s) / 2;
+        const double energy{response.energy[i][band]};
+        sum += energy * std::sin(omega * half_s) / (omega * half_s) *
+               std::polar(1.0, -omega * (begin_s + half_s));
+        total += energy;
+    }
+    for (const SpecularPath& path : response.paths) {
+        const double arrival_s = response.arrival_s(path);
+        if (arrival_s >= response.bins.length_s()) continue;
+        sum += double{path.energy[band]} * std::polar(1.0, -omega * arrival_s);
+        total += double{path.energy[band]};
+    }
+    return std::abs(sum) / total;
+}
+
+std::optional<double> speech_transmission_index(const EnergyResponse& response,
+                                                const Bands& speech_db,
+                                                const std::optional<Bands>& noise_db) {
+    std::array<double, kOctaves> index{};
+    double lower_db = 0;  // speech and noise in the next lower octave
+    for (std::size_t k = 0; k < kOctaves; ++k) {
+        const std::size_t band = kFirstBand + k;
+        const double energy = response.total(band);
+        if (!(energy > 0)) return std::nullopt;
+        const double speech = power(double{speech_db[band]}) * squared_pressure(energy);
+        const double noise = noise_db ? power(double{(*noise_db)[band]}) : 0;
+        const double masking = k == 0 ? 0 : power(lower_db + masking_slope_db(lower_db));
+        const double share = speech / (speech + noise + masking + power(kThreshold_db[k]));
+        for (const double modulation_hz : kModulations_hz)
+            index[k] +=
+                transmission_index(modulation_transfer(response, band, modulation_hz) * share) /
+                kModulations_hz.size();
+        lower_db = 10 * std::log10(speech + noise);
+    }
+    double sti = 0;
+    for (std::size_t k = 0; k < kOctaves; ++k) {
+        sti += kWeights[k] * index[k];
+        if (k + 1 < kOctaves) sti -= kRedundancies[k] * std::sqrt(index[k] * index[k + 1]);
+    }
+    return std::clamp(sti, 0.0, 1.0);
+}
+
+}  // namespace aula
