@@ -94,6 +94,23 @@ TEST_CASE(
     CHECK(detected(segments, Vec3(101, 0, 0), 1).total(0) == 0);
 }
 
+TEST_CASE("the segments of all frames are detected, or of the present one only") {
+    SegmentCache segments = window();
+    run(segments, 0, 3);
+    static const RayScene open{Scene{}};
+    for (const bool only_present : {false, true}) {
+        EnergyResponse response = EnergyResponse::silent(TimeBins(0.2));
+        SpecularSum sum(response);
+        segments.add_to(open, {Vec3(2, 0.3F, 0), kRadius_m}, {}, only_present, segments.rays(),
+                        sum);
+        CHECK(sum.rays() == (only_present ? 1 : 3) * kRays);
+        sum.add_to(SpecularSound{}, response);
+        // Each ray of each frame has the same mean.
+        CHECK(response.total(0) * static_cast<double>(kRays) ==
+              Approx(detected(segments, Vec3(2, 0.3F, 0), 1.0 / 3).total(0)).epsilon(1e-5));
+    }
+}
+
 TEST_CASE("the sphere of a segment grows with the length of the path before it") {
     DepositBatch batch = one_segment();
     batch.segments[0].growth = 100;

@@ -54,6 +54,20 @@ class Walls {
     Scene scene_;
 };
 
+/// Where sound that enters the first wall on a line leaves it.
+WallExit exit_of(const RayScene& rays, const Vec3& from, const Vec3& direction) {
+    std::vector<Hit> hits(1);
+    const Ray ray{from, glm::normalize(direction)};
+    rays.intersect({&ray, 1}, hits);
+    const Vec3 normal = rays.facing_normal(hits[0], ray.direction);
+    const RayScene::PointOff at =
+        RayScene::point_beyond(hits[0].distance_m, -glm::dot(ray.direction, normal));
+    const WallEntry entry{hits[0], from + at.along_m * ray.direction + at.off_m * normal, normal};
+    std::vector<WallExit> exits;
+    find_wall_exits(rays, {&entry, 1}, exits);
+    return exits.at(0);
+}
+
 double db(double reduction_db) { return std::pow(10, -reduction_db / 10); }
 
 /// Products of a few numbers, and a sum of 128, in single precision.
@@ -177,35 +191,37 @@ TEST_CASE("sound leaves a wall opposite to where it enters, and comes back to th
     walls.face(0.3F, walls.material(30, 0.1F), -20, 0.1F);
     walls.face(2, walls.material(25));
     const RayScene rays(walls.scene());
-    std::vector<WallExit> exits;
-    const auto cross = [&](const Vec3& from, const Vec3& direction) {
-        std::vector<Hit> hits(1);
-        const Ray ray{from, glm::normalize(direction)};
-        rays.intersect({&ray, 1}, hits);
-        const Vec3 normal = rays.facing_normal(hits[0], ray.direction);
-        const RayScene::PointOff at =
-            RayScene::point_beyond(hits[0].distance_m, -glm::dot(ray.direction, normal));
-        const WallEntry entry{hits[0], from + at.along_m * ray.direction + at.off_m * normal,
-                              normal};
-        find_wall_exits(rays, {&entry, 1}, exits);
-        return exits[0];
-    };
-    const WallExit there = cross(Vec3(-1, 0, 0), Vec3(1, 0.5F, 0));
+    const WallExit there = exit_of(rays, Vec3(-1, 0, 0), Vec3(1, 0.5F, 0));
     CHECK(double{there.wall.transmission[0]} == Approx(db(30)).epsilon(kRounding));
     CHECK(there.wall.scattering[0] == 0.2F);
     // Straight across from (0, 0.5): the far face is at x = 0.3 - 0.05.
     CHECK(glm::distance(there.point, Vec3(0.25F, 0.5F, 0)) < 0.002F);
     CHECK(there.thickness_m == Approx(0.25).margin(0.002));
     CHECK(there.normal.x > 0.9F);
-    const WallExit back = cross(there.point + 0.1F * there.normal, -there.normal);
+    const WallExit back = exit_of(rays, there.point + 0.1F * there.normal, -there.normal);
     // The normals differ by 0.1 rad: 0.025 m.
     CHECK(glm::distance(back.point, Vec3(0, 0.5F, 0)) < 0.03F);
     CHECK(back.wall.transmission == there.wall.transmission);
     CHECK(back.wall.scattering == there.wall.scattering);
     // A wall of one face.
-    const WallExit single = cross(Vec3(1, 1, 0), Vec3(1, 0, 0));
+    const WallExit single = exit_of(rays, Vec3(1, 1, 0), Vec3(1, 0, 0));
     CHECK(single.thickness_m == 0);
     CHECK(single.point.x > 2);
     CHECK(single.point.x < 2.001F);
     CHECK(double{single.wall.transmission[0]} == Approx(db(25)).epsilon(kRounding));
+}
+
+TEST_CASE("sound leaves a wall of one face before an opaque or oblique face behind it") {
+    for (const bool oblique : {false, true}) {
+        Walls walls;
+        walls.face(0, walls.material(20));
+        walls.face(0.3F, oblique ? walls.material(30) : walls.material(std::nullopt), -20,
+                   oblique ? 0.5F : 0.0F);
+        const WallExit single = exit_of(RayScene(walls.scene()), Vec3(-1, 0, 0), Vec3(1, 0, 0));
+        CAPTURE(oblique);
+        CHECK(single.thickness_m == 0);
+        CHECK(single.point.x > 0);
+        CHECK(single.point.x < 0.001F);
+        CHECK(double{single.wall.transmission[0]} == Approx(db(20)).epsilon(kRounding));
+    }
 }
