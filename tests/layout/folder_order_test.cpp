@@ -37,6 +37,7 @@ const std::array kParts = {
          {"apps/session", "engine", "audio"}},
     Part{"apps/examples", {""}, {"apps/session", "engine", "audio"}},
     Part{"apps/plugin", {""}, {"apps/session", "engine", "audio"}},
+    Part{"apps/python", {""}, {"apps/session", "engine", "audio"}},
     Part{"apps/aula", {""}, {"apps/session", "apps/window", "engine", "audio"}},
 };
 

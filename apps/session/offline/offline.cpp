@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "apps/session/auralizer/auralizer_options.h"
@@ -60,55 +61,98 @@ class SignalReader {
 
 }  // namespace
 
+struct OfflineRendering::State {
+    State(const Scene& scene, SignalSet signal_set, const SessionOptions& given)
+        : options(given),
+          signals(std::move(signal_set)),
+          auralizer(scene, exact_options(scene, options)),
+          timeline(offline_timeline({.scene = scene,
+                                     .signals = signals,
+                                     .sample_rate_hz = options.sample_rate_hz,
+                                     .response_length_s = auralizer.response_length_s(),
+                                     .duration_s = options.duration_s})),
+          samples(std::llround(timeline.end_s * options.sample_rate_hz)) {}
+
+    static AuralizerOptions exact_options(const Scene& scene, const SessionOptions& options) {
+        AuralizerOptions settings = auralizer_options(scene, options, options.sample_rate_hz);
+        settings.clock = RenderClock::exact;
+        settings.before_frame = follow_paths(scene);
+        return settings;
+    }
+
+    SessionOptions options;
+    SignalSet signals;
+    Auralizer auralizer;
+    Timeline timeline;
+    std::int64_t samples;
+    std::int64_t muted = 0;
+};
+
+OfflineRendering::OfflineRendering(const Scene& scene, SignalSet signals,
+                                   const SessionOptions& options)
+    : state_(std::make_unique<State>(scene, std::move(signals), options)) {}
+
+OfflineRendering::~OfflineRendering() = default;
+
+std::int64_t OfflineRendering::samples() const { return state_->samples; }
+
+std::int64_t OfflineRendering::muted_samples() const { return state_->muted; }
+
+bool OfflineRendering::render(const Sink& sink, const Progress& progress) {
+    State& s = *state_;
+    const int block = s.options.block;
+    const std::size_t channels = channel_count(s.options.output);
+    SignalReader reader(s.signals, s.timeline, s.auralizer, block);
+
+    const FlushDenormals flush;
+    std::optional<Limiter> limiter;
+    if (s.options.format != SampleFormat::float32)
+        limiter.emplace(s.options.sample_rate_hz, channels, block);
+    // The latency is removed from the start and added at the end.
+    std::int64_t skip = s.auralizer.latency_samples() + (limiter ? limiter->latency_samples() : 0);
+    const std::int64_t total = s.samples + skip;
+    // Only the paths cause changes, so that frames can be computed ahead.
+    s.auralizer.commit(s.samples);
+    PlanarBlock output(channels, static_cast<std::size_t>(block));
+    std::vector<std::span<const float>> rendered(channels);
+    for (std::int64_t first = 0; first < total; first += block) {
+        s.auralizer.render(reader.read(first), output.pointers, block);
+        if (limiter) {
+            limiter->process(output.pointers, block);
+            s.muted += static_cast<std::int64_t>(limiter->muted_samples());
+        }
+        const std::int64_t end = std::min<std::int64_t>(block, total - first);
+        const std::int64_t begin = std::min(skip, end);
+        skip -= begin;
+        for (std::size_t c = 0; c < channels; ++c)
+            rendered[c] = std::span<const float>(output.samples[c])
+                              .subspan(static_cast<std::size_t>(begin),
+                                       static_cast<std::size_t>(end - begin));
+        if (begin < end) sink(rendered);
+        if (progress && !progress(static_cast<double>(first + end) / static_cast<double>(total)))
+            return false;
+    }
+    return true;
+}
+
 std::optional<std::vector<std::string>> render_offline(const Scene& scene,
                                                        const SessionOptions& options,
                                                        const std::filesystem::path& file,
                                                        const Progress& progress) {
-    const double rate_hz = options.sample_rate_hz;
-    const std::size_t channels = channel_count(options.output);
-    WavWriter writer(file, rate_hz, channels, options.format);
-    const SignalSet signals = read_signals(scene, rate_hz);
-    AuralizerOptions settings = auralizer_options(scene, options, rate_hz);
-    settings.clock = RenderClock::exact;
-    settings.before_frame = follow_paths(scene);
-    Auralizer auralizer(scene, settings);
-    const Timeline timeline = offline_timeline({.scene = scene,
-                                                .signals = signals,
-                                                .sample_rate_hz = rate_hz,
-                                                .response_length_s = auralizer.response_length_s(),
-                                                .duration_s = options.duration_s});
-    SignalReader reader(signals, timeline, auralizer, options.block);
-
-    const FlushDenormals flush;
-    std::optional<Limiter> limiter;
-    if (options.format != SampleFormat::float32) limiter.emplace(rate_hz, channels, options.block);
-    // The latency is removed from the start and added at the end.
-    std::int64_t skip = auralizer.latency_samples() + (limiter ? limiter->latency_samples() : 0);
-    const std::int64_t end_samples = std::llround(timeline.end_s * rate_hz);
-    const std::int64_t total = end_samples + skip;
-    // Only the paths cause changes, so that frames can be computed ahead.
-    auralizer.commit(end_samples);
-    PlanarBlock output(channels, static_cast<std::size_t>(options.block));
+    WavWriter writer(file, options.sample_rate_hz, channel_count(options.output), options.format);
+    const SignalSet signals = read_signals(scene, options.sample_rate_hz);
+    OfflineRendering rendering(scene, signals, options);
     std::vector<float> interleaved;
-    std::int64_t muted = 0;
-    for (std::int64_t first = 0; first < total; first += options.block) {
-        auralizer.render(reader.read(first), output.pointers, options.block);
-        if (limiter) {
-            limiter->process(output.pointers, options.block);
-            muted += static_cast<std::int64_t>(limiter->muted_samples());
-        }
-        const std::int64_t end = std::min<std::int64_t>(options.block, total - first);
+    const auto write = [&](std::span<const std::span<const float>> channels) {
         interleaved.clear();
-        for (std::int64_t i = std::min(skip, end); i < end; ++i)
-            for (const auto& channel : output.samples)
-                interleaved.push_back(channel[static_cast<std::size_t>(i)]);
-        skip -= std::min(skip, end);
+        for (std::size_t i = 0; i < channels[0].size(); ++i)
+            for (const auto& channel : channels) interleaved.push_back(channel[i]);
         writer.write(interleaved);
-        if (progress && !progress(static_cast<double>(first + end) / static_cast<double>(total)))
-            return std::nullopt;
-    }
+    };
+    if (!rendering.render(write, progress)) return std::nullopt;
     std::vector<std::string> warnings = warnings_of(signals);
-    if (muted += writer.muted_samples(); muted > 0) warnings.push_back(muted_text(muted));
+    const std::int64_t muted = rendering.muted_samples() + writer.muted_samples();
+    if (muted > 0) warnings.push_back(muted_text(muted));
     writer.commit();
     return warnings;
 }

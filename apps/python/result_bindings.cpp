@@ -1,0 +1,307 @@
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <exception>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "apps/python/arrays.h"
+#include "apps/python/scene_bindings.h"
+#include "apps/session/frames/signals.h"
+#include "apps/session/offline/offline.h"
+#include "aula/exception.h"
+#include "aula/measurement.h"
+
+namespace aula {
+
+namespace {
+
+using Response = std::vector<std::vector<float>>;  ///< [channel][sample]
+
+/// Asks the interpreter ten times a second whether a signal, such as Ctrl-C, has raised an
+/// exception. Called without the interpreter's lock.
+class Interruption {
+ public:
+    /// True until there is an exception.
+    bool continues() {
+        const auto now = std::chrono::steady_clock::now();
+        if (now < next_) return true;
+        next_ = now + std::chrono::milliseconds(100);
+        const py::gil_scoped_acquire acquired;
+        raised_ = PyErr_CheckSignals() != 0;
+        return !raised_;
+    }
+
+    /// Throws the exception, if there is one. Called with the interpreter's lock.
+    void rethrow() const {
+        if (raised_) throw py::error_already_set();
+    }
+
+ private:
+    std::chrono::steady_clock::time_point next_;
+    bool raised_ = false;
+};
+
+OutputFormat output_of(const std::string& name) {
+    if (name == "mono") return OutputFormat::mono;
+    if (name == "foa") return OutputFormat::foa;
+    if (name == "toa") return OutputFormat::toa;
+    if (name == "binaural") return OutputFormat::binaural;
+    throw InputError("output: \"" + name + "\"; expected mono, foa, toa or binaural");
+}
+
+/// Settings of one call in place of the scene's.
+struct Overrides {
+    std::optional<std::uint64_t> seed;
+    std::optional<int> rays;
+    std::optional<float> ir_length_s;
+    int threads = 1;
+};
+
+Scene with(const Scene& scene, const Overrides& overrides) {
+    Scene changed = scene;
+    Simulation& simulation = changed.simulation;
+    if (overrides.seed) simulation.seed = *overrides.seed;
+    if (overrides.rays) simulation.rays = *overrides.rays;
+    if (overrides.ir_length_s) simulation.ir_length_s = *overrides.ir_length_s;
+    simulation.threads = overrides.threads;
+    simulation.check();
+    return changed;
+}
+
+Measurement measured(const SharedScene& shared, const std::vector<Source>& sources,
+                     const Array<float>& receivers, std::optional<int> frames, int max_frames,
+                     const std::array<double, 4>& limits, const Overrides& overrides) {
+    const std::shared_ptr<const Scene> scene = shared.get();
+    std::vector<Pose> poses;
+    for (py::ssize_t m = 0; m < receivers.shape(0); ++m)
+        poses.push_back(pose_of(receivers.data() + 6 * m));
+    Interruption interruption;
+    std::optional<Measurement> measurement;
+    {
+        const py::gil_scoped_release released;
+        measurement = measure(with(*scene, overrides), sources, poses,
+                              {.frames = frames,
+                               .limits = {.level_db = limits[0],
+                                          .c80_db = limits[1],
+                                          .t30 = limits[2],
+                                          .edt = limits[3]},
+                               .max_frames = max_frames,
+                               .progress = [&](double) { return interruption.continues(); }});
+    }
+    interruption.rethrow();
+    return std::move(*measurement);
+}
+
+/// A microphone of first order from first-order ambisonics W Y Z X: a W + (1 - a) X.
+std::vector<float> first_order(const Response& foa, float omnidirectional_share) {
+    std::vector<float> samples(foa[0].size());
+    for (std::size_t i = 0; i < samples.size(); ++i)
+        samples[i] = omnidirectional_share * foa[0][i] + (1 - omnidirectional_share) * foa[3][i];
+    return samples;
+}
+
+/// Calls `make` with 0 to count - 1 on several threads. Rethrows the first exception.
+void in_parallel(std::size_t count, int threads, const auto& make) {
+    std::atomic<std::size_t> next = 0;
+    const auto work = [&](std::exception_ptr& error) {
+        try {
+            for (std::size_t i = next++; i < count; i = next++) make(i);
+        } catch (...) {
+            error = std::current_exception();
+            next = count;
+        }
+    };
+    std::vector<std::exception_ptr> errors(
+        std::min(std::max<std::size_t>(count, 1), static_cast<std::size_t>(threads)));
+    {
+        std::vector<std::jthread> workers;
+        for (std::size_t t = 1; t < errors.size(); ++t)
+            workers.emplace_back([&, t] { work(errors[t]); });
+        work(errors[0]);
+    }
+    for (const std::exception_ptr& error : errors)
+        if (error) std::rethrow_exception(error);
+}
+
+/// (S, M, channel, N); shorter responses end with zeros. `shares` has the omnidirectional share of
+/// each microphone, for mono.
+py::array_t<float> impulse_responses(const Measurement& measurement, double sample_rate_hz,
+                                     const std::string& output, const std::string& hrtf,
+                                     int ambisonic_order, const std::vector<float>& shares,
+                                     int threads) {
+    const std::size_t receivers = measurement.receivers.size();
+    std::vector<Response> responses(measurement.responses.size());
+    const ImpulseResponseOptions options{.sample_rate_hz = sample_rate_hz,
+                                         .output = output_of(output),
+                                         .ambisonic_order = ambisonic_order,
+                                         .hrtf = hrtf};
+    const bool mono = options.output == OutputFormat::mono;
+    {
+        const py::gil_scoped_release released;
+        const ImpulseResponses plain(measurement, options);
+        ImpulseResponseOptions foa_options = options;
+        foa_options.output = OutputFormat::foa;
+        std::optional<ImpulseResponses> foa;
+        if (mono &&
+            std::any_of(shares.begin(), shares.end(), [](float share) { return share != 1; }))
+            foa.emplace(measurement, foa_options);
+        in_parallel(responses.size(), threads, [&](std::size_t pair) {
+            const std::size_t s = pair / receivers;
+            const std::size_t m = pair % receivers;
+            responses[pair] = mono && shares[m] != 1
+                                  ? Response{first_order(foa->response(s, m), shares[m])}
+                                  : plain.response(s, m);
+        });
+    }
+    std::size_t samples = 0;
+    for (const Response& response : responses) samples = std::max(samples, response[0].size());
+    const std::size_t channels = channel_count(options.output);
+    py::array_t<float> array(
+        std::vector<std::size_t>{measurement.sources.size(), receivers, channels, samples});
+    float* to = array.mutable_data();
+    for (Response& response : responses) {
+        for (const std::vector<float>& channel : response) {
+            std::fill(std::copy(channel.begin(), channel.end(), to), to + samples, 0.0F);
+            to += samples;
+        }
+        response.clear();
+    }
+    return array;
+}
+
+/// Values and standard errors (parameter, S, M, 8); NaN where there is none.
+py::tuple parameters(const Measurement& measurement) {
+    const std::vector<std::size_t> shape{kAcousticParameterCount, measurement.sources.size(),
+                                         measurement.receivers.size(), kBandCount};
+    py::array_t<double> values(shape), errors(shape);
+    double* value = values.mutable_data();
+    double* error = errors.mutable_data();
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    for (std::size_t p = 0; p < kAcousticParameterCount; ++p) {
+        for (const PairParameters& pair : measurement.parameters) {
+            for (const MeasuredValue& octave : pair.octaves[p]) {
+                *value++ = octave.value.value_or(kNone);
+                *error++ = octave.standard_error.value_or(kNone);
+            }
+        }
+    }
+    return py::make_tuple(values, errors);
+}
+
+std::vector<std::string> parameter_names() {
+    std::vector<std::string> names;
+    for (std::size_t p = 0; p < kAcousticParameterCount; ++p)
+        names.emplace_back(acoustic_parameter_name(static_cast<AcousticParameter>(p)));
+    return names;
+}
+
+/// (S, M, 8, bin), 1/m2 per unit emitted energy.
+py::array_t<float> energy(const Measurement& measurement, double bin_s) {
+    std::vector<std::vector<Bands>> echograms;
+    {
+        const py::gil_scoped_release released;
+        for (const EnergyResponse& response : measurement.responses)
+            echograms.push_back(response.uniform(bin_s));
+    }
+    std::size_t bins = 0;
+    for (const auto& echogram : echograms) bins = std::max(bins, echogram.size());
+    py::array_t<float> array(std::vector<std::size_t>{
+        measurement.sources.size(), measurement.receivers.size(), kBandCount, bins});
+    float* to = array.mutable_data();
+    for (const auto& echogram : echograms)
+        for (std::size_t band = 0; band < kBandCount; ++band)
+            for (std::size_t bin = 0; bin < bins; ++bin)
+                *to++ = bin < echogram.size() ? echogram[bin][band] : 0;
+    return array;
+}
+
+/// Samples (channel, N) and warnings.
+py::tuple rendered(const SharedScene& shared, const std::map<std::string, Array<float>>& samples,
+                   double sample_rate_hz, const std::string& output, const std::string& hrtf,
+                   int ambisonic_order, std::optional<double> duration_s,
+                   const Overrides& overrides) {
+    const Scene scene = with(*shared.get(), overrides);
+    SignalSet signals;
+    for (std::size_t s = 0; s < scene.sources.size(); ++s) {
+        const Source& source = scene.sources[s];
+        const auto given = samples.find(source.name);
+        if (given != samples.end()) {
+            const float* const first = given->second.data();
+            signals.push_back(std::make_shared<const Signal>(
+                std::vector<float>(first, first + given->second.size()), source.loop));
+        } else if (source.signal == Source::Signal::file && source.signal_file.empty()) {
+            signals.push_back(std::make_shared<const Signal>(std::vector<float>{}, false));
+        } else {
+            signals.push_back(read_signal(scene, s, sample_rate_hz));
+        }
+    }
+    SessionOptions options;
+    options.sample_rate_hz = sample_rate_hz;
+    options.output = output_of(output);
+    options.hrtf = hrtf;
+    options.ambisonic_order = ambisonic_order;
+    options.duration_s = duration_s;
+
+    const std::vector<std::string> warnings = warnings_of(signals);
+    std::unique_ptr<OfflineRendering> rendering;
+    {
+        const py::gil_scoped_release released;
+        rendering = std::make_unique<OfflineRendering>(scene, std::move(signals), options);
+    }
+    const auto count = static_cast<std::size_t>(rendering->samples());
+    py::array_t<float> array(std::vector<std::size_t>{channel_count(options.output), count});
+    float* const to = array.mutable_data();
+    std::size_t done = 0;
+    Interruption interruption;
+    {
+        const py::gil_scoped_release released;
+        rendering->render(
+            [&](std::span<const std::span<const float>> channels) {
+                for (std::size_t c = 0; c < channels.size(); ++c)
+                    std::copy(channels[c].begin(), channels[c].end(), to + c * count + done);
+                done += channels[0].size();
+            },
+            [&](double) { return interruption.continues(); });
+        rendering.reset();
+    }
+    interruption.rethrow();
+    return py::make_tuple(array, warnings);
+}
+
+}  // namespace
+
+void bind_results(py::module_& module) {
+    py::class_<Overrides>(module, "Overrides")
+        .def(py::init([](std::optional<std::uint64_t> seed, std::optional<int> rays,
+                         std::optional<float> ir_length_s, int threads) {
+            return Overrides{seed, rays, ir_length_s, threads};
+        }));
+    py::class_<Measurement>(module, "Measurement")
+        .def("impulse_responses", &impulse_responses)
+        .def("parameters", &parameters)
+        .def("energy", &energy)
+        .def_readonly("frames", &Measurement::frames)
+        .def_readonly("length_s", &Measurement::length_s)
+        .def_readonly("warnings", &Measurement::warnings)
+        .def("audible", [](const Measurement& measurement) {
+            py::array_t<bool> array(
+                std::vector<std::size_t>{measurement.sources.size(), measurement.receivers.size()});
+            std::copy(measurement.audible.begin(), measurement.audible.end(), array.mutable_data());
+            return array;
+        });
+    module.def("measure", &measured);
+    module.def("render", &rendered);
+    module.def("parameter_names", &parameter_names);
+}
+
+}  // namespace aula

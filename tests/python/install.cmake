@@ -1,0 +1,25 @@
+# cmake -DBUILD=.. -DSOURCE=.. -DWORK=.. -DPYTHON=.. -P install.cmake: installs the package into a
+# new virtual environment, without network.
+file(REMOVE_RECURSE "${WORK}")
+function(run)
+    execute_process(COMMAND ${ARGV} COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)
+endfunction()
+run("${PYTHON}" -m venv --system-site-packages "${WORK}")
+run("${WORK}/bin/pip" install --no-index --no-build-isolation --config-settings
+    "build-dir=${BUILD}" "${SOURCE}")
+execute_process(COMMAND "${WORK}/bin/python" -c "import aula; print(aula.__file__)"
+                WORKING_DIRECTORY "${WORK}" OUTPUT_VARIABLE file COMMAND_ERROR_IS_FATAL ANY)
+if(NOT file MATCHES "^${WORK}/")
+    message(FATAL_ERROR "import aula takes ${file}")
+endif()
+# The module exports its entry alone, and needs no device library.
+file(GLOB module "${WORK}/lib/python3*/site-packages/aula/_aula.*.so")
+execute_process(COMMAND nm -D --defined-only "${module}" OUTPUT_VARIABLE symbols
+                COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND readelf -d "${module}" OUTPUT_VARIABLE needed COMMAND_ERROR_IS_FATAL ANY)
+if(NOT symbols MATCHES "PyInit__aula" OR symbols MATCHES "aula5|_ZN4aula|pybind11|H5|embree")
+    message(FATAL_ERROR "the module exports ${symbols}")
+endif()
+if(needed MATCHES "portaudio|jack|asound|libGL|libpython")
+    message(FATAL_ERROR "the module needs ${needed}")
+endif()
