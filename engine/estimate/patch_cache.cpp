@@ -86,7 +86,17 @@ void PatchCache::advance(const State& now, WorkerPool& workers) {
         ++keep;
     }
     if (keep < summed_frames_) keep_newest(keep, workers);
+    forget_aged();
     assert(is_consistent());
+}
+
+/// Frees logged frames that no change can keep because they are older than the window. Without
+/// frames from before the last change, none of them has to be removed from the sums one by one.
+void PatchCache::forget_aged() {
+    if (!is_current()) return;
+    while (!log_.empty() && now_.frame - log_.front().state.frame >= window_frames_)
+        log_.pop_front();
+    if (log_.empty()) spare_ = {};
 }
 
 bool PatchCache::holds(const Frame& frame) const {

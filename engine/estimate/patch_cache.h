@@ -106,6 +106,7 @@ class PatchCache {
     void keep_newest(std::size_t frames, WorkerPool& workers);
     bool holds(const Frame& frame) const;
     void trim_log(WorkerPool& workers);
+    void forget_aged();
     std::size_t table_bytes() const;
     bool is_consistent() const;
 

@@ -215,8 +215,7 @@ TEST_CASE("Users of one file at one rate share its HRTF until the file changes")
     // Threads that ask for it at the same time get one object.
     std::vector<std::shared_ptr<const Hrtf>> found(4);
     std::vector<std::thread> threads;
-    for (auto& hrtf : found)
-        threads.emplace_back([&] { hrtf = load_hrtf("", 48000); });
+    for (auto& hrtf : found) threads.emplace_back([&] { hrtf = load_hrtf("", 48000); });
     for (std::thread& thread : threads) thread.join();
     for (const auto& hrtf : found) CHECK(hrtf == found[0]);
 }

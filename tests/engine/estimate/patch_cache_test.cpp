@@ -268,6 +268,30 @@ TEST_CASE("a short log bounds the memory") {
     CHECK(radiated(walk.cache, 1) == Approx(1));
 }
 
+TEST_CASE("without new rays the log of a patch cache ages out, and sums and later changes do not") {
+    Walk walk(5);
+    for (int f = 0; f < 20; ++f) walk.frame(Vec3(0), f % 2 ? 1 : 2);
+    const std::size_t before = walk.cache.memory_bytes();
+    for (int f = 0; f < 5; ++f) walk.rest(Vec3(0));
+    const std::size_t rested = walk.cache.memory_bytes();
+    CHECK(rested + 5 * sizeof(Deposit) <= before);
+    CHECK(walk.cache.emitted() == 20);
+    CHECK(radiated(walk.cache, 1) == Approx(0.5));
+    // A small step after three frames of rest keeps the two newest frames.
+    Walk other(5);
+    for (int f = 0; f < 20; ++f) other.frame(Vec3(0), f % 2 ? 1 : 2);
+    for (int f = 0; f < 2; ++f) other.rest(Vec3(0));
+    other.rest(Vec3(0.01F, 0, 0));
+    CHECK(other.cache.emitted() == 2);
+    CHECK(radiated(other.cache, 1) == Approx(0.5));
+    // After a longer rest it keeps none.
+    walk.rest(Vec3(0.01F, 0, 0));
+    CHECK(walk.cache.emitted() == 0);
+    walk.frame(Vec3(0.01F, 0, 0), 3);
+    CHECK(radiated(walk.cache, 3) == Approx(1));
+    CHECK(radiated(walk.cache, 1) == 0);
+}
+
 TEST_CASE("deposits preserve mean energies even if they are small relative to the strongest band") {
     Bands energy;
     for (std::size_t b = 0; b < kBandCount; ++b) {
