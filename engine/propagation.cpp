@@ -448,6 +448,8 @@ std::vector<char> Propagation::sources_connected(const FrameInput& given) const 
 
 void Propagation::set_rays(int rays) { state_->estimator->set_rays(rays); }
 
+void Propagation::emit_from_listeners() { state_->estimator->emit_from_listeners(); }
+
 double Propagation::response_length_s() const {
     const auto& given = state_->simulation.ir_length_s;
     return given ? double{*given} : state_->bins.length_s();

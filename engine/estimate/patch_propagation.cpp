@@ -245,9 +245,13 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
 
 /// Number of batches that each emitter traces.
 std::vector<int> PatchPropagation::plan_batches(std::span<const EmitterStatus> status) const {
-    const EmissionPlan plan =
-        plan_emission(status.first(source_count_), status.subspan(source_count_),
-                      tracer_.batch_count(), DepositTracer::kBatchRays);
+    std::vector<EmitterStatus> sources(status.begin(),
+                                       status.begin() + static_cast<std::ptrdiff_t>(source_count_));
+    // The plan prefers listeners to sources that move.
+    if (from_listeners_)
+        for (EmitterStatus& source : sources) source.changed = true;
+    const EmissionPlan plan = plan_emission(sources, status.subspan(source_count_),
+                                            tracer_.batch_count(), DepositTracer::kBatchRays);
     std::vector<int> batches = plan.sources;
     batches.insert(batches.end(), plan.listeners.begin(), plan.listeners.end());
     return batches;

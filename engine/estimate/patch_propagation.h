@@ -42,6 +42,7 @@ class PatchPropagation final : public ResponseEstimator {
                     const OrientedDirectivity& directivity) override;
     void remove_source(std::size_t source) override;
     void set_rays(int rays) override;
+    void emit_from_listeners() override { from_listeners_ = true; }
     void materials_changed() override;
     void scene_moved() override;
     void step(const PropagationFrame& frame, std::span<const SpecularSound> images,
@@ -108,6 +109,7 @@ class PatchPropagation final : public ResponseEstimator {
     WorkerPool& workers_;
     TimeBins bins_;
     int window_frames_;
+    bool from_listeners_ = false;
     bool rays_may_mirror_ = false;
     bool mirrors_ = false;  ///< paths that end in a mirror are left to the rays
     float listener_radius_m_;

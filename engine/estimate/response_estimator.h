@@ -40,6 +40,9 @@ class ResponseEstimator {
     /// Sets the rays per emitter from the next frame on.
     virtual void set_rays(int rays) = 0;
 
+    /// See Propagation::emit_from_listeners.
+    virtual void emit_from_listeners() {}
+
     /// Updates the estimator after a change of the scene's materials.
     virtual void materials_changed() {}
 

@@ -101,6 +101,11 @@ class Propagation {
     /// Sets the rays per source from the next frame on, 1 to Simulation::kMaxRays.
     void set_rays(int rays);
 
+    /// From the next frame on, rays start at listeners rather than at static sources, whose caches
+    /// then need no memory: for many sources and few listeners. Responses to a moving listener are
+    /// noisier. Estimators other than Estimator::patch ignore it.
+    void emit_from_listeners();
+
     /// Length of the responses: Simulation::ir_length_s, or the longest reverberation time of the
     /// room's octave bands within 0.3 and 4 s.
     double response_length_s() const;
