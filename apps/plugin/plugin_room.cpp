@@ -35,35 +35,22 @@ bool are_equal(const ControlValues& a, const ControlValues& b, Control first, st
                       b.begin() + begin);
 }
 
-ControlValues initial_values() {
-    ControlValues values;
-    for (std::size_t i = 0; i < kControls; ++i) values[i] = control_ports()[i].initial;
-    return values;
-}
-
 Vec3 position(const ControlValues& values, Control first) {
     const auto i = static_cast<std::size_t>(first);
     return {values[i], values[i + 1], values[i + 2]};
-}
-
-PartGains part_gains(const ControlValues& values) {
-    const auto gain = [&](Control part) { return value_of(values, part) > 0.5F ? 1.0F : 0.0F; };
-    return {.direct = gain(Control::direct),
-            .early = gain(Control::early),
-            .late = gain(Control::late)};
 }
 
 /// Rays of a quality per ray of the scene.
 float rays_factor(float quality) { return std::pow(4.0F, std::round(quality) - 1); }
 
 AuralizerOptions auralizer_options(const Scene& scene, const std::filesystem::path& hrtf,
-                                   OutputFormat output, double sample_rate_hz, RenderClock clock,
-                                   int block, std::shared_ptr<const ControlSnapshot> controls) {
+                                   const PluginOutput& output, RenderClock clock,
+                                   std::shared_ptr<const ControlSnapshot> controls) {
     AuralizerOptions options{.clock = clock,
-                             .sample_rate_hz = sample_rate_hz,
-                             .block = block,
+                             .sample_rate_hz = output.sample_rate_hz,
+                             .block = output.block,
                              .sample_by_sample = true,
-                             .output = output,
+                             .output = output.format,
                              .hrtf = hrtf,
                              .max_sources = 1};
     if (clock == RenderClock::real_time)
@@ -93,21 +80,26 @@ Scene plugin_scene(const RoomFiles& files) {
     return scene;
 }
 
-ControlFollower::ControlFollower(const Scene& scene)
+ControlValues initial_values() {
+    ControlValues values;
+    for (std::size_t i = 0; i < kControls; ++i) values[i] = control_ports()[i].initial;
+    return values;
+}
+
+SceneControls::SceneControls(const Scene& scene)
     : scene_source_(scene.sources[0].pose_at(0)),
       scene_listener_(scene.listener.pose),
       scene_gain_db_(scene.sources[0].gain_db),
-      scene_rays_(scene.simulation.rays),
-      applied_(initial_values()) {}
+      scene_rays_(scene.simulation.rays) {}
 
-Pose ControlFollower::source_pose(const ControlValues& values) const {
+Pose SceneControls::source_pose(const ControlValues& values) const {
     Pose pose = scene_source_;
     if (!are_initial(values, Control::source_x, 3))
         pose.position = position(values, Control::source_x);
     return pose;
 }
 
-Pose ControlFollower::listener_pose(const ControlValues& values) const {
+Pose SceneControls::listener_pose(const ControlValues& values) const {
     Pose pose = scene_listener_;
     if (!are_initial(values, Control::listener_x, 3))
         pose.position = position(values, Control::listener_x);
@@ -119,39 +111,52 @@ Pose ControlFollower::listener_pose(const ControlValues& values) const {
     return pose;
 }
 
+float SceneControls::gain_db(const ControlValues& values) const {
+    return scene_gain_db_ + value_of(values, Control::gain_db);
+}
+
+int SceneControls::rays(const ControlValues& values) const {
+    const float rays =
+        static_cast<float>(scene_rays_) * rays_factor(value_of(values, Control::quality));
+    return std::clamp(static_cast<int>(rays), 1, Simulation::kMaxRays);
+}
+
+PartGains SceneControls::part_gains(const ControlValues& values) {
+    const auto gain = [&](Control part) { return value_of(values, part) > 0.5F ? 1.0F : 0.0F; };
+    return {.direct = gain(Control::direct),
+            .early = gain(Control::early),
+            .late = gain(Control::late)};
+}
+
+ControlFollower::ControlFollower(const Scene& scene)
+    : controls_(scene), applied_(initial_values()) {}
+
 void ControlFollower::follow(Auralizer& auralizer, const ControlValues& values) {
     const auto differ = [&](Control first, std::size_t count) {
         return !are_equal(values, applied_, first, count);
     };
-    if (differ(Control::source_x, 3)) auralizer.set_source(kSource, source_pose(values));
-    if (differ(Control::listener_x, 6)) auralizer.set_listener(listener_pose(values));
-    if (differ(Control::gain_db, 1))
-        auralizer.set_gain(kSource, scene_gain_db_ + value_of(values, Control::gain_db));
-    if (differ(Control::direct, 3)) auralizer.set_part_gains(part_gains(values));
-    if (differ(Control::quality, 1)) {
-        const float rays =
-            static_cast<float>(scene_rays_) * rays_factor(value_of(values, Control::quality));
-        auralizer.set_rays(std::clamp(static_cast<int>(rays), 1, Simulation::kMaxRays));
-    }
+    if (differ(Control::source_x, 3)) auralizer.set_source(kSource, controls_.source_pose(values));
+    if (differ(Control::listener_x, 6)) auralizer.set_listener(controls_.listener_pose(values));
+    if (differ(Control::gain_db, 1)) auralizer.set_gain(kSource, controls_.gain_db(values));
+    if (differ(Control::direct, 3)) auralizer.set_part_gains(controls_.part_gains(values));
+    if (differ(Control::quality, 1)) auralizer.set_rays(controls_.rays(values));
     applied_ = values;
 }
 
-PluginRoom::PluginRoom(const Scene& scene, const std::filesystem::path& hrtf, OutputFormat output,
-                       double sample_rate_hz, RenderClock clock, int block,
-                       std::shared_ptr<const ControlSnapshot> controls)
+OwnRoom::OwnRoom(const Scene& scene, const std::filesystem::path& hrtf, const PluginOutput& output,
+                 RenderClock clock, std::shared_ptr<const ControlSnapshot> controls)
     : follower_(scene),
-      auralizer_(with_threads(scene, clock), auralizer_options(scene, hrtf, output, sample_rate_hz,
-                                                               clock, block, std::move(controls))) {
-}
+      auralizer_(with_threads(scene, clock),
+                 auralizer_options(scene, hrtf, output, clock, std::move(controls))) {}
 
-void PluginRoom::wait_for_frame() const {
+void OwnRoom::wait_for_frame() const {
     using namespace std::chrono_literals;
     const auto end = std::chrono::steady_clock::now() + 5s;
     while (auralizer_.status().frames == 0 && std::chrono::steady_clock::now() < end)
         std::this_thread::sleep_for(1ms);
 }
 
-void PluginRoom::render(const float* input, std::span<float* const> outputs, int samples) {
+void OwnRoom::render(const float* input, std::span<float* const> outputs, int samples) {
     const std::array<SourceSignal, 1> signals{SourceSignal{kSource, input}};
     auralizer_.render(signals, outputs, samples);
 }

@@ -1,22 +1,22 @@
 #include "apps/plugin/room_loader.h"
 
+#include <cmath>
 #include <exception>
 #include <utility>
 
-#include "aula/audio/realtime.h"
+#include "apps/plugin/group_voice.h"
+#include "apps/plugin/shared_room.h"
 
 namespace aula::plugin {
 
-RoomLoader::RoomLoader(OutputFormat output, double sample_rate_hz, int block)
-    : output_(output), sample_rate_hz_(sample_rate_hz), block_(block), thread_([this] { run(); }) {}
+RoomLoader::RoomLoader(const PluginOutput& output) : output_(output), task_([this] { serve(); }) {}
 
 RoomLoader::~RoomLoader() {
-    {
-        const std::lock_guard lock(mutex_);
-        stop_ = true;
+    task_.stop();
+    // Rooms of a group use this object until their end.
+    delete rooms_.take();
+    while (rooms_.reclaim()) {
     }
-    wake_.release();
-    thread_.join();
     delete discarded_.load();
 }
 
@@ -25,7 +25,7 @@ void RoomLoader::change_and_wait(const std::function<void()>& change) {
     std::unique_lock lock(mutex_);
     change();
     const std::uint64_t wanted = ++wanted_;
-    wake_.release();
+    task_.wake();
     done_.wait(lock, [&] { return built_ >= wanted; });
 }
 
@@ -35,7 +35,12 @@ void RoomLoader::open() {
 
 void RoomLoader::request_open() noexcept {
     wants_open_ = true;
-    wake_.release();
+    task_.wake();
+}
+
+void RoomLoader::request_another() noexcept {
+    wants_another_ = true;
+    task_.wake();
 }
 
 void RoomLoader::close() {
@@ -54,52 +59,47 @@ void RoomLoader::set_files(const RoomFiles& files) {
 
 bool RoomLoader::request(Property property, std::string_view file) noexcept {
     const bool sent = requests_.push(property, file);
-    wake_.release();
+    task_.wake();
     return sent;
 }
 
 void RoomLoader::request_replies() noexcept {
     wants_replies_ = true;
-    wake_.release();
+    task_.wake();
 }
 
 void RoomLoader::give_back(PluginRoom* room) noexcept {
     rooms_.give_back(room);
-    wake_.release();
+    task_.wake();
 }
 
-std::unique_ptr<PluginRoom> RoomLoader::exact_room() {
+std::unique_ptr<OwnRoom> RoomLoader::exact_room() {
     std::unique_lock lock(mutex_);
     wants_exact_ = true;
-    wake_.release();
+    task_.wake();
     done_.wait(lock, [this] { return !wants_exact_; });
     return std::move(exact_);
 }
 
-void RoomLoader::discard(std::unique_ptr<PluginRoom> room) noexcept {
+void RoomLoader::discard(std::unique_ptr<OwnRoom> room) noexcept {
     if (!room) return;
     // A room that is still there was discarded less than a fade before; it is freed here.
     delete discarded_.exchange(room.release());
-    wake_.release();
+    task_.wake();
 }
 
-void RoomLoader::run() {
-    leave_realtime();
-    for (;;) {
-        wake_.acquire();
-        delete discarded_.exchange(nullptr);
-        while (rooms_.reclaim()) {
-        }
-        handle_requests();
-        std::unique_lock lock(mutex_);
-        if (stop_) return;
-        const bool builds_live = built_ != wanted_;
-        const bool builds_exact = wants_exact_;
-        lock.unlock();
-        if (builds_exact) build_exact();
-        if (builds_live) build_live();
-        if (wants_replies_.exchange(false)) reply_all();
+void RoomLoader::serve() {
+    delete discarded_.exchange(nullptr);
+    while (rooms_.reclaim()) {
     }
+    handle_requests();
+    std::unique_lock lock(mutex_);
+    const bool builds_live = built_ != wanted_;
+    const bool builds_exact = wants_exact_;
+    lock.unlock();
+    if (builds_exact) build_exact();
+    if (builds_live) build_live();
+    if (wants_replies_.exchange(false)) reply_all();
 }
 
 /// Takes what the audio thread has asked for.
@@ -107,6 +107,10 @@ void RoomLoader::handle_requests() {
     if (wants_open_.exchange(false)) {
         const std::lock_guard lock(mutex_);
         open_ = true;
+        ++wanted_;
+    }
+    if (wants_another_.exchange(false)) {
+        const std::lock_guard lock(mutex_);
         ++wanted_;
     }
     for (; const Message* message = requests_.front(); requests_.pop()) {
@@ -125,7 +129,9 @@ void RoomLoader::build_live() {
     const bool open = open_;
     lock.unlock();
     if (open) {
-        if (auto room = build(RenderClock::real_time)) rooms_.publish(std::move(room));
+        auto room =
+            build<PluginRoom>([this](const RoomFiles& readable) { return live_room(readable); });
+        if (room) rooms_.publish(std::move(room));
     }
     lock.lock();
     built_ = wanted;
@@ -134,7 +140,10 @@ void RoomLoader::build_live() {
 }
 
 void RoomLoader::build_exact() {
-    auto room = build(RenderClock::exact);
+    auto room = build<OwnRoom>([this](const RoomFiles& readable) {
+        return std::make_unique<OwnRoom>(plugin_scene(readable), readable.hrtf, output_,
+                                         RenderClock::exact, controls_);
+    });
     std::unique_lock lock(mutex_);
     exact_ = std::move(room);
     wants_exact_ = false;
@@ -142,16 +151,31 @@ void RoomLoader::build_exact() {
     done_.notify_all();
 }
 
-/// The room of the present files on a clock, or as much of it as can be built; null if nothing can.
-std::unique_ptr<PluginRoom> RoomLoader::build(RenderClock clock) {
+/// A room on the real-time clock: its own, or that of a group.
+std::unique_ptr<PluginRoom> RoomLoader::live_room(const RoomFiles& readable) {
+    const ControlValues values = controls_->read();
+    const auto group = static_cast<int>(std::lround(value_of(values, Control::room_group)));
+    if (group == 0) {
+        auto room = std::make_unique<OwnRoom>(plugin_scene(readable), readable.hrtf, output_,
+                                              RenderClock::real_time, controls_);
+        room->wait_for_frame();
+        return room;
+    }
+    auto shared =
+        SharedRoom::join({readable, group}, values, [&] { return plugin_scene(readable); });
+    return std::make_unique<GroupVoice>(std::move(shared), readable.hrtf, output_, controls_,
+                                        [this] { request_another(); });
+}
+
+/// The room of the present files, or as much of it as can be built; null if nothing can.
+template <typename Room>
+std::unique_ptr<Room> RoomLoader::build(
+    const std::function<std::unique_ptr<Room>(const RoomFiles& readable)>& make) {
     const RoomFiles files = this->files();
     std::string status;
-    const auto attempt = [&](const RoomFiles& readable) -> std::unique_ptr<PluginRoom> {
+    const auto attempt = [&](const RoomFiles& readable) -> std::unique_ptr<Room> {
         try {
-            auto room = std::make_unique<PluginRoom>(plugin_scene(readable), readable.hrtf, output_,
-                                                     sample_rate_hz_, clock, block_, controls_);
-            if (clock == RenderClock::real_time) room->wait_for_frame();
-            return room;
+            return make(readable);
         } catch (const std::exception& error) {
             if (status.empty()) status = error.what();
             return nullptr;

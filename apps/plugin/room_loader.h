@@ -7,24 +7,23 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <semaphore>
 #include <string>
 #include <string_view>
-#include <thread>
 
 #include "apps/plugin/control_snapshot.h"
+#include "apps/plugin/loader_thread.h"
 #include "apps/plugin/message_queue.h"
 #include "apps/plugin/plugin_room.h"
 #include "audio/base/mailbox.h"
 
 namespace aula::plugin {
 
-/// Builds and destroys the rooms of a plugin on a thread of its own, because both take long and the
-/// threads of a host may have real-time priority. If a file cannot be read, it builds the default
-/// room or uses the default HRTF, keeps the file's name, and reports the error.
+/// Builds and destroys the rooms of an instance on the loader thread of the process, because both
+/// take long and the threads of a host may have real-time priority. If a file cannot be read, it
+/// builds the default room or uses the default HRTF, keeps the file's name, and reports the error.
 class RoomLoader {
  public:
-    RoomLoader(OutputFormat output, double sample_rate_hz, int block);
+    explicit RoomLoader(const PluginOutput& output);
     ~RoomLoader();
     RoomLoader(const RoomLoader&) = delete;
     RoomLoader& operator=(const RoomLoader&) = delete;
@@ -33,6 +32,8 @@ class RoomLoader {
     void open();
     /// Builds a room on the real-time clock later. [audio thread, wait-free]
     void request_open() noexcept AULA_NONBLOCKING;
+    /// Builds another room later, if one is open. [any thread, wait-free]
+    void request_another() noexcept AULA_NONBLOCKING;
     /// Destroys it; a room that the audio thread holds has been given back. [not the audio thread]
     void close();
 
@@ -54,48 +55,48 @@ class RoomLoader {
     void give_back(PluginRoom* room) noexcept AULA_NONBLOCKING;
 
     /// A new room on the exact clock, after all earlier requests; null if none can be built. Waits.
-    std::unique_ptr<PluginRoom> exact_room();
+    std::unique_ptr<OwnRoom> exact_room();
     /// Destroys a room on the exact clock later. [audio thread, wait-free]
-    void discard(std::unique_ptr<PluginRoom> room) noexcept AULA_NONBLOCKING;
+    void discard(std::unique_ptr<OwnRoom> room) noexcept AULA_NONBLOCKING;
 
     /// The controls of the rooms on the real-time clock. [audio thread]
     ControlSnapshot& controls() noexcept AULA_NONBLOCKING { return *controls_; }
 
  private:
-    void run();
+    void serve();
     void handle_requests();
     void build_live();
     void build_exact();
-    std::unique_ptr<PluginRoom> build(RenderClock clock);
+    template <typename Room>
+    std::unique_ptr<Room> build(
+        const std::function<std::unique_ptr<Room>(const RoomFiles& readable)>& make);
+    std::unique_ptr<PluginRoom> live_room(const RoomFiles& readable);
     void set_status(const std::string& line);
     void reply_all();
     void change_and_wait(const std::function<void()>& change);
 
-    const OutputFormat output_;
-    const double sample_rate_hz_;
-    const int block_;
+    const PluginOutput output_;
     const std::shared_ptr<ControlSnapshot> controls_ = std::make_shared<ControlSnapshot>();
 
     MessageQueue requests_;
     MessageQueue replies_;
     std::atomic<bool> wants_replies_ = false;
     std::atomic<bool> wants_open_ = false;
-    std::atomic<PluginRoom*> discarded_ = nullptr;
+    std::atomic<bool> wants_another_ = false;
+    std::atomic<OwnRoom*> discarded_ = nullptr;
     Mailbox<PluginRoom> rooms_{2};
-    std::counting_semaphore<> wake_{0};
 
     mutable std::mutex mutex_;  ///< of what follows
     std::condition_variable done_;
     RoomFiles files_;
-    bool stop_ = false;
     bool open_ = false;
     std::uint64_t wanted_ = 0;  ///< counts the changes of what is to be built in real time
     std::uint64_t built_ = 0;   ///< of them, those in the newest room
     bool wants_exact_ = false;
-    std::unique_ptr<PluginRoom> exact_;
+    std::unique_ptr<OwnRoom> exact_;
     std::string status_;
 
-    std::thread thread_;
+    LoaderTask task_;
 };
 
 }  // namespace aula::plugin

@@ -26,7 +26,7 @@ RoomPlugin::RoomPlugin(const Layout& layout, double sample_rate_hz, int block,
     : output_(layout.output),
       channels_(channel_count(layout.output)),
       messages_(map),
-      loader_(layout.output, sample_rate_hz, block),
+      loader_({layout.output, sample_rate_hz, block}),
       outputs_(channels_),
       fade_(to_samples(kRoomFade_s, sample_rate_hz)),
       wet_(to_samples(kWetGlide_s, sample_rate_hz)),
@@ -57,6 +57,7 @@ void RoomPlugin::connect(std::uint32_t port, void* data) {
 void RoomPlugin::activate() {
     started_ = false;
     rolls_ = false;
+    is_open_ = false;
     read_controls();
     // A host that only renders needs no room in real time.
     is_open_ = !freewheels();
@@ -109,6 +110,8 @@ void RoomPlugin::read_controls() {
         if (controls_[i] != nullptr && !control_ports()[i].output)
             values_[i] = valid(static_cast<Control>(i), *controls_[i]);
     loader_.controls().write(values_);
+    const float group = std::round(value_of(values_, Control::room_group));
+    if (std::exchange(group_, group) != group && is_open_) loader_.request_another();
     const auto wet = static_cast<double>(target_wet());
     if (wet != wet_.target()) wet_.move_to(wet);
 }

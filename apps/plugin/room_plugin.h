@@ -68,13 +68,14 @@ class RoomPlugin {
 
     // On the real-time clock.
     bool is_open_ = false;  ///< a room is being built, or was
+    float group_ = 0;       ///< of that room
     PluginRoom* current_ = nullptr;
     PluginRoom* ringing_ = nullptr;  ///< the room before it, which fades out
     std::int64_t ringing_samples_ = 0;
     Fade fade_;  ///< of the input from the ringing to the current room
 
     // On the exact clock.
-    std::unique_ptr<PluginRoom> exact_;
+    std::unique_ptr<OwnRoom> exact_;
     std::atomic<bool> is_restored_ = false;  ///< it has other files than the state
     bool is_fresh_ = false;                  ///< it has rendered no sample
     bool rolls_ = false;                     ///< the transport

@@ -28,6 +28,7 @@ TEST_CASE("In real time a plugin neither allocates, frees, locks nor writes whil
     const std::string scene = AULA_PLUGIN_URI "#scene";
     PluginHost host(OutputFormat::binaural);
     host.set(Control::quality, 0);
+    host.set(Control::room_group, GENERATE(0.0F, 3.0F));
     host.activate();
     const std::vector<float> input(600, 0.1F);
     RealtimeViolations violations;
@@ -43,6 +44,7 @@ TEST_CASE("In real time a plugin neither allocates, frees, locks nor writes whil
         host.set(Control::enabled, calls % 50 < 40 ? 1 : 0);
         host.set(Control::wet, calls % 30 < 20 ? 1 : 0.5F);
         host.set(Control::early, calls % 20 < 10 ? 1 : 0);
+        if (calls == 30) host.set(Control::room_group, 5);
         const std::string wanted = changes % 2 == 0 ? file : "";
         if (calls % 100 == 0) host.send_path(scene, wanted);
         if (calls % 100 == 50) host.send_get();

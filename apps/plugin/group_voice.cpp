@@ -1,0 +1,111 @@
+#include "apps/plugin/group_voice.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace aula::plugin {
+
+namespace {
+
+/// Time for which an instance is heard beyond its response: fades and the length of the filters.
+constexpr double kRingTail_s = 0.1;
+
+}  // namespace
+
+GroupVoice::Dimensions GroupVoice::dimensions(const SharedRoom& room,
+                                              const std::filesystem::path& hrtf,
+                                              const PluginOutput& output) {
+    const FrameSettings settings{.sample_rate_hz = output.sample_rate_hz,
+                                 .block = output.block,
+                                 .output = output.format,
+                                 .max_sources = 1};
+    return {
+        renderer_config(room.scene(), room.response_length_s(), settings),
+        output.format == OutputFormat::binaural ? load_hrtf(hrtf, output.sample_rate_hz) : nullptr};
+}
+
+GroupVoice::GroupVoice(std::shared_ptr<SharedRoom> room, const std::filesystem::path& hrtf,
+                       const PluginOutput& output, std::shared_ptr<const ControlSnapshot> controls,
+                       std::function<void()> leave)
+    : GroupVoice(room, dimensions(*room, hrtf, output), std::move(controls), std::move(leave)) {}
+
+GroupVoice::GroupVoice(std::shared_ptr<SharedRoom> room, const Dimensions& dimensions,
+                       std::shared_ptr<const ControlSnapshot> controls, std::function<void()> leave)
+    : room_(std::move(room)),
+      places_(room_->scene()),
+      controls_(std::move(controls)),
+      leave_(std::move(leave)),
+      speed_of_sound_m_s_(static_cast<double>(room_->scene().medium.speed_of_sound_m_s())),
+      rate_hz_(dimensions.config.sample_rate_hz),
+      values_(controls_->read()),
+      responses_(make_noise_carriers(rate_hz_, room_->scene().simulation.seed),
+                 room_->response_length_s(), room_->scene().sources[0].name,
+                 field_order(dimensions.config)),
+      frames_(dimensions.config, dimensions.hrtf),
+      tail_samples_(std::llround(
+          (std::max(room_->response_length_s(), dimensions.config.longest_delay_s) + kRingTail_s) *
+          rate_hz_)),
+      block_(static_cast<std::size_t>(dimensions.config.block)),
+      renderer_(dimensions.config, dimensions.hrtf),
+      head_(frame_samples(dimensions.config)),
+      head_pose_(places_.listener_pose(values_)),
+      outputs_(channel_count(dimensions.config.output)) {
+    head_.turn_to(head_pose_);
+    room_->add(*this);
+}
+
+GroupVoice::~GroupVoice() { room_->remove(*this); }
+
+void GroupVoice::read_controls() { values_ = controls_->read(); }
+
+void GroupVoice::prepare(const EnergyResponse& response) {
+    responses_.build(response, response_);
+    const PartGains gains = SceneControls::part_gains(values_);
+    if (gains.late != 1) {
+        for (std::vector<float>& channel : response_.channels)
+            for (float& sample : channel) sample *= gains.late;
+    }
+    float longest_m = 0;
+    for (const SpecularPath& path : response_.paths) longest_m = std::max(longest_m, path.length_m);
+    longest_delay_s_ = static_cast<double>(longest_m) / speed_of_sound_m_s_;
+    if (!prepared_) prepared_ = renderer_.mailbox().reclaim();
+    if (!prepared_) prepared_ = frames_.make_frame();
+    const SourceSound sound = source_sound(response_, speed_of_sound_m_s_, places_.gain_db(values_),
+                                           gains.direct, gains.early);
+    frames_.prepare({&sound, 1}, *prepared_);
+}
+
+void GroupVoice::publish() {
+    if (!prepared_) return;
+    renderer_.mailbox().publish(std::move(prepared_));
+    heard_ = true;
+    tail_samples_ = std::llround(
+        (std::max(room_->response_length_s(), longest_delay_s_) + kRingTail_s) * rate_hz_);
+}
+
+void GroupVoice::leave() {
+    if (!std::exchange(leaves_, true)) leave_();
+}
+
+void GroupVoice::render(const float* input, std::span<float* const> outputs, int samples) {
+    const FlushDenormals flush;
+    const Pose pose = places_.listener_pose(controls_->read());
+    if (pose.yaw_rad != head_pose_.yaw_rad || pose.pitch_rad != head_pose_.pitch_rad ||
+        pose.roll_rad != head_pose_.roll_rad) {
+        head_.turn_to(pose);
+        head_pose_ = pose;
+    }
+    const auto count = static_cast<std::size_t>(samples);
+    for (std::size_t done = 0; done < count;) {
+        const std::size_t part = std::min(block_, count - done);
+        for (std::size_t c = 0; c < outputs_.size(); ++c) outputs_[c] = outputs[c] + done;
+        const std::array<const float*, 1> inputs{input + done};
+        renderer_.render(inputs, head_.advance(static_cast<int>(part)), outputs_,
+                         static_cast<int>(part));
+        done += part;
+    }
+}
+
+}  // namespace aula::plugin

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "apps/plugin/control_snapshot.h"
+#include "apps/plugin/plugin_room.h"
+#include "apps/plugin/shared_room.h"
+#include "apps/session/frames/sound_at_listener.h"
+#include "audio/render/renderer.h"
+#include "aula/engine/impulse_response.h"
+#include "aula/engine/propagation.h"
+
+namespace aula::plugin {
+
+/// The room of an instance of a group: a source of a shared room, with a renderer of its own.
+class GroupVoice final : public PluginRoom {
+ public:
+    /// The frames follow `controls`. `leave` is called once, on the propagation thread, when the
+    /// instance has to leave for another room. Waits until a frame is heard. Throws InputError.
+    GroupVoice(std::shared_ptr<SharedRoom> room, const std::filesystem::path& hrtf,
+               const PluginOutput& output, std::shared_ptr<const ControlSnapshot> controls,
+               std::function<void()> leave);
+    ~GroupVoice() override;
+
+    void render(const float* input, std::span<float* const> outputs, int samples) override;
+    std::int64_t tail_samples() const override { return tail_samples_.load(); }
+
+    // [propagation thread]
+    /// Takes the newest values of the controls.
+    void read_controls();
+    Pose source() const { return places_.source_pose(values_); }
+    Vec3 listener() const { return places_.listener_pose(values_).position; }
+    int rays() const { return places_.rays(values_); }
+    /// Prepares a frame, which publish() hands to the renderer.
+    void prepare(const EnergyResponse& response);
+    void publish();
+    bool is_heard() const { return heard_; }
+    void leave();
+
+    /// Successive frames in which the listener was not in the place of the room.
+    int frames_elsewhere = 0;
+
+ private:
+    struct Dimensions {
+        RendererConfig config;
+        std::shared_ptr<const Hrtf> hrtf;
+    };
+    GroupVoice(std::shared_ptr<SharedRoom> room, const Dimensions& dimensions,
+               std::shared_ptr<const ControlSnapshot> controls, std::function<void()> leave);
+    static Dimensions dimensions(const SharedRoom& room, const std::filesystem::path& hrtf,
+                                 const PluginOutput& output);
+
+    const std::shared_ptr<SharedRoom> room_;
+    const SceneControls places_;
+    const std::shared_ptr<const ControlSnapshot> controls_;
+    const std::function<void()> leave_;
+    const double speed_of_sound_m_s_;
+    const double rate_hz_;
+
+    // Used by the propagation thread.
+    ControlValues values_;
+    ImpulseResponseBuilder responses_;
+    ImpulseResponse response_;
+    RenderFrameBuilder frames_;
+    std::unique_ptr<RenderFrame> prepared_;
+    double longest_delay_s_ = 0;
+    bool heard_ = false;
+    bool leaves_ = false;
+
+    std::atomic<std::int64_t> tail_samples_;
+
+    // Used by the audio thread.
+    const std::size_t block_;
+    Renderer renderer_;
+    HeadMotion head_;
+    Pose head_pose_;
+    std::vector<float*> outputs_;
+};
+
+}  // namespace aula::plugin

@@ -1,0 +1,112 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "apps/plugin/plugin_room.h"
+#include "apps/session/frames/frame_clock.h"
+#include "aula/engine/propagation.h"
+
+namespace aula::plugin {
+
+class GroupVoice;
+
+/// What the instances of a group have in common: the scene file in its present version, the seed
+/// and the number of the group.
+struct GroupKey {
+    std::filesystem::path scene;  ///< empty: the default room
+    std::filesystem::file_time_type written{};
+    std::uintmax_t bytes = 0;
+    std::optional<std::uint64_t> seed;
+    int group = 0;
+
+    /// Throws InputError if the scene's file cannot be found.
+    GroupKey(const RoomFiles& files, int group);
+    auto operator<=>(const GroupKey&) const = default;
+};
+
+/// A room on the real-time clock for the instances of a group that are heard from one place. It has
+/// one propagation with a source for each of them, so that they share geometry, patches and rays,
+/// and one propagation thread. The listener's place is that of most instances; an instance whose
+/// listener stays elsewhere is told to leave for another room.
+class SharedRoom {
+ public:
+    /// The room of a group for an instance with these controls: the present one for the place of
+    /// its listener, or a new one. `load` returns the scene if the group has no room yet. The room
+    /// ends with its last owner. Throws what `load` throws, and InputError.
+    static std::shared_ptr<SharedRoom> join(const GroupKey& key, const ControlValues& values,
+                                            const std::function<Scene()>& load);
+
+    ~SharedRoom();
+    SharedRoom(const SharedRoom&) = delete;
+    SharedRoom& operator=(const SharedRoom&) = delete;
+
+    const Scene& scene() const { return scene_; }
+    double response_length_s() const { return propagation_->response_length_s(); }
+
+    /// Adds an instance and waits until it is heard, at most a few seconds. Rethrows an exception
+    /// of the propagation. [not the audio thread]
+    void add(GroupVoice& voice);
+    /// Removes it. Waits for the frame in progress. [not the audio thread]
+    void remove(GroupVoice& voice);
+
+ private:
+    /// How another room of the group sees this one.
+    struct Entry {
+        std::mutex mutex;
+        Vec3 place{0};
+        bool open = true;  ///< false after a failure
+        std::uint64_t number = 0;
+        std::weak_ptr<SharedRoom> room;
+    };
+    struct Register;
+
+    /// The right to change the instances between two frames. Without it a thread would hardly get
+    /// the mutex while all frames are late.
+    class Turn;
+
+    explicit SharedRoom(const GroupKey& key, Scene scene, const Vec3& place);
+
+    static Register& all();
+
+    void build();
+    void run();
+    bool wait_until(FrameClock::Clock::time_point time);
+    void compute();
+    void publish();
+    void choose_place();
+    bool has_older_twin() const;
+
+    const GroupKey key_;
+    const Scene scene_;
+    const std::shared_ptr<Entry> entry_;
+
+    std::atomic<int> waiting_ = 0;  ///< turns that have not begun or not ended
+
+    std::mutex mutex_;  ///< of what follows, locked while a frame is computed
+    std::condition_variable changed_;
+    std::condition_variable heard_;
+    std::optional<Propagation> propagation_;
+    std::vector<GroupVoice*> voices_;  ///< [source]
+    std::vector<RigidTransform> objects_;
+    Vec3 place_;
+    int rays_ = 0;
+    int still_frames_ = 0;  ///< frames since the listener has moved
+    FrameClock::Clock::time_point moved_{};  ///< when it has
+    std::exception_ptr failure_;
+    bool stop_ = false;
+
+    std::thread thread_;
+};
+
+}  // namespace aula::plugin

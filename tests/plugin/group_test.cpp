@@ -1,0 +1,282 @@
+#include <algorithm>
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/plugin/plugin_host.h"
+#include "tests/support/temporary_folder.h"
+
+namespace {
+
+using namespace aula;
+using namespace aula::test;
+using plugin::Control;
+
+const std::string kScene = AULA_PLUGIN_URI "#scene";
+const std::string kStatus = AULA_PLUGIN_URI "#status";
+
+/// A free field: a click arrives once.
+const char* const kFreeField = R"({"aula": 1,
+    "sources": [{"name": "s", "position": [3.432, 0, 0], "signal": "impulse"}],
+    "listener": {"position": [0, 0, 0]}})";
+
+StoredState state_with(const std::string& scene) {
+    return {{kScene, {LV2_ATOM__Path, {scene.c_str(), scene.c_str() + scene.size() + 1}}}};
+}
+
+std::vector<float> noise(std::size_t samples) {
+    std::vector<float> signal(samples);
+    std::uint32_t seed = 1;
+    for (float& x : signal) {
+        seed = seed * 1664525U + 1013904223U;
+        x = 0.2F * (static_cast<float>(seed >> 8) * 0x1p-23F - 1);
+    }
+    return signal;
+}
+
+std::unique_ptr<PluginHost> make_host(int group, OutputFormat layout = OutputFormat::binaural) {
+    auto host = std::make_unique<PluginHost>(layout);
+    host->set(Control::room_group, static_cast<float>(group));
+    return host;
+}
+
+std::unique_ptr<PluginHost> make_running_host(int group) {
+    auto host = make_host(group);
+    host->set(Control::quality, 0);
+    host->activate();
+    return host;
+}
+
+Channels bounce(int group, std::span<const float> input, std::size_t size) {
+    const auto host = make_host(group);
+    host->set(Control::freewheel, 1);
+    host->set(Control::quality, 0);
+    host->activate();
+    return host->run(input, {size});
+}
+
+/// Runs hosts in turn for a while, as a program with an audio device does.
+void play(const std::vector<PluginHost*>& hosts, std::chrono::milliseconds duration) {
+    const auto end = std::chrono::steady_clock::now() + duration;
+    const std::vector<float> input = noise(480);
+    while (std::chrono::steady_clock::now() < end) {
+        for (PluginHost* const host : hosts) host->run(input, {480});
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+}
+
+/// The RMS of the sound of steady noise.
+float level_db(PluginHost& host) {
+    const Channels output = host.run(noise(48000), {480});
+    double sum = 0;
+    for (std::size_t n = 24000; n < output[0].size(); ++n)
+        sum += double{output[0][n]} * double{output[0][n]};
+    return static_cast<float>(10 * std::log10(sum / 24000));
+}
+
+/// Plays until a condition holds, for at most two minutes.
+template <typename Condition>
+bool play_until(const std::vector<PluginHost*>& hosts, Condition&& holds) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(2);
+    while (!holds()) {
+        if (std::chrono::steady_clock::now() > end) return false;
+        play(hosts, std::chrono::milliseconds(50));
+    }
+    return true;
+}
+
+/// Memory of the process that is resident, MB.
+double resident_mb() {
+    std::ifstream file("/proc/self/statm");
+    double pages = 0;
+    file >> pages >> pages;
+    return pages * 4096e-6;
+}
+
+/// Plays until the caches that all instances share hardly grow, for at most 60 s. Returns the
+/// resident memory in MB.
+double settled_mb(const std::vector<PluginHost*>& hosts) {
+    double before_mb = resident_mb();
+    for (int second = 0; second < 60; ++second) {
+        play(hosts, std::chrono::seconds(1));
+        const double now_mb = resident_mb();
+        if (now_mb < before_mb + 0.5) return now_mb;
+        before_mb = now_mb;
+    }
+    return before_mb;
+}
+
+int thread_count() {
+    const std::filesystem::directory_iterator threads("/proc/self/task");
+    return static_cast<int>(std::distance(begin(threads), end(threads)));
+}
+
+int processors() { return static_cast<int>(std::thread::hardware_concurrency()); }
+
+}  // namespace
+
+TEST_CASE("Instances of a group share threads and memory") {
+    constexpr std::size_t kInstances = 8;
+    std::vector<std::unique_ptr<PluginHost>> hosts;
+    std::vector<PluginHost*> all;
+    const auto add = [&] {
+        hosts.push_back(make_host(1));
+        hosts.back()->set(Control::source_y, 1 + 0.5F * static_cast<float>(hosts.size()));
+        hosts.back()->activate();
+        all.push_back(hosts.back().get());
+    };
+    add();
+    const double first_mb = settled_mb(all);
+    while (all.size() < kInstances) add();
+    const double more_mb = (settled_mb(all) - first_mb) / (kInstances - 1);
+    INFO("each further instance: " << more_mb << " MB");
+    CHECK(more_mb < 20);
+    CHECK(thread_count() <= processors() + 2);
+    for (PluginHost* const host : all) CHECK(level_db(*host) > -60);
+    all.clear();
+    hosts.clear();
+    CHECK(thread_count() == 1);
+}
+
+TEST_CASE("Instances that are on their own share the loader thread") {
+    const int before = thread_count();
+    const auto one = make_host(0, OutputFormat::foa);
+    const auto other = make_host(0, OutputFormat::binaural);
+    CHECK(thread_count() == before + 1);
+}
+
+TEST_CASE("A group renders the bytes of an instance of its own, also with several at once") {
+    const std::vector<float> input = noise(9600);
+    const Channels reference = bounce(0, input, 256);
+    const auto live = make_running_host(2);
+    CHECK((bounce(2, input, 100) == reference));
+    std::vector<Channels> outputs(3);
+    std::vector<std::thread> threads;
+    for (std::size_t i = 0; i < outputs.size(); ++i)
+        threads.emplace_back([&, i] { outputs[i] = bounce(2, input, 64 + 100 * i); });
+    play({live.get()}, std::chrono::milliseconds(200));
+    for (std::thread& thread : threads) thread.join();
+    for (const Channels& output : outputs) CHECK((output == reference));
+}
+
+TEST_CASE("In real time an instance of a group sounds as one of its own does") {
+    const auto own = make_running_host(0);
+    const auto first = make_running_host(1);
+    const auto second = make_running_host(1);
+    second->set(Control::gain_db, -10);
+    play({own.get(), first.get(), second.get()}, std::chrono::seconds(1));
+    const float reference_db = level_db(*own);
+    // The responses differ by the noise of a draft.
+    CHECK(level_db(*first) == Approx(reference_db).margin(1));
+    CHECK(level_db(*second) == Approx(reference_db - 10).margin(1));
+    // Another layout, the instance that came first gone.
+    const auto third = make_host(1, OutputFormat::foa);
+    third->activate();
+    first->deactivate();
+    play({second.get(), third.get()}, std::chrono::milliseconds(200));
+    CHECK(level_db(*second) == Approx(reference_db - 10).margin(1));
+    CHECK(level_db(*third) > reference_db - 10);
+}
+
+TEST_CASE("An instance of a group is heard from its own place, and the others from theirs") {
+    const auto first = make_running_host(1);
+    const auto second = make_running_host(1);
+    const std::vector<PluginHost*> all{first.get(), second.get()};
+    play(all, std::chrono::milliseconds(500));
+    const float far_db = level_db(*first);
+    // From 3.1 m to 0.25 m before the source.
+    second->set(Control::listener_x, 6.25F);
+    second->set(Control::listener_y, 4.25F);
+    CHECK(play_until(all, [&] { return level_db(*second) > far_db + 6; }));
+    CHECK(level_db(*first) == Approx(far_db).margin(1));
+    // Back there they are together again, without the thread of a second room. Embree keeps one of
+    // its own from the second scene on.
+    const int threads = thread_count();
+    second->set(Control::listener_x, first->get(Control::listener_x));
+    second->set(Control::listener_y, first->get(Control::listener_y));
+    CHECK(play_until(all, [&] { return thread_count() < threads; }));
+    CHECK(play_until(all, [&] { return level_db(*second) < far_db + 1; }));
+}
+
+TEST_CASE("Groups with different scenes do not mix, and a missing scene is the default room") {
+    const TemporaryFolder folder;
+    const std::string file = folder.write("free.json", kFreeField);
+    const auto room = make_running_host(1);
+    const auto free = make_host(1, OutputFormat::foa);
+    free->restore(state_with(file));
+    free->activate();
+    play({room.get(), free.get()}, std::chrono::milliseconds(300));
+    std::vector<float> click(48000);
+    click[0] = 1;
+    const auto late_peak = [&](PluginHost& host) {
+        host.run(std::vector<float>(96000), {480});  // what rings
+        const Channels output = host.run(click, {480});
+        const auto louder = [](float a, float b) { return std::abs(a) < std::abs(b); };
+        return std::abs(*std::max_element(output[0].begin() + 2000, output[0].end(), louder));
+    };
+    CHECK(late_peak(*free) < 1e-6F);
+    CHECK(late_peak(*room) > 1e-5F);
+
+    const std::string gone = "/nonexistent/hall.json";
+    const int threads = thread_count();
+    const auto missing = make_host(1);
+    missing->restore(state_with(gone));
+    missing->activate();
+    CHECK(thread_count() == threads);  // it has joined the default room
+    CHECK(late_peak(*missing) > 1e-5F);
+    CHECK(play_until({missing.get()},
+                     [&] { return missing->received(kStatus).find(gone) != std::string::npos; }));
+    CHECK(missing->received(kScene) == gone);
+}
+
+TEST_CASE("Instances come and go in any order and on any thread while others play") {
+    const TemporaryFolder folder;
+    const std::string file = folder.write("free.json", kFreeField);
+    const int before = thread_count();
+    {
+        const auto steady = make_running_host(1);
+        std::atomic<int> active = 3;
+        std::vector<std::thread> threads;
+        std::atomic<int> failures = 0;
+        for (unsigned t = 0; t < 3; ++t) {
+            threads.emplace_back([&, t] {
+                try {
+                    std::minstd_rand random(t + 1);
+                    std::vector<std::unique_ptr<PluginHost>> hosts;
+                    for (int step = 0; step < 6; ++step) {
+                        if (hosts.size() < 2 || random() % 2 == 0) {
+                            hosts.push_back(
+                                make_host(static_cast<int>(random() % 3), OutputFormat::foa));
+                            if (random() % 4 != 0) hosts.back()->restore(state_with(file));
+                            hosts.back()->set(Control::quality, 0);
+                            hosts.back()->set(Control::freewheel, random() % 4 == 0 ? 1.0F : 0.0F);
+                            hosts.back()->activate();
+                        } else {
+                            hosts.erase(hosts.begin() +
+                                        static_cast<std::ptrdiff_t>(random() % hosts.size()));
+                        }
+                        if (random() % 2 == 0 && !hosts.empty())
+                            hosts[0]->set(Control::room_group, static_cast<float>(random() % 3));
+                        for (const auto& host : hosts) host->run(noise(960), {480});
+                    }
+                } catch (const std::exception&) {
+                    ++failures;
+                }
+                --active;
+            });
+        }
+        while (active > 0) play({steady.get()}, std::chrono::milliseconds(20));
+        for (std::thread& thread : threads) thread.join();
+        CHECK(failures == 0);
+        CHECK(level_db(*steady) > -60);
+    }
+    CHECK(thread_count() == before);
+}
