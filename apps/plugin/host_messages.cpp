@@ -4,9 +4,11 @@
 #include <lv2/patch/patch.h>
 #include <lv2/time/time.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <sstream>
 #include <string>
 
 #include "apps/plugin/ports.h"
@@ -17,6 +19,9 @@ namespace {
 
 constexpr std::array<const char*, kProperties> kPropertyUris{
     AULA_PLUGIN_URI "#scene", AULA_PLUGIN_URI "#hrtf", AULA_PLUGIN_URI "#status"};
+
+constexpr const char* kSeedUri = AULA_PLUGIN_URI "#seed";
+constexpr const char* kKeysUri = AULA_PLUGIN_URI "#keys";
 
 std::string_view text_of(const LV2_Atom& atom) {
     const auto* const text = static_cast<const char*>(LV2_ATOM_BODY_CONST(&atom));
@@ -54,6 +59,7 @@ void* find_feature(const LV2_Feature* const* features, const char* uri) {
 
 HostMessages::HostMessages(const LV2_URID_Map* map) : mapped_(map != nullptr) {
     if (!mapped_) return;
+    map_ = *map;
     const auto urid = [&](const char* uri) { return map->map(map->handle, uri); };
     urids_ = {.path = urid(LV2_ATOM__Path),
               .string = urid(LV2_ATOM__String),
@@ -71,7 +77,8 @@ HostMessages::HostMessages(const LV2_URID_Map* map) : mapped_(map != nullptr) {
               .position = urid(LV2_TIME__Position),
               .frame = urid(LV2_TIME__frame),
               .speed = urid(LV2_TIME__speed),
-              .seed = urid(AULA_PLUGIN_URI "#seed"),
+              .seed = urid(kSeedUri),
+              .keys = urid(kKeysUri),
               .properties = {}};
     for (std::size_t p = 0; p < kProperties; ++p) urids_.properties[p] = urid(kPropertyUris[p]);
     LV2_URID_Map copy = *map;
@@ -176,8 +183,13 @@ LV2_State_Status HostMessages::save(const RoomFiles& files, LV2_State_Store_Func
     const auto* const free_path =
         static_cast<const LV2_State_Free_Path*>(find_feature(features, LV2_STATE__freePath));
     constexpr std::uint32_t kPortable = LV2_STATE_IS_POD | LV2_STATE_IS_PORTABLE;
+    std::string keys;  // URIs, separated by spaces
+    const auto add_key = [&](const char* uri) {
+        keys += (keys.empty() ? "" : " ") + std::string(uri);
+    };
     const auto store_path = [&](Property property, const std::filesystem::path& file) {
         if (file.empty()) return;
+        add_key(kPropertyUris[static_cast<std::size_t>(property)]);
         std::string text = file.string();
         if (map != nullptr)
             text = HostPath(map->abstract_path(map->handle, text.c_str()), free_path).text();
@@ -189,7 +201,15 @@ LV2_State_Status HostMessages::save(const RoomFiles& files, LV2_State_Store_Func
     if (files.seed) {
         const auto seed = static_cast<std::int64_t>(*files.seed);
         store(handle, urids_.seed, &seed, sizeof seed, urids_.whole, kPortable);
+        add_key(kSeedUri);
     }
+    for (const UnknownProperty& property : files.unknown) {
+        store(handle, map_.map(map_.handle, property.uri.c_str()), property.value.data(),
+              property.value.size(), property.type, property.flags);
+        add_key(property.uri.c_str());
+    }
+    if (!keys.empty())
+        store(handle, urids_.keys, keys.c_str(), keys.size() + 1, urids_.string, kPortable);
     return LV2_STATE_SUCCESS;
 }
 
@@ -222,7 +242,31 @@ RoomFiles HostMessages::restore(const RoomFiles& present, LV2_State_Retrieve_Fun
         std::memcpy(&number, seed, sizeof number);
         files.seed = static_cast<std::uint64_t>(number);
     }
+    files.unknown = unknown_properties(retrieve, handle);
     return files;
+}
+
+std::vector<UnknownProperty> HostMessages::unknown_properties(LV2_State_Retrieve_Function retrieve,
+                                                              LV2_State_Handle handle) const {
+    std::size_t size = 0;
+    std::uint32_t type = 0;
+    std::uint32_t flags = 0;
+    const auto* const text =
+        static_cast<const char*>(retrieve(handle, urids_.keys, &size, &type, &flags));
+    if (text == nullptr || type != urids_.string) return {};
+    std::istringstream keys(std::string(text, strnlen(text, size)));
+    std::vector<UnknownProperty> properties;
+    for (std::string uri; keys >> uri;) {
+        const LV2_URID key = map_.map(map_.handle, uri.c_str());
+        const bool known = key == urids_.seed || key == urids_.keys ||
+                           std::find(urids_.properties.begin(), urids_.properties.end(), key) !=
+                               urids_.properties.end();
+        if (known) continue;
+        const auto* const value =
+            static_cast<const char*>(retrieve(handle, key, &size, &type, &flags));
+        if (value != nullptr) properties.push_back({uri, type, flags, {value, value + size}});
+    }
+    return properties;
 }
 
 }  // namespace aula::plugin

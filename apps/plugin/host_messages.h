@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <optional>
 #include <string_view>
+#include <vector>
 
 #include "apps/plugin/message_queue.h"
 #include "apps/plugin/plugin_room.h"
@@ -43,7 +44,8 @@ class HostMessages {
     /// Ends the call. [audio thread]
     void end() noexcept;
 
-    /// Stores files in a state. [not the audio thread]
+    /// Stores files in a state, with the list of its keys: a host does not tell which keys a state
+    /// has, and an older version has to keep those that it does not know. [not the audio thread]
     LV2_State_Status save(const RoomFiles& files, LV2_State_Store_Function store,
                           LV2_State_Handle handle, const LV2_Feature* const* features) const;
     /// The files of a state; `present` are those that it does not contain. [not the audio thread]
@@ -53,7 +55,7 @@ class HostMessages {
  private:
     struct Urids {
         LV2_URID path, string, urid, object, blank, integer, whole, single, real, set, get,
-            property, value, position, frame, speed, seed;
+            property, value, position, frame, speed, seed, keys;
         std::array<LV2_URID, kProperties> properties;
     };
 
@@ -61,7 +63,11 @@ class HostMessages {
     std::optional<HostEvent> set_event(const LV2_Atom_Object& object) const noexcept;
     double number(const LV2_Atom* atom, double otherwise) const noexcept;
 
+    std::vector<UnknownProperty> unknown_properties(LV2_State_Retrieve_Function retrieve,
+                                                    LV2_State_Handle handle) const;
+
     bool mapped_ = false;
+    LV2_URID_Map map_{};
     Urids urids_{};
     LV2_Atom_Forge forge_{};
     LV2_Atom_Forge_Frame sequence_{};

@@ -252,6 +252,31 @@ TEST_CASE("A plugin plays another scene, tells the host, and saves and restores 
     CHECK(host.save().empty());
 }
 
+TEST_CASE("A plugin keeps properties of a state that only a newer version knows") {
+    const std::string keys = AULA_PLUGIN_URI "#keys";
+    const std::string walls = AULA_PLUGIN_URI "#walls";
+    const std::string tempo = "http://example.org/tempo";
+    const auto bytes_of = [](const std::string& text) {
+        return std::vector<char>(text.c_str(), text.c_str() + text.size() + 1);
+    };
+    const StoredState newer{
+        {walls, {LV2_ATOM__String, bytes_of("soft")}},
+        {tempo, {LV2_ATOM__Float, {1, 2, 3, 4}}},
+        {kScene, {LV2_ATOM__Path, bytes_of("/nonexistent/hall.json")}},
+        {keys, {LV2_ATOM__String, bytes_of(kScene + " " + walls + " " + tempo)}}};
+    PluginHost host(OutputFormat::foa);
+    host.restore(newer);
+    CHECK((host.save() == newer));
+    // They are those of the newest state.
+    StoredState other = newer;
+    other.erase(tempo);
+    host.restore(other);
+    other[keys].second = bytes_of(kScene + " " + walls);
+    CHECK((host.save() == other));
+    host.restore({});
+    CHECK(host.save().empty());
+}
+
 TEST_CASE("If its scene is gone a plugin plays the default room, says so, and keeps the name") {
     const std::vector<float> input = noise(3000);
     const Channels reference = bounce(OutputFormat::binaural, input, {256});
