@@ -4,6 +4,7 @@
 #include <cassert>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <thread>
 
@@ -306,21 +307,39 @@ struct Propagation::State {
         statistics.diffraction_s += watch.lap_s();
     }
 
-    /// The pairs of all sources with receivers, which are the listeners of `input`. Searches for
-    /// paths over edges, whose work in a frame is bounded, continue while no position changes.
+    /// The pairs of all sources with receivers, which are the listeners of `input`. The searches
+    /// for paths over edges go on until as many frames as test all edges change nothing. Their
+    /// results remain while no position changes.
     PairSet resting_pairs(const FrameInput& input) {
-        constexpr std::uint64_t kSearches = 2 * NearEdges::kTurns;
+        constexpr int kMaxFrames = 64;
         const bool continues =
             at_rest && at_rest->sources == input.sources && at_rest->listeners == input.listeners;
         PairSet set(source_count * input.listeners.size(), silent());
         if (continues) set.memories = std::move(at_rest_memories);
         at_rest = input;
         if (!direct_sound) return set;
-        direct_sound->begin_frame(false);
-        for (std::uint64_t search = 0; !continues && search < kSearches; ++search) {
-            find_direct_sound(input, set);
-            direct_sound->begin_frame(false);
+        std::vector<std::size_t> open(continues ? 0 : set.memories.size());
+        std::iota(open.begin(), open.end(), std::size_t{0});
+        const auto source = [&](std::size_t pair) { return pair / input.listeners.size(); };
+        const auto listener = [&](std::size_t pair) { return pair % input.listeners.size(); };
+        for (int number = 0; number < kMaxFrames && !open.empty(); ++number) {
+            for (const std::size_t pair : open) {
+                // The work of a frame for each pair.
+                direct_sound->begin_frame(false);
+                direct_sound->search({&input.sources[source(pair)], 1},
+                                     {&input.listeners[listener(pair)], 1},
+                                     {&set.memories[pair], 1});
+            }
+            workers.run(open.size(), [&](std::size_t i) {
+                direct_sound->find(
+                    input.sources[source(open[i])], input.listeners[listener(open[i])],
+                    directivity(source(open[i]), input), attenuation_per_m, set.memories[open[i]]);
+            });
+            std::erase_if(open, [&](std::size_t pair) {
+                return set.memories[pair].equal_frames >= NearEdges::kTurns;
+            });
         }
+        direct_sound->begin_frame(false);
         return set;
     }
 };
