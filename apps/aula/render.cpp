@@ -125,7 +125,8 @@ int measure(const Arguments& arguments) {
         measure(scene, {.frames = arguments.frames,
                         .parameters = arguments.report || arguments.report_json.has_value(),
                         .speech = arguments.speech,
-                .progress = std::ref(bar)});
+                        .interaural = arguments.report || arguments.report_json.has_value(),
+                        .progress = std::ref(bar)});
     if (!measurement) return interrupted_status();
     warn(measurement->warnings, arguments.quiet);
     files.write(scene, *measurement, hrtf);

@@ -41,6 +41,8 @@ constexpr std::array<Description, kAcousticParameterCount> kDescriptions{{
     {"J_LF", "", nullptr, &LateralParameters::jlf, kLateral},
     {"J_LFC", "", nullptr, &LateralParameters::jlfc, kLateral},
     {"L_J", "dB", nullptr, &LateralParameters::lj_db, kLateral, Averaging::energies},
+    {"IACC_E", ""},  // see interaural.h
+    {"IACC_L", ""},
 }};
 
 constexpr std::size_t kOctaveValues = kAcousticParameterCount * kBandCount;
@@ -75,11 +77,9 @@ MeasuredValues values_of(const EnergyResponse& response, const ParameterContext&
     for (const Description& description : kDescriptions) {
         for (std::size_t b = 0; b < kBandCount; ++b) {
             // Lateral energies need the whole response, as the strength does.
-            if (description.value) {
-                values.push_back(bands[b].*description.value);
-            } else {
-                values.push_back(bands[b].g_db ? lateral[b].*description.lateral : std::nullopt);
-            }
+            std::optional<double>& value = values.emplace_back();
+            if (description.value) value = bands[b].*description.value;
+            if (description.lateral && bands[b].g_db) value = lateral[b].*description.lateral;
         }
     }
     for (std::size_t p = 0; p < kAcousticParameterCount; ++p)

@@ -8,6 +8,7 @@
 
 #include "apps/session/base/formatted.h"
 #include "apps/session/offline/acoustic_parameters.h"
+#include "apps/session/offline/interaural.h"
 #include "apps/session/offline/measurement_error.h"
 #include "apps/session/offline/static_propagation.h"
 #include "aula/engine/room_acoustics.h"
@@ -209,6 +210,7 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
         }
     }
     if (options.parameters) m.parameters = parameters_of(m, means, options.speech);
+    if (options.interaural) add_interaural_parameters(m);
     return m;
 }
 

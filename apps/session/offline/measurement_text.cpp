@@ -15,7 +15,7 @@ namespace aula {
 namespace {
 
 /// [parameter] Decimals in tables.
-constexpr std::array<int, kAcousticParameterCount> kDecimals{2, 2, 2, 1, 1, 2, 3, 1, 2, 2, 1};
+constexpr std::array<int, kAcousticParameterCount> kDecimals{2, 2, 2, 1, 1, 2, 3, 1, 2, 2, 1, 2, 2};
 
 AcousticParameter parameter(std::size_t index) { return static_cast<AcousticParameter>(index); }
 

@@ -59,7 +59,8 @@ TEST_CASE("an octave without a sufficient decay leaves its single numbers and ST
     const PairParameters p = acoustic_parameters(mean, {});
     for (std::size_t i = 0; i < kAcousticParameterCount; ++i) {
         CHECK_FALSE(p.octaves[i][3].value);
-        CHECK(p.octaves[i][4].value);
+        if (i < static_cast<std::size_t>(AcousticParameter::iacc_early))
+            CHECK(p.octaves[i][4].value);
         CHECK_FALSE(p.broadband[i].value);
     }
     CHECK_FALSE(p.sti.value);
@@ -91,7 +92,7 @@ TEST_CASE("noise lowers STI and nothing else, and every parameter has a standard
     CHECK(*n.sti.value < *p.sti.value - 0.1);
     CHECK(*p.sti.standard_error > 0);
     CHECK(*p.sti.standard_error < 0.02);
-    for (std::size_t i = 0; i < kAcousticParameterCount; ++i) {
+    for (std::size_t i = 0; i < static_cast<std::size_t>(AcousticParameter::iacc_early); ++i) {
         CHECK(p.broadband[i].value == n.broadband[i].value);
         REQUIRE(p.broadband[i].standard_error);
         CHECK(*p.broadband[i].standard_error > 0);

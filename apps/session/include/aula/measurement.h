@@ -23,21 +23,23 @@ class Hrtf;
 
 /// The parameters of a measurement, in the order of their columns. More may follow at the end.
 enum class AcousticParameter {
-    t20,   ///< T20 in s: reverberation time by the decay from -5 to -25 dB
-    t30,   ///< T30 in s: reverberation time by the decay from -5 to -35 dB
-    edt,   ///< EDT in s: early decay time, by the decay from 0 to -10 dB
-    c50,   ///< C50 in dB: clarity, energy of the first 50 ms re that after them
-    c80,   ///< C80 in dB: clarity, energy of the first 80 ms re that after them
-    d50,   ///< D50: definition, share of the energy in the first 50 ms, 0..1
-    ts,    ///< Ts in s: centre time
-    g,     ///< G in dB: strength, re the free field at 10 m
-    jlf,   ///< J_LF: early lateral energy fraction, with the axis perpendicular to the source
-    jlfc,  ///< J_LFC: the same with the cosine of the angle of arrival instead of its square
-    lj     ///< L_J in dB: late lateral level, re the free field at 10 m
+    t20,         ///< T20 in s: reverberation time by the decay from -5 to -25 dB
+    t30,         ///< T30 in s: reverberation time by the decay from -5 to -35 dB
+    edt,         ///< EDT in s: early decay time, by the decay from 0 to -10 dB
+    c50,         ///< C50 in dB: clarity, energy of the first 50 ms re that after them
+    c80,         ///< C80 in dB: clarity, energy of the first 80 ms re that after them
+    d50,         ///< D50: definition, share of the energy in the first 50 ms, 0..1
+    ts,          ///< Ts in s: centre time
+    g,           ///< G in dB: strength, re the free field at 10 m
+    jlf,         ///< J_LF: early lateral energy fraction, with the axis perpendicular to the source
+    jlfc,        ///< J_LFC: the same with the cosine of the angle of arrival instead of its square
+    lj,          ///< L_J in dB: late lateral level, re the free field at 10 m
+    iacc_early,  ///< IACC of the first 80 ms: interaural cross-correlation coefficient
+    iacc_late    ///< IACC from 80 ms on
 };
 
 /// Number of acoustic parameters.
-inline constexpr std::size_t kAcousticParameterCount = 11;
+inline constexpr std::size_t kAcousticParameterCount = 13;
 
 /// The name of a parameter in reports, for instance "T30".
 std::string_view acoustic_parameter_name(AcousticParameter parameter);
@@ -58,7 +60,8 @@ struct PairParameters {
 
     /// [parameter] Single numbers by ISO 3382-1, annex A: means over the octaves of 500 and 1000
     /// Hz, for J_LF and J_LFC over those from 125 to 1000 Hz, for L_J the level of the mean energy
-    /// of the latter.
+    /// of the latter, for IACC those
+    /// from 500 to 2000 Hz.
     std::array<MeasuredValue, kAcousticParameterCount> broadband;
 
     /// Speech transmission index by IEC 60268-16:2011, 0..1, with male weights.
@@ -103,6 +106,10 @@ struct MeasurementOptions {
     int max_frames = 2000;       ///< ends a measurement outside its limits; not used with `frames`
     bool parameters = true;      ///< false omits Measurement::parameters
     SpeechConditions speech{};   ///< for speech transmission indices
+    /// True adds the interaural coefficients, with binaural impulse responses of all pairs: the
+    /// head, MIT KEMAR, faces the source. Their standard errors are those of the noise of the
+    /// reverberation, not of the energy response. Otherwise they are empty.
+    bool interaural = false;
     /// Called after each frame with the completed share, 0..1; returns false to stop. Empty: none.
     std::function<bool(double done)> progress{};
 };

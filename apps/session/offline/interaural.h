@@ -1,0 +1,31 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+
+#include "aula/measurement.h"
+
+namespace aula {
+
+/// Interaural cross-correlation coefficients of a band; each is absent without energy in both ears.
+struct InterauralParameters {
+    std::optional<double> early;  ///< IACC of the first 80 ms, 0..1
+    std::optional<double> late;   ///< IACC from 80 ms on, 0..1
+};
+
+/// Interaural cross-correlation coefficients by ISO 3382-1, annex B, [band]: the largest magnitude
+/// of the normalised cross-correlation of both ears over delays up to 1 ms. `zero_s` is the arrival
+/// of the direct sound. Both ears have the same length.
+std::array<InterauralParameters, kBandCount> interaural_parameters(std::span<const float> left,
+                                                                   std::span<const float> right,
+                                                                   double sample_rate_hz,
+                                                                   double zero_s);
+
+/// Adds the interaural coefficients of all audible pairs to the parameters of a measurement. The
+/// head, MIT KEMAR, stands at the receiver and faces the source in the horizontal plane. Values are
+/// means over several noises of the reverberation, whose spread gives the standard errors. Throws
+/// InputError if the HRTF cannot be read.
+void add_interaural_parameters(Measurement& measurement);
+
+}  // namespace aula
