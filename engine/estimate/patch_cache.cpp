@@ -25,7 +25,12 @@ constexpr double kJump_m = 1;
 /// Clearing all sums costs as much as removing this number of frames.
 constexpr std::size_t kClearing = 2;
 
-constexpr std::size_t kAxes = 3;
+/// Number of frames that are kept when a static end or scene begins to move, at most. The sums then
+/// hold frames that are not logged and are rebuilt in one frame, whose cost this limits. A walk
+/// keeps as many, see kReach.
+constexpr std::size_t kKeptAtStart = 4;
+
+constexpr std::size_t kAxes = RowMemory::kAxes;
 constexpr std::size_t kPrefetchDistance = 28;  // deposits
 
 /// Adds energies, or removes them (sign -1).
@@ -36,14 +41,24 @@ inline void add_energy(const BandSums& units, std::int64_t sign, std::int64_t* s
     std::memcpy(sums, &sum, sizeof sum);
 }
 
+/// Sets the sums of a row to zero.
+void zero(const PatchCache::Row& row) {
+    if (row.first_bin >= row.end_bin) return;
+    const std::size_t bins = row.end_bin - row.first_bin;
+    std::fill_n(row.sum + row.first_bin * kBandCount, bins * kBandCount, 0);
+    if (row.intensity) std::fill_n(row.intensity + row.first_bin * kAxes, bins * kAxes, 0);
+}
+
 /// Adds the intensity of energy from one direction, or removes it (sign -1).
 inline void add_intensity(const BandSums& units, const Vec3& departure, std::int64_t sign,
                           std::int64_t* intensity) {
     std::int64_t all = 0;
     for (std::size_t b = 0; b < kBandCount; ++b) all += units[b];
     for (std::size_t axis = 0; axis < kAxes; ++axis) {
-        intensity[axis] += sign * std::llrint(static_cast<double>(all) *
-                                              double{departure[static_cast<int>(axis)]});
+        // rint() is an instruction where llrint() is a call.
+        intensity[axis] +=
+            sign * static_cast<std::int64_t>(std::rint(static_cast<double>(all) *
+                                                       double{departure[static_cast<int>(axis)]}));
     }
 }
 
@@ -54,12 +69,28 @@ double PatchCache::State::moved_m(const State& older) const {
 }
 
 PatchCache::PatchCache(std::size_t bin_count, int window_frames, float patch_size_m,
-                       std::size_t memory_bytes, bool directed)
+                       std::size_t memory_bytes, bool directed, std::shared_ptr<RowMemory> memory)
     : bin_count_(bin_count),
       window_frames_(static_cast<std::size_t>(window_frames)),
       patch_size_m_(patch_size_m),
       memory_bytes_(memory_bytes),
-      directed_(directed) {}
+      directed_(directed),
+      table_(memory ? std::move(memory) : std::make_shared<RowMemory>(bin_count)) {}
+
+PatchCache::Table& PatchCache::Table::operator=(Table&& other) noexcept {
+    std::swap(memory, other.memory);
+    std::swap(rows, other.rows);
+    return *this;
+}
+
+/// Gives the rows back.
+void PatchCache::Table::clear() {
+    for (const Row& row : rows) {
+        zero(row);
+        memory->give_back(row.sum, row.intensity);
+    }
+    rows.clear();
+}
 
 std::size_t PatchCache::row_bytes(std::size_t bin_count, bool directed) {
     return bin_count * (kBandCount + (directed ? kAxes : 0)) * sizeof(std::int64_t);
@@ -85,6 +116,7 @@ void PatchCache::advance(const State& now, WorkerPool& workers) {
     while (keep < std::min(summed_frames_, log_.size()) && holds(log_[log_.size() - 1 - keep])) {
         ++keep;
     }
+    if (summed_frames_ > log_.size()) keep = std::min(keep, std::max(fresh_frames_, kKeptAtStart));
     if (keep < summed_frames_) keep_newest(keep, workers);
     forget_aged();
     assert(is_consistent());
@@ -109,8 +141,8 @@ bool PatchCache::holds(const Frame& frame) const {
 void PatchCache::keep_newest(std::size_t frames, WorkerPool& workers) {
     assert(frames <= log_.size());
     if (frames == 0) {
-        rows_.clear();
-        arena_ = std::make_unique<HugePageArena>();
+        clear_sums(workers);
+        table_.clear();
         allocated_rows_ = 0;
         emitted_ = 0;
     } else if (summed_frames_ <= log_.size() && summed_frames_ - frames <= frames + kClearing) {
@@ -120,14 +152,7 @@ void PatchCache::keep_newest(std::size_t frames, WorkerPool& workers) {
     } else {
         // Most frames are removed, or frames older than the log: rebuild the sums from the
         // remaining ones.
-        for (Row& row : rows_) {
-            if (row.deposits == 0) continue;
-            std::fill_n(row.sum, bin_count_ * kBandCount, 0);
-            if (directed_) std::fill_n(row.intensity, bin_count_ * kAxes, 0);
-            row.deposits = 0;
-            row.first_bin = ~0U;
-            row.end_bin = 0;
-        }
+        clear_sums(workers);
         emitted_ = 0;
         for (std::size_t i = log_.size() - frames; i < log_.size(); ++i) {
             apply(log_[i], 1, workers);
@@ -141,7 +166,7 @@ void PatchCache::keep_newest(std::size_t frames, WorkerPool& workers) {
 
 void PatchCache::add_frame(int rays, std::size_t patch_count, std::span<DepositBatch> batches,
                            WorkerPool& workers) {
-    if (rows_.size() < patch_count) rows_.resize(patch_count);
+    if (table_.rows.size() < patch_count) table_.rows.resize(patch_count);
     Frame frame{now_, static_cast<std::uint64_t>(rays), std::move(spare_)};
     frame.batches.resize(batches.size());
     for (std::size_t i = 0; i < batches.size(); ++i) {
@@ -185,9 +210,9 @@ void PatchCache::apply(const Frame& frame, std::int64_t sign, WorkerPool& worker
     std::array<std::size_t, DepositParts::kCount> allocated{};
     workers.run(allocated.size(), [&](std::size_t part) {
         for (const Batch& batch : frame.batches) allocated[part] += apply_batch(batch, part, sign);
-        for (std::size_t patch = part; sign < 0 && patch < rows_.size();
+        for (std::size_t patch = part; sign < 0 && patch < table_.rows.size();
              patch += DepositParts::kCount) {
-            trim(rows_[patch]);
+            trim(table_.rows[patch]);
         }
     });
     for (const std::size_t more : allocated) allocated_rows_ += more;
@@ -203,14 +228,15 @@ std::size_t PatchCache::apply_batch(const Batch& batch, std::size_t part, std::i
         // Prefetch: sums are scattered in memory.
         if (i + kPrefetchDistance < deposits.size()) {
             const Deposit& soon = deposits[i + kPrefetchDistance];
-            const std::int64_t* sum = rows_[soon.patch].sum;
-            if (sum) __builtin_prefetch(&sum[soon.bin * kBandCount], 1);
+            const Row& row = table_.rows[soon.patch];
+            if (row.sum) __builtin_prefetch(&row.sum[soon.bin * kBandCount], 1);
+            if (row.intensity) __builtin_prefetch(&row.intensity[soon.bin * kAxes], 1);
         }
         const Deposit& deposit = deposits[i];
-        Row& row = rows_[deposit.patch];
+        Row& row = table_.rows[deposit.patch];
         if (!row.sum) {
-            row.sum = arena_->take(bin_count_ * kBandCount);
-            if (directed_) row.intensity = arena_->take(bin_count_ * kAxes);
+            row.sum = table_.memory->take_sums();
+            if (directed_) row.intensity = table_.memory->take_intensities();
             ++allocated;
         }
         row.deposits += static_cast<std::uint64_t>(sign);
@@ -224,6 +250,19 @@ std::size_t PatchCache::apply_batch(const Batch& batch, std::size_t part, std::i
         }
     }
     return allocated;
+}
+
+/// Sets all sums to zero.
+void PatchCache::clear_sums(WorkerPool& workers) {
+    workers.run(DepositParts::kCount, [&](std::size_t part) {
+        for (std::size_t patch = part; patch < table_.rows.size(); patch += DepositParts::kCount) {
+            Row& row = table_.rows[patch];
+            zero(row);
+            row.deposits = 0;
+            row.first_bin = ~0U;
+            row.end_bin = 0;
+        }
+    });
 }
 
 /// Removes empty bins at both ends. After a removal the row, and every value computed from it, is
@@ -254,17 +293,18 @@ bool PatchCache::is_consistent() const {
         return false;
     }
     return allocated_rows_ ==
-           static_cast<std::size_t>(
-               std::count_if(rows_.begin(), rows_.end(), [](const Row& row) { return row.sum; }));
+           static_cast<std::size_t>(std::count_if(table_.rows.begin(), table_.rows.end(),
+                                                  [](const Row& row) { return row.sum; }));
 }
 
 std::size_t PatchCache::occupied() const {
-    return static_cast<std::size_t>(
-        std::count_if(rows_.begin(), rows_.end(), [](const Row& row) { return row.deposits > 0; }));
+    return static_cast<std::size_t>(std::count_if(table_.rows.begin(), table_.rows.end(),
+                                                  [](const Row& row) { return row.deposits > 0; }));
 }
 
 std::size_t PatchCache::table_bytes() const {
-    return rows_.capacity() * sizeof(Row) + allocated_rows_ * row_bytes(bin_count_, directed_);
+    return table_.rows.capacity() * sizeof(Row) +
+           allocated_rows_ * row_bytes(bin_count_, directed_);
 }
 
 std::size_t PatchCache::memory_bytes() const {

@@ -4,10 +4,11 @@
 #include <deque>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
-#include "engine/base/huge_page_arena.h"
 #include "engine/base/worker_pool.h"
+#include "engine/estimate/row_memory.h"
 #include "engine/trace/trace_batch.h"
 
 namespace aula {
@@ -41,7 +42,7 @@ class PatchCache {
     };
 
     /// The radiated energy of one patch, zero outside [first_bin, end_bin) and nonzero in the first
-    /// and last bin of it.
+    /// and last bin of it. The memory has zeros there, too.
     struct alignas(64) Row {
         std::int64_t* sum = nullptr;        ///< [bin][band]
         std::int64_t* intensity = nullptr;  ///< [bin][axis] see EnergyResponse::intensity; null
@@ -52,11 +53,11 @@ class PatchCache {
     };
 
     /// `window_frames` is F >= 1. Frames are logged for later removal in the part of `memory_bytes`
-    /// that the sums leave. `directed`: stores the intensity.
+    /// that the sums leave. `directed`: stores the intensity. `memory` holds the rows, of
+    /// `bin_count` bins; absent: memory of this cache only.
     PatchCache(std::size_t bin_count, int window_frames, float patch_size_m,
-               std::size_t memory_bytes, bool directed = false);
-    PatchCache(PatchCache&&) = default;
-    PatchCache& operator=(PatchCache&&) = default;
+               std::size_t memory_bytes, bool directed = false,
+               std::shared_ptr<RowMemory> memory = nullptr);
 
     /// Sets the memory limit from the next frame on.
     void set_memory_bytes(std::size_t memory_bytes) { memory_bytes_ = memory_bytes; }
@@ -79,17 +80,29 @@ class PatchCache {
                    WorkerPool& workers);
 
     /// `patch` < row_count().
-    const Row& row(std::uint32_t patch) const { return rows_[patch]; }
-    std::size_t row_count() const { return rows_.size(); }
+    const Row& row(std::uint32_t patch) const { return table_.rows[patch]; }
+    std::size_t row_count() const { return table_.rows.size(); }
     bool directed() const { return directed_; }
 
     /// Number of rays of the frames in the sums.
     std::uint64_t emitted() const { return emitted_; }
 
     std::size_t occupied() const;
+    std::size_t allocated_rows() const { return allocated_rows_; }
     std::size_t memory_bytes() const;
 
  private:
+    /// Rows, whose memory is given back to `memory`.
+    struct Table {
+        std::shared_ptr<RowMemory> memory;
+        std::vector<Row> rows{};
+
+        explicit Table(std::shared_ptr<RowMemory> of) : memory(std::move(of)) {}
+        Table(Table&&) = default;
+        Table& operator=(Table&& other) noexcept;
+        ~Table() { clear(); }
+        void clear();
+    };
     struct Batch {
         DepositParts deposits;
         std::vector<Vec3> departures;
@@ -102,6 +115,7 @@ class PatchCache {
     static std::size_t bytes_of(const std::vector<Batch>& batches);
     void apply(const Frame& frame, std::int64_t sign, WorkerPool& workers);
     std::size_t apply_batch(const Batch& batch, std::size_t part, std::int64_t sign);
+    void clear_sums(WorkerPool& workers);
     void trim(Row& row) const;
     void keep_newest(std::size_t frames, WorkerPool& workers);
     bool holds(const Frame& frame) const;
@@ -116,8 +130,7 @@ class PatchCache {
     std::size_t memory_bytes_;
     bool directed_;
     State now_;
-    std::unique_ptr<HugePageArena> arena_ = std::make_unique<HugePageArena>();
-    std::vector<Row> rows_;
+    Table table_;
 
     /// The sums hold the newest `summed_frames_` frames, which emitted `emitted_` rays; the sums of
     /// `allocated_rows_` rows exist. The newest `fresh_frames_` of these frames are those since the

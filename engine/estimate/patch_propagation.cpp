@@ -21,6 +21,9 @@ constexpr int kGatherRays = 1024;
 /// yet.
 constexpr int kGatherRaysAfterMove = 4096;
 
+/// Numbers of gather rays are multiples of this number.
+constexpr int kGatherRaysStep = 128;
+
 /// Shares of the cache memory: the upper limit of the patches' sums, and segments that end in
 /// mirrors. The rest of the sums' memory stores frames for later removal.
 constexpr double kTableShare = 0.8;
@@ -59,7 +62,8 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const SpecularPaths& i
                                static_cast<double>(
                                    source_count * PatchCache::row_bytes(bins.count(), false) +
                                    listener_count * PatchCache::row_bytes(bins.count(), true)))),
-      tracer_(scene, grid_, bins_, images, trace) {
+      tracer_(scene, grid_, bins_, images, trace),
+      row_memory_(std::make_shared<RowMemory>(bins.count())) {
     rays_may_mirror_ = simulation.specular || simulation.order > 0;
     find_mirrors();
     ids_.resize(emitter_count());
@@ -121,7 +125,8 @@ std::size_t PatchPropagation::segment_bytes() const {
 }
 
 PatchCache PatchPropagation::make_cache(bool directed) const {
-    return {bins_.count(), window_frames_, grid_.patch_size_m(), cache_bytes(directed), directed};
+    return {bins_.count(),         window_frames_, grid_.patch_size_m(),
+            cache_bytes(directed), directed,       row_memory_};
 }
 
 SegmentCache PatchPropagation::make_segment_cache(bool directed) const {
@@ -306,12 +311,16 @@ std::vector<char> PatchPropagation::pairs_to_gather(std::uint64_t frame) const {
     return wanted;
 }
 
-/// Rays and limits of a frame's gather.
-GatherSettings PatchPropagation::gather_settings(std::uint64_t frame) const {
+/// Rays and limits of a frame's gather at a receiver, of which no pair takes more than `share`. Two
+/// gathers of M rays at both ends, weighted by shares s and 1 - s that are also those of their
+/// rays, have the variance s^2 V / (s M) + (1 - s)^2 V / ((1 - s) M) = V / M: as one gather of M
+/// rays.
+GatherSettings PatchPropagation::gather_settings(std::uint64_t frame, double share) const {
     const auto window = static_cast<std::uint64_t>(window_frames_);
     const bool moved = last_move_ && frame - *last_move_ < window;
     GatherSettings settings = gather_settings_;
-    settings.rays = moved ? kGatherRaysAfterMove : kGatherRays;
+    const int all = moved ? kGatherRaysAfterMove : kGatherRays;
+    settings.rays = static_cast<int>(std::ceil(share * all / kGatherRaysStep)) * kGatherRaysStep;
     return settings;
 }
 
@@ -327,6 +336,7 @@ PatchPropagation::GatherPlan PatchPropagation::plan_gather(
     GatherPlan plan;
     plan.shares.resize(pairs_.size());
     plan.pairs_at.resize(emitter_count());
+    plan.most_at.resize(emitter_count(), 0);
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
         if (!wanted[i]) continue;
         const auto [source, listener] = ends(i);
@@ -336,8 +346,13 @@ PatchPropagation::GatherPlan PatchPropagation::plan_gather(
         if (share < kMinShare) share = 0;
         if (share > 1 - kMinShare) share = 1;
         plan.shares[i] = {share, 1 - share};
-        if (share > 0) plan.pairs_at[listener].push_back(i);
-        if (share < 1) plan.pairs_at[source].push_back(i);
+        const auto gather_at = [&](std::size_t receiver, double part) {
+            if (part == 0) return;
+            plan.pairs_at[receiver].push_back(i);
+            plan.most_at[receiver] = std::max(plan.most_at[receiver], part);
+        };
+        gather_at(listener, share);
+        gather_at(source, 1 - share);
     }
     return plan;
 }
@@ -352,7 +367,7 @@ void PatchPropagation::gather(const PropagationFrame& frame, const std::vector<c
         if (plan.pairs_at[id].empty()) continue;
         const Emitter receiver = emitter(id, frame);
         const std::vector<GatherHit> hits =
-            trace_gather(scene_, grid_, receiver, gather_settings(frame.number),
+            trace_gather(scene_, grid_, receiver, gather_settings(frame.number, plan.most_at[id]),
                          gather_seed(frame, id), workers_, statistics.segments);
         for (const std::size_t i : plan.pairs_at[id]) {
             const std::size_t from = receiver.is_listener ? ends(i).source : ends(i).listener;
@@ -406,12 +421,36 @@ void PatchPropagation::step(const PropagationFrame& frame, std::span<const Specu
                  [&](std::size_t i) { update_pair(i, wanted[i] != 0, images[i], responses[i]); });
     statistics.gather_s += watch.lap_s();
 
+    reserve_rows();
+    statistics.cache_s += watch.lap_s();
+
     for (const PatchCache& cache : caches_) {
         statistics.cache_entries += cache.occupied();
         statistics.memory_bytes += cache.memory_bytes();
     }
     for (const SegmentCache& segments : segment_caches_)
         statistics.memory_bytes += segments.memory_bytes();
+    statistics.memory_bytes += row_memory_->free_bytes();
+}
+
+/// Maps memory for the end that emits after the next change, a little in each frame.
+void PatchPropagation::reserve_rows() {
+    if (from_listeners_) return;  // the emitting end does not change
+    std::size_t used = 0;
+    std::size_t used_by_listeners = 0;
+    std::size_t most = 0;
+    for (std::size_t id = 0; id < emitter_count(); ++id) {
+        const std::size_t rows = caches_[id].allocated_rows();
+        used += rows;
+        if (id >= source_count_) used_by_listeners += rows;
+        most = std::max(most, rows);
+    }
+    // No more than the rows of all emitters, which the limit of the memory allows.
+    const auto reserved = [&](std::size_t emitters, std::size_t in_use) {
+        return std::min(most, std::max(emitters * grid_.reached(), in_use) - in_use);
+    };
+    row_memory_->reserve(reserved(emitter_count(), used),
+                         reserved(listener_count_, used_by_listeners));
 }
 
 /// The sources' caches serve all receivers, which therefore need no caches.
@@ -429,7 +468,7 @@ void PatchPropagation::gather_at(const PropagationFrame& frame,
     for (std::size_t r = 0; r < at.size(); ++r) {
         const Emitter receiver{emitter_count() + r, at[r], true};
         const std::vector<GatherHit> hits =
-            trace_gather(scene_, grid_, receiver, gather_settings(frame.number),
+            trace_gather(scene_, grid_, receiver, gather_settings(frame.number, 1),
                          gather_seed(frame, emitter_count() + r), workers_, segments);
         for (std::size_t s = 0; s < source_count_; ++s)
             add_gathered(hits, caches_[s], 1, workers_, responses[s * at.size() + r]);
@@ -476,7 +515,8 @@ std::vector<Ray> PatchPropagation::rays(const PropagationFrame& frame) const {
     const GatherPlan plan = plan_gather(pairs_to_gather(frame.number), rays_held);
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         if (plan.pairs_at[id].empty()) continue;
-        append(gather_rays(scene_, grid_, emitter(id, frame), gather_settings(frame.number),
+        append(gather_rays(scene_, grid_, emitter(id, frame),
+                           gather_settings(frame.number, plan.most_at[id]),
                            gather_seed(frame, id)));
     }
     return all;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 
 #include "aula/engine/simulation.h"
@@ -8,6 +9,7 @@
 #include "engine/estimate/pair_response.h"
 #include "engine/estimate/patch_cache.h"
 #include "engine/estimate/response_estimator.h"
+#include "engine/estimate/row_memory.h"
 #include "engine/estimate/segment_cache.h"
 #include "engine/patches/patch_grid.h"
 #include "engine/rays/receiver.h"
@@ -72,6 +74,7 @@ class PatchPropagation final : public ResponseEstimator {
     struct GatherPlan {
         std::vector<Shares> shares;                      ///< [pair]
         std::vector<std::vector<std::size_t>> pairs_at;  ///< [receiver] pairs that gather there
+        std::vector<double> most_at;                     ///< [receiver] largest share of a pair
     };
 
     void find_mirrors();
@@ -86,6 +89,7 @@ class PatchPropagation final : public ResponseEstimator {
     void divide_memory();
     PairResponse silent_pair() const;
     PatchCache make_cache(bool directed) const;
+    void reserve_rows();
     SegmentCache make_segment_cache(bool directed) const;
     Emitter emitter(std::size_t id, const PropagationFrame& frame) const;
     void advance(const PropagationFrame& frame);
@@ -99,7 +103,7 @@ class PatchPropagation final : public ResponseEstimator {
                            const std::vector<std::uint64_t>& emitted) const;
     void gather(const PropagationFrame& frame, const std::vector<char>& wanted,
                 FrameStatistics& statistics);
-    GatherSettings gather_settings(std::uint64_t frame) const;
+    GatherSettings gather_settings(std::uint64_t frame, double share) const;
     std::uint64_t gather_seed(const PropagationFrame& frame, std::size_t receiver) const;
     bool is_current(std::size_t pair) const;
     void update_pair(std::size_t pair, bool gathered, const SpecularSound& images,
@@ -123,6 +127,7 @@ class PatchPropagation final : public ResponseEstimator {
 
     // [emitter], sources before listeners
     std::vector<std::size_t> ids_;  // select the random numbers
+    std::shared_ptr<RowMemory> row_memory_;  // of all caches
     std::vector<PatchCache> caches_;
     std::vector<SegmentCache> segment_caches_;
     std::vector<EmitterStatus> status_;

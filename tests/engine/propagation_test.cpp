@@ -443,3 +443,28 @@ TEST_CASE("After a restart every estimator gives the response of a new one with 
         CHECK(used.statistics().cache_entries == fresh.statistics().cache_entries);
     }
 }
+
+TEST_CASE("while both ends hold rays, their gathers together trace hardly more rays than one") {
+    // Without reflections each emitted ray and each gather ray has one segment.
+    const Scene scene = box_room(1);
+    Simulation simulation = with(scene, Estimator::patch, 0.35F);
+    simulation.rays = 512;
+    Propagation propagation(scene, simulation);
+    FrameInput input = test::static_input(scene);
+    const auto step = [&] {
+        propagation.step(input);
+        return propagation.statistics().segments;
+    };
+    std::uint64_t at_rest = 0;
+    for (int f = 0; f < 10; ++f) at_rest = step();
+    int shared = 0;
+    for (int f = 0; f < 4; ++f) {
+        input.sources[0].x += 0.03F;
+        const std::uint64_t segments = step();
+        CAPTURE(f);
+        // Two numbers are rounded up to batches of 128.
+        CHECK(segments <= at_rest + 2 * 128);
+        if (segments > at_rest) ++shared;
+    }
+    CHECK(shared > 0);
+}

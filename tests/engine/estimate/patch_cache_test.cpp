@@ -3,6 +3,7 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <memory>
 #include <random>
 #include <vector>
 
@@ -196,6 +197,61 @@ TEST_CASE("a source that starts moving slowly keeps a window of frames from the 
         CHECK(walk.cache.emitted() == kWindow);
         CHECK(radiated(walk.cache, 2) == Approx(std::min(1.0, f / double{kWindow})));
     }
+}
+
+TEST_CASE("a source that starts moving after a long rest keeps four frames and fills the window") {
+    // The sums of the rest are rebuilt from logged frames: their number bounds the cost.
+    constexpr int kWindow = 12;
+    Walk walk(kWindow);
+    for (int f = 0; f < 40; ++f) walk.frame(Vec3(0), 1);
+    for (int f = 1; f <= 30; ++f) {
+        walk.frame(Vec3(1e-4F * static_cast<float>(f), 0, 0), 2);
+        // The frames of the rest expire by their age: the newest of them after kWindow frames.
+        const int held = std::min(4 + f, kWindow);
+        CHECK(walk.cache.emitted() == static_cast<std::uint64_t>(held));
+        CHECK(radiated(walk.cache, 2) == Approx(std::min(1.0, f / static_cast<double>(held))));
+    }
+    // Companion: within the window all frames are logged, and none is lost.
+    Walk brief(kWindow);
+    for (int f = 0; f < kWindow - 1; ++f) brief.frame(Vec3(0), 1);
+    brief.frame(Vec3(1e-4F, 0, 0), 2);
+    CHECK(brief.cache.emitted() == kWindow);
+}
+
+TEST_CASE("the rows of an emptied cache are zero and serve another cache") {
+    const auto memory = std::make_shared<RowMemory>(kBins);
+    WorkerPool workers(2);
+    const auto fill = [&](PatchCache& cache, std::uint64_t number, const Vec3& source) {
+        DepositBatch batch;
+        batch.departures = {Vec3(1, 0, 0)};
+        for (std::uint32_t p = 0; p < kPatches; ++p) batch.deposits.add(deposit_on(p, 1));
+        cache.advance({number, source, 0}, workers);
+        cache.add_frame(1, kPatches, {&batch, 1}, workers);
+    };
+    const std::size_t rows_bytes = kPatches * PatchCache::row_bytes(kBins, true);
+    PatchCache first(kBins, 4, 0.5F, kPlenty, true, memory);
+    fill(first, 0, Vec3(0));
+    CHECK(first.allocated_rows() == kPatches);
+    CHECK(memory->free_bytes() == 0);
+    first.advance({1, Vec3(5, 0, 0), 0}, workers);  // a jump
+    CHECK(first.emitted() == 0);
+    CHECK(first.allocated_rows() == 0);
+    CHECK(memory->free_bytes() == rows_bytes);
+    {
+        PatchCache second(kBins, 4, 0.5F, kPlenty, true, memory);
+        fill(second, 0, Vec3(0));
+        CHECK(memory->free_bytes() == 0);
+        for (std::uint32_t p = 0; p < kPatches; ++p) {
+            const PatchCache::Row& row = second.row(p);
+            for (std::size_t bin = 0; bin < kBins; ++bin) {
+                CHECK((row.sum[bin * kBandCount] != 0) == (bin == 3));
+                CHECK((row.intensity[bin * 3] != 0) == (bin == 3));
+            }
+        }
+        CHECK(radiated(second, 7) == Approx(1));
+    }
+    // A cache that ends gives its rows back as well.
+    CHECK(memory->free_bytes() == rows_bytes);
 }
 
 TEST_CASE("after a small step each new frame replaces one from before") {

@@ -1,0 +1,67 @@
+#include "engine/estimate/row_memory.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "aula/engine/bands.h"
+
+namespace aula {
+
+namespace {
+
+constexpr std::size_t kHugePage = std::size_t{2} << 20;
+constexpr std::size_t kPage = 4096 / sizeof(std::int64_t);
+
+/// Lets the kernel provide the memory of zeros that have not been used yet.
+void touch(std::int64_t* row, std::size_t size) {
+    for (std::size_t i = 0; i < size; i += kPage) {
+        *const_cast<volatile std::int64_t*>(row + i) = 0;
+    }
+    *const_cast<volatile std::int64_t*>(row + size - 1) = 0;
+}
+
+}  // namespace
+
+RowMemory::RowMemory(std::size_t bin_count)
+    : sums_{bin_count * kBandCount}, intensities_{bin_count * kAxes} {}
+
+std::int64_t* RowMemory::Rows::take(RowMemory& memory) {
+    const std::lock_guard lock(memory.mutex_);
+    if (free.empty()) return memory.arena_.take(size);
+    std::int64_t* const row = free.back();
+    free.pop_back();
+    return row;
+}
+
+void RowMemory::give_back(std::int64_t* sums, std::int64_t* intensities) {
+    const std::lock_guard lock(mutex_);
+    const auto add = [](Rows& rows, std::int64_t* row) {
+        if (!row) return;
+        assert(std::all_of(row, row + rows.size, [](std::int64_t x) { return x == 0; }));
+        rows.free.push_back(row);
+    };
+    add(sums_, sums);
+    add(intensities_, intensities);
+}
+
+void RowMemory::Rows::reserve(std::size_t rows, std::size_t& bytes_left, HugePageArena& arena) {
+    while (free.size() < rows && bytes_left >= bytes()) {
+        free.push_back(arena.take(size));
+        touch(free.back(), size);
+        bytes_left -= bytes();
+    }
+}
+
+void RowMemory::reserve(std::size_t sums, std::size_t intensities) {
+    const std::lock_guard lock(mutex_);
+    std::size_t bytes_left = kHugePage;
+    sums_.reserve(sums, bytes_left, arena_);
+    intensities_.reserve(intensities, bytes_left, arena_);
+}
+
+std::size_t RowMemory::free_bytes() const {
+    const std::lock_guard lock(mutex_);
+    return sums_.free.size() * sums_.bytes() + intensities_.free.size() * intensities_.bytes();
+}
+
+}  // namespace aula

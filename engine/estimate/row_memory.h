@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "engine/base/huge_page_arena.h"
+
+namespace aula {
+
+/// Memory for the rows of patch caches. A row that one cache gives back serves the next one that
+/// needs a row. A change of the emitting end therefore maps no memory: the first use of a huge page
+/// takes 0.2 ms, and several where the host of a virtual machine has to provide it. reserve() maps
+/// memory before it is needed. [any thread]
+class RowMemory {
+ public:
+    /// Rows of `bin_count` time bins.
+    explicit RowMemory(std::size_t bin_count);
+
+    /// Zeros: [bin][band].
+    std::int64_t* take_sums() { return sums_.take(*this); }
+    /// Zeros: [bin][axis].
+    std::int64_t* take_intensities() { return intensities_.take(*this); }
+
+    /// Takes back rows, which must be zero. Null is ignored.
+    void give_back(std::int64_t* sums, std::int64_t* intensities);
+
+    /// Maps one huge page of rows at most, as long as fewer than this number of rows is free.
+    void reserve(std::size_t sums, std::size_t intensities);
+
+    /// Bytes of the rows that no cache uses.
+    std::size_t free_bytes() const;
+
+    static constexpr std::size_t kAxes = 3;
+
+ private:
+    /// Rows of one size.
+    struct Rows {
+        std::size_t size = 0;  ///< numbers in a row
+        std::vector<std::int64_t*> free{};
+
+        std::int64_t* take(RowMemory& memory);
+        std::size_t bytes() const { return size * sizeof(std::int64_t); }
+        void reserve(std::size_t rows, std::size_t& bytes_left, HugePageArena& arena);
+    };
+
+    mutable std::mutex mutex_;
+    HugePageArena arena_;
+    Rows sums_;
+    Rows intensities_;
+};
+
+}  // namespace aula
