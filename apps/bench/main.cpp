@@ -16,6 +16,7 @@
 #include "apps/bench/base/settings.h"
 #include "apps/bench/base/table.h"
 #include "apps/bench/convolution/convolve.h"
+#include "apps/bench/propagation/changes.h"
 #include "apps/bench/propagation/diffraction.h"
 #include "apps/bench/propagation/many_sources.h"
 #include "apps/bench/propagation/noise.h"
@@ -94,6 +95,11 @@ class Bench {
     void receivers(const Subject& subject) {
         take("receivers of a measurement in " + subject.description(),
              aula::bench::receivers_columns(), aula::bench::measure_receivers(subject, settings_));
+    }
+
+    void changes(const Subject& subject) {
+        take("changes in " + subject.description(), aula::bench::changes_columns(),
+             aula::bench::measure_changes(subject, settings_));
     }
 
     void diffraction(const Subject& subject) {
@@ -241,6 +247,9 @@ int run(int argc, char** argv) {
     CLI::App* receivers = app.add_subcommand(
         "receivers", "the cost of an additional receiver of a measurement, over that of a source");
     receivers->add_option("SCENE", scene, "scene file")->required();
+    CLI::App* changes = app.add_subcommand(
+        "changes", "the mean and the worst frame while ends walk or jump, and objects move");
+    changes->add_option("SCENE", scene, "scene file")->required();
     CLI::App* sweep =
         app.add_subcommand("sweep", "noise, bias and cost over ranges of tau and of lambda");
     sweep->add_option("SCENE", scene, "scene file")->required();
@@ -310,6 +319,7 @@ int run(int argc, char** argv) {
         if (*tracking) bench.tracking(load(scene, settings));
         if (*sources) bench.sources(load(scene, settings));
         if (*receivers) bench.receivers(load(scene, settings));
+        if (*changes) bench.changes(load(scene, settings));
         if (*trace) bench.trace(load(scene, settings));
         if (*diffraction) {
             bench.diffraction(load(scene, settings));

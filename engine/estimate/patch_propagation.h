@@ -126,7 +126,7 @@ class PatchPropagation final : public ResponseEstimator {
     GatherSettings gather_settings_;
 
     // [emitter], sources before listeners
-    std::vector<std::size_t> ids_;  // select the random numbers
+    std::vector<std::size_t> ids_;           // select the random numbers
     std::shared_ptr<RowMemory> row_memory_;  // of all caches
     std::vector<PatchCache> caches_;
     std::vector<SegmentCache> segment_caches_;

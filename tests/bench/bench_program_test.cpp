@@ -92,6 +92,35 @@ TEST_CASE("bench_smoke: a sweep has rows for five values of tau, then for five o
     CHECK(sizes_m.size() == 5);
 }
 
+TEST_CASE("bench_smoke: changes compares the worst frame of each change with the mean") {
+    const TemporaryFolder folder;
+    const std::string door = R"({"box": [0.1, 1, 2], "material": "wall", "path": {"points": [
+        {"t": 0, "position": [2, 1, 0]}, {"t": 0.5, "position": [2, 2, 0]}]}}, )";
+    for (const bool moving : {false, true}) {
+        CAPTURE(moving);
+        std::string text = kScene;
+        if (moving) text.insert(text.find(R"({"box")"), door);
+        const std::string scene = folder.write("room.json", text).string();
+        const ProgramResult result = run("changes " + scene + " --json " + json_in(folder));
+        REQUIRE(result.status == 0);
+        const nlohmann::json rows = rows_in(folder).at("rows");
+        std::set<std::string> names;
+        for (const nlohmann::json& row : rows) {
+            check_keys(row, {"bench", "scene", "change", "rays", "frames", "frame_cpu_ms",
+                             "worst_cpu_ms", "worst_to_mean", "worst_frame"});
+            CHECK(row["bench"] == "changes");
+            CHECK(row["worst_to_mean"] >= 1);
+            CHECK(row["worst_frame"] < row["frames"]);
+            names.insert(row["change"].get<std::string>());
+        }
+        CHECK(names.contains("both jump"));
+        // Objects are moved only where they have paths.
+        CHECK(names.contains("objects move") == moving);
+        CHECK(names.size() == rows.size());
+        CHECK(rows.size() == (moving ? 8 : 7));
+    }
+}
+
 TEST_CASE("bench_smoke: --markdown writes the printed figures under their command and machine") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kScene).string();

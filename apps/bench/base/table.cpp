@@ -54,6 +54,7 @@ std::vector<Column> columns_of(std::initializer_list<const char*> figures) {
                                          {"bent_paths", "bent paths", 1},
                                          {"cache_entries", "entries", 0},
                                          {"cache_ns", "cache", 0},
+                                         {"change", "change", 0},
                                          {"cost_to_one", "over one", 2},
                                          {"diffraction_ms", "diffraction ms", 2},
                                          {"diffraction_ns", "diffraction", 0},
@@ -95,7 +96,10 @@ std::vector<Column> columns_of(std::initializer_list<const char*> figures) {
                                          {"times_one_thread", "speed-up", 2},
                                          {"trace_ns", "trace ns", 0},
                                          {"tracking_error", "tracking error", 4},
-                                         {"triangles", "triangles", 0}};
+                                         {"triangles", "triangles", 0},
+                                         {"worst_cpu_ms", "worst ms", 2},
+                                         {"worst_frame", "worst frame", 0},
+                                         {"worst_to_mean", "worst/mean", 2}};
     std::vector<Column> columns;
     for (const char* figure : figures) {
         const auto found = std::find_if(all.begin(), all.end(),
