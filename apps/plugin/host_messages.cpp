@@ -7,10 +7,13 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 #include <sstream>
 #include <string>
+#include <system_error>
 
+#include <system_error>
 #include "apps/plugin/ports.h"
 
 namespace aula::plugin {
@@ -48,6 +51,15 @@ class HostPath {
     char* path_;
     const LV2_State_Free_Path* free_path_;
 };
+
+/// The file that a link of a host's session refers to: the other files of a scene are relative to
+/// it. The path itself if there is no file.
+std::filesystem::path resolved(const std::filesystem::path& file) {
+    if (file.empty()) return file;
+    std::error_code error;
+    const std::filesystem::path real = std::filesystem::canonical(file, error);
+    return error ? file : real;
+}
 
 }  // namespace
 
@@ -229,8 +241,9 @@ RoomFiles HostMessages::restore(const RoomFiles& present, LV2_State_Retrieve_Fun
             handle, urids_.properties[static_cast<std::size_t>(property)], &size, &type, &flags));
         if (text == nullptr || type != urids_.path) return std::nullopt;
         const std::string stored(text, strnlen(text, size));
-        if (map == nullptr || stored.empty()) return stored;
-        return HostPath(map->absolute_path(map->handle, stored.c_str()), free_path).text();
+        if (map == nullptr || stored.empty()) return resolved(stored);
+        return resolved(
+            HostPath(map->absolute_path(map->handle, stored.c_str()), free_path).text());
     };
     // A state without a scene is one with the default room; a preset may leave out the HRTF.
     files.scene = stored_path(Property::scene).value_or(std::filesystem::path{});

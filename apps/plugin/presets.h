@@ -15,7 +15,8 @@ struct Preset {
     // Absent: the scene's own place.
     std::optional<Vec3> source{};
     std::optional<Vec3> listener{};
-    float listener_yaw_deg = 0;  ///< with a place of the listener
+    /// With a place of the listener. Not 0, which is the orientation of the scene.
+    float listener_yaw_deg = 0.01F;
 };
 
 /// All presets, in the order of the menu.

@@ -95,6 +95,19 @@ TEST_CASE("A host lists the presets of the bundle") {
     CHECK(presets.find("Tiled Bathroom") != std::string::npos);
 }
 
+TEST_CASE("A preset that places the listener does not leave its orientation to the scene") {
+    const std::string presets = read_file(AULA_BUNDLES "/aula.lv2/presets.ttl");
+    // The value of a port in the preset of the bright room, whose scene has another orientation.
+    const std::size_t preset = presets.find("Bright Room");
+    const std::size_t yaw = presets.find("\"listener_yaw\"", preset);
+    const std::string value = "pset:value ";
+    const std::size_t at = presets.find(value, yaw);
+    REQUIRE(at != std::string::npos);
+    const float degrees = std::stof(presets.substr(at + value.size()));
+    CHECK(degrees != 0);  // 0 is the orientation of the scene
+    CHECK(std::abs(degrees) < 1);
+}
+
 TEST_CASE("The installed bundle contains its scenes and needs no other folder") {
     const TemporaryFolder folder;
     const ProgramResult result =

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <string>
 #include <thread>
@@ -275,6 +276,26 @@ TEST_CASE("A plugin keeps properties of a state that only a newer version knows"
     CHECK((host.save() == other));
     host.restore({});
     CHECK(host.save().empty());
+}
+
+TEST_CASE("A restored scene behind a link of the host finds the files beside it") {
+    const TemporaryFolder folder;
+    folder.write("far.obj", "v 9 9 9\nv 9 10 9\nv 9 9 10\nf 1 2 3\n");
+    const std::string file = folder.write("scene.json", R"({"aula": 1,
+        "geometry": [{"name": "far", "file": "far.obj", "material": "brick"}],
+        "sources": [{"name": "s", "position": [3.432, 0, 0], "signal": "impulse"}],
+        "listener": {"position": [0, 0, 0]}})");
+    // Hosts store links to files in the folder of a session.
+    const TemporaryFolder session;
+    const std::string link = session.path() / "scene.json";
+    std::filesystem::create_symlink(file, link);
+    PluginHost host(OutputFormat::foa);
+    const std::vector<char> bytes(link.c_str(), link.c_str() + link.size() + 1);
+    host.restore({{kScene, {LV2_ATOM__Path, bytes}}});
+    host.activate();
+    host.send_get();
+    CHECK(run_until(host, [&] { return host.received(kStatus).empty(); }));
+    CHECK(host.received(kScene) == std::filesystem::canonical(file));
 }
 
 TEST_CASE("If its scene is gone a plugin plays the default room, says so, and keeps the name") {
