@@ -1,7 +1,12 @@
 # cpack -G DEB: one Debian package for each component of the installation.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_VENDOR "Aula")
-set(CPACK_PACKAGE_CONTACT "The Aula developers <maintainers@aula.invalid>")
+# The maintainer of a package is who builds it, by the variables of Debian's tools.
+set(maintainer "$ENV{DEBFULLNAME} <$ENV{DEBEMAIL}>")
+if("$ENV{DEBFULLNAME}" STREQUAL "" OR "$ENV{DEBEMAIL}" STREQUAL "")
+    set(maintainer "Unofficial build <unofficial-build@aula.invalid>")
+endif()
+set(CPACK_PACKAGE_CONTACT "${maintainer}")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
@@ -22,9 +27,23 @@ file(CONFIGURE OUTPUT "${changelog}" @ONLY CONTENT
 
   * Release @PROJECT_VERSION@.
 
- -- The Aula developers <maintainers@aula.invalid>  Mon, 23 Nov 2026 00:00:00 +0000
+ -- @maintainer@  Mon, 23 Nov 2026 00:00:00 +0000
 ")
 execute_process(COMMAND gzip -9 -n -k -f "${changelog}" COMMAND_ERROR_IS_FATAL ANY)
+
+# Packages of the libraries of embedded programs, which dpkg-shlibdeps does not see.
+set(embedded_depends "")
+foreach(library IN LISTS MYSOFA_LINK_LIBRARIES HDF5_LINK_LIBRARIES)
+    if(library MATCHES "/lib(mysofa|hdf5)[^/]*\\.so$")
+        file(REAL_PATH "${library}" library)
+        execute_process(COMMAND dpkg-query --search "${library}"
+                        OUTPUT_VARIABLE owner ERROR_QUIET RESULT_VARIABLE status)
+        if(status EQUAL 0 AND owner MATCHES "^([^:, ]+)")
+            list(APPEND embedded_depends "${CMAKE_MATCH_1}")
+        endif()
+    endif()
+endforeach()
+list(JOIN embedded_depends ", " embedded_depends)
 
 # aula_package(COMPONENT PACKAGE SECTION DEPENDS DESCRIPTION): the package of a component. Its
 # copyright and changelog are installed only into the package.
@@ -40,7 +59,7 @@ macro(aula_package component package section depends description)
 endmacro()
 
 set(version "${PROJECT_VERSION}")
-aula_package(c libaula0 libs ""
+aula_package(c libaula0 libs "${embedded_depends}"
 "Shared library: libaula.so.0 makes rooms audible block by block, through an
  interface in C.")
 aula_package(dev libaula-dev libdevel "libaula0 (= ${version})"
@@ -48,12 +67,12 @@ aula_package(dev libaula-dev libdevel "libaula0 (= ${version})"
  static libraries and CMake files of the interface in C++.")
 set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS
     "cmake, pkg-config, libembree-dev, libglm-dev, libsndfile1-dev, libsoxr-dev, libebur128-dev, libkissfft-dev")
-aula_package(program aula sound ""
+aula_package(program aula sound "${embedded_depends}"
 "The program: it traces sound through a scene and plays what a moving listener
  hears, live in a window or the terminal, or to a file. It measures impulse
  responses and the parameters of ISO 3382. Scenes and sounds are included.")
 if(TARGET aula_plugin)
-    aula_package(lv2 aula-lv2 sound ""
+    aula_package(lv2 aula-lv2 sound "${embedded_depends}"
 "LV2 plugins: reverberation of a room from its geometry and materials, with a
  moving source and a moving listener.")
 endif()

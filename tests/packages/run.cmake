@@ -15,6 +15,15 @@ if(CASE STREQUAL "build")
             message(FATAL_ERROR "no package ${name} in ${packages}")
         endif()
     endforeach()
+    # The libraries of the programs that are embedded in the binaries, and the default HRTF.
+    foreach(package IN LISTS packages)
+        execute_process(COMMAND dpkg-deb --field "${package}" Package Depends
+                        OUTPUT_VARIABLE fields COMMAND_ERROR_IS_FATAL ANY)
+        if(NOT fields MATCHES "Package: libaula-dev" AND
+           NOT (fields MATCHES "libmysofa1" AND fields MATCHES "libhdf5-"))
+            message(FATAL_ERROR "${package} does not depend on libmysofa1 and libhdf5: ${fields}")
+        endif()
+    endforeach()
     # Nothing outside the prefix.
     foreach(package IN LISTS packages)
         execute_process(COMMAND dpkg-deb --contents "${package}" OUTPUT_VARIABLE contents
@@ -72,6 +81,25 @@ elseif(CASE STREQUAL "use")
          "#include <aula.h>\n#include <stdio.h>\nint main(void) { return puts(aula_version()) < 0; }\n")
     run("${CC}" -std=c99 -Wall -Werror "${WORK}/client.c" ${flags} -o "${WORK}/client")
     run("${WORK}/client")
+
+    # Each function of the header has a manual page without a warning.
+    file(STRINGS "${root}/usr/include/aula.h" declarations REGEX "^AULA_API ")
+    foreach(declaration IN LISTS declarations)
+        string(REGEX MATCH "(aula_[a-z_]+)\\(" found "${declaration}")
+        if(NOT EXISTS "${root}/usr/share/man/man3/${CMAKE_MATCH_1}.3.gz")
+            message(FATAL_ERROR "no manual page of ${CMAKE_MATCH_1}")
+        endif()
+    endforeach()
+    find_program(MAN man)
+    if(MAN)
+        set(ENV{MANWIDTH} 100)
+        execute_process(COMMAND "${MAN}" --warnings --local-file
+                                "${root}/usr/share/man/man3/aula.3.gz"
+                        OUTPUT_VARIABLE manual ERROR_VARIABLE warnings COMMAND_ERROR_IS_FATAL ANY)
+        if(NOT warnings STREQUAL "" OR NOT manual MATCHES "aula_room_process_exactly")
+            message(FATAL_ERROR "aula.3: ${warnings}")
+        endif()
+    endif()
 
     execute_process(COMMAND dpkg-query --root=${root} -W -f "\${Package} "
                     OUTPUT_VARIABLE names COMMAND_ERROR_IS_FATAL ANY)

@@ -98,8 +98,7 @@ typedef struct aula_options {
                                     scene; changes of those with a path last for one frame */
     int32_t listeners;           /* number of listeners, up to 64; 0: 1 */
     int32_t max_sources;         /* most sources at the same time, up to 1024; 0: 16; at least the
-                                    scene's. The fewer, the more early reflections of each move
-                                    smoothly */
+                                    scene's. The memory grows with it */
     int32_t rays;                /* per source and frame, up to 200000; 0: the scene's */
     int32_t threads;             /* that trace rays; 0: the scene's, or all processors but one */
 } aula_options;
