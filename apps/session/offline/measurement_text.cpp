@@ -85,10 +85,10 @@ std::string json_members(const PairParameters& parameters, Part part, const std:
     return json + ",\"STI\":" + json_number(parameters.sti.*part);
 }
 
+/// True if errors of the energy response are known. Those of IACC always are.
 bool has_errors(const PairParameters& parameters) {
-    for (const auto& bands : parameters.octaves)
-        for (const MeasuredValue& value : bands)
-            if (value.standard_error) return true;
+    for (std::size_t band = 0; band < kBandCount; ++band)
+        if (parameters.octave(AcousticParameter::d50, band).standard_error) return true;
     return false;
 }
 
