@@ -338,23 +338,25 @@ class Memory(unittest.TestCase):
     def test_calls(self):
         room = box()
         room.configure(specular_order=0)
+        microphones = np.linspace((1, 1, 1), (5, 4, 2), 10)
 
         def calls(count):
             for _ in range(count):
-                aula.rir(room, sources=SOURCES[0], microphones=MICROPHONES[0], frames=1, rays=1,
-                         length_s=0.05, fs=8000)
-                room.materials["wall"] = aula.material("plaster")
-                try:
-                    aula.rir(room, sources=[math.nan] * 3)
-                except aula.Error:
-                    pass
+                measured = aula.measure(room, sources=SOURCES[0], microphones=microphones, frames=1,
+                                        rays=1, length_s=0.05)
+                measured.rir(fs=48000)
+                for _ in range(20):
+                    measured.energy(bin_ms=0.02)
+                    room.materials["wall"] = room.materials["wall"]
+                    with self.assertRaises(aula.Error):
+                        aula.rir(room, sources=[math.nan] * 3)
             gc.collect()
             with open("/proc/self/statm") as statm:
                 return int(statm.read().split()[1]) * resource.getpagesize()
 
-        before = calls(200)
-        after = calls(800)
-        # 800 lost responses of 0.05 s at 8 kHz would take 1.3 MB, 800 lost scenes 2 MB.
+        before = calls(10)
+        after = calls(20)
+        # 20 lost arrays of responses would take 1.9 MB, 400 lost echograms 320 MB.
         self.assertLess(after - before, 1e6)
 
 

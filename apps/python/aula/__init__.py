@@ -658,7 +658,8 @@ def rir(room: Scene, *, sources: Positions | None = None, microphones: Positions
     measuring: the arguments of `measure`.
 
     Sample 0 is the emission. 1.0 is the pressure at 1 m in a free field. Shorter responses end with
-    zeros. The responses of one source and one listener equal those of `aula --ir`.
+    zeros. The reverberation of several omnidirectional microphones has the coherence of a diffuse
+    field; that of other patterns and outputs is shaped from the same noise at each microphone. The responses of one source and one listener equal those of `aula --ir`.
     """
     _output(output), _number("fs", fs, 8000, 384000)
     return measure(room, sources=sources, microphones=microphones, **measuring).rir(
@@ -670,7 +671,7 @@ def parameters(room: Scene, *, sources: Positions | None = None,
                **measuring: Any) -> dict[str, NDArray[np.float64]]:
     """Parameters of ISO 3382-1 in octave bands: {"T20", "T30", "EDT", "C50", ...}: (S, M, 8).
 
-    T20, T30, EDT and Ts in s; C50, C80 and G in dB; D50 from 0 to 1. NaN if the decay is not
+    T20, T30, EDT and Ts in s; C50, C80, G and L_J in dB; D50, J_LF and J_LFC are shares. NaN if the decay is not
     sufficient. With `standard_errors` also "T30_error" and so on; they are NaN if `frames` is
     given. Microphones are omnidirectional. measuring: the arguments of `measure`.
     """
