@@ -46,7 +46,6 @@ constexpr float kMoved_m = 0.1F;
 constexpr double kWeakest_db = -36;
 constexpr double kFade_db = 6;
 
-constexpr double kOnFace_rad = kPi / 180;
 constexpr double kOnLine_m = 1e-3;
 constexpr std::array kPlaces{0.5, 0.05, 0.95};
 
@@ -54,13 +53,21 @@ constexpr std::array kPlaces{0.5, 0.05, 0.95};
 bool is_beside(const DiffractionEdge& edge, const glm::dvec3& point) {
     const WedgePoint p = edge.coordinates(point);
     return p.radius_m > kOnLine_m &&
-           (p.angle_rad < edge.open_angle_rad + kOnFace_rad || p.angle_rad > 2 * kPi - kOnFace_rad);
+           (p.angle_rad < edge.open_angle_rad + DiffractionEdge::kOnFace_rad ||
+            p.angle_rad > 2 * kPi - DiffractionEdge::kOnFace_rad);
 }
 
-/// A point of an edge that a ray may meet, off its faces.
+/// A point of an edge that a ray may meet, off its faces, in the middle of the open angle.
 Vec3 point_off(const DiffractionEdge& edge, double place) {
     const double middle_rad = edge.open_angle_rad / 2;
     return EdgePassage(edge, place * edge.length_m, middle_rad, middle_rad).point(0);
+}
+
+/// One beside the faces of a free edge, on a side.
+Vec3 point_beside(const DiffractionEdge& edge, double place, const glm::dvec3& side) {
+    const bool is_first = glm::dot(edge.direction(kPi / 2), side) > 0;
+    const double angle_rad = is_first ? kPi / 2 : edge.open_angle_rad - kPi / 2;
+    return EdgePassage(edge, place * edge.length_m, angle_rad, angle_rad).point(0);
 }
 
 /// Consecutive edges of a curved surface form one bend.
@@ -213,8 +220,16 @@ bool ChainSearch::is_visible(SeenEdges& seen, std::uint32_t edge, Budget& budget
             --budget.rays;
             return edges_.visible(seen.point, point_off(at, place));
         };
+        // From a point in the plane of a screen rays pass on one side of it.
+        const auto sees_beside = [&] {
+            const glm::dvec3 side = at.direction(kPi / 2);
+            budget.rays -= 2;
+            return edges_.visible(seen.point, point_beside(at, nearest, side)) ||
+                   edges_.visible(seen.point, point_beside(at, nearest, -side));
+        };
         const bool is_seen = is_beside(at, seen.point) &&
-                             (sees(nearest) || std::any_of(kPlaces.begin(), kPlaces.end(), sees));
+                             (sees(nearest) || std::any_of(kPlaces.begin(), kPlaces.end(), sees) ||
+                              (at.is_in_screen(seen.point) && sees_beside()));
         result = is_seen ? SeenEdges::Result::visible : SeenEdges::Result::hidden;
     }
     return result == SeenEdges::Result::visible;
@@ -230,6 +245,17 @@ bool ChainSearch::see_each_other(const DiffractionEdge& a, const DiffractionEdge
             }
             --budget.rays;
             if (edges_.visible(point_off(a, from), point_off(b, to))) return true;
+            if (!a.is_in_screen(b.point(to * b.length_m)) ||
+                !b.is_in_screen(a.point(from * a.length_m))) {
+                continue;
+            }
+            const glm::dvec3 normal = a.direction(kPi / 2);
+            for (const glm::dvec3& side : {normal, -normal}) {
+                --budget.rays;
+                if (edges_.visible(point_beside(a, from, side), point_beside(b, to, side))) {
+                    return true;
+                }
+            }
         }
     }
     return false;
@@ -415,7 +441,7 @@ std::vector<EdgePath> ChainSearch::find(const Vec3& source, const Vec3& listener
         if (!chain) continue;
         // Where a ray passes an edge closely, the path that leaves the edge out decides.
         for (std::size_t i = 0; i < sequence.size(); ++i) {
-            if (!chain->is_at_boundary(i)) continue;
+            if (!chain->is_at_boundary(i) || chain->is_beside_screen(i)) continue;
             Sequence shorter = sequence;
             shorter.erase(shorter.begin() + static_cast<std::ptrdiff_t>(i));
             const auto is_shorter = [&](const EdgePath& path) { return path.edges == shorter; };

@@ -14,7 +14,6 @@ namespace aula {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kOnFace_rad = kPi / 180;
 constexpr double kLeastRadius_m = 0.05;  // as in WedgeIntegral
 constexpr double kLeastSegment_m = 1e-3;
 
@@ -32,11 +31,7 @@ constexpr double kSharpBend_rad = 0.1;
 /// Whether a point lies in a face of an edge, up to the tolerance of the search for edges.
 bool is_on_face(double angle_rad, double open_angle_rad) {
     return std::min({angle_rad, std::abs(angle_rad - open_angle_rad), 2 * kPi - angle_rad}) <
-           kOnFace_rad;
-}
-
-bool is_free_edge(const DiffractionEdge& edge) {
-    return edge.open_angle_rad > 2 * kPi - kOnFace_rad;
+           DiffractionEdge::kOnFace_rad;
 }
 
 /// The end of a segment of a given length and direction from a point of an edge.
@@ -95,11 +90,19 @@ glm::dvec3 EdgeChain::point(std::size_t index) const {
     return index <= contacts_.size() ? contacts_[index - 1].apex : listener_;
 }
 
+/// A point of the path in the coordinates of an edge. An end in the plane of a screen counts as on
+/// the side on which the paths over single edges have it.
+WedgePoint EdgeChain::coordinates(const DiffractionEdge& edge, std::size_t index) const {
+    if (index == 0) return edge.coordinates(source_, DiffractionEdge::kSourceSide);
+    if (index <= contacts_.size()) return edge.coordinates(point(index));
+    return edge.coordinates(listener_, DiffractionEdge::kListenerSide);
+}
+
 bool EdgeChain::find_angles() {
     for (std::size_t i = 0; i < contacts_.size(); ++i) {
         Contact& contact = contacts_[i];
-        const WedgePoint before = contact.edge->coordinates(point(i));
-        const WedgePoint after = contact.edge->coordinates(point(i + 2));
+        const WedgePoint before = coordinates(*contact.edge, i);
+        const WedgePoint after = coordinates(*contact.edge, i + 2);
         if (std::min(before.radius_m, after.radius_m) < kLeastSegment_m) return false;
         contact.in_rad = before.angle_rad;
         contact.out_rad = after.angle_rad;
@@ -117,8 +120,8 @@ bool EdgeChain::find_angles() {
             (contact.out_rad > open_rad && !contact.shares_next)) {
             return false;
         }
-        contact.in_rad = contact.edge->open_angle_of(point(i));
-        contact.out_rad = contact.edge->open_angle_of(point(i + 2));
+        contact.in_rad = contact.edge->open_angle_of(coordinates(*contact.edge, i));
+        contact.out_rad = contact.edge->open_angle_of(coordinates(*contact.edge, i + 2));
     }
     for (std::size_t i = 0; i + 1 < contacts_.size(); ++i) {
         if (contacts_[i].shares_next) choose_face(i);
@@ -138,14 +141,14 @@ void EdgeChain::choose_face(std::size_t contact) {
     const auto angle_on = [](const DiffractionEdge& edge, const glm::dvec3& side,
                              double angle_rad) {
         const double open_rad = edge.open_angle_rad;
-        const bool first = is_free_edge(edge) ? glm::dot(edge.direction(kPi / 2), side) > 0
-                                              : angle_rad < open_rad / 2;
+        const bool first =
+            edge.is_free() ? glm::dot(edge.direction(kPi / 2), side) > 0 : angle_rad < open_rad / 2;
         return first ? 0 : open_rad;
     };
     std::array<glm::dvec3, 2> sides;
-    if (!is_free_edge(*here.edge)) {
+    if (!here.edge->is_free()) {
         sides.fill(side_of(*here.edge, here.out_rad));
-    } else if (!is_free_edge(*next.edge)) {
+    } else if (!next.edge->is_free()) {
         sides.fill(side_of(*next.edge, next.in_rad));
     } else {
         const glm::dvec3 side = side_of(*here.edge, here.out_rad);
@@ -198,6 +201,55 @@ bool EdgeChain::find_bends() {
         bends_.push_back(bend);
     }
     return true;
+}
+
+/// Whether a segment leads from one free edge of a screen without thickness to another.
+bool EdgeChain::is_along_screen(std::size_t contact) const {
+    return contacts_[contact].shares_next && contacts_[contact].edge->is_free() &&
+           contacts_[contact + 1].edge->is_free();
+}
+
+/// The same path on all sides of the screens along which it leads.
+std::vector<EdgeChain> EdgeChain::sides() const {
+    std::vector<EdgeChain> all{*this};
+    const auto opposite = [](const DiffractionEdge& edge, double angle_rad) {
+        return angle_rad < edge.open_angle_rad / 2 ? edge.open_angle_rad : 0;
+    };
+    for (std::size_t i = 0; i + 1 < contacts_.size(); ++i) {
+        if (!is_along_screen(i)) continue;
+        const std::size_t count = all.size();
+        for (std::size_t k = 0; k < count; ++k) {
+            EdgeChain other = all[k];
+            other.contacts_[i].out_rad = opposite(*contacts_[i].edge, contacts_[i].out_rad);
+            other.contacts_[i + 1].in_rad =
+                opposite(*contacts_[i + 1].edge, contacts_[i + 1].in_rad);
+            other.bends_.clear();
+            if (other.find_bends()) all.push_back(std::move(other));
+        }
+        for (EdgeChain& chain : all) chain.place_ends(i);
+    }
+    return all;
+}
+
+/// Where the point before or after a segment along a screen lies almost in its plane, the side on
+/// which the other edge has it decides whether the edge is lit, as for the path over that edge.
+void EdgeChain::place_ends(std::size_t contact) {
+    const DiffractionEdge& first = *contacts_[contact].edge;
+    const DiffractionEdge& second = *contacts_[contact + 1].edge;
+    const auto is_same_side = [](const DiffractionEdge& edge, double a_rad, double b_rad) {
+        return (a_rad < edge.open_angle_rad / 2) == (b_rad < edge.open_angle_rad / 2);
+    };
+    const bool is_before_here =
+        is_same_side(second, coordinates(second, contact).angle_rad, contacts_[contact + 1].in_rad);
+    const bool is_after_here =
+        is_same_side(first, coordinates(first, contact + 3).angle_rad, contacts_[contact].out_rad);
+    if (is_at_boundary(contact)) set_lit(contact, is_before_here);
+    if (is_at_boundary(contact + 1)) set_lit(contact + 1, is_after_here);
+}
+
+bool EdgeChain::is_beside_screen(std::size_t edge) const {
+    return (edge > 0 && is_along_screen(edge - 1)) ||
+           (edge + 1 < contacts_.size() && is_along_screen(edge));
 }
 
 bool EdgeChain::is_at_boundary(std::size_t edge) const {
@@ -336,8 +388,8 @@ double EdgeChain::share() const {
 /// rigid face, where incident and reflected sound coincide, once. The phase is the mean of both.
 /// Where the first or last bend vanishes, the path without it appears, with the fields of the other
 /// bends in T or T': that product alone then counts.
-ComplexBands EdgeChain::field(const WedgeIntegral& integral, const RayScene& scene,
-                              const Bands& attenuation_per_m) const {
+ComplexBands EdgeChain::field_of_side(const WedgeIntegral& integral, const RayScene& scene,
+                                      const Bands& attenuation_per_m) const {
     ComplexBands ahead;
     ComplexBands back;
     ahead.fill(1);
@@ -382,6 +434,19 @@ ComplexBands EdgeChain::field(const WedgeIntegral& integral, const RayScene& sce
             remaining * air_loss(length_m_, attenuation_per_m, b) * magnitude / length_m_, phase);
     }
     return field;
+}
+
+ComplexBands EdgeChain::field(const WedgeIntegral& integral, const RayScene& scene,
+                              const Bands& attenuation_per_m) const {
+    bool has_sides = false;
+    for (std::size_t i = 0; i + 1 < contacts_.size(); ++i) has_sides |= is_along_screen(i);
+    if (!has_sides) return field_of_side(integral, scene, attenuation_per_m);
+    ComplexBands sum{};
+    for (const EdgeChain& side : sides()) {
+        const ComplexBands field = side.field_of_side(integral, scene, attenuation_per_m);
+        for (std::size_t b = 0; b < kBandCount; ++b) sum[b] += field[b];
+    }
+    return sum;
 }
 
 }  // namespace aula

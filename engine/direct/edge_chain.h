@@ -45,6 +45,9 @@ class EdgeChain {
     /// a ray past the edge is uncertain.
     bool is_at_boundary(std::size_t edge) const;
 
+    /// Whether a segment at an edge leads along a screen without thickness, to another edge of it.
+    bool is_beside_screen(std::size_t edge) const;
+
     /// Decides whether such an edge is lit: its neighbours see each other.
     void set_lit(std::size_t edge, bool is_lit);
 
@@ -54,7 +57,8 @@ class EdgeChain {
     /// The product of the free widths beside the edges, 0 if the path is blocked; see EdgePassage.
     double opening(const SceneEdges& edges) const;
 
-    /// The complex pressure from a source of amplitude 1 at 1 m. It is the same from both ends.
+    /// The complex pressure from a source of amplitude 1 at 1 m, the sum of both sides of a thin
+    /// screen along which the path leads from edge to edge. It is the same from both ends.
     ComplexBands field(const WedgeIntegral& integral, const RayScene& scene,
                        const Bands& attenuation_per_m) const;
 
@@ -84,9 +88,15 @@ class EdgeChain {
     };
 
     glm::dvec3 point(std::size_t index) const;  ///< 0: source, then contacts, then listener
+    WedgePoint coordinates(const DiffractionEdge& edge, std::size_t index) const;
     bool find_angles();
     bool find_bends();
     void choose_face(std::size_t contact);
+    bool is_along_screen(std::size_t contact) const;
+    std::vector<EdgeChain> sides() const;
+    void place_ends(std::size_t contact);
+    ComplexBands field_of_side(const WedgeIntegral& integral, const RayScene& scene,
+                               const Bands& attenuation_per_m) const;
     ComplexBands factor(const Bend& bend, double before_m, double after_m,
                         const WedgeIntegral& integral, const RayScene& scene) const;
     ComplexBands thin_screen(const WedgeIntegral& integral) const;

@@ -134,8 +134,8 @@ std::optional<EdgePaths::Candidate> EdgePaths::candidate(std::uint32_t edge,
     const DiffractionEdge& at = edges_[edge];
     const double straight_m = glm::distance(source, listener);
     Candidate c{.edge = edge,
-                .source = at.coordinates(source),
-                .listener = at.coordinates(listener),
+                .source = at.coordinates(source, DiffractionEdge::kSourceSide),
+                .listener = at.coordinates(listener, DiffractionEdge::kListenerSide),
                 .along_m = 0,
                 .length_m = 0,
                 .detour_m = 0,
@@ -202,6 +202,14 @@ double EdgePaths::opening(const Candidate& c, const Vec3& source, const Vec3& li
     return passage.opening(scene_, std::min(c.source.radius_m, c.listener.radius_m));
 }
 
+/// Whether two edges are opposite ends of a screen without thickness.
+bool EdgePaths::are_of_one_screen(const Candidate& a, const Candidate& b) const {
+    const DiffractionEdge& first = edges_[a.edge];
+    const DiffractionEdge& second = edges_[b.edge];
+    return a.edge != b.edge && first.is_in_screen(second.point(b.along_m)) &&
+           second.is_in_screen(first.point(a.along_m));
+}
+
 std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
                                       const Bands& attenuation_per_m, PairMemory& memory,
                                       std::span<const Bounds> changed) const {
@@ -222,13 +230,20 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
     }
 
     // Where the straight path passes an edge closely, the coordinates of the edge decide whether it
-    // is blocked, as they decide the sign of the diffracted field.
+    // is blocked, as they decide the sign of the diffracted field. A screen seen end-on blocks it
+    // only if it does so for the edges at both ends.
     const auto decides = [](const Candidate& c) { return c.opening > 0 && c.is_at_boundary; };
     const bool is_uncertain = std::any_of(candidates.begin(), candidates.end(), decides);
-    const bool is_lit =
-        is_uncertain ? std::all_of(candidates.begin(), candidates.end(),
-                                   [&](const Candidate& c) { return !decides(c) || c.is_lit; })
-                     : edges_.visible(listener, source);
+    const auto passes_screen = [&](const Candidate& c) {
+        return std::any_of(candidates.begin(), candidates.end(), [&](const Candidate& other) {
+            return decides(other) && other.is_lit && are_of_one_screen(c, other);
+        });
+    };
+    const auto passes = [&](const Candidate& c) {
+        return !decides(c) || c.is_lit || passes_screen(c);
+    };
+    const bool is_lit = is_uncertain ? std::all_of(candidates.begin(), candidates.end(), passes)
+                                     : edges_.visible(listener, source);
 
     std::erase_if(candidates, [&](const Candidate& c) {
         const bool is_blocked = c.opening == 0;

@@ -31,8 +31,7 @@ std::vector<std::size_t> NearEdges::begin_frame(const SceneEdges& edges, const g
                glm::distance(listener, listener_before) > kFarther_m;
     };
     if (has_left(source_, listener_)) edges_.clear();
-    const bool selects = frames_ == 0 || edges_.empty() ||
-                         has_left(selected_source_, selected_listener_) ||
+    const bool selects = edges_.empty() || has_left(selected_source_, selected_listener_) ||
                          (!changed.empty() && frames_ % kTurns == 0);
     source_ = source;
     listener_ = listener;

@@ -20,8 +20,28 @@ WedgePoint DiffractionEdge::coordinates(const glm::dvec3& point) const {
     return {std::hypot(x, y), angle_rad, glm::dot(offset, axis)};
 }
 
+WedgePoint DiffractionEdge::coordinates(const glm::dvec3& point, double side) const {
+    constexpr double kInPlane_m = 1e-5;
+    WedgePoint at = coordinates(point);
+    const double height_m = at.radius_m * std::sin(at.angle_rad);
+    if (!is_free() || std::abs(height_m) >= kInPlane_m || at.radius_m < 100 * kInPlane_m) return at;
+    const glm::dvec3 normal = glm::cross(axis, first_face);
+    int largest = 0;
+    for (int i = 1; i < 3; ++i) {
+        if (std::abs(normal[i]) > std::abs(normal[largest]) + 1e-3) largest = i;
+    }
+    at.angle_rad = std::atan2(normal[largest] > 0 ? side * kInPlane_m : -side * kInPlane_m,
+                              at.radius_m * std::cos(at.angle_rad));
+    if (at.angle_rad < 0) at.angle_rad += 2 * std::numbers::pi;
+    return at;
+}
+
 double DiffractionEdge::open_angle_of(const glm::dvec3& point) const {
-    const double angle_rad = coordinates(point).angle_rad;
+    return open_angle_of(coordinates(point));
+}
+
+double DiffractionEdge::open_angle_of(const WedgePoint& point) const {
+    const double angle_rad = point.angle_rad;
     if (angle_rad <= open_angle_rad) return angle_rad;
     return angle_rad - open_angle_rad < 2 * std::numbers::pi - angle_rad ? open_angle_rad : 0;
 }
@@ -29,6 +49,11 @@ double DiffractionEdge::open_angle_of(const glm::dvec3& point) const {
 bool DiffractionEdge::is_nearest(double from_rad, double to_rad) const {
     const double middle_rad = 0.5 * (from_rad + to_rad);
     return std::min(middle_rad, open_angle_rad - middle_rad) >= 0.5 * std::numbers::pi;
+}
+
+bool DiffractionEdge::is_in_screen(const glm::dvec3& point) const {
+    const double angle_rad = coordinates(point).angle_rad;
+    return is_free() && std::min(angle_rad, 2 * std::numbers::pi - angle_rad) < kOnFace_rad;
 }
 
 }  // namespace aula

@@ -29,8 +29,13 @@ struct DiffractionEdge {
     /// A point in the coordinates of the edge. Its angle is 0 to 2 pi.
     WedgePoint coordinates(const glm::dvec3& point) const;
 
+    /// Likewise. A point in the plane of a screen, up to rounding, counts as on a side of it:
+    /// `side` is +1 or -1, the same side for all edges of the screen.
+    WedgePoint coordinates(const glm::dvec3& point, double side) const;
+
     /// The angle of a point in the open angle, or of the face that is nearest to it.
     double open_angle_of(const glm::dvec3& point) const;
+    double open_angle_of(const WedgePoint& point) const;
 
     /// Whether a path at these angles passes a curved surface at this edge: no neighbour is nearer
     /// to the straight line, as the middle of its directions lies between the faces' normals.
@@ -38,6 +43,18 @@ struct DiffractionEdge {
 
     /// The angle by which the surface bends, above 0; pi at a free edge.
     float bend_rad() const { return static_cast<float>(open_angle_rad - std::numbers::pi); }
+
+    /// Whether the edge bounds a screen without thickness: both its faces are one.
+    bool is_free() const { return open_angle_rad > 2 * std::numbers::pi - kOnFace_rad; }
+
+    /// Whether a point lies in the screen that a free edge bounds, or in its extension.
+    bool is_in_screen(const glm::dvec3& point) const;
+
+    // Sides on which source and listener count in the plane of a screen: the shadow of each edge.
+    static constexpr double kSourceSide = 1;
+    static constexpr double kListenerSide = -1;
+
+    static constexpr double kOnFace_rad = std::numbers::pi / 180;  ///< tolerance of the search
 
     Wedge wedge() const { return {open_angle_rad, 0, length_m}; }
 };

@@ -51,6 +51,11 @@ constexpr double kShortest = 0.035;
 
 // Edges whose detour is longer, in radians, act independently of the others.
 constexpr double kLongestDetour_rad = 8;
+constexpr double kLongestLowDetour_rad = 20;
+
+// The logarithms of the growth above which an edge is low, and that two low edges may have.
+constexpr double kLow = 0.25;
+constexpr double kMostGrowth = 4;
 
 /// Edges of the integral, and the detour over each, relative to the straight line between those
 /// around which the path bends.
@@ -94,66 +99,181 @@ std::complex<double> far_above(double detour_rad) {
     return 1.0 - 0.5 * std::exp(-square) / (z * std::sqrt(kPi)) * (1.0 - 0.5 / square);
 }
 
-/// Whether the integrand grows by more than exp(4) between two edges.
-bool grows(const Placed& a, const Placed& b, double wave_number_per_m) {
-    const double step_m = b.edge.clearance_m - a.edge.clearance_m;
-    const double segment_m = b.edge.at_m - a.edge.at_m;
-    return wave_number_per_m * step_m * step_m / (4 * segment_m) > 4 &&
-           wave_number_per_m * std::max(a.detour_m, b.detour_m) > 1;
+/// The integrand above the lower of two edges grows by the exponential of this.
+double growth(const KnifeEdge& a, const KnifeEdge& b, double wave_number_per_m) {
+    const double step_m = b.clearance_m - a.clearance_m;
+    return wave_number_per_m * step_m * step_m / (4 * (b.at_m - a.at_m));
 }
 
-/// The integral over the heights above edges, along exp(-i pi / 4) from each edge, where the
-/// integrand does not oscillate: x_i = -clearance_i + exp(-i pi / 4) s_i. The kernels are then
-/// Gaussian in s, times factors of single s.
+/// The edges of the integral for a band, and the field over the others, by which it is multiplied.
+class BandEdges {
+ public:
+    struct Edge {
+        const Placed* placed = nullptr;
+        bool is_low = false;  ///< far below an edge beside it; see Heights
+    };
+
+    BandEdges(std::span<const Placed> placed, double wave_number_per_m) : k_(wave_number_per_m) {
+        for (const Placed& p : placed) {
+            if (k_ * p.detour_m > kLongestLowDetour_rad) {
+                leave_out(p);
+            } else {
+                add(p);
+            }
+        }
+        std::erase_if(edges_, [&](const Edge& edge) {
+            const bool is_far = !edge.is_low && k_ * edge.placed->detour_m > kLongestDetour_rad;
+            if (is_far) leave_out(*edge.placed);
+            return is_far;
+        });
+    }
+
+    const std::vector<Edge>& edges() const { return edges_; }
+    std::complex<double> others() const { return others_; }
+
+    /// The slope from an edge to the steepest edge beside it.
+    double slope(std::size_t edge) const {
+        const KnifeEdge& at = edges_[edge].placed->edge;
+        double steepest = 0;
+        const auto to = [&](const KnifeEdge& other) {
+            steepest = std::max(
+                steepest, std::abs((other.clearance_m - at.clearance_m) / (other.at_m - at.at_m)));
+        };
+        if (edge > 0) to(edges_[edge - 1].placed->edge);
+        if (edge + 1 < edges_.size()) to(edges_[edge + 1].placed->edge);
+        return steepest;
+    }
+
+ private:
+    void leave_out(const Placed& p) { others_ *= far_above(k_ * p.detour_m); }
+
+    double growth_between(const Edge& a, const Edge& b) const {
+        return growth(a.placed->edge, b.placed->edge, k_);
+    }
+
+    /// Whether an edge can be low: no low one beside it has a very different height.
+    bool can_be_low(std::vector<Edge>::const_iterator edge) const {
+        const bool above = edge != edges_.begin() && std::prev(edge)->is_low &&
+                           growth_between(*std::prev(edge), *edge) > kMostGrowth;
+        const bool below = std::next(edge) != edges_.end() && std::next(edge)->is_low &&
+                           growth_between(*edge, *std::next(edge)) > kMostGrowth;
+        return !above && !below;
+    }
+
+    void add(const Placed& p) {
+        Edge next{&p, false};
+        while (!next.is_low) {
+            const auto found = std::find_if(edges_.rbegin(), edges_.rend(),
+                                            [](const Edge& edge) { return !edge.is_low; });
+            if (found == edges_.rend()) break;
+            const auto last = std::prev(found.base());
+            const double last_growth = growth_between(*last, next);
+            if (last_growth < kLow) break;
+            if (p.edge.clearance_m > last->placed->edge.clearance_m) {
+                next.is_low = true;
+            } else if (can_be_low(last)) {
+                last->is_low = true;
+            } else if (last_growth < kMostGrowth) {
+                break;
+            } else {
+                leave_out(*last->placed);
+                edges_.erase(last);
+            }
+        }
+        // Of two low edges of very different heights beside each other the lower one is left out.
+        if (!edges_.empty() && edges_.back().is_low &&
+            growth_between(edges_.back(), next) > kMostGrowth) {
+            if (p.edge.clearance_m > edges_.back().placed->edge.clearance_m) {
+                leave_out(p);
+                return;
+            }
+            if (next.is_low) {
+                leave_out(*edges_.back().placed);
+                edges_.pop_back();
+            }
+        }
+        edges_.push_back(next);
+    }
+
+    double k_;
+    std::vector<Edge> edges_;
+    std::complex<double> others_ = 1;
+};
+
+/// The integral over the heights at edges, along exp(-i pi / 4) from each edge, where the integrand
+/// does not oscillate: x_i = -clearance_i + exp(-i pi / 4) s_i. The kernels are then Gaussian in s,
+/// times factors of single s. Between edges of different clearances these factors grow along the
+/// heights above the lower edge and decay along those below it, x_i = -clearance_i -
+/// exp(-i pi / 4) s_i. The field over a low edge is therefore the one without it, minus the part
+/// below it.
 class Heights {
  public:
     Heights(double wave_number_per_m, double length_m)
-        : k_(wave_number_per_m), length_m_(length_m) {}
+        : k_(wave_number_per_m), length_m_(length_m) {
+        stages_.push_back({});
+        stages_.back().field[0] = 1;
+    }
 
-    /// Continues the field over the next edge.
-    void pass(const KnifeEdge& edge) {
+    /// Continues the field over the next edge. `slope`: to the edges beside a low one.
+    void pass(const KnifeEdge& edge, bool is_low, double slope) {
         const double width_m = std::sqrt(edge.at_m * (length_m_ - edge.at_m) / (length_m_ * k_));
         const double unit_m =
-            1 / (1 / (5.5 * width_m + 0.8 * edge.clearance_m) + k_ * edge.turn_rad / 14);
-        std::array<double, kNodes> s_m;
-        for (std::size_t n = 0; n < kNodes; ++n) s_m[n] = unit_m * kRule.place[n];
+            1 / (1 / (5.5 * width_m + 0.8 * edge.clearance_m) + k_ * (edge.turn_rad + slope) / 14);
+        Stage stage{.at_m = edge.at_m, .clearance_m = edge.clearance_m, .count = kNodes};
+        const double sign = is_low ? -1 : 1;
+        for (std::size_t n = 0; n < kNodes; ++n) stage.s_m[n] = sign * unit_m * kRule.place[n];
         const std::complex<double> turn = kI * k_ * edge.turn_rad;
-        const ComplexValues arrived = arrive(edge.at_m, edge.clearance_m, s_m);
+        const ComplexValues arrived = arrive(edge.at_m, edge.clearance_m, stage.s_m);
         for (std::size_t n = 0; n < kNodes; ++n) {
-            const std::complex<double> x = kTurned * s_m[n] - edge.clearance_m;
-            field_[n] = arrived[n] * unit_m * kRule.weight[n] * std::exp(-turn * x);
+            const std::complex<double> x = kTurned * stage.s_m[n] - edge.clearance_m;
+            stage.field[n] = sign * arrived[n] * unit_m * kRule.weight[n] * std::exp(-turn * x);
         }
-        s_m_ = s_m;
-        at_m_ = edge.at_m;
-        clearance_m_ = edge.clearance_m;
+        if (!is_low) stages_.clear();
+        stages_.push_back(stage);
     }
 
     /// The field at the end relative to free field.
     std::complex<double> at_end() const {
-        if (at_m_ == 0) return 1;
         return arrive(length_m_, 0, {})[0] / std::sqrt(k_ / (2 * kPi * length_m_));
     }
 
  private:
+    /// The field at an edge; at the source it has a single height.
+    struct Stage {
+        double at_m = 0;
+        double clearance_m = 0;
+        std::size_t count = 1;
+        Values s_m{};
+        ComplexValues field{};
+    };
+
+    /// The field from the last edge that is not low, and from all low ones after it.
     ComplexValues arrive(double at_m, double clearance_m, const Values& s_m) const {
-        const double segment_m = at_m - at_m_;
-        const double step_m = clearance_m - clearance_m_;
+        ComplexValues arrived{};
+        for (const Stage& from : stages_) add_arrival(from, at_m, clearance_m, s_m, arrived);
+        return arrived;
+    }
+
+    void add_arrival(const Stage& from, double at_m, double clearance_m, const Values& s_m,
+                     ComplexValues& arrived) const {
+        const double segment_m = at_m - from.at_m;
+        const double step_m = clearance_m - from.clearance_m;
         const double gauss_per_m2 = k_ / (2 * segment_m);
         const std::complex<double> tilt = 2 * gauss_per_m2 * step_m * kI * kTurned;
         const std::complex<double> whole =
             std::sqrt(gauss_per_m2 / kPi) * std::exp(-kI * gauss_per_m2 * step_m * step_m);
         ComplexValues before;
-        for (std::size_t n = 0; n < kNodes; ++n) before[n] = field_[n] * std::exp(-tilt * s_m_[n]);
-        ComplexValues arrived;
+        for (std::size_t m = 0; m < from.count; ++m) {
+            before[m] = from.field[m] * std::exp(-tilt * from.s_m[m]);
+        }
         for (std::size_t n = 0; n < kNodes; ++n) {
             std::complex<double> sum = 0;
-            for (std::size_t m = 0; m < (at_m_ > 0 ? kNodes : 1); ++m) {
-                const double away_m = s_m[n] - s_m_[m];
+            for (std::size_t m = 0; m < from.count; ++m) {
+                const double away_m = s_m[n] - from.s_m[m];
                 sum += before[m] * std::exp(-gauss_per_m2 * away_m * away_m);
             }
-            arrived[n] = whole * sum * std::exp(tilt * s_m[n]);
+            arrived[n] += whole * sum * std::exp(tilt * s_m[n]);
         }
-        return arrived;
     }
 
     static inline const Nodes kRule = gauss_legendre();
@@ -163,10 +283,7 @@ class Heights {
 
     double k_;
     double length_m_;
-    double at_m_ = 0;  ///< of the last edge
-    double clearance_m_ = 0;
-    Values s_m_{};
-    ComplexValues field_{1};  ///< at the first edge: from the source alone
+    std::vector<Stage> stages_;
 };
 
 }  // namespace
@@ -183,28 +300,12 @@ ComplexBands knife_edges(std::span<const KnifeEdge> edges, double length_m,
     for (std::size_t b = 0; b < kBandCount; ++b) {
         const double k = integral.wave_number_per_m(b);
         Heights heights(k, length_m);
-        std::complex<double> far = 1;
-        // Between edges of different clearances the integrand grows: the lower edge is left out.
-        std::vector<const Placed*> near;
-        for (const Placed& p : placed) {
-            const Placed* next = &p;
-            while (next != nullptr && !near.empty() && grows(*near.back(), *next, k)) {
-                const bool is_lower = next->detour_m > near.back()->detour_m;
-                far *= far_above(k * (is_lower ? next : near.back())->detour_m);
-                if (is_lower) {
-                    next = nullptr;
-                } else {
-                    near.pop_back();
-                }
-            }
-            if (next != nullptr && k * next->detour_m > kLongestDetour_rad) {
-                far *= far_above(k * next->detour_m);
-            } else if (next != nullptr) {
-                near.push_back(next);
-            }
+        const BandEdges near(placed, k);
+        for (std::size_t i = 0; i < near.edges().size(); ++i) {
+            const auto& [p, is_low] = near.edges()[i];
+            heights.pass(p->edge, is_low, is_low ? near.slope(i) : 0);
         }
-        for (const Placed* p : near) heights.pass(p->edge);
-        relative[b] = far * heights.at_end();
+        relative[b] = near.others() * heights.at_end();
     }
     return relative;
 }

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <vector>
 
+#include "engine/base/sampling.h"
+
 using aula::ComplexBands;
 using aula::kBandCount;
 using aula::knife_edges;
@@ -20,6 +22,44 @@ const WedgeIntegral kIntegral(343.2);
 
 // The rule of 20 nodes in exact arithmetic; the integrand is analytic.
 constexpr double kQuadrature = 1e-4;
+
+/// The integral over the heights above all edges by Simpson's rule in many nodes. Where the
+/// integrand grows it loses digits: the difference between two numbers of nodes tells.
+std::complex<double> direct_integral(const std::vector<KnifeEdge>& edges, double length_m, double k,
+                                     std::size_t intervals) {
+    constexpr std::complex<double> kI(0, 1);
+    const std::complex<double> turned = std::polar(1.0, -kPi / 4);
+    std::vector<std::complex<double>> heights{0};
+    std::vector<std::complex<double>> field{1};
+    double at_m = 0;
+    const auto arrive = [&](double to_m, const std::complex<double>& height) {
+        const std::complex<double> per_m2 = kI * k / (2 * (to_m - at_m));
+        std::complex<double> sum = 0;
+        for (std::size_t i = 0; i < field.size(); ++i) {
+            sum += field[i] * std::exp(-per_m2 * (height - heights[i]) * (height - heights[i]));
+        }
+        return sum * std::sqrt(per_m2 / kPi);
+    };
+    for (const KnifeEdge& edge : edges) {
+        const double width_m = std::sqrt(edge.at_m * (length_m - edge.at_m) / (length_m * k));
+        const double step_m = (8 * width_m + 2 * edge.clearance_m) / static_cast<double>(intervals);
+        std::vector<std::complex<double>> next_heights;
+        std::vector<std::complex<double>> next;
+        for (std::size_t i = 0; i <= intervals; ++i) {
+            const bool is_end = i == 0 || i == intervals;
+            const double weight = is_end ? 1 : i % 2 == 1 ? 4 : 2;
+            const std::complex<double> height =
+                -edge.clearance_m + turned * (static_cast<double>(i) * step_m);
+            next_heights.push_back(height);
+            next.push_back(arrive(edge.at_m, height) * turned * (weight * step_m / 3) *
+                           std::exp(-kI * k * edge.turn_rad * height));
+        }
+        heights = next_heights;
+        field = next;
+        at_m = edge.at_m;
+    }
+    return arrive(length_m, 0) / std::sqrt(kI * k / (2 * kPi * length_m));
+}
 
 }  // namespace
 
@@ -101,4 +141,44 @@ TEST_CASE("the field of an edge below a path does not depend on one far below be
         CAPTURE(b);
         CHECK(std::abs(with[b] / without[b] - 1.0) < 1 / (2 * std::sqrt(kPi * detour_rad)) + 1e-6);
     }
+}
+
+TEST_CASE("over high and low edges in any order the field is that of the integral in many nodes") {
+    // Edges 0.12 to 1.3 m apart, within 3 cm of the path or 0.1 to 0.5 m below it, the first one at
+    // the path. 0.02 is 0.35 dB of the field of an edge at the path.
+    constexpr double kLength_m = 8;
+    aula::RandomStream random(4);
+    const auto uniform = [&] { return double{random.uniform()}; };
+    int compared = 0;
+    double largest = 0;
+    double largest_of_single = 0;  // companion: the product of the fields over single edges
+    for (int row = 0; row < 24; ++row) {
+        std::vector<KnifeEdge> edges;
+        double at_m = 1;
+        const double low_m = 0.1 + 0.4 * uniform();
+        for (int i = 0; i < 2 + row % 4; ++i) {
+            at_m += 0.12 + 1.2 * uniform() * uniform();
+            const double clearance_m = (i == 0 || uniform() < 0.5 ? 0 : low_m) + 0.03 * uniform();
+            edges.push_back({.at_m = at_m, .clearance_m = clearance_m});
+        }
+        const ComplexBands ratio = knife_edges(edges, kLength_m, kIntegral);
+        ComplexBands product;
+        product.fill(1);
+        for (const KnifeEdge& edge : edges) {
+            const ComplexBands single = knife_edges({&edge, 1}, kLength_m, kIntegral);
+            for (std::size_t b = 0; b < kBandCount; ++b) product[b] *= single[b];
+        }
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            const double k = kIntegral.wave_number_per_m(b);
+            const std::complex<double> want = direct_integral(edges, kLength_m, k, 200);
+            const std::complex<double> other = direct_integral(edges, kLength_m, k, 160);
+            if (!(std::abs(want - other) < 1e-4) || std::abs(want) > 1.5) continue;
+            ++compared;
+            largest = std::max(largest, std::abs(ratio[b] - want));
+            largest_of_single = std::max(largest_of_single, std::abs(product[b] - want));
+        }
+    }
+    CHECK(compared > 100);
+    CHECK(largest < 0.02);
+    CHECK(largest_of_single > 0.1);
 }
