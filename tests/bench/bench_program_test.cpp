@@ -139,17 +139,18 @@ TEST_CASE("bench_smoke: --markdown writes the printed figures under their comman
     }
     for (const char* section :
          {"\n## noise of room.json: 12 triangles", "\n## tracking in ", "\n## tracing in ",
-          "\n## many sources in ", "\n## diffraction in ", "\n## convolution", "\n## preparing"}) {
+          "\n## many sources in ", "\n## receivers of a measurement in ", "\n## diffraction in ",
+          "\n## convolution", "\n## preparing"}) {
         CAPTURE(section);
         CHECK(document.find(section) != std::string::npos);
     }
-    // One line per row of all tables, two lines above each of the seven tables, one line per fact
+    // One line per row of all tables, two lines above each of the eight tables, one line per fact
     // of the head.
     std::istringstream lines(document);
     std::size_t table_lines = 0;
     for (std::string line; std::getline(lines, line);) table_lines += line.rfind('|', 0) == 0;
     const nlohmann::json rows = rows_in(folder).at("rows");
-    CHECK(table_lines == rows.size() + 2 * 7 + 2 + 7);
+    CHECK(table_lines == rows.size() + 2 * 8 + 2 + 7);
     // --quick sets the sizes that are not given.
     for (const nlohmann::json& row : rows) {
         if (row["bench"] == "noise") CHECK(row["restarts"] == 2);
@@ -173,7 +174,8 @@ TEST_CASE("bench_smoke: in a scene without paths all measurements but those of m
     std::set<std::string> benches;
     const nlohmann::json rows = rows_in(folder).at("rows");
     for (const nlohmann::json& row : rows) benches.insert(row["bench"]);
-    CHECK(benches == std::set<std::string>{"noise", "trace", "diffraction", "convolve", "prepare"});
+    CHECK(benches == std::set<std::string>{"noise", "trace", "receivers", "diffraction", "convolve",
+                                           "prepare"});
 }
 
 TEST_CASE(
