@@ -130,7 +130,7 @@ TEST_CASE("for any length of the log, sums and rays belong to the same frames") 
                 DepositBatch batch;
                 const int rays = size(random);
                 for (int i = 0; i < rays; ++i) {
-                    batch.deposits.add(deposit_on(static_cast<std::uint32_t>(i) % kPatches, 1));
+                    batch.deposits.add(deposit_on(static_cast<std::uint32_t>(i % kPatches), 1));
                 }
                 cache.advance({number++, source, 0}, workers);
                 const std::uint64_t before = cache.emitted();
@@ -284,7 +284,7 @@ TEST_CASE("a listener's directions are those of the remaining frames, to the bit
         for (int ray = 0; ray < kRaysOfFrame; ++ray) {
             batch.departures.push_back({uniform(random) - 0.5F, uniform(random) - 0.5F, 0.3F});
             Deposit deposit =
-                deposit_on(static_cast<std::uint32_t>(random()) % kPatches, uniform(random));
+                deposit_on(static_cast<std::uint32_t>(random() % kPatches), uniform(random));
             deposit.ray = static_cast<std::uint8_t>(ray);
             batch.deposits.add(deposit);
         }
