@@ -34,6 +34,7 @@ TEST_CASE("rays from listeners only give the same energies, and sources need no 
     listeners.add_source({.position = {2, 2, 2}});
     FrameInput input = test::static_input(scene);
     input.sources.emplace_back(2, 2, 2);
+    input.source_rotations.emplace_back(1);
     for (int frame = 0; frame < 20; ++frame) listeners.step(input);
     CHECK(test::total(listeners.response(kSources)) > 0);
     CHECK(listeners.statistics().memory_bytes < before + before / 10);
