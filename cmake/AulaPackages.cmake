@@ -76,6 +76,19 @@ if(TARGET aula_plugin)
 "LV2 plugins: reverberation of a room from its geometry and materials, with a
  moving source and a moving listener.")
 endif()
+# The module is for the interpreter of the distribution, of one minor version.
+if(TARGET aula_python AND Python_EXECUTABLE STREQUAL "/usr/bin/python3")
+    execute_process(COMMAND "${Python_EXECUTABLE}" -c
+                            "import sys; print('python3 (>= {0}.{1}), python3 (<< {0}.{2})'.format(
+                             *sys.version_info[:2], sys.version_info[1] + 1))"
+                    OUTPUT_VARIABLE python_depends OUTPUT_STRIP_TRAILING_WHITESPACE
+                    COMMAND_ERROR_IS_FATAL ANY)
+    aula_package(python python3-aula python "${python_depends}, python3-numpy, ${embedded_depends}"
+"Python package: impulse responses, parameters of ISO 3382, echograms and
+ sound from the geometry and materials of rooms, as arrays of NumPy.")
+    set(scripts "${PROJECT_SOURCE_DIR}/cmake/debian/python3-aula")
+    set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA "${scripts}/postinst;${scripts}/prerm")
+endif()
 
 # The library's dependants, and the linker's cache.
 set(control "${PROJECT_BINARY_DIR}/debian")

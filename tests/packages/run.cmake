@@ -1,5 +1,5 @@
-# cmake -DCASE=.. -DBUILD=.. -DSOURCE=.. -DWORK=.. -DCC=.. -DLINTIAN=.. -P run.cmake: a test of the
-# Debian packages.
+# cmake -DCASE=.. -DBUILD=.. -DSOURCE=.. -DWORK=.. -DCC=.. -DLINTIAN=.. -DPYTHON=.. -P
+# run.cmake: a test of the Debian packages. PYTHON is empty without python3-aula.
 set(ENV{LC_ALL} C.UTF-8)
 function(run)
     execute_process(COMMAND ${ARGV} COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)
@@ -10,7 +10,11 @@ if(CASE STREQUAL "build")
     file(REMOVE_RECURSE "${WORK}")
     run(cpack -G DEB --config "${BUILD}/CPackConfig.cmake" -B "${WORK}/packages")
     file(GLOB packages "${WORK}/packages/*.deb")
-    foreach(name aula libaula0 libaula-dev)
+    set(names aula libaula0 libaula-dev)
+    if(PYTHON)
+        list(APPEND names python3-aula)
+    endif()
+    foreach(name IN LISTS names)
         if(NOT packages MATCHES "/${name}_")
             message(FATAL_ERROR "no package ${name} in ${packages}")
         endif()
@@ -46,7 +50,9 @@ elseif(CASE STREQUAL "use")
         file(MAKE_DIRECTORY "${root}/var/lib/dpkg/${folder}")
     endforeach()
     file(WRITE "${root}/var/lib/dpkg/status" "")
-    set(dpkg dpkg --root=${root} --force-not-root --force-depends --log=${WORK}/dpkg.log)
+    # The root has no shell for scripts of packages: they run outside it, with DPKG_ROOT.
+    set(dpkg dpkg --root=${root} --force-not-root --force-depends --force-script-chrootless
+             --log=${WORK}/dpkg.log)
     execute_process(COMMAND fakeroot --version RESULT_VARIABLE status OUTPUT_QUIET)
     if(NOT status EQUAL 0)
         message(STATUS "skipped: fakeroot is missing (packages-test.txt)")
@@ -69,6 +75,25 @@ elseif(CASE STREQUAL "use")
                     RESULT_VARIABLE status ERROR_VARIABLE message)
     if(NOT status EQUAL 2 OR NOT message MATCHES "${root}/usr/share/aula/scenes")
         message(FATAL_ERROR "an unknown scene: ${status}, ${message}")
+    endif()
+
+    # The interpreter of the distribution finds the package, and writes its byte code.
+    if(PYTHON)
+        unset(ENV{PYTHONDONTWRITEBYTECODE})
+        set(ENV{PYTHONPATH} "${root}/usr/lib/python3/dist-packages")
+        execute_process(COMMAND "${PYTHON}" -c "
+import aula
+room = aula.Scene.shoebox((6, 5, 3), material='plaster')
+h = aula.rir(room, sources=(1, 1, 1), microphones=(4, 3, 1), frames=1, rays=10, length_s=.05)
+print(aula.__file__, h.shape[:3], aula.__version__)"
+                        WORKING_DIRECTORY "${WORK}/elsewhere" OUTPUT_VARIABLE printed
+                        COMMAND_ERROR_IS_FATAL ANY)
+        unset(ENV{PYTHONPATH})
+        file(GLOB byte_code "${root}/usr/lib/python3/dist-packages/aula/__pycache__/*.pyc")
+        if(NOT printed MATCHES "^${root}/usr/lib/python3/dist-packages/aula/.*\\(1, 1, 1\\)"
+           OR NOT byte_code)
+            message(FATAL_ERROR "import aula printed ${printed}, and wrote ${byte_code}")
+        endif()
     endif()
 
     # A C99 program compiles, links and runs.
