@@ -1,5 +1,6 @@
 #include "apps/python/scene_state.h"
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -77,18 +78,31 @@ class Reader {
     std::string_view rest_;
 };
 
-// One function for each type both writes and reads it: `archive` is a Writer with constant values
+// One overload for each type both writes and reads it: `archive` is a Writer with constant values
 // or a Reader.
 
-template <typename Archive, typename T>
-requires std::is_arithmetic_v<std::remove_cvref_t<T>>
-void transfer(Archive& archive, T& x) { archive.number(x); }
+template <typename T, typename Plain>
+concept Is = std::is_same_v<std::remove_cvref_t<T>, Plain>;
 
-template <typename Archive>
-void transfer_flag(Archive& archive, auto& flag) {
+template <typename T>
+concept Number = std::is_arithmetic_v<std::remove_cvref_t<T>> && !Is<T, bool>;
+
+template <typename Archive, Number T>
+void transfer(Archive& archive, T& x) {
+    archive.number(x);
+}
+
+template <typename Archive, Is<bool> T>
+void transfer(Archive& archive, T& flag) {
     std::uint8_t byte = flag ? 1 : 0;
     archive.number(byte);
     if constexpr (Archive::kReads) flag = byte != 0;
+}
+
+/// Several values, one after another.
+template <typename Archive>
+void transfer_all(Archive& archive, auto&... values) {
+    (transfer(archive, values), ...);
 }
 
 template <typename Archive>
@@ -101,84 +115,76 @@ void transfer_enum(Archive& archive, auto& value, int last) {
     }
 }
 
-/// A list; each element has at least one byte.
-template <typename Archive>
-void transfer_list(Archive& archive, auto& list, const auto& element) {
+/// A list or text; each element has at least one byte.
+template <typename Archive, typename T>
+requires requires(std::remove_const_t<T> list) { list.resize(0); }
+void transfer(Archive& archive, T& list) {
     std::uint64_t count = list.size();
     archive.number(count);
     if constexpr (Archive::kReads) {
         if (count > archive.left()) throw InputError("the state of a scene is incomplete");
         list.resize(static_cast<std::size_t>(count));
     }
-    for (auto& x : list) element(x);
+    for (auto& x : list) transfer(archive, x);
 }
 
-template <typename Archive>
-void transfer_text(Archive& archive, auto& text) {
-    transfer_list(archive, text, [&](auto& c) { archive.number(c); });
-}
-
-template <typename Archive>
-void transfer_optional(Archive& archive, auto& value, const auto& content) {
+template <typename Archive, typename T>
+requires requires(T& value) { value.has_value(); }
+void transfer(Archive& archive, T& value) {
     bool present = value.has_value();
-    transfer_flag(archive, present);
+    transfer(archive, present);
     if constexpr (Archive::kReads) {
         if (present) value.emplace();
     }
-    if (present) content(*value);
+    if (present) transfer(archive, *value);
 }
 
-template <typename Archive>
-void transfer_vector(Archive& archive, auto& v) {
-    transfer(archive, v.x);
-    transfer(archive, v.y);
-    transfer(archive, v.z);
+template <typename Archive, Is<Vec3> T>
+void transfer(Archive& archive, T& v) {
+    transfer_all(archive, v.x, v.y, v.z);
 }
 
-template <typename Archive>
-void transfer_bands(Archive& archive, auto& bands) {
+template <typename Archive, Is<std::array<std::uint32_t, 3>> T>
+void transfer(Archive& archive, T& triangle) {
+    for (auto& corner : triangle) transfer(archive, corner);
+}
+
+template <typename Archive, Is<Bands> T>
+void transfer(Archive& archive, T& bands) {
     for (auto& x : bands.value) transfer(archive, x);
 }
 
-template <typename Archive>
-void transfer_pose(Archive& archive, auto& pose) {
-    transfer_vector(archive, pose.position);
-    transfer(archive, pose.yaw_rad);
-    transfer(archive, pose.pitch_rad);
-    transfer(archive, pose.roll_rad);
+template <typename Archive, Is<Pose> T>
+void transfer(Archive& archive, T& pose) {
+    transfer_all(archive, pose.position, pose.yaw_rad, pose.pitch_rad, pose.roll_rad);
 }
 
-template <typename Archive>
-void transfer_path(Archive& archive, auto& path) {
-    transfer_optional(archive, path, [&](auto& trajectory) {
-        transfer_list(archive, trajectory.points, [&](auto& point) {
-            transfer(archive, point.time_s);
-            transfer_pose(archive, point.pose);
-        });
-        transfer_flag(archive, trajectory.loop);
-    });
+template <typename Archive, Is<Trajectory::Keyframe> T>
+void transfer(Archive& archive, T& point) {
+    transfer_all(archive, point.time_s, point.pose);
 }
 
-template <typename Archive>
-void transfer_object(Archive& archive, auto& object) {
-    transfer_text(archive, object.name);
-    transfer_list(archive, object.vertices, [&](auto& v) { transfer_vector(archive, v); });
-    transfer_list(archive, object.triangles, [&](auto& triangle) {
-        for (auto& corner : triangle) transfer(archive, corner);
-    });
-    transfer_list(archive, object.triangle_materials, [&](auto& m) { transfer(archive, m); });
-    transfer_vector(archive, object.translation);
-    transfer_path(archive, object.path);
-    transfer_flag(archive, object.movable);
+template <typename Archive, Is<Trajectory> T>
+void transfer(Archive& archive, T& path) {
+    transfer_all(archive, path.points, path.loop);
 }
 
-template <typename Archive>
-void transfer_material(Archive& archive, auto& material) {
-    transfer_text(archive, material.name);
-    transfer_bands(archive, material.absorption);
-    transfer_bands(archive, material.scattering);
-    transfer_optional(archive, material.sound_reduction_db,
-                      [&](auto& bands) { transfer_bands(archive, bands); });
+template <typename Archive, Is<Object> T>
+void transfer(Archive& archive, T& object) {
+    transfer_all(archive, object.name, object.vertices, object.triangles, object.triangle_materials,
+                 object.translation, object.path, object.movable);
+}
+
+template <typename Archive, Is<Material> T>
+void transfer(Archive& archive, T& material) {
+    transfer_all(archive, material.name, material.absorption, material.scattering,
+                 material.sound_reduction_db);
+}
+
+template <typename Archive, Is<Medium> T>
+void transfer(Archive& archive, T& medium) {
+    transfer_all(archive, medium.temperature_c, medium.humidity_percent, medium.pressure_kpa,
+                 medium.air_absorption);
 }
 
 /// The name, and of a file the factors in some directions, to recognise other content.
@@ -190,8 +196,7 @@ void transfer_directivity(Archive& archive, auto& source) {
         name = directivity_name(source);
         if (!source.directivity_file.empty()) factors = probe(source.directivity);
     }
-    transfer_text(archive, name);
-    transfer_list(archive, factors, [&](auto& bands) { transfer_bands(archive, bands); });
+    transfer_all(archive, name, factors);
     if constexpr (Archive::kReads) {
         set_directivity(source, name);
         if (!factors.empty() && factors != probe(source.directivity))
@@ -201,54 +206,32 @@ void transfer_directivity(Archive& archive, auto& source) {
     }
 }
 
-template <typename Archive>
-void transfer_source(Archive& archive, auto& source) {
-    transfer_text(archive, source.name);
-    transfer_vector(archive, source.position);
-    transfer(archive, source.yaw_rad);
-    transfer(archive, source.pitch_rad);
-    transfer(archive, source.roll_rad);
+template <typename Archive, Is<Source> T>
+void transfer(Archive& archive, T& source) {
+    transfer_all(archive, source.name, source.position, source.yaw_rad, source.pitch_rad,
+                 source.roll_rad);
     transfer_directivity(archive, source);
     transfer_enum(archive, source.signal, static_cast<int>(Source::Signal::noise));
     std::string file = source.signal_file.string();
-    transfer_text(archive, file);
+    transfer(archive, file);
     if constexpr (Archive::kReads) source.signal_file = file;
-    transfer(archive, source.gain_db);
-    transfer_flag(archive, source.loop);
-    transfer_path(archive, source.path);
+    transfer_all(archive, source.gain_db, source.loop, source.path);
 }
 
 template <typename Archive>
 void transfer_simulation(Archive& archive, auto& s, bool threads) {
     transfer_enum(archive, s.estimator, static_cast<int>(Estimator::patch));
-    transfer(archive, s.rays);
-    transfer(archive, s.order);
-    transfer(archive, s.specular_order);
-    transfer_flag(archive, s.specular);
-    transfer_flag(archive, s.direct);
-    transfer(archive, s.diffraction_order);
-    transfer_flag(archive, s.transmission);
-    transfer(archive, s.response_time_s);
-    transfer(archive, s.patch_size_m);
-    transfer(archive, s.listener_radius_m);
-    transfer(archive, s.frame_rate_hz);
-    transfer_optional(archive, s.ir_length_s, [&](auto& x) { transfer(archive, x); });
-    transfer(archive, s.seed);
-    if (threads) transfer_optional(archive, s.threads, [&](auto& x) { transfer(archive, x); });
+    transfer_all(archive, s.rays, s.order, s.specular_order, s.specular, s.direct,
+                 s.diffraction_order, s.transmission, s.response_time_s, s.patch_size_m,
+                 s.listener_radius_m, s.frame_rate_hz, s.ir_length_s, s.seed);
+    if (threads) transfer(archive, s.threads);
     transfer(archive, s.memory_mb);
 }
 
 template <typename Archive>
 void transfer_scene(Archive& archive, auto& scene, bool threads) {
-    transfer_list(archive, scene.objects, [&](auto& x) { transfer_object(archive, x); });
-    transfer_list(archive, scene.materials, [&](auto& x) { transfer_material(archive, x); });
-    transfer(archive, scene.medium.temperature_c);
-    transfer(archive, scene.medium.humidity_percent);
-    transfer(archive, scene.medium.pressure_kpa);
-    transfer_flag(archive, scene.medium.air_absorption);
-    transfer_list(archive, scene.sources, [&](auto& x) { transfer_source(archive, x); });
-    transfer_pose(archive, scene.listener.pose);
-    transfer_path(archive, scene.listener.path);
+    transfer_all(archive, scene.objects, scene.materials, scene.medium, scene.sources,
+                 scene.listener.pose, scene.listener.path);
     transfer_simulation(archive, scene.simulation, threads);
 }
 
