@@ -126,8 +126,10 @@ void PatchCache::advance(const State& now, WorkerPool& workers) {
 /// frames from before the last change, none of them has to be removed from the sums one by one.
 void PatchCache::forget_aged() {
     if (!is_current()) return;
-    while (!log_.empty() && now_.frame - log_.front().state.frame >= window_frames_)
+    while (!log_.empty() && now_.frame - log_.front().state.frame >= window_frames_) {
+        spare_ = std::move(log_.front().batches);
         log_.pop_front();
+    }
     if (log_.empty()) spare_ = {};
 }
 

@@ -348,6 +348,22 @@ TEST_CASE("without new rays the log of a patch cache ages out, and sums and late
     CHECK(radiated(walk.cache, 1) == 0);
 }
 
+TEST_CASE("a frame that leaves the log gives its memory to the next frame, static or walking") {
+    for (const float step_m : {0.0F, 0.01F}) {
+        Walk walk(5);
+        DepositBatch batch;
+        for (int f = 0; f < 12; ++f) {
+            // The tracer fills the batch that the last call returned.
+            const std::size_t part = DepositParts::part_of(1);
+            if (f > 7) CHECK(batch.deposits.part[part].capacity() > 0);
+            batch.clear();
+            batch.deposits.add(deposit_on(1, 1));
+            walk.rest(Vec3(static_cast<float>(f) * step_m, 0, 0));
+            walk.cache.add_frame(1, kPatches, {&batch, 1}, walk.workers);
+        }
+    }
+}
+
 TEST_CASE("deposits preserve mean energies even if they are small relative to the strongest band") {
     Bands energy;
     for (std::size_t b = 0; b < kBandCount; ++b) {
