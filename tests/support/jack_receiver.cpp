@@ -28,6 +28,11 @@ struct JackReceiver::State {
         s.full = s.count == s.samples.size();
         return 0;
     }
+    static void set_latency(jack_latency_callback_mode_t mode, void* self) {
+        if (mode != JackPlaybackLatency) return;
+        jack_latency_range_t range{kMinLatency, kMaxLatency};
+        jack_port_set_latency_range(static_cast<State*>(self)->port, mode, &range);
+    }
     static int record_overrun(void* self) {
         static_cast<State*>(self)->late = true;
         return 0;
@@ -41,6 +46,7 @@ JackReceiver::JackReceiver(const std::string& name) : state_(std::make_unique<St
     if (s.client == nullptr) throw std::runtime_error("no client of the JACK server");
     s.port = jack_port_register(s.client, "in", JACK_DEFAULT_AUDIO_TYPE, JackPortIsInput, 0);
     jack_set_process_callback(s.client, &State::process, &s);
+    jack_set_latency_callback(s.client, &State::set_latency, &s);
     jack_set_xrun_callback(s.client, &State::record_overrun, &s);
     jack_activate(s.client);
 }

@@ -10,6 +10,9 @@ namespace aula::test {
 /// Records 0.5 s from the first sample that is not zero.
 class JackReceiver {
  public:
+    static constexpr unsigned kMinLatency = 100;  ///< of its input, in samples
+    static constexpr unsigned kMaxLatency = 300;
+
     explicit JackReceiver(const std::string& name);
     ~JackReceiver();
     JackReceiver(const JackReceiver&) = delete;

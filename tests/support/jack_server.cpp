@@ -56,7 +56,8 @@ int ChildProcess::wait() {
     return ended && WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-JackServer::JackServer(int period_samples) : name_("aula-test-" + std::to_string(getpid())) {
+JackServer::JackServer(int period_samples, int inputs)
+    : name_("aula-test-" + std::to_string(getpid())) {
     setenv("JACK_DEFAULT_SERVER", name_.c_str(), 1);
     setenv("JACK_NO_START_SERVER", "1", 1);
     std::vector<std::string> command{"jackd"};
@@ -65,8 +66,9 @@ JackServer::JackServer(int period_samples) : name_("aula-test-" + std::to_string
     } else {
         command.push_back("-r");
     }
-    command.insert(command.end(), {"-n", name_, "-d", "dummy", "-r", "48000", "-p",
-                                   std::to_string(period_samples), "-C", "2", "-P", "2"});
+    command.insert(command.end(),
+                   {"-n", name_, "-d", "dummy", "-r", "48000", "-p", std::to_string(period_samples),
+                    "-C", std::to_string(inputs), "-P", "2"});
     server_ = std::make_unique<ChildProcess>(command);
     running_ = run({"jack_wait", "-s", name_, "-w", "-t", "10"}) == 0;
 }

@@ -26,11 +26,12 @@ class ChildProcess {
     pid_t id_ = -1;
 };
 
-/// A private JACK server with a dummy device of two channels at 48 kHz in real time. Clients that
-/// this process opens connect to it. running() is false if no server can run here.
+/// A private JACK server with a dummy device of two outputs and `inputs` inputs, which are silent,
+/// at 48 kHz in real time. Clients that this process opens connect to it. running() is false if no
+/// server can run here.
 class JackServer {
  public:
-    explicit JackServer(int period_samples);
+    explicit JackServer(int period_samples, int inputs = 2);
     ~JackServer();
     JackServer(const JackServer&) = delete;
     JackServer& operator=(const JackServer&) = delete;

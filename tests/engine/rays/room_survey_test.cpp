@@ -111,6 +111,45 @@ TEST_CASE("a walk that passes more than three moving objects per segment ends") 
     CHECK(ends(4) == 0);
 }
 
+TEST_CASE("a walk that passes a wall starts beyond it and moves away from it") {
+    // Two rooms that share a thin wall at x = 4, or are 0.3 m apart; both transmit.
+    const Vec3 size(4, 3, 2.5F);
+    for (const float apart_m : {0.0F, 0.3F}) {
+        std::vector<Object> rooms{test::box(size), test::box(size, 0, Vec3(4 + apart_m, 0, 0))};
+        Scene scene = scene_of(rooms);
+        for (Material& material : scene.materials) {
+            material.sound_reduction_db = Bands::filled(10);
+        }
+        const RayScene rays(scene);
+        const Vec3 inside(1, 1, 1);
+        int passed = 0;
+        int from_wall_to_itself = 0;
+        trace_random_walks(
+            rays, {&inside, 1},
+            {.paths = 2000,
+             .bounces = 8,
+             .seed = 3,
+             .through_moving = false,
+             .through_walls = true},
+            [&](int order, const Ray& ray, const Hit& hit) {
+                const bool in_wall = ray.origin.x > 4 && ray.origin.x < 4 + apart_m;
+                CHECK_FALSE(in_wall);
+                if (order == 0) return;
+                // Segments that start on the second room's side of the wall.
+                const bool starts_at = std::abs(ray.origin.x - 4 - apart_m) < 0.005F;
+                if (!starts_at || ray.origin.x < 4 + apart_m) return;
+                ++passed;
+                const bool ends_at =
+                    hit.any() && std::abs(rays.point(hit, ray.direction).x - 4 - apart_m) < 0.005F;
+                from_wall_to_itself += ends_at ? 1 : 0;
+            });
+        CAPTURE(apart_m);
+        CHECK(passed > 100);
+        // A segment that starts on another wall within 5 mm of this one may end there.
+        CHECK(from_wall_to_itself < 0.01 * passed);
+    }
+}
+
 TEST_CASE("sound reaches a source through an opening, not through a wall") {
     const Vec3 here(2, 1.5F, 1.2F);
     const Vec3 there(7, 2.5F, 1.7F);
