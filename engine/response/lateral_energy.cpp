@@ -64,7 +64,7 @@ class AxialMeans {
         const double c = std::min(std::abs(cosine), 1.0);
         const auto [i, x] = cell(length);
         const auto [j, y] = cell(c);
-        const auto value = [&](std::size_t di, std::size_t dj) {
+        const auto value = [&, i = i, j = j](std::size_t di, std::size_t dj) {
             return magnitude_[(i + di) * (kSteps + 1) + j + dj];
         };
         const double magnitude = (1 - x) * ((1 - y) * value(0, 0) + y * value(0, 1)) +
