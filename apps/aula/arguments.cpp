@@ -402,6 +402,15 @@ class Options {
 
 Arguments read_arguments(int argc, const char* const* argv) {
     Arguments arguments;
+    const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+    const bool asks_help = std::find_if(words.begin(), words.end(), [](const std::string& word) {
+                               return word == "--help" || word == "-h";
+                           }) != words.end();
+    if (!words.empty() && words[0] == "dataset" && !asks_help) {
+        arguments.command = Arguments::Command::dataset;
+        arguments.dataset = read_dataset_arguments({words.begin() + 1, words.end()});
+        return arguments;
+    }
     Options(arguments).parse(argc, argv);
     return arguments;
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/aula/dataset_arguments.h"
 #include "apps/session/base/session_options.h"
 #include "apps/session/remote/osc_options.h"
 #include "aula/engine/scene.h"
@@ -24,7 +25,8 @@ struct Arguments {
         check,
         play,
         render,
-        measure
+        measure,
+        dataset
     };
 
     Command command = Command::play;
@@ -46,6 +48,7 @@ struct Arguments {
     std::optional<std::filesystem::path> screenshot;
     double screenshot_after_s = 5;
     std::optional<OscOptions> osc;  ///< OSC messages to receive
+    DatasetArguments dataset;       ///< of Command::dataset
 
     /// Changes of the scene by options, in command-line order. Each throws InputError.
     std::vector<std::function<void(Scene&)>> scene_changes;

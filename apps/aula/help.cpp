@@ -13,6 +13,8 @@ usage: aula SCENE [options]                play live on the audio device
        aula check SCENE                    read all files, print all errors
        aula materials [list]               list the materials that ship with Aula
        aula materials show NAME            print the coefficients of one of them as bars
+       aula dataset plan|run|status|slurm|merge ...
+                                           make many responses of random rooms (docs/datasets.md)
 
 SCENE is a JSON file (docs/scene_format.md). A file named like a command is opened as ./info. A name
 without a slash that is no file is the name of a scene that ships: aula two_rooms.
@@ -81,6 +83,15 @@ window and remote control
   --adm-origin X,Y,Z     position of the origin of ADM-OSC [the listener's first position]
   --adm-radius M         distance of its coordinate 1 [half of the room's longest side]
   --head-invert          head trackers send the inverse rotation, that of the scene
+
+datasets
+  plan MANIFEST --out DIR --shards N     draw the scenes of a manifest into DIR
+  run DIR --shard K [--threads N]        compute shard K, from 0 on; threads [1]
+  status DIR [--missing]                 count items and failures; only the missing shards
+  slurm DIR [--cpus N] [--time T] [--limit N]
+                                         write scripts for Slurm: processors [1] and time
+                                         [04:00:00] of a task, tasks at the same time [100]
+  merge DIR --to hdf5|sofa|wav           write all items in order, with checksums
 
 other
   --quiet                print errors and requested output only

@@ -69,6 +69,8 @@ int run(const Arguments& arguments) {
             return render(arguments);
         case Command::measure:
             return measure(arguments);
+        case Command::dataset:
+            return dataset(arguments.dataset);
     }
     return 1;
 }

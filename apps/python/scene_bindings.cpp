@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "apps/python/arrays.h"
-#include "apps/python/scene_state.h"
 #include "apps/session/auralizer/command_checks.h"
+#include "apps/session/edit/scene_state.h"
 #include "aula/engine/material_library.h"
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"

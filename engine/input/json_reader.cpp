@@ -108,6 +108,12 @@ bool JsonReader::is_number() const {
            std::holds_alternative<std::uint64_t>(value_->value);
 }
 
+bool JsonReader::is_list() const { return std::holds_alternative<JsonValue::Array>(value_->value); }
+
+bool JsonReader::is_object() const {
+    return std::holds_alternative<JsonValue::Object>(value_->value);
+}
+
 bool JsonReader::boolean() const {
     const bool* x = std::get_if<bool>(&value_->value);
     if (x == nullptr) fail_type("true or false");

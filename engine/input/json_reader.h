@@ -42,6 +42,10 @@ class JsonReader {
     JsonReader(const JsonValue& value, const std::string& file, JsonErrors* errors = nullptr)
         : JsonReader(value, file, {}, errors) {}
 
+    /// The value that is read, and the name of its file.
+    const JsonValue& value() const { return *value_; }
+    const std::string& file() const { return *file_; }
+
     /// The message about a problem of this value: "FILE: PLACE: problem".
     std::string message(const std::string& problem) const;
     /// Throws InputError with that message; the problem is "what is wrong; what was expected".
@@ -78,6 +82,8 @@ class JsonReader {
     std::vector<JsonReader> items(const char* expected) const;
 
     bool is_number() const;
+    bool is_list() const;
+    bool is_object() const;
     bool boolean() const;
     /// A string without NUL characters.
     std::string string(const char* expected) const;

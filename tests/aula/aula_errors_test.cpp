@@ -104,7 +104,8 @@ TEST_CASE("The shipped scenes pass the check without a warning, and a room with 
     const TemporaryFolder folder;
     const std::filesystem::path scenes = std::filesystem::path(AULA_SOURCE_DIR) / "scenes";
     for (const auto& entry : std::filesystem::directory_iterator(scenes)) {
-        if (entry.path().extension() != ".json") continue;
+        if (entry.path().extension() != ".json" || entry.path().stem() == "dataset_manifest")
+            continue;
         INFO(entry.path());
         const ProgramResult result = run_program({AULA_PROGRAM, "check", entry.path()});
         CHECK(result.status == 0);

@@ -38,7 +38,8 @@ const std::array kParts = {
     Part{"apps/examples", {""}, {"apps/session", "engine", "audio"}},
     Part{"apps/plugin", {""}, {"apps/session", "engine", "audio"}},
     Part{"apps/python", {""}, {"apps/session", "engine", "audio"}},
-    Part{"apps/aula", {""}, {"apps/session", "apps/window", "engine", "audio"}},
+    Part{"apps/dataset", {"base", "plan", "shards", "merge"}, {"apps/session", "engine", "audio"}},
+    Part{"apps/aula", {""}, {"apps/dataset", "apps/session", "apps/window", "engine", "audio"}},
 };
 
 bool is_source(const fs::path& file) {

@@ -30,7 +30,8 @@ constexpr double kRate_hz = 48000;
 std::vector<fs::path> shipped_rooms() {
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(fs::path(AULA_SOURCE_DIR) / "scenes"))
-        if (entry.path().extension() == ".json" && entry.path().stem() != "default")
+        if (entry.path().extension() == ".json" && entry.path().stem() != "default" &&
+            entry.path().stem() != "dataset_manifest")
             files.push_back(entry.path());
     std::sort(files.begin(), files.end());
     return files;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <limits>
 #include <vector>
 
 namespace aula {
@@ -22,15 +23,15 @@ constexpr std::size_t kColumns = 100;
 constexpr std::size_t kIndent = 2;
 
 /// The elements of a list or an object between brackets; `column` is the column of the first
-/// element.
+/// element, `columns` the longest line.
 std::string list_text(const std::vector<std::string>& elements, const char* brackets,
-                      std::size_t indent, std::size_t column) {
+                      std::size_t indent, std::size_t column, std::size_t columns) {
     std::string line(1, brackets[0]);
     bool fits = true;
     for (std::size_t i = 0; i < elements.size() && fits; ++i) {
         line += (i > 0 ? ", " : "") + elements[i];
         // Reserves space for a comma.
-        fits = column + line.size() + 2 <= kColumns && line.find('\n') == std::string::npos;
+        fits = column + line.size() + 2 <= columns && line.find('\n') == std::string::npos;
     }
     if (fits) return line + brackets[1];
     std::string text(1, brackets[0]);
@@ -39,7 +40,8 @@ std::string list_text(const std::vector<std::string>& elements, const char* brac
     return text + '\n' + std::string(indent, ' ') + brackets[1];
 }
 
-std::string text_of(const JsonValue& value, std::size_t indent, std::size_t column) {
+std::string text_of(const JsonValue& value, std::size_t indent, std::size_t column,
+                    std::size_t columns) {
     const std::size_t inner = indent + kIndent;
     if (const auto* flag = std::get_if<bool>(&value.value)) return *flag ? "true" : "false";
     if (const auto* whole = std::get_if<std::uint64_t>(&value.value)) return std::to_string(*whole);
@@ -51,15 +53,16 @@ std::string text_of(const JsonValue& value, std::size_t indent, std::size_t colu
     }
     std::vector<std::string> elements;
     if (const auto* array = std::get_if<JsonValue::Array>(&value.value)) {
-        for (const JsonValue& element : *array) elements.push_back(text_of(element, inner, inner));
-        return list_text(elements, "[]", indent, column);
+        for (const JsonValue& element : *array)
+            elements.push_back(text_of(element, inner, inner, columns));
+        return list_text(elements, "[]", indent, column, columns);
     }
     if (const auto* object = std::get_if<JsonValue::Object>(&value.value)) {
         for (const auto& [key, member] : *object) {
             const std::string name = json_string(key) + ": ";
-            elements.push_back(name + text_of(member, inner, inner + name.size()));
+            elements.push_back(name + text_of(member, inner, inner + name.size(), columns));
         }
-        return list_text(elements, "{}", indent, column);
+        return list_text(elements, "{}", indent, column, columns);
     }
     return "null";
 }
@@ -87,6 +90,10 @@ std::string json_number(float value) { return shortest(value); }
 
 std::string json_number(double value) { return shortest(value); }
 
-std::string json_text(const JsonValue& value) { return text_of(value, 0, 0); }
+std::string json_text(const JsonValue& value) { return text_of(value, 0, 0, kColumns); }
+
+std::string json_line(const JsonValue& value) {
+    return text_of(value, 0, 0, std::numeric_limits<std::size_t>::max());
+}
 
 }  // namespace aula

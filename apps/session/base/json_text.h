@@ -17,4 +17,7 @@ std::string json_number(double value);
 /// A value as JSON text: on one line if it fits in 100 columns, else one element per line.
 std::string json_text(const JsonValue& value);
 
+/// A value as JSON text on one line.
+std::string json_line(const JsonValue& value);
+
 }  // namespace aula

@@ -25,7 +25,8 @@ const fs::path kScenes = fs::path(AULA_SOURCE_DIR) / "scenes";
 std::vector<fs::path> scene_files(const fs::path& folder) {
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(folder)) {
-        if (entry.path().extension() == ".json") files.push_back(entry.path());
+        if (entry.path().extension() == ".json" && entry.path().stem() != "dataset_manifest")
+            files.push_back(entry.path());
     }
     std::sort(files.begin(), files.end());
     return files;

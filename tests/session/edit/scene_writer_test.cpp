@@ -24,7 +24,8 @@ std::vector<fs::path> shipped_scenes() {
     std::vector<fs::path> files;
     for (const fs::path& folder : {scenes, scenes / "reference"})
         for (const auto& entry : fs::directory_iterator(folder))
-            if (entry.path().extension() == ".json") files.push_back(entry.path());
+            if (entry.path().extension() == ".json" && entry.path().stem() != "dataset_manifest")
+                files.push_back(entry.path());
     std::sort(files.begin(), files.end());
     return files;
 }

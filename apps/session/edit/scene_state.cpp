@@ -1,4 +1,4 @@
-#include "apps/python/scene_state.h"
+#include "apps/session/edit/scene_state.h"
 
 #include <array>
 #include <cmath>

@@ -1,0 +1,173 @@
+#include "apps/dataset/merge/merge.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "apps/dataset/base/wav_bytes.h"
+#include "apps/dataset/merge/hdf5_target.h"
+#include "apps/dataset/merge/merged_folder.h"
+#include "apps/dataset/merge/merged_item.h"
+#include "apps/dataset/merge/sofa_target.h"
+#include "apps/dataset/shards/status.h"
+#include "apps/session/base/formatted.h"
+#include "apps/session/base/json_text.h"
+#include "aula/exception.h"
+
+namespace aula {
+
+namespace {
+
+const std::array<std::pair<const char*, MergeFormat>, 3> kFormats{
+    {{"wav", MergeFormat::wav}, {"hdf5", MergeFormat::hdf5}, {"sofa", MergeFormat::sofa}}};
+
+std::string format_folder(MergeFormat format) {
+    for (const auto& [name, known] : kFormats)
+        if (known == format) return name;
+    return {};
+}
+
+/// The items as files, a thousand in each folder.
+class WavTarget : public MergeTarget {
+ public:
+    explicit WavTarget(MergedFolder& folder) : folder_(folder) {}
+
+    void add(const MergedItem& item) override {
+        folder_.write(stem(item) + ".wav", item.wav);
+        folder_.write(stem(item) + ".json", item.json);
+    }
+    void finish() override {}
+    std::string file_of(const MergedItem& item) const override { return stem(item) + ".wav"; }
+
+ private:
+    static std::string stem(const MergedItem& item) {
+        return formatted("%03llu/", static_cast<unsigned long long>(item.index / 1000)) +
+               Plan::item_name(item.index);
+    }
+
+    MergedFolder& folder_;
+};
+
+std::unique_ptr<MergeTarget> make_target(const Plan& plan, MergeFormat format,
+                                         const MergeSizes& sizes, MergedFolder& folder) {
+    switch (format) {
+        case MergeFormat::wav:
+            break;
+        case MergeFormat::hdf5:
+            return make_hdf5_target(plan, sizes, folder);
+        case MergeFormat::sofa:
+            return make_sofa_target(plan, folder);
+    }
+    return std::make_unique<WavTarget>(folder);
+}
+
+std::string index_header() {
+    std::string header =
+        "item,scene,seed,file,source_x,source_y,source_z,receiver_x,receiver_y,"
+        "receiver_z,samples,scene_sha256";
+    for (const float centre_hz : kBandCentres_hz)
+        header += formatted(",T30_%.0f", static_cast<double>(centre_hz));
+    return header + "\n";
+}
+
+/// The line of an item in the index. T30 is that of the first microphone.
+std::string index_line(const MergedItem& item, const std::string& file) {
+    std::string line = std::to_string(item.index) + "," + std::to_string(item.scene) + "," +
+                       std::to_string(item.seed) + "," + file;
+    for (const PlannedPose& pose : {item.source, item.receiver})
+        for (const float x : {pose.position.x, pose.position.y, pose.position.z})
+            line += "," + json_number(x);
+    line += "," + std::to_string(item.samples) + "," + item.scene_sha256;
+    for (const double t30_s : item.t30_s[0])
+        line += std::isnan(t30_s) ? "," : "," + json_number(t30_s);
+    return line + "\n";
+}
+
+std::string readme(const Plan& plan, const MergeSizes& sizes) {
+    const DatasetSettings& s = plan.settings;
+    return "# " + s.title + "\n\nlicence: " + s.licence +
+           "\n\n| | |\n|---|---|\n| made by | Aula " + AULA_VERSION + " |\n| seed | " +
+           std::to_string(s.seed) + " |\n| SHA-256 of the plan | " + plan.sha256 +
+           " |\n| scenes | " + std::to_string(plan.scenes) + " |\n| items | " +
+           std::to_string(plan.items) + " |\n| responses | " + std::to_string(sizes.responses) +
+           " |\n| sample rate | " + std::to_string(s.sample_rate_hz) + " Hz |\n| format | " +
+           format_name(s.format) + ", " + std::to_string(s.channels()) +
+           " channels |\n\nindex.csv lists the responses and errors.csv the items without one; "
+           "SHA256SUMS verifies all files.\n";
+}
+
+/// A field of a CSV file.
+std::string csv_field(const std::string& text) {
+    std::string field = "\"";
+    for (const char c : text) field += c == '"' ? "\"\"" : std::string(1, c);
+    return field + "\"";
+}
+
+/// Reads the sizes of all shards. Throws InputError if one is missing.
+MergeSizes measure_shards(const Plan& plan, const std::function<bool()>& continues) {
+    MergeSizes sizes;
+    std::vector<std::size_t> missing;
+    for (std::size_t shard = 0; shard < plan.shards.size() && continues(); ++shard) {
+        try {
+            visit_items(plan, shard, [&](const TarReader&, const ItemMembers& item) {
+                if (!item.wav) return;
+                ++sizes.responses;
+                sizes.samples = std::max<std::uint64_t>(
+                    sizes.samples, wav_length(item.wav->size, plan.settings.channels()));
+            });
+        } catch (const InputError&) {
+            missing.push_back(shard);
+        }
+    }
+    if (!missing.empty())
+        throw InputError(plan.folder.string(), "",
+                         "shards " + array_text(missing) +
+                             " are missing; expected all of them (aula dataset run)");
+    return sizes;
+}
+
+}  // namespace
+
+std::optional<MergeFormat> merge_format(const std::string& name) {
+    for (const auto& [known, format] : kFormats)
+        if (name == known) return format;
+    return std::nullopt;
+}
+
+bool merge_dataset(const Plan& plan, MergeFormat format, const std::function<bool()>& continues) {
+    const MergeSizes sizes = measure_shards(plan, continues);
+    MergedFolder folder(plan.folder / format_folder(format));
+    const std::unique_ptr<MergeTarget> target = make_target(plan, format, sizes, folder);
+    std::ofstream index(folder.path("index.csv"), std::ios::binary);
+    std::ofstream errors(folder.path("errors.csv"), std::ios::binary);
+    index << index_header();
+    errors << "item,error\n";
+    for (std::size_t shard = 0; shard < plan.shards.size(); ++shard) {
+        visit_items(plan, shard, [&](const TarReader& tar, const ItemMembers& members) {
+            if (!continues()) return;
+            if (!members.wav) {
+                errors << members.index << ',' << csv_field(item_error(tar, members)) << '\n';
+                return;
+            }
+            const MergedItem item = read_item(tar, members);
+            target->add(item);
+            index << index_line(item, target->file_of(item));
+        });
+    }
+    if (!continues()) return false;
+    target->finish();
+    index.close();
+    errors.close();
+    if (!index || !errors) throw Failure(plan.folder.string() + ": cannot write the index");
+    folder.list("index.csv");
+    folder.list("errors.csv");
+    folder.write("README.md", readme(plan, sizes));
+    folder.commit();
+    return true;
+}
+
+}  // namespace aula

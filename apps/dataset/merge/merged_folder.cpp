@@ -1,0 +1,90 @@
+#include "apps/dataset/merge/merged_folder.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <fstream>
+#include <system_error>
+#include <utility>
+
+#include "apps/dataset/base/sha256.h"
+#include "aula/exception.h"
+
+namespace aula {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const fs::path& file, const std::error_code& error) {
+    throw Failure(file.string() + ": cannot write: " + error.message());
+}
+
+[[noreturn]] void fail(const fs::path& file) {
+    fail(file, std::error_code(errno, std::generic_category()));
+}
+
+}  // namespace
+
+MergedFolder::MergedFolder(fs::path folder)
+    : folder_(std::move(folder)),
+      part_(folder_.parent_path() / ("." + folder_.filename().string() + ".part")) {
+    std::error_code error;
+    fs::remove_all(part_, error);
+    if (!error) fs::create_directory(part_, error);
+    if (error) fail(part_, error);
+}
+
+MergedFolder::~MergedFolder() {
+    std::error_code ignored;
+    fs::remove_all(part_, ignored);
+}
+
+void MergedFolder::write(const std::string& name, std::string_view content) {
+    const fs::path file = path(name);
+    fs::create_directories(file.parent_path());
+    const int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (descriptor < 0) fail(file);
+    for (std::string_view rest = content; !rest.empty();) {
+        const ssize_t written = ::write(descriptor, rest.data(), rest.size());
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) {
+            const int error = errno;
+            close(descriptor);
+            fail(file, std::error_code(error, std::generic_category()));
+        }
+        rest.remove_prefix(static_cast<std::size_t>(written));
+    }
+    if (close(descriptor) != 0) fail(file);
+    sums_ += sha256(content) + "  " + name + "\n";
+}
+
+void MergedFolder::list(const std::string& name) {
+    std::ifstream file(path(name), std::ios::binary);
+    Sha256 hash;
+    std::array<char, 1 << 16> bytes{};
+    do {
+        file.read(bytes.data(), bytes.size());
+        hash.add({bytes.data(), static_cast<std::size_t>(file.gcount())});
+    } while (file);
+    if (!file.eof()) fail(path(name));
+    sums_ += hash.hex() + "  " + name + "\n";
+}
+
+void MergedFolder::commit() {
+    write("SHA256SUMS", std::string(sums_));
+    // Otherwise a system crash may leave empty files under the final name.
+    const int descriptor = open(part_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor < 0) fail(part_);
+    const bool flushed = syncfs(descriptor) == 0;
+    close(descriptor);
+    if (!flushed) fail(part_);
+    std::error_code error;
+    fs::remove_all(folder_, error);
+    if (!error) fs::rename(part_, folder_, error);
+    if (error) fail(folder_, error);
+}
+
+}  // namespace aula

@@ -1,0 +1,42 @@
+#include "apps/dataset/shards/status.h"
+
+#include "apps/dataset/shards/shard.h"
+#include "aula/exception.h"
+
+namespace aula {
+
+DatasetStatus dataset_status(const Plan& plan, const std::function<bool()>& continues) {
+    DatasetStatus status;
+    for (std::size_t shard = 0; shard < plan.shards.size() && continues(); ++shard) {
+        DatasetStatus found;
+        try {
+            visit_items(plan, shard, [&](const TarReader& tar, const ItemMembers& item) {
+                if (item.wav)
+                    ++found.responses;
+                else
+                    found.failures.push_back("item " + std::to_string(item.index) + ": " +
+                                             item_error(tar, item));
+            });
+        } catch (const InputError&) {
+            status.missing.push_back(shard);
+            continue;
+        }
+        status.responses += found.responses;
+        status.failures.insert(status.failures.end(), found.failures.begin(), found.failures.end());
+    }
+    return status;
+}
+
+std::string array_text(const std::vector<std::size_t>& numbers) {
+    std::string text;
+    for (std::size_t i = 0; i < numbers.size();) {
+        std::size_t end = i + 1;
+        while (end < numbers.size() && numbers[end] == numbers[end - 1] + 1) ++end;
+        text += (text.empty() ? "" : ",") + std::to_string(numbers[i]);
+        if (end > i + 1) text += "-" + std::to_string(numbers[end - 1]);
+        i = end;
+    }
+    return text;
+}
+
+}  // namespace aula

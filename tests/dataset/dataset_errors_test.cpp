@@ -1,0 +1,147 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+#include "tests/dataset/small_dataset.h"
+
+namespace {
+
+using namespace aula::test;
+
+/// Requires exit status 2 and one line that contains `message`.
+void require_refused(const ProgramResult& result, const std::string& message) {
+    INFO(result.err);
+    CHECK(result.status == 2);
+    CHECK(result.out.empty());
+    CHECK(result.err.starts_with("aula: "));
+    CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
+    CHECK(result.err.find(message) != std::string::npos);
+}
+
+}  // namespace
+
+TEST_CASE("a bad manifest is one line with its place, exit status 2 and no folder") {
+    struct Bad {
+        const char* part;     ///< of the manifest
+        const char* instead;  ///< what replaces it
+        const char* message;
+    };
+    // clang-format off
+    const Bad bad[] = {
+        {"{\"aula", "[\"aula", "line 1"},
+        {"\"aula_dataset\": 1", "\"aula_dataset\": 2", "/aula_dataset: "},
+        {"\"licence\": \"CC0-1.0\", ", "", "licence"},
+        {"\"CC0-1.0\"", "\"two\\nlines\"", "/licence: "},
+        {"\"seed\": 5", "\"seed\": -1", "/seed: "},
+        {"\"seed\": 5", "\"sead\": 5", "sead"},
+        {"\"count\": 3", "\"count\": 0", "/rooms/0/count: "},
+        {"\"count\": 3", "\"count\": 1e12", "/rooms/0/count: "},
+        {"\"count\": 3,", "", "count"},
+        {"[3, 6]", "[6, 3]", "/rooms/0/box/size_m/0/uniform: the numbers descend"},
+        {"[3, 6]", "[3]", "/rooms/0/box/size_m/0/uniform: "},
+        {"[3, 6]", "[3, 1e9]", "/rooms/0/box/size_m/0/uniform/1: "},
+        {"[3, 6]", "\"3\"", "/rooms/0/box/size_m/0/uniform: "},
+        {"{\"uniform\": [3, 6]}", "{\"gaussian\": [3, 6]}", "gaussian"},
+        {"{\"uniform\": [3, 6]}", "{\"choice\": []}", "/rooms/0/box/size_m/0/choice: is empty"},
+        {"{\"uniform\": [3, 6]}", "{}", "/rooms/0/box/size_m/0: "},
+        {", 2.5]", "]", "/rooms/0/box/size_m: "},
+        {"\"carpet\"", "\"carpett\"", "there is no material"},
+        {"[0.3, 0.6]", "[0.3, 1.6]", "/uniform/1: "},
+        {"{\"uniform\": [0.3, 0.6]}", "[0.1, 0.2]", "/absorption: "},
+        {"\"box\"", "\"sphere\"", "sphere"},
+        {"\"box\": {", "\"scene\": \"room.json\", \"box\": {", "/rooms/0: "},
+        {"\"count\": 2", "\"count\": 2.5", "/receivers/count: "},
+        {"\"count\": 2", "\"count\": {\"uniform\": [1, 2.5]}", "/receivers/count/uniform/1: "},
+        {"[-180, 180]", "[-180, 1e4]", "/receivers/yaw_deg/uniform/1: "},
+        {"\"rays\": 50", "\"rays\": 0", "/simulation/rays: "},
+        {"\"rays\": 50", "\"seed\": 1", "/simulation/seed: "},
+        {"\"rays\": 50", "\"threads\": 2", "/simulation/threads: "},
+        {"\"rays\": 50", "\"rais\": 50", "rais"},
+        {"\"frames\": 1", "\"frames\": 1, \"t30\": 0.1", "/measurement/frames: "},
+        {"\"frames\": 1", "\"t30\": 0", "/measurement/t30: "},
+        {"\"sample_rate_hz\": 8000", "\"sample_rate_hz\": 8000.5", "/output/sample_rate_hz: "},
+        {"\"sample_rate_hz\": 8000", "\"sample_rate_hz\": 100", "/output/sample_rate_hz: "},
+        {"\"sample_rate_hz\": 8000", "\"format\": \"stereo\"", "/output/format: unknown format"},
+        {"\"seed\": 5", "\"array\": []", "/array: "},
+        {"\"seed\": 5", "\"array\": [[0, 0]]", "/array/0: "},
+        {"\"seed\": 5", "\"date\": \"today\"", "/date: "},
+        {"\"seed\": 5", "\"sources\": {\"directivity\": \"trombone\"}", "/sources/directivity: "},
+        {"\"seed\": 5", "\"seed\": 5, \"seed\": 6", "seed"},
+        {"\"rooms\": [{", "\"rooms\": [{\"count\": 1, \"scene\": \"none.json\"}, {",
+         "none.json: cannot be opened"},
+    };
+    // clang-format on
+    const TemporaryFolder folder;
+    for (const Bad& b : bad) {
+        std::string manifest = box_manifest(3);
+        const std::size_t at = manifest.find(b.part);
+        INFO(b.part << " -> " << b.instead);
+        REQUIRE(at != std::string::npos);
+        manifest.replace(at, std::string(b.part).size(), b.instead);
+        const std::string file = folder.write("manifest.json", manifest);
+        require_refused(
+            run_dataset({"plan", file, "--out", folder.path() / "out", "--shards", "1"}),
+            b.message);
+        CHECK(names_in(folder.path()) == std::vector<std::string>{"manifest.json"});
+    }
+    for (const char* const file : {"/", "/dev/zero", "/nowhere/manifest.json"})
+        require_refused(
+            run_dataset({"plan", file, "--out", folder.path() / "out", "--shards", "1"}), file);
+}
+
+TEST_CASE("bad arguments of aula dataset are one line and exit status 2") {
+    const TemporaryFolder folder;
+    const std::string manifest = folder.write("manifest.json", box_manifest(3));
+    const std::string out = folder.path() / "out";
+    require_dataset({"plan", manifest, "--out", out, "--shards", "2"});
+    struct Bad {
+        std::vector<std::string> arguments;
+        const char* message;
+    };
+    const Bad bad[] = {
+        {{}, "expected plan, run, status, slurm or merge"},
+        {{"plann"}, "\"plann\" is not known"},
+        {{"plan"}, "no manifest given"},
+        {{"plan", manifest, "--shards", "1"}, "--out is missing"},
+        {{"plan", manifest, "--out", out}, "--shards is missing"},
+        {{"plan", manifest, "--out", out, "--shards", "4"}, "expected at most one for each scene"},
+        {{"plan", manifest, "--out", out, "--shards", "0"}, "--shards: \"0\" is not usable"},
+        {{"plan", manifest, "--out", out, "--shards"}, "--shards: has no value"},
+        {{"plan", manifest, "--out", manifest, "--shards", "1"}, "expected the name of a folder"},
+        {{"plan", manifest, "more", "--out", out, "--shards", "1"}, "one argument too many"},
+        {{"run", out}, "--shard is missing"},
+        {{"run", out, "--shard", "2"}, "--shard: 2 is not a shard; expected 0 to 1"},
+        {{"run", out, "--shard", "1", "--shard", "1"}, "--shard: is given more than once"},
+        {{"run", out, "--shard", "1", "--threads", "0"}, "--threads: \"0\" is not usable"},
+        {{"run", folder.path(), "--shard", "0"}, "expected the plan of aula dataset plan"},
+        {{"status", out, "--shard", "1"}, "\"--shard\" is not known"},
+        {{"slurm", out, "--time", "soon"}, "--time: \"soon\" is not usable"},
+        {{"merge", out}, "--to is missing"},
+        {{"merge", out, "--to", "flac"}, "expected hdf5, sofa or wav"},
+        {{"merge", out, "--to", "wav"}, "shards 0-1 are missing"},
+    };
+    for (const Bad& b : bad) require_refused(run_dataset(b.arguments), b.message);
+    CHECK(names_in(out) == std::vector<std::string>{"plan.json", "plan.jsonl"});
+}
+
+TEST_CASE("a damaged plan is one line and exit status 2") {
+    const TemporaryFolder folder;
+    const std::string manifest = folder.write("manifest.json", box_manifest(3));
+    const std::filesystem::path out = folder.path() / "out";
+    require_dataset({"plan", manifest, "--out", out, "--shards", "2"});
+    const std::string plan = read_file(out / "plan.json");
+    const std::string lines = read_file(out / "plan.jsonl");
+    const auto refuse = [&](const char* name, const std::string& content) {
+        folder.write(std::string("out/") + name, content);
+        require_refused(run_dataset({"run", out, "--shard", "1"}), "plan.json");
+        folder.write("out/plan.json", plan);
+        folder.write("out/plan.jsonl", lines);
+    };
+    refuse("plan.json", "{}");
+    refuse("plan.json", plan.substr(0, plan.size() / 2));
+    refuse("plan.jsonl", "");
+    refuse("plan.jsonl", lines.substr(0, lines.size() - 20));
+    std::string other = lines;
+    other.replace(other.find("\"version\": \""), 13, "\"version\": \"9");
+    refuse("plan.jsonl", other);
+    CHECK(shard_names(out).empty());
+}
