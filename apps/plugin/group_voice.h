@@ -18,7 +18,7 @@
 
 namespace aula::plugin {
 
-/// The room of an instance of a group: a source of a shared room, with a renderer of its own.
+/// The room of an instance of a group: a source of a shared room and its renderer.
 class GroupVoice final : public PluginRoom {
  public:
     /// The frames follow `controls`. `leave` is called once, on the propagation thread, when the

@@ -90,7 +90,7 @@ std::vector<ControlPort> make_ports() {
          .greatest = 16,
          .initial = 0,
          .kind = ControlPort::Kind::integer,
-         .comment = "Instances of one group share their room; 0: a room of its own."},
+         .comment = "Instances of one group share their room; 0: a separate room."},
         {.symbol = "enabled",
          .name = "Enabled",
          .least = 0,

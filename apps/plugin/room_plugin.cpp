@@ -156,8 +156,8 @@ void RoomPlugin::process(std::int64_t first, std::int64_t last) {
         const auto samples = static_cast<std::size_t>(std::min<std::int64_t>(kChunk, last - first));
         if (freewheels() && !exact_) begin_exact();
         if (!std::exchange(started_, true)) wet_.jump(static_cast<double>(target_wet()));
-        // A copy: the outputs may be the same memory. One sample that is no number would remain in
-        // the room for ever.
+        // A copy: the outputs may be the same memory. A sample that is not finite would remain in
+        // the room.
         for (std::size_t n = 0; n < samples; ++n) {
             const float x = input_[first + static_cast<std::int64_t>(n)];
             dry_[n] = std::isfinite(x) ? x : 0;

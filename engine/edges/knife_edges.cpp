@@ -210,8 +210,8 @@ class Heights {
  public:
     Heights(double wave_number_per_m, double length_m)
         : k_(wave_number_per_m), length_m_(length_m) {
-        stages_.push_back({});
-        stages_.back().field[0] = 1;
+        fields_.push_back({});
+        fields_.back().values[0] = 1;
     }
 
     /// Continues the field over the next edge. `slope`: to the edges beside a low one.
@@ -219,17 +219,17 @@ class Heights {
         const double width_m = std::sqrt(edge.at_m * (length_m_ - edge.at_m) / (length_m_ * k_));
         const double unit_m =
             1 / (1 / (5.5 * width_m + 0.8 * edge.clearance_m) + k_ * (edge.turn_rad + slope) / 14);
-        Stage stage{.at_m = edge.at_m, .clearance_m = edge.clearance_m, .count = kNodes};
+        FieldAtEdge field{.at_m = edge.at_m, .clearance_m = edge.clearance_m, .count = kNodes};
         const double sign = is_low ? -1 : 1;
-        for (std::size_t n = 0; n < kNodes; ++n) stage.s_m[n] = sign * unit_m * kRule.place[n];
+        for (std::size_t n = 0; n < kNodes; ++n) field.s_m[n] = sign * unit_m * kRule.place[n];
         const std::complex<double> turn = kI * k_ * edge.turn_rad;
-        const ComplexValues arrived = arrive(edge.at_m, edge.clearance_m, stage.s_m);
+        const ComplexValues arrived = arrive(edge.at_m, edge.clearance_m, field.s_m);
         for (std::size_t n = 0; n < kNodes; ++n) {
-            const std::complex<double> x = kTurned * stage.s_m[n] - edge.clearance_m;
-            stage.field[n] = sign * arrived[n] * unit_m * kRule.weight[n] * std::exp(-turn * x);
+            const std::complex<double> x = kTurned * field.s_m[n] - edge.clearance_m;
+            field.values[n] = sign * arrived[n] * unit_m * kRule.weight[n] * std::exp(-turn * x);
         }
-        if (!is_low) stages_.clear();
-        stages_.push_back(stage);
+        if (!is_low) fields_.clear();
+        fields_.push_back(field);
     }
 
     /// The field at the end relative to free field.
@@ -239,22 +239,22 @@ class Heights {
 
  private:
     /// The field at an edge; at the source it has a single height.
-    struct Stage {
+    struct FieldAtEdge {
         double at_m = 0;
         double clearance_m = 0;
         std::size_t count = 1;
         Values s_m{};
-        ComplexValues field{};
+        ComplexValues values{};
     };
 
     /// The field from the last edge that is not low, and from all low ones after it.
     ComplexValues arrive(double at_m, double clearance_m, const Values& s_m) const {
         ComplexValues arrived{};
-        for (const Stage& from : stages_) add_arrival(from, at_m, clearance_m, s_m, arrived);
+        for (const FieldAtEdge& from : fields_) add_arrival(from, at_m, clearance_m, s_m, arrived);
         return arrived;
     }
 
-    void add_arrival(const Stage& from, double at_m, double clearance_m, const Values& s_m,
+    void add_arrival(const FieldAtEdge& from, double at_m, double clearance_m, const Values& s_m,
                      ComplexValues& arrived) const {
         const double segment_m = at_m - from.at_m;
         const double step_m = clearance_m - from.clearance_m;
@@ -264,7 +264,7 @@ class Heights {
             std::sqrt(gauss_per_m2 / kPi) * std::exp(-kI * gauss_per_m2 * step_m * step_m);
         ComplexValues before;
         for (std::size_t m = 0; m < from.count; ++m) {
-            before[m] = from.field[m] * std::exp(-tilt * from.s_m[m]);
+            before[m] = from.values[m] * std::exp(-tilt * from.s_m[m]);
         }
         for (std::size_t n = 0; n < kNodes; ++n) {
             std::complex<double> sum = 0;
@@ -283,7 +283,7 @@ class Heights {
 
     double k_;
     double length_m_;
-    std::vector<Stage> stages_;
+    std::vector<FieldAtEdge> fields_;
 };
 
 }  // namespace

@@ -30,7 +30,7 @@ constexpr std::size_t kClearing = 2;
 /// keeps as many, see kReach.
 constexpr std::size_t kKeptAtStart = 4;
 
-constexpr std::size_t kAxes = RowMemory::kAxes;
+constexpr std::size_t kAxes = RowPool::kAxes;
 constexpr std::size_t kPrefetchDistance = 28;  // deposits
 
 /// Adds energies, or removes them (sign -1).
@@ -69,13 +69,13 @@ double PatchCache::State::moved_m(const State& older) const {
 }
 
 PatchCache::PatchCache(std::size_t bin_count, int window_frames, float patch_size_m,
-                       std::size_t memory_bytes, bool directed, std::shared_ptr<RowMemory> memory)
+                       std::size_t memory_bytes, bool directed, std::shared_ptr<RowPool> memory)
     : bin_count_(bin_count),
       window_frames_(static_cast<std::size_t>(window_frames)),
       patch_size_m_(patch_size_m),
       memory_bytes_(memory_bytes),
       directed_(directed),
-      table_(memory ? std::move(memory) : std::make_shared<RowMemory>(bin_count)) {}
+      table_(memory ? std::move(memory) : std::make_shared<RowPool>(bin_count)) {}
 
 PatchCache::Table& PatchCache::Table::operator=(Table&& other) noexcept {
     std::swap(memory, other.memory);

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "engine/base/worker_pool.h"
-#include "engine/estimate/row_memory.h"
+#include "engine/estimate/row_pool.h"
 #include "engine/trace/trace_batch.h"
 
 namespace aula {
@@ -57,7 +57,7 @@ class PatchCache {
     /// `bin_count` bins; absent: memory of this cache only.
     PatchCache(std::size_t bin_count, int window_frames, float patch_size_m,
                std::size_t memory_bytes, bool directed = false,
-               std::shared_ptr<RowMemory> memory = nullptr);
+               std::shared_ptr<RowPool> memory = nullptr);
 
     /// Sets the memory limit from the next frame on.
     void set_memory_bytes(std::size_t memory_bytes) { memory_bytes_ = memory_bytes; }
@@ -94,10 +94,10 @@ class PatchCache {
  private:
     /// Rows, whose memory is given back to `memory`.
     struct Table {
-        std::shared_ptr<RowMemory> memory;
+        std::shared_ptr<RowPool> memory;
         std::vector<Row> rows{};
 
-        explicit Table(std::shared_ptr<RowMemory> of) : memory(std::move(of)) {}
+        explicit Table(std::shared_ptr<RowPool> of) : memory(std::move(of)) {}
         Table(Table&&) = default;
         Table& operator=(Table&& other) noexcept;
         ~Table() { clear(); }

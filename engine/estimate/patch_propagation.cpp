@@ -63,7 +63,7 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const SpecularPaths& i
                                    source_count * PatchCache::row_bytes(bins.count(), false) +
                                    listener_count * PatchCache::row_bytes(bins.count(), true)))),
       tracer_(scene, grid_, bins_, images, trace),
-      row_memory_(std::make_shared<RowMemory>(bins.count())) {
+      row_pool_(std::make_shared<RowPool>(bins.count())) {
     rays_may_mirror_ = simulation.specular || simulation.order > 0;
     find_mirrors();
     ids_.resize(emitter_count());
@@ -126,7 +126,7 @@ std::size_t PatchPropagation::segment_bytes() const {
 
 PatchCache PatchPropagation::make_cache(bool directed) const {
     return {bins_.count(),         window_frames_, grid_.patch_size_m(),
-            cache_bytes(directed), directed,       row_memory_};
+            cache_bytes(directed), directed,       row_pool_};
 }
 
 SegmentCache PatchPropagation::make_segment_cache(bool directed) const {
@@ -430,7 +430,7 @@ void PatchPropagation::step(const PropagationFrame& frame, std::span<const Specu
     }
     for (const SegmentCache& segments : segment_caches_)
         statistics.memory_bytes += segments.memory_bytes();
-    statistics.memory_bytes += row_memory_->free_bytes();
+    statistics.memory_bytes += row_pool_->free_bytes();
 }
 
 /// Maps memory for the end that emits after the next change, a little in each frame.
@@ -449,8 +449,8 @@ void PatchPropagation::reserve_rows() {
     const auto reserved = [&](std::size_t emitters, std::size_t in_use) {
         return std::min(most, std::max(emitters * grid_.reached(), in_use) - in_use);
     };
-    row_memory_->reserve(reserved(emitter_count(), used),
-                         reserved(listener_count_, used_by_listeners));
+    row_pool_->reserve(reserved(emitter_count(), used),
+                       reserved(listener_count_, used_by_listeners));
 }
 
 /// The sources' caches serve all receivers, which therefore need no caches.

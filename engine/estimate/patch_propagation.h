@@ -9,7 +9,7 @@
 #include "engine/estimate/pair_response.h"
 #include "engine/estimate/patch_cache.h"
 #include "engine/estimate/response_estimator.h"
-#include "engine/estimate/row_memory.h"
+#include "engine/estimate/row_pool.h"
 #include "engine/estimate/segment_cache.h"
 #include "engine/patches/patch_grid.h"
 #include "engine/rays/receiver.h"
@@ -127,7 +127,7 @@ class PatchPropagation final : public ResponseEstimator {
 
     // [emitter], sources before listeners
     std::vector<std::size_t> ids_;           // select the random numbers
-    std::shared_ptr<RowMemory> row_memory_;  // of all caches
+    std::shared_ptr<RowPool> row_pool_;      // of all caches
     std::vector<PatchCache> caches_;
     std::vector<SegmentCache> segment_caches_;
     std::vector<EmitterStatus> status_;

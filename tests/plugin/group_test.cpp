@@ -155,7 +155,7 @@ TEST_CASE("Instances that are on their own share the loader thread") {
     CHECK(thread_count() == before + 1);
 }
 
-TEST_CASE("A group renders the bytes of an instance of its own, also with several at once") {
+TEST_CASE("A group renders the bytes of a single instance, also with several at once") {
     const std::vector<float> input = noise(9600);
     const Channels reference = bounce(0, input, 256);
     const auto live = make_running_host(2);
@@ -169,7 +169,7 @@ TEST_CASE("A group renders the bytes of an instance of its own, also with severa
     for (const Channels& output : outputs) CHECK((output == reference));
 }
 
-TEST_CASE("In real time an instance of a group sounds as one of its own does") {
+TEST_CASE("In real time an instance of a group sounds as a single one does") {
     const auto own = make_running_host(0);
     const auto first = make_running_host(1);
     const auto second = make_running_host(1);

@@ -67,7 +67,7 @@ Pose facing(const Pose& receiver, const Vec3& source) {
     return {.position = receiver.position, .yaw_rad = std::atan2(to_source.y, to_source.x)};
 }
 
-/// A pair as a measurement of its own, with its noise chosen by a number.
+/// A pair as a separate measurement, with its noise chosen by a number.
 Measurement alone(const Measurement& measurement, std::size_t pair, int noise) {
     const std::size_t receivers = measurement.receivers.size();
     Measurement one;

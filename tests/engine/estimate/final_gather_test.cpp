@@ -168,7 +168,7 @@ TEST_CASE("radiated energy is delayed by the gather ray's length, uniform in tim
     }
 }
 
-TEST_CASE("the directions of consecutive hits have the spectra of their own patches") {
+TEST_CASE("the directions of consecutive hits have the spectra of their patches") {
     // More hits than chunks, so that a chunk has hits of several patches.
     Rows rows(TimeBins(0.06), 0, false);
     DepositBatch batch;

@@ -219,7 +219,7 @@ TEST_CASE("a source that starts moving after a long rest keeps four frames and f
 }
 
 TEST_CASE("the rows of an emptied cache are zero and serve another cache") {
-    const auto memory = std::make_shared<RowMemory>(kBins);
+    const auto memory = std::make_shared<RowPool>(kBins);
     WorkerPool workers(2);
     const auto fill = [&](PatchCache& cache, std::uint64_t number, const Vec3& source) {
         DepositBatch batch;

@@ -10,7 +10,7 @@ using namespace aula;
 
 namespace {
 
-/// Energies of `count` paths, grey or with spectra of their own.
+/// Energies of `count` paths, grey or with different spectra.
 std::vector<Bands> paths(std::size_t count, bool grey, float scale = 1) {
     std::vector<Bands> energies;
     RandomStream random(7);

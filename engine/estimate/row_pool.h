@@ -14,10 +14,10 @@ namespace aula {
 /// needs a row. A change of the emitting end therefore maps no memory: the first use of a huge page
 /// takes 0.2 ms, and several where the host of a virtual machine has to provide it. reserve() maps
 /// memory before it is needed. [any thread]
-class RowMemory {
+class RowPool {
  public:
     /// Rows of `bin_count` time bins.
-    explicit RowMemory(std::size_t bin_count);
+    explicit RowPool(std::size_t bin_count);
 
     /// Zeros: [bin][band].
     std::int64_t* take_sums() { return sums_.take(*this); }
@@ -41,7 +41,7 @@ class RowMemory {
         std::size_t size = 0;  ///< numbers in a row
         std::vector<std::int64_t*> free{};
 
-        std::int64_t* take(RowMemory& memory);
+        std::int64_t* take(RowPool& memory);
         std::size_t bytes() const { return size * sizeof(std::int64_t); }
         void reserve(std::size_t rows, std::size_t& bytes_left, HugePageArena& arena);
     };

@@ -1,4 +1,4 @@
-#include "engine/estimate/row_memory.h"
+#include "engine/estimate/row_pool.h"
 
 #include <algorithm>
 #include <cassert>
@@ -22,10 +22,10 @@ void touch(std::int64_t* row, std::size_t size) {
 
 }  // namespace
 
-RowMemory::RowMemory(std::size_t bin_count)
+RowPool::RowPool(std::size_t bin_count)
     : sums_{bin_count * kBandCount}, intensities_{bin_count * kAxes} {}
 
-std::int64_t* RowMemory::Rows::take(RowMemory& memory) {
+std::int64_t* RowPool::Rows::take(RowPool& memory) {
     const std::lock_guard lock(memory.mutex_);
     if (free.empty()) return memory.arena_.take(size);
     std::int64_t* const row = free.back();
@@ -33,7 +33,7 @@ std::int64_t* RowMemory::Rows::take(RowMemory& memory) {
     return row;
 }
 
-void RowMemory::give_back(std::int64_t* sums, std::int64_t* intensities) {
+void RowPool::give_back(std::int64_t* sums, std::int64_t* intensities) {
     const std::lock_guard lock(mutex_);
     const auto add = [](Rows& rows, std::int64_t* row) {
         if (!row) return;
@@ -44,7 +44,7 @@ void RowMemory::give_back(std::int64_t* sums, std::int64_t* intensities) {
     add(intensities_, intensities);
 }
 
-void RowMemory::Rows::reserve(std::size_t rows, std::size_t& bytes_left, HugePageArena& arena) {
+void RowPool::Rows::reserve(std::size_t rows, std::size_t& bytes_left, HugePageArena& arena) {
     while (free.size() < rows && bytes_left >= bytes()) {
         free.push_back(arena.take(size));
         touch(free.back(), size);
@@ -52,14 +52,14 @@ void RowMemory::Rows::reserve(std::size_t rows, std::size_t& bytes_left, HugePag
     }
 }
 
-void RowMemory::reserve(std::size_t sums, std::size_t intensities) {
+void RowPool::reserve(std::size_t sums, std::size_t intensities) {
     const std::lock_guard lock(mutex_);
     std::size_t bytes_left = kHugePage;
     sums_.reserve(sums, bytes_left, arena_);
     intensities_.reserve(intensities, bytes_left, arena_);
 }
 
-std::size_t RowMemory::free_bytes() const {
+std::size_t RowPool::free_bytes() const {
     const std::lock_guard lock(mutex_);
     return sums_.free.size() * sums_.bytes() + intensities_.free.size() * intensities_.bytes();
 }

@@ -1,4 +1,4 @@
-#include "engine/estimate/row_memory.h"
+#include "engine/estimate/row_pool.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -12,12 +12,12 @@ namespace {
 
 constexpr std::size_t kBins = 100;
 constexpr std::size_t kSums = kBins * kBandCount;
-constexpr std::size_t kIntensities = kBins * RowMemory::kAxes;
+constexpr std::size_t kIntensities = kBins * RowPool::kAxes;
 
 }  // namespace
 
 TEST_CASE("memory of rows serves a row again that was given back") {
-    RowMemory memory(kBins);
+    RowPool memory(kBins);
     std::int64_t* const sums = memory.take_sums();
     std::int64_t* const intensities = memory.take_intensities();
     CHECK(std::all_of(sums, sums + kSums, [](std::int64_t x) { return x == 0; }));
@@ -33,7 +33,7 @@ TEST_CASE("memory of rows serves a row again that was given back") {
 }
 
 TEST_CASE("rows are reserved up to a number, at most a huge page in one call") {
-    RowMemory memory(kBins);
+    RowPool memory(kBins);
     constexpr std::size_t kHugePage = std::size_t{2} << 20;
     constexpr std::size_t kRows = 1000;
     constexpr std::size_t kAll = kRows * (kSums + kIntensities) * sizeof(std::int64_t);
