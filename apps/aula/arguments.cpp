@@ -117,6 +117,7 @@ class Options {
         app_.allow_windows_style_options(false);
         app_.add_option("SCENE", words_, "scene, or a command and its scene");
         add_modes();
+        add_documents();
         add_positions();
         add_simulation();
         add_sound();
@@ -217,6 +218,17 @@ class Options {
                             Bands::filled);
         });
         app_.add_flag("--list-devices", list_devices_);
+    }
+
+    /// Options of the commands `map`. Each is remembered, as others do not have it.
+    void add_documents() {
+        path("--out", out_);
+        constexpr double kHighest_m = 1e6;
+        const std::string heights = "metres from -1e6 to 1e6";
+        text("--height", [this, heights](const std::string& value) {
+            height_m_ = read_number("--height", value, -kHighest_m, kHighest_m, heights);
+        });
+        real("--spacing", 1e6, "metres above 0", [this](double m) { spacing_m_ = m; });
     }
 
     void add_positions() {
@@ -321,6 +333,7 @@ class Options {
         if (!words_.empty() && words_[0] == "materials") word = Command::materials;
         if (!words_.empty() && words_[0] == "info") word = Command::info;
         if (!words_.empty() && words_[0] == "check") word = Command::check;
+        if (!words_.empty() && words_[0] == "map") word = Command::map;
         if (word == Command::materials) return materials_command();
         const std::size_t wanted = word == Command::play ? 1 : 2;
         if (words_.size() < wanted)
@@ -345,6 +358,7 @@ class Options {
         if (arguments_.screenshot && arguments_.screenshot->extension() != ".png")
             throw InputError("--screenshot: \"" + arguments_.screenshot->string() +
                              "\" is not the name of a PNG file; expected FILE.png");
+        read_documents(word);
         if (word != Command::play) return word;
 
         arguments_.report = report_.has_value();
@@ -372,6 +386,20 @@ class Options {
         return Arguments::Command::materials;
     }
 
+    /// Takes the options of the command `map`; refuses them for other commands.
+    void read_documents(Arguments::Command word) {
+        const char* const used = out_ ? "--out" : height_m_ ? "--height" : "--spacing";
+        if (word != Arguments::Command::map) {
+            if (out_ || height_m_ || spacing_m_)
+                throw InputError(std::string(used) + ": is used without map; expected aula map");
+            return;
+        }
+        if (!out_) throw InputError("map: has no --out; expected --out and the name of a folder");
+        arguments_.out = *out_;
+        arguments_.map_height_m = height_m_.value_or(arguments_.map_height_m);
+        arguments_.map_spacing_m = spacing_m_.value_or(arguments_.map_spacing_m);
+    }
+
     void read_source_positions() {
         for (const std::string& text : source_positions_) {
             const std::size_t equals = text.rfind('=');
@@ -390,6 +418,9 @@ class Options {
     std::vector<std::string> source_positions_;
     std::optional<std::filesystem::path> offline_;
     std::optional<std::string> report_;
+    std::optional<std::filesystem::path> out_;
+    std::optional<double> height_m_;
+    std::optional<double> spacing_m_;
     OscOptions osc_;
     bool no_window_ = false;
     bool after_given_ = false;

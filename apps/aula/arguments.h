@@ -26,6 +26,7 @@ struct Arguments {
         play,
         render,
         measure,
+        map,
         dataset
     };
 
@@ -40,6 +41,9 @@ struct Arguments {
     std::optional<int> frames;
     double bin_s = 1e-3;
     SpeechConditions speech;  ///< of speech transmission indices
+    std::filesystem::path out;  ///< folder of Command::map
+    double map_height_m = 1.2;
+    double map_spacing_m = 0.5;
     SessionOptions session;
     bool rays_given = false;
     bool quiet = false;

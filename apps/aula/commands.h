@@ -16,6 +16,7 @@ int play(const Arguments& arguments);
 int render(const Arguments& arguments);
 int measure(const Arguments& arguments);
 int dataset(const DatasetArguments& arguments);
+int map_room(const Arguments& arguments);
 
 /// Reads a scene file; prints its warnings to standard error. Throws InputError.
 LoadedScene read_scene_file(const std::filesystem::path& file, const Arguments& arguments);

@@ -9,6 +9,7 @@ what arrives at the listener.
 usage: aula SCENE [options]                play live on the audio device
        aula SCENE --offline OUT.wav        render the scene to a file
        aula SCENE --ir OUT.wav --report    measure at the listener's initial pose
+       aula map SCENE --out DIR            map the ISO 3382 parameters of a room
        aula info SCENE                     print size, surface area, reverberation time
        aula check SCENE                    read all files, print all errors
        aula materials [list]               list the materials that ship with Aula
@@ -38,6 +39,12 @@ modes (--ir, --echogram and --report may be combined)
   --noise-level DB       noise at the listener: one level for each octave, or 8 [none]
   --bin-ms MS            width of the echogram's bins in milliseconds [1]
   --list-devices         list the output devices
+
+map (with --frames, --speech-level, --noise-level, positions and simulation)
+  --out DIR              folder of a picture and a table of each parameter and source: T30.png,
+                         T30.csv; several sources: T30-NAME.png
+  --height M             z of the receivers in metres [1.2]
+  --spacing M            distance of the receivers in metres [0.5]
 
 positions (metres, x front, y left, z up)
   --position X,Y,Z               static listener at this position, in place of the scene's

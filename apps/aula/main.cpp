@@ -71,6 +71,8 @@ int run(const Arguments& arguments) {
             return measure(arguments);
         case Command::dataset:
             return dataset(arguments.dataset);
+        case Command::map:
+            return map_room(arguments);
     }
     return 1;
 }

@@ -37,6 +37,10 @@ std::vector<fs::path> outputs_of(const Arguments& arguments, const Scene& scene)
     if (arguments.ir)
         for (std::size_t s = 0; s < scene.sources.size(); ++s)
             files.push_back(response_file(*arguments.ir, scene, s));
+    // One parameter stands for all of a map.
+    if (!arguments.out.empty())
+        for (std::size_t s = 0; s < scene.sources.size(); ++s)
+            files.push_back(response_file(arguments.out / "T30.csv", scene, s));
     for (const auto& file : {arguments.echogram, arguments.report_json, arguments.screenshot})
         if (file) files.push_back(*file);
     return files;

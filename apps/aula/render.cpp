@@ -1,11 +1,9 @@
-#include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <functional>
 
 #include "apps/aula/commands.h"
-#include "apps/aula/interrupt.h"
 #include "apps/aula/outputs.h"
+#include "apps/aula/progress_bar.h"
 #include "apps/aula/terminal.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/base/output_file.h"
@@ -18,29 +16,6 @@
 namespace aula {
 
 namespace {
-
-/// A progress bar on standard error, drawn ten times a second. Returns false after a signal.
-class ProgressBar {
- public:
-    ProgressBar(const std::string& what, bool quiet) : what_(what), line_(!quiet) { (*this)(0); }
-
-    bool operator()(double done) {
-        const auto now = std::chrono::steady_clock::now();
-        if (line_.visible() && now >= next_) {
-            next_ = now + std::chrono::milliseconds(100);
-            constexpr std::size_t kWidth = 40;
-            const auto full = static_cast<std::size_t>(std::lround(done * kWidth));
-            line_.show(what_ + " [" + std::string(full, '#') + std::string(kWidth - full, '.') +
-                       "] " + std::to_string(std::lround(done * 100)) + " %");
-        }
-        return interrupt_signal() == 0;
-    }
-
- private:
-    std::string what_;
-    StatusLine line_;
-    std::chrono::steady_clock::time_point next_;
-};
 
 void write_planar(WavWriter& writer, const std::vector<std::vector<float>>& channels) {
     std::vector<float> interleaved;

@@ -65,18 +65,4 @@ Colour band_colour(std::size_t band) {
     return from_hue(0.78F * static_cast<float>(band) / (kBandCount - 1), 0.6F, 0.95F);
 }
 
-Colour energy_colour(float value) {
-    static constexpr std::array<Colour, 6> kMap{{
-        {0.05F, 0.05F, 0.20F},
-        {0.24F, 0.07F, 0.45F},
-        {0.60F, 0.15F, 0.45F},
-        {0.90F, 0.35F, 0.20F},
-        {0.98F, 0.65F, 0.15F},
-        {1.00F, 0.95F, 0.55F},
-    }};
-    const float index = std::clamp(value, 0.0F, 1.0F) * static_cast<float>(kMap.size() - 1);
-    const auto low = std::min(static_cast<std::size_t>(index), kMap.size() - 2);
-    return glm::mix(kMap[low], kMap[low + 1], index - static_cast<float>(low));
-}
-
 }  // namespace aula

@@ -5,12 +5,10 @@
 #include <glm/vec4.hpp>
 #include <string>
 
+#include "apps/documents/value_scale.h"
 #include "aula/engine/scene.h"
 
 namespace aula {
-
-/// Red, green, blue: 0..1.
-using Colour = glm::vec3;
 
 /// Display colour of a material: typical for known names, else a muted one derived from the name.
 Colour material_colour(const Material& material);
@@ -20,8 +18,5 @@ Colour order_colour(int order);
 
 /// Colour of an octave band, from red (low) to violet (high).
 Colour band_colour(std::size_t band);
-
-/// Colour map of energies: dark blue for 0 to bright yellow for 1.
-Colour energy_colour(float value);
 
 }  // namespace aula

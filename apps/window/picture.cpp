@@ -370,7 +370,7 @@ void Picture::draw_labels(const Model& model, const Box& area, const Choices& ch
             draw->AddRectFilled(
                 {corner.x + width * static_cast<float>(i) / kSteps, corner.y + 0.2F * em},
                 {corner.x + width * static_cast<float>(i + 1) / kSteps, corner.y + 0.9F * em},
-                packed(energy_colour(static_cast<float>(i) / (kSteps - 1))));
+                packed(map_colour(static_cast<float>(i) / (kSteps - 1))));
         std::array<char, 64> text{};
         if (choices.overlay == EnergyOverlay::pulse)
             std::snprintf(text.data(), text.size(), "range 30 dB, %.0f ms after emission",

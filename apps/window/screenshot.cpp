@@ -1,11 +1,11 @@
 #include "apps/window/screenshot.h"
 
 #include <GL/glew.h>
-#include <stb/stb_image_write.h>
 
 #include <cstddef>
-#include <string>
 #include <vector>
+
+#include "apps/documents/raster_image.h"
 
 namespace aula {
 
@@ -23,13 +23,7 @@ void write_screenshot(OutputFile& file, int width, int height) {
         const auto row = pixels.begin() + static_cast<std::ptrdiff_t>(y) * row_bytes;
         rows.insert(rows.end(), row, row + row_bytes);
     }
-    const auto write = [](void* to, void* data, int size) {
-        static_cast<std::string*>(to)->append(static_cast<const char*>(data),
-                                              static_cast<std::size_t>(size));
-    };
-    std::string png;
-    stbi_write_png_to_func(write, &png, width, height, kChannels, rows.data(), row_bytes);
-    file.write(png);
+    file.write(png_file(width, height, rows));
     file.commit();
 }
 

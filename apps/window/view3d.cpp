@@ -141,7 +141,7 @@ View3d::View3d()
     constexpr int kSteps = 256;
     std::vector<float> palette;
     for (int i = 0; i < kSteps; ++i)
-        append(palette, energy_colour(static_cast<float>(i) / (kSteps - 1)));
+        append(palette, map_colour(static_cast<float>(i) / (kSteps - 1)));
     glBindTexture(GL_TEXTURE_2D, palette_texture_);
     glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, kSteps, 1, 0, GL_RGB, GL_FLOAT, palette.data());
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);

@@ -31,7 +31,10 @@ const std::array kParts = {
          {"base", "frames", "auralizer", "offline", "edit", "live", "remote", ""},
          {"engine", "audio"}},
     Part{"apps/capi", {"include", ""}, {"apps/session", "engine", "audio"}},
-    Part{"apps/window", {"view", "model", ""}, {"apps/session", "engine", "audio"}},
+    Part{"apps/documents", {""}, {"apps/session", "engine", "audio"}},
+    Part{"apps/window",
+         {"view", "model", ""},
+         {"apps/documents", "apps/session", "engine", "audio"}},
     Part{"apps/bench",
          {"base", "convolution", "propagation", ""},
          {"apps/session", "engine", "audio"}},
@@ -39,7 +42,9 @@ const std::array kParts = {
     Part{"apps/plugin", {""}, {"apps/session", "engine", "audio"}},
     Part{"apps/python", {""}, {"apps/session", "engine", "audio"}},
     Part{"apps/dataset", {"base", "plan", "shards", "merge"}, {"apps/session", "engine", "audio"}},
-    Part{"apps/aula", {""}, {"apps/dataset", "apps/session", "apps/window", "engine", "audio"}},
+    Part{"apps/aula",
+         {""},
+         {"apps/dataset", "apps/documents", "apps/session", "apps/window", "engine", "audio"}},
 };
 
 bool is_source(const fs::path& file) {

@@ -31,10 +31,6 @@ std::string general(double value, int digits) {
     return number(value, std::chars_format::general, digits);
 }
 
-std::string band_name(std::size_t band) {
-    return std::to_string(std::lround(kBandCentres_hz[band]));
-}
-
 /// RFC 4180: quoted if the text contains a separator.
 std::string csv_field(const std::string& text) {
     if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
@@ -93,6 +89,14 @@ bool has_errors(const PairParameters& parameters) {
 }
 
 }  // namespace
+
+std::string band_name(std::size_t band) {
+    return std::to_string(std::lround(kBandCentres_hz[band]));
+}
+
+int parameter_decimals(AcousticParameter parameter) {
+    return kDecimals[static_cast<std::size_t>(parameter)];
+}
 
 std::string echogram_csv(const Scene& scene, const Measurement& measurement, double bin_s) {
     std::string csv = "source,time_s";

@@ -9,6 +9,12 @@
 
 namespace aula {
 
+/// The nominal centre of an octave band in Hz: "63" to "8000".
+std::string band_name(std::size_t band);
+
+/// Decimals of a parameter in tables.
+int parameter_decimals(AcousticParameter parameter);
+
 /// The energy responses as CSV with the header "source,time_s,63,...,8000": source by source, a row
 /// for each `bin_s` from 0 to the responses' length, energy in 1/m2.
 std::string echogram_csv(const Scene& scene, const Measurement& measurement, double bin_s);

@@ -1,0 +1,123 @@
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <system_error>
+
+#include "apps/aula/commands.h"
+#include "apps/aula/outputs.h"
+#include "apps/aula/progress_bar.h"
+#include "apps/documents/parameter_map.h"
+#include "apps/documents/parameter_text.h"
+#include "apps/session/base/output_file.h"
+#include "aula/exception.h"
+
+namespace aula {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Standard errors of maps, in every octave from 125 Hz to 4 kHz: half of the just noticeable
+/// differences.
+constexpr MeasurementLimits kMapLimits{.level_db = 0.5, .c80_db = 0.5, .t30 = 0.025, .edt = 0.025};
+
+/// Frames of a map that does not reach these limits before, so that large maps end.
+constexpr int kMapFrames = 256;
+
+/// Throws InputError if files cannot be written to a folder, which need not exist yet.
+void check_folder(const fs::path& folder) {
+    std::error_code error;
+    fs::path existing = folder;
+    while (!existing.empty() && !fs::exists(existing, error)) existing = existing.parent_path();
+    if (existing.empty()) existing = ".";
+    const char* const expected = "; expected the name of a folder to write to";
+    if (!fs::is_directory(existing, error))
+        throw InputError(folder.string(), "",
+                         existing.string() + " is not a folder" + std::string(expected));
+    if (access(existing.c_str(), W_OK | X_OK) != 0)
+        throw InputError(folder.string(), "",
+                         "cannot be written, " + std::generic_category().message(errno) + expected);
+}
+
+void write_file(const fs::path& file, const std::string& content) {
+    OutputFile out(file);
+    out.write(content);
+    out.commit();
+}
+
+/// Writes a picture and a table of each parameter of each source. Returns false after a signal.
+bool write_maps(const Arguments& arguments, const ParameterMap& map, const Scene& scene) {
+    std::error_code error;
+    fs::create_directories(arguments.out, error);
+    if (error) throw Failure(arguments.out.string() + ": cannot create: " + error.message());
+    ProgressBar bar("drawing the maps", arguments.quiet);
+    const double count =
+        static_cast<double>(scene.sources.size()) * static_cast<double>(kMappedParameters.size());
+    double done = 0;
+    for (std::size_t s = 0; s < scene.sources.size(); ++s) {
+        for (const std::size_t parameter : kMappedParameters) {
+            if (!bar(done++ / count)) return false;
+            const std::string symbol = parameter_text(parameter).symbol;
+            write_file(response_file(arguments.out / (symbol + ".csv"), scene, s),
+                       map_csv(map, s, parameter));
+            write_file(response_file(arguments.out / (symbol + ".png"), scene, s),
+                       map_png(map, s, parameter, arguments.scene.stem().string()));
+        }
+    }
+    return true;
+}
+
+/// Warnings for all receivers: how many are not audible or have larger errors than wanted.
+std::vector<std::string> warnings_of(const Measurement& measurement) {
+    std::vector<std::string> warnings;
+    const std::size_t receivers = measurement.receivers.size();
+    for (std::size_t s = 0; s < measurement.sources.size(); ++s) {
+        const auto first = measurement.audible.begin() + static_cast<std::ptrdiff_t>(s * receivers);
+        const auto audible = static_cast<std::size_t>(
+            std::count(first, first + static_cast<std::ptrdiff_t>(receivers), 1));
+        if (audible < receivers)
+            warnings.push_back("source \"" + measurement.sources[s].name + "\" is not audible at " +
+                               std::to_string(receivers - audible) + " of " +
+                               std::to_string(receivers) + " receivers");
+    }
+    const auto silent = static_cast<std::size_t>(
+        std::count(measurement.audible.begin(), measurement.audible.end(), 0));
+    if (measurement.warnings.size() > silent)
+        warnings.push_back("standard errors after " + std::to_string(measurement.frames) +
+                           " frames are larger than wanted at " +
+                           std::to_string(measurement.warnings.size() - silent) + " of " +
+                           std::to_string(measurement.audible.size()) +
+                           " pairs of source and receiver");
+    return warnings;
+}
+
+}  // namespace
+
+int map_room(const Arguments& arguments) {
+    const Scene scene = read_scene(arguments);
+    check_folder(arguments.out);
+    const RayScene rays(scene);
+    const ReceiverGrid grid = [&] {
+        const TaskLine line("finding receivers in the room", !arguments.quiet);
+        return receiver_grid(scene, rays, arguments.map_height_m, arguments.map_spacing_m);
+    }();
+    const FloorPlan plan = floor_plan(rays, grid.height_m);
+    const auto measurement = [&] {
+        ProgressBar bar("measuring at " + std::to_string(grid.receivers.size()) + " receivers",
+                        arguments.quiet);
+        return measure(scene, scene.sources, grid.receivers,
+                       {.frames = arguments.frames,
+                        .limits = kMapLimits,
+                        .max_frames = kMapFrames,
+                        .speech = arguments.speech,
+                        .progress = std::ref(bar)});
+    }();
+    if (!measurement) return interrupted_status();
+    warn(warnings_of(*measurement), arguments.quiet);
+    return write_maps(arguments, {grid, plan, *measurement}, scene) ? 0 : interrupted_status();
+}
+
+}  // namespace aula

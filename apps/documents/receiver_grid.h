@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "engine/rays/ray_scene.h"
+
+namespace aula {
+
+/// Receivers at equal distances in a horizontal plane of a room. Cells are counted along x, then
+/// along y.
+struct ReceiverGrid {
+    float height_m = 0;   ///< z of the receivers
+    float spacing_m = 0;  ///< distance of neighbours along x and y
+    float x_m = 0;        ///< of the first column
+    float y_m = 0;        ///< of the first row
+    std::size_t columns = 0;
+    std::size_t rows = 0;
+    std::vector<Pose> receivers;     ///< in the room, by ascending cell
+    std::vector<std::size_t> cells;  ///< [receiver] column + columns * row
+};
+
+/// Distance in metres from the nearest surface that receivers of a grid keep.
+inline constexpr float kGridClearance_m = 0.1F;
+
+/// Largest number of pairs of a source and a receiver of a grid.
+inline constexpr std::size_t kMaxGridPairs = 20'000;
+
+/// The receivers of a grid that are in a room of the sources or the listener, which sound reaches
+/// without passing walls, and at least kGridClearance_m from all surfaces. The grid is centred in
+/// the bounds of the geometry. `rays` is the scene's at time 0. Throws InputError if the plane is
+/// outside of the geometry, if no receiver is in the room, or if they are too many.
+ReceiverGrid receiver_grid(const Scene& scene, const RayScene& rays, double height_m,
+                           double spacing_m);
+
+}  // namespace aula

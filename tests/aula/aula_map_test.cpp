@@ -1,0 +1,171 @@
+#include <signal.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <sstream>
+#include <thread>
+
+#include "tests/support/program.h"
+#include "tests/support/small_scenes.h"
+
+namespace {
+
+using namespace aula::test;
+
+const std::vector<std::string> kSymbols{"C50",   "C80", "D50", "EDT", "G",   "J_LF",
+                                        "J_LFC", "L_J", "STI", "T20", "T30", "Ts"};
+
+std::string with(std::string text, const std::string& from, const std::string& to) {
+    return text.replace(text.find(from), from.size(), to);
+}
+
+/// kSmallRoom with few rays and a second source of that name.
+std::string two_sources(const std::string& name) {
+    const std::string source = "\"sources\": [";
+    return with(with(kSmallRoom, "\"rays\": 200", "\"rays\": 50"), source,
+                source + "{\"name\": \"" + name + "\", \"position\": [4.2, 0.8, 1.4]}, ");
+}
+
+ProgramResult mapped(const std::string& scene, const std::string& out,
+                     const std::vector<std::string>& options) {
+    std::vector<std::string> command{AULA_PROGRAM, "map", scene, "--out", out};
+    command.insert(command.end(), options.begin(), options.end());
+    ProgramResult result = run_program(command);
+    INFO(result.err);
+    REQUIRE(result.status == 0);
+    return result;
+}
+
+/// [row][column] of a CSV file without quotes.
+std::vector<std::vector<std::string>> read_csv(const std::filesystem::path& file) {
+    std::vector<std::vector<std::string>> rows;
+    std::istringstream text(read_file(file));
+    for (std::string line; std::getline(text, line);) {
+        std::vector<std::string> row;
+        std::istringstream fields(line + ",");
+        for (std::string field; std::getline(fields, field, ',');) row.push_back(field);
+        rows.push_back(row);
+    }
+    return rows;
+}
+
+}  // namespace
+
+TEST_CASE("A map has a picture and a table of each parameter, of the same bytes again") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const std::filesystem::path out = folder.path() / "deep/maps";
+    const std::vector<std::string> options{"--spacing", "2", "--frames", "3", "--rays", "50"};
+    mapped(scene, out, options);
+    std::vector<std::string> expected;
+    for (const std::string& symbol : kSymbols)
+        for (const char* const end : {".csv", ".png"}) expected.push_back(symbol + end);
+    std::sort(expected.begin(), expected.end());
+    CHECK(names_in(out) == expected);
+    std::vector<std::string> threads = options;
+    threads.insert(threads.end(), {"--threads", "2"});
+    mapped(scene, folder.path() / "again", threads);
+    for (const std::string& name : expected) {
+        INFO(name);
+        CHECK((read_file(out / name) == read_file(folder.path() / "again" / name)));
+    }
+}
+
+TEST_CASE("Maps of several sources have their names, and must differ in them") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", two_sources("a/b"));
+    mapped(scene, folder.path() / "maps", {"--spacing", "4", "--frames", "1"});
+    const auto names = names_in(folder.path() / "maps");
+    CHECK(names.size() == 4 * kSymbols.size());
+    CHECK(std::count(names.begin(), names.end(), "T30-a_b.png") == 1);
+    CHECK(std::count(names.begin(), names.end(), "T30-hiss.csv") == 1);
+    const std::string twice = with(two_sources("hi/s"), "\"hiss\"", "\"hi:s\"");
+    const ProgramResult result = run_program(
+        {AULA_PROGRAM, "map", folder.write("twice.json", twice), "--out", folder.path() / "none"});
+    CHECK(result.status == 2);
+    CHECK(result.err.find("T30-hi_s.csv") != std::string::npos);
+}
+
+TEST_CASE("The table of a map has positions, octaves and standard errors") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const std::filesystem::path out = folder.path();
+    folder.write("T30.csv", "replaced");
+    mapped(scene, out, {"--spacing", "2", "--height", "1.5", "--rays", "50"});
+    const auto rows = read_csv(out / "T30.csv");
+    REQUIRE(rows.size() == 5);  // two columns of two
+    REQUIRE(rows[0].size() == 21);
+    CHECK(rows[0][3] == "value");
+    CHECK(rows[0][4] == "63");
+    CHECK(rows[0][12] == "value_error");
+    CHECK(rows[0][20] == "8000_error");
+    CHECK(rows[1][0] == "1.5");
+    CHECK(rows[1][1] == "1");
+    CHECK(rows[1][2] == "1.5");
+    for (std::size_t row = 1; row < rows.size(); ++row) {
+        REQUIRE(rows[row].size() == 21);
+        // The single number is the mean of 500 and 1000 Hz; six digits.
+        const double mean = (std::stod(rows[row][7]) + std::stod(rows[row][8])) / 2;
+        CHECK(std::stod(rows[row][3]) == Approx(mean).epsilon(1e-5));
+        CHECK(std::stod(rows[row][12]) > 0);
+        CHECK(std::stod(rows[row][12]) < 0.05 * mean);
+    }
+    CHECK(read_csv(out / "STI.csv")[0].size() == 5);
+    // A given number of frames has no errors.
+    mapped(scene, out, {"--spacing", "2", "--frames", "2", "--rays", "50"});
+    CHECK(read_csv(out / "C80.csv")[1].back().empty());
+}
+
+TEST_CASE("Bad options of a map are refused with one line and status 2, without a folder") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const std::string out = folder.path() / "maps";
+    const std::string file = folder.write("file", "");
+    struct Bad {
+        std::vector<std::string> arguments;
+        std::vector<std::string> parts;
+    };
+    const std::vector<Bad> all = {
+        {{"map"}, {"SCENE"}},
+        {{"map", scene}, {"--out"}},
+        {{"map", scene, "--out", file}, {"is not a folder"}},
+        {{"map", scene, "--out", file + "/maps"}, {"is not a folder"}},
+        {{"map", scene, "--out", out, "--spacing", "0"}, {"--spacing", "above 0"}},
+        {{"map", scene, "--out", out, "--spacing", "-1"}, {"--spacing"}},
+        {{"map", scene, "--out", out, "--spacing", "nan"}, {"--spacing"}},
+        {{"map", scene, "--out", out, "--spacing", "1e-6"}, {"--spacing", "points"}},
+        {{"map", scene, "--out", out, "--spacing", "0.02"}, {"--spacing", "pairs"}},
+        {{"map", scene, "--out", out, "--height", "inf"}, {"--height"}},
+        {{"map", scene, "--out", out, "--height", "3.5"}, {"--height", "below 3"}},
+        {{"map", scene, "--out", out, "--height", "2.99"}, {"no receiver"}},
+        {{scene, "--height", "1"}, {"--height", "aula map"}},
+        {{scene, "--out", out}, {"--out", "aula map"}},
+        {{"info", scene, "--spacing", "1"}, {"--spacing", "aula map"}},
+    };
+    const auto before = names_in(folder.path());
+    for (const Bad& bad : all) {
+        std::vector<std::string> command{AULA_PROGRAM};
+        command.insert(command.end(), bad.arguments.begin(), bad.arguments.end());
+        const ProgramResult result = run_program(command);
+        INFO(result.err);
+        CHECK(result.status == 2);
+        CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
+        CHECK(result.err.find("expected") != std::string::npos);
+        for (const std::string& part : bad.parts) CHECK(result.err.find(part) != std::string::npos);
+    }
+    CHECK(names_in(folder.path()) == before);
+}
+
+TEST_CASE("An interrupted map leaves no folder") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    Program program(
+        {AULA_PROGRAM, "map", scene, "--out", folder.path() / "maps", "--frames", "1000000"});
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    program.signal(SIGINT);
+    const ProgramResult result = program.wait();
+    INFO(result.err);
+    CHECK(result.status == 130);
+    CHECK(names_in(folder.path()) == std::vector<std::string>{"room.json"});
+}
