@@ -61,8 +61,8 @@ Vec3 read_point(const std::string& option, const std::string& text) {
 template <typename OfOne>
 Bands read_levels(const std::string& option, const std::string& text, const std::string& expected,
                   const OfOne& of_one) {
-    constexpr float kLargest_db = 200;
-    const std::vector<float> numbers = read_numbers(option, text, kLargest_db, expected);
+    const std::vector<float> numbers =
+        read_numbers(option, text, SpeechConditions::kHighestLevel_db, expected);
     if (numbers.size() == 1) return of_one(numbers[0]);
     if (numbers.size() != kBandCount) fail(option, text, expected);
     Bands levels;
@@ -208,14 +208,18 @@ class Options {
             arguments_.bin_s = ms / 1000;
         });
         text("--speech-level", [this](const std::string& value) {
-            arguments_.speech.speech_db = read_levels(
+            const Bands levels_db = read_levels(
                 "--speech-level", value, "a level in dB(A) at 1 m, or 8 octave levels in dB",
                 SpeechConditions::male_speech_db);
+            arguments_.scene_changes.push_back(
+                [levels_db](Scene& scene) { scene.speech.speech_db = levels_db; });
         });
         text("--noise-level", [this](const std::string& value) {
-            arguments_.speech.noise_db =
+            const Bands levels_db =
                 read_levels("--noise-level", value, "a level in dB for each octave, or 8 of them",
                             Bands::filled);
+            arguments_.scene_changes.push_back(
+                [levels_db](Scene& scene) { scene.speech.noise_db = levels_db; });
         });
         app_.add_flag("--list-devices", list_devices_);
     }

@@ -40,7 +40,6 @@ struct Arguments {
     bool report = false;
     std::optional<int> frames;
     double bin_s = 1e-3;
-    SpeechConditions speech;  ///< of speech transmission indices
     std::filesystem::path out;  ///< folder of Command::map
     double map_height_m = 1.2;
     double map_spacing_m = 0.5;

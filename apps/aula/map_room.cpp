@@ -112,7 +112,6 @@ int map_room(const Arguments& arguments) {
                        {.frames = arguments.frames,
                         .limits = kMapLimits,
                         .max_frames = kMapFrames,
-                        .speech = arguments.speech,
                         .progress = std::ref(bar)});
     }();
     if (!measurement) return interrupted_status();

@@ -99,7 +99,6 @@ int measure(const Arguments& arguments) {
     const auto measurement =
         measure(scene, {.frames = arguments.frames,
                         .parameters = arguments.report || arguments.report_json.has_value(),
-                        .speech = arguments.speech,
                         .interaural = arguments.report || arguments.report_json.has_value(),
                         .progress = std::ref(bar)});
     if (!measurement) return interrupted_status();

@@ -64,6 +64,8 @@ struct Overrides {
     std::optional<std::uint64_t> seed;
     std::optional<int> rays;
     std::optional<float> ir_length_s;
+    std::optional<Array<float>> speech_db;  ///< a level in dB(A), or 8 octave levels
+    std::optional<Array<float>> noise_db;   ///< 8 octave levels
     int threads = 1;
 };
 
@@ -74,28 +76,36 @@ Scene with(const Scene& scene, const Overrides& overrides) {
     if (overrides.rays) simulation.rays = *overrides.rays;
     if (overrides.ir_length_s) simulation.ir_length_s = *overrides.ir_length_s;
     simulation.threads = overrides.threads;
+    if (const auto& speech = overrides.speech_db)
+        changed.speech.speech_db = speech->size() == 1
+                                       ? SpeechConditions::male_speech_db(*speech->data())
+                                       : bands_of(*speech);
+    if (overrides.noise_db) changed.speech.noise_db = bands_of(*overrides.noise_db);
     simulation.check();
     return changed;
 }
 
 Measurement measured(const SharedScene& shared, const std::vector<Source>& sources,
                      const Array<float>& receivers, std::optional<int> frames, int max_frames,
-                     const std::array<double, 4>& limits, const Overrides& overrides) {
+                     const std::array<double, 4>& limits, bool interaural,
+                     const Overrides& overrides) {
     const std::shared_ptr<const Scene> scene = shared.get();
     std::vector<Pose> poses;
     for (py::ssize_t m = 0; m < receivers.shape(0); ++m)
         poses.push_back(pose_of(receivers.data() + 6 * m));
+    const Scene changed = with(*scene, overrides);
     Interruption interruption;
     std::optional<Measurement> measurement;
     {
         const py::gil_scoped_release released;
-        measurement = measure(with(*scene, overrides), sources, poses,
+        measurement = measure(changed, sources, poses,
                               {.frames = frames,
                                .limits = {.level_db = limits[0],
                                           .c80_db = limits[1],
                                           .t30 = limits[2],
                                           .edt = limits[3]},
                                .max_frames = max_frames,
+                               .interaural = interaural,
                                .progress = [&](double) { return interruption.continues(); }});
     }
     interruption.rethrow();
@@ -179,30 +189,43 @@ py::array_t<float> impulse_responses(const Measurement& measurement, double samp
     return array;
 }
 
-/// Values and standard errors (parameter, S, M, 8); NaN where there is none.
-py::tuple parameters(const Measurement& measurement) {
-    const std::vector<std::size_t> shape{kAcousticParameterCount, measurement.sources.size(),
-                                         measurement.receivers.size(), kBandCount};
-    py::array_t<double> values(shape), errors(shape);
-    double* value = values.mutable_data();
-    double* error = errors.mutable_data();
-    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-    for (std::size_t p = 0; p < kAcousticParameterCount; ++p) {
-        for (const PairParameters& pair : measurement.parameters) {
-            for (const MeasuredValue& octave : pair.octaves[p]) {
-                *value++ = octave.value.value_or(kNone);
-                *error++ = octave.standard_error.value_or(kNone);
-            }
-        }
-    }
-    return py::make_tuple(values, errors);
-}
+/// Values and standard errors; NaN where there is none.
+class ValueArrays {
+ public:
+    explicit ValueArrays(const std::vector<std::size_t>& shape) : values_(shape), errors_(shape) {}
 
-std::vector<std::string> parameter_names() {
-    std::vector<std::string> names;
-    for (std::size_t p = 0; p < kAcousticParameterCount; ++p)
-        names.emplace_back(acoustic_parameter_name(static_cast<AcousticParameter>(p)));
-    return names;
+    void add(const MeasuredValue& measured) {
+        constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+        values_.mutable_data()[count_] = measured.value.value_or(kNone);
+        errors_.mutable_data()[count_++] = measured.standard_error.value_or(kNone);
+    }
+    py::tuple arrays() const { return py::make_tuple(values_, errors_); }
+
+ private:
+    py::array_t<double> values_, errors_;
+    std::size_t count_ = 0;
+};
+
+/// {name: (values, standard errors)} of the octave bands, (S, M, 8), and of the single numbers,
+/// (S, M), with STI.
+py::tuple parameters(const Measurement& measurement) {
+    const std::vector<std::size_t> pairs{measurement.sources.size(), measurement.receivers.size()};
+    const std::vector<std::size_t> bands{pairs[0], pairs[1], kBandCount};
+    py::dict octaves, single_numbers;
+    for (std::size_t p = 0; p < kAcousticParameterCount; ++p) {
+        ValueArrays of_octaves(bands), single(pairs);
+        for (const PairParameters& pair : measurement.parameters) {
+            for (const MeasuredValue& octave : pair.octaves[p]) of_octaves.add(octave);
+            single.add(pair.broadband[p]);
+        }
+        const py::str name(std::string(acoustic_parameter_name(static_cast<AcousticParameter>(p))));
+        octaves[name] = of_octaves.arrays();
+        single_numbers[name] = single.arrays();
+    }
+    ValueArrays sti(pairs);
+    for (const PairParameters& pair : measurement.parameters) sti.add(pair.sti);
+    single_numbers["STI"] = sti.arrays();
+    return py::make_tuple(octaves, single_numbers);
 }
 
 /// (S, M, 8, bin), 1/m2 per unit emitted energy.
@@ -283,8 +306,10 @@ py::tuple rendered(const SharedScene& shared, const std::map<std::string, Array<
 void bind_results(py::module_& module) {
     py::class_<Overrides>(module, "Overrides")
         .def(py::init([](std::optional<std::uint64_t> seed, std::optional<int> rays,
-                         std::optional<float> ir_length_s, int threads) {
-            return Overrides{seed, rays, ir_length_s, threads};
+                         std::optional<float> ir_length_s, int threads,
+                         std::optional<Array<float>> speech_db,
+                         std::optional<Array<float>> noise_db) {
+            return Overrides{seed, rays, ir_length_s, speech_db, noise_db, threads};
         }));
     py::class_<Measurement>(module, "Measurement")
         .def("impulse_responses", &impulse_responses)
@@ -301,7 +326,6 @@ void bind_results(py::module_& module) {
         });
     module.def("measure", &measured);
     module.def("render", &rendered);
-    module.def("parameter_names", &parameter_names);
 }
 
 }  // namespace aula

@@ -87,6 +87,20 @@ Medium read_medium(const JsonReader& json) {
     return medium;
 }
 
+SpeechConditions read_speech(const JsonReader& json) {
+    json.allow_keys({"level_db", "noise_level_db"});
+    constexpr float kHighest_db = SpeechConditions::kHighestLevel_db;
+    constexpr NumberRange kLevel_db{-kHighest_db, kHighest_db, true, "decibels from -200 to 200"};
+    SpeechConditions speech;
+    json.read("level_db", [&](const JsonReader& x) {
+        speech.speech_db = x.is_number() ? SpeechConditions::male_speech_db(x.real(kLevel_db))
+                                         : read_bands(x, kLevel_db, 0);
+    });
+    json.read("noise_level_db",
+              [&](const JsonReader& x) { speech.noise_db = read_bands(x, kLevel_db, 0); });
+    return speech;
+}
+
 // "position", or the start of the path; the origin, after an error, if both are absent.
 Vec3 read_position(const JsonReader& json, const std::optional<Trajectory>& path) {
     if (path && !json.find("position")) return path->points.front().pose.position;
@@ -275,7 +289,7 @@ LoadedScene parse_scene(const std::string& text, const std::string& name,
     std::optional<JsonReader> listener;
     root.attempt([&] {
         root.allow_keys({"aula", "geometry", "materials", "medium", "sources", "listener",
-                         "simulation", "expect"});
+                         "simulation", "speech", "expect"});
         root.attempt([&] {
             constexpr NumberRange kVersion{1, 1, true, "1, the version of the format"};
             root.require("aula", kVersion.expected).number(kVersion);
@@ -300,6 +314,7 @@ LoadedScene parse_scene(const std::string& text, const std::string& name,
             scene.simulation = read_simulation(x);
             loaded.rays_given = x.find("rays").has_value();
         });
+        root.read("speech", [&](const JsonReader& x) { scene.speech = read_speech(x); });
     });
     if (!errors.empty()) throw SceneErrors(errors.messages(name));
 

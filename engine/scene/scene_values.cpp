@@ -23,20 +23,6 @@ float read_angle_rad(const JsonReader& json, const char* key) {
     return angle_rad;
 }
 
-/// One number for all bands or a list of 8. Bands with an error keep `on_error`.
-Bands read_bands(const JsonReader& json, const NumberRange& range, float on_error) {
-    if (json.is_number()) return Bands::filled(json.real(range));
-    constexpr const char* kExpected = "a number or a list of 8 numbers, 63 Hz to 8 kHz";
-    const auto items = json.items(kExpected);
-    if (items.size() != kBandCount) {
-        json.fail("a list of " + std::to_string(items.size()) + "; expected " + kExpected);
-    }
-    Bands bands = Bands::filled(on_error);
-    for (std::size_t b = 0; b < kBandCount; ++b)
-        items[b].attempt([&] { bands[b] = items[b].real(range); });
-    return bands;
-}
-
 /// A number above 0 as text, rounded up to two significant digits, or to a tenth above 10.
 std::string rounded_up(double x) {
     const int decimals = std::max(1, 1 - static_cast<int>(std::floor(std::log10(x))));
@@ -75,6 +61,19 @@ void check_transmission(const Material& material, const JsonReader& json) {
 }
 
 }  // namespace
+
+Bands read_bands(const JsonReader& json, const NumberRange& range, float on_error) {
+    if (json.is_number()) return Bands::filled(json.real(range));
+    constexpr const char* kExpected = "a number or a list of 8 numbers, 63 Hz to 8 kHz";
+    const auto items = json.items(kExpected);
+    if (items.size() != kBandCount) {
+        json.fail("a list of " + std::to_string(items.size()) + "; expected " + kExpected);
+    }
+    Bands bands = Bands::filled(on_error);
+    for (std::size_t b = 0; b < kBandCount; ++b)
+        items[b].attempt([&] { bands[b] = items[b].real(range); });
+    return bands;
+}
 
 Vec3 read_point(const JsonReader& json) {
     constexpr const char* kExpected = "a list of 3 numbers, x, y, z in metres";

@@ -15,6 +15,10 @@ inline constexpr double kLargestCoordinate_m = 1e6;
 /// A list of 3 numbers in metres, each at most kLargestCoordinate_m.
 Vec3 read_point(const JsonReader& json);
 
+/// One number for all bands or a list of 8. Bands with an error that a reader collects keep
+/// `on_error`.
+Bands read_bands(const JsonReader& json, const NumberRange& range, float on_error);
+
 /// {"absorption", "scattering", "sound_reduction_db", "source"}; scattering is 0.1 if absent, the
 /// source is a remark. A band that transmits more than it absorbs is an error.
 Material read_material(const std::string& name, const JsonReader& json);

@@ -166,6 +166,12 @@ TEST_CASE("A report has the speech transmission index for given levels of speech
     CHECK(sti({"--speech-level", levels}) == Approx(quiet).epsilon(1e-5));
     // 63 Hz is not used.
     CHECK(sti({"--noise-level", "90,0,0,0,0,0,0,0"}) == Approx(quiet).margin(1e-3));
+    // The levels of the scene, and options in their place.
+    std::string text = kSmallRoom;
+    text.insert(1, R"("speech": {"level_db": 70, "noise_level_db": 70}, )");
+    folder.write("room.json", text);
+    CHECK(sti({}) == Approx(noisy).margin(0.02));
+    CHECK(sti({"--noise-level", "-100", "--speech-level", "60"}) == Approx(quiet).epsilon(1e-5));
 }
 
 TEST_CASE("Several sources give one response file each, with the source's name") {

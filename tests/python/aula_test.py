@@ -117,6 +117,67 @@ class ClosedForm(unittest.TestCase):
         np.testing.assert_allclose(room.materials["wall"].absorption, eyring, rtol=1e-5)
 
 
+class Parameters(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        # Few rays: the default limits of the errors take seconds.
+        cls.limits = {"level_error_db": 1, "c80_error_db": 1, "t30_error": 0.1, "edt_error": 0.1,
+                      "rays": 50}
+        cls.places = {"sources": SOURCES, "microphones": MICROPHONES}
+        cls.values = aula.parameters(box(), standard_errors=True, **cls.places, **cls.limits)
+
+    def test_single_numbers(self):
+        values = self.values
+        octaves = [name for name, array in values.items() if array.shape == (2, 3, 8)]
+        singles = [name for name, array in values.items() if array.shape == (2, 3)]
+        self.assertEqual(len(octaves) + len(singles), len(values))
+        self.assertEqual(len(singles), len(octaves) + 2)  # STI
+        # ISO 3382-1, annex A: means of octaves, of energies for L_J.
+        for name, first, end in (("T30", 3, 5), ("C80", 3, 5), ("G", 3, 5), ("J_LF", 1, 5)):
+            np.testing.assert_allclose(values[f"{name}_mean"],
+                                       values[name][..., first:end].mean(-1), rtol=1e-12)
+        np.testing.assert_allclose(10 ** (values["L_J_mean"] / 10),
+                                   (10 ** (values["L_J"] / 10))[..., 1:5].mean(-1), rtol=1e-12)
+
+    def test_standard_errors(self):
+        for name in ("T20", "T30", "EDT", "C50", "C80", "D50", "Ts", "G", "J_LF", "J_LFC", "L_J"):
+            errors = self.values[f"{name}_error"]
+            self.assertTrue((errors > 0).all(), name)
+            # The mean of octaves is at most as uncertain as the worst of them.
+            self.assertLessEqual(self.values[f"{name}_mean_error"].max(), 1.5 * errors.max())
+        relative = self.values["T30_error"] / self.values["T30"]
+        self.assertLess(relative[..., 1:7].max(), 0.1)
+        self.assertTrue((self.values["STI_error"] > 0).all())
+        self.assertTrue(np.isnan(self.values["IACC_E"]).all())
+        # One window has no errors.
+        given = aula.parameters(box(), standard_errors=True, interaural=True, **self.places, **FEW)
+        self.assertTrue(np.isnan(given["C80_error"]).all())
+        self.assertTrue((given["IACC_E"][..., 3:] > 0).all())
+        self.assertTrue((given["IACC_E_error"][..., 3:] > 0).all())
+
+    def test_speech(self):
+        def sti(room=box(), **levels):
+            return aula.parameters(room, **self.places, frames=1, rays=50, **levels)["STI"]
+        quiet = sti()
+        noisy = sti(noise_level_db=60)
+        self.assertTrue(((0 < noisy) & (noisy < quiet - 0.1) & (quiet < 1)).all())
+        # The spectrum of male speech by IEC 60268-16, re the level in dB(A).
+        male = np.array([0, 2.9, 2.9, -0.8, -6.8, -12.8, -18.8, -24.8])
+        np.testing.assert_allclose(sti(speech_level_db=60 + male), quiet, atol=1e-6)
+        np.testing.assert_array_equal(sti(speech_level_db=60, noise_level_db=[60] * 8), noisy)
+        # The levels of a scene, also of its copy; arguments replace them.
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder, "room.json")
+            file.write_text(json.dumps({
+                "aula": 1, "geometry": [{"name": "room", "box": [6, 5, 3], "material": "wall"}],
+                "materials": {"wall": {"absorption": 0.25, "scattering": 1.0}},
+                "speech": {"noise_level_db": 60},
+                "sources": [{"position": [1, 1, 1]}], "listener": {"position": [4, 3, 1]}}))
+            room = pickle.loads(pickle.dumps(aula.load_scene(file)))
+        np.testing.assert_array_equal(sti(room), noisy)
+        np.testing.assert_allclose(sti(room, noise_level_db=-100), quiet, atol=1e-6)
+
+
 class Program(unittest.TestCase):
     """Two runs of the program."""
 
@@ -286,7 +347,9 @@ class Errors(unittest.TestCase):
                 ("microphones[0].position", [aula.Microphone((1, 1))]),
                 ("fs", 0), ("fs", math.nan), ("fs", "16000"), ("output", "stereo"),
                 ("frames", 0), ("frames", 1.5), ("threads", 0), ("seed", -1), ("seed", 2**64),
-                ("rays", 0), ("length_s", 0), ("t30_error", 0), ("max_frames", 0)):
+                ("rays", 0), ("length_s", 0), ("t30_error", 0), ("max_frames", 0),
+                ("speech_level_db", 1000), ("speech_level_db", [60, 60]),
+                ("noise_level_db", math.nan), ("noise_level_db", "loud")):
             self.check(argument, lambda: aula.rir(room, **(good | {argument.split("[")[0]: wrong})))
         self.check("bin_ms", lambda: aula.energy(room, **good, bin_ms=0))
         self.check("size", lambda: aula.Scene.shoebox((1, 2), absorption=0.1))

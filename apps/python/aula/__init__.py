@@ -538,13 +538,20 @@ def _microphones(name: str, value: Any) -> tuple[NDArray[np.float32], list[float
     return np.pad(positions, ((0, 0), (0, 3))), [1.0] * len(positions)
 
 
-def _overrides(seed: int | None, rays: int | None, length_s: float | None, threads: int) \
-        -> _aula.Overrides:
+def _overrides(seed: int | None, rays: int | None, length_s: float | None, threads: int,
+               speech_level_db: ArrayLike | None = None,
+               noise_level_db: ArrayLike | None = None) -> _aula.Overrides:
+    speech = None
+    if speech_level_db is not None:
+        speech = _bands("speech_level_db", speech_level_db, -200, 200)
+        if _dimensions(speech_level_db) == 0:
+            speech = speech[:1]
     return _aula.Overrides(
         None if seed is None else _integer("seed", seed, 0, 2**64 - 1),
         None if rays is None else _integer("rays", rays, 1, 200_000),
         None if length_s is None else _number("length_s", length_s, 1e-3, 10),
-        _integer("threads", threads, 1, 1024))
+        _integer("threads", threads, 1, 1024), speech,
+        None if noise_level_db is None else _bands("noise_level_db", noise_level_db, -200, 200))
 
 
 def _output(output: str) -> str:
@@ -590,11 +597,12 @@ class Measurement:
 
     def parameters(self, *, standard_errors: bool = False) -> dict[str, NDArray[np.float64]]:
         """The parameters; see `aula.parameters`."""
-        names = _aula.parameter_names()
-        values, errors = self._measured.parameters()
-        result = dict(zip(names, values))
+        octaves, single_numbers = self._measured.parameters()
+        every = octaves | {name if name == "STI" else f"{name}_mean": arrays
+                           for name, arrays in single_numbers.items()}
+        result = {name: values for name, (values, _) in every.items()}
         if standard_errors:
-            result.update({f"{name}_error": error for name, error in zip(names, errors)})
+            result.update({f"{name}_error": errors for name, (_, errors) in every.items()})
         return result
 
     def energy(self, *, bin_ms: float = 1) -> NDArray[np.float32]:
@@ -606,8 +614,9 @@ def measure(room: Scene, *, sources: Positions | None = None,
             microphones: Positions | None = None, frames: int | None = None,
             max_frames: int = 2000, level_error_db: float = 0.05, c80_error_db: float = 0.1,
             t30_error: float = 0.01, edt_error: float = 0.01, seed: int | None = None,
-            rays: int | None = None, length_s: float | None = None, threads: int = 1) \
-        -> Measurement:
+            rays: int | None = None, length_s: float | None = None,
+            speech_level_db: ArrayLike | None = None, noise_level_db: ArrayLike | None = None,
+            interaural: bool = False, threads: int = 1) -> Measurement:
     """Traces sound from all sources to all microphones, with everything at rest.
 
     sources: positions (S, 3) or (3,) in m, or a list of `Source`; default: those of the room.
@@ -618,6 +627,11 @@ def measure(room: Scene, *, sources: Positions | None = None,
         from 125 Hz to 4 kHz; a warning names larger errors.
     seed, rays, length_s: seed of all random numbers, rays per source and frame, length of the
         responses in s; default: the settings of the room (`Scene.simulation`).
+    speech_level_db, noise_level_db: levels for STI in dB re 20 uPa. Speech of an omnidirectional
+        source at 1 m: one level of male speech in dB(A), or 8 octave levels. Noise at the
+        microphones: one level for every octave band, or 8. Default: those of the scene file, else
+        60 dB(A) without noise.
+    interaural: True computes IACC_E and IACC_L, which takes a binaural response of each pair.
     threads: number of threads; it does not affect results.
     """
     if not isinstance(room, Scene):
@@ -641,8 +655,8 @@ def measure(room: Scene, *, sources: Positions | None = None,
     measured = _aula.measure(
         room._scene, measured_sources, poses,
         None if frames is None else _integer("frames", frames, 1, 10**6),
-        _integer("max_frames", max_frames, 1, 10**6), limits,
-        _overrides(seed, rays, length_s, threads))
+        _integer("max_frames", max_frames, 1, 10**6), limits, bool(interaural),
+        _overrides(seed, rays, length_s, threads, speech_level_db, noise_level_db))
     for line in measured.warnings:
         warnings.warn(line, stacklevel=3)
     return Measurement(measured, shares, threads)
@@ -659,7 +673,8 @@ def rir(room: Scene, *, sources: Positions | None = None, microphones: Positions
 
     Sample 0 is the emission. 1.0 is the pressure at 1 m in a free field. Shorter responses end with
     zeros. The reverberation of several omnidirectional microphones has the coherence of a diffuse
-    field; that of other patterns and outputs is shaped from the same noise at each microphone. The responses of one source and one listener equal those of `aula --ir`.
+    field; that of other patterns and outputs is shaped from the same noise at each microphone. The
+    responses of one source and one listener equal those of `aula --ir`.
     """
     _output(output), _number("fs", fs, 8000, 384000)
     return measure(room, sources=sources, microphones=microphones, **measuring).rir(
@@ -671,9 +686,14 @@ def parameters(room: Scene, *, sources: Positions | None = None,
                **measuring: Any) -> dict[str, NDArray[np.float64]]:
     """Parameters of ISO 3382-1 in octave bands: {"T20", "T30", "EDT", "C50", ...}: (S, M, 8).
 
-    T20, T30, EDT and Ts in s; C50, C80, G and L_J in dB; D50, J_LF and J_LFC are shares. NaN if the decay is not
-    sufficient. With `standard_errors` also "T30_error" and so on; they are NaN if `frames` is
-    given. Microphones are omnidirectional. measuring: the arguments of `measure`.
+    T20, T30, EDT and Ts are in s; C50, C80, G and L_J in dB; D50, J_LF and J_LFC are shares; IACC_E
+    and IACC_L need `interaural=True`. "T30_mean" and so on, (S, M), are the single numbers of ISO
+    3382-1, annex A. "STI" (S, M) is the speech transmission index of IEC 60268-16, 0..1. A value is
+    NaN if the decay is not sufficient or the source is not audible.
+
+    With `standard_errors` also "T30_error", "T30_mean_error", "STI_error" and so on, in the same
+    units; they are NaN if `frames` is given, except those of IACC. Microphones are omnidirectional.
+    measuring: the arguments of `measure`.
     """
     return measure(room, sources=sources, microphones=microphones, **measuring).parameters(
         standard_errors=standard_errors)

@@ -17,7 +17,7 @@ namespace aula {
 
 namespace {
 
-constexpr std::string_view kHeader = "aula scene 1\n";
+constexpr std::string_view kHeader = "aula scene 2\n";
 constexpr float kLargestCoordinate_m = 1e6F;
 
 /// Directions by which directivities are compared: a spiral over the sphere with equal areas.
@@ -231,7 +231,8 @@ void transfer_simulation(Archive& archive, auto& s, bool threads) {
 template <typename Archive>
 void transfer_scene(Archive& archive, auto& scene, bool threads) {
     transfer_all(archive, scene.objects, scene.materials, scene.medium, scene.sources,
-                 scene.listener.pose, scene.listener.path);
+                 scene.listener.pose, scene.listener.path, scene.speech.speech_db,
+                 scene.speech.noise_db);
     transfer_simulation(archive, scene.simulation, threads);
 }
 

@@ -115,16 +115,19 @@ class PairMeans {
     std::size_t uncertain_ = 0;
 };
 
+void check(const SpeechConditions& speech) {
+    for (std::size_t b = 0; b < kBandCount; ++b)
+        if (!std::isfinite(speech.speech_db[b]) ||
+            (speech.noise_db && !std::isfinite((*speech.noise_db)[b])))
+            throw InputError("measurement: expected finite levels of speech and noise");
+}
+
 void check(const MeasurementOptions& options) {
     if (options.frames.value_or(1) < 1 || options.max_frames < 1)
         throw InputError("measurement: expected at least one frame");
     for (const MeasuredParameter p : kMeasuredParameters)
         if (!(wanted_error(options.limits, p) > 0))
             throw InputError("measurement: expected limits of standard errors above 0");
-    for (std::size_t b = 0; b < kBandCount; ++b)
-        if (!std::isfinite(options.speech.speech_db[b]) ||
-            (options.speech.noise_db && !std::isfinite((*options.speech.noise_db)[b])))
-            throw InputError("measurement: expected finite levels of speech and noise");
 }
 
 void check_positions(std::span<const Source> sources, std::span<const Pose> receivers) {
@@ -164,6 +167,7 @@ std::vector<PairParameters> parameters_of(const Measurement& m, const PairMeans&
 std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receivers,
                                    const MeasurementOptions& options) {
     check(options);
+    check(scene.speech);
     StaticPropagation propagation(scene, receivers);
     const int max_frames = options.frames.value_or(options.max_frames);
     const int window = options.frames
@@ -209,7 +213,7 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
                                  std::to_string(m.frames) + " frames: " + uncertain);
         }
     }
-    if (options.parameters) m.parameters = parameters_of(m, means, options.speech);
+    if (options.parameters) m.parameters = parameters_of(m, means, scene.speech);
     if (options.interaural) add_interaural_parameters(m);
     return m;
 }

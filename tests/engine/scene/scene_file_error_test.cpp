@@ -240,6 +240,10 @@ TEST_CASE("numbers out of range are refused with their place") {
         {"\"rays\": 1000", "\"frame_rate_hz\": 0", "/simulation/frame_rate_hz", "0 is out"},
         {"\"rays\": 1000", "\"seed\": -1", "/simulation/seed", "-1 is out of range"},
         {"\"rays\": 1000", "\"threads\": 0", "/simulation/threads", "0 is out of range"},
+        {"\"aula\": 1", R"("aula": 1, "speech": {"level_db": 201})", "/speech/level_db",
+         "201 is out of range; expected decibels from -200 to 200"},
+        {"\"aula\": 1", R"("aula": 1, "speech": {"noise_level_db": [0, 0]})",
+         "/speech/noise_level_db", "a list of 2; expected a number or a list of 8"},
         {"\"ir_length_s\": 1", "\"ir_length_s\": 0", "/simulation/ir_length_s", "0 is out"},
         {"\"ir_length_s\": 1", "\"ir_length_s\": 10.5", "/simulation/ir_length_s", "10.5"},
     });

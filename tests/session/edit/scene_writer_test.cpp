@@ -85,6 +85,7 @@ void check_same_scenes(const Scene& a, const Scene& b) {
     CHECK(a.medium.temperature_c == b.medium.temperature_c);
     CHECK(a.medium.humidity_percent == b.medium.humidity_percent);
     CHECK(a.medium.air_absorption == b.medium.air_absorption);
+    CHECK(a.speech == b.speech);
 }
 
 /// A scene file with all kinds of content, in a separate folder.
@@ -132,6 +133,7 @@ constexpr const char* kRoom = R"({
   ],
   "materials": {"own": {"absorption": 0.3, "source": "measured"},
                 "curtain": {"absorption": 0.11}},
+  "speech": {"level_db": 66, "noise_level_db": [0, 10, 20, 30, 40, 30, 20, 10]},
   "sources": [{"name": "moves", "signal": "noise", "path": {"points": [
                  {"t": 0, "position": [1, 2, 1.5]}, {"t": 3, "position": [4, 2, 1.5]}]}},
               {"name": "rests", "position": [2, 3, 1], "gain_db": -5}],
@@ -197,6 +199,8 @@ TEST_CASE(
 TEST_CASE("A saved scene has all changes: positions, gains, loops, settings") {
     const Written scene(kRoom);
     Scene edited = scene.read().scene;
+    CHECK(edited.speech.speech_db == aula::SpeechConditions::male_speech_db(66));
+    CHECK((*edited.speech.noise_db)[4] == 40);
     edited.sources[0].path.reset();
     edited.sources[0].position = {1.25F, 2.1F, 1.3F};
     edited.sources[1].gain_db = 2.1F;

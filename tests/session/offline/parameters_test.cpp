@@ -84,7 +84,7 @@ TEST_CASE("noise lowers STI and nothing else, and every parameter has a standard
     MeasurementOptions options{
         .limits = {.level_db = 0.2, .c80_db = 0.4, .t30 = 0.04, .edt = 0.04}};
     const auto quiet = measure(scene, options);
-    options.speech.noise_db = Bands::filled(60);
+    scene.speech.noise_db = Bands::filled(60);
     const auto noisy = measure(scene, options);
     const PairParameters& p = quiet->parameters[0];
     const PairParameters& n = noisy->parameters[0];

@@ -81,31 +81,15 @@ struct MeasurementLimits {
     double edt = 0.01;       ///< of EDT, relative
 };
 
-/// Levels of speech and noise, in dB re 20 uPa in each octave band, for speech transmission
-/// indices.
-struct SpeechConditions {
-    /// The octave levels of male speech by IEC 60268-16:2011 with a level in dB(A). 63 Hz is not
-    /// used.
-    static constexpr Bands male_speech_db(float level_dba) {
-        constexpr Bands kRelative_db{{0, 2.9F, 2.9F, -0.8F, -6.8F, -12.8F, -18.8F, -24.8F}};
-        return kRelative_db + Bands::filled(level_dba);
-    }
-
-    /// Speech at 1 m in free field, of an omnidirectional source with the power of the talker. The
-    /// default is normal effort.
-    Bands speech_db = male_speech_db(60);
-    std::optional<Bands> noise_db{};  ///< at the receivers; absent: no noise
-};
-
 /// How a measurement is made. The settings of the propagation, such as the rays, are those of the
-/// scene (Scene::simulation).
+/// scene (Scene::simulation), and so are the levels for speech transmission indices
+/// (Scene::speech).
 struct MeasurementOptions {
     /// Number of frames, at least 1. If absent: as many as needed for `limits`.
     std::optional<int> frames{};
     MeasurementLimits limits{};  ///< each above 0; not used with `frames`
     int max_frames = 2000;       ///< ends a measurement outside its limits; not used with `frames`
     bool parameters = true;      ///< false omits Measurement::parameters
-    SpeechConditions speech{};   ///< for speech transmission indices
     /// True adds the interaural coefficients, with binaural impulse responses of all pairs: the
     /// head, MIT KEMAR, faces the source. Their standard errors are those of the noise of the
     /// reverberation, not of the energy response. Otherwise they are empty.

@@ -195,6 +195,27 @@ struct Listener {
     Pose pose_at(double time_s) const { return path ? path->at(time_s) : pose; }
 };
 
+/// Levels of speech and noise, in dB re 20 uPa in each octave band, for speech transmission
+/// indices.
+struct SpeechConditions {
+    static constexpr float kHighestLevel_db = 200;  ///< of scene files; the lowest is its negative
+
+    /// The octave levels of male speech by IEC 60268-16:2011 with a level in dB(A). 63 Hz is not
+    /// used.
+    static constexpr Bands male_speech_db(float level_dba) {
+        constexpr Bands kRelative_db{{0, 2.9F, 2.9F, -0.8F, -6.8F, -12.8F, -18.8F, -24.8F}};
+        return kRelative_db + Bands::filled(level_dba);
+    }
+
+    /// Speech at 1 m in free field, of an omnidirectional source with the power of the talker. The
+    /// default is normal effort.
+    Bands speech_db = male_speech_db(60);
+    std::optional<Bands> noise_db{};  ///< at the receivers; absent: no noise
+
+    /// True if all levels are equal.
+    friend bool operator==(const SpeechConditions&, const SpeechConditions&) = default;
+};
+
 /// A room with its sources and its listener: the content of a scene file. A value type: copy it,
 /// modify it or construct it without a file.
 struct Scene {
@@ -204,6 +225,7 @@ struct Scene {
     std::vector<Source> sources;      ///< may be empty
     Listener listener;                ///< the listener
     Simulation simulation;            ///< the settings of the propagation
+    SpeechConditions speech;          ///< for speech transmission indices
 
     /// Adds an object of one material. `material` is the name of one of `materials`, or of one of
     /// the library, which is then copied to `materials`. Indices in `triangles` refer to `vertices`
