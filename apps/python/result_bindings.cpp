@@ -18,6 +18,8 @@
 #include "apps/python/scene_bindings.h"
 #include "apps/session/frames/signals.h"
 #include "apps/session/offline/offline.h"
+#include "audio/spatial/hrtf.h"
+#include "aula/engine/impulse_response.h"
 #include "aula/exception.h"
 #include "aula/measurement.h"
 
@@ -85,6 +87,17 @@ Scene with(const Scene& scene, const Overrides& overrides) {
     return changed;
 }
 
+/// The newest HRTF and noise carriers. Successive calls with one file, sample rate and seed then
+/// share them: they are found by these while they are in use. With the interpreter's lock.
+struct Kept {
+    std::shared_ptr<const Hrtf> hrtf;
+    std::shared_ptr<const NoiseCarriers> carriers;
+};
+Kept& kept() {
+    static Kept newest;
+    return newest;
+}
+
 Measurement measured(const SharedScene& shared, const std::vector<Source>& sources,
                      const Array<float>& receivers, std::optional<int> frames, int max_frames,
                      const std::array<double, 4>& limits, bool interaural,
@@ -120,12 +133,17 @@ std::vector<float> first_order(const Response& foa, float omnidirectional_share)
     return samples;
 }
 
-/// Calls `make` with 0 to count - 1 on several threads. Rethrows the first exception.
-void in_parallel(std::size_t count, int threads, const auto& make) {
+/// Calls `make` with 0 to count - 1 on several threads, until there is a signal. Rethrows the first
+/// exception.
+void in_parallel(std::size_t count, int threads, Interruption& interruption, const auto& make) {
     std::atomic<std::size_t> next = 0;
+    const std::thread::id caller = std::this_thread::get_id();
     const auto work = [&](std::exception_ptr& error) {
         try {
-            for (std::size_t i = next++; i < count; i = next++) make(i);
+            for (std::size_t i = next++; i < count; i = next++) {
+                make(i);
+                if (std::this_thread::get_id() == caller && !interruption.continues()) next = count;
+            }
         } catch (...) {
             error = std::current_exception();
             next = count;
@@ -156,16 +174,21 @@ py::array_t<float> impulse_responses(const Measurement& measurement, double samp
                                          .ambisonic_order = ambisonic_order,
                                          .hrtf = hrtf};
     const bool mono = options.output == OutputFormat::mono;
+    Interruption interruption;
+    Kept used;
     {
         const py::gil_scoped_release released;
-        const ImpulseResponses plain(measurement, options);
+        if (options.output == OutputFormat::binaural) used.hrtf = load_hrtf(hrtf, sample_rate_hz);
+        const ImpulseResponses plain(measurement, options, used.hrtf);
         ImpulseResponseOptions foa_options = options;
         foa_options.output = OutputFormat::foa;
         std::optional<ImpulseResponses> foa;
         if (mono &&
             std::any_of(shares.begin(), shares.end(), [](float share) { return share != 1; }))
             foa.emplace(measurement, foa_options);
-        in_parallel(responses.size(), threads, [&](std::size_t pair) {
+        if (!mono || receivers == 1 || foa)
+            used.carriers = make_noise_carriers(sample_rate_hz, measurement.simulation.seed);
+        in_parallel(responses.size(), threads, interruption, [&](std::size_t pair) {
             const std::size_t s = pair / receivers;
             const std::size_t m = pair % receivers;
             responses[pair] = mono && shares[m] != 1
@@ -173,6 +196,9 @@ py::array_t<float> impulse_responses(const Measurement& measurement, double samp
                                   : plain.response(s, m);
         });
     }
+    interruption.rethrow();
+    if (used.hrtf) kept().hrtf = used.hrtf;
+    if (used.carriers) kept().carriers = used.carriers;
     std::size_t samples = 0;
     for (const Response& response : responses) samples = std::max(samples, response[0].size());
     const std::size_t channels = channel_count(options.output);

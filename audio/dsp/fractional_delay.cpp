@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "audio/base/aligned.h"
+
 namespace aula {
 
 namespace {
@@ -24,15 +26,22 @@ float tap(std::size_t k, double fraction) {
         static_cast<double>(k) - static_cast<double>(FractionalDelay::kBefore) - fraction));
 }
 
+/// [phase 0 to `phases`][tap]
+AlignedVector<float> make_table(std::size_t phases) {
+    AlignedVector<float> table;
+    table.reserve((phases + 1) * kInterpolationTaps);
+    for (std::size_t phase = 0; phase <= phases; ++phase) {
+        for (std::size_t k = 0; k < kInterpolationTaps; ++k)
+            table.push_back(tap(k, static_cast<double>(phase) / static_cast<double>(phases)));
+    }
+    return table;
+}
+
 }  // namespace
 
 FractionalDelay::FractionalDelay() {
-    table_.reserve((kPhases + 1) * kInterpolationTaps);
-    for (std::size_t phase = 0; phase <= kPhases; ++phase) {
-        for (std::size_t k = 0; k < kInterpolationTaps; ++k) {
-            table_.push_back(tap(k, static_cast<double>(phase) / static_cast<double>(kPhases)));
-        }
-    }
+    static const AlignedVector<float> table = make_table(kPhases);
+    table_ = table.data();
 }
 
 std::array<float, kInterpolationTaps> FractionalDelay::impulse(double fraction) const {

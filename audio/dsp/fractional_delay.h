@@ -3,7 +3,6 @@
 #include <array>
 #include <cstddef>
 
-#include "audio/base/aligned.h"
 #include "audio/dsp/kernels.h"
 #include "aula/audio/realtime.h"
 
@@ -18,6 +17,7 @@ class FractionalDelay {
     static constexpr std::size_t kBefore = kInterpolationTaps / 2 - 1;
     static constexpr std::size_t kAfter = kInterpolationTaps / 2;
 
+    /// All share one table, which the first one computes.
     FractionalDelay();
 
     /// The signal at x[kBefore + fraction], 0 <= fraction < 1; reads kInterpolationTaps samples.
@@ -25,7 +25,7 @@ class FractionalDelay {
     float read(const float* x, double fraction) const noexcept AULA_NONBLOCKING {
         const double phase = fraction * static_cast<double>(kPhases);
         const auto row = static_cast<std::size_t>(phase);
-        const float* const taps = table_.data() + row * kInterpolationTaps;
+        const float* const taps = table_ + row * kInterpolationTaps;
         return interpolate(x, taps, taps + kInterpolationTaps,
                            static_cast<float>(phase - static_cast<double>(row)));
     }
@@ -35,7 +35,7 @@ class FractionalDelay {
 
  private:
     static constexpr std::size_t kPhases = 256;
-    AlignedVector<float> table_;  ///< [phase 0 to kPhases][tap]
+    const float* table_;  ///< [phase 0 to kPhases][tap]
 };
 
 }  // namespace aula

@@ -366,7 +366,7 @@ void ImpulseResponseBuilder::State::build(const EnergyResponse& energy, ImpulseR
     }
 }
 
-// 62 MB at 48 kHz: all rooms of a process share the carriers of a rate and a seed.
+// 6 MB at 48 kHz: all rooms of a process share the carriers of a rate and a seed.
 std::shared_ptr<const NoiseCarriers> make_noise_carriers(double sample_rate_hz,
                                                          std::uint64_t seed) {
     static std::mutex mutex;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <span>
 
+#include "engine/base/multiversion.h"
 #include "engine/base/sampling.h"
 #include "engine/response/octave_bank.h"
 
@@ -26,6 +27,25 @@ std::vector<double> white_noise(std::size_t count, std::uint64_t seed) {
     return noise;
 }
 
+/// Levels samples to a power. The window of sample n has the energies from sums[n] to
+/// sums[n + window], which are cumulative.
+AULA_MULTIVERSION
+void level(std::span<float> samples, const double* sums, std::size_t window, double power) {
+    for (std::size_t n = 0; n < samples.size(); ++n) {
+        const double mean = (sums[n + window] - sums[n]) / static_cast<double>(window);
+        samples[n] *= static_cast<float>(mean > 0 ? std::sqrt(power / mean) : 1);
+    }
+}
+
+/// Rounds to multiples of `step`, halves away from 0.
+AULA_MULTIVERSION
+void quantise(std::span<const float> samples, float step, std::int16_t* to) {
+    for (std::size_t n = 0; n < samples.size(); ++n) {
+        const double x{samples[n] / step};
+        to[n] = static_cast<std::int16_t>(static_cast<int>(x + std::copysign(0.5, x)));
+    }
+}
+
 /// Scales a periodic carrier such that its power over a sliding window is constant. This preserves
 /// the slope of a decay: the standard deviation of T30 at 1 kHz falls from 2.5 % to 0.7 %. The
 /// window is long enough to preserve the spectrum of the noise.
@@ -38,12 +58,9 @@ void level(std::vector<float>& carrier, double power, double window_samples) {
         const double x{carrier[n < period ? n : n - period]};
         energy[n + 1] = energy[n] + x * x;
     }
-    for (std::size_t n = 0; n < period; ++n) {
-        const std::size_t begin = n < half ? n + period - half : n - half;
-        const double mean =
-            (energy[begin + 2 * half + 1] - energy[begin]) / static_cast<double>(2 * half + 1);
-        if (mean > 0) carrier[n] *= static_cast<float>(std::sqrt(power / mean));
-    }
+    // Windows that begin before the first sample are those of the second period.
+    level(std::span(carrier).first(half), energy.data() + period - half, 2 * half + 1, power);
+    level(std::span(carrier).subspan(half), energy.data(), 2 * half + 1, power);
 }
 
 /// FNV-1a.
@@ -101,8 +118,7 @@ NoiseCarriers::NoiseCarriers(double sample_rate_hz, std::uint64_t seed,
         float peak = 0;
         for (const float x : carriers[b]) peak = std::max(peak, std::abs(x));
         step_[b] = peak / kSteps;
-        for (std::size_t n = 0; n < period_samples_; ++n)
-            whole[n] = static_cast<std::int16_t>(std::lround(carriers[b][n] / step_[b]));
+        quantise(carriers[b], step_[b], whole.data());
         std::copy_n(whole.begin(), kMaxRead_samples, whole.begin() + period_samples_);
     }
 }
