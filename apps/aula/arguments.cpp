@@ -208,9 +208,9 @@ class Options {
             arguments_.bin_s = ms / 1000;
         });
         text("--speech-level", [this](const std::string& value) {
-            const Bands levels_db = read_levels(
-                "--speech-level", value, "a level in dB(A) at 1 m, or 8 octave levels in dB",
-                SpeechConditions::male_speech_db);
+            const Bands levels_db = read_levels("--speech-level", value,
+                                                "a level in dB(A) at 1 m, or 8 octave levels in dB",
+                                                SpeechConditions::male_speech_db);
             arguments_.scene_changes.push_back(
                 [levels_db](Scene& scene) { scene.speech.speech_db = levels_db; });
         });

@@ -48,6 +48,9 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
             "Requires-Python: >=3.11\nRequires-Dist: numpy\n").encode()
         files[f"{info}/WHEEL"] = (f"Wheel-Version: 1.0\nGenerator: aula\n"
                                   f"Root-Is-Purelib: false\nTag: {tag}\n").encode()
+        for name in ("LICENSE", "cmake/debian/copyright"):
+            path = ROOT / name
+            files[f"{info}/{path.name}"] = path.read_bytes()
         record = "".join(
             f"{name},sha256={_digest(data)},"
             f"{len(data)}\n" for name, data in files.items())

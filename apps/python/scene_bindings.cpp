@@ -2,6 +2,7 @@
 
 #include <pybind11/stl.h>
 
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -68,6 +69,11 @@ Material make_material(const std::string& name, const Array<float>& absorption,
     Material material{
         .name = name, .absorption = bands_of(absorption), .scattering = bands_of(scattering)};
     if (sound_reduction_db) material.sound_reduction_db = bands_of(*sound_reduction_db);
+    for (std::size_t band = 0; band < kBandCount; ++band)
+        if (material.sound_reduction_db && material.transmits_too_much(band))
+            throw InputError("sound_reduction_db: transmits more energy than is absorbed at " +
+                             std::to_string(std::lround(kBandCentres_hz[band])) +
+                             " Hz; expected a higher index or absorption");
     check_material(material);
     return material;
 }
@@ -171,7 +177,7 @@ void set_simulation(Simulation& simulation, const py::dict& settings) {
             set_setting(simulation, name, value);
         } catch (const py::cast_error&) {
             throw InputError(name + ": " + py::repr(value).cast<std::string>() +
-                             " is not of the type of this setting");
+                             " is not of the type or in the range of this setting");
         }
     }
     simulation.check();

@@ -10,7 +10,9 @@ namespace aula {
 
 // The basic values of scene files. All functions throw InputError with the location of the error.
 
-inline constexpr double kLargestCoordinate_m = 1e6;
+/// Of the coordinates of scenes, sources and listeners. The intersection tests of much larger ones
+/// overflow.
+inline constexpr float kLargestCoordinate_m = 1e6F;
 
 /// A list of 3 numbers in metres, each at most kLargestCoordinate_m.
 Vec3 read_point(const JsonReader& json);

@@ -4,6 +4,7 @@ import copy
 import gc
 import json
 import math
+import multiprocessing
 import os
 import pathlib
 import pickle
@@ -30,6 +31,15 @@ FEW = {"frames": 1, "rays": 50, "length_s": 0.2}
 
 def box(**changes):
     return aula.Scene.shoebox((6, 5, 3), **({"absorption": 0.25, "scattering": 1.0} | changes))
+
+
+def response_of(room, threads=1):
+    return aula.rir(room, sources=SOURCES, microphones=MICROPHONES, threads=threads, **FEW)
+
+
+def peak_of(room):
+    """In another process."""
+    return np.abs(response_of(room)).max()
 
 
 def read_wav(file):
@@ -317,10 +327,40 @@ class Threads(unittest.TestCase):
         np.testing.assert_array_equal(results[0], expected)
 
     def test_interrupt(self):
-        timer = threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT))
-        timer.start()
-        with self.assertRaises(KeyboardInterrupt):
-            aula.rir(box(), sources=SOURCES, microphones=MICROPHONES, frames=10**6)
+        room = box()
+        room.sources, room.listener = SOURCES, aula.Microphone(MICROPHONES[0])
+        # The coherent noise of 128 microphones takes seconds.
+        many = aula.measure(box(), sources=SOURCES[0], microphones=np.random.default_rng(1).uniform(
+            0.5, 2.5, (500, 3)), **FEW)
+        for call in (lambda: aula.measure(room, frames=10**6), lambda: many.rir(fs=192000),
+                     lambda: aula.render(room, duration_s=1000, output="mono")):
+            threading.Timer(0.2, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+            with self.assertRaises(KeyboardInterrupt):
+                call()
+
+    def test_processes(self):
+        # A process that is forked inherits a parent that has used threads.
+        room = box()
+        expected = np.abs(response_of(room, threads=2)).max()
+        for method in ("fork", "spawn"):
+            with multiprocessing.get_context(method).Pool(1) as pool:
+                found = pool.apply_async(peak_of, [room]).get(60)
+            self.assertEqual(found, expected)
+
+    def test_errors_in_threads(self):
+        errors = []
+
+        def fail():
+            try:
+                aula.rir(box(), sources=[1, 2], microphones=MICROPHONES)
+            except aula.Error as error:
+                errors.append(str(error))
+        threads = [threading.Thread(target=fail) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(errors, ["sources: the shape (2,); expected (3,)"] * 4)
 
 
 class Errors(unittest.TestCase):
@@ -345,6 +385,10 @@ class Errors(unittest.TestCase):
                 ("microphones[0].pattern", [aula.Microphone((1, 1, 1), pattern="x")]),
                 ("microphones[0].pattern", [aula.Microphone((1, 1, 1), pattern=2.0)]),
                 ("microphones[0].position", [aula.Microphone((1, 1))]),
+                # Beyond this, intersection tests overflow.
+                ("sources", [[1e30, 1, 1]]), ("microphones", [[1, 1, -2e6]]),
+                ("microphones[0].path", [aula.Microphone((1, 1, 1), path=3)]),
+                ("hrtf", None), ("hrtf", "a\0b"),
                 ("fs", 0), ("fs", math.nan), ("fs", "16000"), ("output", "stereo"),
                 ("frames", 0), ("frames", 1.5), ("threads", 0), ("seed", -1), ("seed", 2**64),
                 ("rays", 0), ("length_s", 0), ("t30_error", 0), ("max_frames", 0),
@@ -366,6 +410,22 @@ class Errors(unittest.TestCase):
         self.check("triangles", lambda: aula.Scene.from_mesh(vertices, triangles * 1.0, "plaster"))
         negative = -np.ones((1, 3), int)
         self.check("triangles", lambda: aula.Scene.from_mesh(vertices, negative, "plaster"))
+        for names in ("wall", None, [0], [["wall"]]):
+            self.check("triangle_materials", lambda: aula.Scene.from_mesh(
+                vertices, triangles, {"wall": "plaster"}, triangle_materials=names))
+        self.check("materials", lambda: aula.Scene.from_mesh(
+            vertices, triangles, {1: "plaster"}, triangle_materials=[1] * len(triangles)))
+        self.check("name", lambda: aula.material(["plaster"]))
+        self.check("name", lambda: aula.Source(name="a\ud800"))
+        self.check("name", lambda: aula.Source(name=None))
+        self.check("path", lambda: aula.Source(path=[(1, 1, 1)]))
+        self.check("directivity", lambda: aula.Source(directivity=None))
+        self.check("sound_reduction_db",
+                   lambda: aula.material(absorption=0.01, sound_reduction_db=3))
+        self.check("file", lambda: aula.load_scene(None))
+        self.check("file", lambda: aula.load_scene("a\0b"))
+        with self.assertRaises(AttributeError):
+            room.source = []
         self.check("materials", lambda: room.materials.__setitem__("wall", "plaster"))
         self.check("rays", lambda: room.configure(rays="many"))
         self.check("there is no setting", lambda: room.configure(ray=1))
@@ -377,6 +437,7 @@ class Errors(unittest.TestCase):
         for wrong in ([], [math.nan], [[1.0]], "x"):
             self.check("signals['voice']", lambda: aula.render(room, signals={"voice": wrong}))
         self.check("signals", lambda: aula.render(room, signals={"other": [1.0]}))
+        self.check("signals", lambda: aula.render(room, signals=[1.0]))
 
     def test_keyword_only(self):
         with self.assertRaises(TypeError):
@@ -393,8 +454,40 @@ class Arrays(unittest.TestCase):
                         [aula.Source(p, name=f"source {i}") for i, p in enumerate(exact)]):
             np.testing.assert_array_equal(
                 aula.rir(box(), sources=sources, microphones=MICROPHONES, **FEW), expected)
+        room = box()
+        room.sources = [SOURCES[0]]
+        self.assertEqual(list(room.sources), ["source 0"])
+        room.sources = aula.Source(SOURCES[0], name="voice")
+        self.assertEqual(list(room.sources), ["voice"])
+        room.sources = []
+        self.assertEqual(list(room.sources), [])
         one = aula.rir(box(), sources=SOURCES[0], microphones=MICROPHONES[0], **FEW)
         self.assertEqual(one.shape[:3], (1, 1, 1))
+
+
+class Documentation(unittest.TestCase):
+    def test_page(self):
+        # The code of docs/python.md, in order, with a signal x.
+        page = (SCENES.parent / "docs/python.md").read_text()
+        blocks = page.split("```python\n")[1:]
+        self.assertGreaterEqual(len(blocks), 3)
+        names = {"x": np.random.default_rng(1).standard_normal(4800) / 10}
+        for block in blocks:
+            # A room that decays sooner, a shorter walk, and fewer rays and frames.
+            code = block.split("```")[0]
+            for text, shorter in (("plaster", "curtain"), ("[0, 3]", "[0, 0.3]"),
+                                  ("s=True)", "s=True, max_frames=128, rays=200)"),
+                                  ('"binaural")', '"binaural", rays=100)')):
+                code = code.replace(text, shorter)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                exec(code, names)
+        self.assertEqual(names["h"].shape[:3], (1, 2, 1))
+        self.assertEqual(names["h"].dtype, np.float32)
+        t30, error = (names["values"][name][0, 0, 4] for name in ("T30", "T30_error"))
+        self.assertTrue(0 < error < 0.05 * t30)
+        self.assertEqual(len(names["y"]), 2)
+        self.assertGreater(np.abs(names["y"]).max(), 0)
 
 
 class Memory(unittest.TestCase):

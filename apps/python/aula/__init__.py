@@ -13,7 +13,7 @@ import math
 import numbers
 import os
 import warnings
-from collections.abc import Iterator, Mapping, MutableMapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, Union
 
@@ -74,6 +74,14 @@ def _array(name: str, value: Any, shape: tuple[int | None, ...], dtype: Any = np
     return np.ascontiguousarray(given, dtype=dtype)
 
 
+def _positions(name: str, value: Any, shape: tuple[int | None, ...]) -> NDArray[np.float32]:
+    """Positions in m, at most 1e6 from the origin along each axis."""
+    positions = _array(name, value, shape)
+    if np.abs(positions).max() > 1e6:
+        raise Error(f"{name}: coordinates of {np.abs(positions).max():g} m; expected at most 1e6 m")
+    return positions
+
+
 def _number(name: str, value: Any, low: float, high: float) -> float:
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (numbers.Real, np.number)) or \
             not low <= value <= high:
@@ -98,11 +106,30 @@ def _bands(name: str, value: ArrayLike, low: float, high: float) -> NDArray[np.f
     return bands
 
 
+def _text(name: str, value: Any) -> str:
+    """A text that UTF-8 can encode, without NUL."""
+    if not isinstance(value, str) or "\0" in value or not value.isprintable():
+        raise Error(f"{name}: {value!r}; expected a printable text")
+    return value
+
+
+def _file(name: str, value: Any) -> str:
+    if not isinstance(value, (str, os.PathLike)) or "\0" in os.fsdecode(value):
+        raise Error(f"{name}: {value!r}; expected the name of a file")
+    return os.fsdecode(value)
+
+
+def _path(name: str, value: Trajectory | None) -> tuple[NDArray, NDArray, bool] | None:
+    if value is not None and not isinstance(value, Trajectory):
+        raise Error(f"{name}: {value!r}; expected an aula.Trajectory")
+    return None if value is None else value._arrays()
+
+
 def _pose(name: str, position: ArrayLike, yaw: float, pitch: float, roll: float) \
         -> NDArray[np.float32]:
     angles = [_number(f"{name}{angle}", degrees, -1e6, 1e6)
               for angle, degrees in (("yaw", yaw), ("pitch", pitch), ("roll", roll))]
-    return np.concatenate([_array(f"{name}position", position, (3,)),
+    return np.concatenate([_positions(f"{name}position", position, (3,)),
                            np.radians(angles).astype(np.float32)])
 
 
@@ -133,7 +160,7 @@ class Trajectory:
         for name, value in (("yaw", self.yaw), ("pitch", self.pitch), ("roll", self.roll)):
             value = np.full(len(times), value) if _dimensions(value) == 0 else value
             angles.append(np.radians(_array(name, value, (len(times),))))
-        positions = _array("positions", self.positions, (len(times), 3))
+        positions = _positions("positions", self.positions, (len(times), 3))
         return times, np.column_stack([positions, *angles]).astype(np.float32), bool(self.loop)
 
     @staticmethod
@@ -158,9 +185,9 @@ class Source:
                  pitch: float = 0, roll: float = 0, directivity: str | os.PathLike[str] = "omni",
                  gain_db: float = 0, loop: bool = False, path: Trajectory | None = None) -> None:
         pose = _pose("", position, yaw, pitch, roll)
-        self._source = _aula.Source(str(name), pose, os.fspath(directivity),
+        self._source = _aula.Source(_text("name", name), pose, _file("directivity", directivity),
                                     _number("gain_db", gain_db, -200, 200), bool(loop),
-                                    path._arrays() if path is not None else None)
+                                    _path("path", path))
 
     @staticmethod
     def _of(source: _aula.Source) -> Source:
@@ -219,8 +246,9 @@ class Microphone:
     path: Trajectory | None = None
 
     def _values(self, name: str) -> NDArray[np.float32]:
-        if self.path is not None:
-            return self.path._arrays()[1][0]
+        path = _path(f"{name}path", self.path)
+        if path is not None:
+            return path[1][0]
         return _pose(name, self.position, self.yaw, self.pitch, self.roll)
 
     def _share(self, name: str) -> float:
@@ -246,10 +274,10 @@ def material(name: str | None = None, *, absorption: ArrayLike | None = None,
     """
     if absorption is None:
         known = library()
-        if name not in known:
+        if not isinstance(name, str) or name not in known:
             raise Error(f"name: there is no material {name!r}; expected one of aula.library()")
         return known[name]
-    return Material(name or "material", _bands("absorption", absorption, 0, 1),
+    return Material(_text("name", name or "material"), _bands("absorption", absorption, 0, 1),
                     _bands("scattering", scattering, 0, 1),
                     None if sound_reduction_db is None
                     else _bands("sound_reduction_db", sound_reduction_db, 0, 120))
@@ -311,6 +339,10 @@ class Scene:
 
     Made by `Scene.shoebox`, `Scene.from_mesh` or `load_scene`. Scenes can be pickled and copied.
     """
+
+    __slots__ = ("__weakref__", "_has_listener", "_scene")
+    _has_listener: bool
+    _scene: _aula.Scene
 
     def __init__(self) -> None:
         raise TypeError("use aula.Scene.shoebox, aula.Scene.from_mesh or aula.load_scene")
@@ -400,7 +432,10 @@ class Scene:
             raise Error("materials: empty; expected at least one")
         if triangle_materials is None:
             raise Error("triangle_materials: expected the name of the material of each triangle")
-        names = list(materials)
+        names = [_text("materials", name) for name in materials]
+        if isinstance(triangle_materials, str) or not isinstance(triangle_materials, Iterable):
+            raise Error(f"triangle_materials: {triangle_materials!r}; expected a list of names")
+        triangle_materials = [_text("triangle_materials", name) for name in triangle_materials]
         missing = [name for name in triangle_materials if name not in materials]
         if missing:
             raise Error(f"triangle_materials: {missing[0]!r} is not one of materials")
@@ -424,12 +459,13 @@ class Scene:
 
     @property
     def sources(self) -> dict[str, Source]:
-        """The sources by name, a copy; assign a list to replace them."""
+        """The sources by name, a copy; assign a list of `Source`, or positions, to replace them."""
         return {source.name: Source._of(source) for source in self._scene.sources()}
 
     @sources.setter
-    def sources(self, value: Sequence[Source]) -> None:
-        self._scene.set_sources(_sources("sources", list(value)) if len(value) else [])
+    def sources(self, value: Positions) -> None:
+        is_empty = isinstance(value, (list, tuple)) and not value
+        self._scene.set_sources([] if is_empty else _sources("sources", value))
 
     @property
     def listener(self) -> Microphone | None:
@@ -445,7 +481,7 @@ class Scene:
         if not isinstance(value, Microphone):
             raise Error(f"listener: {value!r}; expected an aula.Microphone")
         self._scene.set_listener(value._values("listener."),
-                                 value.path._arrays() if value.path is not None else None)
+                                 _path("listener.path", value.path))
         self._has_listener = True
 
     @property
@@ -504,7 +540,7 @@ def _material_of(name: str, value: str | Material) -> Material:
 
 def load_scene(file: str | os.PathLike[str]) -> Scene:
     """Reads a scene file; warns of what its check reports."""
-    scene, lines = _aula.Scene.load(os.fspath(file))
+    scene, lines = _aula.Scene.load(_file("file", file))
     for line in lines:
         warnings.warn(line, stacklevel=2)
     return Scene._of(scene, True)
@@ -520,7 +556,8 @@ def _sources(name: str, value: Any) -> list[_aula.Source]:
         if len(set(names)) < len(names):
             raise Error(f"{name}: two sources have the same name; expected different names")
         return [source._source for source in value]
-    positions = _array(name, value, (3,) if _dimensions(value) == 1 else (None, 3)).reshape(-1, 3)
+    positions = _positions(name, value, (3,) if _dimensions(value) == 1 else (None, 3))
+    positions = positions.reshape(-1, 3)
     return [Source(position, name=f"source {i}")._source for i, position in enumerate(positions)]
 
 
@@ -534,7 +571,8 @@ def _microphones(name: str, value: Any) -> tuple[NDArray[np.float32], list[float
         return (np.stack([microphone._values(f"{_index(name, i)}.")
                           for i, microphone in enumerate(value)]),
                 [microphone._share(f"{_index(name, i)}.") for i, microphone in enumerate(value)])
-    positions = _array(name, value, (3,) if _dimensions(value) == 1 else (None, 3)).reshape(-1, 3)
+    positions = _positions(name, value, (3,) if _dimensions(value) == 1 else (None, 3))
+    positions = positions.reshape(-1, 3)
     return np.pad(positions, ((0, 0), (0, 3))), [1.0] * len(positions)
 
 
@@ -592,7 +630,7 @@ class Measurement:
             hrtf: str | os.PathLike[str] = "", ambisonic_order: int = 1) -> NDArray[np.float32]:
         """The impulse responses; see `aula.rir`."""
         return self._measured.impulse_responses(
-            _number("fs", fs, 8000, 384000), _output(output), os.fspath(hrtf),
+            _number("fs", fs, 8000, 384000), _output(output), _file("hrtf", hrtf),
             _integer("ambisonic_order", ambisonic_order, 1, 3), self._shares, self._threads)
 
     def parameters(self, *, standard_errors: bool = False) -> dict[str, NDArray[np.float64]]:
@@ -676,7 +714,7 @@ def rir(room: Scene, *, sources: Positions | None = None, microphones: Positions
     field; that of other patterns and outputs is shaped from the same noise at each microphone. The
     responses of one source and one listener equal those of `aula --ir`.
     """
-    _output(output), _number("fs", fs, 8000, 384000)
+    _output(output), _number("fs", fs, 8000, 384000), _file("hrtf", hrtf)
     return measure(room, sources=sources, microphones=microphones, **measuring).rir(
         fs=fs, output=output, hrtf=hrtf, ambisonic_order=ambisonic_order)
 
@@ -732,6 +770,8 @@ def render(room: Scene, *, signals: Mapping[str, ArrayLike] | None = None, fs: f
         raise Error("room: it has no source; set room.sources")
     if room.listener is None:
         raise Error("room: it has no listener; set room.listener")
+    if not isinstance(signals, (Mapping, type(None))):
+        raise Error(f"signals: {type(signals).__name__}; expected a mapping of names to samples")
     samples = {}
     for name, signal in (signals or {}).items():
         if name not in names:
@@ -739,7 +779,7 @@ def render(room: Scene, *, signals: Mapping[str, ArrayLike] | None = None, fs: f
                         ", ".join(sorted(names)))
         samples[name] = _array(f"signals[{name!r}]", signal, (None,))
     array, lines = _aula.render(
-        room._scene, samples, _number("fs", fs, 8000, 384000), _output(output), os.fspath(hrtf),
+        room._scene, samples, _number("fs", fs, 8000, 384000), _output(output), _file("hrtf", hrtf),
         _integer("ambisonic_order", ambisonic_order, 1, 3),
         None if duration_s is None else _number("duration_s", duration_s, 1e-3, 1e6),
         _overrides(seed, rays, length_s, threads))

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "aula/exception.h"
+#include "engine/scene/scene_values.h"
 
 namespace aula {
 
@@ -34,7 +35,9 @@ void check_options(const AuralizerOptions& options) {
 }
 
 void check_position(const Vec3& position) {
-    require(is_finite(position), "a position is not finite");
+    // The comparison also fails for NaN.
+    for (const float x : {position.x, position.y, position.z})
+        require(std::abs(x) <= kLargestCoordinate_m, "a position is not within -1e6 to 1e6 m");
 }
 
 void check_pose(const Pose& pose) {
@@ -47,7 +50,7 @@ void check_gain(float gain_db) {
 }
 
 void check_transform(const RigidTransform& transform) {
-    check_position(transform.translation);
+    require(is_finite(transform.translation), "a transform's translation is not finite");
     const glm::mat3 identity = glm::transpose(transform.rotation) * transform.rotation;
     bool rigid = glm::determinant(transform.rotation) > 0;
     for (int c = 0; c < 3; ++c)

@@ -12,13 +12,13 @@
 
 #include "apps/session/auralizer/command_checks.h"
 #include "aula/exception.h"
+#include "engine/scene/scene_values.h"
 
 namespace aula {
 
 namespace {
 
 constexpr std::string_view kHeader = "aula scene 2\n";
-constexpr float kLargestCoordinate_m = 1e6F;
 
 /// Directions by which directivities are compared: a spiral over the sphere with equal areas.
 std::vector<Vec3> probe_directions() {

@@ -14,6 +14,7 @@
 #include "aula/engine/room_acoustics.h"
 #include "aula/exception.h"
 #include "engine/base/worker_pool.h"
+#include "engine/scene/scene_values.h"
 
 namespace aula {
 
@@ -134,8 +135,10 @@ void check_positions(std::span<const Source> sources, std::span<const Pose> rece
     if (sources.empty() || receivers.empty())
         throw InputError("measurement: expected at least one source and one receiver");
     const auto check = [](const Vec3& p) {
-        if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
-            throw InputError("measurement: expected positions of finite numbers");
+        // The comparison also fails for NaN.
+        for (const float x : {p.x, p.y, p.z})
+            if (!(std::abs(x) <= kLargestCoordinate_m))
+                throw InputError("measurement: expected positions within -1e6 to 1e6 m");
     };
     for (const Source& source : sources) check(source.position_at(0));
     for (const Pose& receiver : receivers) check(receiver.position);
