@@ -50,6 +50,13 @@ if(size LESS 768000 OR size GREATER 769000 OR end MATCHES "^0*$")
     message(FATAL_ERROR "room.wav has ${size} bytes, the last ${end}")
 endif()
 
+# The program of docs/room_measurements.md: the decay time of the default scene at the second seat.
+execute_process(COMMAND "${WORK}/session/measure_page" "${SOURCE}/scenes/default.json"
+                OUTPUT_VARIABLE printed COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)
+if(NOT printed MATCHES "T30 at 1 kHz 0.[0-9]+ s, standard error 0.00[0-9]+ s; [0-9]+ samples")
+    message(FATAL_ERROR "the program of docs/room_measurements.md printed ${printed}")
+endif()
+
 # A game's loop: silent behind the shut door, noise behind the open one.
 execute_process(COMMAND "${WORK}/session/game_loop" OUTPUT_VARIABLE levels COMMAND_ECHO STDOUT
                 COMMAND_ERROR_IS_FATAL ANY)

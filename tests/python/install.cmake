@@ -12,6 +12,12 @@ execute_process(COMMAND "${WORK}/bin/python" -c "import aula; print(aula.__file_
 if(NOT file MATCHES "^${WORK}/")
     message(FATAL_ERROR "import aula takes ${file}")
 endif()
+file(GLOB licences "${WORK}/lib/python3*/site-packages/aula-*.dist-info/LICENSE"
+     "${WORK}/lib/python3*/site-packages/aula-*.dist-info/copyright")
+list(LENGTH licences count)
+if(NOT count EQUAL 2)
+    message(FATAL_ERROR "the wheel has the licences ${licences}")
+endif()
 # The module exports its entry alone, and needs no device library.
 file(GLOB module "${WORK}/lib/python3*/site-packages/aula/_aula.*.so")
 execute_process(COMMAND nm -D --defined-only "${module}" OUTPUT_VARIABLE symbols
