@@ -48,15 +48,8 @@ class MeasurementFiles {
     void write(const Scene& scene, const Measurement& measurement,
                const std::shared_ptr<const Hrtf>& hrtf) {
         if (arguments_.ir) {
-            const SessionOptions& session = arguments_.session;
-            const ImpulseResponses impulse_responses(
-                measurement,
-                {.sample_rate_hz = session.sample_rate_hz,
-                 .output = session.output,
-                 .ambisonic_order = session.ambisonic_order,
-                 .half_precision_tail = session.half_precision_tail,
-                 .block = session.block},
-                hrtf);
+            const ImpulseResponses impulse_responses(measurement,
+                                                     response_options(arguments_.session), hrtf);
             for (std::size_t s = 0; s < responses_.size(); ++s)
                 write_planar(*responses_[s], impulse_responses.response(s));
         }

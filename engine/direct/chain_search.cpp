@@ -42,10 +42,6 @@ constexpr std::int64_t kFirstFactor = 8;
 constexpr std::size_t kMaxPoints = 64;  // whose visible edges are known
 constexpr float kMoved_m = 0.1F;
 
-// Weaker chains than the strongest path between the same points are dropped; they fade out before.
-constexpr double kWeakest_db = -36;
-constexpr double kFade_db = 6;
-
 constexpr double kOnLine_m = 1e-3;
 constexpr std::array kPlaces{0.5, 0.05, 0.95};
 
@@ -424,81 +420,6 @@ void ChainSearch::search(PairChains& pair, Budget& budget) {
     }
     std::sort(pair.edges.begin(), pair.edges.end());
     pair.edges.erase(std::unique(pair.edges.begin(), pair.edges.end()), pair.edges.end());
-}
-
-std::vector<EdgePath> ChainSearch::find(const Vec3& source, const Vec3& listener,
-                                        const PairChains& pair, const Bands& attenuation_per_m,
-                                        std::span<const EdgePath> others) const {
-    std::vector<std::pair<double, EdgeChain>> chains;  // level
-    std::vector<EdgePath> paths;
-    double strongest_db = -200;
-    constexpr std::size_t kBand = 3;  // of the estimate
-    for (const EdgePath& path : others) {
-        strongest_db = std::max(strongest_db, 20 * std::log10(std::abs(path.field[kBand]) + 1e-12));
-    }
-    for (const Sequence& sequence : pair.chains) {
-        auto chain = chain_of(sequence, source, listener);
-        if (!chain) continue;
-        // Where a ray passes an edge closely, the path that leaves the edge out decides.
-        for (std::size_t i = 0; i < sequence.size(); ++i) {
-            if (!chain->is_at_boundary(i) || chain->is_beside_screen(i)) continue;
-            Sequence shorter = sequence;
-            shorter.erase(shorter.begin() + static_cast<std::ptrdiff_t>(i));
-            const auto is_shorter = [&](const EdgePath& path) { return path.edges == shorter; };
-            chain->set_lit(i, shorter.size() == 1
-                                  ? std::any_of(others.begin(), others.end(), is_shorter)
-                                  : chain_of(shorter, source, listener).has_value());
-        }
-        const double level_db = chain->estimated_db() - 20 * std::log10(chain->length_m());
-        strongest_db = std::max(strongest_db, level_db);
-        chains.emplace_back(level_db, *chain);
-        const glm::dvec3 back = chain->last_apex() - glm::dvec3(listener);
-        const glm::dvec3 ahead = chain->first_apex() - glm::dvec3(source);
-        paths.push_back({.edges = sequence,
-                         .apexes = chain->apexes(),
-                         .length_m = chain->length_m(),
-                         .direction = Vec3(glm::normalize(back)),
-                         .departure = Vec3(glm::normalize(ahead)),
-                         .field = {}});
-    }
-    for (std::size_t i = 0; i < chains.size(); ++i) {
-        const auto& [level_db, chain] = chains[i];
-        const double share = smooth_step((level_db - strongest_db - kWeakest_db) / kFade_db);
-        if (share == 0) continue;
-        paths[i].field = chain.field(integral_, scene_, attenuation_per_m);
-        const double weight = share * chain.opening(edges_);
-        for (auto& x : paths[i].field) x *= weight;
-    }
-    std::erase_if(paths, [](const EdgePath& path) { return path.field == ComplexBands{}; });
-    return paths;
-}
-
-void ChainSearch::join_rows(const Vec3& source, const Vec3& listener, const PairChains& pair,
-                            const Bands& attenuation_per_m, std::vector<EdgePath>& paths) const {
-    for (const Sequence& candidates : pair.rows) {
-        const auto row = EdgeRow::over(edges_, candidates, source, listener);
-        if (!row || !row->is_free(edges_)) continue;
-        for (EdgePath& path : paths) {
-            const double rest = 1 - row->covered(path.edges);
-            for (auto& x : path.field) x *= rest;
-        }
-        EdgePath whole = row->path(integral_, scene_, edges_, attenuation_per_m);
-        const auto same = std::find_if(paths.begin(), paths.end(), [&](const EdgePath& path) {
-            return path.edges == whole.edges;
-        });
-        if (same != paths.end()) {
-            same->is_plain = false;
-            for (std::size_t b = 0; b < kBandCount; ++b) same->field[b] += whole.field[b];
-        } else if (whole.edges.empty()) {
-            paths.insert(paths.begin(), std::move(whole));
-        } else {
-            paths.push_back(std::move(whole));
-        }
-    }
-    // A path over a single edge also has terms of reflections.
-    std::erase_if(paths, [](const EdgePath& path) {
-        return path.edges.size() != 1 && path.field == ComplexBands{};
-    });
 }
 
 }  // namespace aula

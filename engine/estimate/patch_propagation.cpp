@@ -24,13 +24,9 @@ constexpr int kGatherRaysAfterMove = 4096;
 /// Numbers of gather rays are multiples of this number.
 constexpr int kGatherRaysStep = 128;
 
-/// Shares of the cache memory: the upper limit of the patches' sums, and segments that end in
-/// mirrors. The rest of the sums' memory stores frames for later removal.
+/// Share of the sums' memory for the patches' sums, an upper limit. The rest stores frames for
+/// later removal.
 constexpr double kTableShare = 0.8;
-constexpr double kSegmentShare = 0.05;
-
-/// Segments of all sources, or listeners, together: a search takes some 0.2 ms a frame.
-constexpr std::size_t kMaxSegments = 1 << 16;
 
 /// An end with less than this share of the rays is ignored, which saves its gather.
 constexpr double kMinShare = 0.1;
@@ -104,36 +100,6 @@ void PatchPropagation::find_mirrors() {
                            });
 }
 
-/// The memory of one cache, in proportion to its row size.
-std::size_t PatchPropagation::cache_bytes(bool directed) const {
-    const auto row_bytes = [&](bool of_listener) {
-        return static_cast<double>(PatchCache::row_bytes(bins_.count(), of_listener));
-    };
-    const double all_rows_bytes = static_cast<double>(source_count_) * row_bytes(false) +
-                                  static_cast<double>(listener_count_) * row_bytes(true);
-    return static_cast<std::size_t>((1 - kSegmentShare) * memory_bytes_ * row_bytes(directed) /
-                                    all_rows_bytes);
-}
-
-std::size_t PatchPropagation::max_segments(bool directed) const {
-    return kMaxSegments / (directed ? listener_count_ : source_count_);
-}
-
-std::size_t PatchPropagation::segment_bytes() const {
-    return static_cast<std::size_t>(kSegmentShare * memory_bytes_ /
-                                    static_cast<double>(emitter_count()));
-}
-
-PatchCache PatchPropagation::make_cache(bool directed) const {
-    return {bins_.count(),         window_frames_, grid_.patch_size_m(),
-            cache_bytes(directed), directed,       row_pool_};
-}
-
-SegmentCache PatchPropagation::make_segment_cache(bool directed) const {
-    return {window_frames_, listener_radius_m_, gather_settings_.attenuation_per_m,
-            max_segments(directed), segment_bytes()};
-}
-
 PairResponse PatchPropagation::silent_pair() const {
     return PairResponse(EnergyResponse::silent(bins_, speed_of_sound_m_s_));
 }
@@ -153,15 +119,6 @@ void PatchPropagation::restart() {
     turned_m_.assign(source_count_, 0);
     pairs_.clear();
     pairs_.assign(source_count_ * listener_count_, silent_pair());
-}
-
-/// Divides the memory among the emitters after their number has changed.
-void PatchPropagation::divide_memory() {
-    for (std::size_t id = 0; id < emitter_count(); ++id) {
-        const bool directed = id >= source_count_;
-        caches_[id].set_memory_bytes(cache_bytes(directed));
-        segment_caches_[id].set_bounds(max_segments(directed), segment_bytes());
-    }
 }
 
 void PatchPropagation::add_source(std::size_t id, const Vec3& position,

@@ -105,14 +105,7 @@ void measure_case(const Arguments& arguments, const Scene& scene, const MatrixCa
     require(energy > 0 || !test.must_be_heard, "no energy");
     if (arguments.ir) {
         const auto hrtf = hrtf_for(arguments.session, arguments.session.sample_rate_hz);
-        const SessionOptions& session = arguments.session;
-        const ImpulseResponses responses(*measurement,
-                                         {.sample_rate_hz = session.sample_rate_hz,
-                                          .output = session.output,
-                                          .ambisonic_order = session.ambisonic_order,
-                                          .half_precision_tail = session.half_precision_tail,
-                                          .block = session.block},
-                                         hrtf);
+        const ImpulseResponses responses(*measurement, response_options(arguments.session), hrtf);
         for (std::size_t s = 0; s < scene.sources.size(); ++s) {
             const auto channels = responses.response(s);
             require(static_cast<int>(channels.size()) == test.channels, "channels of the response");

@@ -21,9 +21,6 @@ using namespace aula;
 using namespace aula::test;
 using plugin::Control;
 
-const std::string kScene = AULA_PLUGIN_URI "#scene";
-const std::string kStatus = AULA_PLUGIN_URI "#status";
-
 /// A free field: a click arrives once.
 const char* const kFreeField = R"({"aula": 1,
     "sources": [{"name": "s", "position": [3.432, 0, 0], "signal": "impulse"}],
@@ -31,16 +28,6 @@ const char* const kFreeField = R"({"aula": 1,
 
 StoredState state_with(const std::string& scene) {
     return {{kScene, {LV2_ATOM__Path, {scene.c_str(), scene.c_str() + scene.size() + 1}}}};
-}
-
-std::vector<float> noise(std::size_t samples) {
-    std::vector<float> signal(samples);
-    std::uint32_t seed = 1;
-    for (float& x : signal) {
-        seed = seed * 1664525U + 1013904223U;
-        x = 0.2F * (static_cast<float>(seed >> 8) * 0x1p-23F - 1);
-    }
-    return signal;
 }
 
 std::unique_ptr<PluginHost> make_host(int group, OutputFormat layout = OutputFormat::binaural) {

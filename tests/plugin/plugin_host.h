@@ -24,6 +24,21 @@ using Channels = std::vector<std::vector<float>>;
 /// Properties of a plugin's state, by URI, with their values' bytes.
 using StoredState = std::map<std::string, std::pair<std::string, std::vector<char>>>;
 
+/// URIs of properties.
+inline const std::string kScene = AULA_PLUGIN_URI "#scene";
+inline const std::string kStatus = AULA_PLUGIN_URI "#status";
+
+/// White noise below 0.2.
+inline std::vector<float> noise(std::size_t samples) {
+    std::vector<float> signal(samples);
+    std::uint32_t seed = 1;
+    for (float& x : signal) {
+        seed = seed * 1664525U + 1013904223U;
+        x = 0.2F * (static_cast<float>(seed >> 8) * 0x1p-23F - 1);
+    }
+    return signal;
+}
+
 /// A host of the built binary: an instance with all ports connected, all controls at their initial
 /// values.
 class PluginHost {

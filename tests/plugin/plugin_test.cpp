@@ -17,19 +17,6 @@ using namespace aula;
 using namespace aula::test;
 using plugin::Control;
 
-const std::string kScene = AULA_PLUGIN_URI "#scene";
-const std::string kStatus = AULA_PLUGIN_URI "#status";
-
-std::vector<float> noise(std::size_t samples) {
-    std::vector<float> signal(samples);
-    std::uint32_t seed = 1;
-    for (float& x : signal) {
-        seed = seed * 1664525U + 1013904223U;
-        x = 0.2F * (static_cast<float>(seed >> 8) * 0x1p-23F - 1);
-    }
-    return signal;
-}
-
 float peak(const Channels& channels) {
     float largest = 0;
     for (const auto& channel : channels)

@@ -88,6 +88,14 @@ struct OfflineRendering::State {
     std::int64_t muted = 0;
 };
 
+ImpulseResponseOptions response_options(const SessionOptions& options) {
+    return {.sample_rate_hz = options.sample_rate_hz,
+            .output = options.output,
+            .ambisonic_order = options.ambisonic_order,
+            .half_precision_tail = options.half_precision_tail,
+            .block = options.block};
+}
+
 OfflineRendering::OfflineRendering(const Scene& scene, SignalSet signals,
                                    const SessionOptions& options)
     : state_(std::make_unique<State>(scene, std::move(signals), options)) {}

@@ -12,6 +12,7 @@
 #include "apps/session/base/session_options.h"
 #include "apps/session/frames/signals.h"
 #include "aula/engine/scene.h"
+#include "aula/measurement.h"
 
 namespace aula {
 
@@ -44,6 +45,9 @@ class OfflineRendering {
     struct State;
     std::unique_ptr<State> state_;
 };
+
+/// The options of a session's impulse responses, without the HRTF.
+ImpulseResponseOptions response_options(const SessionOptions& options);
 
 /// Renders a scene to a WAV file as OfflineRendering. The same scene, seed and options give the
 /// same bytes. Returns the warnings about sounds; empty, and leaves no file, if `progress`

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/base/sampling.h"
+#include "tests/engine/direct/edge_path_scene.h"
 #include "tests/support/rooms.h"
 
 using aula::Bands;
@@ -22,90 +23,15 @@ using aula::Scene;
 using aula::SceneEdges;
 using aula::SpecularPath;
 using aula::Vec3;
-using Levels = std::array<double, kBandCount>;
+using aula::test::add_quad;
+using aula::test::add_wall;
+using aula::test::door_wall;
+using aula::test::EdgePathScene;
+using aula::test::half_plane;
+using aula::test::kWallEnd_m;
+using aula::test::Levels;
 
 namespace {
-
-constexpr float kFar_m = 50;  // of the outer edges of walls that stand for infinite ones
-
-/// A scene of rigid surfaces and its edge paths.
-struct Place {
-    explicit Place(std::vector<Object> objects) : rays(scene_of(std::move(objects))) {}
-
-    static Scene scene_of(std::vector<Object> objects) {
-        Scene scene;
-        scene.objects = std::move(objects);
-        scene.materials = {{"rigid", Bands{}, Bands{}}};
-        return scene;
-    }
-
-    std::vector<EdgePath> find(const Vec3& source, const Vec3& listener) const {
-        aula::PairMemory memory;
-        return paths.find(source, listener, Bands{}, memory);
-    }
-
-    std::vector<SpecularPath> taps(const Vec3& source, const Vec3& listener) const {
-        aula::PairMemory memory;
-        return paths.taps(paths.find(source, listener, Bands{}, memory), memory.primary);
-    }
-
-    /// Level of the pressure relative to free field, dB.
-    Levels coherent_db(const Vec3& source, const Vec3& listener) const {
-        aula::ComplexBands sum{};
-        for (const EdgePath& path : find(source, listener)) {
-            for (std::size_t b = 0; b < kBandCount; ++b) sum[b] += path.field[b];
-        }
-        Levels level;
-        for (std::size_t b = 0; b < kBandCount; ++b)
-            level[b] = 20 * std::log10(std::abs(sum[b]) * double{glm::distance(source, listener)});
-        return level;
-    }
-
-    /// The same of the energy of all taps.
-    Levels energy_db(const Vec3& source, const Vec3& listener) const {
-        Bands sum;
-        for (const SpecularPath& tap : taps(source, listener)) sum += tap.energy;
-        const double d = double{glm::distance(source, listener)};
-        Levels level;
-        for (std::size_t b = 0; b < kBandCount; ++b)
-            level[b] = 10 * std::log10(4 * std::numbers::pi * d * d * double{sum[b]});
-        return level;
-    }
-
-    RayScene rays;
-    SceneEdges edges{rays};
-    EdgePaths paths{rays, edges, 343.2};
-};
-
-void add_quad(Object& object, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
-    const auto first = static_cast<std::uint32_t>(object.vertices.size());
-    object.vertices.insert(object.vertices.end(), {a, b, c, d});
-    object.triangles.push_back({first, first + 1, first + 2});
-    object.triangles.push_back({first, first + 2, first + 3});
-    object.triangle_materials.insert(object.triangle_materials.end(), 2, 0);
-}
-
-/// A rectangle of the plane y = 0.
-void add_wall(Object& object, float x0, float x1, float z0, float z1) {
-    add_quad(object, {x0, 0, z0}, {x1, 0, z0}, {x1, 0, z1}, {x0, 0, z1});
-}
-
-/// A wall in the plane y = 0 with an opening of 0.9 x 2 m.
-Object door_wall() {
-    Object wall;
-    add_wall(wall, -kFar_m, -0.45F, -kFar_m, kFar_m);
-    add_wall(wall, 0.45F, kFar_m, -kFar_m, kFar_m);
-    add_wall(wall, -0.45F, 0.45F, -kFar_m, 0);
-    add_wall(wall, -0.45F, 0.45F, 2, kFar_m);
-    return wall;
-}
-
-/// A half plane x < 0 in the plane y = 0.
-Object half_plane() {
-    Object wall;
-    add_wall(wall, -kFar_m, 0, -kFar_m, kFar_m);
-    return wall;
-}
 
 struct DoorCase {
     const char* name;
@@ -178,7 +104,7 @@ constexpr Levels kStep_db{0.2, 0.2, 0.2, 0.3, 0.4, 0.5, 0.8, 1.2};
 }  // namespace
 
 TEST_CASE("in free field the only tap is the direct sound") {
-    const Place place({});
+    const EdgePathScene place({});
     const auto taps = place.taps({0, 0, 0}, {3, 4, 0});
     REQUIRE(taps.size() == 1);
     CHECK(taps[0].id == 0);
@@ -201,7 +127,7 @@ TEST_CASE("behind a half plane the pressure is exact, in the shadow and in the l
         {300, {-5.731, -7.222, -8.998, -11.099, -13.547, -16.283, -19.191, -22.170}},
         {280, {-4.369, -5.314, -6.289, -7.343, -8.578, -10.104, -12.007, -14.319}},
         {250, {-2.439, -2.485, -2.066, -1.146, 0.134, 1.099, -0.320, 0.628}}};
-    const Place place({half_plane()});
+    const EdgePathScene place({half_plane()});
     for (const Case& c : cases) {
         const double angle = (180 - c.degrees) * std::numbers::pi / 180;
         const Levels level =
@@ -215,7 +141,7 @@ TEST_CASE("behind a half plane the pressure is exact, in the shadow and in the l
 }
 
 TEST_CASE("behind a thin door the pressure is that of the finite edges") {
-    const Place place({door_wall()});
+    const EdgePathScene place({door_wall()});
     for (const DoorCase& c : kDoors) {
         const auto paths = place.find(c.source, c.listener);
         const bool is_lit = paths.front().edges.empty();
@@ -237,7 +163,7 @@ TEST_CASE("behind a thin door the pressure is that of the finite edges") {
 TEST_CASE("the energy of the taps is that of the octaves") {
     // A path has one length, but the field of its edge is the sum of waves from the apex and from
     // the ends, whose phases vary within an octave: 0.8 dB in the deep shadow.
-    const Place place({door_wall()});
+    const EdgePathScene place({door_wall()});
     double without_phases_db = 0;
     for (const DoorCase& c : kDoors) {
         const Levels level = place.energy_db(c.source, c.listener);
@@ -259,13 +185,14 @@ TEST_CASE("the energy of the taps is that of the octaves") {
 
 TEST_CASE("along walks past a door and a wall's end no octave jumps") {
     struct Walk {
-        Place place;
+        EdgePathScene place;
         Vec3 source;
         Vec3 from;
     };
-    const std::array<Walk, 3> walks{Walk{Place({door_wall()}), {0, -2, 1.5F}, {-0.5F, 2, 1.5F}},
-                                    Walk{Place({door_wall()}), {-1.5F, -2, 1.2F}, {-0.5F, 1, 1.6F}},
-                                    Walk{Place({half_plane()}), {-1, -2, 0}, {-2, 2, 0}}};
+    const std::array<Walk, 3> walks{
+        Walk{EdgePathScene({door_wall()}), {0, -2, 1.5F}, {-0.5F, 2, 1.5F}},
+        Walk{EdgePathScene({door_wall()}), {-1.5F, -2, 1.2F}, {-0.5F, 1, 1.6F}},
+        Walk{EdgePathScene({half_plane()}), {-1, -2, 0}, {-2, 2, 0}}};
     for (const Walk& walk : walks) {
         bool was_lit = false;
         bool was_in_shadow = false;
@@ -297,7 +224,7 @@ TEST_CASE("along walks past a door and a wall's end no octave jumps") {
 }
 
 TEST_CASE("at the shadow boundary neither level, delay nor direction jumps") {
-    const Place place({half_plane()});
+    const EdgePathScene place({half_plane()});
     const Vec3 source(-1, -2, 0);
     const auto primary = [&](float x) { return place.taps(source, {x, 2, 0}).front(); };
     bool was_lit = false;
@@ -329,8 +256,8 @@ TEST_CASE("of very many edges those with the smallest detours count") {
         const auto z = -2 + 0.4F * static_cast<float>(i / 20);
         add_quad(object, {x, y, z}, {x + 0.3F, y, z}, {x + 0.3F, y, z + 0.3F}, {x, y, z + 0.3F});
     }
-    const Place many({object});
-    const Place wall({half_plane()});
+    const EdgePathScene many({object});
+    const EdgePathScene wall({half_plane()});
     REQUIRE(many.edges.count() > 800);
     const Vec3 source(-1, -2, 0);
     const Vec3 listener(-1, 2, 0);
@@ -343,7 +270,8 @@ TEST_CASE("of very many edges those with the smallest detours count") {
 }
 
 TEST_CASE("the paths are the same from both ends") {
-    const Place place({door_wall(), aula::test::box({0.5F, 0.4F, 0.8F}, 0, {0.6F, 0.5F, 0.2F})});
+    const EdgePathScene place(
+        {door_wall(), aula::test::box({0.5F, 0.4F, 0.8F}, 0, {0.6F, 0.5F, 0.2F})});
     aula::RandomStream random(3);
     std::size_t count = 0;
     for (int trial = 0; trial < 60; ++trial) {
@@ -367,7 +295,7 @@ TEST_CASE("the paths are the same from both ends") {
 }
 
 TEST_CASE("in the shadow of a door the primary tap comes from the opening") {
-    const Place place({door_wall()});
+    const EdgePathScene place({door_wall()});
     const Vec3 source(0, -2, 1.5F);
     const Vec3 listener(3, 1, 1.5F);
     const auto taps = place.taps(source, listener);
@@ -387,11 +315,11 @@ TEST_CASE("a screen before an edge blocks its path and no other") {
     // Between the source and the left jamb.
     add_quad(screen, {-0.5F, -1, 0.5F}, {-0.2F, -1, 0.5F}, {-0.2F, -1, 2.5F}, {-0.5F, -1, 2.5F});
     screen.movable = true;
-    const Place open({door_wall()});
-    const Place screened({door_wall(), screen});
+    const EdgePathScene open({door_wall()});
+    const EdgePathScene screened({door_wall(), screen});
     const Vec3 source(0, -2, 1.5F);
     const Vec3 listener(3, 1, 1.5F);
-    const auto uses_jamb = [&](const Place& place) {
+    const auto uses_jamb = [&](const EdgePathScene& place) {
         const auto paths = place.find(source, listener);
         return std::any_of(paths.begin(), paths.end(), [&](const EdgePath& path) {
             const auto& edge = place.edges[path.edges[0]];
@@ -410,7 +338,7 @@ TEST_CASE("a door that shuts fades its room out") {
     add_wall(leaf, -0.45F, 0.45F, 0, 2);
     leaf.path = aula::Trajectory{};
     leaf.path->points = {{0, {.position = {0, 0, 0}}}, {1, {.position = {0.9F, 0, 0}}}};
-    Place place({door_wall(), leaf});
+    EdgePathScene place({door_wall(), leaf});
     const Vec3 source(0, -2, 1);
     const Vec3 listener(0.5F, 2, 1.2F);
     double last_db = 10;
@@ -429,7 +357,7 @@ TEST_CASE("a door that shuts fades its room out") {
 }
 
 TEST_CASE("absorbing faces reflect none of the terms that belong to their reflections") {
-    Scene scene = Place::scene_of({half_plane()});
+    Scene scene = EdgePathScene::scene_of({half_plane()});
     const auto field = [&](float absorption) {
         scene.materials[0].absorption = Bands::filled(absorption);
         const RayScene rays(scene);
@@ -447,7 +375,7 @@ TEST_CASE("absorbing faces reflect none of the terms that belong to their reflec
 }
 
 TEST_CASE("air attenuates each path by its length") {
-    const Place place({door_wall()});
+    const EdgePathScene place({door_wall()});
     const Bands attenuation = Bands::filled(0.1F);
     const Vec3 source(0, -2, 1.5F);
     const Vec3 listener(0.2F, 2, 1.5F);
@@ -463,8 +391,8 @@ TEST_CASE("air attenuates each path by its length") {
 TEST_CASE("where the primary tap changes to a distant path no tap has its id for one frame") {
     // Behind a screen 1 m wide, from the shadow of one side to that of the other.
     Object screen;
-    add_wall(screen, -0.5F, 0.5F, -kFar_m, kFar_m);
-    const Place place({screen});
+    add_wall(screen, -0.5F, 0.5F, -kWallEnd_m, kWallEnd_m);
+    const EdgePathScene place({screen});
     const Vec3 source(0, -1, 0);
     const auto place_of = [](int i) { return Vec3(-0.3F + 0.02F * static_cast<float>(i), 1, 0); };
     const auto primary = [](const std::vector<SpecularPath>& taps) {

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/session/live/change_preparer.h"
+#include "apps/session/live/live_load.h"
+#include "apps/session/live/live_mixer.h"
+#include "apps/session/live/player.h"
+#include "apps/session/live/prepared_scene.h"
+
+namespace aula {
+
+/// What plays, and the threads that change it. Player gives it the user's wishes.
+struct Player::State {
+    using Clock = std::chrono::steady_clock;
+
+    State(const Scene& scene, const SessionOptions& options);
+    ~State();
+
+    void build(const Scene& scene, const SessionOptions& options);
+    void open_device(const SessionOptions& options);
+    void fade_out();
+
+    void start(PreparedScene& prepared);
+    void begin(std::unique_ptr<PreparedScene> prepared, std::uint64_t number);
+    Reusable reusable();
+    double apply_controls(PreparedScene& next);
+    void before_frame(PreparedScene& prepared, double time_s);
+    void after_frame(PreparedScene& prepared, const FrameMaker& maker, double spare_s);
+    void take_frame(const FrameMaker& maker);
+    void keep_up(PreparedScene& prepared, double took_s);
+    std::optional<double> shorter_response_s(const PreparedScene& prepared, double took_s);
+    void show(const PreparedScene& prepared, const FrameMaker& maker, double spare_s);
+    void reclaim_playbacks();
+    void retire_used_playbacks();
+
+    AuralizerStatus frames_so_far() const;
+    bool rays_fall(const PreparedScene& prepared) const;
+    PlayControls controls_of(const PreparedScene& prepared, const LiveLoad& with) const;
+    LiveLoad load_of(const PreparedScene& prepared) const;
+    void place_listener(const Pose& pose);
+    void turn_ringing_heads(const Pose& pose);
+    void take_controls(PlayControls next);
+    PoseLatency latency(double frame_period_ms) const;
+
+    double rate_hz = 0;
+    std::vector<std::string> warnings;
+    std::unique_ptr<LiveMixer> mixer;
+    std::unique_ptr<Monitor> monitor;
+    LatencyCounts compute_time;
+
+    std::mutex mutex;  ///< protects the following members
+    bool stop = false;
+    std::unique_ptr<PreparedScene> playing;  ///< its auralizer's thread may use it without the lock
+    std::vector<LiveAuralizer*>
+        sounding;  ///< auralizers of all playbacks that the mixer may render
+    PlayControls controls;
+    PlayStatus status;
+    AuralizerStatus earlier;  ///< frames and times of earlier auralizers
+    std::optional<ViewRequest> request;
+    std::shared_ptr<const FrameView> view;
+    Clock::time_point shown;                   ///< when the last view was made
+    std::optional<LiveLoad> load;              ///< of what plays
+    std::optional<double> longest_response_s;  ///< with which frames are in time; empty: any
+
+    std::unique_ptr<AudioDevice> device;  ///< destroyed before the mixer that it calls
+    std::unique_ptr<ChangePreparer> changes;
+};
+
+}  // namespace aula

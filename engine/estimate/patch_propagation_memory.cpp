@@ -1,0 +1,54 @@
+#include "engine/estimate/patch_propagation.h"
+
+namespace aula {
+
+namespace {
+
+/// Share of the cache memory for segments that end in mirrors; the sums have the rest.
+constexpr double kSegmentShare = 0.05;
+
+/// Segments of all sources, or listeners, together: a search takes some 0.2 ms a frame.
+constexpr std::size_t kMaxSegments = 1 << 16;
+
+}  // namespace
+
+/// The memory of one cache, in proportion to its row size.
+std::size_t PatchPropagation::cache_bytes(bool directed) const {
+    const auto row_bytes = [&](bool of_listener) {
+        return static_cast<double>(PatchCache::row_bytes(bins_.count(), of_listener));
+    };
+    const double all_rows_bytes = static_cast<double>(source_count_) * row_bytes(false) +
+                                  static_cast<double>(listener_count_) * row_bytes(true);
+    return static_cast<std::size_t>((1 - kSegmentShare) * memory_bytes_ * row_bytes(directed) /
+                                    all_rows_bytes);
+}
+
+std::size_t PatchPropagation::max_segments(bool directed) const {
+    return kMaxSegments / (directed ? listener_count_ : source_count_);
+}
+
+std::size_t PatchPropagation::segment_bytes() const {
+    return static_cast<std::size_t>(kSegmentShare * memory_bytes_ /
+                                    static_cast<double>(emitter_count()));
+}
+
+PatchCache PatchPropagation::make_cache(bool directed) const {
+    return {bins_.count(),         window_frames_, grid_.patch_size_m(),
+            cache_bytes(directed), directed,       row_pool_};
+}
+
+SegmentCache PatchPropagation::make_segment_cache(bool directed) const {
+    return {window_frames_, listener_radius_m_, gather_settings_.attenuation_per_m,
+            max_segments(directed), segment_bytes()};
+}
+
+/// Divides the memory among the emitters after their number has changed.
+void PatchPropagation::divide_memory() {
+    for (std::size_t id = 0; id < emitter_count(); ++id) {
+        const bool directed = id >= source_count_;
+        caches_[id].set_memory_bytes(cache_bytes(directed));
+        segment_caches_[id].set_bounds(max_segments(directed), segment_bytes());
+    }
+}
+
+}  // namespace aula

@@ -1,0 +1,203 @@
+// What the commands check and info say of a scene.
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <string>
+
+#include "tests/aula/aula_program.h"
+#include "tests/support/small_scenes.h"
+
+using namespace aula::test;
+
+TEST_CASE("Positions in a room without a ceiling are inside") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("yard.json", R"({
+        "aula": 1,
+        "geometry": [{"material": "brick",
+            "vertices": [[0,0,0], [5,0,0], [5,4,0], [0,4,0], [0,0,3], [5,0,3], [5,4,3], [0,4,3]],
+            "faces": [[0,1,2,3], [0,1,5,4], [1,2,6,5], [2,3,7,6], [3,0,4,7]]}],
+        "sources": [{"name": "low", "position": [1, 1, 0.1], "signal": "impulse"},
+                    {"name": "high", "position": [3, 3, 1.5], "signal": "impulse"}],
+        "listener": {"position": [2, 2, 1]}})");
+    const ProgramResult inside = run_program({AULA_PROGRAM, "check", scene});
+    CHECK(inside.status == 0);
+    CHECK(inside.err.empty());
+    // Companion: a position above the walls.
+    const ProgramResult above =
+        run_program({AULA_PROGRAM, "check", scene, "--source-position", "high=3,3,9"});
+    CHECK(above.err.find("the source \"high\" is outside the bounds") != std::string::npos);
+    const ProgramResult info =
+        run_program({AULA_PROGRAM, "info", scene, "--source-position", "high=3,3,9"});
+    CHECK(info.out.find("the source \"high\" is outside the room") != std::string::npos);
+}
+
+TEST_CASE(
+    "A position outside the room is a warning, and a full disk behind standard output gives status "
+    "1") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const ProgramResult outside =
+        run_program({AULA_PROGRAM, "check", scene, "--position", "99,1,1"});
+    CHECK(outside.status == 0);
+    CHECK(outside.err.find("aula: warning: --position: the listener is outside") == 0);
+    // One line only.
+    CHECK(std::count(outside.err.begin(), outside.err.end(), '\n') == 1);
+    // Within the bounds of the geometry, between two rooms.
+    const std::string two =
+        folder.write("two.json", with(kSmallRoom, "[{\"box\"",
+                                      R"([{"box": [5, 4, 3], "min": [20, 0, 0], "material": "wall"},
+                                          {"box")"));
+    CHECK(run_program({AULA_PROGRAM, "check", two, "--position", "12,1,1"}).err ==
+          "aula: warning: " + two + ": the listener is outside the room, at (12, 1, 1)\n");
+    // Rays from outside are no leaks.
+    const ProgramResult info = run_program({AULA_PROGRAM, "info", scene, "--position", "99,1,1"});
+    CHECK(info.out.find("none: tight\n                the listener is outside the room\n") !=
+          std::string::npos);
+    const ProgramResult inside = run_program({AULA_PROGRAM, "check", scene, "--position", "1,1,1"});
+    CHECK(inside.err.empty());
+    CHECK(inside.out.find("triangles, 1 material, 1 source\n") != std::string::npos);
+    const ProgramResult full =
+        run_program({"sh", "-c", std::string(AULA_PROGRAM) + " materials > /dev/full"});
+    CHECK(full.status == 1);
+    CHECK(full.err.find("cannot write") != std::string::npos);
+}
+
+TEST_CASE("The shipped scenes pass the check without a warning, and a room with a hole does not") {
+    const TemporaryFolder folder;
+    const std::filesystem::path scenes = std::filesystem::path(AULA_SOURCE_DIR) / "scenes";
+    for (const auto& entry : std::filesystem::directory_iterator(scenes)) {
+        if (entry.path().extension() != ".json" || entry.path().stem() == "dataset_manifest")
+            continue;
+        INFO(entry.path());
+        const ProgramResult result = run_program({AULA_PROGRAM, "check", entry.path()});
+        CHECK(result.status == 0);
+        CHECK(result.err.empty());
+    }
+    // Companion: a slit 10 cm wide along one wall. A slit of 2 mm is negligible beside walls with
+    // an absorption coefficient of 0.3.
+    const auto slit = [&](const char* height) {
+        const std::string faces = with(with(R"(
+        {"vertices": [[0,0,0], [5,0,0], [5,4,0], [0,4,0], [0,0,3], [5,0,3], [5,4,3], [0,4,3],
+                      [0,0,HEIGHT], [5,0,HEIGHT]],
+         "faces": [[0,1,2,3], [4,5,6,7], [8,9,5,4], [1,2,6,5], [2,3,7,6], [3,0,4,7]])",
+                                            "HEIGHT", height),
+                                       "HEIGHT", height);
+        return aula_with(
+            {"check", folder.write("slit.json", with(kSmallRoom, "{\"box\": [5, 4, 3]", faces))});
+    };
+    CHECK(slit("0.1").err.find("the room has a hole") != std::string::npos);
+    CHECK(slit("0.002").err.empty());
+    CHECK(slit("0.002").out.find("shorter: harmless\n") != std::string::npos);
+}
+
+TEST_CASE(
+    "The command check prints all errors of a scene, one per line, other commands the first") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write(
+        "room.json", with(with(with(kSmallRoom, "\"absorption\": 0.3", "\"absorption\": 3"),
+                               "\"noise\"", "\"none.wav\""),
+                          "\"rays\"", "\"ray\""));
+    const ProgramResult check = aula_with({"check", scene});
+    CHECK(check.status == 2);
+    CHECK(check.out.empty());
+    CHECK(std::count(check.err.begin(), check.err.end(), '\n') == 3);
+    const std::string line = "aula: " + scene + ": ";
+    CHECK(check.err.starts_with(line + "/materials/wall/absorption: 3 is out of range"));
+    CHECK(check.err.find("\n" + line + "/sources/0/signal: no such file") != std::string::npos);
+    CHECK(check.err.find("\n" + line + "/simulation/ray: unknown key") != std::string::npos);
+    const ProgramResult info = aula_with({"info", scene});
+    CHECK(info.status == 2);
+    CHECK(info.err == check.err.substr(0, check.err.find('\n') + 1));
+    // Unreadable sound files.
+    folder.write("none.wav", "no sound");
+    const std::string mute = folder.write(
+        "mute.json",
+        with(kSmallRoom, "[{\"name\": \"hiss\"", R"([{"signal": "none.wav", "position": [1, 1, 1]},
+                          {"signal": "none.wav", "name": "b", "position": [1, 2, 1]}, {"name": "hiss")"));
+    const ProgramResult sounds = aula_with({"check", mute});
+    CHECK(sounds.status == 2);
+    CHECK(std::count(sounds.err.begin(), sounds.err.end(), '\n') == 2);
+}
+
+TEST_CASE("Each unknown material is one short line") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", R"({"aula": 1, "geometry": [
+        {"box": [5, 4, 3], "material": "plastr"}, {"box": [1, 1, 1], "material": "tapestry"}],
+        "sources": [{"position": [1, 1, 1]}], "listener": {"position": [2, 2, 2]}})");
+    const ProgramResult check = aula_with({"check", scene});
+    CHECK(check.status == 2);
+    const std::string line = "aula: " + scene + ": /geometry/";
+    const std::string expected =
+        "; expected a material of the scene, or one that \"aula materials\" lists\n";
+    CHECK(check.err == line + "0/material: unknown material \"plastr\", did you mean \"plaster\"?" +
+                           expected + line + "1/material: unknown material \"tapestry\"" +
+                           expected);
+}
+
+TEST_CASE("Positions in the notch of an L-shaped room are outside, also those on a path") {
+    const TemporaryFolder folder;
+    const auto check = [&](const std::string& listener) {
+        return aula_with(
+            {"check", folder.write("l.json", R"({"aula": 1, "geometry": [{"material": "brick",
+            "vertices": [[0,0,0], [6,0,0], [6,3,0], [3,3,0], [3,6,0], [0,6,0],
+                         [0,0,3], [6,0,3], [6,3,3], [3,3,3], [3,6,3], [0,6,3]],
+            "faces": [[0,1,2,3,4,5], [6,7,8,9,10,11], [0,1,7,6], [1,2,8,7], [2,3,9,8], [3,4,10,9],
+                      [4,5,11,10], [5,0,6,11]]}],
+            "sources": [{"name": "a", "position": [1, 1, 1]}],
+            "listener": {)" + listener + "}}")});
+    };
+    CHECK(check(R"("position": [2, 5, 1.5])").err.empty());
+    CHECK(check(R"("position": [5, 5, 1.5])")
+              .err.find("the listener is outside the room, at (5, 5, 1.5)\n") != std::string::npos);
+    // From arm to arm through the notch; both ends are inside.
+    const std::string path =
+        R"("path": {"points": [{"t": 0, "position": [2, 5, 1.5]}, {"t": 4, "position": [5, 2, 1.5]}]})";
+    CHECK(check(path).err.find("the listener is outside the room after ") != std::string::npos);
+    CHECK(check(with(path, "{\"t\": 4", R"({"t": 2, "position": [2, 2, 1.5]}, {"t": 4)"))
+              .err.empty());
+}
+
+TEST_CASE("A source behind a wall is reported as not audible, without parameters") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("two.json", R"({"aula": 1,
+        "geometry": [{"box": [5, 4, 3], "material": "plaster"},
+                     {"box": [4, 4, 3], "min": [5, 0, 0], "material": "plaster"}],
+        "sources": [{"name": "next door", "position": [7.3, 1.2, 1.5]}],
+        "listener": {"position": [3, 2, 1.5]}})");
+    const std::string out = folder.path() / "out.json";
+    const ProgramResult result =
+        aula_with({scene, "--report=" + out, "--echogram", folder.path() / "e.csv"});
+    CHECK(result.status == 0);
+    CHECK(
+        result.err.starts_with("aula: warning: source \"next door\": not audible at the listener"));
+    const std::string json = read_file(out);
+    CHECK(json.find("\"G\":null") != std::string::npos);
+    CHECK(std::none_of(json.begin() + static_cast<std::ptrdiff_t>(json.find("\"T20\"")), json.end(),
+                       [](char c) { return c == '.'; }));
+    // Companion: a source in the listener's room has parameters.
+    const ProgramResult audible = aula_with(
+        {scene, "--report=" + out, "--frames", "2", "--source-position", "next door=1,1,1"});
+    CHECK(audible.err.empty());
+    CHECK(read_file(out).find("\"G\":null") == std::string::npos);
+}
+
+TEST_CASE("The command info counts the edges that diffract sound") {
+    // A closed box has twelve outside; the half plane in such a box has one more.
+    const auto edges = [](const std::string& scene) {
+        const ProgramResult info = aula_with({"info", AULA_SOURCE_DIR "/scenes/" + scene});
+        const std::size_t line = info.out.find("\nedges ");
+        REQUIRE(line != std::string::npos);
+        return std::stoi(info.out.substr(line + 7));
+    };
+    CHECK(edges("shoebox.json") == 12);
+    CHECK(edges("reference/half_plane.json") == 13);
+}
+
+TEST_CASE("The command info prints leaks, the number of patches and the materials") {
+    const ProgramResult info = aula_with({"info", AULA_SOURCE_DIR "/scenes/shoebox.json"});
+    CHECK(info.status == 0);
+    CHECK(info.out.find("tight") != std::string::npos);
+    CHECK(info.out.find("patches") != std::string::npos);
+    CHECK(info.out.find("100.0 %") != std::string::npos);
+}
