@@ -214,6 +214,22 @@ TEST_CASE("an infinite wall of one face or two radiates what it transmits diffus
     }
 }
 
+TEST_CASE("the passage of a wall of two faces takes the time of its thickness") {
+    // Two faces 0.5 m apart across a free field.
+    constexpr float kThickness_m = 0.5F;
+    Scene scene = test::grey_room({}, 0.5F, 1, Vec3(-1, 0, 0), Vec3(1 + kThickness_m, 0, 0));
+    scene.materials[0].sound_reduction_db = Bands::filled(10);
+    scene.objects.clear();
+    for (const float x : {0.0F, kThickness_m})
+        scene.objects.push_back(quad({{x, -9, -9}, {x, 9, -9}, {x, 9, 9}, {x, -9, 9}}, 0));
+    Propagation propagation(scene, scene.simulation);
+    const EnergyResponse e = test::mean_response(propagation, scene, 8);
+    const double straight_s = double{2 + kThickness_m} / static_cast<double>(e.speed_of_sound_m_s);
+    // Energies are divided between neighbouring bins of 1 ms. The wall takes 1.5 ms.
+    CHECK(test::energy_between(e, 0, straight_s - 0.001, 4) == 0);
+    CHECK(test::energy_between(e, straight_s - 0.001, straight_s + 0.003, 4) > 0);
+}
+
 TEST_CASE("a door in a partition adds what it transmits") {
     // 10.2 m2 of 50 dB and 1.8 m2 of 25 dB: 33.2 dB. Little absorption, so that the field is even.
     const auto level_difference_db = [](const std::vector<std::pair<Object, float>>& parts) {
