@@ -1,5 +1,8 @@
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -18,6 +21,13 @@ std::vector<json> lines_of(const fs::path& file) {
     std::vector<json> lines;
     for (std::string line; std::getline(text, line);) lines.push_back(json::parse(line));
     return lines;
+}
+
+/// Largest memory of a child process so far, in kilobytes.
+long children_kb() {
+    rusage usage{};
+    getrusage(RUSAGE_CHILDREN, &usage);
+    return usage.ru_maxrss;
 }
 
 json item_of(const fs::path& merged, const std::string& name) {
@@ -187,4 +197,23 @@ TEST_CASE("scenes of files have sources and receivers in their room, and other m
     const json item = item_of(out / "wav", "000000");
     CHECK(item["materials"]["rough brick"]["absorption"][3] == 0.25);
     CHECK(item["receiver"]["position"][2] > 0.5);
+}
+
+// AULA_DATASET_RESPONSES responses, by default 100.
+TEST_CASE("the memory of a task does not grow with the number of responses") {
+    const char* const asked = std::getenv("AULA_DATASET_RESPONSES");
+    const int scenes = (asked != nullptr ? std::atoi(asked) : 100) / 20;
+    const auto run = [](int count) {
+        std::string manifest = box_manifest(count);
+        manifest.replace(manifest.find("\"count\": 2"), 10, "\"count\": 20");
+        const TemporaryFolder folder;
+        const fs::path out = folder.path() / "out";
+        require_dataset({"plan", folder.write("m.json", manifest), "--out", out, "--shards", "1"});
+        const std::string printed = require_dataset({"run", out, "--shard", "0"}).out;
+        WARN(printed);
+        return children_kb();
+    };
+    const long few_kb = run(1);
+    // Rooms differ in size, and the allocator keeps free memory: 8 MB.
+    CHECK(run(scenes) < few_kb + 8000);
 }
