@@ -267,3 +267,25 @@ TEST_CASE("A peak that decays sample by sample is held for the look-ahead") {
         CHECK(out[0][n] > kCeiling * std::exp(-kDecay * 192));
     }
 }
+
+TEST_CASE("The samples on both sides of a peak between them get the gain that it requires") {
+    // The peak of 4 lies in the middle between two samples of the first channel. The other channel
+    // shows the gain.
+    constexpr std::size_t kPeak = 2000;
+    constexpr float kSmall = 0.0625F;
+    Stereo signal{std::vector<float>(4000), std::vector<float>(4000, kSmall)};
+    for (std::size_t n = 0; n < signal[0].size(); ++n) {
+        const double x = std::numbers::pi * (static_cast<double>(n) - kPeak - 0.5);
+        signal[0][n] = static_cast<float>(4 * std::sin(x) / x);
+    }
+    int latency = 0;
+    const Stereo output = limited(signal, latency);
+    const std::size_t before = kPeak + static_cast<std::size_t>(latency);
+    const auto least = std::min_element(output[1].begin() + latency, output[1].end());
+    CHECK(output[1][before] == *least);
+    CHECK(output[1][before + 1] == *least);
+    CHECK(output[1][before - 1] > *least);
+    CHECK(output[1][before + 2] > *least);
+    // The interpolation misses up to 6 % of an impulse of the full bandwidth.
+    CHECK(*least / kSmall == Approx(kCeiling / 4).epsilon(0.06));
+}

@@ -110,6 +110,14 @@ TEST_CASE("loud octaves mask the next higher ones, and speech below the threshol
               .margin(1e-4));
 }
 
+TEST_CASE("noise in one octave masks the next higher one") {
+    // 110 dB at 500 Hz masks 100 dB at 1 kHz. Speech of 75 dB remains in the other octaves.
+    Bands noise_db = Bands::filled(0);
+    noise_db[3] = 110;
+    CHECK(*speech_transmission_index(direct(), Bands::filled(75), noise_db) ==
+          Approx(0.085 + 0.127 - 0.085 + 0.309 + 0.224 - 0.047 + 0.173 - 0.095).margin(1e-6));
+}
+
 TEST_CASE("STI needs energy in every octave from 125 Hz on") {
     EnergyResponse response = decay(1);
     for (Bands& energy : response.energy) energy[0] = 0;
