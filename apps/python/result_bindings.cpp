@@ -162,7 +162,8 @@ void in_parallel(std::size_t count, int threads, Interruption& interruption, con
 }
 
 /// (S, M, channel, N); shorter responses end with zeros. `shares` has the omnidirectional share of
-/// each microphone, for mono.
+/// each microphone, for mono. Directional microphones, and all others beside them, are made from
+/// ambisonics.
 py::array_t<float> impulse_responses(const Measurement& measurement, double sample_rate_hz,
                                      const std::string& output, const std::string& hrtf,
                                      int ambisonic_order, const std::vector<float>& shares,
@@ -186,14 +187,13 @@ py::array_t<float> impulse_responses(const Measurement& measurement, double samp
         if (mono &&
             std::any_of(shares.begin(), shares.end(), [](float share) { return share != 1; }))
             foa.emplace(measurement, foa_options);
-        if (!mono || receivers == 1 || foa)
+        if (receivers == 1)
             used.carriers = make_noise_carriers(sample_rate_hz, measurement.simulation.seed);
         in_parallel(responses.size(), threads, interruption, [&](std::size_t pair) {
             const std::size_t s = pair / receivers;
             const std::size_t m = pair % receivers;
-            responses[pair] = mono && shares[m] != 1
-                                  ? Response{first_order(foa->response(s, m), shares[m])}
-                                  : plain.response(s, m);
+            responses[pair] =
+                foa ? Response{first_order(foa->response(s, m), shares[m])} : plain.response(s, m);
         });
     }
     interruption.rethrow();

@@ -710,8 +710,8 @@ def rir(room: Scene, *, sources: Positions | None = None, microphones: Positions
     measuring: the arguments of `measure`.
 
     Sample 0 is the emission. 1.0 is the pressure at 1 m in a free field. Shorter responses end with
-    zeros. The reverberation of several omnidirectional microphones has the coherence of a diffuse
-    field; that of other patterns and outputs is shaped from the same noise at each microphone. The
+    zeros. Several microphones are in one field: their reverberation has the coherence sin(kd)/(kd)
+    at the distance d, exactly for omnidirectional ones (docs/room_measurements.md). The
     responses of one source and one listener equal those of `aula --ir`.
     """
     _output(output), _number("fs", fs, 8000, 384000), _file("hrtf", hrtf)

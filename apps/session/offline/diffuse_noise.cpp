@@ -90,19 +90,15 @@ DiffuseNoise::DiffuseNoise(std::span<const Vec3> points, std::size_t samples, do
                            double speed_of_sound_m_s, std::uint64_t seed) {
     RealFft fft(fast_fft_size(samples));
     const double bin_hz = sample_rate_hz / static_cast<double>(fft.size());
-    for (std::size_t first = 0; first < points.size(); first += kMaxPoints) {
-        const auto set = points.subspan(first, std::min(kMaxPoints, points.size() - first));
-        std::vector<Spectrum> spectra(set.size(), Spectrum(fft.bins()));
-        for (std::size_t i = 0; i < set.size(); ++i)
-            fft.forward(white_noise(fft.size(), derive_seed(seed, first + i)).data(),
-                        spectra[i].data());
-        mix(set, spectra, bin_hz, speed_of_sound_m_s);
-        for (Spectrum& spectrum : spectra) {
-            for (std::complex<float>& x : spectrum) x /= static_cast<float>(fft.size());
-            std::vector<float>& noise = noises_.emplace_back(fft.size());
-            fft.inverse(spectrum.data(), noise.data());
-            spectrum = {};
-        }
+    std::vector<Spectrum> spectra(points.size(), Spectrum(fft.bins()));
+    for (std::size_t i = 0; i < points.size(); ++i)
+        fft.forward(white_noise(fft.size(), derive_seed(seed, i)).data(), spectra[i].data());
+    mix(points, spectra, bin_hz, speed_of_sound_m_s);
+    for (Spectrum& spectrum : spectra) {
+        for (std::complex<float>& x : spectrum) x /= static_cast<float>(fft.size());
+        std::vector<float>& noise = noises_.emplace_back(fft.size());
+        fft.inverse(spectrum.data(), noise.data());
+        spectrum = {};
     }
 }
 

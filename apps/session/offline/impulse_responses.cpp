@@ -11,6 +11,7 @@
 #include "aula/engine/impulse_response.h"
 #include "aula/exception.h"
 #include "aula/measurement.h"
+#include "engine/base/sampling.h"
 #include "engine/response/noise_carriers.h"
 
 namespace aula {
@@ -56,13 +57,13 @@ struct ImpulseResponses::State {
         : measurement(measured),
           hrtf(std::move(head)),
           config(config_of(measured, options)),
-          is_array(options.output == OutputFormat::mono && measured.receivers.size() > 1) {
+          is_array(measured.receivers.size() > 1) {
         if (!is_array)
             shared = make_noise_carriers(options.sample_rate_hz, measured.simulation.seed);
     }
 
     std::shared_ptr<const NoiseCarriers> carriers(std::size_t source, std::size_t receiver);
-    std::shared_ptr<const DiffuseNoise> noise_of(std::size_t source);
+    std::shared_ptr<const DiffuseNoise> noise_of(std::size_t source, std::size_t set);
 
     const Measurement& measurement;
     std::shared_ptr<const Hrtf> hrtf;
@@ -70,33 +71,48 @@ struct ImpulseResponses::State {
     bool is_array;                                ///< the receivers hear one field
     std::shared_ptr<const NoiseCarriers> shared;  ///< of all pairs, unless they are an array
     std::mutex mutex;
-    std::size_t noise_source = 0;               ///< whose noise is `noise`
-    std::shared_ptr<const DiffuseNoise> noise;  ///< at all receivers, for the newest source
+    std::pair<std::size_t, std::size_t> noise_set;  ///< source, and set of receivers, of `noise`
+    std::shared_ptr<const DiffuseNoise> noise;      ///< the newest
 };
 
-/// The noise of a source's reverberation at all receivers.
-std::shared_ptr<const DiffuseNoise> ImpulseResponses::State::noise_of(std::size_t source) {
-    // Longer than the responses, and long enough for the filters of low octaves.
+/// The period of the noise, s: longer than the responses, and long enough for the filters of low
+/// octaves. Several channels read it at different offsets, at least an eighth of the period apart
+/// for the first order and a sixteenth above; longer responses repeat them as those of one receiver
+/// do.
+double noise_period_s(double length_s, int order) {
     constexpr double kLonger_s = 0.5;
+    const double parts = order == 0 ? 1 : order == 1 ? 8 : 16;
+    return std::max(length_s + kLonger_s, std::min(parts * length_s, NoiseCarriers::kPeriod_s));
+}
+
+/// The noise of a source's reverberation at a set of receivers.
+std::shared_ptr<const DiffuseNoise> ImpulseResponses::State::noise_of(std::size_t source,
+                                                                      std::size_t set) {
     const std::lock_guard lock(mutex);
-    if (noise && noise_source == source) return noise;
+    if (noise && noise_set == std::pair(source, set)) return noise;
+    const std::size_t first = set * DiffuseNoise::kMaxPoints;
     std::vector<Vec3> points;
-    for (const Pose& receiver : measurement.receivers) points.push_back(receiver.position);
-    noise_source = source;
+    for (std::size_t r = first;
+         r < std::min(first + DiffuseNoise::kMaxPoints, measurement.receivers.size()); ++r)
+        points.push_back(measurement.receivers[r].position);
+    noise_set = {source, set};
     noise = std::make_shared<const DiffuseNoise>(
         points,
-        static_cast<std::size_t>(
-            std::ceil((measurement.length_s + kLonger_s) * config.sample_rate_hz)),
+        static_cast<std::size_t>(std::ceil(
+            noise_period_s(measurement.length_s, field_order(config)) * config.sample_rate_hz)),
         config.sample_rate_hz, double{measurement.response(source).speed_of_sound_m_s},
-        NoiseCarriers::source_seed(measurement.simulation.seed, measurement.sources[source].name));
+        derive_seed(NoiseCarriers::source_seed(measurement.simulation.seed,
+                                               measurement.sources[source].name),
+                    set));
     return noise;
 }
 
 std::shared_ptr<const NoiseCarriers> ImpulseResponses::State::carriers(std::size_t source,
                                                                        std::size_t receiver) {
     if (!is_array) return shared;
-    const std::shared_ptr<const DiffuseNoise> noises = noise_of(source);
-    const std::vector<float>& at = noises->at(receiver);
+    const std::shared_ptr<const DiffuseNoise> noises =
+        noise_of(source, receiver / DiffuseNoise::kMaxPoints);
+    const std::vector<float>& at = noises->at(receiver % DiffuseNoise::kMaxPoints);
     return std::make_shared<const NoiseCarriers>(config.sample_rate_hz,
                                                  std::vector<double>(at.begin(), at.end()));
 }

@@ -113,23 +113,8 @@ TEST_CASE("noises at several points have the coherence sin(kd) / (kd)") {
     CHECK(coherence(spectra[0], spectra[1], 48, 96) != Approx(1).margin(0.13));
 }
 
-TEST_CASE("points beyond one set are independent") {
-    std::vector<Vec3> points(DiffuseNoise::kMaxPoints + 2, Vec3(0));
-    const DiffuseNoise noise(points, 4096, kRate_hz, kSpeed_m_s, 1);
-    const auto product = [&](std::size_t i, std::size_t j) {
-        double sum = 0;
-        for (std::size_t n = 0; n < noise.at(i).size(); ++n)
-            sum += double{noise.at(i)[n]} * double{noise.at(j)[n]};
-        return sum / static_cast<double>(noise.at(i).size());
-    };
-    const std::size_t next = DiffuseNoise::kMaxPoints;
-    CHECK(product(0, next - 1) == Approx(1).epsilon(0.1));
-    CHECK(product(next, next + 1) == Approx(1).epsilon(0.1));
-    // Statistical: 1 / sqrt(4096) = 0.016; four of these.
-    CHECK(product(0, next) == Approx(0).margin(0.064));
-}
-
-TEST_CASE("the reverberation of an array of microphones has the coherence sin(kd) / (kd)") {
+/// A reverberant room with diffuse reverberation only.
+Scene diffuse_room() {
     Scene scene = test::small_room();
     scene.materials[0].absorption = Bands::filled(0.05F);
     scene.materials[0].scattering = Bands::filled(1);
@@ -137,6 +122,11 @@ TEST_CASE("the reverberation of an array of microphones has the coherence sin(kd
     scene.simulation.rays = 200;
     scene.simulation.specular = false;
     scene.simulation.direct = false;
+    return scene;
+}
+
+TEST_CASE("the reverberation of an array of microphones has the coherence sin(kd) / (kd)") {
+    Scene scene = diffuse_room();
     const Vec3 at(3.7F, 2.9F, 1.2F);
     const std::array<float, 3> distances_m{0.04F, 0.1F, 0.6F};
     std::vector<Pose> microphones{{.position = at}};
@@ -148,13 +138,24 @@ TEST_CASE("the reverberation of an array of microphones has the coherence sin(kd
     }
     const auto measured =
         measure(scene, scene.sources, microphones, {.frames = 8, .parameters = false});
-    const ImpulseResponses responses(*measured, {.sample_rate_hz = kRate_hz});
+    const OutputFormat output = GENERATE(OutputFormat::mono, OutputFormat::foa);
+    const ImpulseResponses responses(*measured, {.sample_rate_hz = kRate_hz, .output = output});
     // Windows from 0.1 s on, of all sources, whose noises are independent.
     std::vector<std::vector<Spectrum>> spectra(microphones.size());
-    for (std::size_t s = 0; s < kSources; ++s)
-        for (std::size_t m = 0; m < microphones.size(); ++m)
-            for (Spectrum& window : windows_of(responses.response(s, m)[0], 1600))
+    std::vector<Spectrum> dipole;
+    for (std::size_t s = 0; s < kSources; ++s) {
+        for (std::size_t m = 0; m < microphones.size(); ++m) {
+            const auto channels = responses.response(s, m);
+            for (Spectrum& window : windows_of(channels[0], 1600))
                 spectra[m].push_back(std::move(window));
+            if (m > 0) continue;
+            for (Spectrum& window : windows_of(channels.back(), 1600))
+                dipole.push_back(std::move(window));
+        }
+    }
+    // The channels of one receiver are incoherent.
+    if (output == OutputFormat::foa)
+        CHECK(coherence(spectra[0], dipole, 12, 250) == Approx(0).margin(0.13));
     for (std::size_t m = 1; m < microphones.size(); ++m) {
         const double d{distances_m[m - 1]};
         for (const auto& [first, end] : kBands) {
@@ -175,4 +176,27 @@ TEST_CASE("the reverberation of an array of microphones has the coherence sin(kd
             windows_of(ImpulseResponses(*alone, {.sample_rate_hz = kRate_hz}).response(0)[0], 1600),
             windows_of(ImpulseResponses(*first, {.sample_rate_hz = kRate_hz}).response(0)[0], 1600),
             96, 250) > 0.9);
+}
+
+TEST_CASE("receivers beyond one set, and ears far apart, hear independent reverberation") {
+    const Scene scene = diffuse_room();
+    const Vec3 at(3.7F, 2.9F, 1.2F);
+    const std::size_t next = DiffuseNoise::kMaxPoints;
+    std::vector<Pose> receivers(next + 1, Pose{.position = at});
+    receivers[1].position.y -= 1.5F;
+    const auto measured =
+        measure(scene, scene.sources, receivers, {.frames = 1, .parameters = false});
+    const ImpulseResponses mono(*measured, {.sample_rate_hz = kRate_hz});
+    const auto windows = [](const ImpulseResponses& responses, std::size_t receiver) {
+        return windows_of(responses.response(0, receiver)[0], 1600);
+    };
+    const auto first = windows(mono, 0);
+    CHECK(coherence(first, windows(mono, next - 1), 12, 250) > 0.9);
+    // Statistical: 43 independent windows of 238 bins; far above the deviation of 0.01.
+    CHECK(coherence(first, windows(mono, next), 12, 250) == Approx(0).margin(0.1));
+    const ImpulseResponses ears(*measured,
+                                {.sample_rate_hz = kRate_hz, .output = OutputFormat::binaural});
+    const auto left = windows(ears, 0);
+    CHECK(coherence(left, windows(ears, next - 1), 12, 250) > 0.9);
+    CHECK(coherence(left, windows(ears, 1), 12, 250) == Approx(0).margin(0.1));
 }

@@ -159,10 +159,11 @@ struct ImpulseResponseOptions {
 
 /// Makes impulse responses from a measurement, as a renderer plays them for a listener at rest.
 ///
-/// Several receivers with OutputFormat::mono are the microphones of an array in one field: the
-/// reverberation of a source has the coherence sin(kd) / (kd) of a diffuse field between receivers
-/// at the distance d (Habets et al. 2008). In other formats, and for one receiver, the
-/// reverberation is shaped from noise that depends on the source's name and the seed only.
+/// Several receivers are in one field: the omnidirectional reverberation of a source has the
+/// coherence sin(kd) / (kd) of a diffuse field between receivers at the distance d (Habets et al.
+/// 2008), and each further ambisonic channel, before it is rotated or decoded to ears, has the
+/// same. For one receiver the reverberation is shaped from noise that depends on the source's name
+/// and the seed only.
 class ImpulseResponses {
  public:
     /// Keeps a reference to the measurement. Reads the HRTF for binaural output. Throws InputError.
