@@ -276,7 +276,8 @@ class Scenes(unittest.TestCase):
 
     def test_shipped_scenes(self):
         for file in SCENES.glob("*.json"):
-            if "museum" in file.name or "bathroom" in file.name or "church" in file.name:
+            # Large meshes, and the example of a dataset.
+            if file.stem in ("museum", "bathroom", "church", "dataset_manifest"):
                 continue
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")

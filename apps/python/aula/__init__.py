@@ -15,7 +15,7 @@ import os
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias, Union
+from typing import Any, Literal, TypeAlias, Union, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -51,7 +51,7 @@ def _dimensions(value: Any) -> int:
 
 
 def _array(name: str, value: Any, shape: tuple[int | None, ...], dtype: Any = np.float32) \
-        -> NDArray:
+        -> NDArray[Any]:
     """A contiguous array of finite numbers; None in `shape` stands for any length above 0."""
     wanted = "(" + ", ".join("N" if n is None else str(n) for n in shape) + \
         ("," if len(shape) == 1 else "") + ")"
@@ -67,7 +67,7 @@ def _array(name: str, value: Any, shape: tuple[int | None, ...], dtype: Any = np
         raise Error(f"{name}: empty; expected the shape {wanted}, N above 0")
     if not np.isfinite(given).all():
         raise Error(f"{name}: NaN or infinite values; expected finite numbers")
-    limit = np.finfo(dtype).max if np.dtype(dtype).kind == "f" else np.iinfo(dtype).max
+    limit: Any = np.finfo(dtype).max if np.dtype(dtype).kind == "f" else np.iinfo(dtype).max
     if given.max() > limit or (given.min() < -limit if np.dtype(dtype).kind == "f"
                                else given.min() < 0):
         raise Error(f"{name}: values out of the range of {np.dtype(dtype)}")
@@ -84,14 +84,14 @@ def _positions(name: str, value: Any, shape: tuple[int | None, ...]) -> NDArray[
 
 def _number(name: str, value: Any, low: float, high: float) -> float:
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (numbers.Real, np.number)) or \
-            not low <= value <= high:
+            not low <= float(value) <= high:
         raise Error(f"{name}: {value!r}; expected a number from {low:g} to {high:g}")
     return float(value)
 
 
 def _integer(name: str, value: Any, low: int, high: int) -> int:
     if isinstance(value, bool) or not isinstance(value, numbers.Integral) or \
-            not low <= value <= high:
+            not low <= int(value) <= high:
         raise Error(f"{name}: {value!r}; expected an integer from {low} to {high}")
     return int(value)
 
@@ -119,7 +119,7 @@ def _file(name: str, value: Any) -> str:
     return os.fsdecode(value)
 
 
-def _path(name: str, value: Trajectory | None) -> tuple[NDArray, NDArray, bool] | None:
+def _path(name: str, value: Trajectory | None) -> tuple[NDArray[Any], NDArray[Any], bool] | None:
     if value is not None and not isinstance(value, Trajectory):
         raise Error(f"{name}: {value!r}; expected an aula.Trajectory")
     return None if value is None else value._arrays()
@@ -152,7 +152,7 @@ class Trajectory:
     roll: ArrayLike = 0.0
     loop: bool = False
 
-    def _arrays(self) -> tuple[NDArray, NDArray, bool]:
+    def _arrays(self) -> tuple[NDArray[Any], NDArray[Any], bool]:
         times = _array("times", self.times, (None,), np.float64)
         if times[0] < 0 or (np.diff(times) < 0).any():
             raise Error("times: they descend or start below 0; expected ascending times")
@@ -164,7 +164,7 @@ class Trajectory:
         return times, np.column_stack([positions, *angles]).astype(np.float32), bool(self.loop)
 
     @staticmethod
-    def _of(arrays: tuple[NDArray, NDArray, bool] | None) -> Trajectory | None:
+    def _of(arrays: tuple[NDArray[Any], NDArray[Any], bool] | None) -> Trajectory | None:
         if arrays is None:
             return None
         times, poses, loop = arrays
@@ -208,7 +208,8 @@ class Source:
     @property
     def angles(self) -> NDArray[np.float32]:
         """Yaw, pitch and roll at time 0 in degrees."""
-        return np.degrees(self._source.pose[3:])
+        degrees: NDArray[np.float32] = np.degrees(self._source.pose[3:])
+        return degrees
 
     @property
     def directivity(self) -> str:
@@ -248,7 +249,8 @@ class Microphone:
     def _values(self, name: str) -> NDArray[np.float32]:
         path = _path(f"{name}path", self.path)
         if path is not None:
-            return path[1][0]
+            first: NDArray[np.float32] = path[1][0]
+            return first
         return _pose(name, self.position, self.yaw, self.pitch, self.roll)
 
     def _share(self, name: str) -> float:
@@ -304,7 +306,8 @@ def absorption(t60: ArrayLike, *, volume_m3: float, surface_m2: float,
     if mean.min() < 0 or mean.max() > 1:
         raise Error("t60: no absorption from 0 to 1 has this reverberation time" +
                     ("; the air alone absorbs more" if mean.min() < 0 else ""))
-    return mean.astype(np.float32)
+    shares: NDArray[np.float32] = mean.astype(np.float32)
+    return shares
 
 
 class _Materials(MutableMapping[str, Material]):
@@ -332,6 +335,27 @@ class _Materials(MutableMapping[str, Material]):
 
     def __len__(self) -> int:
         return len(self._scene.materials())
+
+
+class _SceneSources:
+    """The sources by name, a copy; assign a list of `Source`, or positions, to replace them."""
+
+    # A property would have one type.
+
+    @overload
+    def __get__(self, scene: None, owner: type[Scene]) -> _SceneSources: ...
+
+    @overload
+    def __get__(self, scene: Scene, owner: type[Scene]) -> dict[str, Source]: ...
+
+    def __get__(self, scene: Scene | None, owner: type[Scene]) -> _SceneSources | dict[str, Source]:
+        if scene is None:
+            return self
+        return {source.name: Source._of(source) for source in scene._scene.sources()}
+
+    def __set__(self, scene: Scene, value: Positions) -> None:
+        is_empty = isinstance(value, (list, tuple)) and not value
+        scene._scene.set_sources([] if is_empty else _sources("sources", value))
 
 
 class Scene:
@@ -390,8 +414,11 @@ class Scene:
             absorption = globals()["absorption"](
                 t60, volume_m3=x * y * z, surface_m2=2 * (x * y + y * z + z * x),
                 speed_of_sound_m_s=speed, air_attenuation_per_m=air)
-        scene.materials["wall"] = _material_of("material", material) if material is not None else \
-            Material("wall", _bands("absorption", absorption, 0, 1), scattered, None)
+        if material is not None:
+            scene.materials["wall"] = _material_of("material", material)
+        elif absorption is not None:
+            scene.materials["wall"] = Material("wall", _bands("absorption", absorption, 0, 1),
+                                               scattered, None)
         return scene
 
     @classmethod
@@ -457,15 +484,7 @@ class Scene:
         """The materials by name; assignment replaces the coefficients of one."""
         return _Materials(self._scene)
 
-    @property
-    def sources(self) -> dict[str, Source]:
-        """The sources by name, a copy; assign a list of `Source`, or positions, to replace them."""
-        return {source.name: Source._of(source) for source in self._scene.sources()}
-
-    @sources.setter
-    def sources(self, value: Positions) -> None:
-        is_empty = isinstance(value, (list, tuple)) and not value
-        self._scene.set_sources([] if is_empty else _sources("sources", value))
+    sources = _SceneSources()
 
     @property
     def listener(self) -> Microphone | None:
@@ -473,8 +492,9 @@ class Scene:
         if not self._has_listener:
             return None
         pose, path = self._scene.listener()
-        return Microphone(tuple(float(x) for x in pose[:3]),
-                          *(float(x) for x in np.degrees(pose[3:])), path=Trajectory._of(path))
+        yaw, pitch, roll = (float(x) for x in np.degrees(pose[3:]))
+        return Microphone(tuple(float(x) for x in pose[:3]), yaw, pitch, roll,
+                          path=Trajectory._of(path))
 
     @listener.setter
     def listener(self, value: Microphone) -> None:
