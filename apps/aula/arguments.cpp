@@ -57,6 +57,13 @@ Vec3 read_point(const std::string& option, const std::string& text) {
     return {numbers[0], numbers[1], numbers[2]};
 }
 
+/// The name and the position of NAME=x,y,z.
+std::pair<std::string, Vec3> read_named_point(const std::string& option, const std::string& text) {
+    const std::size_t equals = text.rfind('=');
+    if (equals == std::string::npos || equals == 0) fail(option, text, "NAME=x,y,z");
+    return {text.substr(0, equals), read_point(option, text.substr(equals + 1))};
+}
+
 /// Levels of all bands, or the one number that `of_one` converts to them.
 template <typename OfOne>
 Bands read_levels(const std::string& option, const std::string& text, const std::string& expected,
@@ -224,8 +231,10 @@ class Options {
         app_.add_flag("--list-devices", list_devices_);
     }
 
-    /// Options of the commands `map`. Each is remembered, as others do not have it.
+    /// Options of the commands `map` and `report`, which other commands do not have.
     void add_documents() {
+        path("--html", html_);
+        app_.add_option("--receiver", receivers_)->allow_extra_args(false);
         path("--out", out_);
         constexpr double kHighest_m = 1e6;
         const std::string heights = "metres from -1e6 to 1e6";
@@ -338,6 +347,7 @@ class Options {
         if (!words_.empty() && words_[0] == "info") word = Command::info;
         if (!words_.empty() && words_[0] == "check") word = Command::check;
         if (!words_.empty() && words_[0] == "map") word = Command::map;
+        if (!words_.empty() && words_[0] == "report") word = Command::report;
         if (word == Command::materials) return materials_command();
         const std::size_t wanted = word == Command::play ? 1 : 2;
         if (words_.size() < wanted)
@@ -390,29 +400,48 @@ class Options {
         return Arguments::Command::materials;
     }
 
-    /// Takes the options of the command `map`; refuses them for other commands.
+    /// Takes the options of the commands `map` and `report`; refuses them for other commands.
     void read_documents(Arguments::Command word) {
-        const char* const used = out_ ? "--out" : height_m_ ? "--height" : "--spacing";
-        if (word != Arguments::Command::map) {
-            if (out_ || height_m_ || spacing_m_)
-                throw InputError(std::string(used) + ": is used without map; expected aula map");
-            return;
+        using Command = Arguments::Command;
+        const auto refuse = [&](Command owner, const char* command, bool given, const char* name) {
+            if (given && word != owner)
+                throw InputError(std::string(name) + ": is used without " + command +
+                                 "; expected aula " + command);
+        };
+        refuse(Command::map, "map", out_.has_value(), "--out");
+        refuse(Command::map, "map", height_m_.has_value(), "--height");
+        refuse(Command::map, "map", spacing_m_.has_value(), "--spacing");
+        refuse(Command::report, "report", html_.has_value(), "--html");
+        refuse(Command::report, "report", !receivers_.empty(), "--receiver");
+        if (word == Command::map) {
+            if (!out_)
+                throw InputError("map: has no --out; expected --out and the name of a folder");
+            arguments_.out = *out_;
+            arguments_.map_height_m = height_m_.value_or(arguments_.map_height_m);
+            arguments_.map_spacing_m = spacing_m_.value_or(arguments_.map_spacing_m);
         }
-        if (!out_) throw InputError("map: has no --out; expected --out and the name of a folder");
-        arguments_.out = *out_;
-        arguments_.map_height_m = height_m_.value_or(arguments_.map_height_m);
-        arguments_.map_spacing_m = spacing_m_.value_or(arguments_.map_spacing_m);
+        if (word == Command::report) {
+            if (!html_)
+                throw InputError("report: has no --html; expected --html and the name of a file");
+            arguments_.html = *html_;
+            for (const std::string& text : receivers_) {
+                const auto [name, position] = read_named_point("--receiver", text);
+                for (const NamedReceiver& other : arguments_.receivers)
+                    if (other.name == name)
+                        throw InputError("--receiver: \"" + name +
+                                         "\" is given twice; expected different names");
+                arguments_.receivers.push_back({name, position});
+            }
+        }
     }
 
     void read_source_positions() {
         for (const std::string& text : source_positions_) {
-            const std::size_t equals = text.rfind('=');
-            if (equals == std::string::npos || equals == 0)
-                fail("--source-position", text, "NAME=x,y,z");
-            const std::string name = text.substr(0, equals);
-            const Vec3 position = read_point("--source-position", text.substr(equals + 1));
+            const std::pair<std::string, Vec3> point = read_named_point("--source-position", text);
             arguments_.scene_changes.push_back(
-                [name, position](Scene& scene) { set_source_position(scene, name, position); });
+                [name = point.first, position = point.second](Scene& scene) {
+                    set_source_position(scene, name, position);
+                });
         }
     }
 
@@ -423,6 +452,8 @@ class Options {
     std::optional<std::filesystem::path> offline_;
     std::optional<std::string> report_;
     std::optional<std::filesystem::path> out_;
+    std::optional<std::filesystem::path> html_;
+    std::vector<std::string> receivers_;
     std::optional<double> height_m_;
     std::optional<double> spacing_m_;
     OscOptions osc_;

@@ -14,6 +14,12 @@
 
 namespace aula {
 
+/// A receiver of Command::report.
+struct NamedReceiver {
+    std::string name;
+    Vec3 position{0};
+};
+
 /// The parsed command line.
 struct Arguments {
     enum class Command {
@@ -27,6 +33,7 @@ struct Arguments {
         render,
         measure,
         map,
+        report,
         dataset
     };
 
@@ -43,6 +50,8 @@ struct Arguments {
     std::filesystem::path out;  ///< folder of Command::map
     double map_height_m = 1.2;
     double map_spacing_m = 0.5;
+    std::filesystem::path html;            ///< output of Command::report
+    std::vector<NamedReceiver> receivers;  ///< of Command::report; empty: the listener
     SessionOptions session;
     bool rays_given = false;
     bool quiet = false;

@@ -17,6 +17,7 @@ int render(const Arguments& arguments);
 int measure(const Arguments& arguments);
 int dataset(const DatasetArguments& arguments);
 int map_room(const Arguments& arguments);
+int report_room(const Arguments& arguments);
 
 /// Reads a scene file; prints its warnings to standard error. Throws InputError.
 LoadedScene read_scene_file(const std::filesystem::path& file, const Arguments& arguments);

@@ -10,6 +10,7 @@ usage: aula SCENE [options]                play live on the audio device
        aula SCENE --offline OUT.wav        render the scene to a file
        aula SCENE --ir OUT.wav --report    measure at the listener's initial pose
        aula map SCENE --out DIR            map the ISO 3382 parameters of a room
+       aula report SCENE --html OUT.html   write the ISO 3382 parameters, with plots, as a document
        aula info SCENE                     print size, surface area, reverberation time
        aula check SCENE                    read all files, print all errors
        aula materials [list]               list the materials that ship with Aula
@@ -45,6 +46,10 @@ map (with --frames, --speech-level, --noise-level, positions and simulation)
                          T30.csv; several sources: T30-NAME.png
   --height M             z of the receivers in metres [1.2]
   --spacing M            distance of the receivers in metres [0.5]
+
+report (with --frames, --speech-level, --noise-level, positions and simulation)
+  --html OUT.html        one file with plan, parameters, plots, conditions and materials
+  --receiver NAME=X,Y,Z  a receiver in place of the listener; may be repeated
 
 positions (metres, x front, y left, z up)
   --position X,Y,Z               static listener at this position, in place of the scene's

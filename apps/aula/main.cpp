@@ -73,6 +73,8 @@ int run(const Arguments& arguments) {
             return dataset(arguments.dataset);
         case Command::map:
             return map_room(arguments);
+        case Command::report:
+            return report_room(arguments);
     }
     return 1;
 }

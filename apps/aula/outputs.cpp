@@ -34,6 +34,7 @@ bool is_replaced(const fs::path& file) {
 std::vector<fs::path> outputs_of(const Arguments& arguments, const Scene& scene) {
     std::vector<fs::path> files;
     if (!arguments.offline.empty()) files.push_back(arguments.offline);
+    if (!arguments.html.empty()) files.push_back(arguments.html);
     if (arguments.ir)
         for (std::size_t s = 0; s < scene.sources.size(); ++s)
             files.push_back(response_file(*arguments.ir, scene, s));

@@ -22,6 +22,7 @@ Colour map_colour(float value) {
 }
 
 std::vector<double> round_numbers(double min, double max, int count) {
+    if (!(max > min)) return {min};
     const double rough = (max - min) / count;
     const double decade = std::pow(10, std::floor(std::log10(rough)));
     double step = 10 * decade;

@@ -15,7 +15,7 @@ using Colour = glm::vec3;
 /// Colour map of energies and of the parameters in maps: dark blue for 0 to bright yellow for 1.
 Colour map_colour(float value);
 
-/// Round numbers at equal distances in a range, about `count` of them.
+/// Round numbers at equal distances in a range, about `count` of them; `min` for an empty range.
 std::vector<double> round_numbers(double min, double max, int count);
 
 /// The number of decimals that tell round numbers apart.

@@ -36,6 +36,7 @@ TEST_CASE("Round numbers lie in their range and differ in their decimals") {
         CHECK(numbers.front() >= min - 1e-9);
         CHECK(numbers.back() <= max + 1e-9);
     }
+    CHECK(round_numbers(3, 3, 6) == std::vector<double>{3});
     CHECK(decimals_of(round_numbers(0.713, 0.722, 6)) == 3);
     CHECK(decimals_of(round_numbers(0, 100, 5)) == 0);
 }

@@ -9,8 +9,10 @@
 #include "apps/aula/commands.h"
 #include "apps/aula/outputs.h"
 #include "apps/aula/progress_bar.h"
+#include "apps/dataset/plan/planned_scene.h"
 #include "apps/documents/parameter_map.h"
 #include "apps/documents/parameter_text.h"
+#include "apps/documents/room_report.h"
 #include "apps/session/base/output_file.h"
 #include "aula/exception.h"
 
@@ -94,6 +96,18 @@ std::vector<std::string> warnings_of(const Measurement& measurement) {
     return warnings;
 }
 
+/// The geometry of the rooms of the sources and receivers.
+RoomGeometry geometry_of(const Measurement& measurement, const RayScene& rays) {
+    std::vector<Vec3> positions;
+    for (const Source& source : measurement.sources) positions.push_back(source.position_at(0));
+    for (const Pose& receiver : measurement.receivers) positions.push_back(receiver.position);
+    const std::vector<char> outside = outside_room(rays, positions, measurement.simulation.seed);
+    std::vector<Vec3> inside;
+    for (std::size_t i = 0; i < positions.size(); ++i)
+        if (!outside[i]) inside.push_back(positions[i]);
+    return measure_room(rays, inside, measurement.simulation.seed);
+}
+
 }  // namespace
 
 int map_room(const Arguments& arguments) {
@@ -117,6 +131,43 @@ int map_room(const Arguments& arguments) {
     if (!measurement) return interrupted_status();
     warn(warnings_of(*measurement), arguments.quiet);
     return write_maps(arguments, {grid, plan, *measurement}, scene) ? 0 : interrupted_status();
+}
+
+int report_room(const Arguments& arguments) {
+    const Scene scene = read_scene(arguments);
+    OutputFile file(arguments.html);
+    std::vector<std::string> names;
+    std::vector<Pose> receivers;
+    for (const NamedReceiver& receiver : arguments.receivers) {
+        names.push_back(receiver.name);
+        receivers.push_back({.position = receiver.position});
+    }
+    if (receivers.empty()) {
+        names.emplace_back("listener");
+        receivers.push_back(scene.listener.pose_at(0));
+    }
+    const auto measurement = [&] {
+        ProgressBar bar("measuring", arguments.quiet);
+        return measure(scene, scene.sources, receivers,
+                       {.frames = arguments.frames, .interaural = true, .progress = std::ref(bar)});
+    }();
+    if (!measurement) return interrupted_status();
+    warn(measurement->warnings, arguments.quiet);
+    const TaskLine line("writing the report", !arguments.quiet);
+    const RayScene rays(scene);
+    const float height_m = receivers[0].position.z;
+    file.write(report_html({.title = arguments.scene.stem().string(),
+                            .program = "aula " AULA_VERSION,
+                            .scene_hash = scene_hash(scene),
+                            .scene = scene,
+                            .measurement = *measurement,
+                            .receivers = names,
+                            .frames_given = arguments.frames.has_value(),
+                            .room = geometry_of(*measurement, rays),
+                            .plan = floor_plan(rays, height_m),
+                            .plan_height_m = height_m}));
+    file.commit();
+    return 0;
 }
 
 }  // namespace aula

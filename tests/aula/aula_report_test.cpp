@@ -1,0 +1,173 @@
+#include <signal.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <regex>
+#include <thread>
+
+#include "tests/support/program.h"
+#include "tests/support/small_scenes.h"
+
+namespace {
+
+using namespace aula::test;
+
+std::string with(std::string text, const std::string& from, const std::string& to) {
+    return text.replace(text.find(from), from.size(), to);
+}
+
+std::size_t count_of(const std::string& text, const std::string& part) {
+    std::size_t count = 0;
+    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
+        ++count;
+    return count;
+}
+
+std::string report(const std::string& scene, const std::filesystem::path& out,
+                   const std::vector<std::string>& options) {
+    std::vector<std::string> command{AULA_PROGRAM, "report", scene, "--html", out};
+    command.insert(command.end(), options.begin(), options.end());
+    const ProgramResult result = run_program(command);
+    INFO(result.err);
+    REQUIRE(result.status == 0);
+    REQUIRE(result.out.empty());
+    return read_file(out);
+}
+
+/// The tags of a document that are not closed in order; empty for a well-formed one.
+std::string open_tags(const std::string& html) {
+    static const std::regex tag("<(/?)([a-z0-9]+)[^>]*?(/?)>");
+    std::vector<std::string> open;
+    for (std::sregex_iterator it(html.begin(), html.end(), tag), end; it != end; ++it) {
+        const std::string name = (*it)[2];
+        if ((*it)[3].length() > 0 || name == "meta") continue;
+        if ((*it)[1].length() == 0) {
+            open.push_back(name);
+        } else if (open.empty() || open.back() != name) {
+            return "</" + name + "> without <" + name + ">";
+        } else {
+            open.pop_back();
+        }
+    }
+    return open.empty() ? "" : "<" + open.back() + "> is open";
+}
+
+}  // namespace
+
+TEST_CASE("A report has all pairs, is one well-formed file, and the same again") {
+    const TemporaryFolder folder;
+    const std::string text =
+        with(kSmallRoom, "\"sources\": [",
+             R"("sources": [{"name": "<i>\"bell\" & co", "position": [4, 1, 1.5]}, )");
+    const std::string scene = folder.write("room & hall.json", text);
+    const std::vector<std::string> options{
+        "--rays",     "50",       "--receiver", "<seat>=3,3,1.2", "--receiver",
+        "back=2,2,1", "--frames", "3",          "--noise-level",  "35"};
+    const std::filesystem::path out = folder.path() / "out.html";
+    folder.write("out.html", "replaced");
+    const std::string html = report(scene, out, options);
+    CHECK(open_tags(html) == "");
+    CHECK(count_of(html, "<section>") == 4);
+    CHECK(count_of(html, "<svg xmlns") == 9);  // the plan, two plots for each pair
+    for (const char* const part :
+         {"room &amp; hall", "&lt;i&gt;&quot;bell&quot; &amp; co at &lt;seat&gt;", "hiss at back",
+          "aula 0.1.0", "60.0 m³", "343.2 m/s", "<td>35.0</td>", ">wall<", "standard errors"})
+        CHECK(html.find(part) != std::string::npos);
+    for (const char* const part : {"<i>", "<script", "href=", "src=", "url(", "nan", ">inf"})
+        CHECK(html.find(part) == std::string::npos);
+    const std::vector<std::string> one{"--rays", "50", "--frames", "2"};
+    const std::string first = report(scene, out, one);
+    std::vector<std::string> again = one;
+    again.insert(again.end(), {"--threads", "2"});
+    CHECK((report(scene, out, again) == first));
+}
+
+TEST_CASE("A report without a number of frames has the standard errors of its values") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("free.json", kFreeField);
+    const std::string html = report(scene, folder.path() / "out.html", {});
+    CHECK(html.find("jackknife") != std::string::npos);
+    CHECK(html.find("click at listener") != std::string::npos);
+    CHECK(html.find("unknown: the room is not closed") != std::string::npos);
+    // G of a free field at 3.432 m: 20 log10(10 / 3.432) = 9.29 dB.
+    CHECK(html.find("<td>9.3<small>± 0.000</small></td>") != std::string::npos);
+    CHECK(open_tags(html) == "");
+}
+
+TEST_CASE("Bad options of a report are refused with one line and status 2") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const std::string out = folder.path() / "out.html";
+    struct Bad {
+        std::vector<std::string> arguments;
+        std::vector<std::string> parts;
+    };
+    const std::vector<Bad> all = {
+        {{"report"}, {"SCENE"}},
+        {{"report", scene}, {"--html"}},
+        {{"report", scene, "--html", folder.path()}, {"is a directory"}},
+        {{"report", scene, "--html", folder.path() / "none/out.html"}, {"none/out.html"}},
+        {{"report", scene, "--html", scene}, {"would replace the input"}},
+        {{"report", scene, "--html", out, "--receiver", "seat"}, {"--receiver", "NAME=x,y,z"}},
+        {{"report", scene, "--html", out, "--receiver", "a=1,nan,1"}, {"--receiver"}},
+        {{"report", scene, "--html", out, "--receiver", "a=1,1,1", "--receiver", "a=2,1,1"},
+         {"--receiver", "given twice"}},
+        {{"report", scene, "--html", out, "--spacing", "1"}, {"--spacing", "aula map"}},
+        {{scene, "--html", out}, {"--html", "aula report"}},
+        {{"map", scene, "--out", out, "--receiver", "a=1,1,1"}, {"--receiver", "aula report"}},
+    };
+    const auto before = names_in(folder.path());
+    for (const Bad& bad : all) {
+        std::vector<std::string> command{AULA_PROGRAM};
+        command.insert(command.end(), bad.arguments.begin(), bad.arguments.end());
+        const ProgramResult result = run_program(command);
+        INFO(result.err);
+        CHECK(result.status == 2);
+        CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
+        CHECK(result.err.find("expected") != std::string::npos);
+        for (const std::string& part : bad.parts) CHECK(result.err.find(part) != std::string::npos);
+    }
+    CHECK(names_in(folder.path()) == before);
+}
+
+TEST_CASE("An interrupted report leaves no file") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    Program program({AULA_PROGRAM, "report", scene, "--html", folder.path() / "out.html",
+                     "--frames", "1000000"});
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    program.signal(SIGTERM);
+    const ProgramResult result = program.wait();
+    INFO(result.err);
+    CHECK(result.status == 143);
+    CHECK(names_in(folder.path()) == std::vector<std::string>{"room.json"});
+}
+
+TEST_CASE("A browser shows a report within the width of a page") {
+    if (!std::filesystem::exists("/usr/bin/chromium")) {
+        WARN("skipped: chromium is not installed");
+        return;
+    }
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const std::filesystem::path out = folder.path() / "out.html";
+    std::string html = report(scene, out, {"--frames", "2", "--rays", "50"});
+    // The test adds a script, which writes what the browser has laid out into the document.
+    html = with(html, "</body>",
+                "<script>document.body.dataset.width = document.documentElement.scrollWidth;"
+                "document.body.dataset.plots = [...document.querySelectorAll('svg polyline')]"
+                ".filter(line => line.getBBox().width > 50).length;</script></body>");
+    folder.write("out.html", html);
+    const ProgramResult shown = run_program(
+        {"/usr/bin/chromium", "--headless", "--no-sandbox", "--disable-gpu",
+         "--disable-background-networking", "--user-data-dir=" + (folder.path() / "user").string(),
+         "--window-size=1050,1400", "--dump-dom", "file://" + out.string()});
+    INFO(shown.err);
+    REQUIRE(shown.status == 0);
+    std::smatch found;
+    REQUIRE(std::regex_search(shown.out, found, std::regex("data-width=\"(\\d+)\"")));
+    CHECK(std::stoi(found[1]) <= 1050);
+    REQUIRE(std::regex_search(shown.out, found, std::regex("data-plots=\"(\\d+)\"")));
+    CHECK(std::stoi(found[1]) == 9);  // eight decays and the echogram
+}

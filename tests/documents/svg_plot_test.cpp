@@ -1,0 +1,51 @@
+#include "apps/documents/svg_plot.h"
+
+#include <catch2/catch.hpp>
+
+namespace {
+
+using namespace aula;
+
+std::size_t count_of(const std::string& text, const std::string& part) {
+    std::size_t count = 0;
+    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
+        ++count;
+    return count;
+}
+
+}  // namespace
+
+TEST_CASE("Texts of HTML have no markup, no control characters and are UTF-8") {
+    CHECK(html_text("<b>\"a\" & 'b'</b>") == "&lt;b&gt;&quot;a&quot; &amp; &#39;b&#39;&lt;/b&gt;");
+    CHECK(html_text("Bühne 日本 \U0001F3B5") == "Bühne 日本 \U0001F3B5");
+    CHECK(html_text("a\nb\x01\x7f") == "a b  ");
+    // A byte that continues nothing, a cut character, an overlong form, a surrogate.
+    const std::string unknown = "\xEF\xBF\xBD";
+    CHECK(html_text("\x80") == unknown);
+    CHECK(html_text("\xC3") == unknown);
+    CHECK(html_text("\xC0\xAF") == unknown + unknown);
+    CHECK(html_text("\xED\xA0\x80") == unknown + unknown + unknown);
+}
+
+TEST_CASE("A plot has its axes, its lines and a legend of the named ones") {
+    SvgPlot plot({"time in s", 0, 2}, {"level in dB", -60, 0});
+    plot.line({{0, 0}, {1, -30}, {2, -90}}, "#000000", "1 & 2");
+    plot.line({{0, 0}, {2, 0}}, "#ff0000");
+    plot.stem({1, -20}, "#00ff00", "stem");
+    plot.stem({3, -20}, "#00ff00");  // outside
+    const std::string svg = plot.svg();
+    CHECK(count_of(svg, "<polyline") == 2);
+    CHECK(count_of(svg, "1 &amp; 2") == 1);
+    CHECK(count_of(svg, "stroke=\"#00ff00\"") == 2);  // the stem and its entry in the legend
+    for (const char* const part : {"time in s", "level in dB", ">-60<", ">2.0<"})
+        CHECK(count_of(svg, part) == 1);
+    CHECK(count_of(svg, "<svg") == count_of(svg, "</svg>"));
+}
+
+TEST_CASE("A plan contains its points, also without walls") {
+    const std::string svg = plan_svg({}, {{{3, 4}, "a<b", true}, {{3, 4}, "seat", false}});
+    CHECK(count_of(svg, "<circle") == 1);
+    CHECK(count_of(svg, "a&lt;b") == 1);
+    CHECK(svg.find("nan") == std::string::npos);
+    CHECK(svg.find("inf") == std::string::npos);
+}
