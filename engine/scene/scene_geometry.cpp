@@ -191,8 +191,8 @@ std::vector<std::uint32_t> map_materials(const JsonReader& json, const ImportedM
     if (!unmapped.empty()) {
         json.fail("the mesh's materials " + quoted_list(unmapped) + " are not known" +
                   nearest_materials(unmapped, materials.names()) +
-                  "; expected each in \"materials\", the name of a material, or a "
-                  "\"default_material\"");
+                  "; expected each in \"materials\" or a \"default_material\", both beside "
+                  "\"file\", or a material of the same name");
     }
     return result;
 }
@@ -223,8 +223,7 @@ Object read_mesh(const JsonReader& json, const std::filesystem::path& folder,
             if (const auto other = json.find(key)) {
                 other->fail(
                     "cannot be combined with \"material\", which is for the whole mesh; expected "
-                    "one "
-                    "of the two");
+                    "one of the two");
             }
         }
         set_single_material(object, materials.require(*single));
