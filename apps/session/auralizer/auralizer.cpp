@@ -37,7 +37,9 @@ void Auralizer::State::build() {
     if (options.clock == RenderClock::exact) {
         playback = std::make_unique<ExactPlayback>(scene, options, hrtf);
     } else {
-        lower_priority(kPropagationNice);
+        // The caller waits for the room, also with processors that are busy. Threads of the engine
+        // keep the priority of this one; a single one has none.
+        if (scene.simulation.threads != 1) lower_priority(kPropagationNice);
         playback = std::make_unique<RealTimePlayback>(scene, options, hrtf);
     }
 }

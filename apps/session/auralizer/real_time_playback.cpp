@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "apps/session/base/latency.h"
+#include "aula/audio/realtime.h"
 
 namespace aula {
 
@@ -131,6 +132,7 @@ void RealTimePlayback::compute_frames(Auralizer& auralizer) {
         constexpr double kMinStep_s = 0.001;
         earliest_s = time_s + kMinStep_s;
     }
+    lower_priority(kPropagationNice);
     FrameClock clock(Clock::now(), std::max(played_s(), earliest_s));
     clock.took(computer_.status().frame_ms / 1000);
     {

@@ -128,8 +128,8 @@ struct AuralizerStatus {
 ///
 /// **Threads**: commands lock a mutex for a short time. Any thread may call them, but on the
 /// real-time clock the thread that renders must not. Threads that the object starts have ordinary
-/// priority, on the real-time clock a nice value of at least kPropagationNice. They end with the
-/// destructor.
+/// priority, on the real-time clock a nice value of at least kPropagationNice from the second frame
+/// on. They end with the destructor.
 ///
 /// **Errors**: wrong arguments throw InputError and change nothing. Commands for a source that is
 /// not present have no effect, nor do commands after an exception of the propagation thread;
