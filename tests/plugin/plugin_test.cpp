@@ -98,9 +98,21 @@ TEST_CASE("A plugin renders the same range twice with the same bytes, whatever i
 }
 
 TEST_CASE("A plugin works at all sample rates and reports no latency") {
-    for (const double rate_hz : {22050.0, 44100.0, 96000.0, 192000.0}) {
-        INFO(rate_hz << " Hz");
-        PluginHost host(OutputFormat::binaural, rate_hz);
+    struct Format {
+        OutputFormat layout;
+        double rate_hz;
+    };
+    for (const Format& format : {Format{OutputFormat::binaural, 22050.0},
+                                 {OutputFormat::binaural, 44100.0},
+                                 {OutputFormat::binaural, 96000.0},
+                                 {OutputFormat::binaural, 192000.0},
+                                 {OutputFormat::foa, 44100.0},
+                                 {OutputFormat::foa, 96000.0},
+                                 {OutputFormat::toa, 44100.0},
+                                 {OutputFormat::toa, 96000.0}}) {
+        const double rate_hz = format.rate_hz;
+        INFO(channel_count(format.layout) << " channels, " << rate_hz << " Hz");
+        PluginHost host(format.layout, rate_hz);
         host.set(Control::freewheel, 1);
         host.set(Control::quality, 0);
         host.set(Control::latency, 99);
