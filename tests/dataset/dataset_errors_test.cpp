@@ -51,6 +51,9 @@ TEST_CASE("a bad manifest is one line with its place, exit status 2 and no folde
         {"\"box\": {", "\"scene\": \"room.json\", \"box\": {", "/rooms/0: "},
         {"\"count\": 2", "\"count\": 2.5", "/receivers/count: "},
         {"\"count\": 2", "\"count\": {\"uniform\": [1, 2.5]}", "/receivers/count/uniform/1: "},
+        {"\"count\": 2,", "\"count\": 10001,", "/receivers/count: "},
+        {"\"seed\": 5", "\"sources\": {\"count\": {\"uniform\": [1, 10000]}}, \"array\": "
+         "[[0,0,0],[0,0,1],[0,0,2],[0,0,3],[0,0,4],[0,0,5]]", "up to 120000 pairs"},
         {"[-180, 180]", "[-180, 1e4]", "/receivers/yaw_deg/uniform/1: "},
         {"\"rays\": 50", "\"rays\": 0", "/simulation/rays: "},
         {"\"rays\": 50", "\"seed\": 1", "/simulation/seed: "},

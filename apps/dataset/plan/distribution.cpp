@@ -86,12 +86,6 @@ double NumberDistribution::draw(RandomStream& random) const {
     return std::clamp(rounded(std::lerp(low_, high_, u)), low_, high_);
 }
 
-double NumberDistribution::lowest() const {
-    double low = choices_.empty() ? low_ : choices_[0].lowest();
-    for (const NumberDistribution& choice : choices_) low = std::min(low, choice.lowest());
-    return low;
-}
-
 double NumberDistribution::highest() const {
     double high = choices_.empty() ? high_ : choices_[0].highest();
     for (const NumberDistribution& choice : choices_) high = std::max(high, choice.highest());

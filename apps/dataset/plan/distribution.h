@@ -24,8 +24,7 @@ class NumberDistribution {
 
     double draw(RandomStream& random) const;
 
-    /// The lowest and the highest number that can be drawn.
-    double lowest() const;
+    /// The highest number that can be drawn.
     double highest() const;
 
  private:

@@ -1,5 +1,6 @@
 #include "apps/dataset/plan/manifest.h"
 
+#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <utility>
@@ -17,6 +18,8 @@ namespace {
 constexpr std::uint64_t kMaxBytes = std::uint64_t{16} << 20U;
 constexpr int kMostScenes = 1'000'000'000;
 constexpr int kMostPerScene = 10'000;
+/// Pairs of a source and a microphone: their energy responses are in memory together.
+constexpr double kMostPairs = 1e5;
 constexpr NumberRange kClearance_m{0, 1000, true, "metres from 0 to 1000"};
 constexpr NumberRange kCoordinate_m{-kLargestCoordinate_m, kLargestCoordinate_m, true, "metres"};
 constexpr NumberRange kAngle_deg{-360, 360, true, "degrees from -360 to 360"};
@@ -115,7 +118,9 @@ Manifest read_manifest(const std::filesystem::path& file) {
     try {
         text = read_regular_file(file, kMaxBytes);
     } catch (const InputError& error) {
-        throw InputError(file.string(), "", std::string(error.what()) + "; expected a manifest");
+        const std::string reason = error.what();
+        throw InputError(file.string(), "",
+                         reason.substr(0, reason.find(';')) + "; expected a manifest");
     }
     const std::string name = file.string();
     manifest.json = parse_json(text, name);
@@ -151,6 +156,11 @@ Manifest read_manifest(const std::filesystem::path& file) {
             manifest.receivers.source_clearance_m = x.real(kClearance_m);
         });
     });
+    const double pairs = manifest.sources.count.highest() * manifest.receivers.count.highest() *
+                         static_cast<double>(manifest.settings.array.size());
+    if (pairs > kMostPairs)
+        root.fail("up to " + std::to_string(std::llround(pairs)) +
+                  " pairs of a source and a microphone in a scene; expected at most 100000");
     return manifest;
 }
 

@@ -54,7 +54,8 @@ std::string read_file(const fs::path& file) {
     try {
         return read_regular_file(file, kMaxBytes);
     } catch (const InputError& error) {
-        throw InputError(file.string(), "", std::string(error.what()) + "; " + kExpected);
+        const std::string reason = error.what();
+        throw InputError(file.string(), "", reason.substr(0, reason.find(';')) + "; " + kExpected);
     }
 }
 
