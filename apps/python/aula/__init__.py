@@ -338,9 +338,11 @@ class _Materials(MutableMapping[str, Material]):
 
 
 class _SceneSources:
-    """The sources by name, a copy; assign a list of `Source`, or positions, to replace them."""
+    """A property that returns another type than it accepts."""
 
-    # A property would have one type.
+    def __init__(self) -> None:
+        self.__doc__ = ("The sources by name, a copy; assign a list of `Source`, or positions, to "
+                        "replace them.")
 
     @overload
     def __get__(self, scene: None, owner: type[Scene]) -> _SceneSources: ...
