@@ -60,17 +60,17 @@ class SceneQueue {
           continues_(std::move(continues)),
           ahead_(2 * static_cast<std::uint64_t>(threads)),
           working_(static_cast<std::size_t>(threads)) {
-        for (int t = 0; t < threads; ++t) threads_.emplace_back([this] { work(); });
+        try {
+            for (int t = 0; t < threads; ++t) threads_.emplace_back([this] { work(); });
+        } catch (...) {
+            stop();
+            throw;
+        }
     }
 
-    ~SceneQueue() {
-        {
-            const std::lock_guard lock(mutex_);
-            stopped_ = true;
-        }
-        changed_.notify_all();
-        for (std::thread& thread : threads_) thread.join();
-    }
+    ~SceneQueue() { stop(); }
+    SceneQueue(const SceneQueue&) = delete;
+    SceneQueue& operator=(const SceneQueue&) = delete;
 
     /// The items of the next scene; empty if there is none or `continues` returned false.
     std::optional<std::vector<Item>> next() {
@@ -85,6 +85,15 @@ class SceneQueue {
     }
 
  private:
+    void stop() {
+        {
+            const std::lock_guard lock(mutex_);
+            stopped_ = true;
+        }
+        changed_.notify_all();
+        for (std::thread& thread : threads_) thread.join();
+    }
+
     void work() {
         try {
             while (compute_next()) {
