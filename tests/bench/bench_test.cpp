@@ -124,7 +124,7 @@ TEST_CASE("paths that end in mirrors reach the right one of the reference's rece
                 // higher terms are negligible.
                 const double d2 = std::pow(double{glm::distance(image, receivers[r])}, 2);
                 constexpr double kRadius2 =
-                    double{Reference::kDetectorRadius_m} * double{Reference::kDetectorRadius_m};
+                    double{Reference::kDetectionRadius_m} * double{Reference::kDetectionRadius_m};
                 wanted += kBandCount * (1 + kRadius2 / (5 * d2)) / (4 * std::numbers::pi * d2);
             }
         }

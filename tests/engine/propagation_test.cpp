@@ -200,7 +200,7 @@ TEST_CASE("patch agrees with plain path tracing for any scattering and each band
             const test::Estimate b = test::estimate(of_patch[part][band]);
             const double error = std::hypot(a.standard_error, b.standard_error);
             CAPTURE(part, band, a.mean, b.mean, error);
-            // The detector sphere averages over 0.5 m: up to 1 % at the onset.
+            // The detection sphere averages over 0.5 m: up to 1 % at the onset.
             CHECK(std::abs(a.mean - b.mean) < test::kFamilyZ * error + 0.01 * a.mean);
             CHECK(error < 0.08 * a.mean);  // so that a missing or doubled part would be detected
         }

@@ -198,7 +198,7 @@ TEST_CASE("the order is limited at partly specular surfaces as well") {
         const test::Estimate b = test::estimate(test::restarts(patch, scene, 24, 5, total));
         const double error = std::hypot(a.standard_error, b.standard_error);
         CAPTURE(order, a.mean, b.mean, error);
-        // The detector sphere averages over 0.5 m: up to 1 % at the onset.
+        // The detection sphere averages over 0.5 m: up to 1 % at the onset.
         CHECK(std::abs(a.mean - b.mean) < test::kFamilyZ * error + 0.01 * a.mean);
         // Companion: a tenth more, as with the next order, is refuted.
         CHECK(std::abs(b.mean - 1.1 * a.mean) > test::kRefutedZ * error + 0.01 * a.mean);

@@ -142,7 +142,7 @@ TEST_CASE("Instances that are on their own share the loader thread") {
     CHECK(thread_count() == before + 1);
 }
 
-TEST_CASE("A group renders the bytes of a single instance, also with several at once") {
+TEST_CASE("A group renders the bytes of a single instance, also with several at the same time") {
     const std::vector<float> input = noise(9600);
     const Channels reference = bounce(0, input, 256);
     const auto live = make_running_host(2);

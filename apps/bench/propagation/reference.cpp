@@ -53,7 +53,7 @@ void Reference::add_image_sources() {
                           ? std::min(simulation_.order, simulation_.specular_order)
                           : simulation_.specular_order;
     if (!simulation_.specular || order == 0) return;
-    SpecularPaths paths(scene_, order, kDetectorRadius_m, derive_seed(simulation_.seed, 0x1ea5));
+    SpecularPaths paths(scene_, order, kDetectionRadius_m, derive_seed(simulation_.seed, 0x1ea5));
     for (std::size_t r = 0; r < receivers_.size(); ++r) {
         SpecularSound sound;
         for (std::uint64_t frame = 0; frame < kDiscoveries; ++frame) {
@@ -101,7 +101,7 @@ void Reference::trace_batch(std::uint64_t seed, Sums& sums) const {
         for (std::size_t i = 0; i < paths.size(); ++i) {
             Path path = paths[i];
             const Hit& hit = hits[i];
-            cross_detectors(path, std::min(hit.distance_m, rays[i].max_m), sums);
+            cross_detection_spheres(path, std::min(hit.distance_m, rays[i].max_m), sums);
             if (!hit.any()) continue;
             if (simulation_.order > 0 && path.order == simulation_.order) continue;
 
@@ -160,14 +160,14 @@ void Reference::next_event(const Path& path, const Vec3& normal, const Bands& ra
 
 /// Paths that end in a mirror cannot be aimed at a point: they are found by crossing a small
 /// sphere, energy * chord / (4/3 pi R^3).
-void Reference::cross_detectors(const Path& path, float segment_m, Sums& sums) const {
+void Reference::cross_detection_spheres(const Path& path, float segment_m, Sums& sums) const {
     if (!path.mirrored_last) return;
     if (!path.diffuse && (!simulation_.specular || path.order <= simulation_.specular_order)) {
         return;
     }
-    constexpr float kRadius2_m2 = kDetectorRadius_m * kDetectorRadius_m;
+    constexpr float kRadius2_m2 = kDetectionRadius_m * kDetectionRadius_m;
     constexpr float kVolume_m3 =
-        4.0F / 3.0F * std::numbers::pi_v<float> * kRadius2_m2 * kDetectorRadius_m;
+        4.0F / 3.0F * std::numbers::pi_v<float> * kRadius2_m2 * kDetectionRadius_m;
     for (std::size_t r = 0; r < receivers_.size(); ++r) {
         const Vec3 to_centre = receivers_[r] - path.origin;
         const float nearest_m = glm::dot(to_centre, path.direction);

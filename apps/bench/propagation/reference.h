@@ -18,7 +18,7 @@ class Reference {
     /// Radius R of the sphere over which paths that end in a mirror are averaged. The mean differs
     /// from the value at the centre by R^2 / 10 times the Laplacian of the fluence: by R^2 / (5
     /// d^2) for an image source at d metres, 0.02 % at 8 m, where the late response begins.
-    static constexpr float kDetectorRadius_m = 0.25F;
+    static constexpr float kDetectionRadius_m = 0.25F;
 
     struct Estimate {
         double mean = 0;            ///< 1/m2 per unit emitted energy, summed over the bands
@@ -56,7 +56,7 @@ class Reference {
     void trace_batch(std::uint64_t seed, Sums& sums) const;
     void next_event(const Path& path, const Vec3& normal, const Bands& radiated, float pick,
                     Sums& sums) const;
-    void cross_detectors(const Path& path, float segment_m, Sums& sums) const;
+    void cross_detection_spheres(const Path& path, float segment_m, Sums& sums) const;
     void add(std::size_t receiver, float length_m, const Bands& energy, Sums& sums) const;
 
     RayScene scene_;

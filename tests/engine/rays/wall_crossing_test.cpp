@@ -160,7 +160,7 @@ TEST_CASE("the direct sound through a wall fades at its end while a listener wal
     CHECK(before == 0);
     // The middle of the spindle is 0.83 m in radius. A strip of 1 cm through its centre holds
     // 16/15 / (pi / 3) 0.01 / 0.83 = 1.2 % of the weights, 1.6 mean lines of 128. The lines lie
-    // irregularly: three at once, each with at most 3 / 128, are allowed.
+    // irregularly: three in one step, each with at most 3 / 128, are allowed.
     CHECK(largest_step < 3 * 3.0 / 128 * db(10));
     // Companion: a single line.
     CHECK(largest_step_of_a_line > 3 * 3.0 / 128 * db(10));
