@@ -186,12 +186,14 @@ TEST_CASE("C: wrong arguments for a room are errors that change nothing") {
     CRoom room(quick_options(AULA_EXACT));
     const aula_source source = room.add_source();
     aula_pose pose = room.pose;
-    pose.position[1] = kNan;
     aula_source added = 9;
-    CHECK(aula_room_set_source(room.handle, source, &pose, 0) == AULA_INPUT_ERROR);
-    CHECK(aula_room_set_listener(room.handle, 0, &pose, 0) == AULA_INPUT_ERROR);
-    CHECK(aula_room_add_source(room.handle, &pose, nullptr, 0, &added) == AULA_INPUT_ERROR);
-    CHECK(added == 0);
+    for (const float y : {kNan, 1e30F}) {
+        pose.position[1] = y;
+        CHECK(aula_room_set_source(room.handle, source, &pose, 0) == AULA_INPUT_ERROR);
+        CHECK(aula_room_set_listener(room.handle, 0, &pose, 0) == AULA_INPUT_ERROR);
+        CHECK(aula_room_add_source(room.handle, &pose, nullptr, 0, &added) == AULA_INPUT_ERROR);
+        CHECK(added == 0);
+    }
     CHECK((aula_room_add_source(room.handle, &room.pose, "banana", 0, &added) == AULA_INPUT_ERROR &&
            message_has("banana")));
     for (const aula_source absent : {aula_source{0}, aula_source{99}, ~aula_source{0}}) {

@@ -171,8 +171,9 @@ TEST_CASE("A measurement without sources, receivers or frames is an error") {
     const auto here = poses({{1, 1, 1}});
     CHECK_THROWS_AS(measure(scene, {}, here), InputError);
     CHECK_THROWS_AS(measure(scene, scene.sources, {}), InputError);
-    const auto nowhere = poses({{1, std::numeric_limits<float>::quiet_NaN(), 1}});
-    CHECK_THROWS_AS(measure(scene, scene.sources, nowhere), InputError);
+    // Intersection tests of coordinates beyond 1e6 m overflow.
+    for (const float y : {std::numeric_limits<float>::quiet_NaN(), 2e6F, -1e30F})
+        CHECK_THROWS_AS(measure(scene, scene.sources, poses({{1, y, 1}})), InputError);
     CHECK_THROWS_AS(measure(scene, scene.sources, here, {.frames = 0}), InputError);
     CHECK_THROWS_AS(measure(scene, scene.sources, here, {.limits = {.t30 = 0}}), InputError);
     const auto measurement = measure(scene, scene.sources, here, {.frames = 1});
