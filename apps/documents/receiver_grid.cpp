@@ -1,9 +1,11 @@
 #include "apps/documents/receiver_grid.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <set>
 
 #include "apps/session/base/formatted.h"
 #include "aula/exception.h"
@@ -83,10 +85,12 @@ std::vector<char> cells_at_surfaces(const ReceiverGrid& grid, const RayScene& ra
 }
 
 /// Points of the air that sound reaches without passing walls: sources and listener in the room,
-/// and the middles of the segments of random walks from there.
-std::vector<Vec3> points_in_room(const Scene& scene, const RayScene& rays) {
-    constexpr int kPaths = 64;
-    constexpr int kBounces = 16;
+/// and the middles of segments of random walks from there, one for each cube of the space. The
+/// walks are long enough for rooms behind rooms.
+std::vector<Vec3> points_in_room(const Scene& scene, const RayScene& rays, float diagonal_m) {
+    constexpr int kPaths = 1024;
+    constexpr int kBounces = 64;
+    const float cube_m = diagonal_m / 32;
     std::vector<Vec3> seeds{scene.listener.pose_at(0).position};
     for (const Source& source : scene.sources) seeds.push_back(source.position_at(0));
     const std::vector<char> outside = outside_room(rays, seeds, scene.simulation.seed);
@@ -94,20 +98,24 @@ std::vector<Vec3> points_in_room(const Scene& scene, const RayScene& rays) {
     for (std::size_t i = 0; i < seeds.size(); ++i)
         if (!outside[i]) points.push_back(seeds[i]);
     const std::vector<Vec3> inside = points;
+    std::set<std::array<int, 3>> cubes;
     trace_random_walks(rays, inside,
                        {.paths = kPaths, .bounces = kBounces, .seed = scene.simulation.seed},
                        [&](int, const Ray& ray, const Hit& hit) {
-                           if (hit.any())
-                               points.push_back(ray.origin + hit.distance_m / 2 * ray.direction);
+                           if (!hit.any()) return;
+                           const Vec3 middle = ray.origin + hit.distance_m / 2 * ray.direction;
+                           const glm::ivec3 cube = glm::floor(middle / cube_m);
+                           if (cubes.insert({cube.x, cube.y, cube.z}).second)
+                               points.push_back(middle);
                        });
     return points;
 }
 
 /// The cells whose receivers are in the room.
 std::vector<std::size_t> cells_in_room(const ReceiverGrid& grid, const Scene& scene,
-                                       const RayScene& rays) {
+                                       const RayScene& rays, float diagonal_m) {
     const std::vector<char> near = cells_at_surfaces(grid, rays);
-    const std::vector<Vec3> inside = points_in_room(scene, rays);
+    const std::vector<Vec3> inside = points_in_room(scene, rays, diagonal_m);
     std::vector<std::size_t> cells;
     for (std::size_t cell = 0; cell < near.size(); ++cell) {
         const Vec3 position = position_of(grid, cell);
@@ -160,7 +168,7 @@ ReceiverGrid receiver_grid(const Scene& scene, const RayScene& rays, double heig
     grid.rows = static_cast<std::size_t>(rows);
     grid.x_m = (bounds.min.x + bounds.max.x - static_cast<float>((columns - 1) * spacing_m)) / 2;
     grid.y_m = (bounds.min.y + bounds.max.y - static_cast<float>((rows - 1) * spacing_m)) / 2;
-    grid.cells = cells_in_room(grid, scene, rays);
+    grid.cells = cells_in_room(grid, scene, rays, bounds.diagonal_m());
     if (grid.cells.empty())
         throw InputError("--spacing", "",
                          formatted("%g m has no receiver in the room at the height of %g m; "

@@ -95,6 +95,27 @@ TEST_CASE("A grid has the rooms of sources and listener, and nothing behind wall
     CHECK(grid_of(yard).receivers.size() == 96);
 }
 
+TEST_CASE("A grid reaches rooms behind rooms") {
+    Scene scene;
+    add_box(scene, {0, 0, 0}, {30, 4, 3});
+    // Four walls with doors of 0.9 m by 2 m, at either end.
+    for (int wall = 1; wall <= 4; ++wall) {
+        const float x = 6.0F * static_cast<float>(wall);
+        const float from = wall % 2 ? 0.9F : 0;
+        const float to = wall % 2 ? 4 : 3.1F;
+        const float door_from = wall % 2 ? 0 : 3.1F;
+        const float door_to = wall % 2 ? 0.9F : 4;
+        scene.add_object({{x, from, 0}, {x, to, 0}, {x, to, 3}, {x, from, 3}},
+                         {{0, 1, 2}, {0, 2, 3}}, "plaster");
+        scene.add_object({{x, door_from, 2}, {x, door_to, 2}, {x, door_to, 3}, {x, door_from, 3}},
+                         {{0, 1, 2}, {0, 2, 3}}, "plaster");
+    }
+    scene.sources.emplace_back().name = "voice";
+    scene.sources[0].position = {1, 3, 1.5F};
+    scene.listener.pose.position = {2, 3, 1.2F};
+    CHECK(grid_of(scene).receivers.size() == 480);
+}
+
 TEST_CASE("Positions outside that see the room through an opening are left out") {
     Scene scene = room();
     scene.objects.clear();
