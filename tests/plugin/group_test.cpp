@@ -175,6 +175,19 @@ TEST_CASE("In real time an instance of a group sounds as a single one does") {
     CHECK(level_db(*third) > reference_db - 10);
 }
 
+TEST_CASE("Without its late part an instance of a group sounds as a single one does") {
+    const auto own = make_running_host(0);
+    const auto grouped = make_running_host(1);
+    const std::vector<PluginHost*> all{own.get(), grouped.get()};
+    play(all, std::chrono::milliseconds(500));
+    const float whole_db = level_db(*own);
+    for (PluginHost* const host : all) host->set(Control::late, 0);
+    play(all, std::chrono::milliseconds(500));
+    const float reference_db = level_db(*own);
+    CHECK(reference_db < whole_db - 2);
+    CHECK(level_db(*grouped) == Approx(reference_db).margin(1));
+}
+
 TEST_CASE("An instance of a group is heard from its own place, and the others from theirs") {
     const auto first = make_running_host(1);
     const auto second = make_running_host(1);
