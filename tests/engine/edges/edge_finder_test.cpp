@@ -251,8 +251,10 @@ TEST_CASE("cracks below half a millimetre are closed, of a centimetre they are n
     const auto cracked = [](float crack_m) {
         aula::RandomStream random(4);
         Object soup = split(furnished(), 1);
-        for (Vec3& v : soup.vertices)
-            v += crack_m * random.uniform() * aula::uniform_direction(random.uniform_2d());
+        for (Vec3& v : soup.vertices) {
+            const Vec3 direction = aula::uniform_direction(random.uniform_2d());
+            v += crack_m * random.uniform() * direction;
+        }
         return edges_of(soup);
     };
     // 0.6 mm across the faces of 5 cm of the table are 0.7 degrees.
