@@ -1,6 +1,7 @@
 -- Writes and closes the session in SESSION: a track with voice.wav as its region, and the plugin
 -- with the preset PRESET, or with automation of source_x over three seconds.
 local folder = os.getenv("SESSION")
+os.execute("rm -rf '" .. folder .. "'")
 AudioEngine:set_backend("None (Dummy)", "", "")
 local session = create_session(folder, "session", 48000)
 local track = session:new_audio_track(1, 2, nil, 1, "voice", ARDOUR.PresentationInfo.max_order,
@@ -22,9 +23,6 @@ else
         ARDOUR.AutoState.Play)
 end
 session:save_state("")
-session, track, plugin = nil, nil, nil
-collectgarbage()
-close_session()
 
 -- Only Ardour's window imports files: the source and the region are written into the session.
 local length = 3 * 282240000 -- superclock ticks
@@ -41,4 +39,9 @@ text = text:gsub('(<Playlist id="%d+" name="voice"[^>]*)/>', '%1><Region name="v
 file = io.open(folder .. "/session.ardour", "w")
 file:write(text)
 file:close()
+io.write("created\n")
+io.stdout:flush() -- Ardour may crash while it closes the session
+session, track, plugin = nil, nil, nil
+collectgarbage()
+close_session()
 quit()
