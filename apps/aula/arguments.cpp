@@ -340,7 +340,6 @@ class Options {
         using Command = Arguments::Command;
         if (help_) return Command::help;
         if (version_) return Command::version;
-        if (list_devices_) return Command::list_devices;
         read_source_positions();
         Command word = Command::play;
         if (!words_.empty() && words_[0] == "materials") word = Command::materials;
@@ -350,6 +349,7 @@ class Options {
         if (!words_.empty() && words_[0] == "report") word = Command::report;
         if (word == Command::materials) return materials_command();
         const std::size_t wanted = word == Command::play ? 1 : 2;
+        if (list_devices_ && word == Command::play) return Command::list_devices;
         if (words_.size() < wanted)
             throw InputError("no SCENE given; expected aula SCENE [options]");
         if (words_.size() > wanted)
@@ -413,6 +413,8 @@ class Options {
         refuse(Command::map, "map", spacing_m_.has_value(), "--spacing");
         refuse(Command::report, "report", html_.has_value(), "--html");
         refuse(Command::report, "report", !receivers_.empty(), "--receiver");
+        if (word == Command::map || word == Command::report)
+            refuse_options_of_sound(word == Command::map ? "map" : "report");
         if (word == Command::map) {
             if (!out_)
                 throw InputError("map: has no --out; expected --out and the name of a folder");
@@ -432,6 +434,19 @@ class Options {
                                          "\" is given twice; expected different names");
                 arguments_.receivers.push_back({name, position});
             }
+        }
+    }
+
+    /// Refuses the options of other outputs and of playback, which the commands `map` and `report`
+    /// do not use.
+    void refuse_options_of_sound(const std::string& command) const {
+        for (const char* const name :
+             {"--offline", "--ir", "--echogram", "--report", "--bin-ms", "--list-devices",
+              "--screenshot", "--after", "--duration", "--output", "--format", "--sample-rate",
+              "--block", "--hrtf", "--device", "--osc", "--no-window"}) {
+            if (app_.get_option(name)->count() > 0)
+                throw InputError(std::string(name) + ": is not used by aula " + command +
+                                 "; expected no such option");
         }
     }
 

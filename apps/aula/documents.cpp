@@ -11,7 +11,6 @@
 #include "apps/aula/progress_bar.h"
 #include "apps/dataset/plan/planned_scene.h"
 #include "apps/documents/parameter_map.h"
-#include "apps/documents/parameter_text.h"
 #include "apps/documents/room_report.h"
 #include "apps/session/base/output_file.h"
 #include "aula/exception.h"
@@ -62,11 +61,9 @@ bool write_maps(const Arguments& arguments, const ParameterMap& map, const Scene
     for (std::size_t s = 0; s < scene.sources.size(); ++s) {
         for (const std::size_t parameter : kMappedParameters) {
             if (!bar(done++ / count)) return false;
-            const std::string symbol = parameter_text(parameter).symbol;
-            write_file(response_file(arguments.out / (symbol + ".csv"), scene, s),
-                       map_csv(map, s, parameter));
-            write_file(response_file(arguments.out / (symbol + ".png"), scene, s),
-                       map_png(map, s, parameter, arguments.scene.stem().string()));
+            const auto [table, picture] = map_files(arguments, scene, s, parameter);
+            write_file(table, map_csv(map, s, parameter));
+            write_file(picture, map_png(map, s, parameter, arguments.scene.stem().string()));
         }
     }
     return true;

@@ -4,6 +4,8 @@
 #include <system_error>
 #include <vector>
 
+#include "apps/documents/parameter_map.h"
+#include "apps/documents/parameter_text.h"
 #include "aula/exception.h"
 
 namespace aula {
@@ -38,10 +40,10 @@ std::vector<fs::path> outputs_of(const Arguments& arguments, const Scene& scene)
     if (arguments.ir)
         for (std::size_t s = 0; s < scene.sources.size(); ++s)
             files.push_back(response_file(*arguments.ir, scene, s));
-    // One parameter stands for all of a map.
+    // One parameter stands for all of a map: sources must have different files.
     if (!arguments.out.empty())
         for (std::size_t s = 0; s < scene.sources.size(); ++s)
-            files.push_back(response_file(arguments.out / "T30.csv", scene, s));
+            files.push_back(map_files(arguments, scene, s, kMappedParameters[0]).table);
     for (const auto& file : {arguments.echogram, arguments.report_json, arguments.screenshot})
         if (file) files.push_back(*file);
     return files;
@@ -59,7 +61,38 @@ std::vector<fs::path> inputs_of(const Arguments& arguments, const Scene& scene) 
     return files;
 }
 
+void check_not_replaced(const fs::path& output, const std::vector<fs::path>& inputs) {
+    for (const fs::path& input : inputs)
+        if (same_file(output, input))
+            throw InputError(output.string() + ": would replace the input " + input.string() +
+                             "; expected the name of another file");
+}
+
+/// Checks before the measurement what would otherwise fail after it.
+void check_map(const Arguments& arguments, const Scene& scene,
+               const std::vector<fs::path>& inputs) {
+    for (std::size_t s = 0; s < scene.sources.size(); ++s) {
+        for (const std::size_t parameter : kMappedParameters) {
+            const auto [table, picture] = map_files(arguments, scene, s, parameter);
+            for (const fs::path& file : {table, picture}) {
+                std::error_code error;
+                if (fs::is_directory(file, error))
+                    throw InputError(file.string() +
+                                     ": is a folder; expected another folder for the map");
+                check_not_replaced(file, inputs);
+            }
+        }
+    }
+}
+
 }  // namespace
+
+MapFiles map_files(const Arguments& arguments, const Scene& scene, std::size_t source,
+                   std::size_t parameter) {
+    const std::string symbol = parameter_text(parameter).symbol;
+    return {response_file(arguments.out / (symbol + ".csv"), scene, source),
+            response_file(arguments.out / (symbol + ".png"), scene, source)};
+}
 
 fs::path response_file(const fs::path& file, const Scene& scene, std::size_t source) {
     if (scene.sources.size() == 1) return file;
@@ -77,12 +110,10 @@ fs::path response_file(const fs::path& file, const Scene& scene, std::size_t sou
 void check_outputs(const Arguments& arguments, const Scene& scene) {
     const std::vector<fs::path> outputs = outputs_of(arguments, scene);
     const std::vector<fs::path> inputs = inputs_of(arguments, scene);
+    if (!arguments.out.empty()) check_map(arguments, scene, inputs);
     for (std::size_t i = 0; i < outputs.size(); ++i) {
         if (!is_replaced(outputs[i])) continue;
-        for (const fs::path& input : inputs)
-            if (same_file(outputs[i], input))
-                throw InputError(outputs[i].string() + ": would replace the input " +
-                                 input.string() + "; expected the name of another file");
+        check_not_replaced(outputs[i], inputs);
         for (std::size_t k = 0; k < i; ++k)
             if (same_file(outputs[i], outputs[k]))
                 throw InputError(outputs[i].string() +

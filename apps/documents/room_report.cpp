@@ -23,7 +23,8 @@ h3 { font-size: 15px; margin: 24px 0 8px; }
 table { border-collapse: collapse; margin: 8px 0; }
 th, td { border-bottom: 1px solid #ccc; padding: 3px 8px; text-align: right; vertical-align: top; }
 th:first-child, td:first-child, .text td, .text th { text-align: left; }
-th { border-bottom: 2px solid #888; white-space: nowrap; } td { overflow-wrap: anywhere; }
+th { border-bottom: 2px solid #888; white-space: nowrap; } td { white-space: nowrap; }
+td:first-child, .text td { overflow-wrap: anywhere; white-space: normal; }
 .wide th, .wide td { padding: 3px 5px; font-size: 12px; }
 small { display: block; color: #666; font-size: 11px; white-space: nowrap; }
 .hash { font-family: monospace; overflow-wrap: anywhere; }

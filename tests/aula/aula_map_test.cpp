@@ -126,8 +126,15 @@ TEST_CASE("Bad options of a map are refused with one line and status 2, without 
         std::vector<std::string> arguments;
         std::vector<std::string> parts;
     };
+    std::filesystem::create_directories(folder.path() / "taken/STI.png");
+    std::filesystem::create_directory(folder.path() / "linked");
+    std::filesystem::create_symlink(scene, folder.path() / "linked/C50.csv");
     const std::vector<Bad> all = {
         {{"map"}, {"SCENE"}},
+        {{"map", scene, "--out", folder.path() / "taken"}, {"STI.png", "is a folder"}},
+        {{"map", scene, "--out", folder.path() / "linked"}, {"would replace the input"}},
+        {{"map", scene, "--out", out, "--ir", "ir.wav"}, {"--ir", "aula map"}},
+        {{"map", scene, "--out", out, "--list-devices"}, {"--list-devices", "aula map"}},
         {{"map", scene}, {"--out"}},
         {{"map", scene, "--out", file}, {"is not a folder"}},
         {{"map", scene, "--out", file + "/maps"}, {"is not a folder"}},
@@ -155,6 +162,8 @@ TEST_CASE("Bad options of a map are refused with one line and status 2, without 
         for (const std::string& part : bad.parts) CHECK(result.err.find(part) != std::string::npos);
     }
     CHECK(names_in(folder.path()) == before);
+    CHECK(names_in(folder.path() / "taken") == std::vector<std::string>{"STI.png"});
+    CHECK(read_file(scene) == kSmallRoom);
 }
 
 TEST_CASE("An interrupted map leaves no folder") {

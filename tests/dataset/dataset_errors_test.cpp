@@ -148,3 +148,20 @@ TEST_CASE("a damaged plan is one line and exit status 2") {
     refuse("plan.jsonl", other);
     CHECK(shard_names(out).empty());
 }
+
+TEST_CASE("a merge replaces an earlier merge only, and no file of others") {
+    const TemporaryFolder folder;
+    const std::filesystem::path out = make_dataset(folder, box_manifest(1), "out", 1);
+    const std::string sums = merged_sums(out, "wav");
+    CHECK(merged_sums(out, "wav") == sums);
+    folder.write("out/wav/000/notes.txt", "mine");
+    require_refused(run_dataset({"merge", out, "--to", "wav"}), "contains \"000/notes.txt\"");
+    CHECK(read_file(out / "wav/000/notes.txt") == "mine");
+    CHECK(read_file(out / "wav/SHA256SUMS") == sums);
+    folder.write("out/hdf5", "mine");
+    require_refused(run_dataset({"merge", out, "--to", "hdf5"}), "is not a folder");
+    CHECK(read_file(out / "hdf5") == "mine");
+    std::filesystem::create_directory_symlink(folder.path(), out / "sofa");
+    require_refused(run_dataset({"merge", out, "--to", "sofa"}), "is not a folder");
+    CHECK(std::filesystem::is_symlink(out / "sofa"));
+}

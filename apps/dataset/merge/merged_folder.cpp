@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <fstream>
 #include <system_error>
+#include <unordered_set>
 #include <utility>
 
 #include "apps/dataset/base/sha256.h"
@@ -26,11 +27,34 @@ namespace fs = std::filesystem;
     fail(file, std::error_code(errno, std::generic_category()));
 }
 
+/// Throws InputError if the name belongs to anything but a folder whose files its SHA256SUMS lists.
+void check_replaced(const fs::path& folder) {
+    std::error_code error;
+    const fs::file_status status = fs::symlink_status(folder, error);
+    if (status.type() == fs::file_type::not_found) return;
+    const std::string expected =
+        "; it would be replaced, expected a merged dataset, or nothing (move it away)";
+    if (!fs::is_directory(status))
+        throw InputError(folder.string(), "", "is not a folder" + expected);
+    constexpr std::size_t kName = 66;  // after 64 digits and two spaces
+    std::unordered_set<std::string> listed{"SHA256SUMS"};
+    std::ifstream sums(folder / "SHA256SUMS");
+    for (std::string line; std::getline(sums, line);)
+        if (line.size() > kName) listed.insert(line.substr(kName));
+    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+        const std::string name = entry.path().lexically_relative(folder).string();
+        if (!fs::is_directory(entry.symlink_status()) && !listed.contains(name))
+            throw InputError(folder.string(), "",
+                             "contains \"" + name + "\", which no merge has written" + expected);
+    }
+}
+
 }  // namespace
 
 MergedFolder::MergedFolder(fs::path folder)
     : folder_(std::move(folder)),
       part_(folder_.parent_path() / ("." + folder_.filename().string() + ".part")) {
+    check_replaced(folder_);
     std::error_code error;
     fs::remove_all(part_, error);
     if (!error) fs::create_directory(part_, error);
