@@ -67,6 +67,7 @@ TEST_CASE("a bad manifest is one line with its place, exit status 2 and no folde
         {"\"seed\": 5", "\"array\": []", "/array: "},
         {"\"seed\": 5", "\"array\": [[0, 0]]", "/array/0: "},
         {"\"seed\": 5", "\"date\": \"today\"", "/date: "},
+        {"\"seed\": 5", "\"date\": \"2026-02-30\"", "/date: "},
         {"\"seed\": 5", "\"sources\": {\"directivity\": \"trombone\"}", "/sources/directivity: "},
         {"\"seed\": 5", "\"seed\": 5, \"seed\": 6", "seed"},
         {"\"rooms\": [{", "\"rooms\": [{\"count\": 1, \"scene\": \"none.json\"}, {",

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <chrono>
 #include <utility>
 
 #include "apps/session/base/json_text.h"
@@ -30,11 +31,22 @@ std::string read_line(const JsonReader& json, const char* expected) {
     return text;
 }
 
+/// Whether the calendar has this day.
+bool is_day(int year, int month, int day) {
+    return std::chrono::year_month_day(std::chrono::year(year),
+                                       std::chrono::month(static_cast<unsigned>(month)),
+                                       std::chrono::day(static_cast<unsigned>(day)))
+        .ok();
+}
+
 std::string read_date(const JsonReader& json) {
     std::string text = json.string("a date");
     const std::string form = "0000-00-00";
     const auto fits = [](unsigned char c, char f) { return f == '0' ? std::isdigit(c) : c == f; };
-    if (text.size() != form.size() || !std::equal(text.begin(), text.end(), form.begin(), fits))
+    const bool has_form =
+        text.size() == form.size() && std::equal(text.begin(), text.end(), form.begin(), fits);
+    if (!has_form || !is_day(std::stoi(text.substr(0, 4)), std::stoi(text.substr(5, 2)),
+                             std::stoi(text.substr(8, 2))))
         json.fail(aula::quoted(text) + " is not usable; expected a date as 2026-11-24");
     return text;
 }
