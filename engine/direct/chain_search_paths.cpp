@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <optional>
 #include <utility>
 
 #include "engine/direct/chain_search.h"
@@ -65,14 +66,28 @@ std::vector<EdgePath> ChainSearch::find(const Vec3& source, const Vec3& listener
 
 void ChainSearch::join_rows(const Vec3& source, const Vec3& listener, const PairChains& pair,
                             const Bands& attenuation_per_m, std::vector<EdgePath>& paths) const {
+    // Rows that the straight path passes without a bend each change its field by a factor: rows on
+    // several sides of it are independent, in any order.
+    std::optional<ComplexBands> straight;
+    if (!paths.empty() && paths.front().edges.empty()) straight = paths.front().field;
     for (const Sequence& candidates : pair.rows) {
         const auto row = EdgeRow::over(edges_, candidates, source, listener);
         if (!row || !row->is_free(edges_)) continue;
+        EdgePath whole = row->path(integral_, scene_, edges_, attenuation_per_m);
+        const bool passes_straight = straight && whole.edges.empty();
         for (EdgePath& path : paths) {
             const double rest = 1 - row->covered(path.edges);
-            for (auto& x : path.field) x *= rest;
+            const bool is_factor = passes_straight && path.edges.empty();
+            for (std::size_t b = 0; b < kBandCount; ++b) {
+                path.field[b] *= is_factor && (*straight)[b] != 0.0
+                                     ? rest + whole.field[b] / (*straight)[b]
+                                     : rest;
+            }
         }
-        EdgePath whole = row->path(integral_, scene_, edges_, attenuation_per_m);
+        if (passes_straight) {
+            paths.front().is_plain = false;
+            continue;
+        }
         const auto same = std::find_if(paths.begin(), paths.end(), [&](const EdgePath& path) {
             return path.edges == whole.edges;
         });

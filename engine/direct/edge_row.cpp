@@ -22,8 +22,10 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kParallel = 0.99;  // cosine of the angle between edges of a row
 constexpr double kSameSide = 0.3;  // cosine of the angle between the middle of an open angle and up
-constexpr double kNearest_m = 0.05;  // from an edge to an end of the path
-constexpr double kLift_m = 2e-3;     // of rays that would touch edges
+constexpr double kNearest_m = 0.05;       // from an edge to an end of the path
+constexpr double kNearStraight_m = 0.01;  // of bends on the same straight path; it fades out
+constexpr double kOffStraight_m = 0.04;
+constexpr double kLift_m = 2e-3;  // of rays that would touch edges
 constexpr double kOnFace_rad = kPi / 180;
 constexpr double kSharpBend_rad = 0.1;
 constexpr double kMargin_m =
@@ -127,6 +129,8 @@ void EdgeRow::find_bends() {
         }
     };
     for (Member& member : members_) {
+        // Beyond its end an edge blocks nothing, see the margin of place().
+        if (member.inside_m <= 0) continue;
         drop_below(member);
         hull.push_back(&member);
     }
@@ -226,6 +230,7 @@ std::vector<std::vector<std::uint32_t>> EdgeRow::candidates(const SceneEdges& ed
                                                             const glm::dvec3& source,
                                                             const glm::dvec3& listener) {
     std::vector<std::vector<std::uint32_t>> rows;
+    std::vector<std::vector<std::uint32_t>> blocked;
     std::vector<std::uint32_t> rest(near.begin(), near.end());
     while (rest.size() > 1 && rows.size() < kMaxRows) {
         auto placed = place(edges, rest, source, listener, kMargin_m);
@@ -242,11 +247,27 @@ std::vector<std::vector<std::uint32_t>> EdgeRow::candidates(const SceneEdges& ed
             for (const Member& member : members) row.push_back(member.edge);
         }
         std::sort(row.begin(), row.end());
+        // Of a row whose path is blocked the edges around which it bends are left out: others of
+        // its edges may form a row that the path passes.
+        const std::optional<EdgeRow> whole =
+            row.size() > 1 ? over(edges, row, source, listener) : std::nullopt;
+        const bool is_row = whole && whole->is_free(edges);
         const std::uint32_t first = rest.front();
         std::erase_if(rest, [&](std::uint32_t e) {
-            return e == first || std::binary_search(row.begin(), row.end(), e);
+            if (e == first) return true;
+            if (is_row) return std::binary_search(row.begin(), row.end(), e);
+            return placed && std::any_of(placed->members_.begin(), placed->members_.end(),
+                                         [&](const Member& m) { return m.edge == e && m.is_bend; });
         });
-        if (row.size() > 1) rows.push_back(std::move(row));
+        if (row.size() > 1) (is_row ? rows : blocked).push_back(std::move(row));
+    }
+    // Blocked rows may be free before the next search.
+    for (std::vector<std::uint32_t>& row : blocked) {
+        const bool is_apart = std::none_of(rows.begin(), rows.end(), [&](const auto& other) {
+            return std::find_first_of(row.begin(), row.end(), other.begin(), other.end()) !=
+                   row.end();
+        });
+        if (is_apart && rows.size() < kMaxRows) rows.push_back(std::move(row));
     }
     return rows;
 }
@@ -268,6 +289,15 @@ bool EdgeRow::is_free(const SceneEdges& edges) const {
 
 double EdgeRow::covered(std::span<const std::uint32_t> path) const {
     double share = weight_;
+    if (path.empty()) {
+        // Where the straight path is free although the row blocks it, it passes on the other side
+        // of the obstacles; except within the rounding of rays.
+        double height_m = 0;
+        for (const Member& member : members_) {
+            if (member.is_bend) height_m = std::max(height_m, member.height_m);
+        }
+        share *= 1 - smooth_step((height_m - kNearStraight_m) / kOffStraight_m);
+    }
     for (const std::uint32_t edge : path) {
         const auto member = std::find_if(members_.begin(), members_.end(),
                                          [&](const Member& m) { return m.edge == edge; });
