@@ -25,7 +25,8 @@ constexpr double kSameSide = 0.3;  // cosine of the angle between the middle of 
 constexpr double kNearest_m = 0.05;       // from an edge to an end of the path
 constexpr double kNearStraight_m = 0.01;  // of bends on the same straight path; it fades out
 constexpr double kOffStraight_m = 0.04;
-constexpr double kLift_m = 2e-3;  // of rays that would touch edges
+constexpr double kTouched_m = 1e-3;  // of an edge that a path touches, with or without a bend
+constexpr double kLift_m = 2e-3;     // of rays that would touch edges
 constexpr double kOnFace_rad = kPi / 180;
 constexpr double kSharpBend_rad = 0.1;
 constexpr double kMargin_m =
@@ -247,7 +248,7 @@ std::vector<std::vector<std::uint32_t>> EdgeRow::candidates(const SceneEdges& ed
             for (const Member& member : members) row.push_back(member.edge);
         }
         std::sort(row.begin(), row.end());
-        // Of a row whose path is blocked the edges around which it bends are left out: others of
+        // Of a row whose path is blocked the edges that it touches are left out: others of
         // its edges may form a row that the path passes.
         const std::optional<EdgeRow> whole =
             row.size() > 1 ? over(edges, row, source, listener) : std::nullopt;
@@ -257,7 +258,10 @@ std::vector<std::vector<std::uint32_t>> EdgeRow::candidates(const SceneEdges& ed
             if (e == first) return true;
             if (is_row) return std::binary_search(row.begin(), row.end(), e);
             return placed && std::any_of(placed->members_.begin(), placed->members_.end(),
-                                         [&](const Member& m) { return m.edge == e && m.is_bend; });
+                                         [&](const Member& m) {
+                                             return m.edge == e && m.inside_m > 0 &&
+                                                    m.clearance_m < kTouched_m;
+                                         });
         });
         if (row.size() > 1) (is_row ? rows : blocked).push_back(std::move(row));
     }
