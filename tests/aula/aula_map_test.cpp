@@ -84,7 +84,7 @@ TEST_CASE("Maps of several sources have their names, and must differ in them") {
     const ProgramResult result = run_program(
         {AULA_PROGRAM, "map", folder.write("twice.json", twice), "--out", folder.path() / "none"});
     CHECK(result.status == 2);
-    CHECK(result.err.find("T30-hi_s.csv") != std::string::npos);
+    CHECK(result.err.find("-hi_s.csv") != std::string::npos);
 }
 
 TEST_CASE("The table of a map has positions, octaves and standard errors") {
