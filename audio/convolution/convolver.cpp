@@ -8,6 +8,28 @@
 
 namespace aula {
 
+// The first level passes a filter on to the others from the end of its fade to that of the next
+// one. Their segments start where partitions of the first level do, and no step of its fade goes
+// beyond the end of a partition.
+std::vector<char> levels_in_use(const ConvolutionShape& shape, std::size_t fade_samples,
+                                std::int64_t first, std::int64_t next) {
+    const std::vector<PartitionLevel> levels = partition_levels(shape);
+    const auto part = static_cast<std::int64_t>(levels[0].size);
+    const auto fade = static_cast<std::int64_t>(fade_samples);
+    std::vector<char> used(levels.size(), 1);
+    if (first == 0 || next - first < fade + part) return used;
+    const std::int64_t begin = first + fade;
+    const std::int64_t end = next + fade;
+    for (std::size_t l = 1; l < levels.size(); ++l) {
+        const auto size = static_cast<std::int64_t>(levels[l].size);
+        const auto lead = static_cast<std::int64_t>(lead_samples(shape, l));
+        // Segments start at multiples of the size less the lead.
+        const std::int64_t start = (begin + lead + size - 1) / size * size - lead;
+        used[l] = start < end ? 1 : 0;
+    }
+    return used;
+}
+
 struct Convolver::State {
     State(const ConvolutionShape& shape_in, std::size_t fade_samples)
         : shape(shape_in), head(shape_in, partition_levels(shape_in)[0], fade_samples) {
@@ -47,6 +69,15 @@ bool Convolver::uses(const ConvolutionFilter* filter) const noexcept {
     const State& s = *state_;
     return s.head.uses(filter) || std::any_of(s.tails.begin(), s.tails.end(),
                                               [&](const auto& tail) { return tail.uses(filter); });
+}
+
+// A tail level may take the filters of the first level later.
+void Convolver::release_unused(const ConvolutionFilter* filter) const noexcept {
+    const State& s = *state_;
+    if (s.head.uses(filter)) return;
+    filter->release(0);
+    for (std::size_t l = 0; l < s.tails.size(); ++l)
+        if (!s.tails[l].uses(filter)) filter->release(1 + l);
 }
 
 void Convolver::process(std::span<const float* const> inputs, std::span<float* const> outputs,

@@ -22,13 +22,6 @@ std::size_t slice_count(std::size_t products) {
     return (products + kProductsPerTask - 1) / kProductsPerTask;
 }
 
-// The partition size at least doubles from level to level: that of level l > 0 is a multiple of 2^l
-// head partitions. The segments of level l start 2^(l - 1) head partitions before multiples of its
-// size, so that no two levels start a segment at the same sample.
-std::size_t lead_samples(const ConvolutionShape& shape, std::size_t index) {
-    return partition_levels(shape)[0].size << (index - 1);
-}
-
 }  // namespace
 
 FrequencyDomainDelayLine::FrequencyDomainDelayLine(std::size_t inputs, const PartitionLevel& level)

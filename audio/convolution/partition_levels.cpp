@@ -100,4 +100,11 @@ std::vector<PartitionLevel> partition_levels(const ConvolutionShape& shape) {
     return best;
 }
 
+// The partition size at least doubles from level to level: that of level l > 0 is a multiple of 2^l
+// head partitions. The segments of level l start 2^(l - 1) head partitions before multiples of its
+// size, so that no two levels start a segment at the same sample.
+std::size_t lead_samples(const ConvolutionShape& shape, std::size_t index) {
+    return partition_levels(shape)[0].size << (index - 1);
+}
+
 }  // namespace aula

@@ -25,6 +25,9 @@ inline constexpr std::size_t kMaxLevels = 4;
 /// increase from level to level, up to 8192. Deterministic.
 std::vector<PartitionLevel> partition_levels(const ConvolutionShape& shape);
 
+/// Samples by which the segments of level `index` > 0 start before multiples of its size.
+std::size_t lead_samples(const ConvolutionShape& shape, std::size_t index);
+
 /// Estimated costs on one core, ns: transform_cost() of the transform of a window, product_cost()
 /// of the products of a chunk of bins with the filters to all outputs. `exchanging`: the filter is
 /// new.

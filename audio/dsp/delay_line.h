@@ -23,17 +23,24 @@ class DelayLine {
     void write(const float* input, std::size_t samples) noexcept AULA_NONBLOCKING;
 
     /// Ends the present block, after all reads from it.
-    void advance(std::size_t samples) noexcept AULA_NONBLOCKING { time_ += samples; }
+    void advance(std::size_t samples) noexcept AULA_NONBLOCKING {
+        present_ = wrap(present_ + samples);
+    }
 
     /// The signal `delay_samples` before sample `offset` of the present block; offsets can be
     /// negative.
     float read(std::ptrdiff_t offset, double delay_samples) const noexcept AULA_NONBLOCKING;
 
  private:
+    /// An index below twice the length, as an index of the ring.
+    std::size_t wrap(std::size_t index) const noexcept AULA_NONBLOCKING {
+        return index < length_ ? index : index - length_;
+    }
+
     const FractionalDelay& interpolator_;
-    std::size_t length_;         ///< length of the ring, a power of two
+    std::size_t length_;         ///< length of the ring
     AlignedVector<float> ring_;  ///< the first samples are repeated at the end
-    std::size_t time_;           ///< time of the first sample of the present block, samples
+    std::size_t present_ = 0;    ///< index of the first sample of the present block
 };
 
 }  // namespace aula

@@ -28,6 +28,9 @@ constexpr std::size_t kMaxMovingEarly = 6;
 constexpr double kFade_s = 1024.0 / 48000;
 constexpr std::size_t kShortestFade_samples = 512;
 
+// Several filters are in use at a time. Larger ones have a tail of half precision.
+constexpr std::size_t kLargeFilter_bytes = std::size_t{512} << 20;
+
 std::size_t to_samples(double seconds, double sample_rate_hz) {
     return static_cast<std::size_t>(std::llround(seconds * sample_rate_hz));
 }
@@ -77,7 +80,10 @@ RenderShape::RenderShape(const RendererConfig& config, const Hrtf* hrtf) {
     reverberation.outputs = ambisonic_channels(field_order(config));
     reverberation.block = block;
     reverberation.taps = config.response_samples + early_taps;
-    reverberation.half_precision_tail = config.half_precision_tail;
+    const std::size_t filter_bytes =
+        2 * sizeof(float) * reverberation.inputs * reverberation.outputs * reverberation.taps;
+    reverberation.half_precision_tail =
+        config.half_precision_tail || filter_bytes > kLargeFilter_bytes;
 
     path.hrtf = binaural ? hrtf : nullptr;
     path.order = field_order(config);

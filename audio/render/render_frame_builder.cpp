@@ -44,6 +44,7 @@ struct RenderFrameBuilder::State {
     AlignedVector<float> delayed;
     std::vector<std::vector<std::uint64_t>> moving;  ///< [source][slot] moving early paths, 0: none
     std::vector<char> absent;                        ///< [source] in the frame before
+    std::vector<char> levels;  ///< of the reverberation that use the frame; empty: all
 
     void choose_moving(std::size_t source, std::span<const DiscretePath> early, std::size_t max);
     void omit(std::size_t source, RenderFrame& frame);
@@ -61,50 +62,53 @@ std::unique_ptr<RenderFrame> RenderFrameBuilder::make_frame() const {
     return std::make_unique<RenderFrame>(std::make_unique<RenderFrame::Parts>(state_->shape));
 }
 
+void RenderFrameBuilder::set_exchange(std::int64_t first, std::int64_t next) {
+    const RenderShape& shape = state_->shape;
+    state_->levels = levels_in_use(shape.reverberation, shape.fade_samples, first, next);
+}
+
 void RenderFrameBuilder::prepare(std::span<const SourceSound> sources, RenderFrame& frame) {
-    State& s = *state_;
-    assert(sources.size() == s.config.sources);
+    assert(sources.size() == state_->config.sources);
     const auto present = static_cast<std::size_t>(std::count_if(
         sources.begin(), sources.end(), [](const auto& source) { return !source.absent; }));
-    for (std::size_t i = 0; i < sources.size(); ++i) {
-        const SourceSound& source = sources[i];
-        if (source.absent) {
-            s.omit(i, frame);
-            continue;
-        }
-        s.absent[i] = 0;
-        for (std::size_t c = 0; c < s.responses.size(); ++c) {
-            const std::span<const float> in = source.ambisonics[c];
-            assert(in.size() <= s.config.response_samples);
-            // Sound that arrives within the decoder's lead cannot be rendered in time. It is
-            // delayed by the lead.
-            const auto lead =
-                static_cast<std::ptrdiff_t>(std::min(s.shape.lead_samples, in.size()));
-            const auto end = std::transform(in.begin() + lead, in.end(), s.responses[c].begin(),
-                                            [&](float x) { return source.gain * x; });
-            std::fill(end, s.responses[c].end(), 0.0F);
-            for (std::ptrdiff_t n = 0; n < lead; ++n) {
-                s.responses[c][static_cast<std::size_t>(n)] +=
-                    source.gain * in[static_cast<std::size_t>(n)];
-            }
-        }
+    for (std::size_t i = 0; i < sources.size(); ++i) prepare(i, sources[i], present, frame);
+}
 
-        std::vector<PathSound>& paths = frame.parts->paths[i];
-        for (PathSound& path : paths) path.present = false;
-        if (source.direct) s.prepare_path(*source.direct, source.gain, paths[0]);
-        s.choose_moving(i, source.early, moving_early_paths(present));
-        for (const DiscretePath& path : source.early) {
-            const auto slot = std::find(s.moving[i].begin(), s.moving[i].end(), path.id);
-            if (path.id != 0 && slot != s.moving[i].end()) {
-                const auto index = static_cast<std::size_t>(slot - s.moving[i].begin());
-                s.prepare_path(path, source.gain, paths[1 + index]);
-            } else {
-                s.add_early(path, source.gain);
-            }
+void RenderFrameBuilder::prepare(std::size_t index, const SourceSound& source, std::size_t present,
+                                 RenderFrame& frame) {
+    State& s = *state_;
+    if (source.absent) return s.omit(index, frame);
+    s.absent[index] = 0;
+    for (std::size_t c = 0; c < s.responses.size(); ++c) {
+        const std::span<const float> in = source.ambisonics[c];
+        assert(in.size() <= s.config.response_samples);
+        // Sound that arrives within the decoder's lead cannot be rendered in time. It is delayed by
+        // the lead.
+        const auto lead = static_cast<std::ptrdiff_t>(std::min(s.shape.lead_samples, in.size()));
+        const auto end = std::transform(in.begin() + lead, in.end(), s.responses[c].begin(),
+                                        [&](float x) { return source.gain * x; });
+        std::fill(end, s.responses[c].end(), 0.0F);
+        for (std::ptrdiff_t n = 0; n < lead; ++n) {
+            s.responses[c][static_cast<std::size_t>(n)] +=
+                source.gain * in[static_cast<std::size_t>(n)];
         }
-        const std::vector<std::span<const float>> views(s.responses.begin(), s.responses.end());
-        s.transform.transform(views, i, frame.parts->reverberation);
     }
+
+    std::vector<PathSound>& paths = frame.parts->paths[index];
+    for (PathSound& path : paths) path.present = false;
+    if (source.direct) s.prepare_path(*source.direct, source.gain, paths[0]);
+    s.choose_moving(index, source.early, moving_early_paths(present));
+    for (const DiscretePath& path : source.early) {
+        const auto slot = std::find(s.moving[index].begin(), s.moving[index].end(), path.id);
+        if (path.id != 0 && slot != s.moving[index].end()) {
+            s.prepare_path(path, source.gain,
+                           paths[1 + static_cast<std::size_t>(slot - s.moving[index].begin())]);
+        } else {
+            s.add_early(path, source.gain);
+        }
+    }
+    const std::vector<std::span<const float>> views(s.responses.begin(), s.responses.end());
+    s.transform.transform(views, index, frame.parts->reverberation, s.levels);
 }
 
 void RenderFrameBuilder::State::omit(std::size_t source, RenderFrame& frame) {
@@ -115,6 +119,7 @@ void RenderFrameBuilder::State::omit(std::size_t source, RenderFrame& frame) {
         return;
     }
     absent[source] = 1;
+    // All levels, so that later frames can repeat them.
     const std::vector<std::span<const float>> silence(responses.size());
     transform.transform(silence, source, frame.parts->reverberation);
 }

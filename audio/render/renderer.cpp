@@ -119,6 +119,7 @@ struct Renderer::State {
     void release(Mailbox<RenderFrame>& mailbox) noexcept AULA_NONBLOCKING {
         std::size_t kept = 0;
         for (std::size_t i = 0; i < held_count; ++i) {
+            reverberation.release_unused(&held[i]->parts->reverberation);
             if (reverberation.uses(&held[i]->parts->reverberation)) {
                 held[kept++] = held[i];
             } else {

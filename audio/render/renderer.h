@@ -45,9 +45,10 @@ struct RendererConfig {
     std::size_t response_samples = 48000;  ///< length of the longest reverberation
     double frame_s = 1.0 / 30;             ///< propagation frame interval
     OutputFormat output = OutputFormat::binaural;
-    int ambisonic_order = 1;           ///< 1 to 3, of the field decoded for binaural output
-    bool half_precision_tail = false;  ///< of late reverberation: half the memory, -74 dB error
-    double longest_delay_s = 3;        ///< of direct sound; longer delays are clamped
+    int ambisonic_order = 1;  ///< 1 to 3, of the field decoded for binaural output
+    /// Of late reverberation: half the memory, -74 dB error. Also used for filters above 512 MiB.
+    bool half_precision_tail = false;
+    double longest_delay_s = 3;  ///< of direct sound; longer delays are clamped
 };
 
 /// The order of the ambisonic field of an output: mono 0, foa 1, toa 3, binaural ambisonic_order.
@@ -82,8 +83,17 @@ class RenderFrameBuilder {
     /// An empty frame with all memory allocated.
     std::unique_ptr<RenderFrame> make_frame() const;
 
+    /// Tells that the next frames are exchanged at sample `first` of the renderer's output and
+    /// replaced at sample `next`. Parts of the reverberation that do not change in between are then
+    /// not prepared. Without this call the time of the exchange is not known.
+    void set_exchange(std::int64_t first, std::int64_t next);
+
     /// Fills a frame. `sources` has RendererConfig::sources elements.
     void prepare(std::span<const SourceSound> sources, RenderFrame& frame);
+
+    /// Sets one source in a frame. `present` is the number of sources in it that are not absent.
+    void prepare(std::size_t index, const SourceSound& source, std::size_t present,
+                 RenderFrame& frame);
 
  private:
     struct State;

@@ -157,7 +157,7 @@ void measure_case(const ConvolutionCase& c, std::uint64_t seed, int rounds,
     for (const bool half : {false, true}) {
         const ConvolutionShape shape = shape_of(c, half);
         filters[half] = make_filters(c, shape, seed, kFilters);
-        one[half].push_back(filters[half][0]);
+        one[half] = make_filters(c, shape, seed, 1);
         const Value memory_us =
             read_time_us(footprint_bytes(shape), bytes_of_block(shape, c.block));
         for (const bool exchanging : {false, true}) {
@@ -304,7 +304,8 @@ std::vector<Row> measure_preparing(const Settings& settings, const ConvolutionSw
             const ConvolutionShape shape = shape_of(c, false);
             FilterTransform transform(shape);
             // As many as circulate between threads.
-            std::vector<ConvolutionFilter> filters(kFilters, ConvolutionFilter(shape));
+            std::vector<ConvolutionFilter> filters;
+            while (filters.size() < kFilters) filters.emplace_back(shape);
             std::vector<Transforms> transforms(kFilters, Transforms(c, shape));
             double min_us = 1e9;
             double fft_us = 1e9;

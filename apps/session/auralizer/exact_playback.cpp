@@ -4,14 +4,26 @@
 #include <cmath>
 #include <utility>
 
+#include "audio/spatial/ambisonics.h"
+
 namespace aula {
 
 namespace {
 
 constexpr int kBlock = 256;
 
-/// Frames computed ahead, so that fast frames compensate for slow ones.
+/// Frames computed ahead, so that fast frames compensate for slow ones; one if the filters of a
+/// frame are large.
 constexpr std::size_t kFramesAhead = 2;
+constexpr std::size_t kLargeFrame_bytes = std::size_t{64} << 20;
+
+std::size_t frames_ahead(const RendererConfig& config, std::size_t listeners) {
+    // Spectra have twice as many numbers as responses.
+    const std::size_t channels = ambisonic_channels(field_order(config));
+    const std::size_t frame_bytes =
+        2 * sizeof(float) * config.response_samples * channels * config.sources * listeners;
+    return frame_bytes > kLargeFrame_bytes ? 1 : kFramesAhead;
+}
 
 }  // namespace
 
@@ -20,6 +32,7 @@ ExactPlayback::ExactPlayback(const Scene& scene, const AuralizerOptions& options
     : RoomPlayback(scene, options, kBlock, std::move(hrtf)),
       frame_rate_hz_(static_cast<double>(scene.simulation.frame_rate_hz)),
       unit_(options.sample_by_sample ? 1 : kBlock),
+      frames_ahead_(frames_ahead(computer_.config(), options.listeners)),
       block_outputs_(options.listeners * channel_count(options.output), std::vector<float>(kBlock)),
       block_pointers_(block_outputs_.size()),
       used_frames_(options.listeners) {}
@@ -69,7 +82,7 @@ void ExactPlayback::compute_frames(Auralizer& auralizer) {
         {
             std::unique_lock lock(mutex_);
             changed_.wait(lock, [&] {
-                return stop_ || (committed_ > sample && ready_.size() < kFramesAhead);
+                return stop_ || (committed_ > sample && ready_.size() < frames_ahead_);
             });
             if (stop_) return;
             for (std::size_t l = 0; l < frames.size(); ++l) {
@@ -80,7 +93,9 @@ void ExactPlayback::compute_frames(Auralizer& auralizer) {
         }
         const double time_s = static_cast<double>(k) / frame_rate_hz_;
         call_before_frame(auralizer, sample, time_s);
-        computer_.compute(take_changes(sample, sample, time_s), frames);
+        FrameRoom room = take_changes(sample, sample, time_s);
+        room.state.exchange = {sample, frame_start(k + 1)};
+        computer_.compute(room, frames);
         {
             const std::lock_guard lock(mutex_);
             ready_.push_back({std::move(frames), newest_tail_samples()});

@@ -49,6 +49,7 @@ class ExactPlayback : public RoomPlayback {
 
     const double frame_rate_hz_;
     const int unit_;  ///< most samples that the renderer processes together
+    const std::size_t frames_ahead_;
 
     // Used by the rendering thread.
     std::map<std::uint64_t, BlockInput> block_inputs_;  ///< by the source's number

@@ -76,21 +76,14 @@ void FrameComputer::count_skipped_frames(std::uint64_t frames) {
 std::vector<std::vector<float>> FrameComputer::impulse_response(SourceId source,
                                                                 std::size_t listener) const {
     Pose head;
-    SourceSound sound;
-    std::vector<std::vector<float>> channels;
+    std::optional<HeardSound> heard;
     {
         const std::lock_guard computing(maker_mutex_);
-        const SourceSound* const newest = maker_ ? maker_->sound(source.number, listener) : nullptr;
-        if (newest == nullptr || newest->absent) return {};
-        sound = *newest;
-        for (std::span<const float>& channel : sound.ambisonics) {
-            if (channel.empty()) continue;
-            channels.emplace_back(channel.begin(), channel.end());
-            channel = channels.back();
-        }
+        if (maker_) heard = maker_->sound(source.number, listener);
+        if (!heard) return {};
         head = maker_->listener(listener);
     }
-    return render_response(sound, config(), response_length_s(), head, hrtf_);
+    return render_response(heard->sound, config(), response_length_s(), head, hrtf_);
 }
 
 bool FrameComputer::visible(SourceId source, std::size_t listener) const {

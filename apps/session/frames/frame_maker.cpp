@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "apps/session/frames/ray_budget.h"
@@ -29,7 +30,6 @@ FrameMaker::FrameMaker(const Scene& scene, const FrameSettings& settings,
       speed_of_sound_m_s_(scene.medium.speed_of_sound_m_s()),
       rays_(scene.simulation.rays),
       listeners_(settings.listeners),
-      sounds_(settings.listeners, std::vector<SourceSound>(config_.sources, absent_sound())),
       slot_sources_(config_.sources) {
     for (std::size_t l = 0; l < settings.listeners; ++l)
         builders_.push_back(std::make_unique<RenderFrameBuilder>(config_, hrtf));
@@ -42,7 +42,7 @@ FrameMaker::Voice FrameMaker::make_voice(const SourceState& source) const {
     return {source,
             std::make_unique<ImpulseResponseBuilder>(carriers_, propagation_.response_length_s(),
                                                      source.name, field_order(config_)),
-            std::vector<ImpulseResponse>(builders_.size())};
+            {}};
 }
 
 int FrameMaker::rays_wanted(const RoomState& room) const {
@@ -59,10 +59,15 @@ void FrameMaker::take_sources(const std::vector<SourceState>& sources) {
                             [&](const SourceState& source) { return source.id == id; });
     };
     for (std::size_t v = voices_.size(); v-- > 0;) {
-        const auto source = find(voices_[v].state.id);
+        Voice& voice = voices_[v];
+        const auto source = find(voice.state.id);
         if (source != sources.end() && !source->removed_at) continue;
+        if (source != sources.end()) {
+            voice.last.resize(builders_.size());
+            for (std::size_t l = 0; l < voice.last.size(); ++l) build_response(v, l, voice.last[l]);
+            ringing_.push_back(std::move(voice));
+        }
         propagation_.remove_source(v);
-        if (source != sources.end()) ringing_.push_back(std::move(voices_[v]));
         voices_.erase(voices_.begin() + static_cast<std::ptrdiff_t>(v));
     }
     std::erase_if(ringing_,
@@ -108,76 +113,93 @@ void FrameMaker::warm_up(const RoomState& room, double longest_s) {
         propagate(room);
     }
     // A builder's first response takes longer than later ones.
-    for (std::size_t v = 0; v < voices_.size(); ++v)
-        voices_[v].impulse_responses->build(propagation_.response(v), voices_[v].responses[0]);
+    for (std::size_t v = 0; v < voices_.size(); ++v) build_response(v, 0, response_);
 }
 
-/// The newest response of a voice, with the gains applied.
-SourceSound FrameMaker::sound_of(const Voice& voice, std::size_t listener,
-                                 const RoomState& room) const {
-    return source_sound(voice.responses[listener], static_cast<double>(speed_of_sound_m_s_),
-                        voice.state.gain_db, room.direct_gain, room.early_gain);
+/// The newest response of a voice that is not ringing out.
+void FrameMaker::build_response(std::size_t voice, std::size_t listener,
+                                ImpulseResponse& response) const {
+    voices_[voice].impulse_responses->build(propagation_.response(voice, listener), response);
+    if (gains_.late == 1) return;
+    for (std::vector<float>& channel : response.channels)
+        for (float& sample : channel) sample *= gains_.late;
 }
 
+/// A response of a voice, with the gains applied.
+SourceSound FrameMaker::sound_of(const Voice& voice, const ImpulseResponse& response) const {
+    return source_sound(response, static_cast<double>(speed_of_sound_m_s_), voice.state.gain_db,
+                        gains_.direct, gains_.early);
+}
+
+// Responses are large, so that they are built one after another.
 void FrameMaker::fill(const RoomState& room, std::span<const std::unique_ptr<RenderFrame>> frames) {
     const auto begin = std::chrono::steady_clock::now();
     propagate(room);
-    for (std::vector<SourceSound>& of_listener : sounds_)
-        std::fill(of_listener.begin(), of_listener.end(), absent_sound());
+    gains_ = {room.direct_gain, room.early_gain, room.late_gain};
     const std::vector<std::uint64_t> before =
         std::exchange(slot_sources_, std::vector<std::uint64_t>(slot_sources_.size()));
-    // Whether a voice may be in the frame. A slot is absent for a frame between two sources, so
-    // that neither is heard through the response of the other.
-    const auto has_slot = [&](const Voice& voice) {
-        const std::uint64_t last = before[voice.state.slot];
-        if (last != 0 && last != voice.state.id) return false;
-        slot_sources_[voice.state.slot] = voice.state.id;
-        return true;
-    };
-    for (std::size_t l = 0; l < frames.size(); ++l) {
-        for (const Voice& voice : ringing_)
-            if (has_slot(voice)) sounds_[l][voice.state.slot] = sound_of(voice, l, room);
-        for (std::size_t v = 0; v < voices_.size(); ++v) {
-            Voice& voice = voices_[v];
-            ImpulseResponse& response = voice.responses[l];
-            voice.impulse_responses->build(propagation_.response(v, l), response);
-            if (room.late_gain != 1) {
-                for (std::vector<float>& channel : response.channels)
-                    for (float& sample : channel) sample *= room.late_gain;
-            }
-            if (has_slot(voice)) sounds_[l][voice.state.slot] = sound_of(voice, l, room);
+    // A slot is absent for a frame between two sources, so that neither is heard through the
+    // response of the other.
+    std::vector<const Voice*> playing(slot_sources_.size());
+    for (const std::vector<Voice>* const voices : {&ringing_, &voices_}) {
+        for (const Voice& voice : *voices) {
+            const std::size_t slot = voice.state.slot;
+            if (before[slot] != 0 && before[slot] != voice.state.id) continue;
+            slot_sources_[slot] = voice.state.id;
+            playing[slot] = &voice;
         }
-        builders_[l]->prepare(sounds_[l], *frames[l]);
+    }
+    const auto present =
+        static_cast<std::size_t>(std::count_if(playing.begin(), playing.end(), std::identity()));
+    for (std::size_t l = 0; l < frames.size(); ++l) {
+        if (room.exchange) builders_[l]->set_exchange(room.exchange->first, room.exchange->second);
+        for (std::size_t slot = 0; slot < playing.size(); ++slot) {
+            SourceSound sound = absent_sound();
+            if (const Voice* const voice = playing[slot]) {
+                if (voice->last.empty())
+                    build_response(static_cast<std::size_t>(voice - voices_.data()), l, response_);
+                sound = sound_of(*voice, voice->last.empty() ? response_ : voice->last[l]);
+            }
+            builders_[l]->prepare(slot, sound, present, *frames[l]);
+        }
     }
     frame_s_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
 double FrameMaker::longest_delay_s(std::uint64_t id) const {
     float longest_m = 0;
-    for (const std::vector<Voice>* const voices : {&voices_, &ringing_}) {
-        for (const Voice& voice : *voices) {
-            if (voice.state.id != id) continue;
-            for (const ImpulseResponse& response : voice.responses)
-                for (const SpecularPath& path : response.paths)
-                    longest_m = std::max(longest_m, path.length_m);
-        }
+    const auto add = [&](const std::vector<SpecularPath>& paths) {
+        for (const SpecularPath& path : paths) longest_m = std::max(longest_m, path.length_m);
+    };
+    for (std::size_t v = 0; v < voices_.size(); ++v) {
+        if (voices_[v].state.id != id) continue;
+        for (std::size_t l = 0; l < builders_.size(); ++l) add(propagation_.response(v, l).paths);
+    }
+    for (const Voice& voice : ringing_) {
+        if (voice.state.id != id) continue;
+        for (const ImpulseResponse& response : voice.last) add(response.paths);
     }
     return std::min(config_.longest_delay_s, static_cast<double>(longest_m / speed_of_sound_m_s_));
 }
 
-const SourceSound* FrameMaker::sound(std::uint64_t id, std::size_t listener) const {
-    for (const Voice& voice : voices_)
-        if (voice.state.id == id) return &sounds_[listener][voice.state.slot];
-    return nullptr;
+std::optional<HeardSound> FrameMaker::sound(std::uint64_t id, std::size_t listener) const {
+    for (std::size_t v = 0; v < voices_.size(); ++v) {
+        if (voices_[v].state.id != id || !is_playing(voices_[v])) continue;
+        HeardSound heard;
+        build_response(v, listener, heard.response);
+        heard.sound = sound_of(voices_[v], heard.response);
+        return heard;
+    }
+    return {};
 }
 
 bool FrameMaker::visible(std::uint64_t id, std::size_t listener) const {
     const auto is_straight = [](const SpecularPath& path) {
         return path.order == 0 && path.edges == 0 && path.id == 0;
     };
-    for (const Voice& voice : voices_) {
-        if (voice.state.id != id) continue;
-        const std::vector<SpecularPath>& paths = voice.responses[listener].paths;
+    for (std::size_t v = 0; v < voices_.size(); ++v) {
+        if (voices_[v].state.id != id) continue;
+        const std::vector<SpecularPath>& paths = propagation_.response(v, listener).paths;
         return std::any_of(paths.begin(), paths.end(), is_straight);
     }
     return false;
@@ -195,10 +217,14 @@ FrameView FrameMaker::view(const ViewRequest& request) const {
     view.response = propagation_.response(view.source);
     view.length_s = response_length_s();
     view.impulse_response.assign(request.columns, 0);
-    const std::vector<float>& pressure = voices_[view.source].responses[0].channels[0];
-    for (std::size_t i = 0; i < pressure.size(); ++i) {
-        float& column = view.impulse_response[i * request.columns / pressure.size()];
-        column = std::max(column, std::abs(pressure[i]));
+    if (is_playing(voices_[view.source])) {
+        ImpulseResponse response;
+        build_response(view.source, 0, response);
+        const std::vector<float>& pressure = response.channels[0];
+        for (std::size_t i = 0; i < pressure.size(); ++i) {
+            float& column = view.impulse_response[i * request.columns / pressure.size()];
+            column = std::max(column, std::abs(pressure[i]));
+        }
     }
     if (request.lines > 0)
         view.lines =

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -13,6 +14,12 @@
 #include "aula/engine/scene.h"
 
 namespace aula {
+
+/// The sound of a source at a listener, with the response that it refers to.
+struct HeardSound {
+    ImpulseResponse response;
+    SourceSound sound;
+};
 
 /// Converts poses to the audio thread's input: one propagation step, impulse responses from the
 /// energy responses, and a frame of them for the renderer of each listener. [propagation thread]
@@ -61,8 +68,8 @@ class FrameMaker {
     /// was in none.
     double longest_delay_s(std::uint64_t id) const;
 
-    /// The sound of a source in the newest frame, by its id; null if it is not in the frame.
-    const SourceSound* sound(std::uint64_t id, std::size_t listener) const;
+    /// The sound of a source in the newest frame, by its id; none if it is not in the frame.
+    std::optional<HeardSound> sound(std::uint64_t id, std::size_t listener) const;
 
     /// True if no surface lies between a source, by its id, and a listener in the newest frame.
     bool visible(std::uint64_t id, std::size_t listener) const;
@@ -72,14 +79,24 @@ class FrameMaker {
     struct Voice {
         SourceState state;
         std::unique_ptr<ImpulseResponseBuilder> impulse_responses;
-        std::vector<ImpulseResponse> responses;  ///< [listener]
+        std::vector<ImpulseResponse> last;  ///< [listener] of one that rings out
+    };
+
+    struct Gains {
+        float direct = 1;
+        float early = 1;
+        float late = 1;
     };
 
     Voice make_voice(const SourceState& source) const;
     int rays_wanted(const RoomState& room) const;
     void take_sources(const std::vector<SourceState>& sources);
     void propagate(const RoomState& room);
-    SourceSound sound_of(const Voice& voice, std::size_t listener, const RoomState& room) const;
+    bool is_playing(const Voice& voice) const {
+        return slot_sources_[voice.state.slot] == voice.state.id;
+    }
+    void build_response(std::size_t voice, std::size_t listener, ImpulseResponse& response) const;
+    SourceSound sound_of(const Voice& voice, const ImpulseResponse& response) const;
 
     Simulation simulation_;
     Propagation propagation_;
@@ -91,10 +108,11 @@ class FrameMaker {
     int rays_;            ///< of the newest frame
     double frame_s_ = 0;  ///< computation time of the newest frame
     std::vector<Pose> listeners_;
-    std::vector<Voice> voices_;                     ///< in the propagation's order
-    std::vector<Voice> ringing_;                    ///< removed, and still ringing out
-    std::vector<std::vector<SourceSound>> sounds_;  ///< [listener][slot]
-    std::vector<std::uint64_t> slot_sources_;       ///< [slot] in the newest frame; 0: none
+    std::vector<Voice> voices_;                ///< in the propagation's order
+    std::vector<Voice> ringing_;               ///< removed, and still ringing out
+    std::vector<std::uint64_t> slot_sources_;  ///< [slot] in the newest frame; 0: none
+    Gains gains_;                              ///< of the newest frame
+    ImpulseResponse response_;                 ///< work space: one source at one listener
 };
 
 }  // namespace aula

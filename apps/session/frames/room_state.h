@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "aula/engine/scene.h"
@@ -33,6 +34,8 @@ struct RoomState {
     float late_gain = 1;                    ///< of everything else
     std::optional<int> rays{};              ///< per source and frame; the scene's where absent
     std::optional<double> frame_share{};    ///< of the frame period to spend; limits the rays
+    /// Sample times at which the frame is exchanged and replaced, where they are known.
+    std::optional<std::pair<std::int64_t, std::int64_t>> exchange{};
 };
 
 /// The scene's sources and listener at a time. Source i has slot i and id i + 1.

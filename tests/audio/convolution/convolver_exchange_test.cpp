@@ -3,6 +3,7 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <vector>
 
@@ -216,7 +217,8 @@ TEST_CASE("A released filter is not read, even if the exchange ends within a par
     constexpr std::size_t kSamples = 1280;
     const Signals inputs = random_signals(1, kSamples, 7);
     FilterTransform transform(shape);
-    std::vector<ConvolutionFilter> filters(2, ConvolutionFilter(shape));
+    std::vector<ConvolutionFilter> filters;
+    while (filters.size() < 2) filters.emplace_back(shape);
     fill(transform, random_responses(shape, 128, 700), filters[0]);
     const Responses later = random_responses(shape, 128, 701);
     fill(transform, later, filters[1]);
@@ -240,4 +242,64 @@ TEST_CASE("A released filter is not read, even if the exchange ends within a par
         worst = std::max(worst, std::abs(double{outputs[0][n]} - expected[0][n]));
     }
     CHECK(worst < kRounding);
+}
+
+TEST_CASE("Levels that take no filter keep their partitions, and released ones return theirs") {
+    const ConvolutionShape shape{1, 2, 64, 20000};
+    const std::vector<PartitionLevel> levels = partition_levels(shape);
+    REQUIRE(levels.size() == 3);
+    constexpr std::size_t kExchanges = 60;
+    constexpr std::size_t kPeriod = 700;
+    const Signals inputs = random_signals(1, kExchanges * kPeriod, 8);
+    const auto responses_of = [&](std::size_t k) {
+        return random_responses(shape, 20000, 800 + static_cast<unsigned>(k));
+    };
+
+    // Every filter is whole and lives to the end.
+    FilterTransform whole_transform(shape);
+    std::vector<ConvolutionFilter> whole;
+    whole.reserve(kExchanges);
+    Convolver whole_convolver(shape, kFade);
+    Signals expected(2, Signal(inputs[0].size()));
+    for (std::size_t k = 0; k < kExchanges; ++k) {
+        fill(whole_transform, responses_of(k), whole.emplace_back(shape));
+        whole_convolver.exchange(&whole.back());
+        run(whole_convolver, inputs, expected, k * kPeriod, (k + 1) * kPeriod, {64, 23});
+    }
+
+    FilterTransform transform(shape);
+    std::vector<std::unique_ptr<ConvolutionFilter>> held;
+    Convolver convolver(shape, kFade);
+    Signals outputs = expected;
+    std::size_t left_out = 0;
+    for (std::size_t k = 0; k < kExchanges; ++k) {
+        const std::vector<char> used =
+            levels_in_use(shape, kFade, static_cast<std::int64_t>(k * kPeriod),
+                          static_cast<std::int64_t>((k + 1) * kPeriod));
+        REQUIRE(used.size() == levels.size());
+        left_out += used.back() == 0 ? 1 : 0;
+        held.push_back(std::make_unique<ConvolutionFilter>(shape));
+        const Responses responses = responses_of(k);
+        const std::vector<std::span<const float>> views(responses[0].begin(), responses[0].end());
+        transform.transform(views, 0, *held.back(), used);
+        convolver.exchange(held.back().get());
+        for (Signal& output : outputs)
+            std::fill_n(output.begin() + static_cast<std::ptrdiff_t>(k * kPeriod), kPeriod, 0.0F);
+        run(convolver, inputs, outputs, k * kPeriod, (k + 1) * kPeriod, {64, 23});
+        for (const auto& filter : held) convolver.release_unused(filter.get());
+        std::erase_if(held, [&](const auto& filter) { return !convolver.uses(filter.get()); });
+    }
+    CHECK(outputs == expected);
+    CHECK(left_out > kExchanges / 2);
+
+    // Spectra of a filter's partitions have twice as many numbers as taps. The last level has the
+    // filter that fades out, the one that fades in and the next one. The others have at most those
+    // that are exchanged within their fades, the one before and the one after.
+    const auto bytes = [&](const PartitionLevel& level) {
+        return 2 * sizeof(float) * level.count * level.size * shape.outputs;
+    };
+    std::size_t limit = 3 * bytes(levels.back());
+    for (std::size_t l = 0; l + 1 < levels.size(); ++l)
+        limit += (4 + (2 * levels[l].size + kPeriod - 1) / kPeriod) * bytes(levels[l]);
+    CHECK(transform.memory_bytes() <= limit);
 }

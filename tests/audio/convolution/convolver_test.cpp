@@ -155,7 +155,8 @@ TEST_CASE("Exactly the partitions that changed are transformed") {
     const std::vector<PartitionLevel> levels = partition_levels(shape);
     REQUIRE(levels.size() == 3);
     FilterTransform transform(shape);
-    std::vector<ConvolutionFilter> filters(3, ConvolutionFilter(shape));
+    std::vector<ConvolutionFilter> filters;
+    while (filters.size() < 3) filters.emplace_back(shape);
     Responses responses = random_responses(shape, shape.taps, 400);
     fill(transform, responses, filters[0]);
     responses[1][0][5000] += 1;
@@ -189,7 +190,8 @@ TEST_CASE("Exactly the partitions that changed are transformed") {
 TEST_CASE("Filters that are filled again reuse released memory") {
     const ConvolutionShape shape{1, 1, 64, 3000};
     FilterTransform transform(shape);
-    std::vector<ConvolutionFilter> filters(2, ConvolutionFilter(shape));
+    std::vector<ConvolutionFilter> filters;
+    while (filters.size() < 2) filters.emplace_back(shape);
     std::vector<const void*> seen;
     for (unsigned turn = 0; turn < 10; ++turn) {
         fill(transform, random_responses(shape, 3000, 500 + turn), filters[turn % 2]);

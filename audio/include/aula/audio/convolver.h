@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
@@ -34,31 +35,42 @@ class ConvolutionFilter {
  public:
     /// A filter of zeros.
     explicit ConvolutionFilter(const ConvolutionShape& shape);
+    ConvolutionFilter(const ConvolutionFilter&) = delete;
+    ConvolutionFilter& operator=(const ConvolutionFilter&) = delete;
+    /// The filter that was moved from can only be assigned to or destroyed.
+    ConvolutionFilter(ConvolutionFilter&&) noexcept = default;
+    /// The filter that was moved from can only be assigned to or destroyed.
+    ConvolutionFilter& operator=(ConvolutionFilter&&) noexcept = default;
 
     /// The partitions of an input's filters at a level, in order of time. For a Convolver.
     /// [any thread, wait-free]
     const FilterPartition* partitions(std::size_t level,
-                                      std::size_t input) const noexcept AULA_NONBLOCKING {
-        return levels_[level].partitions.data() + input * levels_[level].count;
-    }
+                                      std::size_t input) const noexcept AULA_NONBLOCKING;
+
+    /// Tells the FilterTransform that no convolver reads a level again until the filter is filled
+    /// anew: the level is silent from then on. For a Convolver. [audio thread, wait-free]
+    void release(std::size_t level) const noexcept AULA_NONBLOCKING;
 
  private:
     friend class FilterTransform;
-    struct Level {
-        std::size_t count;                                ///< partitions per input
-        std::vector<FilterPartition> partitions;          ///< [input][partition]
-        std::vector<std::shared_ptr<const void>> memory;  ///< owners of the spectra, likewise
-    };
-    std::vector<Level> levels_;
+    struct Level;
+    std::shared_ptr<std::vector<Level>> levels_;
 };
+
+/// The levels that can take a filter, [level] 1 or 0, if a convolver that fades over `fade_samples`
+/// exchanges it at sample `first` and the next one at sample `next`, counted from its first sample.
+/// If exchanges can be delayed by a fade, or if `first` is 0, all levels can.
+std::vector<char> levels_in_use(const ConvolutionShape& shape, std::size_t fade_samples,
+                                std::int64_t first, std::int64_t next);
 
 /// Transforms impulse responses into the filters of a Convolver. Only partitions that differ from
 /// those of the previous call are transformed. The memory of a partition returns to a pool when no
-/// filter refers to it. It may allocate: use it on a thread other than the audio thread, and
-/// destroy its filters on the same thread.
+/// filter refers to it, or when the convolver has released its level in all filters that do. It may
+/// allocate: use it on a thread other than the audio thread, and destroy its filters on the same
+/// thread.
 class FilterTransform {
  public:
-    /// A transform for filters of that shape. It keeps the newest impulse responses.
+    /// A transform for filters of that shape. It keeps the newest partitions.
     explicit FilterTransform(const ConvolutionShape& shape);
     ~FilterTransform();
     /// The object that was moved from can only be assigned to or destroyed.
@@ -67,13 +79,17 @@ class FilterTransform {
     FilterTransform& operator=(FilterTransform&&) noexcept;
 
     /// Sets the impulse responses of an input in `filter`: one per output, each of at most
-    /// ConvolutionShape::taps samples. Shorter ones are followed by zeros.
+    /// ConvolutionShape::taps samples. Shorter ones are followed by zeros. Levels that are 0 in
+    /// `levels` keep the newest partitions; see levels_in_use(). Without it all are set.
     void transform(std::span<const std::span<const float>> responses, std::size_t input,
-                   ConvolutionFilter& filter);
+                   ConvolutionFilter& filter, std::span<const char> levels = {});
 
     /// Sets the impulse responses of an input in `filter` to those of the last transform() of that
     /// input; without one, to zeros.
-    void repeat(std::size_t input, ConvolutionFilter& filter) const;
+    void repeat(std::size_t input, ConvolutionFilter& filter);
+
+    /// Memory of the spectra of all filters.
+    std::size_t memory_bytes() const;
 
  private:
     struct State;
@@ -117,6 +133,10 @@ class Convolver {
 
     /// True while any level uses a filter. Afterwards the filter may be changed or destroyed.
     bool uses(const ConvolutionFilter* filter) const noexcept AULA_NONBLOCKING;
+
+    /// Releases the levels of a filter that it does not use, and does not use later unless the
+    /// filter is exchanged again; see ConvolutionFilter::release(). It must have been exchanged.
+    void release_unused(const ConvolutionFilter* filter) const noexcept AULA_NONBLOCKING;
 
     /// Convolves inputs[input][sample] and overwrites outputs[output][sample]. `samples` is at most
     /// ConvolutionShape::block.
