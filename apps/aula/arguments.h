@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "apps/aula/dataset_arguments.h"
+#include "apps/documents/map_measurement.h"
 #include "apps/session/base/session_options.h"
 #include "apps/session/remote/osc_options.h"
 #include "aula/engine/scene.h"
@@ -48,8 +49,8 @@ struct Arguments {
     std::optional<int> frames;
     double bin_s = 1e-3;
     std::filesystem::path out;  ///< folder of Command::map
-    double map_height_m = 1.2;
-    double map_spacing_m = 0.5;
+    double map_height_m = kMapHeight_m;
+    double map_spacing_m = kMapSpacing_m;
     std::filesystem::path html;            ///< output of Command::report
     std::vector<NamedReceiver> receivers;  ///< of Command::report; empty: the listener
     SessionOptions session;

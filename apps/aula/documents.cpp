@@ -10,6 +10,7 @@
 #include "apps/aula/outputs.h"
 #include "apps/aula/progress_bar.h"
 #include "apps/dataset/plan/planned_scene.h"
+#include "apps/documents/map_measurement.h"
 #include "apps/documents/parameter_map.h"
 #include "apps/documents/room_report.h"
 #include "apps/session/base/output_file.h"
@@ -20,13 +21,6 @@ namespace aula {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Standard errors of maps, in every octave from 125 Hz to 4 kHz: half of the just noticeable
-/// differences.
-constexpr MeasurementLimits kMapLimits{.level_db = 0.5, .c80_db = 0.5, .t30 = 0.025, .edt = 0.025};
-
-/// Frames of a map that does not reach these limits before, so that large maps end.
-constexpr int kMapFrames = 256;
 
 /// Throws InputError if files cannot be written to a folder, which need not exist yet.
 void check_folder(const fs::path& folder) {
@@ -119,11 +113,7 @@ int map_room(const Arguments& arguments) {
     const auto measurement = [&] {
         ProgressBar bar("measuring at " + std::to_string(grid.receivers.size()) + " receivers",
                         arguments.quiet);
-        return measure(scene, scene.sources, grid.receivers,
-                       {.frames = arguments.frames,
-                        .limits = kMapLimits,
-                        .max_frames = kMapFrames,
-                        .progress = std::ref(bar)});
+        return measure_map(scene, grid, arguments.frames, std::ref(bar));
     }();
     if (!measurement) return interrupted_status();
     warn(warnings_of(*measurement), arguments.quiet);

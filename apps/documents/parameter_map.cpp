@@ -14,7 +14,6 @@ namespace {
 
 constexpr Colour kInk{0.13F, 0.14F, 0.16F};
 constexpr Colour kFaint{0.55F, 0.57F, 0.60F};
-constexpr Colour kNoValue{0.86F, 0.86F, 0.86F};
 constexpr Colour kWhite{1, 1, 1};
 constexpr Colour kSource{0.10F, 0.55F, 0.95F};
 
@@ -122,7 +121,7 @@ class MapPicture {
             const glm::vec2 low = glm::max(centre - half, map_.plan.min);
             const glm::vec2 high = glm::min(centre + half, map_.plan.max);
             image_.fill(pixel({low.x, high.y}), pixel({high.x, low.y}),
-                        values[r] ? scale_.colour(*values[r]) : kNoValue);
+                        values[r] ? scale_.colour(*values[r]) : kNoValueColour);
         }
     }
 
@@ -200,7 +199,7 @@ class MapPicture {
             text_.unit.empty() ? text_.symbol : text_.symbol + " in " + text_.unit;
         image_.text({x, top - 12}, unit, kTextHeight, kInk);
         if (!with_missing) return;
-        image_.fill({x, top + height + 20}, {x + kWidth, top + height + 36}, kNoValue);
+        image_.fill({x, top + height + 20}, {x + kWidth, top + height + 36}, kNoValueColour);
         image_.text({x + kWidth + 10, top + height + 34}, "no value", kTextHeight, kInk);
     }
 

@@ -15,6 +15,9 @@ using Colour = glm::vec3;
 /// Colour map of energies and of the parameters in maps: dark blue for 0 to bright yellow for 1.
 Colour map_colour(float value);
 
+/// Colour of cells of a map without a value.
+inline constexpr Colour kNoValueColour{0.86F, 0.86F, 0.86F};
+
 /// Round numbers at equal distances in a range, about `count` of them; `min` for an empty range.
 std::vector<double> round_numbers(double min, double max, int count);
 

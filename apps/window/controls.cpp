@@ -5,7 +5,9 @@
 #include <string>
 #include <tuple>
 
+#include "apps/documents/parameter_map.h"
 #include "apps/session/base/formatted.h"
+#include "apps/session/offline/measurement_text.h"
 #include "apps/window/colours.h"
 #include "apps/window/panels.h"
 
@@ -396,6 +398,61 @@ void draw_view_choices(Model& model, Choices& choices) {
         "direction, in the selected octave. (b)");
 }
 
+void draw_map_controls(Model& model, MapPanel& map) {
+    const float width = ImGui::GetContentRegionAvail().x - 6.2F * ImGui::GetFontSize();
+    ImGui::PushItemWidth(width);
+    if (ImGui::BeginCombo("parameter", parameter_text(map.choice.parameter).symbol.c_str())) {
+        for (const std::size_t parameter : kMappedParameters)
+            if (ImGui::Selectable(parameter_text(parameter).name.c_str(),
+                                  parameter == map.choice.parameter))
+                map.choice.parameter = parameter;
+        ImGui::EndCombo();
+    }
+    ImGui::BeginDisabled(map.choice.parameter == kSpeechTransmission);
+    const auto octave = [](std::size_t band) { return band_name(band) + " Hz"; };
+    if (ImGui::BeginCombo("octave",
+                          map.choice.band ? octave(*map.choice.band).c_str() : "broadband")) {
+        if (ImGui::Selectable("broadband", !map.choice.band)) map.choice.band.reset();
+        for (std::size_t band = 0; band < kBandCount; ++band)
+            if (ImGui::Selectable(octave(band).c_str(), map.choice.band == band))
+                map.choice.band = band;
+        ImGui::EndCombo();
+    }
+    tooltip(
+        ("broadband: the single number, " + parameter_text(map.choice.parameter).single).c_str());
+    ImGui::EndDisabled();
+    if (model.scene().sources.size() > 1 &&
+        ImGui::BeginCombo("source", model.scene().sources[model.request.source].name.c_str())) {
+        for (std::size_t s = 0; s < model.scene().sources.size(); ++s)
+            if (ImGui::Selectable(
+                    (model.scene().sources[s].name + "##" + std::to_string(s)).c_str(),
+                    s == model.request.source)) {
+                model.request.source = s;
+                model.watch();
+            }
+        ImGui::EndCombo();
+    }
+    const Bounds& bounds = model.bounds();
+    ImGui::DragFloat("height", &map.height_m, 0.01F, bounds.min.z, bounds.max.z, "%.2f m");
+    tooltip("z of the receivers; ctrl and click to type a number");
+    ImGui::DragFloat("spacing", &map.spacing_m, 0.01F, 0.05F, 100, "%.2f m");
+    tooltip("distance of the receivers; ctrl and click to type a number");
+    ImGui::PopItemWidth();
+    if (const auto done = model.map_progress()) {
+        ImGui::ProgressBar(static_cast<float>(*done), {width, 0});
+        ImGui::SameLine();
+        if (ImGui::SmallButton("cancel")) model.cancel_map();
+        return;
+    }
+    if (ImGui::SmallButton("measure map"))
+        model.start_map(double{map.height_m}, double{map.spacing_m});
+    tooltip("measure all parameters of all sources in the background, as aula map does");
+    if (!model.map()) return;
+    ImGui::SameLine();
+    ImGui::Checkbox("show map", &map.shown);
+    if (!model.map_is_current()) ImGui::TextUnformatted("The map is from before the last change.");
+}
+
 }  // namespace
 
 void draw_controls(Model& model, Choices& choices) {
@@ -405,6 +462,7 @@ void draw_controls(Model& model, Choices& choices) {
     }
     if (section("Surface")) draw_surface(model, choices);
     if (section("Show")) draw_view_choices(model, choices);
+    if (section("Map", false)) draw_map_controls(model, choices.map);
     if (section("Simulation")) draw_settings(model, choices);
 }
 

@@ -4,15 +4,25 @@
 #include <optional>
 #include <string>
 
+#include "apps/documents/map_measurement.h"
 #include "apps/window/model/model.h"
 #include "apps/window/plots.h"
 #include "apps/window/view/camera.h"
+#include "apps/window/view/map_cells.h"
 #include "apps/window/view3d.h"
 
 namespace aula {
 
 /// Energies of the patches drawn on the walls: none, summed over time, or of a moving time window.
 enum class EnergyOverlay { off, total, pulse };
+
+/// The map to show and to measure.
+struct MapPanel {
+    bool shown = true;
+    MapChoice choice;
+    float height_m = static_cast<float>(kMapHeight_m);
+    float spacing_m = static_cast<float>(kMapSpacing_m);
+};
 
 /// Display options. Most of them are kept between sessions.
 struct Choices {
@@ -21,6 +31,7 @@ struct Choices {
     bool direct_paths = true;  ///< paths of the direct sound, edges that diffract it, lobes
     EnergyOverlay overlay = EnergyOverlay::off;
     PlotChoice plots;
+    MapPanel map;
     bool everywhere = false;  ///< a material replaces that of all such surfaces
     bool help = false;
     float budget = 0.6F;              ///< share of a frame's time for "auto"

@@ -7,6 +7,9 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "apps/documents/parameter_text.h"
+#include "apps/session/base/formatted.h"
+#include "apps/session/offline/measurement_text.h"
 #include "apps/window/colours.h"
 #include "apps/window/view/direct_lines.h"
 #include "apps/window/view/lobe.h"
@@ -201,6 +204,64 @@ void Picture::follow_patches(Model& model, const Choices& choices, double dt_s) 
     view_.set_patches(field_);
 }
 
+/// Updates the cells of the map that is shown.
+void Picture::follow_map(const Model& model, const Choices& choices) {
+    const auto map = choices.map.shown ? model.map() : nullptr;
+    MapChoice choice = choices.map.choice;
+    choice.source = model.request.source;
+    if (map == map_ && (!map || choice == map_choice_)) return;
+    map_ = map;
+    map_choice_ = choice;
+    if (map)
+        cells_.emplace(map->grid, map->measurement, model.bounds(), choice);
+    else
+        cells_.reset();
+    view_.set_map(cells_ ? &*cells_ : nullptr);
+}
+
+/// Draws the scale of the map's colours upwards from a corner, with the value at the mouse.
+void Picture::draw_map_scale(const Model& model, const Screen& projection, ImVec2 corner,
+                             ImDrawList& draw) const {
+    const float em = ImGui::GetFontSize();
+    const float width = 16 * em;
+    constexpr int kSteps = 64;
+    const ParameterText text = parameter_text(map_choice_.parameter);
+    const bool octave = map_choice_.band && map_choice_.parameter != kSpeechTransmission;
+    std::string title = text.symbol + (text.unit.empty() ? "" : " in " + text.unit) + ", " +
+                        (octave ? band_name(*map_choice_.band) + " Hz" : text.single) + ", " +
+                        model.scene().sources[map_choice_.source].name;
+    if (!model.map_is_current()) title += " (before the last change)";
+    const ImGuiIO& io = ImGui::GetIO();
+    if (const auto point = on_level(projection.ray(to_glm(io.MousePos)), cells_->height_m());
+        point && !io.WantCaptureMouse) {
+        const MapCells::Cell* const cell = cells_->at(glm::vec2(*point));
+        if (cell != nullptr)
+            title += cell->value ? ": " + fixed_text(*cell->value, text.decimals) + " " + text.unit
+                                 : ": no value";
+    }
+    const ImVec2 top{corner.x, corner.y - 2.2F * em};
+    draw.AddRectFilled({top.x - 6, top.y - 0.2F * em},
+                       {top.x + std::max(width + 2 * em, ImGui::CalcTextSize(title.c_str()).x) + 6,
+                        corner.y + 1.4F * em},
+                       packed({0.05F, 0.06F, 0.08F}, 0.8F), 3);
+    const ImU32 ink = packed({0.85F, 0.88F, 0.93F});
+    draw.AddText(top, ink, title.c_str());
+    const float y = corner.y - 0.8F * em;
+    for (int i = 0; i < kSteps; ++i)
+        draw.AddRectFilled({top.x + width * static_cast<float>(i) / kSteps, y},
+                           {top.x + width * static_cast<float>(i + 1) / kSteps, y + 0.7F * em},
+                           packed(map_colour((static_cast<float>(i) + 0.5F) / kSteps)));
+    const ValueScale& scale = cells_->scale();
+    const std::vector<double> marks = round_numbers(scale.min, scale.max, 4);
+    for (const double mark : marks) {
+        const float x =
+            top.x + width * static_cast<float>((mark - scale.min) / (scale.max - scale.min));
+        const std::string number = fixed_text(mark, decimals_of(marks));
+        draw.AddLine({x, y + 0.7F * em}, {x, y + 0.95F * em}, ink);
+        draw.AddText({x - ImGui::CalcTextSize(number.c_str()).x / 2, y + em}, ink, number.c_str());
+    }
+}
+
 /// Adds the lobes of the directive sources, of at least a metre and 60 pixels.
 void Picture::add_lobes(const Model& model, const Screen& projection, const Choices& choices) {
     constexpr float kRadius_m = 1;
@@ -291,6 +352,7 @@ void Picture::draw(Model& model, const Box& area, const Choices& choices, float 
                    double dt_s) {
     follow_scene(model);
     follow_patches(model, choices, dt_s);
+    follow_map(model, choices);
     add_lines(model, choices);
     const Screen projection = screen(model, area);
     if (choices.direct_paths) add_lobes(model, projection, choices);
@@ -382,7 +444,10 @@ void Picture::draw_labels(const Model& model, const Box& area, const Choices& ch
         if (view && view->patch_size_m <= 0)
             draw->AddText({corner.x, corner.y - 1.3F * em}, packed({1, 0.8F, 0.4F}),
                           "this estimator has no patches");
+        corner.y -= 3 * em;
     }
+    if (cells_ && map_choice_.source < model.scene().sources.size())
+        draw_map_scale(model, projection, {corner.x, corner.y - 0.4F * em}, *draw);
     draw->PopClipRect();
 }
 

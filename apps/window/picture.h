@@ -11,6 +11,7 @@
 #include "apps/window/panels.h"
 #include "apps/window/view/camera.h"
 #include "apps/window/view/layout.h"
+#include "apps/window/view/map_cells.h"
 #include "apps/window/view/patch_field.h"
 #include "apps/window/view3d.h"
 
@@ -50,12 +51,18 @@ class Picture {
     void pick(Model& model, const Screen& screen, const ImVec2& mouse, bool cut_away) const;
     void follow_scene(Model& model);
     void follow_patches(Model& model, const Choices& choices, double dt_s);
+    void follow_map(const Model& model, const Choices& choices);
+    void draw_map_scale(const Model& model, const Screen& projection, ImVec2 corner,
+                        ImDrawList& draw) const;
     void add_lines(const Model& model, const Choices& choices);
     void add_lobes(const Model& model, const Screen& projection, const Choices& choices);
     void draw_direct_paths(const Model& model, const Screen& projection, ImDrawList& draw) const;
 
     View3d view_;
     PatchField field_;
+    std::shared_ptr<const MappedRoom> map_;  ///< of the cells
+    MapChoice map_choice_;                   ///< of the cells
+    std::optional<MapCells> cells_;          ///< of the map that is shown
     std::vector<std::uint8_t> sides_;
     std::uint64_t geometry_version_ = 0;
     std::uint64_t scene_version_ = 0;

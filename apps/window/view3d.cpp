@@ -262,6 +262,22 @@ void View3d::set_picked(const RayScene& rays, std::span<const std::uint32_t> tri
     picked_.set(scratch_);
 }
 
+void View3d::set_map(const MapCells* map) {
+    constexpr float kAlpha = 0.92F;
+    scratch_.clear();
+    for (const MapCells::Cell& cell :
+         map != nullptr ? map->cells() : std::vector<MapCells::Cell>{}) {
+        const Colour colour = map->colour(cell);
+        for (const glm::vec2& corner : {cell.low, glm::vec2(cell.high.x, cell.low.y), cell.high,
+                                        cell.low, cell.high, glm::vec2(cell.low.x, cell.high.y)}) {
+            append(scratch_, Vec3(corner, map->height_m()));
+            append(scratch_, colour);
+            scratch_.push_back(kAlpha);
+        }
+    }
+    map_.set(scratch_);
+}
+
 void View3d::add_line(const Vec3& from, const Vec3& to, const Colour& colour, float from_alpha,
                       float to_alpha) {
     append(line_data_, from);
@@ -330,6 +346,9 @@ void View3d::draw(const glm::mat4& matrix, const Vec3& eye, const RoomStyle& sty
     }
     glEnable(GL_BLEND);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+    line_program_.use();
+    glUniformMatrix4fv(line_program_.uniform("matrix"), 1, GL_FALSE, glm::value_ptr(matrix));
+    map_.draw(GL_TRIANGLES);
     glDepthMask(GL_FALSE);
     if (style.edges || !style.solid) {
         edge_program_.use();

@@ -7,6 +7,7 @@
 
 #include "apps/window/colours.h"
 #include "apps/window/gl_objects.h"
+#include "apps/window/view/map_cells.h"
 #include "apps/window/view/patch_field.h"
 #include "aula/engine/frame.h"
 #include "aula/engine/scene.h"
@@ -42,6 +43,9 @@ class View3d {
     /// Highlights triangles.
     void set_picked(const RayScene& rays, std::span<const std::uint32_t> triangles);
 
+    /// The map to draw in the room; null: none.
+    void set_map(const MapCells* map);
+
     /// Adds a line to the next draw() only. Alpha 0..1 at both ends.
     void add_line(const Vec3& from, const Vec3& to, const Colour& colour, float from_alpha,
                   float to_alpha);
@@ -65,6 +69,7 @@ class View3d {
     GlVertices edges_{3, 3, 3, 2};
     GlVertices lines_{3, 4};
     GlVertices picked_{3, 4};
+    GlVertices map_{3, 4};
     std::vector<Colour> colours_;      ///< [triangle]
     std::vector<std::uint8_t> sides_;  ///< [triangle]
     std::vector<float> scratch_;

@@ -381,3 +381,38 @@ TEST_CASE("An edited scene file is reloaded: its positions apply, and undo resto
     CHECK(material_of(model.scene(), 0).name == "wood");
     CHECK(model.player().controls().source(0).position == Vec3(2, 1, 1.5F));
 }
+
+TEST_CASE("A map is measured in the background, is marked after a change, and can be cancelled") {
+    Room room;
+    Model& model = room.model();
+    model.start_map(1.2, 1);
+    CHECK(model.map_progress().has_value());
+    REQUIRE(room.shows([&] { return model.map() != nullptr; }));
+    CHECK_FALSE(model.map_progress());
+    const auto map = model.map();
+    CHECK(map->measurement.parameters.size() == map->grid.receivers.size());
+    CHECK(map->grid.height_m == 1.2F);
+    CHECK(model.map_is_current());
+
+    model.move_source(0, model.scene().sources[0].position_at(0) + Vec3(0.1F, 0, 0));
+    CHECK_FALSE(model.map_is_current());
+
+    model.start_map(1.2, 0.1);
+    model.cancel_map();
+    REQUIRE(room.shows([&] { return !model.map_progress() && model.busy().empty(); }));
+    CHECK(model.map() == map);
+}
+
+TEST_CASE("A plane outside of the room is a message, and another scene drops the map") {
+    Room room;
+    Model& model = room.model();
+    model.start_map(1000, 1);
+    REQUIRE(room.shows([&] { return room.says("is outside of the room"); }));
+    CHECK_FALSE(model.map());
+    model.start_map(1.2, 1);
+    REQUIRE(room.shows([&] { return model.map() != nullptr; }));
+    model.open(room.file("two"));
+    CHECK(room.shows([&] { return model.scene().sources.size() == 2; }));
+    CHECK(room.rests());
+    CHECK_FALSE(model.map());
+}

@@ -67,6 +67,7 @@ void Model::update(double now_s) {
     read_controls();
     replace_materials();
     jobs_.finish([this](const std::string& error) { log_.say(error, true); });
+    drop_old_map();
     scene_.move_objects(scene_time_s());
     watch_file();
 }
@@ -215,6 +216,7 @@ void Model::replace_materials() {
 /// Updates what depends on the scene.
 void Model::scene_changed(const EditedScene::Change& change) {
     if (change.sources) {
+        cancel_map();
         adjust([&](PlayControls& now) { now.sources.assign(scene().sources.size(), {}); });
         restart_sources();
         settings_.discard_views();

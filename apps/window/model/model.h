@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <deque>
 #include <exception>
@@ -11,6 +12,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "apps/documents/receiver_grid.h"
 #include "apps/session/frames/play_controls.h"
 #include "apps/session/live/player.h"
 #include "apps/session/remote/osc_remote.h"
@@ -25,8 +27,15 @@
 #include "apps/window/view/first_person.h"
 #include "apps/window/view/level_walk.h"
 #include "aula/engine/material_library.h"
+#include "aula/measurement.h"
 
 namespace aula {
+
+/// A measured map of a room.
+struct MappedRoom {
+    ReceiverGrid grid;
+    Measurement measurement;  ///< of all sources at the receivers of the grid
+};
 
 /// State and actions of the window, independent of the toolkit: joins the edited scene, the
 /// compared settings and the sources' signals with the player. [window's thread]
@@ -107,6 +116,15 @@ class Model {
     void undo();
     void redo();
 
+    // A map of the parameters, measured in the background: of the scene as it plays, at time 0.
+    void start_map(double height_m, double spacing_m);
+    void cancel_map() { map_job_.cancel(); }
+    std::optional<double> map_progress() const;  ///< 0..1; empty: no map is being measured
+    /// The newest map; null: none of this geometry.
+    std::shared_ptr<const MappedRoom> map() const { return map_; }
+    /// False after changes of materials, settings or source positions.
+    bool map_is_current() const;
+
     // Files. Long operations run in the background; meanwhile the present scene plays.
     void open(const std::filesystem::path& file);
     void open_next(int step);
@@ -126,6 +144,33 @@ class Model {
         Simulation simulation;
         int ambisonic_order = 1;
         friend bool operator==(const PlayedSetting&, const PlayedSetting&) = default;
+    };
+
+    /// The state of a measurement in the background. [any thread]
+    struct MapProgress {
+        std::atomic<double> done{0};
+        std::atomic<bool> cancelled{false};
+        std::atomic<bool> ended{false};
+
+        /// Marks the end, also after exceptions.
+        struct End {
+            MapProgress& progress;
+            ~End() { progress.ended = true; }
+        };
+    };
+
+    /// Cancels the measurement of a map when destroyed.
+    struct MapJob {
+        std::shared_ptr<MapProgress> progress;
+
+        MapJob() = default;
+        ~MapJob() { cancel(); }
+        MapJob(const MapJob&) = delete;
+        MapJob& operator=(const MapJob&) = delete;
+        bool runs() const { return progress && !progress->ended; }
+        void cancel() {
+            if (progress) progress->cancelled = true;
+        }
     };
 
     /// Runs an action; an exception becomes a message.
@@ -150,6 +195,7 @@ class Model {
     void scene_stepped(const EditedScene::Change& change);
     void restart_sources();
     void replace_materials();
+    void drop_old_map();
 
     void load_in_background(std::string what, const std::filesystem::path& file,
                             std::function<bool()> is_newest, void (Model::*take)(OpenedScene));
@@ -169,6 +215,11 @@ class Model {
     std::unique_ptr<OscRemote> remote_;  ///< destroyed before the player that it controls
     SourceSignals signals_;
     BackgroundJobs jobs_;
+    MapJob map_job_;  ///< destroyed before the jobs, which its destructor ends
+    std::shared_ptr<const MappedRoom> map_;
+    std::optional<PlayedSetting> map_setting_;
+    EditedScene::SourcePositions map_positions_;
+    std::uint64_t map_version_ = 0;      ///< of the geometry
     std::filesystem::path wanted_file_;  ///< last file to open, including failures
     std::uint64_t opens_ = 0;            ///< number of files opened; only the newest is shown
     std::uint64_t edits_ = 0;            ///< number of reloads of the shown scene

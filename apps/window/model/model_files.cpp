@@ -43,6 +43,7 @@ void Model::show_opened() {
     OpenedScene opened = std::move(*opened_);
     opened_.reset();
     if (status_.audible_change < opened_change_) return;
+    cancel_map();
     scene_.restart(std::move(opened));
     settings_.restart(scene().simulation);
     requested_ = wanted_setting();

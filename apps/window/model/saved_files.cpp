@@ -10,23 +10,30 @@
 
 namespace aula {
 
-std::string save_played_scene(const EditedScene& edited, const PlayControls& controls,
-                              const Simulation& simulation) {
-    const LoadedScene& read = edited.read();
-    Scene saved = edited.scene();
-    saved.simulation = simulation;
-    std::string left_out = "comments";
-    for (std::size_t s = 0; s < saved.sources.size(); ++s) {
+Scene played_scene(Scene scene, const PlayControls& controls, const Simulation& simulation) {
+    scene.simulation = simulation;
+    for (std::size_t s = 0; s < scene.sources.size(); ++s) {
         const SourceControl control = controls.source(s);
-        Source& source = saved.sources[s];
-        source.loop = read.scene.sources[s].loop;
+        Source& source = scene.sources[s];
         if (control.gain_db) source.gain_db = *control.gain_db;
         if (!control.position && !control.angles_rad) continue;
         source.set_pose(control.pose_at(source, 0));
-        if (source.path) left_out += " and the path of " + source.name + ", which was moved";
         source.path.reset();
     }
-    if (controls.listener && !saved.listener.path) saved.listener.pose = *controls.listener;
+    if (controls.listener && !scene.listener.path) scene.listener.pose = *controls.listener;
+    return scene;
+}
+
+std::string save_played_scene(const EditedScene& edited, const PlayControls& controls,
+                              const Simulation& simulation) {
+    const LoadedScene& read = edited.read();
+    Scene saved = played_scene(edited.scene(), controls, simulation);
+    std::string left_out = "comments";
+    for (std::size_t s = 0; s < saved.sources.size(); ++s) {
+        saved.sources[s].loop = read.scene.sources[s].loop;
+        if (edited.scene().sources[s].path && !saved.sources[s].path)
+            left_out += " and the path of " + saved.sources[s].name + ", which was moved";
+    }
     const NewFile file(edited.file().stem().string() + "-edited", ".json");
     write_edited_scene(read, saved, edited.file(), file.path());
     return "scene written to " + file.path().string() + ", without " + left_out;

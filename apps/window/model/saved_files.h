@@ -9,6 +9,10 @@
 
 namespace aula {
 
+/// The scene as it plays: with the given simulation settings, and the gains and poses of the
+/// controls. A source that was moved loses its trajectory; a listener with one keeps it.
+Scene played_scene(Scene scene, const PlayControls& controls, const Simulation& simulation);
+
 // Files that the window saves in the working directory. Each function returns a message that names
 // the files. They throw InputError or Failure.
 

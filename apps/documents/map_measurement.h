@@ -1,0 +1,22 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "apps/documents/receiver_grid.h"
+#include "aula/measurement.h"
+
+namespace aula {
+
+/// Height and spacing of the receivers of a map by default.
+inline constexpr double kMapHeight_m = 1.2;
+inline constexpr double kMapSpacing_m = 0.5;
+
+/// Measures all sources at the receivers of a map. Without `frames` until the standard errors are
+/// half of the just noticeable differences, or for 256 frames. Returns empty if `progress`, which
+/// receives the completed share, requested a stop.
+std::optional<Measurement> measure_map(const Scene& scene, const ReceiverGrid& grid,
+                                       std::optional<int> frames,
+                                       const std::function<bool(double done)>& progress);
+
+}  // namespace aula
