@@ -241,21 +241,23 @@ void Picture::draw_map_scale(const Model& model, const Screen& projection, ImVec
     }
     const ImVec2 top{corner.x, corner.y - 2.2F * em};
     draw.AddRectFilled({top.x - 6, top.y - 0.2F * em},
-                       {top.x + std::max(width + 2 * em, ImGui::CalcTextSize(title.c_str()).x) + 6,
+                       {top.x + std::max(width + 3 * em, ImGui::CalcTextSize(title.c_str()).x) + 6,
                         corner.y + 1.4F * em},
                        packed({0.05F, 0.06F, 0.08F}, 0.8F), 3);
     const ImU32 ink = packed({0.85F, 0.88F, 0.93F});
     draw.AddText(top, ink, title.c_str());
+    // Numbers are centred at their marks, and may begin left of the bar.
+    const float left = top.x + 1.5F * em;
     const float y = corner.y - 0.8F * em;
     for (int i = 0; i < kSteps; ++i)
-        draw.AddRectFilled({top.x + width * static_cast<float>(i) / kSteps, y},
-                           {top.x + width * static_cast<float>(i + 1) / kSteps, y + 0.7F * em},
+        draw.AddRectFilled({left + width * static_cast<float>(i) / kSteps, y},
+                           {left + width * static_cast<float>(i + 1) / kSteps, y + 0.7F * em},
                            packed(map_colour((static_cast<float>(i) + 0.5F) / kSteps)));
     const ValueScale& scale = cells_->scale();
     const std::vector<double> marks = round_numbers(scale.min, scale.max, 4);
     for (const double mark : marks) {
         const float x =
-            top.x + width * static_cast<float>((mark - scale.min) / (scale.max - scale.min));
+            left + width * static_cast<float>((mark - scale.min) / (scale.max - scale.min));
         const std::string number = fixed_text(mark, decimals_of(marks));
         draw.AddLine({x, y + 0.7F * em}, {x, y + 0.95F * em}, ink);
         draw.AddText({x - ImGui::CalcTextSize(number.c_str()).x / 2, y + em}, ink, number.c_str());
