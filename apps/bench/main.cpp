@@ -21,6 +21,7 @@
 #include "apps/bench/propagation/many_sources.h"
 #include "apps/bench/propagation/noise.h"
 #include "apps/bench/propagation/receivers.h"
+#include "apps/bench/propagation/rest.h"
 #include "apps/bench/propagation/tessellation.h"
 #include "apps/bench/propagation/trace.h"
 #include "apps/bench/propagation/tracking.h"
@@ -85,6 +86,11 @@ class Bench {
     void tracking(const Subject& subject) {
         take("tracking in " + subject.description(), aula::bench::tracking_columns(),
              aula::bench::measure_tracking(subject, settings_));
+    }
+
+    void rest(const Subject& subject) {
+        take("10 s at rest in " + subject.description(), aula::bench::rest_columns(),
+             aula::bench::measure_rest(subject, settings_));
     }
 
     void sources(const Subject& subject) {
@@ -222,6 +228,9 @@ int run(int argc, char** argv) {
     app.add_option("--rest", settings.rest_s, "tracking: s at rest before the walk")
         ->capture_default_str()
         ->check(CLI::Range(0.0, 3600.0));
+    app.add_option("--frame-ms", settings.frame_ms, "rest: CPU time of a frame in ms")
+        ->capture_default_str()
+        ->check(CLI::Range(0.1, 1e4));
     app.add_option("--sources", settings.sources, "sources: number that is compared with one")
         ->capture_default_str()
         ->check(CLI::Range(2, 1024));
@@ -242,6 +251,9 @@ int run(int argc, char** argv) {
     CLI::App* tracking =
         app.add_subcommand("tracking", "the error while the listener or the source moves");
     tracking->add_option("SCENE", scene, "scene file")->required();
+    CLI::App* rest = app.add_subcommand(
+        "rest", "the error after 10 s at rest, with the rays that a frame's time allows");
+    rest->add_option("SCENE", scene, "scene file")->required();
     CLI::App* sources = app.add_subcommand("sources", "the cost of many sources and of one");
     sources->add_option("SCENE", scene, "scene file")->required();
     CLI::App* receivers = app.add_subcommand(
@@ -264,8 +276,8 @@ int run(int argc, char** argv) {
         "diffraction", "the part of diffraction in the time of frames, with one source and eight");
     diffraction->add_option("SCENE", scene, "scene file")->required();
     CLI::App* all = app.add_subcommand("all",
-                                       "noise, trace, receivers, diffraction, and with a path "
-                                       "tracking and sources, of each scene; convolve");
+                                       "noise, rest, trace, receivers, diffraction, and with a "
+                                       "path tracking and sources, of each scene; convolve");
     for (CLI::App* command : {diffraction, all}) {
         command->add_option("--level", level,
                             "diffraction: also in the level of a game, a mesh file with y up");
@@ -317,6 +329,7 @@ int run(int argc, char** argv) {
         if (*noise) bench.noise(load(scene, settings));
         if (*sweep) bench.sweep(load(scene, settings));
         if (*tracking) bench.tracking(load(scene, settings));
+        if (*rest) bench.rest(load(scene, settings));
         if (*sources) bench.sources(load(scene, settings));
         if (*receivers) bench.receivers(load(scene, settings));
         if (*changes) bench.changes(load(scene, settings));
@@ -332,6 +345,7 @@ int run(int argc, char** argv) {
             for (const Subject& subject : subjects) {
                 const bool listener_moves = subject.scene.listener.path.has_value();
                 bench.noise(subject);
+                bench.rest(subject);
                 if (listener_moves || subject.scene.sources[0].path) bench.tracking(subject);
                 bench.trace(subject);
                 if (listener_moves) bench.sources(subject);

@@ -138,19 +138,19 @@ TEST_CASE("bench_smoke: --markdown writes the printed figures under their comman
         CHECK(document.find(fact) != std::string::npos);
     }
     for (const char* section :
-         {"\n## noise of room.json: 12 triangles", "\n## tracking in ", "\n## tracing in ",
-          "\n## many sources in ", "\n## receivers of a measurement in ", "\n## diffraction in ",
-          "\n## convolution", "\n## preparing"}) {
+         {"\n## noise of room.json: 12 triangles", "\n## 10 s at rest in ", "\n## tracking in ",
+          "\n## tracing in ", "\n## many sources in ", "\n## receivers of a measurement in ",
+          "\n## diffraction in ", "\n## convolution", "\n## preparing"}) {
         CAPTURE(section);
         CHECK(document.find(section) != std::string::npos);
     }
-    // One line per row of all tables, two lines above each of the eight tables, one line per fact
+    // One line per row of all tables, two lines above each of the nine tables, one line per fact
     // of the head.
     std::istringstream lines(document);
     std::size_t table_lines = 0;
     for (std::string line; std::getline(lines, line);) table_lines += line.rfind('|', 0) == 0;
     const nlohmann::json rows = rows_in(folder).at("rows");
-    CHECK(table_lines == rows.size() + 2 * 8 + 2 + 7);
+    CHECK(table_lines == rows.size() + 2 * 9 + 2 + 7);
     // --quick sets the sizes that are not given.
     for (const nlohmann::json& row : rows) {
         if (row["bench"] == "noise") CHECK(row["restarts"] == 2);
@@ -174,8 +174,8 @@ TEST_CASE("bench_smoke: in a scene without paths all measurements but those of m
     std::set<std::string> benches;
     const nlohmann::json rows = rows_in(folder).at("rows");
     for (const nlohmann::json& row : rows) benches.insert(row["bench"]);
-    CHECK(benches == std::set<std::string>{"noise", "trace", "receivers", "diffraction", "convolve",
-                                           "prepare"});
+    CHECK(benches == std::set<std::string>{"noise", "trace", "receivers", "rest", "diffraction",
+                                           "convolve", "prepare"});
 }
 
 TEST_CASE(
@@ -217,6 +217,21 @@ TEST_CASE("bench_smoke: tracking prints a row for each mover and estimator") {
     CHECK(document["rows"][0]["mover"] == "listener");
     CHECK(document["rows"][4]["mover"] == "source");
     CHECK(document["rows"][8]["mover"] == "both");
+}
+
+TEST_CASE("bench_smoke: at rest the rays fill the time of a frame") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kScene).string();
+    REQUIRE(run("rest " + scene + " --frame-ms 2 --reference-rays 1 --json " + json_in(folder))
+                .status == 0);
+    const nlohmann::json document = rows_in(folder);
+    REQUIRE(document.at("rows").size() == 1);
+    const nlohmann::json& row = document["rows"][0];
+    check_keys(row, {"bench", "scene", "basis", "estimator", "rays", "frames", "frame_cpu_ms",
+                     "rest_error", "energy_ratio", "reference_error"});
+    CHECK(row["energy_ratio"].get<double>() == Approx(1).margin(0.1));
+    // 16,384 rays of the reference err by a few percent, the estimator by less.
+    CHECK(row["rest_error"].get<double>() < 0.1);
 }
 
 TEST_CASE("bench_smoke: many sources are compared with one") {

@@ -36,6 +36,13 @@ Simulation Subject::simulation(Estimator estimator, int rays) const {
     return s;
 }
 
+Simulation Subject::comparable_simulation(Estimator estimator, int rays) const {
+    Simulation s = simulation(estimator, rays);
+    s.diffraction_order = 0;
+    s.transmission = false;
+    return s;
+}
+
 std::string Subject::description() const {
     const Simulation& s = scene.simulation;
     std::size_t triangles = 0;

@@ -28,6 +28,7 @@ struct Settings {
     int positions = 8;                     ///< measured on a walk, at least 1
     double longest_walk_s = 10;            ///< tracking: duration of a walk, at most
     double rest_s = 0;                     ///< tracking: rest of both ends before the walk
+    double frame_ms = 10;                  ///< rest: CPU time of a frame
     int sources = 32;                      ///< of the command sources, compared with one
     double reference_rays = 64e6;          ///< at most, even if the reference has not converged
     std::function<void(const std::string&)> progress;  ///< receives the present step in a few words
@@ -45,6 +46,9 @@ struct Subject {
 
     /// The scene's settings with another estimator and number of rays.
     Simulation simulation(Estimator estimator, int rays) const;
+
+    /// The same without diffraction and transmission, which the reference does not compute.
+    Simulation comparable_simulation(Estimator estimator, int rays) const;
 
     /// The settings that all rows share, in one line.
     std::string description() const;

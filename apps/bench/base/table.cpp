@@ -88,6 +88,7 @@ std::vector<Column> columns_of(std::initializer_list<const char*> figures) {
                                          {"receivers", "receivers", 0},
                                          {"reference_error", "reference +-", 4},
                                          {"response_ms", "IR ms", 2},
+                                         {"rest_error", "error at rest", 4},
                                          {"segments", "segments", 0},
                                          {"source_trace_ms", "trace ms", 1},
                                          {"sources", "sources", 0},

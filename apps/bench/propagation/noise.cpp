@@ -35,7 +35,7 @@ struct Restarts {
 
 Restarts run(const Subject& subject, Estimator estimator, int rays, int restarts,
              const Settings& settings) {
-    const Simulation simulation = subject.simulation(estimator, rays);
+    const Simulation simulation = subject.comparable_simulation(estimator, rays);
     Propagation propagation(subject.scene, simulation);
     const FrameInput input{
         0, {subject.scene.sources[0].position_at(0)}, {subject.scene.listener.pose_at(0).position}};

@@ -106,7 +106,8 @@ Published follow(const Subject& subject, const Walk& walk, Estimator estimator, 
                  std::size_t frames, const Settings& settings) {
     settings.progress(std::string("tracking: ") + walk.mover + ", " + estimator_name(estimator) +
                       ", " + std::to_string(rays) + " rays");
-    Propagation propagation(scene_of(subject, walk), subject.simulation(estimator, rays));
+    Propagation propagation(scene_of(subject, walk),
+                            subject.comparable_simulation(estimator, rays));
     const double rate_hz = double{subject.scene.simulation.frame_rate_hz};
     const auto rest = static_cast<int>(std::lround(settings.rest_s * rate_hz));
     for (int k = 0; k < rest; ++k) propagation.step(walk.frames[0]);
