@@ -88,6 +88,29 @@ TEST_CASE("A moving reflection is replaced only by one of twice its energy") {
     for (std::uint64_t id = 100; id < 106; ++id) CHECK(moves(id));
 }
 
+TEST_CASE("The reflections of a source that was absent are chosen anew") {
+    RendererConfig config = config_for(OutputFormat::mono);
+    RenderFrameBuilder builder(config, nullptr);
+    std::unique_ptr<RenderFrame> frame = builder.make_frame();
+    SourceSound sound;
+    for (unsigned k = 0; k < 7; ++k) {
+        sound.early.push_back(path_of(400 + 10 * k, k == 6 ? 1.5F : 1));
+        sound.early.back().id = 100 + k;
+    }
+    const auto last_moves = [&] {
+        builder.prepare({&sound, 1}, *frame);
+        const auto& paths = frame->parts->paths[0];
+        return std::any_of(paths.begin(), paths.end(),
+                           [](const PathSound& path) { return path.present && path.id == 106; });
+    };
+    CHECK(last_moves());
+    sound.absent = true;
+    CHECK_FALSE(last_moves());
+    sound.absent = false;
+    sound.early[6].band_gain.fill(0.9F);  // with hysteresis it would move
+    CHECK_FALSE(last_moves());
+}
+
 TEST_CASE("A frame has the nearest whole number of samples, at least one") {
     RendererConfig config;
     for (const auto& [rate_hz, frame_s, samples] : {std::tuple{48000.0, 1.0 / 30, 1600},

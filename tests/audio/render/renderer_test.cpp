@@ -202,7 +202,10 @@ TEST_CASE("The tail of a renderer covers its longest path, and its stamp is the 
         builder.prepare(sounds, *frame);
         frame->stamp = ++stamp;
         renderer.mailbox().publish(std::move(frame));
-        for (int block = 0; block < 8; ++block) renderer.render(in, kNoRotation, out, 256);
+        // Frames before the newest one are in use during its fade.
+        renderer.render(in, kNoRotation, out, 256);
+        CHECK(renderer.tail_samples() == static_cast<std::int64_t>(std::max(1000.0, delay)));
+        for (int block = 0; block < 7; ++block) renderer.render(in, kNoRotation, out, 256);
         CHECK(renderer.newest_stamp() == stamp);
         CHECK(renderer.tail_samples() == static_cast<std::int64_t>(std::max(1000.0, delay)));
     }

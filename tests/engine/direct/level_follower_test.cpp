@@ -51,6 +51,20 @@ TEST_CASE("levels follow a step of the model over the distance that their slopes
     }
 }
 
+TEST_CASE("levels follow a large step by 2 % of the rest in each centimetre walked") {
+    LevelFollower follower;
+    follower.follow(kSource, place(0), energy_at(-50, place(0)), false);
+    double last = -50;
+    for (int cm = 1; cm <= 20; ++cm) {
+        const Vec3 listener = place(0.01 * cm);
+        const double now = level_db(
+            follower.follow(kSource, listener, energy_at(0, listener), false)[0], listener);
+        // 2e-3: the walk in single precision, times 100 dB per metre.
+        CHECK(now - last == Approx(-0.02 * last).margin(2e-3));
+        last = now;
+    }
+}
+
 TEST_CASE("slopes of the model below the bound, and those of free field, pass to the bit") {
     LevelFollower follower;
     for (int cm = 0; cm < 350; ++cm) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/base/sampling.h"
+#include "engine/direct/edge_paths.h"
 #include "tests/support/rooms.h"
 
 using namespace aula;
@@ -95,6 +96,23 @@ TEST_CASE("the first frame tests the nearest edges, later ones an eighth of them
         for (const std::uint32_t e : due) CHECK(tested.insert(e).second);
     }
     CHECK(tested == chosen);
+}
+
+TEST_CASE("edges that a movement may bring into reach before the next selection are selected") {
+    // At the height h above the path's middle a detour has 2 sqrt(16 + h^2) - 8 m.
+    const auto selected = [](double detour_m) {
+        const auto y = static_cast<float>(std::sqrt(std::pow(4 + detour_m / 2, 2) - 16));
+        Scene scene;
+        scene.materials = {{"wall", Bands{}, Bands{}}};
+        Object object;
+        object.vertices = {{0, y, 0}, {0, y + 9, 0}, {0, y + 9, 3}, {0, y, 3}};
+        object.triangles = {{0, 1, 2}, {0, 2, 3}};
+        object.triangle_materials = {0, 0};
+        scene.objects = {object};
+        return !Search(scene).frame(kSource, kListener).empty();
+    };
+    CHECK(selected(EdgePaths::kLongestDetour_m + 0.9));  // 4 movements of 0.25 m
+    CHECK_FALSE(selected(EdgePaths::kLongestDetour_m + 1.1));
 }
 
 TEST_CASE("edges in use are tested in every frame") {

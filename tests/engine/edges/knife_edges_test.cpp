@@ -182,3 +182,15 @@ TEST_CASE("over high and low edges in any order the field is that of the integra
     CHECK(largest < 0.02);
     CHECK(largest_of_single > 0.1);
 }
+
+TEST_CASE("of edges that are too close to be told apart the higher one counts") {
+    const KnifeEdge high{.at_m = 5, .turn_rad = 0, .clearance_m = 0.1};
+    const KnifeEdge low{.at_m = 5.001, .turn_rad = 0, .clearance_m = 0.5};
+    const ComplexBands alone = knife_edges({&high, 1}, 10, kIntegral);
+    const std::vector<KnifeEdge> both{high, low};
+    const ComplexBands joined = knife_edges(both, 10, kIntegral);
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        // The joined edge is 0.5 mm from the higher one.
+        CHECK(std::abs(joined[b] - alone[b]) < 1e-4);
+    }
+}
