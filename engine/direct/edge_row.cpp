@@ -97,7 +97,6 @@ std::optional<EdgeRow> EdgeRow::place(const SceneEdges& edges, std::span<const s
         member.along_m = place_m;
         member.apex = edge.point(place_m);
         member.height_m = glm::dot(member.apex - source, placed.up_);
-        member.height_m -= glm::dot(offset, placed.up_) * member.across_m / placed.across_m_;
         const double detour_m = glm::distance(source, member.apex) +
                                 glm::distance(member.apex, listener) - glm::length(offset);
         if (detour_m >= EdgePaths::kLongestDetour_m + 2 * margin_m) continue;
