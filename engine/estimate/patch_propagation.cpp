@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <numeric>
 
 #include "engine/base/sampling.h"
@@ -33,6 +34,9 @@ constexpr double kMinShare = 0.1;
 
 /// Number of pairs static for longer than a window that are gathered again in a frame, in turn.
 constexpr std::size_t kStaticPairsPerFrame = 2;
+
+/// Memory that is mapped in a frame for the end that emits next: two huge pages.
+constexpr std::size_t kReserved_bytes = std::size_t{4} << 20;
 
 enum class SeedPurpose : std::uint64_t { grid = 2, gather = 4 };
 
@@ -72,6 +76,8 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const SpecularPaths& i
     batches_.resize(emitter_count());
     set_rays(trace.rays);
     restart();
+    // The first frame fills a cache.
+    row_pool_->reserve(grid_.reached(), 0, std::numeric_limits<std::size_t>::max());
 }
 
 void PatchPropagation::set_rays(int rays) {
@@ -402,12 +408,14 @@ void PatchPropagation::reserve_rows() {
         if (id >= source_count_) used_by_listeners += rows;
         most = std::max(most, rows);
     }
-    // No more than the rows of all emitters, which the limit of the memory allows.
+    // No more than the rows of all emitters, which the limit of the memory allows. A cache can have
+    // more than the reached patches: rays hit some that the search for them has missed.
+    const std::size_t each = std::max(grid_.reached(), most);
     const auto reserved = [&](std::size_t emitters, std::size_t in_use) {
-        return std::min(most, std::max(emitters * grid_.reached(), in_use) - in_use);
+        return std::min(most, std::max(emitters * each, in_use) - in_use);
     };
     row_pool_->reserve(reserved(emitter_count(), used),
-                       reserved(listener_count_, used_by_listeners));
+                       reserved(listener_count_, used_by_listeners), kReserved_bytes);
 }
 
 /// The sources' caches serve all receivers, which therefore need no caches.

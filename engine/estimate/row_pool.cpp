@@ -9,7 +9,6 @@ namespace aula {
 
 namespace {
 
-constexpr std::size_t kHugePage = std::size_t{2} << 20;
 constexpr std::size_t kPage = 4096 / sizeof(std::int64_t);
 
 /// Lets the kernel provide the memory of zeros that have not been used yet.
@@ -52,11 +51,10 @@ void RowPool::Rows::reserve(std::size_t rows, std::size_t& bytes_left, HugePageA
     }
 }
 
-void RowPool::reserve(std::size_t sums, std::size_t intensities) {
+void RowPool::reserve(std::size_t sums, std::size_t intensities, std::size_t most_bytes) {
     const std::lock_guard lock(mutex_);
-    std::size_t bytes_left = kHugePage;
-    sums_.reserve(sums, bytes_left, arena_);
-    intensities_.reserve(intensities, bytes_left, arena_);
+    sums_.reserve(sums, most_bytes, arena_);
+    intensities_.reserve(intensities, most_bytes, arena_);
 }
 
 std::size_t RowPool::free_bytes() const {

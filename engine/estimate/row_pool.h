@@ -27,8 +27,8 @@ class RowPool {
     /// Takes back rows, which must be zero. Null is ignored.
     void give_back(std::int64_t* sums, std::int64_t* intensities);
 
-    /// Maps one huge page of rows at most, as long as fewer than this number of rows is free.
-    void reserve(std::size_t sums, std::size_t intensities);
+    /// Maps rows of at most `most_bytes`, as long as fewer than this number of rows is free.
+    void reserve(std::size_t sums, std::size_t intensities, std::size_t most_bytes);
 
     /// Bytes of the rows that no cache uses.
     std::size_t free_bytes() const;

@@ -1,5 +1,6 @@
 // Responses while sources, listeners and geometry move.
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdio>
@@ -231,4 +232,21 @@ TEST_CASE("while everything moves, memory is constant and below its limit") {
         free.step(input);
     }
     CHECK(free.statistics().memory_bytes > max[0]);
+}
+
+TEST_CASE("The end that emits after a rest finds its memory reserved") {
+    // Rays hit more patches of the church than the search for reached ones finds.
+    Scene scene = load_scene(AULA_SOURCE_DIR "/scenes/church.json").scene;
+    scene.simulation.rays = 200;
+    Propagation propagation(scene, scene.simulation);
+    constexpr int kRest = 60;
+    std::size_t reserved = 0;
+    for (int f = 0; f < kRest + 3; ++f) {
+        FrameInput input = test::static_input(scene, 0);
+        // A moved source lets the listener emit.
+        input.sources[0].x += 0.02F * static_cast<float>(std::max(0, f + 1 - kRest));
+        propagation.step(input);
+        if (f == kRest - 1) reserved = propagation.statistics().memory_bytes;
+    }
+    CHECK(propagation.statistics().memory_bytes < reserved + reserved / 100);
 }

@@ -32,22 +32,22 @@ TEST_CASE("memory of rows serves a row again that was given back") {
     CHECK(memory.free_bytes() == 0);
 }
 
-TEST_CASE("rows are reserved up to a number, at most a huge page in one call") {
+TEST_CASE("rows are reserved up to a number, at most a given size in one call") {
     RowPool memory(kBins);
-    constexpr std::size_t kHugePage = std::size_t{2} << 20;
+    constexpr std::size_t kMost_bytes = std::size_t{2} << 20;
     constexpr std::size_t kRows = 1000;
     constexpr std::size_t kAll = kRows * (kSums + kIntensities) * sizeof(std::int64_t);
     std::size_t before = 0;
     int calls = 0;
     for (; memory.free_bytes() < kAll && calls < 100; ++calls) {
-        memory.reserve(kRows, kRows);
+        memory.reserve(kRows, kRows, kMost_bytes);
         CHECK(memory.free_bytes() > before);
-        CHECK(memory.free_bytes() - before <= kHugePage);
+        CHECK(memory.free_bytes() - before <= kMost_bytes);
         before = memory.free_bytes();
     }
     CHECK(memory.free_bytes() == kAll);
-    CHECK(calls >= static_cast<int>(kAll / kHugePage));
-    memory.reserve(kRows, kRows);
+    CHECK(calls >= static_cast<int>(kAll / kMost_bytes));
+    memory.reserve(kRows, kRows, kMost_bytes);
     CHECK(memory.free_bytes() == kAll);
     std::set<std::int64_t*> rows;
     for (std::size_t i = 0; i < kRows; ++i) {
