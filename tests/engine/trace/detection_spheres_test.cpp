@@ -212,3 +212,30 @@ TEST_CASE("a segment's energy is compared with the mean at its own length of pat
     for (const PathSegment& segment : batch.segments)
         CHECK(segment.growth == Approx(0.25).epsilon(1e-6));  // alone, it has the mean energy
 }
+
+TEST_CASE("the spheres of segments that image sources may count do not grow") {
+    ArrivalBatch batch;
+    for (const std::uint64_t image : {0, 7}) {
+        batch.segments.push_back({.length_m = 1});
+        batch.segment_energies.push_back({Bands::filled(1), Vec3(0), image});
+    }
+    size_spheres(std::span(&batch, 1));
+    CHECK(batch.segments[0].growth == Approx(0.25));
+    CHECK(batch.segments[1].growth == 0);
+}
+
+TEST_CASE("arrivals by two images have separate paths, although they meet the same patches") {
+    const RayScene rays(test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 0, Vec3(1), Vec3(3, 2, 1)));
+    const Receiver receiver = make_receiver(rays, Vec3(3, 2, 1), 0.3F);
+    ArrivalBatch batch;
+    for (const std::uint64_t image : {5, 7}) {
+        batch.segments.push_back(
+            {.origin = Vec3(1, 2, 1), .direction = Vec3(1, 0, 0), .length_m = 4});
+        batch.segment_energies.push_back({Bands::filled(1), Vec3(1, 0, 0), image});
+        batch.segment_identifiers.push_back(PathIdentifier::start(0));
+    }
+    collect_segment_arrivals(rays, {&receiver, 1}, Bands{}, 100, batch);
+    REQUIRE(batch.arrivals.size() == 2);
+    CHECK(batch.arrivals[0].image == 5);
+    CHECK_FALSE(batch.arrivals[0].path == batch.arrivals[1].path);
+}
