@@ -15,8 +15,11 @@ namespace {
 
 constexpr double kRest_s = 10;
 
-/// Frames over which the cost of a number of rays is measured, after as many others.
-constexpr int kCostFrames = 15;
+/// Frames that do not count in the cost of a frame: caches still grow.
+constexpr int kFirstFrames = 15;
+
+/// Frames of a trial of a number of rays.
+constexpr int kTrialFrames = 2 * kFirstFrames;
 
 /// The reference traces until its standard error is this share of the error measured.
 constexpr double kReferenceShare = 0.3;
@@ -29,8 +32,9 @@ struct AtRest {
 
 AtRest rest(const Subject& subject, const FrameInput& input, int rays, int frames) {
     Propagation propagation(subject.scene, subject.comparable_simulation(Estimator::patch, rays));
-    for (int k = 0; k < std::min(frames / 2, kCostFrames); ++k) propagation.step(input);
-    const int left = frames - std::min(frames / 2, kCostFrames);
+    const int first = std::min(frames / 2, kFirstFrames);
+    for (int k = 0; k < first; ++k) propagation.step(input);
+    const int left = frames - first;
     const double began_s = cpu_time_s();
     for (int k = 0; k < left; ++k) propagation.step(input);
     return {estimated_energy(propagation.response(0)), (cpu_time_s() - began_s) / left};
@@ -56,7 +60,7 @@ std::vector<Row> measure_rest(const Subject& subject, const Settings& settings) 
         0, {subject.scene.sources[0].position_at(0)}, {subject.scene.listener.pose_at(0).position}};
     const int rays = rays_for_cpu_time(settings.frame_ms / 1000, simulation.rays, [&](int attempt) {
         settings.progress("rest: " + std::to_string(attempt) + " rays");
-        return rest(subject, input, attempt, 2 * kCostFrames).frame_cpu_s;
+        return rest(subject, input, attempt, kTrialFrames).frame_cpu_s;
     });
     const auto frames = static_cast<int>(std::lround(kRest_s * double{simulation.frame_rate_hz}));
     settings.progress("rest: 10 s with " + std::to_string(rays) + " rays");

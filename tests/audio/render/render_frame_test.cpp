@@ -12,6 +12,20 @@
 using namespace aula;
 using namespace aula::test;
 
+namespace {
+
+/// One reflection more than can move, with the identifiers 100 to 106; the last has its own gain.
+SourceSound seven_reflections(float last_gain) {
+    SourceSound sound;
+    for (unsigned k = 0; k < 7; ++k) {
+        sound.early.push_back(path_of(400 + 10 * k, k == 6 ? last_gain : 1));
+        sound.early.back().id = 100 + k;
+    }
+    return sound;
+}
+
+}  // namespace
+
 TEST_CASE("A crossfade ends before the next frame unless frames are shorter than it") {
     for (const double frame_rate_hz : {10.0, 30.0, 50.0, 60.0, 100.0}) {
         for (const int block : {64, 256, 1024}) {
@@ -63,11 +77,7 @@ TEST_CASE("A moving reflection is replaced only by one of twice its energy") {
     RendererConfig config = config_for(OutputFormat::mono);
     RenderFrameBuilder builder(config, nullptr);
     std::unique_ptr<RenderFrame> frame = builder.make_frame();
-    SourceSound sound;
-    for (unsigned k = 0; k < 7; ++k) {
-        sound.early.push_back(path_of(400 + 10 * k, k == 6 ? 0.9F : 1));
-        sound.early.back().id = 100 + k;
-    }
+    SourceSound sound = seven_reflections(0.9F);
     const auto moves = [&](std::uint64_t id) {
         builder.prepare({&sound, 1}, *frame);
         const auto& paths = frame->parts->paths[0];
@@ -92,11 +102,7 @@ TEST_CASE("The reflections of a source that was absent are chosen anew") {
     RendererConfig config = config_for(OutputFormat::mono);
     RenderFrameBuilder builder(config, nullptr);
     std::unique_ptr<RenderFrame> frame = builder.make_frame();
-    SourceSound sound;
-    for (unsigned k = 0; k < 7; ++k) {
-        sound.early.push_back(path_of(400 + 10 * k, k == 6 ? 1.5F : 1));
-        sound.early.back().id = 100 + k;
-    }
+    SourceSound sound = seven_reflections(1.5F);
     const auto last_moves = [&] {
         builder.prepare({&sound, 1}, *frame);
         const auto& paths = frame->parts->paths[0];
