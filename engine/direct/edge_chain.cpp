@@ -19,11 +19,15 @@ constexpr double kLeastSegment_m = 1e-3;
 
 // Rays pass an edge that closely, and rays to the end of an edge end beside it.
 constexpr double kBesideEdge_m = 2e-3 + EdgePassage::kFromEnd_m;
+constexpr double kBehindFace_m = 1e-5;
 constexpr double kLeastTurn_rad = 1e-6;
 
 // Largest detours; fields fade out over the last quarter before them.
 constexpr double kLongestDetour_m = 15;
 constexpr double kLongestLitDetour_m = 2;
+
+// The products from both ends have a mean phase up to that angle from opposite phases.
+constexpr double kOppositePhases_rad = kPi / 4;
 
 // The thin screen limits a chain of which each bend is above this angle.
 constexpr double kSharpBend_rad = 0.1;
@@ -32,6 +36,14 @@ constexpr double kSharpBend_rad = 0.1;
 bool is_on_face(double angle_rad, double open_angle_rad) {
     return std::min({angle_rad, std::abs(angle_rad - open_angle_rad), 2 * kPi - angle_rad}) <
            DiffractionEdge::kOnFace_rad;
+}
+
+/// Whether a point lies behind the faces of an edge, by more than rounding: a segment that ends at
+/// a corner of a face may lie in the face.
+bool is_behind(const DiffractionEdge& edge, const WedgePoint& point) {
+    const double behind_rad =
+        std::min(point.angle_rad - edge.open_angle_rad, 2 * kPi - point.angle_rad);
+    return behind_rad * point.radius_m > kBehindFace_m;
 }
 
 /// The end of a segment of a given length and direction from a point of an edge.
@@ -114,14 +126,15 @@ bool EdgeChain::find_angles() {
     }
     for (std::size_t i = 0; i < contacts_.size(); ++i) {
         Contact& contact = contacts_[i];
-        const double open_rad = contact.edge->open_angle_rad;
+        const WedgePoint before = coordinates(*contact.edge, i);
+        const WedgePoint after = coordinates(*contact.edge, i + 2);
         const bool shares_last = i > 0 && contacts_[i - 1].shares_next;
-        if ((contact.in_rad > open_rad && !shares_last) ||
-            (contact.out_rad > open_rad && !contact.shares_next)) {
+        if ((is_behind(*contact.edge, before) && !shares_last) ||
+            (is_behind(*contact.edge, after) && !contact.shares_next)) {
             return false;
         }
-        contact.in_rad = contact.edge->open_angle_of(coordinates(*contact.edge, i));
-        contact.out_rad = contact.edge->open_angle_of(coordinates(*contact.edge, i + 2));
+        contact.in_rad = contact.edge->open_angle_of(before);
+        contact.out_rad = contact.edge->open_angle_of(after);
     }
     for (std::size_t i = 0; i + 1 < contacts_.size(); ++i) {
         if (contacts_[i].shares_next) choose_face(i);
@@ -378,14 +391,40 @@ double EdgeChain::share() const {
     return share;
 }
 
+/// The product of 1 / (1 + m) over the faces that bends share. Where the edges of a face have
+/// different materials, `toward_last` is the weight of the second edge's.
+std::array<double, kBandCount> EdgeChain::shared_once(const RayScene& scene,
+                                                      double toward_last) const {
+    std::array<double, kBandCount> once;
+    once.fill(1);
+    const auto material = [&](const Contact& contact, double angle_rad) -> const Material& {
+        const std::size_t face = angle_rad < contact.edge->open_angle_rad / 2 ? 0 : 1;
+        return scene.material(scene.triangle(contact.edge->triangles[face]));
+    };
+    for (std::size_t i = 0; i + 1 < bends_.size(); ++i) {
+        const Contact& here = contacts_[bends_[i].last];
+        if (!here.shares_next) continue;
+        const Contact& next = contacts_[bends_[i].last + 1];
+        const Material& first = material(here, here.out_rad);
+        const Material& last = material(next, next.in_rad);
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            once[b] *= std::pow(1 + mirrored_pressure(first, b), toward_last - 1) *
+                       std::pow(1 + mirrored_pressure(last, b), -toward_last);
+        }
+    }
+    return once;
+}
+
 /// With T the fields of the bends relative to free field, and L the length,
 ///
-///     |H| = min(|prod T|, |prod T'|, |T_thin|) (1/2)^(shared faces) / L.
+///     |H| = min(|prod T| F, |prod T'| F, |T_thin|) / L,    F = prod 1 / (1 + m) over shared faces.
 ///
 /// T has the length from the source before a bend and the segment to the next bend after it; T' the
 /// same from the listener. Both products tend to that of the geometrical theory of diffraction, and
-/// the smaller one has the smaller error at low frequencies. The factor 1/2 counts sound along a
-/// rigid face, where incident and reflected sound coincide, once. The phase is the mean of both.
+/// the smaller one has the smaller error at low frequencies. Along a face that reflects the share m
+/// of the pressure, incident and reflected sound coincide: F counts them once, so that the chain
+/// jumps by the field over the other bends as one of them vanishes. The phase is the mean of both;
+/// where they are nearly opposite there is none, and the chain fades out.
 /// Where the first or last bend vanishes, the path without it appears, with the fields of the other
 /// bends in T or T': that product alone then counts.
 ComplexBands EdgeChain::field_of_side(const WedgeIntegral& integral, const RayScene& scene,
@@ -408,10 +447,6 @@ ComplexBands EdgeChain::field_of_side(const WedgeIntegral& integral, const RaySc
         }
         least_bend_rad = std::min(least_bend_rad, bend.turn_rad);
     }
-    double scale = 1;
-    for (std::size_t i = 0; i + 1 < bends_.size(); ++i) {
-        if (contacts_[bends_[i].last].shares_next) scale /= 2;
-    }
     const double limit = bends_.size() > 1 ? smooth_step(least_bend_rad / kSharpBend_rad) : 0;
     const ComplexBands thin = limit > 0 ? thin_screen(integral) : ComplexBands{};
     const auto straightness = [](const Bend& bend) {
@@ -420,18 +455,23 @@ ComplexBands EdgeChain::field_of_side(const WedgeIntegral& integral, const RaySc
     const double straight_first = straightness(bends_.front());
     const double straight_last = straightness(bends_.back());
     const double remaining = share();
+    const double toward_back = 0.5 * (1 + straight_last - straight_first);
+    const std::array<double, kBandCount> once = shared_once(scene, toward_back);
     ComplexBands field;
     for (std::size_t b = 0; b < kBandCount; ++b) {
         if (ahead[b] == 0.0) continue;
-        const std::complex<double> both =
-            ahead[b] * std::pow(back[b] / ahead[b], 0.5 * (1 + straight_last - straight_first));
+        const std::complex<double> ratio = back[b] / ahead[b];
+        const std::complex<double> both = ahead[b] * std::pow(ratio, toward_back);
+        const double agreement =
+            smooth_step((kPi - std::abs(std::arg(ratio))) / kOppositePhases_rad);
         const double least = std::min(std::abs(ahead[b]), std::abs(back[b]));
-        double magnitude = scale * (least + straight_first * (std::abs(ahead[b]) - least) +
-                                    straight_last * (std::abs(back[b]) - least));
+        double magnitude = once[b] * (least + straight_first * (std::abs(ahead[b]) - least) +
+                                      straight_last * (std::abs(back[b]) - least));
         magnitude -= limit * std::max(0.0, magnitude - std::abs(thin[b]));
         const double phase = std::arg(both) - integral.wave_number_per_m(b) * length_m_;
-        field[b] = std::polar(
-            remaining * air_loss(length_m_, attenuation_per_m, b) * magnitude / length_m_, phase);
+        field[b] = std::polar(agreement * remaining * air_loss(length_m_, attenuation_per_m, b) *
+                                  magnitude / length_m_,
+                              phase);
     }
     return field;
 }

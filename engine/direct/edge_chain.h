@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <glm/vec3.hpp>
@@ -100,6 +101,7 @@ class EdgeChain {
     ComplexBands factor(const Bend& bend, double before_m, double after_m,
                         const WedgeIntegral& integral, const RayScene& scene) const;
     ComplexBands thin_screen(const WedgeIntegral& integral) const;
+    std::array<double, kBandCount> shared_once(const RayScene& scene, double toward_last) const;
     double share() const;
 
     glm::dvec3 source_{0};
