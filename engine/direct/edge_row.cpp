@@ -107,8 +107,7 @@ std::optional<EdgeRow> EdgeRow::place(const SceneEdges& edges, std::span<const s
     });
     if (placed.members_.empty()) return {};
     placed.find_bends();
-    placed.stretch_ = std::hypot(along_m, placed.across_m_) / placed.across_m_;
-    placed.find_clearances();
+    placed.find_clearances(along_m);
     return placed;
 }
 
@@ -138,8 +137,22 @@ void EdgeRow::find_bends() {
     for (Member* member : hull) member->is_bend = true;
 }
 
-/// Lengths along the path, its turns, and how far it is above the other edges.
-void EdgeRow::find_clearances() {
+/// Lengths along the path, its turns, and how far it is above the other edges. With the planes
+/// between its bends unfolded into one the path is straight.
+void EdgeRow::find_clearances(double along_m) {
+    double unfolded_m = 0;
+    Member bend;
+    const auto add = [&](const Member& next) {
+        unfolded_m += std::hypot(next.across_m - bend.across_m, next.height_m - bend.height_m);
+        bend = next;
+    };
+    for (const Member& member : members_) {
+        if (member.is_bend) add(member);
+    }
+    Member listener;
+    listener.across_m = across_m_;
+    add(listener);
+    stretch_ = std::hypot(along_m, unfolded_m) / unfolded_m;
     double length_m = 0;
     std::size_t begin = 0;
     double from_across_m = 0;

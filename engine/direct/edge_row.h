@@ -74,7 +74,7 @@ class EdgeRow {
                                         const glm::dvec3& source, const glm::dvec3& listener,
                                         double margin_m);
     void find_bends();
-    void find_clearances();
+    void find_clearances(double along_m);
     void find_obstacles(const SceneEdges& edges);
     double grazing_share() const;
     Bands levels_over_knife(const Obstacle& obstacle, const WedgeIntegral& integral,
@@ -89,7 +89,7 @@ class EdgeRow {
     std::vector<Member> members_;  ///< from the source to the listener
     std::vector<Obstacle> obstacles_;
     double across_m_ = 0;          ///< between the ends
-    double stretch_ = 1;           ///< length of the path per length across the edges
+    double stretch_ = 1;           ///< length of the path per length in planes across the edges
     double length_m_ = 0;
     double weight_ = 0;
 };
