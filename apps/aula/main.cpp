@@ -10,6 +10,7 @@
 #include "apps/aula/interrupt.h"
 #include "apps/aula/scene_lookup.h"
 #include "apps/aula/terminal.h"
+#include "apps/session/base/printable.h"
 #include "aula/devices/device.h"
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"

@@ -12,6 +12,7 @@
 #include "apps/aula/terminal.h"
 #include "apps/aula/walker.h"
 #include "apps/session/base/formatted.h"
+#include "apps/session/base/printable.h"
 #include "apps/session/edit/scene_edits.h"
 #include "apps/session/live/play_summary.h"
 #include "apps/session/live/player.h"

@@ -7,6 +7,7 @@
 #include "apps/aula/terminal.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/base/output_file.h"
+#include "apps/session/base/printable.h"
 #include "apps/session/offline/measurement_text.h"
 #include "apps/session/offline/offline.h"
 #include "aula/audio/sound_file.h"

@@ -11,10 +11,6 @@
 
 namespace aula {
 
-/// Escapes control characters except line feeds, and bytes that are not UTF-8, as \xNN. Names from
-/// files then cannot control the terminal.
-std::string printable(const std::string& text);
-
 enum class Key { forward, back, left, right, turn_left, turn_right, help, quit };
 
 /// Reads single keys from standard input without echo. The destructor restores the terminal's

@@ -1,14 +1,27 @@
 #include <pybind11/pybind11.h>
 
+#include <exception>
+#include <utility>
+
 #include "apps/python/scene_bindings.h"
+#include "apps/session/base/printable.h"
 #include "aula/exception.h"
 
 /// The extension module of the package aula, which checks and converts the arguments.
 PYBIND11_MODULE(_aula, module) {
-    pybind11::register_exception<aula::InputError>(module, "Error", PyExc_ValueError)
-        .attr("__module__") = "aula";
-    pybind11::register_exception<aula::Failure>(module, "Failure", PyExc_RuntimeError)
-        .attr("__module__") = "aula";
+    static pybind11::exception<aula::InputError> error(module, "Error", PyExc_ValueError);
+    static pybind11::exception<aula::Failure> failure(module, "Failure", PyExc_RuntimeError);
+    error.attr("__module__") = "aula";
+    failure.attr("__module__") = "aula";
+    pybind11::register_exception_translator([](std::exception_ptr thrown) {
+        try {
+            std::rethrow_exception(std::move(thrown));
+        } catch (const aula::InputError& e) {
+            error(aula::printable_line(e.what()).c_str());
+        } catch (const aula::Failure& e) {
+            failure(aula::printable_line(e.what()).c_str());
+        }
+    });
     module.attr("version") = AULA_VERSION;
     aula::bind_scenes(module);
     aula::bind_results(module);

@@ -16,6 +16,7 @@
 
 #include "apps/python/arrays.h"
 #include "apps/python/scene_bindings.h"
+#include "apps/session/base/printable.h"
 #include "apps/session/frames/signals.h"
 #include "apps/session/offline/offline.h"
 #include "audio/spatial/hrtf.h"
@@ -301,7 +302,7 @@ py::tuple rendered(const SharedScene& shared, const std::map<std::string, Array<
     options.ambisonic_order = ambisonic_order;
     options.duration_s = duration_s;
 
-    const std::vector<std::string> warnings = warnings_of(signals);
+    const std::vector<std::string> warnings = printable_lines(warnings_of(signals));
     std::unique_ptr<OfflineRendering> rendering;
     {
         const py::gil_scoped_release released;
@@ -343,7 +344,8 @@ void bind_results(py::module_& module) {
         .def("energy", &energy)
         .def_readonly("frames", &Measurement::frames)
         .def_readonly("length_s", &Measurement::length_s)
-        .def_readonly("warnings", &Measurement::warnings)
+        .def_property_readonly("warnings",
+                               [](const Measurement& m) { return printable_lines(m.warnings); })
         .def("audible", [](const Measurement& measurement) {
             py::array_t<bool> array(
                 std::vector<std::size_t>{measurement.sources.size(), measurement.receivers.size()});

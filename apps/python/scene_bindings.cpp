@@ -12,6 +12,7 @@
 
 #include "apps/python/arrays.h"
 #include "apps/session/auralizer/command_checks.h"
+#include "apps/session/base/printable.h"
 #include "apps/session/edit/scene_state.h"
 #include "aula/engine/material_library.h"
 #include "aula/engine/scene_file.h"
@@ -230,7 +231,8 @@ void bind_scenes(py::module_& module) {
                             const py::gil_scoped_release released;
                             loaded = load_scene(file);
                         }
-                        return std::pair(SharedScene(std::move(loaded->scene)), loaded->warnings);
+                        return std::pair(SharedScene(std::move(loaded->scene)),
+                                         printable_lines(std::move(loaded->warnings)));
                     })
         .def_static(
             "parse",

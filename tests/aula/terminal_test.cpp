@@ -1,4 +1,5 @@
 #include "apps/aula/terminal.h"
+#include "apps/session/base/printable.h"
 
 #include <poll.h>
 #include <pty.h>
@@ -79,6 +80,9 @@ TEST_CASE("Printed names contain no control characters except line feeds") {
                     "31m") == "\\x9b31m");
     CHECK(printable("\xc2\x9b"
                     "31m") == "\\xc2\\x9b31m");
+    // A surrogate, and a character that is longer than necessary.
+    CHECK(printable("\xed\xa0\x80 \xe0\x80\x80") == "\\xed\\xa0\\x80 \\xe0\\x80\\x80");
+    CHECK(aula::printable_line("a\nb\t") == "a\\x0ab\\x09");
     CHECK(printable("cut \xe2\x82") == "cut \\xe2\\x82");
     CHECK(printable(std::string("a\0b", 3)) == "a\\x00b");
     // Other text, and the line feeds of tables, stay unchanged.

@@ -258,7 +258,7 @@ class Scenes(unittest.TestCase):
         state = room.__reduce__()[1][0]
         for damaged in (state[:-1], state + b"x", b"", b"x" + state, state[:40]):
             with self.assertRaises(aula.Error):
-                aula._unpickle(damaged, True)
+                room.__reduce__()[0](damaged, True)
 
     def test_hash(self):
         room = box()
@@ -383,12 +383,8 @@ class Errors(unittest.TestCase):
                 ("sources", [aula.Source((1, 1, 1)), aula.Source((2, 2, 2))]),
                 ("microphones", np.zeros((2, 2, 3))), ("microphones", [1, 2, 3, 4]),
                 ("microphones", None), ("microphones", True),
-                ("microphones[0].pattern", [aula.Microphone((1, 1, 1), pattern="x")]),
-                ("microphones[0].pattern", [aula.Microphone((1, 1, 1), pattern=2.0)]),
-                ("microphones[0].position", [aula.Microphone((1, 1))]),
                 # Beyond this, intersection tests overflow.
                 ("sources", [[1e30, 1, 1]]), ("microphones", [[1, 1, -2e6]]),
-                ("microphones[0].path", [aula.Microphone((1, 1, 1), path=3)]),
                 ("hrtf", None), ("hrtf", "a\0b"),
                 ("fs", 0), ("fs", math.nan), ("fs", "16000"), ("output", "stereo"),
                 ("frames", 0), ("frames", 1.5), ("threads", 0), ("seed", -1), ("seed", 2**64),
@@ -430,7 +426,23 @@ class Errors(unittest.TestCase):
         self.check("materials", lambda: room.materials.__setitem__("wall", "plaster"))
         self.check("rays", lambda: room.configure(rays="many"))
         self.check("there is no setting", lambda: room.configure(ray=1))
-        self.check("times", lambda: aula.Source(path=aula.Trajectory([1, 0], [[0, 0, 0]] * 2)))
+        for argument, wrong in (("pattern", "x"), ("pattern", 2.0), ("position", (1, 1)),
+                                ("position", (1, 1, math.nan)), ("yaw", "left"), ("roll", 1e9),
+                                ("path", 3)):
+            self.check(argument, lambda: aula.Microphone(**({"position": (1, 1, 1)} |
+                                                            {argument: wrong})))
+        for argument, wrong in (("times", [1, 0]), ("times", [-1, 0]), ("times", []),
+                                ("positions", [[0, 0, 0]]), ("positions", [[0, 0, 1e9]] * 2),
+                                ("yaw", [1, 2, 3]), ("pitch", "up")):
+            self.check(argument, lambda: aula.Trajectory(**({"times": [0, 1],
+                                                             "positions": [[0, 0, 0]] * 2} |
+                                                            {argument: wrong})))
+        for name in ("/no\nsuch\x1b[31m", "/no\u009bsuch"):
+            self.check("/no\\x", lambda: aula.load_scene(name))
+            with self.assertRaises(aula.Error) as caught:
+                aula.load_scene(name)
+            self.assertTrue(str(caught.exception).isprintable(), str(caught.exception))
+        self.check("file", lambda: aula.load_scene("/no\udcff"))
         self.check("/no/such/file", lambda: aula.load_scene("/no/such/file"))
         room.sources = [aula.Source((1, 1, 1), name="voice")]
         self.check("room", lambda: aula.render(room))
@@ -440,9 +452,28 @@ class Errors(unittest.TestCase):
         self.check("signals", lambda: aula.render(room, signals={"other": [1.0]}))
         self.check("signals", lambda: aula.render(room, signals=[1.0]))
 
-    def test_keyword_only(self):
+    def test_keywords(self):
         with self.assertRaises(TypeError):
             aula.rir(box(), SOURCES, MICROPHONES)
+        for call in (aula.rir, aula.parameters, aula.energy, aula.measure, aula.render):
+            with self.assertRaisesRegex(TypeError, rf"^{call.__name__}\(\) .*'bogus'$"):
+                call(box(), bogus=1)
+
+    def test_warnings(self):
+        # A name of a scene file cannot control a terminal.
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder, "room.json")
+            file.write_text(json.dumps({
+                "aula": 1, "geometry": [{"box": [5, 4, 3], "material": "plaster"}],
+                "materials": {}, "sources": [{"name": "a\n\x1b[31m", "position": [9, 9, 9]}],
+                "listener": {"position": [1, 1, 1]}}))
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                aula.measure(aula.load_scene(file), **FEW)
+        texts = [str(warning.message) for warning in caught]
+        self.assertEqual(len(texts), 2)  # outside, not audible
+        for text in texts:
+            self.assertTrue(text.isprintable(), text)
 
 
 class Arrays(unittest.TestCase):

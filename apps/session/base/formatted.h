@@ -24,6 +24,11 @@ inline std::string fixed_text(double value, int decimals, int width = 0) {
     return formatted("%*.*f", width, decimals, 0.0);
 }
 
+/// A number of things: "1 item", "2 items".
+inline std::string counted(std::uint64_t count, const char* what) {
+    return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
 /// The message for samples that were not finite.
 inline std::string muted_text(std::int64_t samples) {
     return std::to_string(samples) + " samples were not finite and were muted";
