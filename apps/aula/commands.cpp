@@ -10,6 +10,7 @@
 #include "apps/aula/outputs.h"
 #include "apps/aula/terminal.h"
 #include "apps/session/base/formatted.h"
+#include "apps/session/base/printable.h"
 #include "apps/session/frames/signals.h"
 #include "aula/devices/device.h"
 #include "aula/engine/material_library.h"
@@ -159,8 +160,18 @@ void print_band_names() {
     std::printf("\n");
 }
 
-std::string counted(std::size_t count, const char* what) {
-    return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+/// Commands without sound do not need the sounds of a scene.
+SignalFiles signal_files(const Arguments& arguments) {
+    using Command = Arguments::Command;
+    switch (arguments.command) {
+        case Command::info:
+        case Command::measure:
+        case Command::map:
+        case Command::report:
+            return SignalFiles::optional;
+        default:
+            return SignalFiles::required;
+    }
 }
 
 std::string describe(const Trajectory& path) {
@@ -198,7 +209,7 @@ int interrupted_status() { return 128 + interrupt_signal(); }
 
 LoadedScene read_scene_file(const std::filesystem::path& file, const Arguments& arguments) {
     LoadedScene loaded = result_of("reading " + printable(file.filename().string()), arguments,
-                                   [&] { return load_scene(file); });
+                                   [&] { return load_scene(file, signal_files(arguments)); });
     warn(loaded.warnings, arguments.quiet);
     return loaded;
 }

@@ -11,6 +11,7 @@
 #include "apps/dataset/shards/slurm.h"
 #include "apps/dataset/shards/status.h"
 #include "apps/session/base/formatted.h"
+#include "apps/session/base/printable.h"
 #include "aula/exception.h"
 
 namespace aula {
@@ -18,10 +19,6 @@ namespace aula {
 namespace {
 
 bool continues() { return interrupt_signal() == 0; }
-
-std::string counted(std::uint64_t count, const char* what) {
-    return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
-}
 
 int plan_dataset(const DatasetArguments& arguments) {
     const Manifest manifest = read_manifest(arguments.manifest);
@@ -35,6 +32,11 @@ int plan_dataset(const DatasetArguments& arguments) {
         std::printf("%s in %s and %s, SHA-256 of the plan %s\n",
                     counted(plan.items, "item").c_str(), counted(plan.scenes, "scene").c_str(),
                     counted(plan.shards.size(), "shard").c_str(), plan.sha256.c_str());
+    if (plan.empty_scenes > 0)
+        warn({std::to_string(plan.empty_scenes) + " of " + counted(plan.scenes, "scene") +
+              std::string(plan.empty_scenes == 1 ? " has" : " have") +
+              " no positions with the clearances: no responses"},
+             arguments.quiet);
     return 0;
 }
 
@@ -69,7 +71,7 @@ int run_dataset(const DatasetArguments& arguments) {
 
 int show_status(const DatasetArguments& arguments) {
     const Plan plan = read_plan(arguments.folder);
-    const DatasetStatus status = dataset_status(plan, continues);
+    const DatasetStatus status = dataset_status(plan, arguments.verify, continues);
     if (!continues()) return interrupted_status();
     if (arguments.missing) {
         if (!status.missing.empty()) std::printf("%s\n", array_text(status.missing).c_str());
@@ -80,8 +82,8 @@ int show_status(const DatasetArguments& arguments) {
     std::printf(
         "%llu of %s with a response, %s\n", static_cast<unsigned long long>(status.responses),
         counted(plan.items, "item").c_str(), counted(status.failures.size(), "error").c_str());
-    for (const std::string& failure : status.failures)
-        std::printf("%s\n", printable(failure).c_str());
+    for (const auto* const lines : {&status.damaged, &status.failures})
+        for (const std::string& line : *lines) std::printf("%s\n", printable(line).c_str());
     return 0;
 }
 

@@ -151,6 +151,7 @@ DatasetArguments read_dataset_arguments(const std::vector<std::string>& words) {
             break;
         case Command::status:
             parser.flag("--missing", arguments.missing);
+            parser.flag("--verify", arguments.verify);
             break;
         case Command::slurm:
             count("--cpus", arguments.slurm.cpus, 1, 1024);

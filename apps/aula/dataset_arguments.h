@@ -21,6 +21,7 @@ struct DatasetArguments {
     std::size_t shard = 0;           ///< of `run`
     int threads = 1;                 ///< of `run`
     bool missing = false;            ///< of `status`
+    bool verify = false;             ///< of `status`
     SlurmOptions slurm;
     MergeFormat format = MergeFormat::wav;
     bool quiet = false;

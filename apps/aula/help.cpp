@@ -99,7 +99,8 @@ window and remote control
 datasets
   plan MANIFEST --out DIR --shards N     draw the scenes of a manifest into DIR
   run DIR --shard K [--threads N]        compute shard K, from 0 on; threads [1]
-  status DIR [--missing]                 count items and failures; only the missing shards
+  status DIR [--missing] [--verify]      count items and failures; only the missing shards;
+                                         check the hashes of all items
   slurm DIR [--cpus N] [--time T] [--limit N]
                                          write scripts for Slurm: processors [1] and time
                                          [04:00:00] of a task, tasks at the same time [100]

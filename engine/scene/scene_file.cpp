@@ -124,7 +124,8 @@ void require_file(const JsonReader& json, const std::filesystem::path& file, con
               quoted(file.string()) + "; expected " + expected);
 }
 
-void read_signal(const JsonReader& json, const std::filesystem::path& folder, Source& source) {
+void read_signal(const JsonReader& json, const std::filesystem::path& folder, SignalFiles signals,
+                 Source& source) {
     constexpr const char* kExpected = "a sound file, \"impulse\" or \"noise\"";
     const std::string signal = json.string(kExpected);
     if (signal == "impulse") {
@@ -134,7 +135,7 @@ void read_signal(const JsonReader& json, const std::filesystem::path& folder, So
     } else {
         source.signal = Source::Signal::file;
         source.signal_file = folder / signal;
-        require_file(json, source.signal_file, kExpected);
+        if (signals == SignalFiles::required) require_file(json, source.signal_file, kExpected);
     }
 }
 
@@ -161,7 +162,8 @@ void read_directivity(const JsonReader& json, const std::filesystem::path& folde
     }
 }
 
-std::vector<Source> read_sources(const JsonReader& json, const std::filesystem::path& folder) {
+std::vector<Source> read_sources(const JsonReader& json, const std::filesystem::path& folder,
+                                 SignalFiles signals) {
     constexpr const char* kExpected = "a list of at least one source";
     constexpr NumberRange kGain_db{-200, 200, true, "decibels from -200 to 200"};
     std::vector<Source> sources;
@@ -183,7 +185,8 @@ std::vector<Source> read_sources(const JsonReader& json, const std::filesystem::
             source.set_pose(read_orientation(item, read_position(item, source.path)));
             item.read("directivity",
                       [&](const JsonReader& x) { read_directivity(x, folder, source); });
-            item.read("signal", [&](const JsonReader& x) { read_signal(x, folder, source); });
+            item.read("signal",
+                      [&](const JsonReader& x) { read_signal(x, folder, signals, source); });
             item.read("gain_db", [&](const JsonReader& x) { source.gain_db = x.real(kGain_db); });
             item.read("loop", [&](const JsonReader& x) { source.loop = x.boolean(); });
         });
@@ -274,12 +277,12 @@ void warn_if_outside(const std::string& name, const JsonReader& json, const Vec3
 SceneErrors::SceneErrors(std::vector<std::string> messages)
     : InputError(messages.front()), messages_(std::move(messages)) {}
 
-LoadedScene load_scene(const std::filesystem::path& file) {
-    return parse_scene(read_text(file), file.string(), file.parent_path());
+LoadedScene load_scene(const std::filesystem::path& file, SignalFiles signals) {
+    return parse_scene(read_text(file), file.string(), file.parent_path(), signals);
 }
 
 LoadedScene parse_scene(const std::string& text, const std::string& name,
-                        const std::filesystem::path& folder) {
+                        const std::filesystem::path& folder, SignalFiles signals) {
     LoadedScene loaded;
     loaded.json = std::make_shared<const JsonValue>(parse_json(text, name));
     JsonErrors errors;
@@ -303,7 +306,7 @@ LoadedScene parse_scene(const std::string& text, const std::string& name,
         root.attempt([&] {
             constexpr const char* kSources = "a list of at least one source";
             const JsonReader sources = root.require("sources", kSources);
-            scene.sources = read_sources(sources, folder);
+            scene.sources = read_sources(sources, folder, signals);
             source_items = sources.items(kSources);
         });
         root.attempt([&] {

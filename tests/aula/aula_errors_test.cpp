@@ -13,25 +13,6 @@ namespace {
 
 using namespace aula::test;
 
-/// The program prints one line that begins with "aula: " and contains all `parts`, exits with 2 and
-/// leaves the folder unchanged.
-void require_refused(const TemporaryFolder& folder, std::vector<std::string> arguments,
-                     const std::vector<std::string>& parts) {
-    const auto before = names_in(folder.path());
-    const ProgramResult result = aula_with(std::move(arguments));
-    INFO("standard error: " << result.err);
-    CHECK(result.status == 2);
-    CHECK(result.out.empty());
-    CHECK(result.err.rfind("aula: ", 0) == 0);
-    CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
-    CHECK(result.err.find("expected") != std::string::npos);
-    for (const std::string& part : parts) {
-        INFO("expected part: " << part);
-        CHECK(result.err.find(part) != std::string::npos);
-    }
-    CHECK(names_in(folder.path()) == before);
-}
-
 }  // namespace
 
 TEST_CASE("A damaged file of an unsupported format prints one line, nothing on stdout") {

@@ -6,7 +6,7 @@
 #include <sstream>
 #include <thread>
 
-#include "tests/support/program.h"
+#include "tests/aula/aula_program.h"
 #include "tests/support/small_scenes.h"
 
 namespace {
@@ -15,10 +15,6 @@ using namespace aula::test;
 
 const std::vector<std::string> kSymbols{"C50",   "C80", "D50", "EDT", "G",   "J_LF",
                                         "J_LFC", "L_J", "STI", "T20", "T30", "Ts"};
-
-std::string with(std::string text, const std::string& from, const std::string& to) {
-    return text.replace(text.find(from), from.size(), to);
-}
 
 /// kSmallRoom with few rays and a second source of that name.
 std::string two_sources(const std::string& name) {
@@ -122,14 +118,10 @@ TEST_CASE("Bad options of a map are refused with one line and status 2, without 
     const std::string scene = folder.write("room.json", kSmallRoom);
     const std::string out = folder.path() / "maps";
     const std::string file = folder.write("file", "");
-    struct Bad {
-        std::vector<std::string> arguments;
-        std::vector<std::string> parts;
-    };
     std::filesystem::create_directories(folder.path() / "taken/STI.png");
     std::filesystem::create_directory(folder.path() / "linked");
     std::filesystem::create_symlink(scene, folder.path() / "linked/C50.csv");
-    const std::vector<Bad> all = {
+    const std::vector<Refused> all = {
         {{"map"}, {"SCENE"}},
         {{"map", scene, "--out", folder.path() / "taken"}, {"STI.png", "is a folder"}},
         {{"map", scene, "--out", folder.path() / "linked"}, {"would replace the input"}},
@@ -150,18 +142,7 @@ TEST_CASE("Bad options of a map are refused with one line and status 2, without 
         {{scene, "--out", out}, {"--out", "aula map"}},
         {{"info", scene, "--spacing", "1"}, {"--spacing", "aula map"}},
     };
-    const auto before = names_in(folder.path());
-    for (const Bad& bad : all) {
-        std::vector<std::string> command{AULA_PROGRAM};
-        command.insert(command.end(), bad.arguments.begin(), bad.arguments.end());
-        const ProgramResult result = run_program(command);
-        INFO(result.err);
-        CHECK(result.status == 2);
-        CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
-        CHECK(result.err.find("expected") != std::string::npos);
-        for (const std::string& part : bad.parts) CHECK(result.err.find(part) != std::string::npos);
-    }
-    CHECK(names_in(folder.path()) == before);
+    for (const Refused& bad : all) require_refused(folder, bad.arguments, bad.parts);
     CHECK(names_in(folder.path() / "taken") == std::vector<std::string>{"STI.png"});
     CHECK(read_file(scene) == kSmallRoom);
 }

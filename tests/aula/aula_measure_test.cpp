@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "aula/audio/sound_file.h"
-#include "tests/support/program.h"
+#include "tests/aula/aula_program.h"
 #include "tests/support/small_scenes.h"
 
 namespace {
@@ -198,4 +198,22 @@ TEST_CASE("The options --position and --source-position set the positions of lis
     };
     REQUIRE(delay({"--position", "-3.432,0,0"}) == 960);
     REQUIRE(delay({"--source-position", "click=0,0,-6.864"}) == 960);
+}
+
+TEST_CASE("commands without sound do not need the sounds of a scene, those with sound do") {
+    const TemporaryFolder folder;
+    const std::string scene =
+        folder.write("room.json", with(kSmallRoom, "\"noise\"", "\"none.wav\""));
+    const std::string out = folder.path() / "out";
+    for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{
+             {"info", scene},
+             {scene, "--report=" + out + ".json", "--frames", "1", "--rays", "50"},
+             {"report", scene, "--html", out + ".html", "--frames", "1", "--rays", "50"},
+             {"map", scene, "--out", out, "--spacing", "4", "--frames", "1", "--rays", "50"}}) {
+        const ProgramResult result = aula_with(arguments);
+        INFO(result.err);
+        CHECK(result.status == 0);
+    }
+    require_refused(folder, {"check", scene}, {"/sources/0/signal: no such file"});
+    require_refused(folder, {scene, "--offline", out + ".wav"}, {"/sources/0/signal: no such"});
 }

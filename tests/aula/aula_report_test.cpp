@@ -6,16 +6,12 @@
 #include <regex>
 #include <thread>
 
-#include "tests/support/program.h"
+#include "tests/aula/aula_program.h"
 #include "tests/support/small_scenes.h"
 
 namespace {
 
 using namespace aula::test;
-
-std::string with(std::string text, const std::string& from, const std::string& to) {
-    return text.replace(text.find(from), from.size(), to);
-}
 
 std::size_t count_of(const std::string& text, const std::string& part) {
     std::size_t count = 0;
@@ -99,11 +95,7 @@ TEST_CASE("Bad options of a report are refused with one line and status 2") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kSmallRoom);
     const std::string out = folder.path() / "out.html";
-    struct Bad {
-        std::vector<std::string> arguments;
-        std::vector<std::string> parts;
-    };
-    const std::vector<Bad> all = {
+    const std::vector<Refused> all = {
         {{"report"}, {"SCENE"}},
         {{"report", scene}, {"--html"}},
         {{"report", scene, "--html", folder.path()}, {"is a directory"}},
@@ -120,18 +112,7 @@ TEST_CASE("Bad options of a report are refused with one line and status 2") {
         {{scene, "--html", out}, {"--html", "aula report"}},
         {{"map", scene, "--out", out, "--receiver", "a=1,1,1"}, {"--receiver", "aula report"}},
     };
-    const auto before = names_in(folder.path());
-    for (const Bad& bad : all) {
-        std::vector<std::string> command{AULA_PROGRAM};
-        command.insert(command.end(), bad.arguments.begin(), bad.arguments.end());
-        const ProgramResult result = run_program(command);
-        INFO(result.err);
-        CHECK(result.status == 2);
-        CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
-        CHECK(result.err.find("expected") != std::string::npos);
-        for (const std::string& part : bad.parts) CHECK(result.err.find(part) != std::string::npos);
-    }
-    CHECK(names_in(folder.path()) == before);
+    for (const Refused& bad : all) require_refused(folder, bad.arguments, bad.parts);
 }
 
 TEST_CASE("An interrupted report leaves no file") {

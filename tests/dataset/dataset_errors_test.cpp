@@ -1,3 +1,5 @@
+#include <unistd.h>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 
@@ -147,7 +149,86 @@ TEST_CASE("a damaged plan is one line and exit status 2") {
     std::string other = lines;
     other.replace(other.find("\"version\": \""), 13, "\"version\": \"9");
     refuse("plan.jsonl", other);
-    CHECK(shard_names(out).empty());
+    // A digit of a position, in a line of the other shard and in one of its own.
+    for (const std::size_t line : {lines.find("\"scene\": 0"), lines.find("\"scene\": 2")}) {
+        std::string changed = lines;
+        const std::size_t digit = changed.find("\"position\": [", line) + 15;
+        changed[digit] = changed[digit] == '1' ? '2' : '1';
+        folder.write("out/plan.jsonl", changed);
+        const bool own = line == lines.find("\"scene\": 2");
+        const ProgramResult run = run_dataset({"run", out, "--shard", "1"});
+        CHECK(run.status == (own ? 2 : 0));
+        for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{
+                 {"status", out}, {"status", out, "--missing"}, {"merge", out, "--to", "wav"}})
+            require_refused(run_dataset(arguments), "plan.jsonl: is not what plan.json");
+        std::filesystem::remove(out / "shard-00001.tar");
+    }
+    CHECK(names_in(out) == std::vector<std::string>{"plan.json", "plan.jsonl"});
+}
+
+TEST_CASE("one changed byte of a shard is found by a merge and by status --verify") {
+    const TemporaryFolder folder;
+    const std::filesystem::path out = make_dataset(folder, box_manifest(2), "out", 2);
+    CHECK(require_dataset({"status", out, "--missing", "--verify"}).out.empty());
+    const std::string shard = read_file(out / "shard-00001.tar");
+    // A digit of the description of item 2, and a byte of the samples of item 3.
+    for (const std::size_t at : {shard.find("\"seed\": ") + 10, shard.rfind("data") + 400}) {
+        std::string changed = shard;
+        changed[at] = static_cast<char>(changed[at] ^ 1);
+        folder.write("out/shard-00001.tar", changed);
+        CHECK(require_dataset({"status", out, "--missing"}).out.empty());
+        CHECK(require_dataset({"status", out, "--missing", "--verify"}).out == "1\n");
+        const std::string status = require_dataset({"status", out, "--verify"}).out;
+        CHECK(status.find("1 of 2 shards complete\n2 of 4 items") == 0);
+        CHECK(status.find("shard-00001.tar: item ") != std::string::npos);
+        for (const char* const format : {"wav", "hdf5", "sofa"})
+            require_refused(run_dataset({"merge", out, "--to", format}), "shard-00001.tar: item ");
+    }
+    CHECK(names_in(out) == std::vector<std::string>{"plan.json", "plan.jsonl", "shard-00000.tar",
+                                                    "shard-00001.tar"});
+}
+
+TEST_CASE("a plan says how many scenes have no positions") {
+    const TemporaryFolder folder;
+    std::string manifest = box_manifest(3);
+    manifest.replace(
+        manifest.find("\"rooms\": ["), 10,
+        R"("rooms": [{"count": 2, "box": {"size_m": [0.9, 3, 3], "walls": "wood"}}, )");
+    const std::string file = folder.write("manifest.json", manifest);
+    const std::vector<std::string> plan{"plan",     file, "--out", folder.path() / "out",
+                                        "--shards", "1"};
+    // Also when the plan is there.
+    for (int i = 0; i < 2; ++i) {
+        const ProgramResult result = run_dataset(plan);
+        CHECK(result.status == 0);
+        CHECK(result.out.find("10 items in 5 scenes and 1 shard") == 0);
+        CHECK(result.err ==
+              "aula: warning: 2 of 5 scenes have no positions with the clearances: "
+              "no responses\n");
+    }
+}
+
+TEST_CASE("a folder that cannot be written is one line and exit status 2") {
+    const TemporaryFolder folder;
+    const std::filesystem::path out = make_dataset(folder, box_manifest(1), "out", 1);
+    const std::filesystem::path half = folder.path() / "half";
+    require_dataset({"plan", folder.path() / "manifest.json", "--out", half, "--shards", "1"});
+    std::filesystem::permissions(folder.path(), std::filesystem::perms(0755));
+    for (const auto& closed : {out, half})
+        std::filesystem::permissions(closed, std::filesystem::perms(0555));
+    // Root may write everywhere.
+    const std::vector<std::string> user{"setpriv", "--reuid=65534", "--clear-groups"};
+    const auto refused = [&](std::vector<std::string> command) {
+        command.insert(command.begin(), {AULA_PROGRAM, "dataset"});
+        if (geteuid() == 0) command.insert(command.begin(), user.begin(), user.end());
+        require_refused(run_program(command), "Permission denied");
+    };
+    for (const char* const format : {"wav", "hdf5", "sofa"})
+        refused({"merge", out, "--to", format});
+    refused({"run", half, "--shard", "0"});
+    refused({"slurm", out});
+    for (const auto& closed : {out, half})
+        std::filesystem::permissions(closed, std::filesystem::perms(0755));
 }
 
 TEST_CASE("a merge replaces an earlier merge only, and no file of others") {

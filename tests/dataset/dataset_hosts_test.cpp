@@ -145,6 +145,10 @@ echo "1$(wc -l < ')" + (folder.path() / "log").string() +
                                                        R"(');cluster"
 )");
     fs::permissions(sbatch, fs::perms::owner_all);
+    const fs::path squeue =
+        folder.write("squeue", "#!/bin/bash\ncat '" + (folder.path() / "queue").string() + "'\n");
+    fs::permissions(squeue, fs::perms::owner_all);
+    folder.write("queue", "");
     const std::string sweep = "PATH='" + folder.path().string() + "':$PATH bash '" +
                               folder.path().string() + "/it'\\''s out/slurm-sweep.sh' ";
     const auto submitted = [&](const std::string& arguments) {
@@ -177,6 +181,34 @@ echo "1$(wc -l < ')" + (folder.path() / "log").string() +
     const ProgramResult ended = run_program({"bash", "-c", sweep + again});
     CHECK(ended.status == 1);
     CHECK(ended.err == "no shard was completed in 3 rounds, missing: 2-2099\n");
+
+    // While a task or an earlier sweep is there, a sweep submits and removes nothing.
+    const std::string script = read_file(out / "slurm-array.sh");
+    const std::size_t name = script.find("--job-name=aula-dataset-") + 24;
+    const std::string key = script.substr(name, script.find('\n', name) - name);
+    CHECK(key.size() == 8);
+    folder.write("it's out/.aula-0123.part", "");
+    fs::remove(folder.path() / "log");
+    const auto run_as = [&](const std::string& job, const std::string& queue) {
+        folder.write("queue", queue);
+        return run_program({"bash", "-c", "SLURM_JOB_ID=" + job + " " + sweep});
+    };
+    for (const auto& [job, queue] : {std::pair<std::string, std::string>{
+                                         "30", "30 aula-sweep-" + key + "\n31 aula-dataset-" + key},
+                                     {"30", "29 aula-sweep-" + key},
+                                     {"", "31 aula-sweep-" + key}}) {
+        INFO(queue);
+        const ProgramResult result = run_as(job, queue);
+        CHECK(result.status == 0);
+        CHECK(result.out.find("works on this dataset; nothing is submitted") != std::string::npos);
+        CHECK(fs::exists(out / ".aula-0123.part"));
+        CHECK_FALSE(fs::exists(folder.path() / "log"));
+    }
+    // A later sweep gives way.
+    run_as("30", "30 aula-sweep-" + key + "\n31 aula-sweep-" + key);
+    CHECK_FALSE(fs::exists(out / ".aula-0123.part"));
+    CHECK(read_file(folder.path() / "log").find("--dependency=afterany:30:11:12:13 ") !=
+          std::string::npos);
 }
 
 // AULA_DATASET_KILLS tasks are killed, by default 2.
@@ -197,6 +229,8 @@ TEST_CASE("Slurm gives the merged bytes of one shard, with tasks that are killed
     REQUIRE(result.status == 0);
     WARN(result.out);
     CHECK(result.out.starts_with("killed " + kills + " cancelled 1 "));
+    CHECK(read_file(folder.path() / "second.txt").find("nothing is submitted") !=
+          std::string::npos);
     const fs::path one = plan_of(folder, "one", 1);
     run_shards(one, 1);
     CHECK(merged_sums(folder.path() / "slurm", "wav") == merged_sums(one, "wav"));

@@ -6,7 +6,9 @@ aula=$1 folder=$2 kills=$3
 out=$folder/slurm
 "$aula" dataset plan "$folder/manifest.json" --out "$out" --shards $((4 + kills)) --quiet
 "$aula" dataset slurm "$out" --limit 2 --time 00:10:00 --quiet
+# Twice, as by mistake: the second one ends.
 sbatch --output=/dev/null "$out/slurm-sweep.sh" > /dev/null
+sbatch --output="$folder/second.txt" "$out/slurm-sweep.sh" > /dev/null
 RANDOM=7
 killed=0
 cancelled=0
@@ -15,7 +17,7 @@ while [ -n "$(squeue -h)" ]; do
     mapfile -t tasks < <(pgrep -f "dataset run $out --shard" || true)
     [ "${#tasks[@]}" -gt 0 ] || continue
     if [ "$cancelled" = 0 ]; then
-        running=$(squeue -h -t R -n aula-dataset -o %i | head -n 1)
+        running=$(squeue -h -t R -o "%i %j" | awk "/ aula-dataset-/ {print \$1; exit}")
         if [ -n "$running" ]; then
             scancel "$running"
             cancelled=1

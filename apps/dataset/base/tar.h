@@ -33,6 +33,8 @@ class TarReader {
     TarReader(const TarReader&) = delete;
     TarReader& operator=(const TarReader&) = delete;
 
+    const std::filesystem::path& file() const { return file_; }
+
     /// The next member; empty at the end of the archive. Throws InputError if it is damaged.
     std::optional<TarMember> next();
 

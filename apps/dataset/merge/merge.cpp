@@ -139,6 +139,7 @@ std::optional<MergeFormat> merge_format(const std::string& name) {
 }
 
 bool merge_dataset(const Plan& plan, MergeFormat format, const std::function<bool()>& continues) {
+    check_scenes(plan);
     const MergeSizes sizes = measure_shards(plan, continues);
     MergedFolder folder(plan.folder / format_folder(format));
     const std::unique_ptr<MergeTarget> target = make_target(plan, format, sizes, folder);

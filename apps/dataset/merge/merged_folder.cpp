@@ -58,7 +58,10 @@ MergedFolder::MergedFolder(fs::path folder)
     std::error_code error;
     fs::remove_all(part_, error);
     if (!error) fs::create_directory(part_, error);
-    if (error) fail(part_, error);
+    if (error)
+        throw InputError(folder_.string(), "",
+                         "cannot be created, " + error.message() +
+                             "; expected a dataset's folder that can be written");
 }
 
 MergedFolder::~MergedFolder() {

@@ -10,7 +10,7 @@ namespace aula {
 /// SHA-256 of its files in SHA256SUMS. It replaces a folder that contains listed files only.
 class MergedFolder {
  public:
-    /// Throws Failure if it cannot be created, and InputError if it would replace other files.
+    /// Throws InputError if it cannot be created or would replace other files.
     explicit MergedFolder(std::filesystem::path folder);
     ~MergedFolder();
     MergedFolder(const MergedFolder&) = delete;

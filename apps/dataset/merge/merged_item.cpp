@@ -1,6 +1,7 @@
 #include "apps/dataset/merge/merged_item.h"
 
 #include <limits>
+#include <utility>
 #include <variant>
 
 #include "apps/dataset/base/wav_bytes.h"
@@ -35,9 +36,10 @@ std::vector<std::vector<float>> MergedItem::channels() const { return wav_channe
 
 MergedItem read_item(const TarReader& tar, const ItemMembers& members) {
     MergedItem item;
-    item.index = members.index;
-    item.json = tar.read(members.json);
-    item.wav = tar.read(members.wav.value());
+    Item read = read_intact_item(tar, members);
+    item.index = read.index;
+    item.json = std::move(read.json);
+    item.wav = std::move(read.wav);
     const JsonValue value = parse_json(item.json, members.json.name);
     const JsonReader json(value, members.json.name);
     item.scene = json.require("scene", kMember).unsigned_integer();

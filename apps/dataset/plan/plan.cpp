@@ -77,20 +77,25 @@ std::string settings_line(const Manifest& manifest) {
     return json_line(json_value(std::move(line)));
 }
 
+[[noreturn]] void fail_changed(const fs::path& file) {
+    throw InputError(file.string(), "",
+                     "is not what plan.json was made with; expected the scenes of that plan");
+}
+
 /// plan.json.
-std::string plan_text(const std::string& hash, const Manifest& manifest,
-                      const std::vector<ShardRange>& shards, std::uint64_t items) {
+std::string plan_text(const Plan& plan, const Manifest& manifest) {
     JsonValue::Array rows;
-    for (const ShardRange& shard : shards)
+    for (const ShardRange& shard : plan.shards)
         rows.push_back(
             json_value(JsonValue::Array{json_value(shard.first_scene), json_value(shard.first_item),
-                                        json_value(shard.offset)}));
+                                        json_value(shard.offset), json_value(shard.sha256)}));
     const fs::path folder = fs::absolute(manifest.file).parent_path().lexically_normal();
     return json_text(json_value(JsonValue::Object{{"aula_plan", json_value(std::uint64_t{1})},
-                                                  {"plan_sha256", json_value(hash)},
+                                                  {"plan_sha256", json_value(plan.sha256)},
                                                   {"manifest_folder", json_value(folder.string())},
-                                                  {"scenes", json_value(manifest.scenes())},
-                                                  {"items", json_value(items)},
+                                                  {"scenes", json_value(plan.scenes)},
+                                                  {"items", json_value(plan.items)},
+                                                  {"empty_scenes", json_value(plan.empty_scenes)},
                                                   {"shards", json_value(std::move(rows))}})) +
            "\n";
 }
@@ -129,27 +134,39 @@ bool write_plan(const Manifest& manifest, const fs::path& folder, std::size_t sh
                          std::to_string(scenes) + " scenes; expected at most one for each scene");
     NewFolder created(folder);
     OutputFile out(folder / kLines);
+    Plan plan;
+    plan.scenes = scenes;
     Sha256 hash;
-    std::uint64_t offset = 0;
-    const auto write = [&](const std::string& line) {
-        out.write(line + "\n");
-        hash.add(line + "\n");
-        offset += line.size() + 1;
-    };
-    write(settings_line(manifest));
-    std::vector<ShardRange> ranges;
+    const std::string settings = settings_line(manifest) + "\n";
+    out.write(settings);
+    hash.add(settings);
+    Sha256 shard_hash = hash;
+    const Sha256 hash_of_settings = hash;
+    std::uint64_t offset = settings.size();
     SceneDrawing drawing(manifest);
-    std::uint64_t item = 0;
     for (std::uint64_t index = 0; index < scenes; ++index) {
         if (!continues()) return false;
-        if (ranges.size() * scenes / shards == index)
-            ranges.push_back({.first_scene = index, .first_item = item, .offset = offset});
+        if (plan.shards.size() * scenes / shards == index) {
+            if (index > 0) plan.shards.back().sha256 = shard_hash.hex();
+            ShardRange& shard = plan.shards.emplace_back();
+            shard.first_scene = index;
+            shard.first_item = plan.items;
+            shard.offset = offset;
+            shard_hash = hash_of_settings;
+        }
         PlannedScene scene = drawing.draw(index);
-        scene.first_item = item;
-        item += scene.items;
-        write(scene_line(scene));
+        scene.first_item = plan.items;
+        plan.items += scene.items;
+        if (!scene.error.empty()) ++plan.empty_scenes;
+        const std::string line = scene_line(scene) + "\n";
+        out.write(line);
+        hash.add(line);
+        shard_hash.add(line);
+        offset += line.size();
     }
-    replace_plan(folder, out, plan_text(hash.hex(), manifest, ranges, item));
+    plan.shards.back().sha256 = shard_hash.hex();
+    plan.sha256 = hash.hex();
+    replace_plan(folder, out, plan_text(plan, manifest));
     created.keep();
     return true;
 }
@@ -164,14 +181,16 @@ Plan read_plan(const fs::path& folder) {
     plan.manifest_folder = json.require("manifest_folder", kExpected).string(kExpected);
     plan.scenes = json.require("scenes", kExpected).unsigned_integer();
     plan.items = json.require("items", kExpected).unsigned_integer();
+    plan.empty_scenes = json.require("empty_scenes", kExpected).unsigned_integer();
     for (const JsonReader& row : json.require("shards", kExpected).items(kExpected)) {
         const std::vector<JsonReader> numbers = row.items(kExpected);
-        if (numbers.size() != 3) row.fail(kExpected);
+        if (numbers.size() != 4) row.fail(kExpected);
         ShardRange shard{.first_scene = numbers[0].unsigned_integer(),
                          .end_scene = plan.scenes,
                          .first_item = numbers[1].unsigned_integer(),
                          .end_item = plan.items,
-                         .offset = numbers[2].unsigned_integer()};
+                         .offset = numbers[2].unsigned_integer(),
+                         .sha256 = numbers[3].string(kExpected)};
         if (!plan.shards.empty()) {
             ShardRange& previous = plan.shards.back();
             previous.end_scene = shard.first_scene;
@@ -195,19 +214,34 @@ Plan read_plan(const fs::path& folder) {
     return plan;
 }
 
+void check_scenes(const Plan& plan) {
+    const fs::path file = plan.folder / kLines;
+    std::ifstream stream(file, std::ios::binary);
+    Sha256 hash;
+    for (std::string line; std::getline(stream, line);) hash.add(line + "\n");
+    if (hash.hex() != plan.sha256) fail_changed(file);
+}
+
 PlanReader::PlanReader(const Plan& plan, const ShardRange& shard)
     : file_(plan.folder / kLines),
       stream_(file_, std::ios::binary),
       left_(shard.end_scene - shard.first_scene) {
-    stream_.seekg(static_cast<std::streamoff>(shard.offset));
+    Sha256 hash;
+    std::string line;
+    if (std::getline(stream_, line)) hash.add(line + "\n");
+    const auto first = static_cast<std::streamoff>(shard.offset);
+    stream_.seekg(first);
+    for (std::uint64_t i = 0; i < left_ && std::getline(stream_, line); ++i) hash.add(line + "\n");
+    if (hash.hex() != shard.sha256) fail_changed(file_);
+    stream_.clear();
+    stream_.seekg(first);
 }
 
 std::optional<PlannedScene> PlanReader::next() {
     if (left_ == 0) return std::nullopt;
     --left_;
     std::string line;
-    if (!std::getline(stream_, line))
-        throw InputError(file_.string(), "", std::string("ends too early; ") + kExpected);
+    if (!std::getline(stream_, line)) fail_changed(file_);
     return read_scene_line(line, file_.string());
 }
 

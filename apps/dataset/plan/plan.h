@@ -21,6 +21,7 @@ struct ShardRange {
     std::uint64_t first_item = 0;
     std::uint64_t end_item = 0;
     std::uint64_t offset = 0;  ///< of its first line in plan.jsonl, bytes
+    std::string sha256;        ///< of the line with the settings and its own lines
 };
 
 /// The plan of a dataset in its folder. plan.jsonl has a line with the settings and one for each
@@ -32,6 +33,7 @@ struct Plan {
     DatasetSettings settings;
     std::uint64_t scenes = 0;
     std::uint64_t items = 0;
+    std::uint64_t empty_scenes = 0;  ///< scenes without positions
     std::vector<ShardRange> shards;
 
     /// "shard-00003.tar" in the folder.
@@ -48,12 +50,17 @@ struct Plan {
 bool write_plan(const Manifest& manifest, const std::filesystem::path& folder, std::size_t shards,
                 const std::function<bool()>& continues);
 
-/// Reads the plan of a folder. Throws InputError, also for a plan of another version of Aula.
+/// Reads the plan of a folder, of plan.jsonl the settings only. Throws InputError, also for a plan
+/// of another version of Aula.
 Plan read_plan(const std::filesystem::path& folder);
+
+/// Reads all of plan.jsonl. Throws InputError if it is not the file that was planned.
+void check_scenes(const Plan& plan);
 
 /// Reads the scenes of a shard in their order.
 class PlanReader {
  public:
+    /// Throws InputError if the lines of the shard are not those that were planned.
     PlanReader(const Plan& plan, const ShardRange& shard);
 
     /// The next scene; empty at the shard's end. Throws InputError.

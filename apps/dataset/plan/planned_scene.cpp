@@ -116,8 +116,8 @@ std::shared_ptr<const SceneFiles::File> SceneFiles::read(const std::string& name
     const auto found = files_.find(name);
     if (found != files_.end()) return found->second;
     if (files_.size() == kKeptFiles) files_.clear();
-    File file{load_scene(folder_ / name).scene, {}};
-    // Sources are replaced; their files may have other paths elsewhere.
+    // Sources are replaced; their files may be absent or have other paths elsewhere.
+    File file{load_scene(folder_ / name, SignalFiles::optional).scene, {}};
     file.scene.sources.clear();
     file.sha256 = scene_hash(file.scene);
     return files_[name] = std::make_shared<const File>(std::move(file));

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "apps/dataset/base/json_values.h"
+#include "apps/dataset/base/sha256.h"
 #include "apps/dataset/base/wav_bytes.h"
 #include "apps/session/base/json_text.h"
 #include "aula/exception.h"
@@ -30,7 +31,7 @@ Item failed_item(const Plan& plan, const PlannedScene& planned, std::uint64_t in
                  const std::string& reason) {
     JsonValue::Object json = description(plan, planned, index);
     json.push_back({"error", json_value(reason)});
-    return {index, json_line(json_value(std::move(json))) + "\n", {}};
+    return {index, sealed_json(std::move(json), {}), {}};
 }
 
 /// Values of the octave bands from 63 Hz to 8 kHz; null where the decay is not sufficient.
@@ -123,13 +124,35 @@ std::vector<Item> items_of(const Plan& plan, const PlannedScene& planned, const 
         json.push_back({"channels", json_value(std::uint64_t{channels.size()})});
         json.push_back({"samples", json_value(std::uint64_t{channels[0].size()})});
         results.describe(json);
-        items.push_back({i, json_line(json_value(std::move(json))) + "\n",
-                         wav_bytes(channels, settings.sample_rate_hz)});
+        std::string wav = wav_bytes(channels, settings.sample_rate_hz);
+        std::string line = sealed_json(std::move(json), wav);
+        items.push_back({i, std::move(line), std::move(wav)});
     }
     return items;
 }
 
+/// The end of an item's description.
+std::string seal(const std::string& text, const std::string& wav) {
+    Sha256 hash;
+    hash.add(text);
+    hash.add(wav);
+    return ", \"item_sha256\": \"" + hash.hex() + "\"}\n";
+}
+
 }  // namespace
+
+std::string sealed_json(JsonValue::Object members, const std::string& wav) {
+    std::string text = json_line(json_value(std::move(members)));
+    text.pop_back();  // the brace
+    return text + seal(text, wav);
+}
+
+bool is_intact(const std::string& json, const std::string& wav) {
+    static const std::size_t length = seal({}, {}).size();
+    if (json.size() < length) return false;
+    const std::string text = json.substr(0, json.size() - length);
+    return json == text + seal(text, wav);
+}
 
 std::optional<std::vector<Item>> compute_items(const Plan& plan, const PlannedScene& planned,
                                                SceneFiles& files,

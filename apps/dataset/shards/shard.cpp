@@ -8,7 +8,6 @@
 #include <thread>
 #include <utility>
 
-#include "apps/dataset/shards/item.h"
 #include "apps/session/base/output_file.h"
 #include "aula/exception.h"
 #include "engine/input/json_reader.h"
@@ -179,8 +178,19 @@ void visit_items(const Plan& plan, std::size_t shard,
         throw InputError(name, "", "has further items; expected a shard of the plan in its folder");
 }
 
+Item read_intact_item(const TarReader& tar, const ItemMembers& members) {
+    Item item{members.index, tar.read(members.json), {}};
+    if (members.wav) item.wav = tar.read(*members.wav);
+    if (!is_intact(item.json, item.wav))
+        throw InputError(tar.file().string(), "",
+                         "item " + std::to_string(item.index) +
+                             " is damaged; expected the bytes of aula dataset run (delete the "
+                             "shard and compute it again)");
+    return item;
+}
+
 std::string item_error(const TarReader& tar, const ItemMembers& item) {
-    const JsonValue value = parse_json(tar.read(item.json), item.json.name);
+    const JsonValue value = parse_json(read_intact_item(tar, item).json, item.json.name);
     return JsonReader(value, item.json.name).require("error", "an error").string("an error");
 }
 

@@ -8,6 +8,7 @@
 
 #include "apps/dataset/base/tar.h"
 #include "apps/dataset/plan/plan.h"
+#include "apps/dataset/shards/item.h"
 
 namespace aula {
 
@@ -28,6 +29,9 @@ struct ItemMembers {
 /// is missing or damaged, or belongs to another plan.
 void visit_items(const Plan& plan, std::size_t shard,
                  const std::function<void(const TarReader&, const ItemMembers&)>& visit);
+
+/// Reads an item of a shard. Throws InputError if its bytes are not those that were written.
+Item read_intact_item(const TarReader& tar, const ItemMembers& members);
 
 /// Why an item of a shard has no response. Throws InputError.
 std::string item_error(const TarReader& tar, const ItemMembers& item);

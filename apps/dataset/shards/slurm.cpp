@@ -1,5 +1,6 @@
 #include "apps/dataset/shards/slurm.h"
 
+#include "apps/dataset/base/sha256.h"
 #include "apps/session/base/output_file.h"
 
 namespace aula {
@@ -42,6 +43,17 @@ before=${2:-}
 set -euo pipefail
 cd "$dataset"
 mkdir -p slurm-logs
+
+# Only one sweep at a time: others end while a task is queued or runs, or an earlier sweep runs.
+me=${SLURM_JOB_ID:-}
+jobs=$(squeue -h -t PENDING,RUNNING,SUSPENDED -n "$tasks,$sweep" -o "%A %j")
+while read -r id name; do
+    if [ -z "$id" ] || [ "$id" = "$me" ]; then continue; fi
+    if [ "$name" = "$tasks" ] || [ -z "$me" ] || [ "$id" -lt "$me" ]; then
+        echo "job $id works on this dataset; nothing is submitted"
+        exit 0
+    fi
+done <<< "$jobs"
 rm -f .aula-*.part  # of killed tasks; no task runs now
 
 missing=$("$aula" dataset status . --missing)
@@ -77,7 +89,7 @@ for block in "${!indices[@]}"; do
         --export=ALL,AULA_FIRST_SHARD=$((block * 1000)) slurm-array.sh)
     arrays+=":${id%%;*}"
 done
-sbatch --dependency="afterany$arrays" --output=slurm-logs/sweep-%j.txt slurm-sweep.sh \
+sbatch --dependency="afterany${me:+:$me}$arrays" --output=slurm-logs/sweep-%j.txt slurm-sweep.sh \
     "$idle" "$now"
 )sh";
 
@@ -87,12 +99,17 @@ fs::path write_slurm_scripts(const Plan& plan, const SlurmOptions& options) {
     const fs::path folder = fs::canonical(plan.folder);
     const std::string variables = "\ndataset=" + shell_word(folder.string()) + "\naula=" +
                                   shell_word(fs::read_symlink("/proc/self/exe").string()) + "\n";
-    write_script(folder / "slurm-array.sh", directives("aula-dataset", options.cpus, options.time) +
+    // Names of jobs that belong to this folder only.
+    const std::string key = sha256(folder.string()).substr(0, 8);
+    const std::string tasks = "aula-dataset-" + key;
+    const std::string sweeps = "aula-sweep-" + key;
+    write_script(folder / "slurm-array.sh", directives(tasks, options.cpus, options.time) +
                                                 variables + kTask + " --threads " +
                                                 std::to_string(options.cpus) + "\n");
     const fs::path sweep = folder / "slurm-sweep.sh";
-    write_script(sweep, directives("aula-sweep", 1, "01:00:00") + variables +
-                            "limit=" + std::to_string(options.limit) + "\n" + kSweep);
+    write_script(sweep, directives(sweeps, 1, "01:00:00") + variables + "tasks=" + tasks +
+                            "\nsweep=" + sweeps + "\nlimit=" + std::to_string(options.limit) +
+                            "\n" + kSweep);
     return sweep;
 }
 

@@ -5,20 +5,26 @@
 
 namespace aula {
 
-DatasetStatus dataset_status(const Plan& plan, const std::function<bool()>& continues) {
+DatasetStatus dataset_status(const Plan& plan, bool verifies,
+                             const std::function<bool()>& continues) {
+    check_scenes(plan);
     DatasetStatus status;
     for (std::size_t shard = 0; shard < plan.shards.size() && continues(); ++shard) {
         DatasetStatus found;
         try {
             visit_items(plan, shard, [&](const TarReader& tar, const ItemMembers& item) {
+                if (!continues()) return;
+                if (verifies) read_intact_item(tar, item);
                 if (item.wav)
                     ++found.responses;
                 else
                     found.failures.push_back("item " + std::to_string(item.index) + ": " +
                                              item_error(tar, item));
             });
-        } catch (const InputError&) {
+        } catch (const InputError& error) {
             status.missing.push_back(shard);
+            if (std::filesystem::exists(plan.shard_file(shard)))
+                status.damaged.emplace_back(error.what());
             continue;
         }
         status.responses += found.responses;

@@ -36,14 +36,19 @@ struct LoadedScene {
     std::shared_ptr<const JsonValue> json;
 };
 
+/// Whether the sound files of the sources have to exist. They are not read with the scene.
+enum class SignalFiles { required, optional };
+
 /// Reads a scene file (JSON with comments, docs/scene_format.md) with its meshes. File names in it
-/// are relative to its folder. Sound files are not read, but have to exist. Throws SceneErrors for
-/// wrong content, and InputError if the file cannot be read or is not valid JSON.
-LoadedScene load_scene(const std::filesystem::path& file);
+/// are relative to its folder. Throws SceneErrors for wrong content, and InputError if the file
+/// cannot be read or is not valid JSON.
+LoadedScene load_scene(const std::filesystem::path& file,
+                       SignalFiles signals = SignalFiles::required);
 
 /// Reads a scene from the text of a scene file, as load_scene(). `name` stands for the file in
 /// messages. File names in the text are relative to `folder`.
 LoadedScene parse_scene(const std::string& text, const std::string& name,
-                        const std::filesystem::path& folder);
+                        const std::filesystem::path& folder,
+                        SignalFiles signals = SignalFiles::required);
 
 }  // namespace aula
