@@ -31,6 +31,15 @@ constexpr auto kStill = std::chrono::seconds(1);
 
 constexpr auto kLongestWait = std::chrono::seconds(5);
 
+/// The present version; none if the file cannot be found.
+std::optional<FileVersion> version_of(const fs::path& file) {
+    std::error_code error;
+    FileVersion version{file, fs::last_write_time(file, error)};
+    if (!error) version.bytes = fs::file_size(file, error);
+    if (error) return std::nullopt;
+    return version;
+}
+
 }  // namespace
 
 GroupKey::GroupKey(const RoomFiles& files, int group_number)
@@ -38,9 +47,27 @@ GroupKey::GroupKey(const RoomFiles& files, int group_number)
     if (scene.empty()) return;
     std::error_code error;
     scene = fs::canonical(files.scene, error);
-    if (!error) written = fs::last_write_time(scene, error);
-    if (!error) bytes = fs::file_size(scene, error);
     if (error) throw InputError(files.scene.string() + ": " + error.message());
+}
+
+GroupKey GroupKey::with_versions(const Scene& read) const {
+    std::vector<fs::path> files;
+    if (!scene.empty()) files.push_back(scene);
+    for (const Object& object : read.objects)
+        files.insert(files.end(), object.files.begin(), object.files.end());
+    for (const Source& source : read.sources)
+        if (!source.directivity_file.empty()) files.push_back(source.directivity_file);
+    GroupKey key = *this;
+    for (const fs::path& file : files)
+        key.versions.push_back(version_of(file).value_or(FileVersion{file}));
+    return key;
+}
+
+bool GroupKey::matches(const GroupKey& room) const {
+    return scene == room.scene && seed == room.seed && group == room.group &&
+           std::all_of(room.versions.begin(), room.versions.end(), [](const FileVersion& version) {
+               return version_of(version.file) == version;
+           });
 }
 
 struct SharedRoom::Register {
@@ -87,24 +114,27 @@ std::shared_ptr<SharedRoom> SharedRoom::join(const GroupKey& key, const ControlV
     for (auto& [other_key, rooms] : present.rooms)
         std::erase_if(rooms, [](const auto& entry) { return entry.expired(); });
     std::erase_if(present.rooms, [](const auto& rooms) { return rooms.second.empty(); });
-    std::vector<std::weak_ptr<Entry>>& rooms = present.rooms[key];
-    for (const std::weak_ptr<Entry>& weak : rooms) {
-        const std::shared_ptr<Entry> entry = weak.lock();
-        if (!entry) continue;
-        const std::lock_guard entry_lock(entry->mutex);
-        auto room = entry->room.lock();
-        if (!room) continue;
-        alive.push_back(room);
-        const Vec3 place = SceneControls(room->scene_).listener_pose(values).position;
-        if (entry->open && entry->place == place) return room;
+    for (const auto& [other_key, rooms] : present.rooms) {
+        if (!key.matches(other_key)) continue;
+        for (const std::weak_ptr<Entry>& weak : rooms) {
+            const std::shared_ptr<Entry> entry = weak.lock();
+            if (!entry) continue;
+            const std::lock_guard entry_lock(entry->mutex);
+            auto room = entry->room.lock();
+            if (!room) continue;
+            alive.push_back(room);
+            const Vec3 place = SceneControls(room->scene_).listener_pose(values).position;
+            if (entry->open && entry->place == place) return room;
+        }
     }
     // All rooms of a group have the scene of the first one.
     Scene scene = alive.empty() ? load() : alive[0]->scene_;
+    const GroupKey versions = alive.empty() ? key.with_versions(scene) : alive[0]->key_;
     const Vec3 place = SceneControls(scene).listener_pose(values).position;
-    const std::shared_ptr<SharedRoom> room(new SharedRoom(key, std::move(scene), place));
+    const std::shared_ptr<SharedRoom> room(new SharedRoom(versions, std::move(scene), place));
     room->entry_->number = ++present.last_number;
     room->entry_->room = room;
-    rooms.push_back(room->entry_);
+    present.rooms[versions].push_back(room->entry_);
     return room;
 }
 

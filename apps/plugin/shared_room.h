@@ -21,17 +21,32 @@ namespace aula::plugin {
 
 class GroupVoice;
 
-/// What the instances of a group have in common: the scene file in its present version, the seed
-/// and the number of the group.
-struct GroupKey {
-    std::filesystem::path scene;  ///< empty: the default room
+/// A file as it was when a scene was read from it.
+struct FileVersion {
+    std::filesystem::path file;
     std::filesystem::file_time_type written{};
     std::uintmax_t bytes = 0;
+
+    auto operator<=>(const FileVersion&) const = default;
+};
+
+/// What the instances of a group have in common: the scene file, the seed and the number of the
+/// group; of a room also the versions of the files that its scene was read from.
+struct GroupKey {
+    std::filesystem::path scene;  ///< empty: the default room
     std::optional<std::uint64_t> seed;
     int group = 0;
+    std::vector<FileVersion> versions;
 
     /// Throws InputError if the scene's file cannot be found.
     GroupKey(const RoomFiles& files, int group);
+
+    /// This key with the present versions of the scene file, the meshes and the directivities.
+    GroupKey with_versions(const Scene& scene) const;
+
+    /// Whether the files are still as they were for `room`, a key of the same group.
+    bool matches(const GroupKey& room) const;
+
     auto operator<=>(const GroupKey&) const = default;
 };
 
@@ -42,8 +57,9 @@ struct GroupKey {
 class SharedRoom {
  public:
     /// The room of a group for an instance with these controls: the present one for the place of
-    /// its listener, or a new one. `load` returns the scene if the group has no room yet. The room
-    /// ends with its last owner. Throws what `load` throws, and InputError.
+    /// its listener, or a new one. `load` returns the scene if the group has no room yet, or only
+    /// rooms of other versions of its files. The room ends with its last owner. Throws what `load`
+    /// throws, and InputError.
     static std::shared_ptr<SharedRoom> join(const GroupKey& key, const ControlValues& values,
                                             const std::function<Scene()>& load);
 
@@ -101,7 +117,7 @@ class SharedRoom {
     std::vector<RigidTransform> objects_;
     Vec3 place_;
     int rays_ = 0;
-    int still_frames_ = 0;  ///< frames since the listener has moved
+    int still_frames_ = 0;                   ///< frames since the listener has moved
     FrameClock::Clock::time_point moved_{};  ///< when it has
     std::exception_ptr failure_;
     bool stop_ = false;

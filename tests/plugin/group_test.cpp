@@ -7,6 +7,7 @@
 #include <fstream>
 #include <memory>
 #include <random>
+#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -20,6 +21,7 @@ namespace {
 using namespace aula;
 using namespace aula::test;
 using plugin::Control;
+namespace fs = std::filesystem;
 
 /// A free field: a click arrives once.
 const char* const kFreeField = R"({"aula": 1,
@@ -237,6 +239,50 @@ TEST_CASE("Groups with different scenes do not mix, and a missing scene is the d
     CHECK(play_until({missing.get()},
                      [&] { return missing->received(kStatus).find(gone) != std::string::npos; }));
     CHECK(missing->received(kScene) == gone);
+}
+
+TEST_CASE("An instance that joins a group after a mesh has changed hears the new mesh") {
+    const TemporaryFolder folder;
+    const auto write_mesh = [&](float half_m, int box) {
+        std::ostringstream mesh;
+        for (int corner = 0; corner < 8; ++corner)
+            mesh << "v " << ((corner & 1) != 0 ? half_m : -half_m) << ' '
+                 << ((corner & 2) != 0 ? half_m : -half_m) << ' '
+                 << ((corner & 4) != 0 ? half_m : -half_m) << '\n';
+        for (const char* const face :
+             {"1 2 4 3", "5 6 8 7", "1 2 6 5", "3 4 8 7", "1 3 7 5", "2 4 8 6"})
+            mesh << "f " << face << '\n';
+        folder.write("room.obj", mesh.str());
+        // As an editor that writes it a while later does.
+        fs::last_write_time(folder.path() / "room.obj",
+                            fs::file_time_type::clock::now() + std::chrono::seconds(box));
+    };
+    const fs::path file = folder.write("room.json", R"({"aula": 1,
+        "geometry": [{"file": "room.obj", "material": "concrete"}],
+        "sources": [{"name": "s", "position": [1, 0, 0], "signal": "impulse"}],
+        "listener": {"position": [-1, 0, 0.5]}})");
+    const auto make = [&] {
+        auto host = make_host(1);
+        host->set(Control::quality, 0);
+        host->restore(state_with(file));
+        host->activate();
+        return host;
+    };
+    write_mesh(2, 0);
+    const auto small = make();
+    const int threads = thread_count();
+    const auto same = make();
+    CHECK(thread_count() == threads);
+    write_mesh(8, 1);
+    const auto large = make();
+    const std::vector<PluginHost*> all{small.get(), same.get(), large.get()};
+    play(all, std::chrono::milliseconds(500));
+    const float small_db = level_db(*small);
+    CHECK(level_db(*same) == Approx(small_db).margin(1));
+    CHECK(level_db(*large) < small_db - 6);
+    // The path is set again.
+    same->send_path(kScene, file);
+    CHECK(play_until(all, [&] { return level_db(*same) < small_db - 6; }));
 }
 
 TEST_CASE("Instances come and go in any order and on any thread while others play") {

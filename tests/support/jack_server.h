@@ -39,7 +39,6 @@ class JackServer {
     bool running() const { return running_; }
 
  private:
-    std::string name_;
     std::unique_ptr<ChildProcess> server_;
     bool running_ = false;
 };
