@@ -62,7 +62,7 @@ TEST_CASE("A grid fills a box, centred, at the height and with the spacing") {
     CHECK(one.receivers[0].position.x == Approx(3));
 }
 
-TEST_CASE("Receivers within a solid, above another or near a surface are left out") {
+TEST_CASE("Receivers inside a solid or within 0.1 m of a surface are left out") {
     Scene scene = room();
     // A pillar of 1 m that stands on the floor without a face below it, and a low bench.
     add_box(scene, {2, 1, 0}, {3, 2, 3});

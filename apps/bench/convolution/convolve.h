@@ -12,7 +12,7 @@ namespace aula::bench {
 struct ConvolutionSweep {
     std::vector<double> responses_s{1, 2, 4};
     std::vector<std::size_t> blocks{64, 128, 256, 512};
-    int rounds = 9;  ///< the best round's mean counts, and a block's median
+    int rounds = 9;  ///< of which the least mean and the median of each block count
 };
 
 /// CPU time of a block: the convolver in single precision and with a tail in half precision, with

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 using aula::WorkerPool;
@@ -16,6 +17,14 @@ TEST_CASE("a worker pool does every job once, with any number of threads") {
             for (const auto& times : done) CHECK(times == 1);
         }
     }
+}
+
+TEST_CASE("a worker pool has the given number of threads, the caller's included") {
+    for (const int threads : {1, 2, 5}) CHECK(WorkerPool(threads).threads() == threads);
+    // One thread is the caller's.
+    WorkerPool pool(1);
+    const auto caller = std::this_thread::get_id();
+    pool.run(100, [&](std::size_t) { CHECK(std::this_thread::get_id() == caller); });
 }
 
 TEST_CASE("an exception of a job reaches the caller, and the pool can be used again") {

@@ -1,11 +1,14 @@
 #include "engine/estimate/frame_view.h"
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <map>
 #include <numbers>
 #include <set>
+#include <utility>
 
 #include "aula/engine/propagation.h"
 #include "tests/support/test_scenes.h"
@@ -99,6 +102,7 @@ TEST_CASE(
         double sum = 0;
         for (const PatchEnergy& patch : propagation.patch_energies(0, begin_s, end_s)) {
             CHECK(glm::length(patch.cell.direction) == 1.0F);
+            CHECK(patch.energy.max() > 0);
             sum += static_cast<double>(patch.energy[4]) * cell_m2;
         }
         return sum;
@@ -115,6 +119,47 @@ TEST_CASE(
     other.step(input_of(scene));
     CHECK(other.patch_energies(0, 0, 1).empty());
     CHECK(other.patch_size_m() == 0);
+}
+
+TEST_CASE("The energies of the sides of a moving panel add up to those of the patches without it") {
+    // A leaf perpendicular to the wall x = 0, in one plane with the source: it casts no shadow. It
+    // divides patches of the wall by 1 : 4.
+    const auto energies_by_cell = [](bool has_leaf) {
+        Scene scene = test::small_room();
+        scene.simulation.order = 1;
+        scene.simulation.rays = 20000;
+        scene.sources[0].position.y = 2.1F;
+        if (has_leaf) {
+            Object leaf;
+            leaf.vertices = {{0.01F, 0, 0.5F}, {0.8F, 0, 0.5F}, {0.8F, 0, 2.5F}, {0.01F, 0, 2.5F}};
+            leaf.triangles = {{0, 1, 2}, {0, 2, 3}};
+            leaf.triangle_materials = {0, 0};
+            leaf.translation = {0, 2.1F, 0};
+            leaf.movable = true;
+            scene.objects.push_back(leaf);
+        }
+        Propagation propagation(scene, scene.simulation);
+        propagation.step(input_of(scene));
+        std::map<std::array<float, 3>, double> by_cell;  // of the wall x = 0
+        int rows = 0;
+        for (const PatchEnergy& patch : propagation.patch_energies(0, 0, 1)) {
+            if (std::abs(patch.cell.direction.x) < 0.5F || patch.cell.low.x > 0.1F) continue;
+            ++rows;
+            by_cell[{patch.cell.low.x, patch.cell.low.y, patch.cell.low.z}] +=
+                double{patch.energy[4]};
+        }
+        return std::pair(by_cell, rows);
+    };
+    const auto [without, cells] = energies_by_cell(false);
+    const auto [with, rows] = energies_by_cell(true);
+    CHECK(rows > cells);
+    REQUIRE(with.size() == without.size());
+    for (const auto& [low, energy] : without) {
+        CAPTURE(low[1], low[2]);
+        // Areas of sides are known by 256 samples of a patch, and a fifth of them is on one side.
+        REQUIRE(with.count(low) == 1);
+        CHECK(with.at(low) == Approx(energy).epsilon(0.1));
+    }
 }
 
 TEST_CASE("Edge lines are the edges of the scene, and paths around them bend at points on them") {

@@ -245,7 +245,7 @@ TEST_CASE("A cache that evicted valid frames is full until emitter or scene chan
     SegmentCache segments = window();
     run(segments, 0, kMax);
     CHECK_FALSE(segments.full());
-    // Of 20 segments and a window of 4 frames each more evicts the oldest one.
+    // Each frame after the 20 segments that the cache holds evicts the oldest one.
     run(segments, kMax, 1);
     CHECK(segments.full());
     segments.advance({kMax + 1, Vec3(0), 0});

@@ -93,6 +93,12 @@ TEST_CASE("a band that transmits more than it absorbs is refused with both numbe
         {"\"rays\": 1000", "\"transmission\": 1", "/simulation/transmission",
          "wrong type, a number; expected true or false"},
     });
+    // One number for all bands: the error is that of the band that absorbs least.
+    check({{R"([0.1,0.1,0.1,0.1,0.1,0.1,0.1,0.1], "scattering": 0.3)",
+            R"([0.5,0.4,0.2,0.1,0.2,0.4,0.5,0.6], "sound_reduction_db": 5)",
+            "/materials/plaster/sound_reduction_db",
+            "more than the absorption 0.1; expected at least 10.0 dB, or absorption of at least "
+            "0.32"}});
     // 0.1 and 10 dB are equal but for rounding.
     const TemporaryFolder folder;
     std::string valid = kValid;

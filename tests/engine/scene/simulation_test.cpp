@@ -53,4 +53,19 @@ TEST_CASE("a simulation with a value out of its range is refused") {
         change(simulation);
         CHECK_THROWS_AS(simulation.check(), aula::InputError);
     }
+    // The limits themselves are valid.
+    Simulation lowest;
+    lowest.rays = 1;
+    lowest.order = 0;
+    lowest.specular_order = 0;
+    lowest.diffraction_order = 0;
+    lowest.response_time_s = 0;
+    lowest.memory_mb = 1;
+    lowest.threads = 1;
+    CHECK_NOTHROW(lowest.check());
+    Simulation highest;
+    highest.specular_order = Simulation::kHighestSpecularOrder;
+    highest.diffraction_order = Simulation::kHighestDiffractionOrder;
+    highest.ir_length_s = 10.0F;
+    CHECK_NOTHROW(highest.check());
 }
