@@ -34,8 +34,7 @@ bool run() {
     if (mysofa_check(sofa.get()) != MYSOFA_OK) return answer(Verdict::other_kind);
     const std::size_t directions = sofa->M;
     const std::size_t samples = sofa->N;
-    if (directions < 4 || samples < 2 || sofa->R != 2 || sofa->C != 3)
-        return answer(Verdict::other_kind);
+    if (sofa->R != 2 || sofa->C != 3) return answer(Verdict::other_kind);
     if (directions > kMaxDirections || samples > kLongestResponse_samples ||
         2 * directions * samples > kMaxResponseSamples)
         return answer(Verdict::too_large);

@@ -30,6 +30,7 @@ TEST_CASE("The silent device requests blocks continuously and has no underruns")
     CHECK(device.meter().underruns() == 0);
     CHECK(device.meter().mean_load() > 0);
     CHECK(device.reconnects() == 0);
+    CHECK(device.info().latency_s == 0);
 }
 
 TEST_CASE("Each channel of the silent device has its own memory for a block") {

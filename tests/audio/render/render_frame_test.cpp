@@ -42,6 +42,16 @@ TEST_CASE("A crossfade ends before the next frame unless frames are shorter than
     }
 }
 
+TEST_CASE("Filters of more than 512 MiB have a tail in half precision") {
+    // In third order 64 sources have 16 channels each, a tap 4 bytes in either half of a window.
+    constexpr std::size_t kTaps = (512U << 20) / (2 * sizeof(float) * 64 * 16);
+    RendererConfig config = config_for(OutputFormat::toa, 64, kTaps);
+    config.response_samples -= RenderShape(config, nullptr).early_taps;
+    CHECK_FALSE(RenderShape(config, nullptr).reverberation.half_precision_tail);
+    ++config.response_samples;
+    CHECK(RenderShape(config, nullptr).reverberation.half_precision_tail);
+}
+
 TEST_CASE("Twelve reflections of all sources move, one to six of each source") {
     for (const auto& [sources, moving] : {std::pair(1, 6), std::pair(2, 6), std::pair(3, 4),
                                           std::pair(4, 3), std::pair(12, 1), std::pair(50, 1)}) {

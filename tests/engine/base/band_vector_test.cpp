@@ -26,6 +26,13 @@ TEST_CASE("band vectors have reproducible sums, to the bit, and right maxima") {
             CHECK(maxima[k] == whole[k].max());
             // Rounding cannot make a part larger than the whole.
             CHECK(less[k] <= sums[k]);
+            // The same, in each band of one vector.
+            const BandVector sum = sum_of_bands(wholes[k]);
+            const BandVector largest = max_of_bands(wholes[k]);
+            for (int b = 0; b < 8; ++b) {
+                CHECK(sum[b] == sums[k]);
+                CHECK(largest[b] == maxima[k]);
+            }
         }
     }
 }

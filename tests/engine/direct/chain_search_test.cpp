@@ -7,6 +7,7 @@
 #include <complex>
 #include <glm/geometric.hpp>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "tests/engine/edges/obstacles.h"
@@ -280,5 +281,9 @@ TEST_CASE("chains follow a walk, and equal walks have equal chains") {
         // A search that starts at this place finds as much.
         const auto fresh = Search(place, 2).frame({-3, 0, 0}, listener);
         CHECK(energy(paths, 3) == Approx(energy(fresh, 3)).epsilon(0.02));
+        std::set<std::uint32_t> edges;
+        for (const auto& chain : first.pair.chains) edges.insert(chain.begin(), chain.end());
+        CHECK(std::equal(edges.begin(), edges.end(), first.pair.edges.begin(),
+                         first.pair.edges.end()));
     }
 }

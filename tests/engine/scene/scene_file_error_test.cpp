@@ -175,6 +175,7 @@ TEST_CASE("numbers that JSON cannot represent are refused with their place") {
         {"[1, 1, 1]", "[1, NaN, 1]", "/sources/0/position/1", "NaN is not a JSON number"},
         {"[1, 1, 1]", "[1, 1, nan]", "/sources/0/position/2", "nan is not"},
         {"\"yaw_deg\": 180", "\"yaw_deg\": -Infinity", "/listener/yaw_deg", "-Infinity is not"},
+        {"\"yaw_deg\": 180", "\"yaw_deg\": inf", "/listener/yaw_deg", "inf is not a JSON number"},
         {"0.1,0.1,", "0.1,1e999,", "/materials/plaster/absorption/1", "1e999 is too large"},
         {"[1, 1, 1]", "[1e39, 1, 1]", "/sources/0/position/0", "1e+39 is out of range"},
     });

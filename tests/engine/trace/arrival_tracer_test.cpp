@@ -31,6 +31,23 @@ const Scene kBox = test::grey_room(test::box(Vec3(5, 4, 3)), 0.2F, 1, Vec3(1.2F,
 
 }  // namespace
 
+TEST_CASE("a batch that is cleared is empty") {
+    ArrivalBatch batch;
+    batch.segments.resize(1);
+    batch.segment_energies.resize(1);
+    batch.segment_identifiers.resize(1);
+    batch.departures.resize(1);
+    batch.arrivals.resize(1);
+    batch.segment_count = 1;
+    batch.clear();
+    CHECK(batch.segments.empty());
+    CHECK(batch.segment_energies.empty());
+    CHECK(batch.segment_identifiers.empty());
+    CHECK(batch.departures.empty());
+    CHECK(batch.arrivals.empty());
+    CHECK(batch.segment_count == 0);
+}
+
 TEST_CASE("energies of the orders of a Lambert box are the exact ones") {
     // Exact values at the point for rho = 1, in 1e-2 P/m2, and mean lengths in m.
     const double exact_energy[] = {2.5561, 3.4597, 3.8235, 4.0175, 4.1179, 4.1769};
