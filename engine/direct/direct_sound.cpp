@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <iterator>
 #include <map>
 #include <utility>
@@ -106,7 +107,8 @@ std::vector<SpecularPath> DirectSound::compute(const Vec3& source, const Vec3& l
     const auto chains = chains_.find(source, listener, memory.chains, attenuation_per_m, paths);
     paths.insert(paths.end(), chains.begin(), chains.end());
     chains_.join_rows(source, listener, memory.chains, attenuation_per_m, paths);
-    const Bands model = paths_.energy(paths);
+    const double straight_m = double{glm::distance(source, listener)};
+    const Bands model = paths_.limit(paths, straight_m, attenuation_per_m);
     if (!directivity.is_omnidirectional()) {
         for (EdgePath& path : paths) {
             const Bands factor = directivity.factor(path.departure);

@@ -193,7 +193,7 @@ bool EdgeChain::find_bends() {
         double moment = 0;
         for (std::size_t k = bend.first; k <= bend.last; ++k) {
             const double angle_rad = contacts_[k].bend_rad();
-            if (bend.first < bend.last && angle_rad < 0) return false;
+            if (bend.first < bend.last && angle_rad < kLeastTurn_rad) return false;
             bend.turn_rad += angle_rad;
             moment += angle_rad * contacts_[k].before_m;
         }

@@ -105,6 +105,11 @@ class EdgePaths {
     /// The mean energies of paths in the octaves, in 1/m2: those of all their taps.
     Bands energy(std::span<const EdgePath> paths) const;
 
+    /// Limits the fields of paths, the straight one first, where their mean energy exceeds those of
+    /// free field and of the strongest single edge by more than several paths can. Returns the mean
+    /// energies.
+    Bands limit(std::span<EdgePath> paths, double straight_m, const Bands& attenuation_per_m) const;
+
     /// Paths, the straight one first, as taps of the direct sound, whose energies add up: the
     /// primary tap, of id 0, first. It is the straight path or, in the shadow, the strong path of
     /// the smallest length. The fields of other paths are added to its field as far as they cohere

@@ -25,18 +25,13 @@ constexpr double kSameSide = 0.3;  // cosine of the angle between the middle of 
 constexpr double kNearest_m = 0.05;       // from an edge to an end of the path
 constexpr double kNearStraight_m = 0.01;  // of bends on the same straight path; it fades out
 constexpr double kOffStraight_m = 0.04;
-constexpr double kTouched_m = 1e-3;  // of an edge that a path touches, with or without a bend
-constexpr double kLift_m = 2e-3;     // of rays that would touch edges
+constexpr double kLift_m = 2e-3;  // of rays that would touch edges
 constexpr double kOnFace_rad = kPi / 180;
 constexpr double kSharpBend_rad = 0.1;
-constexpr double kMargin_m =
-    0.15;  // of candidates, for movements of both ends until the next search
-constexpr std::size_t kMaxMembers = 48;
-constexpr std::size_t kMaxRows = 8;
+constexpr double kBesideObstacle_m = 0.5;
 
-// Edges farther below the path than a detour of 0.16 m, v = 1 at 500 Hz, are independent, as are
-// edges whose ends are near the path. Their shares fade out before.
-constexpr double kLongestClearDetour_m = 0.16;
+// Edges below the path are independent towards the longest detour, as are edges whose ends are near
+// the path. Their shares fade out before.
 constexpr double kFade_m = 0.06;
 constexpr double kFromEnd_m = 0.3;
 constexpr double kLeastShare = 1e-3;
@@ -191,10 +186,53 @@ void EdgeRow::find_clearances(double along_m) {
     length_m_ = length_m;
 }
 
+/// The edges of obstacles around which the path bends although it can pass them on their other
+/// side, as columns: the chord between the bends beside such an obstacle is free near it.
+std::vector<std::uint32_t> EdgeRow::passed_below(const SceneEdges& edges) const {
+    EdgeRow joined = *this;
+    joined.find_obstacles(edges);
+    std::vector<std::uint32_t> passed;
+    for (const Obstacle& obstacle : joined.obstacles_) {
+        if (obstacle.knife.turn_rad <= kSharpBend_rad) continue;
+        glm::dvec3 last = source_;
+        glm::dvec3 next = listener_;
+        for (std::size_t i = 0; i < obstacle.first; ++i) {
+            if (members_[i].is_bend) last = members_[i].apex;
+        }
+        for (std::size_t i = members_.size(); i-- > obstacle.last + 1;) {
+            if (members_[i].is_bend) next = members_[i].apex;
+        }
+        const double length_m = glm::distance(last, next);
+        const glm::dvec3 ahead = (next - last) / length_m;
+        const auto on_chord = [&](std::size_t member, double off_m) {
+            const double at_m = glm::dot(members_[member].apex - last, ahead) + off_m;
+            return Vec3(last + ahead * std::clamp(at_m, kLift_m, length_m - kLift_m));
+        };
+        if (!edges.visible(on_chord(obstacle.first, -kBesideObstacle_m),
+                           on_chord(obstacle.last, kBesideObstacle_m))) {
+            continue;
+        }
+        for (std::size_t i = obstacle.first; i <= obstacle.last; ++i) {
+            passed.push_back(members_[i].edge);
+        }
+    }
+    return passed;
+}
+
 std::optional<EdgeRow> EdgeRow::over(const SceneEdges& edges, std::span<const std::uint32_t> row,
                                      const glm::dvec3& source, const glm::dvec3& listener) {
-    std::optional<EdgeRow> placed = place(edges, row, source, listener, 0);
-    if (!placed) return {};
+    std::vector<std::uint32_t> rest(row.begin(), row.end());
+    std::optional<EdgeRow> placed;
+    while (true) {
+        if (rest.size() < 2) return {};
+        placed = place(edges, rest, source, listener, 0);
+        if (!placed) return {};
+        const std::vector<std::uint32_t> passed = placed->passed_below(edges);
+        if (passed.empty()) break;
+        std::erase_if(rest, [&](std::uint32_t e) {
+            return std::find(passed.begin(), passed.end(), e) != passed.end();
+        });
+    }
     std::vector<Member>& members = placed->members_;
     for (Member& member : members) {
         member.share = smooth_step(member.inside_m / kFromEnd_m) *
@@ -236,56 +274,6 @@ void EdgeRow::find_obstacles(const SceneEdges& edges) {
         obstacle.knife.clearance_m =
             std::min(obstacle.knife.clearance_m, member.clearance_m / std::sqrt(member.share));
     }
-}
-
-std::vector<std::vector<std::uint32_t>> EdgeRow::candidates(const SceneEdges& edges,
-                                                            std::span<const std::uint32_t> near,
-                                                            const glm::dvec3& source,
-                                                            const glm::dvec3& listener) {
-    std::vector<std::vector<std::uint32_t>> rows;
-    std::vector<std::vector<std::uint32_t>> blocked;
-    std::vector<std::uint32_t> rest(near.begin(), near.end());
-    while (rest.size() > 1 && rows.size() < kMaxRows) {
-        auto placed = place(edges, rest, source, listener, kMargin_m);
-        std::vector<std::uint32_t> row;
-        if (placed) {
-            std::vector<Member>& members = placed->members_;
-            std::erase_if(members, [](const Member& member) {
-                return member.detour_m >= kLongestClearDetour_m + 2 * kMargin_m;
-            });
-            std::sort(members.begin(), members.end(), [](const Member& a, const Member& b) {
-                return std::tie(a.detour_m, a.edge) < std::tie(b.detour_m, b.edge);
-            });
-            members.resize(std::min(members.size(), kMaxMembers));
-            for (const Member& member : members) row.push_back(member.edge);
-        }
-        std::sort(row.begin(), row.end());
-        // Of a row whose path is blocked the edges that it touches are left out: others of
-        // its edges may form a row that the path passes.
-        const std::optional<EdgeRow> whole =
-            row.size() > 1 ? over(edges, row, source, listener) : std::nullopt;
-        const bool is_row = whole && whole->is_free(edges);
-        const std::uint32_t first = rest.front();
-        std::erase_if(rest, [&](std::uint32_t e) {
-            if (e == first) return true;
-            if (is_row) return std::binary_search(row.begin(), row.end(), e);
-            return placed && std::any_of(placed->members_.begin(), placed->members_.end(),
-                                         [&](const Member& m) {
-                                             return m.edge == e && m.inside_m > 0 &&
-                                                    m.clearance_m < kTouched_m;
-                                         });
-        });
-        if (row.size() > 1) (is_row ? rows : blocked).push_back(std::move(row));
-    }
-    // Blocked rows may be free before the next search.
-    for (std::vector<std::uint32_t>& row : blocked) {
-        const bool is_apart = std::none_of(rows.begin(), rows.end(), [&](const auto& other) {
-            return std::find_first_of(row.begin(), row.end(), other.begin(), other.end()) !=
-                   row.end();
-        });
-        if (is_apart && rows.size() < kMaxRows) rows.push_back(std::move(row));
-    }
-    return rows;
 }
 
 bool EdgeRow::is_free(const SceneEdges& edges) const {

@@ -73,9 +73,13 @@ class EdgeRow {
     static std::optional<EdgeRow> place(const SceneEdges& edges, std::span<const std::uint32_t> row,
                                         const glm::dvec3& source, const glm::dvec3& listener,
                                         double margin_m);
+    // Edges farther below the path than a detour of 0.16 m, v = 1 at 500 Hz, are independent.
+    static constexpr double kLongestClearDetour_m = 0.16;
+
     void find_bends();
     void find_clearances(double along_m);
     void find_obstacles(const SceneEdges& edges);
+    std::vector<std::uint32_t> passed_below(const SceneEdges& edges) const;
     double grazing_share() const;
     Bands levels_over_knife(const Obstacle& obstacle, const WedgeIntegral& integral,
                             const RayScene& scene, const SceneEdges& edges) const;

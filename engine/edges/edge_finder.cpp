@@ -30,7 +30,7 @@ constexpr double kShort_m = 0.1;
 constexpr double kLong_m = 0.25;
 constexpr std::size_t kFew = 2000;
 constexpr double kSmallObject_m = 0.3;
-constexpr double kCurvedBend_rad = 40 * kPi / 180;
+constexpr double kCurvedBend_rad = 46 * kPi / 180;
 constexpr double kCurvedFace_m = 1;
 constexpr double kNearlyParallel = 0.9;
 

@@ -2,6 +2,7 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <complex>
 #include <glm/geometric.hpp>
 #include <initializer_list>
 #include <numbers>
@@ -26,6 +27,7 @@ using aula::RandomStream;
 using aula::SpecularPath;
 using aula::Vec3;
 using aula::WedgeIntegral;
+using aula::test::bar;
 using aula::test::kFar_m;
 using aula::test::Place;
 using aula::test::prism;
@@ -67,9 +69,8 @@ std::vector<Object> row(int count, float distance_m, float top_m) {
     return screens;
 }
 
-/// Levels of the direct sound relative to free field.
-Levels levels_db(const Place& place, int order, const Vec3& source, const Vec3& listener) {
-    DirectSound direct_sound(place.rays, 343.2F, order);
+/// Levels of the first frame's direct sound relative to free field.
+Levels levels_db(DirectSound& direct_sound, const Vec3& source, const Vec3& listener) {
     PairMemory memory;
     direct_sound.begin_frame(false);
     direct_sound.search({&source, 1}, {&listener, 1}, {&memory, 1});
@@ -87,6 +88,11 @@ Levels levels_db(const Place& place, int order, const Vec3& source, const Vec3& 
     return levels;
 }
 
+Levels levels_db(const Place& place, int order, const Vec3& source, const Vec3& listener) {
+    DirectSound direct_sound(place.rays, 343.2F, order);
+    return levels_db(direct_sound, source, listener);
+}
+
 double largest_difference_db(const Levels& a, const Levels& b) {
     double largest = 0;
     for (std::size_t i = 0; i < kBandCount; ++i) largest = std::max(largest, std::abs(a[i] - b[i]));
@@ -94,6 +100,54 @@ double largest_difference_db(const Levels& a, const Levels& b) {
 }
 
 constexpr double kOrders_db = 1;
+
+/// An octagonal column of a church, 0.72 m from side to side.
+Object octagon(float x, float y) {
+    constexpr float kToSide_m = 0.36F;
+    const float half_side_m = kToSide_m * std::tan(std::numbers::pi_v<float> / 8);
+    std::vector<std::array<float, 2>> base;
+    for (int i = 0; i < 8; ++i) {
+        const float angle_rad = (static_cast<float>(i) - 0.5F) * std::numbers::pi_v<float> / 4;
+        const float radius_m = std::hypot(kToSide_m, half_side_m);
+        base.push_back({x + radius_m * std::cos(angle_rad), y + radius_m * std::sin(angle_rad)});
+    }
+    return prism(base);
+}
+
+/// Levels at the centres of octaves by boundary elements, a point source beside endless columns.
+struct ColumnCase {
+    Vec3 source;
+    Vec3 listener;
+    std::vector<double> level_db;
+};
+
+const std::vector<ColumnCase> kOneColumn{
+    {{-3, 0, 0}, {2, 0, 0}, {0.0, -0.4, -1.1, -2.2, -3.6, -5.7}},
+    {{-3, 0, 0}, {2, 0.6F, 0}, {-0.1, -0.7, -2.5, -7.1, -4.1, -6.6}},
+    {{-3, 0, 0}, {2, 1.5F, 0}, {-0.3, -1.5, -2.1, 1.5, 1.3, -1.5}},
+    {{-3, 1, 0}, {1, -0.2F, 0}, {-0.3, -0.7, -1.8, -4.0, -9.4, -15.7}},
+};
+
+// Five columns at x = 4, 8, .. 20 m, y = 4.6 m. The third listener sees the source.
+const std::vector<ColumnCase> kRowOfColumns{
+    {{26.8F, -1, 0}, {2, 5, 0}, {-0.1, -2.0, -3.5, -4.4}},
+    {{26.8F, -1, 0}, {1, 7, 0}, {0.0, -1.2, -3.8, -1.1}},
+    {{26.8F, -1, 0}, {5, 5, 0}, {1.6, -2.5, -2.3, -5.8}},
+    {{26.8F, -1, 0}, {16.2F, 7, 0}, {0.4, 0.9, -2.7, -4.8}},
+    {{26.8F, -1, 0}, {17.4F, 6.4F, 0}, {0.4, -0.1, -0.6, -1.6}},
+    {{26.8F, -1, 0}, {18, 5.8F, 0}, {-0.2, -0.2, 0.4, -2.6}},
+    {{26.8F, -1, 0}, {10, 5.4F, 0}, {-0.6, 2.0, -0.5, -6.6}},
+};
+
+/// The church, of one rigid material.
+Place church_place(Vec3& source) {
+    aula::Scene church = aula::load_scene(AULA_SOURCE_DIR "/scenes/church.json").scene;
+    for (Object& object : church.objects) {
+        std::fill(object.triangle_materials.begin(), object.triangle_materials.end(), 0);
+    }
+    source = church.sources.front().position;
+    return Place(church.objects);
+}
 
 }  // namespace
 
@@ -194,12 +248,8 @@ TEST_CASE("over rows of thin and thick screens both ends hear the same") {
 TEST_CASE("over the pews of a church the direct sound of a lit listener is not above free field") {
     // The straight path passes 11 pews half a metre above their tops, next to the end of an arch,
     // and the columns of an aisle.
-    aula::Scene church = aula::load_scene(AULA_SOURCE_DIR "/scenes/church.json").scene;
-    for (Object& object : church.objects) {
-        std::fill(object.triangle_materials.begin(), object.triangle_materials.end(), 0);
-    }
-    const Place place(church.objects);
-    const Vec3 source = church.sources.front().position;
+    Vec3 source;
+    const Place place = church_place(source);
     const Vec3 listener{0.6F, 6, 1.2F};
     REQUIRE(place.rays.visible(listener, source));
     Vec3 beside = listener;
@@ -305,4 +355,78 @@ TEST_CASE("an edge of a row fades out towards its end") {
         }
         CHECK(std::abs(at_end[b]) < std::abs(beyond[b]));
     }
+}
+
+TEST_CASE("behind octagonal columns the level is that of boundary elements") {
+    const Place one({octagon(0, 0)});
+    for (const ColumnCase& c : kOneColumn) {
+        const Levels levels = levels_db(one, 2, c.source, c.listener);
+        for (std::size_t b = 0; b < c.level_db.size(); ++b) {
+            CAPTURE(c.listener.x, c.listener.y, b);
+            CHECK(levels[b] == Approx(c.level_db[b]).margin(2.3));
+        }
+    }
+    std::vector<Object> columns;
+    for (const float x : {4.F, 8.F, 12.F, 16.F, 20.F}) columns.push_back(octagon(x, 4.6F));
+    const Place row_of_columns(columns);
+    double square = 0;
+    double square_wall = 0;
+    double count = 0;
+    const Place wall({bar(10, 0.36F)});
+    for (const ColumnCase& c : kRowOfColumns) {
+        const Levels levels = levels_db(row_of_columns, 2, c.source, c.listener);
+        // Companion: a wall from the first column to the last one.
+        const Vec3 from_middle{12, 4.6F, 0};
+        const Levels behind_wall =
+            levels_db(wall, 2, c.source - from_middle, c.listener - from_middle);
+        for (std::size_t b = 0; b < c.level_db.size(); ++b) {
+            CAPTURE(c.listener.x, c.listener.y, b);
+            CHECK(levels[b] == Approx(c.level_db[b]).margin(6));
+            square += std::pow(levels[b] - c.level_db[b], 2);
+            square_wall += std::pow(behind_wall[b] - c.level_db[b], 2);
+            ++count;
+        }
+    }
+    CHECK(std::sqrt(square / count) < 2.4);
+    CHECK(std::sqrt(square_wall / count) > 5);
+}
+
+TEST_CASE("in a church no place is louder than free field and the strongest edge allow") {
+    Vec3 source;
+    const Place place = church_place(source);
+    DirectSound direct_sound(place.rays, 343.2F, 2);
+    double loudest_db = -100;
+    double loudest_single_db = -100;
+    int unlit = 0;
+    std::vector<Vec3> listeners{{2, 5, 1.65F}, {1, 7, 1.65F}, {4.2F, -0.8F, 1.2F}};
+    for (int x = 0; x < 7; ++x) {
+        for (const float y : {-6.2F, -5.F, 5.2F, 6.4F}) {
+            listeners.emplace_back(0.6F + 1.8F * static_cast<float>(x), y, 1.2F);
+        }
+    }
+    for (const Vec3& listener : listeners) {
+        const bool is_lit = place.rays.visible(listener, source);
+        const Levels levels = levels_db(direct_sound, source, listener);
+        const double limit_db = is_lit ? 4.5 : 2.5;
+        ComplexBands sum{};
+        double strongest = 1;
+        for (const EdgePath& path : place.single_paths(source, listener)) {
+            const double distance_m = double{glm::distance(source, listener)};
+            for (std::size_t b = 0; b < kBandCount; ++b) {
+                sum[b] += path.field[b] * distance_m;
+                if (!path.edges.empty())
+                    strongest = std::max(strongest, std::abs(path.field[b]) * distance_m);
+            }
+        }
+        CAPTURE(listener.x, listener.y, is_lit);
+        const double level_db = *std::max_element(levels.begin(), levels.end());
+        CHECK(level_db < limit_db + 20 * std::log10(strongest) + 0.01);
+        if (is_lit) continue;
+        ++unlit;
+        loudest_db = std::max(loudest_db, levels[0]);
+        loudest_single_db = std::max(loudest_single_db, 20 * std::log10(std::abs(sum[0])));
+    }
+    CHECK(unlit > 10);
+    CHECK(loudest_db < 2.51);
+    CHECK(loudest_single_db > 4);  // companion
 }

@@ -1,0 +1,68 @@
+#include <algorithm>
+#include <optional>
+#include <tuple>
+
+#include "engine/direct/edge_row.h"
+
+namespace aula {
+
+namespace {
+
+constexpr double kTouched_m = 1e-3;  // of an edge that a path touches, with or without a bend
+constexpr double kMargin_m = 0.15;   // for movements of both ends until the next search
+constexpr std::size_t kMaxMembers = 48;
+constexpr std::size_t kMaxRows = 8;
+
+}  // namespace
+
+std::vector<std::vector<std::uint32_t>> EdgeRow::candidates(const SceneEdges& edges,
+                                                            std::span<const std::uint32_t> near,
+                                                            const glm::dvec3& source,
+                                                            const glm::dvec3& listener) {
+    std::vector<std::vector<std::uint32_t>> rows;
+    std::vector<std::vector<std::uint32_t>> blocked;
+    std::vector<std::uint32_t> rest(near.begin(), near.end());
+    while (rest.size() > 1 && rows.size() < kMaxRows) {
+        auto placed = place(edges, rest, source, listener, kMargin_m);
+        std::vector<std::uint32_t> row;
+        if (placed) {
+            std::vector<Member>& members = placed->members_;
+            std::erase_if(members, [](const Member& member) {
+                return member.detour_m >= kLongestClearDetour_m + 2 * kMargin_m;
+            });
+            std::sort(members.begin(), members.end(), [](const Member& a, const Member& b) {
+                return std::tie(a.detour_m, a.edge) < std::tie(b.detour_m, b.edge);
+            });
+            members.resize(std::min(members.size(), kMaxMembers));
+            for (const Member& member : members) row.push_back(member.edge);
+        }
+        std::sort(row.begin(), row.end());
+        // Of a row whose path is blocked the edges that it touches are left out: others of
+        // its edges may form a row that the path passes.
+        const std::optional<EdgeRow> whole =
+            row.size() > 1 ? over(edges, row, source, listener) : std::nullopt;
+        const bool is_row = whole && whole->is_free(edges);
+        const std::uint32_t first = rest.front();
+        std::erase_if(rest, [&](std::uint32_t e) {
+            if (e == first) return true;
+            if (is_row) return std::binary_search(row.begin(), row.end(), e);
+            return placed && std::any_of(placed->members_.begin(), placed->members_.end(),
+                                         [&](const Member& m) {
+                                             return m.edge == e && m.inside_m > 0 &&
+                                                    m.clearance_m < kTouched_m;
+                                         });
+        });
+        if (row.size() > 1) (is_row ? rows : blocked).push_back(std::move(row));
+    }
+    // Blocked rows may be free before the next search.
+    for (std::vector<std::uint32_t>& row : blocked) {
+        const bool is_apart = std::none_of(rows.begin(), rows.end(), [&](const auto& other) {
+            return std::find_first_of(row.begin(), row.end(), other.begin(), other.end()) !=
+                   row.end();
+        });
+        if (is_apart && rows.size() < kMaxRows) rows.push_back(std::move(row));
+    }
+    return rows;
+}
+
+}  // namespace aula
