@@ -239,9 +239,12 @@ class Options {
         constexpr double kHighest_m = 1e6;
         const std::string heights = "metres from -1e6 to 1e6";
         text("--height", [this, heights](const std::string& value) {
-            height_m_ = read_number("--height", value, -kHighest_m, kHighest_m, heights);
+            arguments_.map_height_m =
+                read_number("--height", value, -kHighest_m, kHighest_m, heights);
         });
-        real("--spacing", 1e6, "metres above 0", [this](double m) { spacing_m_ = m; });
+        real("--spacing", 1e6, "metres above 0",
+             [this](double m) { arguments_.map_spacing_m = m; });
+        app_.add_flag("--interaural", arguments_.map_interaural);
     }
 
     void add_positions() {
@@ -403,24 +406,21 @@ class Options {
     /// Takes the options of the commands `map` and `report`; refuses them for other commands.
     void read_documents(Arguments::Command word) {
         using Command = Arguments::Command;
-        const auto refuse = [&](Command owner, const char* command, bool given, const char* name) {
-            if (given && word != owner)
+        const auto refuse = [&](Command owner, const char* command, const char* name) {
+            if (word != owner && app_.get_option(name)->count() > 0)
                 throw InputError(std::string(name) + ": is used without " + command +
                                  "; expected aula " + command);
         };
-        refuse(Command::map, "map", out_.has_value(), "--out");
-        refuse(Command::map, "map", height_m_.has_value(), "--height");
-        refuse(Command::map, "map", spacing_m_.has_value(), "--spacing");
-        refuse(Command::report, "report", html_.has_value(), "--html");
-        refuse(Command::report, "report", !receivers_.empty(), "--receiver");
+        for (const char* const name : {"--out", "--height", "--spacing", "--interaural"})
+            refuse(Command::map, "map", name);
+        for (const char* const name : {"--html", "--receiver"})
+            refuse(Command::report, "report", name);
         if (word == Command::map || word == Command::report)
             refuse_options_of_sound(word == Command::map ? "map" : "report");
         if (word == Command::map) {
             if (!out_)
                 throw InputError("map: has no --out; expected --out and the name of a folder");
             arguments_.out = *out_;
-            arguments_.map_height_m = height_m_.value_or(arguments_.map_height_m);
-            arguments_.map_spacing_m = spacing_m_.value_or(arguments_.map_spacing_m);
         }
         if (word == Command::report) {
             if (!html_)
@@ -469,8 +469,6 @@ class Options {
     std::optional<std::filesystem::path> out_;
     std::optional<std::filesystem::path> html_;
     std::vector<std::string> receivers_;
-    std::optional<double> height_m_;
-    std::optional<double> spacing_m_;
     OscOptions osc_;
     bool no_window_ = false;
     bool after_given_ = false;

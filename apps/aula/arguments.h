@@ -51,6 +51,7 @@ struct Arguments {
     std::filesystem::path out;  ///< folder of Command::map
     double map_height_m = kMapHeight_m;
     double map_spacing_m = kMapSpacing_m;
+    bool map_interaural = false;           ///< true: maps of IACC, too
     std::filesystem::path html;            ///< output of Command::report
     std::vector<NamedReceiver> receivers;  ///< of Command::report; empty: the listener
     SessionOptions session;

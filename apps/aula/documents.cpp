@@ -49,11 +49,12 @@ bool write_maps(const Arguments& arguments, const ParameterMap& map, const Scene
     fs::create_directories(arguments.out, error);
     if (error) throw Failure(arguments.out.string() + ": cannot create: " + error.message());
     ProgressBar bar("drawing the maps", arguments.quiet);
+    const auto parameters = mapped_parameters(arguments.map_interaural);
     const double count =
-        static_cast<double>(scene.sources.size()) * static_cast<double>(kMappedParameters.size());
+        static_cast<double>(scene.sources.size()) * static_cast<double>(parameters.size());
     double done = 0;
     for (std::size_t s = 0; s < scene.sources.size(); ++s) {
-        for (const std::size_t parameter : kMappedParameters) {
+        for (const std::size_t parameter : parameters) {
             if (!bar(done++ / count)) return false;
             const auto [table, picture] = map_files(arguments, scene, s, parameter);
             write_file(table, map_csv(map, s, parameter));
@@ -113,7 +114,7 @@ int map_room(const Arguments& arguments) {
     const auto measurement = [&] {
         ProgressBar bar("measuring at " + std::to_string(grid.receivers.size()) + " receivers",
                         arguments.quiet);
-        return measure_map(scene, grid, arguments.frames, std::ref(bar));
+        return measure_map(scene, grid, arguments.frames, arguments.map_interaural, std::ref(bar));
     }();
     if (!measurement) return interrupted_status();
     warn(warnings_of(*measurement), arguments.quiet);

@@ -72,7 +72,7 @@ void check_not_replaced(const fs::path& output, const std::vector<fs::path>& inp
 void check_map(const Arguments& arguments, const Scene& scene,
                const std::vector<fs::path>& inputs) {
     for (std::size_t s = 0; s < scene.sources.size(); ++s) {
-        for (const std::size_t parameter : kMappedParameters) {
+        for (const std::size_t parameter : mapped_parameters(arguments.map_interaural)) {
             const auto [table, picture] = map_files(arguments, scene, s, parameter);
             for (const fs::path& file : {table, picture}) {
                 std::error_code error;

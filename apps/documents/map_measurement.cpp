@@ -14,11 +14,14 @@ constexpr int kMapFrames = 256;
 }  // namespace
 
 std::optional<Measurement> measure_map(const Scene& scene, const ReceiverGrid& grid,
-                                       std::optional<int> frames,
+                                       std::optional<int> frames, bool interaural,
                                        const std::function<bool(double done)>& progress) {
-    return measure(
-        scene, scene.sources, grid.receivers,
-        {.frames = frames, .limits = kMapLimits, .max_frames = kMapFrames, .progress = progress});
+    return measure(scene, scene.sources, grid.receivers,
+                   {.frames = frames,
+                    .limits = kMapLimits,
+                    .max_frames = kMapFrames,
+                    .interaural = interaural,
+                    .progress = progress});
 }
 
 }  // namespace aula

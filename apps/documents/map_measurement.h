@@ -13,10 +13,10 @@ inline constexpr double kMapHeight_m = 1.2;
 inline constexpr double kMapSpacing_m = 0.5;
 
 /// Measures all sources at the receivers of a map. Without `frames` until the standard errors are
-/// half of the just noticeable differences, or for 256 frames. Returns empty if `progress`, which
-/// receives the completed share, requested a stop.
+/// half of the just noticeable differences, or for 256 frames. `interaural` adds IACC. Returns
+/// empty if `progress`, which receives the completed share, requested a stop.
 std::optional<Measurement> measure_map(const Scene& scene, const ReceiverGrid& grid,
-                                       std::optional<int> frames,
+                                       std::optional<int> frames, bool interaural,
                                        const std::function<bool(double done)>& progress);
 
 }  // namespace aula

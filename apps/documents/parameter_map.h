@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 #include <string>
 
 #include "apps/documents/floor_plan.h"
@@ -11,9 +12,16 @@
 namespace aula {
 
 /// The parameters of maps, by their index in parameter_text(): all but those of IACC, which need
-/// binaural impulse responses.
+/// binaural impulse responses, and all.
 inline constexpr std::array<std::size_t, 12> kMappedParameters{0, 1, 2, 3, 4,  5,
                                                                6, 7, 8, 9, 10, 13};
+inline constexpr std::array<std::size_t, 14> kAllParameters{0, 1, 2, 3,  4,  5,  6,
+                                                            7, 8, 9, 10, 11, 12, 13};
+
+/// The parameters of maps with or without IACC.
+inline std::span<const std::size_t> mapped_parameters(bool interaural) {
+    return interaural ? std::span<const std::size_t>(kAllParameters) : kMappedParameters;
+}
 
 /// A map of a room: what its measurements were made of.
 struct ParameterMap {

@@ -68,6 +68,28 @@ TEST_CASE("A map has a picture and a table of each parameter, of the same bytes 
     }
 }
 
+TEST_CASE("A map with IACC has its pictures and tables, too") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const std::filesystem::path out = folder.path() / "maps";
+    mapped(scene, out,
+           {"--interaural", "--spacing", "2", "--frames", "2", "--rays", "50", "--threads", "2"});
+    CHECK(names_in(out).size() == 2 * kSymbols.size() + 4);
+    CHECK(std::filesystem::exists(out / "IACC_L.png"));
+    const auto rows = read_csv(out / "IACC_E.csv");
+    REQUIRE(rows.size() == 5);
+    for (std::size_t row = 1; row < rows.size(); ++row) {
+        REQUIRE(rows[row].size() == 21);
+        // At 63 Hz both ears hear the same; the single number is the mean of 500 to 2000 Hz.
+        CHECK(std::stod(rows[row][4]) > 0.9);
+        const double mean =
+            (std::stod(rows[row][7]) + std::stod(rows[row][8]) + std::stod(rows[row][9])) / 3;
+        CHECK(std::stod(rows[row][3]) == Approx(mean).epsilon(1e-5));
+        CHECK(mean < 0.95);
+        CHECK(std::stod(rows[row][12]) > 0);
+    }
+}
+
 TEST_CASE("Maps of several sources have their names, and must differ in them") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", two_sources("a/b"));
@@ -141,6 +163,7 @@ TEST_CASE("Bad options of a map are refused with one line and status 2, without 
         {{scene, "--height", "1"}, {"--height", "aula map"}},
         {{scene, "--out", out}, {"--out", "aula map"}},
         {{"info", scene, "--spacing", "1"}, {"--spacing", "aula map"}},
+        {{scene, "--interaural"}, {"--interaural", "aula map"}},
     };
     for (const Refused& bad : all) require_refused(folder, bad.arguments, bad.parts);
     CHECK(names_in(folder.path() / "taken") == std::vector<std::string>{"STI.png"});

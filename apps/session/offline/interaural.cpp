@@ -160,14 +160,26 @@ std::array<InterauralParameters, kBandCount> interaural_parameters(std::span<con
     return bands;
 }
 
-void add_interaural_parameters(Measurement& measurement) {
+bool add_interaural_parameters(Measurement& measurement,
+                               const std::function<bool(double done)>& progress) {
     const auto hrtf = load_hrtf({}, kSampleRate_hz);
     // All impulse responses share these while they exist.
     const auto carriers = make_noise_carriers(kSampleRate_hz, measurement.simulation.seed);
-    WorkerPool workers(measurement.simulation.threads.value_or(1));
-    workers.run(measurement.parameters.size(), [&](std::size_t pair) {
-        if (measurement.audible[pair]) add(measurement.parameters[pair], measurement, pair, hrtf);
-    });
+    const int threads = measurement.simulation.threads.value_or(1);
+    WorkerPool workers(threads);
+    const std::size_t pairs = measurement.parameters.size();
+    // A few pairs at a time, so that a stop is seen soon.
+    const std::size_t batch = 2 * static_cast<std::size_t>(threads);
+    for (std::size_t first = 0; first < pairs; first += batch) {
+        workers.run(std::min(batch, pairs - first), [&](std::size_t i) {
+            const std::size_t pair = first + i;
+            if (measurement.audible[pair])
+                add(measurement.parameters[pair], measurement, pair, hrtf);
+        });
+        const auto done = static_cast<double>(std::min(first + batch, pairs));
+        if (progress && !progress(done / static_cast<double>(pairs))) return false;
+    }
+    return true;
 }
 
 }  // namespace aula

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <optional>
 #include <span>
 
@@ -24,8 +25,10 @@ std::array<InterauralParameters, kBandCount> interaural_parameters(std::span<con
 
 /// Adds the interaural coefficients of all audible pairs to the parameters of a measurement. The
 /// head, MIT KEMAR, stands at the receiver and faces the source in the horizontal plane. Values are
-/// means over several noises of the reverberation, whose spread gives the standard errors. Throws
-/// InputError if the HRTF cannot be read.
-void add_interaural_parameters(Measurement& measurement);
+/// means over several noises of the reverberation, whose spread gives the standard errors.
+/// `progress` may be empty; it receives the completed share of this computation. Returns false if
+/// it requested a stop. Throws InputError if the HRTF cannot be read.
+bool add_interaural_parameters(Measurement& measurement,
+                               const std::function<bool(double done)>& progress);
 
 }  // namespace aula

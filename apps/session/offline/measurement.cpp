@@ -217,7 +217,7 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
         }
     }
     if (options.parameters) m.parameters = parameters_of(m, means, scene.speech);
-    if (options.interaural) add_interaural_parameters(m);
+    if (options.interaural && !add_interaural_parameters(m, options.progress)) return std::nullopt;
     return m;
 }
 

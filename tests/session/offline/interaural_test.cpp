@@ -119,3 +119,20 @@ TEST_CASE("a source in front is equal at both ears, reverberation is not") {
         CHECK_FALSE(open->parameters[0].octave(iacc_late, band).value);
     }
 }
+
+TEST_CASE("a stop is seen between the interaural coefficients of receivers") {
+    const Scene scene = test::small_room();
+    const std::vector<Pose> receivers(9, scene.listener.pose);
+    std::vector<double> shares;
+    const auto stopped = measure(scene, scene.sources, receivers,
+                                 {.frames = 1, .interaural = true, .progress = [&](double done) {
+                                      shares.push_back(done);
+                                      return shares.size() < 3;
+                                  }});
+    CHECK_FALSE(stopped);
+    // The frame, then two pairs of source and receiver at a time.
+    REQUIRE(shares.size() == 3);
+    CHECK(shares[0] == 1);
+    CHECK(shares[1] == Approx(2.0 / 9));
+    CHECK(shares[2] == Approx(4.0 / 9));
+}

@@ -94,7 +94,8 @@ struct MeasurementOptions {
     /// head, MIT KEMAR, faces the source. Their standard errors are those of the noise of the
     /// reverberation, not of the energy response. Otherwise they are empty.
     bool interaural = false;
-    /// Called after each frame with the completed share, 0..1; returns false to stop. Empty: none.
+    /// Called with the completed share, 0..1, of the frames and then of the interaural
+    /// coefficients; returns false to stop. Empty: none.
     std::function<bool(double done)> progress{};
 };
 
