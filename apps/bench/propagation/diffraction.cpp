@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -22,6 +23,7 @@ namespace {
 constexpr int kFrames = 60;
 constexpr double kWalk_m_s = 1.4;
 constexpr float kEar_m = 1.6F;
+constexpr double kBeforeMovement_s = 0.25;
 
 /// The listener in a frame: on its path, else a walk of up to 1 m towards the first source.
 Vec3 listener_at(const Scene& scene, double time_s) {
@@ -32,6 +34,23 @@ Vec3 listener_at(const Scene& scene, double time_s) {
     const float longest_m = std::min(1.0F, distance_m / 2);
     const auto walked_m = static_cast<float>(std::fmod(kWalk_m_s * time_s, double{2 * longest_m}));
     return from + offset / distance_m * std::min(walked_m, 2 * longest_m - walked_m);
+}
+
+/// The time of the first frame: shortly before the first object moves, if one does.
+double begin_s(const Scene& scene) {
+    std::optional<double> movement_s;
+    for (const Object& object : scene.objects) {
+        if (!object.path) continue;
+        const auto& points = object.path->points;
+        for (std::size_t i = 1; i < points.size(); ++i) {
+            const Pose& last = points[i - 1].pose;
+            const Pose& next = points[i].pose;
+            if (next.position == last.position && next.rotation() == last.rotation()) continue;
+            const double from_s = points[i - 1].time_s;
+            movement_s = std::min(movement_s.value_or(from_s), from_s);
+        }
+    }
+    return std::max(0.0, movement_s.value_or(0) - kBeforeMovement_s);
 }
 
 Row measure(const Subject& subject, const std::vector<Vec3>& sources) {
@@ -48,12 +67,13 @@ Row measure(const Subject& subject, const std::vector<Vec3>& sources) {
     const SceneEdges edges(rays);
     const double edges_s = watch.lap_s();
 
+    const double first_s = begin_s(subject.scene);
     double frames_s = 0;
     double diffraction_s = 0;
     double longest_s = 0;
     double paths = 0;
     for (int f = 0; f < kFrames; ++f) {
-        const double time_s = f / double{simulation.frame_rate_hz};
+        const double time_s = first_s + f / double{simulation.frame_rate_hz};
         const FrameInput input{time_s, sources, {listener_at(subject.scene, time_s)}};
         watch.lap_s();
         propagation.step(input);
