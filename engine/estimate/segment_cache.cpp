@@ -71,7 +71,7 @@ bool SegmentCache::holds(const Frame& frame) const {
 }
 
 void SegmentCache::forget_oldest() {
-    segment_caches_ -= frames_.front().sounds.size();
+    segment_count_ -= frames_.front().sounds.size();
     bytes_ -= frames_.front().memory_bytes();
     rays_ -= frames_.front().rays;
     frames_.pop_front();
@@ -91,12 +91,12 @@ void SegmentCache::add(std::span<const DepositBatch> batches, int rays) {
             frame.sounds.push_back(batch.segment_energies[i]);
         }
     }
-    segment_caches_ += frame.sounds.size();
+    segment_count_ += frame.sounds.size();
     bytes_ += frame.memory_bytes();
     rays_ += frame.rays;
     frames_.push_back(std::move(frame));
     while (frames_.size() > 1 &&
-           ((segment_caches_ > max_segments_ && frames_.size() > window_frames_) ||
+           ((segment_count_ > max_segments_ && frames_.size() > window_frames_) ||
             memory_bytes() > memory_bytes_)) {
         forget_oldest();
         evicted_ = true;

@@ -100,7 +100,7 @@ class SegmentCache {
     std::size_t memory_bytes_;
     State now_;
     std::deque<Frame> frames_;
-    std::size_t segment_caches_ = 0;
+    std::size_t segment_count_ = 0;
     std::size_t bytes_ = 0;
     std::uint64_t rays_ = 0;
     bool evicted_ = false;  ///< frames that were still valid have been evicted for newer ones

@@ -285,6 +285,27 @@ TEST_CASE("the rays stated in advance are those that a frame traces") {
     }
 }
 
+TEST_CASE("the number of segments that end in mirrors is limited for all sources together") {
+    // A smooth room without image sources, whose rays leave segments at each reflection.
+    const auto memory_mb = [](std::size_t sources) {
+        Scene scene = box_room(0.05F, 0);
+        scene.sources.resize(sources, scene.sources[0]);
+        Simulation simulation = with(scene, Estimator::patch, 0.4F);
+        simulation.response_time_s = 0;  // a window of one frame is kept in any case
+        simulation.rays = 400;
+        simulation.specular_order = 0;
+        simulation.memory_mb = 4096;
+        Propagation propagation(scene, simulation);
+        const FrameInput input{
+            0, std::vector(sources, scene.sources[0].position), {scene.listener.pose.position}};
+        for (int frame = 0; frame < 40; ++frame) propagation.step(input);
+        return 1e-6 * static_cast<double>(propagation.statistics().memory_bytes);
+    };
+    const double one = memory_mb(1);
+    CHECK(one > 4);                 // 65,536 segments of at least 64 bytes
+    CHECK(memory_mb(8) < 2 * one);  // each cache may exceed its share by a frame
+}
+
 TEST_CASE("after a jump of the listener the response is that of the new position immediately") {
     const Scene scene = box_room();
     Propagation propagation(scene, with(scene, Estimator::patch, 0.3F));
