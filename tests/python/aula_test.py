@@ -2,6 +2,7 @@
 
 import copy
 import gc
+import importlib.util
 import json
 import math
 import multiprocessing
@@ -520,6 +521,28 @@ class Documentation(unittest.TestCase):
         self.assertTrue(0 < error < 0.05 * t30)
         self.assertEqual(len(names["y"]), 2)
         self.assertGreater(np.abs(names["y"]).max(), 0)
+
+
+class Examples(unittest.TestCase):
+    def run_example(self, name, *arguments):
+        command = [sys.executable, SCENES.parent / "apps/examples" / name, *arguments]
+        return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
+
+    @unittest.skipUnless(importlib.util.find_spec("matplotlib"), "needs matplotlib")
+    def test_plot(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder, "room.png")
+            self.run_example("plot_room.py", file)
+            self.assertEqual(file.read_bytes()[:4], b"\x89PNG")
+
+    def test_training_set(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder, "set.npz")
+            printed = self.run_example("training_set.py", file, "2", "3")
+            with np.load(file) as written:
+                self.assertEqual(written["responses"].shape, (6, 16000))
+                self.assertEqual(written["t30"].shape, (6,))
+        self.assertRegex(printed, r"^6 responses .*\nstandard error of T30 at 1 kHz: [0-9.]+ %\n$")
 
 
 class Memory(unittest.TestCase):
