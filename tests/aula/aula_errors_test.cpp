@@ -273,7 +273,7 @@ TEST_CASE("A full disk is reported with status 1") {
     REQUIRE(result.err.rfind("aula: ", 0) == 0);
 }
 
-TEST_CASE("Words in place of the scene are commands; ./info opens a file of that name") {
+TEST_CASE("Words in place of the scene are commands, and ./info opens a file of that name") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kSmallRoom);
     const ProgramResult info = aula_with({"info", scene});
@@ -294,7 +294,7 @@ TEST_CASE("Words in place of the scene are commands; ./info opens a file of that
     CHECK(file.status == 0);
 }
 
-TEST_CASE("A material is printed with its curves; an unknown one is an error that names it") {
+TEST_CASE("A material is printed with its curves, and an unknown one is an error that names it") {
     const ProgramResult shown = aula_with({"materials", "show", "curtain"});
     CHECK(shown.status == 0);
     CHECK(shown.out.find("absorption") != std::string::npos);

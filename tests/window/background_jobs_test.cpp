@@ -54,7 +54,7 @@ TEST_CASE("A job runs on a thread and its last part on the thread that calls fin
     CHECK(errors.empty());
 }
 
-TEST_CASE("Exceptions of a job and of its last part are reported; other jobs complete") {
+TEST_CASE("Exceptions of a job and of its last part are reported, and other jobs complete") {
     BackgroundJobs jobs;
     bool completed = false;
     jobs.start("a", []() -> BackgroundJobs::LastPart { throw std::runtime_error("of the job"); });

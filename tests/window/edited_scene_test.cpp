@@ -33,7 +33,7 @@ float absorption(const EditedScene& edited) { return material_of(edited.scene(),
 
 }  // namespace
 
-TEST_CASE("An opened scene loops all signals; options of the command line apply") {
+TEST_CASE("An opened scene loops all signals, and options of the command line apply") {
     WindowOptions options;
     options.load = [](const std::filesystem::path&) {
         LoadedScene loaded;
@@ -82,7 +82,7 @@ TEST_CASE("A moved source is an undo step that leaves the scene unchanged") {
     CHECK(edited.version() == version);
 }
 
-TEST_CASE("Consecutive remote edits form one undo step; an edit by hand ends it") {
+TEST_CASE("Consecutive remote edits form one undo step, and an edit by hand ends it") {
     EditedScene edited(opened(small_room()));
     edited.edit_remotely(with_absorption(edited, 0.5F), {});
     edited.edit_remotely(with_absorption(edited, 0.6F), {});

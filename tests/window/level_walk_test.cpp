@@ -43,7 +43,7 @@ TEST_CASE("The levels of a walk are those of all direct paths, over the way walk
     CHECK(walk.points().back().level_db[0] == Approx(0).margin(1e-3));
 }
 
-TEST_CASE("A walk keeps its last metres; a jump and another source begin a new one") {
+TEST_CASE("A walk keeps its last metres, and a jump and another source begin a new one") {
     LevelWalk walk;
     for (std::uint64_t i = 0; i < 200; ++i) walk.add(view_at(i, 0.5F * static_cast<float>(i), 1));
     CHECK(walk.points().size() == 21);

@@ -63,7 +63,7 @@ TEST_CASE("A setting that cannot be played becomes the last one that played") {
     CHECK(settings.active().simulation.rays == 50);
 }
 
-TEST_CASE("Another scene begins with setting A; each setting keeps its ambisonic order") {
+TEST_CASE("Another scene begins with setting A, and each setting keeps its ambisonic order") {
     SettingComparison settings(with_rays(100), 1);
     settings.switch_active();
     settings.set(with_rays(200), 3);

@@ -50,7 +50,7 @@ TEST_CASE("A source plays a test signal, then its own again") {
     CHECK(played.samples(1, 8)[0] == 1);  // a unit impulse
 }
 
-TEST_CASE("A sound file is repeated; an unreadable one leaves the signal as it is") {
+TEST_CASE("A sound file is repeated, and an unreadable one leaves the signal as it is") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "ramp.wav";
     WavWriter writer(file, kRate_hz, 1, SampleFormat::float32);

@@ -54,7 +54,7 @@ std::pair<unsigned, unsigned> png_size(const std::string& file) {
 
 }  // namespace
 
-TEST_CASE("The window opens, plays and draws; it writes the screenshot only") {
+TEST_CASE("The window opens, plays and draws, and it writes the screenshot only") {
     if (run_program({"sh", "-c", "command -v Xvfb"}).status != 0) {
         WARN("skipped: Xvfb is not installed");
         return;

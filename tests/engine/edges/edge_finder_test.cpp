@@ -151,7 +151,7 @@ Object split(const Object& object, std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("a convex room has no edges inside; the wedges of its outside are its twelve edges") {
+TEST_CASE("a convex room has no edges inside, and the wedges of its outside are its twelve edges") {
     const auto edges = edges_of(aula::test::box({5, 4, 3}));
     CHECK(edges.size() == 12);
     CHECK(count_of(edges, 270) == 12);

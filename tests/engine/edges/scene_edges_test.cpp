@@ -59,7 +59,7 @@ TEST_CASE("a box on a floor has eight edges, one that floats has twelve") {
     CHECK(count(0.05F) == 4 + 12);
 }
 
-TEST_CASE("fixed objects close each other's edges; a movable object keeps all its edges") {
+TEST_CASE("fixed objects close each other's edges, and a movable object keeps all its edges") {
     const auto count = [](bool movable) {
         Object right = at(panel(2, 2), {2, 0, 0});
         right.movable = movable;

@@ -234,7 +234,7 @@ TEST_CASE("compressed and instanced triangles are refused by name") {
                Contains("EXT_mesh_gpu_instancing is not read"));
 }
 
-TEST_CASE("nodes of a glTF are a tree of any depth; text may be nested 100 deep") {
+TEST_CASE("nodes of a glTF are a tree of any depth, and text may be nested 100 deep") {
     const auto chain = [](std::size_t count) {
         Json json = square_gltf();
         json["nodes"] = Json::array();

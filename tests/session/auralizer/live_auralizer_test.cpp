@@ -120,7 +120,7 @@ TEST_CASE("A live auralizer that never starts ends") {
     CHECK(level(live) > 0.001F);
 }
 
-TEST_CASE("Poses carry the time at which they are set; those before the start do not count") {
+TEST_CASE("Poses carry the time at which they are set, and those before the start do not count") {
     LiveAuralizer live(test::free_field({1, 0, 0}), mono(), nullptr);
     live.room().set_listener(Pose{});
     live.compute_first(0);

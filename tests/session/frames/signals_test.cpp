@@ -94,7 +94,7 @@ TEST_CASE("The noises of two sources of a scene are independent") {
     REQUIRE(own / kCount != Approx(0).margin(margin));
 }
 
-TEST_CASE("Noise and a truncated sound begin abruptly; silence and an onset do not") {
+TEST_CASE("Noise and a truncated sound begin abruptly, and silence and an onset do not") {
     std::vector<float> wave(4800);
     std::vector<float> cut(4800);
     for (std::size_t i = 0; i < wave.size(); ++i) {

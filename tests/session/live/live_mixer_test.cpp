@@ -140,7 +140,7 @@ TEST_CASE("A scene begins anew even if another change replaces the one that shou
           }) != anew);
 }
 
-TEST_CASE("A signal that begins abruptly or continues fades in; an onset is unchanged") {
+TEST_CASE("A signal that begins abruptly or continues fades in, and an onset is unchanged") {
     struct Case {
         int start_block;
         bool anew;

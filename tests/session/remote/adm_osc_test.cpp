@@ -79,7 +79,7 @@ TEST_CASE("ADM-OSC: the region is that of the listener and the room, or as given
     CHECK(free.radius_m == 5);
 }
 
-TEST_CASE("ADM-OSC: x is to the right, y to the front, z up; azimuth to the left") {
+TEST_CASE("ADM-OSC: x is to the right, y to the front, z up, and azimuth to the left") {
     Objects objects({three_sources(), {.adm_origin = Vec3(1, 2, 3), .adm_radius_m = 4.0F}});
     const auto placed = [&](const std::string& parameter, const Arguments& arguments) {
         objects.send("/adm/obj/2/" + parameter, arguments);
