@@ -306,6 +306,41 @@ TEST_CASE("the number of segments that end in mirrors is limited for all sources
     CHECK(memory_mb(8) < 2 * one);  // each cache may exceed its share by a frame
 }
 
+TEST_CASE("of static pairs two are gathered in a frame, each after as many frames as any other") {
+    constexpr std::size_t kSources = 6;
+    Scene scene = box_room();
+    scene.sources.resize(kSources, scene.sources[0]);
+    Simulation simulation = with(scene, Estimator::patch, 0.2F);
+    simulation.rays = 100;
+    simulation.response_time_s = 0.1F;  // 3 frames
+    Propagation propagation(scene, simulation);
+    FrameInput input{0, {}, {scene.listener.pose.position}};
+    for (std::size_t s = 0; s < kSources; ++s)
+        input.sources.push_back(scene.sources[0].position +
+                                Vec3(0.1F * static_cast<float>(s), 0, 0));
+    for (int frame = 0; frame < 10; ++frame) propagation.step(input);
+    std::vector<double> last(kSources);
+    const auto changed = [&] {
+        std::vector<std::size_t> pairs;
+        for (std::size_t s = 0; s < kSources; ++s) {
+            const double now = total(propagation.response(s));
+            if (now != last[s]) pairs.push_back(s);
+            last[s] = now;
+        }
+        return pairs;
+    };
+    changed();
+    std::vector<std::size_t> all;
+    for (std::size_t frame = 0; frame < kSources / 2; ++frame) {
+        propagation.step(input);
+        const auto pairs = changed();
+        CHECK(pairs.size() == 2);
+        all.insert(all.end(), pairs.begin(), pairs.end());
+    }
+    std::sort(all.begin(), all.end());
+    CHECK(all == std::vector<std::size_t>{0, 1, 2, 3, 4, 5});
+}
+
 TEST_CASE("after a jump of the listener the response is that of the new position immediately") {
     const Scene scene = box_room();
     Propagation propagation(scene, with(scene, Estimator::patch, 0.3F));

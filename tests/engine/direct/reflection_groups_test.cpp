@@ -255,6 +255,25 @@ TEST_CASE("along a walk past the end of a reflecting wall no octave jumps") {
     CHECK(largest_of_images_db > 0.5);
 }
 
+TEST_CASE("an edge decides whether an image source is audible only between its ends") {
+    // The line from the image source passes the extension of the edge, 1 m beyond its end, where
+    // there is no wall; the edge alone would leave the image source in sight.
+    Place place(scene_of(half_plane()));
+    for (const float end : {-1.0F, 1.0F}) {
+        const Vec3 source(-0.15F, -0.26F, end * (kFar_m + 10));
+        const Vec3 listener(1.3495F, -2.34F, end * (kFar_m - 80));
+        CHECK(place.reflections(source, listener, false).empty());
+        const Vec3 image(source.x, -source.y, source.z);
+        const Levels level = level_db(place.reflections(source, listener, true),
+                                      double{glm::distance(image, listener)});
+        // At the corner of a wall a reflection has a quarter of its pressure, beyond it less.
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            CAPTURE(end, b);
+            CHECK(level[b] < -9);
+        }
+    }
+}
+
 TEST_CASE(
     "at the end of a wall the path of the reflection keeps its identity, delay and direction") {
     Place place(scene_of(half_plane()));

@@ -237,6 +237,8 @@ TEST_CASE("a binary STL is identified by its size even if it begins with \"solid
         header.resize(80, ' ');
         return header + bytes_of(count) + triangle + triangle;
     };
+    CHECK(aula::read_stl(file("made by", 1).substr(0, 134)).triangles.size() == 1);
+    CHECK_THAT(stl_error(file("made by", 0).substr(0, 84)), Contains("no triangle"));
     CHECK(aula::read_stl(file("solid wall", 2)).triangles.size() == 2);
     CHECK(aula::read_stl(file("made by", 2) + "extra").triangles.size() == 2);
     CHECK_THAT(stl_error(file("made by", 3)), Contains("184 bytes; expected 234"));

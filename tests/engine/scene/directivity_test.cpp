@@ -2,6 +2,7 @@
 
 #include <sys/stat.h>
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
@@ -261,6 +262,14 @@ TEST_CASE("a directivity is read from JSON, and each error in it has a place") {
     const double front = double{horn.factor({1, 0, 0})[0]};
     CHECK(front / double{horn.factor({0, 1, 0})[0]} == Approx(10));
     CHECK(front / double{horn.factor({-1, 0, 0})[7]} == Approx(100));
+    // Columns by azimuth: front, left, back, right.
+    const std::string four = "[[0,0,0,0],[0,3,6,9],[0,0,0,0]]";
+    const Directivity turned = load(begin + bands(four, four) + "}");
+    const std::array<Vec3, 4> columns{Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(-1, 0, 0), Vec3(0, -1, 0)};
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+        const float ratio = turned.factor(columns[c])[3] / turned.factor(columns[0])[3];
+        CHECK(10 * std::log10(double{ratio}) == Approx(3 * static_cast<double>(c)).margin(1e-4));
+    }
     const auto has = [&](const std::string& text, const std::string& part) {
         INFO(message(text));
         CHECK(message(text).find(file.string()) == 0);
