@@ -3,6 +3,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "aula/audio/realtime.h"
@@ -91,9 +92,10 @@ TEST_CASE("Sample by sample a static room sounds as in blocks") {
             const std::size_t length = 12000;
             const auto all = rendered(auralizer, length, {500}, noise_at);
             std::vector<float> undelayed;
-            for (std::size_t c = 0; c < channel_count(output); ++c)
-                undelayed.insert(undelayed.end(), all.begin() + (c * length + latency),
-                                 all.begin() + ((c + 1) * length - 256 + latency));
+            for (std::size_t c = 0; c < channel_count(output); ++c) {
+                const std::span channel(all.data() + c * length + latency, length - 256);
+                undelayed.insert(undelayed.end(), channel.begin(), channel.end());
+            }
             return undelayed;
         };
         const std::vector<float> blocks = play(false);
