@@ -119,7 +119,8 @@ TEST_CASE("Instances of a group share threads and memory") {
     std::vector<std::unique_ptr<PluginHost>> hosts;
     std::vector<PluginHost*> all;
     const auto add = [&] {
-        hosts.push_back(make_host(1));
+        hosts.push_back(
+            make_host(1, hosts.size() % 2 == 0 ? OutputFormat::binaural : OutputFormat::foa));
         hosts.back()->set(Control::source_y, 1 + 0.5F * static_cast<float>(hosts.size()));
         hosts.back()->activate();
         all.push_back(hosts.back().get());

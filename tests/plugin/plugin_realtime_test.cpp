@@ -61,6 +61,7 @@ TEST_CASE("In real time a plugin neither allocates, frees, locks nor writes whil
     CHECK(host.received(scene).empty());  // the default room again
     CHECK(is_audible);
     CHECK(violations.total() == 0);
+    if (!RealtimeTrap::available()) return;
     // The trap counts what the plugin does: a new room on the exact clock.
     host.set(Control::freewheel, 1);
     host.run(input, {600});

@@ -14,6 +14,7 @@ if preset then
     local instance = plugin:to_insert():plugin(0)
     assert(instance:load_preset(instance:preset_by_label(preset)))
     assert(ARDOUR.LuaAPI.set_processor_param(plugin, 9, -3)) -- gain_db
+    assert(ARDOUR.LuaAPI.set_processor_param(plugin, 14, 0)) -- quality
 else
     local _, points = ARDOUR.LuaAPI.plugin_automation(plugin, 0)
     points:add(Temporal.timepos_t(0), 6.5, false, true)

@@ -1,6 +1,6 @@
 -- Loads the session in SESSION with buffers of BUFFER samples, prints the plugin's ports, exports
--- SAMPLES samples to BUFFER_1.wav and BUFFER_2.wav in the folder FOLDER, saves the session and
--- closes it.
+-- SAMPLES samples to BUFFER_1.wav, ..., one for each of TAKES, in the folder FOLDER, saves the
+-- session and closes it.
 local buffer = os.getenv("BUFFER")
 AudioEngine:set_backend("None (Dummy)", "", ""):set_buffer_size(tonumber(buffer))
 local session = load_session(os.getenv("SESSION"), "session")
@@ -16,7 +16,7 @@ for channel = 0, 1 do
     local connected = output:connected() or output:connect("Master/audio_in " .. (channel + 1)) == 0
     assert(connected)
 end
-for take = 1, 2 do
+for take = 1, tonumber(os.getenv("TAKES")) do
     local export = session:simple_export()
     export:set_name(buffer .. "_" .. take)
     export:set_folder(os.getenv("FOLDER"))
