@@ -9,7 +9,7 @@
 #include "engine/base/band_vector.h"
 #include "engine/base/multiversion.h"
 #include "engine/base/sampling.h"
-#include "engine/estimate/shifted_histogram.h"
+#include "engine/base/shifted_histogram.h"
 #include "engine/rays/wall_crossing.h"
 #include "engine/trace/resampling.h"
 #include "engine/trace/transmitted_paths.h"

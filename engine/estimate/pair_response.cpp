@@ -5,13 +5,26 @@
 
 namespace aula {
 
+namespace {
+
+/// Beyond this movement in a frame a response has nothing to do with the one before.
+constexpr double kJump_m = 1;
+
+}  // namespace
+
+void PairResponse::begin_frame(double moved_m) {
+    moved_m_ = moved_m;
+    if (moved_m > kJump_m) follower_.restart();
+}
+
 void PairResponse::end_gather(std::uint64_t rays, bool is_current) {
-    const bool continues = !changed_ && is_current_ && is_current && weight_ > 0;
+    const bool continues = moved_m_ == 0 && is_current_ && is_current && weight_ > 0;
     is_current_ = is_current;
     if (!continues) {
         frames_ = 1;
         weight_ = static_cast<double>(rays);
         std::swap(mean_, gathered_);
+        follower_.follow(mean_, 1, moved_m_);
         return;
     }
     ++frames_;
@@ -24,12 +37,13 @@ void PairResponse::end_gather(std::uint64_t rays, bool is_current) {
         }
         mean_.intensity[k] += part * (gathered_.intensity[k] - mean_.intensity[k]);
     }
+    follower_.follow(mean_, frames_, 0);
 }
 
 void PairResponse::detect(const RayScene& scene, const SegmentCache& of_source,
                           const Receiver& at_listener, const SegmentCache& of_listener,
                           const Receiver& at_source, const OrientedDirectivity& directivity) {
-    const bool continues = !changed_ && segments_current_ && !detected_.full();
+    const bool continues = moved_m_ == 0 && segments_current_ && !detected_.full();
     segments_current_ = of_source.is_current() && of_listener.is_current();
     if (!continues) detected_.clear();
     const std::uint64_t rays = std::max(detected_.rays(), of_source.rays() + of_listener.rays());

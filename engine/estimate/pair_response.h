@@ -1,24 +1,27 @@
 #pragma once
 
 #include "aula/engine/energy_response.h"
+#include "engine/estimate/response_follower.h"
 #include "engine/estimate/segment_cache.h"
 #include "engine/trace/specular_sum.h"
 
 namespace aula {
 
-/// The response of one source at one listener since source, listener or scene last changed: the
-/// mean of the gathered responses, and the detections on the segments of both ends' rays.
-/// [propagation thread]
+/// The response of one source at one listener: at rest the mean of the gathered responses since
+/// source, listener or scene last changed, in motion that of a ResponseFollower; and the detections
+/// on the segments of both ends' rays. [propagation thread]
 class PairResponse {
  public:
-    explicit PairResponse(const EnergyResponse& silent)
-        : mean_(silent), gathered_(silent), detected_(silent) {}
+    /// `window_frames` >= 1: see ResponseFollower.
+    PairResponse(const EnergyResponse& silent, int window_frames)
+        : mean_(silent), gathered_(silent), follower_(silent, window_frames), detected_(silent) {}
 
-    /// Begins a frame. `changed`: source, listener or scene has moved since the last one.
-    void begin_frame(bool changed) { changed_ = changed; }
+    /// Begins a frame. `moved_m`: how far source, listener and scene have moved since the last one,
+    /// together.
+    void begin_frame(double moved_m);
 
     /// True if the mean holds at least `frames` frames, all since the last change.
-    bool holds(int frames) const { return !changed_ && is_current_ && frames_ >= frames; }
+    bool holds(int frames) const { return moved_m_ == 0 && is_current_ && frames_ >= frames; }
 
     /// Clears gathered().
     void begin_gather() { gathered_.clear_bins(); }
@@ -26,9 +29,10 @@ class PairResponse {
     /// The response to which this frame's gather is added.
     EnergyResponse& gathered() { return gathered_; }
 
-    /// Adds gathered() to the mean of all frames since the last change, weighted by the `rays` in
-    /// the caches, because early frames are noisier. Each frame alone is unbiased, hence so is the
-    /// mean. `is_current`: the caches hold nothing from before the last change.
+    /// Takes gathered(). At rest it is added to the mean of all frames since the last change,
+    /// weighted by the `rays` in the caches, because early frames are noisier. Each frame alone is
+    /// unbiased, hence so is the mean. `is_current`: the caches hold nothing from before the last
+    /// change.
     void end_gather(std::uint64_t rays, bool is_current);
 
     /// Detects the segments of each end's rays at the other end's receiver: those of the present
@@ -37,19 +41,20 @@ class PairResponse {
                 const SegmentCache& of_listener, const Receiver& at_source,
                 const OrientedDirectivity& directivity);
 
-    /// The mean of the gathered responses.
-    const EnergyResponse& mean() const { return mean_; }
+    /// The gathered response, with less noise than a single frame.
+    const EnergyResponse& response() const { return follower_.response(); }
 
     /// The sum of the detections.
     const SpecularSum& detected() const { return detected_; }
 
  private:
-    bool changed_ = false;
-    bool is_current_ = false;        ///< the mean holds nothing from before the last change
-    int frames_ = 0;                 ///< in the mean
-    double weight_ = 0;              ///< of the mean, in rays
-    EnergyResponse mean_;            ///< of the gathered responses
-    EnergyResponse gathered_;        ///< in the present frame
+    double moved_m_ = 0;       ///< since the last frame
+    bool is_current_ = false;  ///< the mean holds nothing from before the last change
+    int frames_ = 0;           ///< in the mean
+    double weight_ = 0;        ///< of the mean, in rays
+    EnergyResponse mean_;      ///< of the gathered responses
+    EnergyResponse gathered_;  ///< in the present frame
+    ResponseFollower follower_;
     bool segments_current_ = false;  ///< all segments of the last frame were valid for these
                                      ///< positions and this scene
     SpecularSum detected_;

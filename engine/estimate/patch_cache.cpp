@@ -15,9 +15,9 @@ namespace aula {
 namespace {
 
 /// A frame is valid while emitter and scene are within this share of the patch size of their
-/// positions in it. At 1.5 m/s, 30 frames a second and patches of 0.5 m this is four frames, which
-/// minimises the tracking error of a walking source.
-constexpr double kReach = 0.4;
+/// positions in it. At 1.5 m/s, 30 frames a second and patches of 0.5 m these are two frames: a
+/// pair's ResponseFollower averages over more of them where the response allows it.
+constexpr double kReach = 0.15;
 
 /// The previous frame is kept in any case, except after a jump.
 constexpr double kJump_m = 1;
@@ -28,7 +28,7 @@ constexpr std::size_t kClearing = 2;
 /// Number of frames that are kept when a static end or scene begins to move, at most. The sums then
 /// hold frames that are not logged and are rebuilt in one frame, whose cost this limits. A walk
 /// keeps as many, see kReach.
-constexpr std::size_t kKeptAtStart = 4;
+constexpr std::size_t kKeptAtStart = 2;
 
 constexpr std::size_t kAxes = RowPool::kAxes;
 constexpr std::size_t kPrefetchDistance = 28;  // deposits

@@ -107,7 +107,7 @@ void PatchPropagation::find_mirrors() {
 }
 
 PairResponse PatchPropagation::silent_pair() const {
-    return PairResponse(EnergyResponse::silent(bins_, speed_of_sound_m_s_));
+    return {EnergyResponse::silent(bins_, speed_of_sound_m_s_), window_frames_};
 }
 
 void PatchPropagation::restart() {
@@ -203,12 +203,15 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
             receivers_[id] = make_receiver(scene_, states[id].emitter, listener_radius_m_);
         }
     }
-    states_ = std::move(states);
-    directivities_ = frame.directivities;
+    const auto moved_m = [&](std::size_t id) {
+        return states_.empty() ? 0.0 : states[id].moved_m(states_[id]);
+    };
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
         const auto [source, listener] = ends(i);
-        pairs_[i].begin_frame(status_[source].changed || status_[listener].changed);
+        pairs_[i].begin_frame(moved_m(source) + moved_m(listener));
     }
+    states_ = std::move(states);
+    directivities_ = frame.directivities;
 }
 
 /// Number of batches that each emitter traces.
@@ -362,8 +365,8 @@ void PatchPropagation::update_pair(std::size_t i, bool gathered, const SpecularS
                     segment_caches_[listener], receivers_[source], directivities_[source]);
     }
     if (!gathered && !mirrors_) return;
-    response.energy = pair.mean().energy;
-    response.intensity = pair.mean().intensity;
+    response.energy = pair.response().energy;
+    response.intensity = pair.response().intensity;
     if (mirrors_) pair.detected().add_to(images, response);
 }
 

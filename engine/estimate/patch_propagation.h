@@ -126,8 +126,8 @@ class PatchPropagation final : public ResponseEstimator {
     GatherSettings gather_settings_;
 
     // [emitter], sources before listeners
-    std::vector<std::size_t> ids_;           // select the random numbers
-    std::shared_ptr<RowPool> row_pool_;      // of all caches
+    std::vector<std::size_t> ids_;       // select the random numbers
+    std::shared_ptr<RowPool> row_pool_;  // of all caches
     std::vector<PatchCache> caches_;
     std::vector<SegmentCache> segment_caches_;
     std::vector<EmitterStatus> status_;

@@ -49,7 +49,7 @@ std::vector<Vec3> walk(const Vec3& before, int frames) {
 
 }  // namespace
 
-TEST_CASE("from tau after a change on, nothing from before it remains, to the bit") {
+TEST_CASE("from tau after a change on, nothing from before it remains in the caches") {
     for (const float scattering : {1.0F, 0.5F}) {
         const Scene scene = room(scattering);
         const int window = scene.simulation.window_frames();
@@ -64,26 +64,34 @@ TEST_CASE("from tau after a change on, nothing from before it remains, to the bi
             const Vec3 there(2, 1.9F, 1.1F);
             const EnergyResponse a = run(here, window);
             const EnergyResponse b = run(there, window);
-            CHECK(a.energy == b.energy);
-            CHECK(a.intensity == b.intensity);
+            // To the bit in the early bins; later ones are smoothed.
+            const std::size_t early = a.bins.index(0.032);
+            CHECK(std::equal(a.energy.begin(), a.energy.begin() + early, b.energy.begin()));
+            CHECK(
+                std::equal(a.intensity.begin(), a.intensity.begin() + early, b.intensity.begin()));
             CHECK(a.total(0) > 0);
+            const double difference = std::abs(a.total(0) / b.total(0) - 1);
+            CHECK(difference < 0.03);
+            // The tracking signals fade by a twelfth in each frame, to 0.12 in four windows.
+            CHECK(std::abs(run(here, 5 * window).total(0) / run(there, 5 * window).total(0) - 1) <
+                  0.2 * std::max(difference, 0.01));
             // Companion: right after the change the history has an effect.
             CHECK(run(here, 1).energy != run(there, 1).energy);
         }
     }
 }
 
-TEST_CASE("when a source stops, nothing of its walk remains after tau") {
+TEST_CASE("when a source stops, nothing of its walk remains after tau and its mean") {
     const Scene scene = room();
     const auto run = [&](float y, int rest) {
         std::vector<Vec3> positions;
         for (int f = 0; f < 12; ++f)
             positions.emplace_back(1.5F + 0.04F * static_cast<float>(f), y, 1);
         for (int f = 0; f < rest; ++f) positions.emplace_back(2, 2, 1);
-        return after(scene, positions, true);
+        return after(scene, positions, false);
     };
     const int window = scene.simulation.window_frames();
-    CHECK(run(2, window).energy == run(1.9F, window).energy);
+    CHECK(run(2, 2 * window).energy == run(1.9F, 2 * window).energy);
     CHECK(run(2, 2).energy != run(1.9F, 2).energy);  // companion
 }
 
@@ -96,9 +104,9 @@ TEST_CASE("the response of a static source does not depend on earlier positions 
         simulation.seed = seed;
         Propagation propagation(scene, simulation);
         constexpr int kFrames = 20;
-        for (int f = 0; f <= kFrames; ++f) {
+        for (int f = 0; f <= kFrames + simulation.window_frames(); ++f) {
             FrameInput input = test::static_input(scene);
-            input.listeners[0] = here + static_cast<float>(kFrames - f) * step;
+            input.listeners[0] = here + static_cast<float>(std::max(0, kFrames - f)) * step;
             propagation.step(input);
         }
         return propagation.response(0);

@@ -14,7 +14,7 @@ constexpr double kLength_m = 3.5;
 
 /// Gathers one arrival of this energy from +x, with `rays` rays in the caches.
 void gather(PairResponse& pair, float energy, std::uint64_t rays, bool changed, bool is_current) {
-    pair.begin_frame(changed);
+    pair.begin_frame(changed ? 0.1 : 0);
     pair.begin_gather();
     pair.gathered().add(kLength_m, Bands::filled(energy), Vec3(8 * energy, 0, 0));
     pair.end_gather(rays, is_current);
@@ -22,13 +22,13 @@ void gather(PairResponse& pair, float energy, std::uint64_t rays, bool changed, 
 
 /// The mean energy per band; checks that energy and intensity have the same mean.
 double mean(const PairResponse& pair) {
-    const EnergyResponse& response = pair.mean();
+    const EnergyResponse& response = pair.response();
     const std::size_t bin = response.bins.index(kLength_m / double{response.speed_of_sound_m_s});
     CHECK(response.intensity[bin].x == Approx(response.energy[bin].sum()));
     return double{response.energy[bin][0]};
 }
 
-PairResponse silent_pair() { return PairResponse(EnergyResponse::silent(TimeBins(0.05))); }
+PairResponse silent_pair() { return PairResponse(EnergyResponse::silent(TimeBins(0.05)), 16); }
 
 }  // namespace
 
@@ -60,6 +60,6 @@ TEST_CASE("the mean of a pair restarts after a change, and while the caches hold
     gather(pair, 8, 1000, false, true);
     CHECK(mean(pair) == Approx(7));
     // A change invalidates the mean before the next gather.
-    pair.begin_frame(true);
+    pair.begin_frame(0.1);
     CHECK_FALSE(pair.holds(1));
 }

@@ -1,4 +1,4 @@
-#include "engine/estimate/shifted_histogram.h"
+#include "engine/base/shifted_histogram.h"
 
 #include <algorithm>
 #include <array>

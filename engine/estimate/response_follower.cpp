@@ -1,0 +1,87 @@
+#include "engine/estimate/response_follower.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace aula {
+
+namespace {
+
+/// Responses are smoothed from this time on. Before it, patterns of single reflections change while
+/// the energy of a group may not.
+constexpr double kBegin_s = 0.032;
+
+constexpr std::size_t kGroupBins = 16;
+
+/// Share of a new error in the smoothed ones.
+constexpr float kErrorShare = 1.0F / 12;
+
+}  // namespace
+
+ResponseFollower::ResponseFollower(const EnergyResponse& silent, int window_frames)
+    : most_frames_(std::min(window_frames, kMostFrames)), response_(silent) {
+    const TimeBins& bins = silent.bins;
+    const auto width_s = [&](std::size_t bin) { return bins.end_s(bin) - bins.begin_s(bin); };
+    for (std::size_t bin = bins.index(kBegin_s); bin < bins.count(); ++bin) {
+        const auto width_m = static_cast<float>(width_s(bin)) * silent.speed_of_sound_m_s;
+        if (groups_.empty() || bin - groups_.back().first_bin == kGroupBins ||
+            width_m > 1.5F * groups_.back().width_m) {
+            groups_.push_back({.first_bin = bin, .width_m = width_m});
+        }
+        groups_.back().end_bin = bin + 1;
+    }
+}
+
+void ResponseFollower::follow(const EnergyResponse& estimate, int frames, double moved_m) {
+    ++frames_;
+    approach(estimate, 0, groups_.empty() ? response_.bins.count() : groups_[0].first_bin, 1);
+    const float least =
+        static_cast<float>(frames) / static_cast<float>(std::min(frames_, most_frames_));
+    for (Group& group : groups_) {
+        const float error = relative_error(group, estimate, response_);
+        if (frames_ == 1) group.error = group.absolute_error = 0;
+        if (frames_ == 2) group.absolute_error = std::abs(error);
+        if (frames_ > 1) {
+            group.error += kErrorShare * (error - group.error);
+            group.absolute_error += kErrorShare * (std::abs(error) - group.absolute_error);
+        }
+        const float signal = group.absolute_error > 0 ? group.error / group.absolute_error : 0.0F;
+        // The lag of moving ends stays below a bin.
+        const float share =
+            std::max({signal * signal, least, static_cast<float>(moved_m) / group.width_m});
+        approach(estimate, group.first_bin, group.end_bin, share);
+    }
+}
+
+/// Energy of an estimate's group over that of the response, less one.
+float ResponseFollower::relative_error(const Group& group, const EnergyResponse& estimate,
+                                       const EnergyResponse& response) {
+    float difference = 0;
+    float all = 0;
+    for (std::size_t k = group.first_bin; k < group.end_bin; ++k) {
+        const float before = response.energy[k].sum();
+        difference += estimate.energy[k].sum() - before;
+        all += before;
+    }
+    if (all > 0) return std::min(difference / all, 1.0F);
+    return difference > 0 ? 1.0F : 0.0F;
+}
+
+/// Moves bins by a share of the way to an estimate.
+void ResponseFollower::approach(const EnergyResponse& estimate, std::size_t first_bin,
+                                std::size_t end_bin, float share) {
+    for (std::size_t k = first_bin; k < end_bin; ++k) {
+        if (share >= 1) {
+            response_.energy[k] = estimate.energy[k];
+            response_.intensity[k] = estimate.intensity[k];
+            continue;
+        }
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            float& energy = response_.energy[k][b];
+            energy += share * (estimate.energy[k][b] - energy);
+        }
+        response_.intensity[k] += share * (estimate.intensity[k] - response_.intensity[k]);
+    }
+}
+
+}  // namespace aula

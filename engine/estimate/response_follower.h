@@ -1,0 +1,55 @@
+#pragma once
+
+#include <vector>
+
+#include "aula/engine/energy_response.h"
+
+namespace aula {
+
+/// The response of a pair from one noisy and unbiased estimate in each frame.
+///
+/// Adaptive-response-rate exponential smoothing (Trigg & Leach 1967), in groups of bins: the share
+/// of the new estimate follows from the tracking signal, the smoothed error over the smoothed
+/// absolute error of the group's energy. Errors of one sign are a change, which is followed at
+/// once; errors of both signs are noise, which is averaged. The early bins, which change within
+/// centimetres, are those of the newest estimate. [propagation thread]
+class ResponseFollower {
+ public:
+    /// A response that does not change is the mean of 2 N - 1 frames, N = `window_frames` >= 1, or
+    /// kMostFrames if that is less.
+    ResponseFollower(const EnergyResponse& silent, int window_frames);
+
+    /// Forgets all estimates.
+    void restart() { frames_ = 0; }
+
+    /// Takes the estimate of a frame, the mean of the last `frames` >= 1 frames, in which ends and
+    /// scene have moved by `moved_m` >= 0 together. A mean of N frames, or of all frames since the
+    /// restart, is the response.
+    void follow(const EnergyResponse& estimate, int frames, double moved_m);
+
+    /// Energy and intensity; without paths.
+    const EnergyResponse& response() const { return response_; }
+
+    static constexpr int kMostFrames = 16;
+
+ private:
+    /// Consecutive bins of equal width.
+    struct Group {
+        std::size_t first_bin = 0;
+        std::size_t end_bin = 0;
+        float width_m = 0;         ///< of a bin
+        float error = 0;           ///< smoothed, relative
+        float absolute_error = 0;  ///< the same
+    };
+    static float relative_error(const Group& group, const EnergyResponse& estimate,
+                                const EnergyResponse& response);
+    void approach(const EnergyResponse& estimate, std::size_t first_bin, std::size_t end_bin,
+                  float share);
+
+    int most_frames_;  ///< N
+    int frames_ = 0;   ///< since the restart
+    std::vector<Group> groups_;
+    EnergyResponse response_;
+};
+
+}  // namespace aula

@@ -1,0 +1,183 @@
+#include "engine/estimate/response_follower.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <random>
+
+#include "tests/support/statistics.h"
+
+using namespace aula;
+
+namespace {
+
+const TimeBins kBins(0.5);
+constexpr int kFrames = ResponseFollower::kMostFrames;
+
+/// A response with this energy in each bin of each band, and noise: independent normal factors of
+/// the bins.
+class NoisyResponse {
+ public:
+    EnergyResponse draw(double energy, double relative_noise) {
+        EnergyResponse response = EnergyResponse::silent(kBins);
+        for (std::size_t k = 0; k < kBins.count(); ++k) {
+            const double e = energy * std::max(0.0, 1 + relative_noise * normal_(random_));
+            response.energy[k] = Bands::filled(static_cast<float>(e));
+            response.intensity[k] = Vec3(response.energy[k].sum(), 0, 0);
+        }
+        return response;
+    }
+
+ private:
+    std::mt19937_64 random_{test::test_seed()};
+    std::normal_distribution<double> normal_;
+};
+
+const std::size_t kLate = kBins.index(0.032);
+
+/// Rms of the late bins' relative errors.
+double error(const EnergyResponse& response, double energy) {
+    double squares = 0;
+    for (std::size_t k = kLate; k < kBins.count(); ++k)
+        squares += std::pow(double{response.energy[k][3]} / energy - 1, 2);
+    return std::sqrt(squares / static_cast<double>(kBins.count() - kLate));
+}
+
+double mean_energy(const EnergyResponse& response) {
+    double sum = 0;
+    for (std::size_t k = kLate; k < kBins.count(); ++k) sum += double{response.energy[k][3]};
+    return sum / static_cast<double>(kBins.count() - kLate);
+}
+
+/// 100 estimates of an unchanging response.
+ResponseFollower followed(NoisyResponse& noisy, double energy, double moved_m) {
+    ResponseFollower follower(EnergyResponse::silent(kBins), kFrames);
+    for (int frame = 0; frame < 100; ++frame) follower.follow(noisy.draw(energy, 0.1), 1, moved_m);
+    return follower;
+}
+
+}  // namespace
+
+TEST_CASE("Noise of an unchanging response is averaged over frames, late bins only") {
+    NoisyResponse noisy;
+    ResponseFollower follower = followed(noisy, 2, 0.05);
+    std::vector<double> means;
+    double squares = 0;
+    constexpr int kTimes = 64;
+    for (int frame = 0; frame < kTimes; ++frame) {
+        const EnergyResponse newest = noisy.draw(2, 0.1);
+        follower.follow(newest, 1, 0.05);
+        const EnergyResponse& response = follower.response();
+        for (std::size_t k = 0; k < kLate; ++k) {
+            REQUIRE(response.energy[k][3] == newest.energy[k][3]);
+            REQUIRE(response.intensity[k] == newest.intensity[k]);
+        }
+        REQUIRE(response.intensity[kLate].x == Approx(response.energy[kLate].sum()));
+        squares += std::pow(error(response, 2), 2) / kTimes;
+        means.push_back(mean_energy(response));
+    }
+    // With the least share 1 / 16, the variance of a mean is 1 / 31 of the estimate's. The tracking
+    // signal of noise raises the share.
+    const double noise = std::sqrt(squares);
+    CHECK(noise < 0.1 / 2.5);
+    CHECK(noise > 0.1 / std::sqrt(31));
+    // Companion: every estimate alone.
+    CHECK(error(noisy.draw(2, 0.1), 2) > 0.08);
+    // Consecutive means share most estimates: 16 of them count as one.
+    const test::Estimate all = test::estimate(means);
+    CHECK(std::abs(all.mean - 2) < test::kFamilyZ * 4 * all.standard_error);
+}
+
+TEST_CASE("A response whose level changes is followed at once") {
+    // A level that doubles or halves, and one that grows by a tenth in each frame.
+    NoisyResponse noisy;
+    for (const double level : {4.0, 1.0}) {
+        ResponseFollower follower = followed(noisy, 2, 0.05);
+        for (int frame = 0; frame < 6; ++frame) follower.follow(noisy.draw(level, 0.1), 1, 0.05);
+        CAPTURE(level);
+        CHECK(mean_energy(follower.response()) == Approx(level).epsilon(0.05));
+        // Companion: the mean over 16 estimates would not have arrived.
+        CHECK(std::abs(2 + (level - 2) * (1 - std::pow(15.0 / 16, 6)) - level) > 0.05 * level);
+    }
+    ResponseFollower follower = followed(noisy, 2, 0.05);
+    double level = 2;
+    for (int frame = 0; frame < 30; ++frame)
+        follower.follow(noisy.draw(level *= 1.1, 0.1), 1, 0.05);
+    CHECK(mean_energy(follower.response()) == Approx(level).epsilon(0.05));
+}
+
+TEST_CASE("The lag of moving ends stays below a bin") {
+    // Ends that move by a bin of 4 ms in a frame: only wider bins are smoothed.
+    NoisyResponse noisy;
+    const double moved_m = 0.004 * 343.2;
+    ResponseFollower follower = followed(noisy, 2, moved_m);
+    const EnergyResponse newest = noisy.draw(2, 0.1);
+    follower.follow(newest, 1, moved_m);
+    for (std::size_t k = 0; k < kBins.count(); ++k) {
+        CAPTURE(k);
+        // Rounding of the bin's width.
+        if (kBins.begin_s(k) < 0.256) {
+            CHECK(follower.response().energy[k][3] == Approx(newest.energy[k][3]).epsilon(1e-4));
+        } else {
+            CHECK(follower.response().energy[k][3] != Approx(newest.energy[k][3]).epsilon(1e-4));
+        }
+    }
+}
+
+TEST_CASE("A follower without other frames has the mean, and one with them comes to it") {
+    NoisyResponse noisy;
+    ResponseFollower cold(EnergyResponse::silent(kBins), kFrames);
+    cold.follow(noisy.draw(3, 0.1), 1, 0);
+    const EnergyResponse mean = noisy.draw(2, 0);
+    cold.follow(mean, 2, 0);
+    CHECK(error(cold.response(), 2) == 0);
+
+    ResponseFollower warm = followed(noisy, 3, 0.05);
+    warm.follow(noisy.draw(3, 0.1), 1, 0);
+    double before = error(warm.response(), 2);
+    CHECK(before > 0.3);
+    for (int frames = 2; frames < kFrames; ++frames) {
+        warm.follow(mean, frames, 0);
+        const double now = error(warm.response(), 2);
+        CHECK((now < before || now == 0));
+        before = now;
+    }
+    warm.follow(mean, kFrames, 0);
+    CHECK(error(warm.response(), 2) == 0);
+    CHECK(warm.response().energy[0] == mean.energy[0]);
+}
+
+TEST_CASE("A window of one frame smooths nothing") {
+    NoisyResponse noisy;
+    ResponseFollower follower(EnergyResponse::silent(kBins), 1);
+    for (int frame = 0; frame < 20; ++frame) {
+        const EnergyResponse newest = noisy.draw(2, 0.1);
+        follower.follow(newest, 1, 0.05);
+        REQUIRE(follower.response().energy == newest.energy);
+    }
+}
+
+TEST_CASE("After a restart a follower knows nothing of earlier estimates") {
+    NoisyResponse noisy;
+    ResponseFollower follower = followed(noisy, 200, 0.05);
+    follower.restart();
+    NoisyResponse same;
+    NoisyResponse again;
+    ResponseFollower fresh(EnergyResponse::silent(kBins), kFrames);
+    for (int frame = 0; frame < 20; ++frame) {
+        follower.follow(same.draw(2, 0.1), 1, 0.05);
+        fresh.follow(again.draw(2, 0.1), 1, 0.05);
+        REQUIRE(follower.response().energy == fresh.response().energy);
+        REQUIRE(follower.response().intensity == fresh.response().intensity);
+    }
+}
+
+TEST_CASE("Silence and sound after it are followed without a division by zero") {
+    ResponseFollower follower(EnergyResponse::silent(kBins), kFrames);
+    NoisyResponse noisy;
+    for (int frame = 0; frame < 5; ++frame) follower.follow(EnergyResponse::silent(kBins), 1, 0.05);
+    follower.follow(noisy.draw(2, 0), 1, 0.05);
+    CHECK(error(follower.response(), 2) < 0.01);
+    for (int frame = 0; frame < 20; ++frame)
+        follower.follow(EnergyResponse::silent(kBins), 1, 0.05);
+    CHECK(mean_energy(follower.response()) < 0.01);
+}
