@@ -332,10 +332,9 @@ Bands EdgePaths::energy(std::span<const EdgePath> paths) const {
 }
 
 /// Behind obstacles several paths are at most 2.0 dB above free field (boundary elements of a row
-/// of columns); in sight, 2.5 dB through an opening, and up to 5 dB in the middle behind a square
-/// one in single frequencies. The faces of an edge that is almost flat add up to 6 dB to one path.
-/// The search finds only some of the chains that cancel the fields of many single edges, which can
-/// add up to 14 dB.
+/// of columns). In sight they reach 2.5 dB behind a slit (Cornu spiral), and twice that behind a
+/// square opening in single frequencies. The faces of an edge that is almost flat add up to 6 dB to
+/// one path. Among many edges not all chains are found that cancel the fields of single ones.
 Bands EdgePaths::limit(std::span<EdgePath> paths, double straight_m,
                        const Bands& attenuation_per_m) const {
     Bands mean = energy(paths);

@@ -30,13 +30,7 @@ void PairResponse::end_gather(std::uint64_t rays, bool is_current) {
     ++frames_;
     weight_ += static_cast<double>(rays);
     const auto part = static_cast<float>(static_cast<double>(rays) / weight_);
-    for (std::size_t k = 0; k < mean_.bins.count(); ++k) {
-        for (std::size_t b = 0; b < kBandCount; ++b) {
-            float& mean = mean_.energy[k][b];
-            mean += part * (gathered_.energy[k][b] - mean);
-        }
-        mean_.intensity[k] += part * (gathered_.intensity[k] - mean_.intensity[k]);
-    }
+    approach(gathered_, 0, mean_.bins.count(), part, mean_);
     follower_.follow(mean_, frames_, 0);
 }
 

@@ -13,10 +13,27 @@ constexpr double kBegin_s = 0.032;
 
 constexpr std::size_t kGroupBins = 16;
 
-/// Share of a new error in the smoothed ones.
+/// Share of a new error in the smoothed ones. A smaller one detects changes later, a larger one
+/// takes more noise for a change.
 constexpr float kErrorShare = 1.0F / 12;
 
 }  // namespace
+
+void approach(const EnergyResponse& estimate, std::size_t first_bin, std::size_t end_bin,
+              float share, EnergyResponse& response) {
+    for (std::size_t k = first_bin; k < end_bin; ++k) {
+        if (share >= 1) {
+            response.energy[k] = estimate.energy[k];
+            response.intensity[k] = estimate.intensity[k];
+            continue;
+        }
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            float& energy = response.energy[k][b];
+            energy += share * (estimate.energy[k][b] - energy);
+        }
+        response.intensity[k] += share * (estimate.intensity[k] - response.intensity[k]);
+    }
+}
 
 ResponseFollower::ResponseFollower(const EnergyResponse& silent, int window_frames)
     : most_frames_(std::min(window_frames, kMostFrames)), response_(silent) {
@@ -34,7 +51,8 @@ ResponseFollower::ResponseFollower(const EnergyResponse& silent, int window_fram
 
 void ResponseFollower::follow(const EnergyResponse& estimate, int frames, double moved_m) {
     ++frames_;
-    approach(estimate, 0, groups_.empty() ? response_.bins.count() : groups_[0].first_bin, 1);
+    const std::size_t early_end = groups_.empty() ? response_.bins.count() : groups_[0].first_bin;
+    approach(estimate, 0, early_end, 1, response_);
     const float least =
         static_cast<float>(frames) / static_cast<float>(std::min(frames_, most_frames_));
     for (Group& group : groups_) {
@@ -46,10 +64,10 @@ void ResponseFollower::follow(const EnergyResponse& estimate, int frames, double
             group.absolute_error += kErrorShare * (std::abs(error) - group.absolute_error);
         }
         const float signal = group.absolute_error > 0 ? group.error / group.absolute_error : 0.0F;
-        // The lag of moving ends stays below a bin.
+        // Of moving ends, so that paths change by less than a bin in the mean age of frames.
         const float share =
             std::max({signal * signal, least, static_cast<float>(moved_m) / group.width_m});
-        approach(estimate, group.first_bin, group.end_bin, share);
+        approach(estimate, group.first_bin, group.end_bin, share, response_);
     }
 }
 
@@ -65,23 +83,6 @@ float ResponseFollower::relative_error(const Group& group, const EnergyResponse&
     }
     if (all > 0) return std::min(difference / all, 1.0F);
     return difference > 0 ? 1.0F : 0.0F;
-}
-
-/// Moves bins by a share of the way to an estimate.
-void ResponseFollower::approach(const EnergyResponse& estimate, std::size_t first_bin,
-                                std::size_t end_bin, float share) {
-    for (std::size_t k = first_bin; k < end_bin; ++k) {
-        if (share >= 1) {
-            response_.energy[k] = estimate.energy[k];
-            response_.intensity[k] = estimate.intensity[k];
-            continue;
-        }
-        for (std::size_t b = 0; b < kBandCount; ++b) {
-            float& energy = response_.energy[k][b];
-            energy += share * (estimate.energy[k][b] - energy);
-        }
-        response_.intensity[k] += share * (estimate.intensity[k] - response_.intensity[k]);
-    }
 }
 
 }  // namespace aula

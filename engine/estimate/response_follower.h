@@ -6,20 +6,25 @@
 
 namespace aula {
 
+/// Moves bins [first_bin, end_bin) of a response by a share of the way to an estimate of the same
+/// bins. From a share of 1 on they are the estimate's.
+void approach(const EnergyResponse& estimate, std::size_t first_bin, std::size_t end_bin,
+              float share, EnergyResponse& response);
+
 /// The response of a pair from one noisy and unbiased estimate in each frame.
 ///
 /// Adaptive-response-rate exponential smoothing (Trigg & Leach 1967), in groups of bins: the share
 /// of the new estimate follows from the tracking signal, the smoothed error over the smoothed
-/// absolute error of the group's energy. Errors of one sign are a change, which is followed at
-/// once; errors of both signs are noise, which is averaged. The early bins, which change within
-/// centimetres, are those of the newest estimate. [propagation thread]
+/// absolute error of the group's energy. Errors of one sign are a change, after which the newest
+/// estimate counts almost alone; errors of both signs are noise, which is averaged. The early bins,
+/// which change within centimetres, are those of the newest estimate. [propagation thread]
 class ResponseFollower {
  public:
-    /// A response that does not change is the mean of 2 N - 1 frames, N = `window_frames` >= 1, or
-    /// kMostFrames if that is less.
+    /// The least share of a frame is 1 / N, N = min(`window_frames`, kMostFrames), so that at most
+    /// about 2 N - 1 frames count. `window_frames` >= 1.
     ResponseFollower(const EnergyResponse& silent, int window_frames);
 
-    /// Forgets all estimates.
+    /// Drops all estimates.
     void restart() { frames_ = 0; }
 
     /// Takes the estimate of a frame, the mean of the last `frames` >= 1 frames, in which ends and
@@ -43,8 +48,6 @@ class ResponseFollower {
     };
     static float relative_error(const Group& group, const EnergyResponse& estimate,
                                 const EnergyResponse& response);
-    void approach(const EnergyResponse& estimate, std::size_t first_bin, std::size_t end_bin,
-                  float share);
 
     int most_frames_;  ///< N
     int frames_ = 0;   ///< since the restart

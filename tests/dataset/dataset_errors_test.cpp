@@ -149,7 +149,7 @@ TEST_CASE("a damaged plan is one line and exit status 2") {
     std::string other = lines;
     other.replace(other.find("\"version\": \""), 13, "\"version\": \"9");
     refuse("plan.jsonl", other);
-    // A digit of a position, in a line of the other shard and in one of its own.
+    // A digit of a position, in a line of either shard.
     for (const std::size_t line : {lines.find("\"scene\": 0"), lines.find("\"scene\": 2")}) {
         std::string changed = lines;
         const std::size_t digit = changed.find("\"position\": [", line) + 15;

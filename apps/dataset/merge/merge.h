@@ -22,8 +22,7 @@ std::optional<MergeFormat> merge_format(const std::string& name);
 /// the dataset, with index.csv, README.md and SHA256SUMS. The bytes depend on the plan only, not on
 /// its shards. The folder gets its name when it is complete and replaces an earlier one. Returns
 /// false when `continues` does; nothing is left then. Throws InputError if a shard is missing or
-/// damaged,
-/// Failure if writing fails.
+/// damaged, Failure if writing fails.
 bool merge_dataset(const Plan& plan, MergeFormat format, const std::function<bool()>& continues);
 
 }  // namespace aula

@@ -76,7 +76,7 @@ TEST_CASE("Noise of an unchanging response is averaged over frames, late bins on
         means.push_back(mean_energy(response));
     }
     // With the least share 1 / 16, the variance of a mean is 1 / 31 of the estimate's. The tracking
-    // signal of noise raises the share.
+    // signal of noise raises the share and may take half of that gain.
     const double noise = std::sqrt(squares);
     CHECK(noise < 0.1 / 2.5);
     CHECK(noise > 0.1 / std::sqrt(31));
@@ -87,7 +87,7 @@ TEST_CASE("Noise of an unchanging response is averaged over frames, late bins on
     CHECK(std::abs(all.mean - 2) < test::kFamilyZ * 4 * all.standard_error);
 }
 
-TEST_CASE("A response whose level changes is followed at once") {
+TEST_CASE("A response follows a change of level within a few frames") {
     // A level that doubles or halves, and one that grows by a tenth in each frame.
     NoisyResponse noisy;
     for (const double level : {4.0, 1.0}) {
@@ -105,7 +105,7 @@ TEST_CASE("A response whose level changes is followed at once") {
     CHECK(mean_energy(follower.response()) == Approx(level).epsilon(0.05));
 }
 
-TEST_CASE("The lag of moving ends stays below a bin") {
+TEST_CASE("Bins that moving ends cross in a frame have the newest estimate") {
     // Ends that move by a bin of 4 ms in a frame: only wider bins are smoothed.
     NoisyResponse noisy;
     const double moved_m = 0.004 * 343.2;
@@ -156,7 +156,7 @@ TEST_CASE("A window of one frame smooths nothing") {
     }
 }
 
-TEST_CASE("After a restart a follower knows nothing of earlier estimates") {
+TEST_CASE("After a restart earlier estimates have no effect") {
     NoisyResponse noisy;
     ResponseFollower follower = followed(noisy, 200, 0.05);
     follower.restart();
