@@ -58,7 +58,7 @@ TEST_CASE(
     CHECK(inside.err.empty());
     CHECK(inside.out.find("triangles, 1 material, 1 source\n") != std::string::npos);
     const ProgramResult full =
-        run_program({"sh", "-c", std::string(AULA_PROGRAM) + " materials > /dev/full"});
+        run_program({"sh", "-c", "'" AULA_PROGRAM "' materials > /dev/full"});
     CHECK(full.status == 1);
     CHECK(full.err.find("cannot write") != std::string::npos);
 }

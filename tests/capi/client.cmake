@@ -96,10 +96,13 @@ elseif(CASE STREQUAL "live")
         return()
     endif()
     file(WRITE "${WORK}/asound.conf" "pcm.!default { type null }\nctl.!default { type null }\n")
-    set(ENV{ALSA_CONFIG_PATH} "${WORK}/asound.conf")
+    # A relative path, because ALSA divides a list at blanks.
+    set(ENV{ALSA_CONFIG_PATH} asound.conf)
     set(ENV{JACK_NO_START_SERVER} 1)
-    run("${WORK}/moving_source" "${SOURCE}/scenes/shoebox.json" castanets)
+    run("${WORK}/moving_source" "${SOURCE}/scenes/shoebox.json" castanets
+        WORKING_DIRECTORY "${WORK}")
     execute_process(COMMAND "${WORK}/moving_source" "${SOURCE}/scenes/shoebox.json" nobody
+                    WORKING_DIRECTORY "${WORK}"
                     RESULT_VARIABLE status ERROR_VARIABLE message)
     if(NOT status EQUAL 2 OR NOT message MATCHES "no source \"nobody\"")
         message(FATAL_ERROR "an unknown source: ${status}, ${message}")

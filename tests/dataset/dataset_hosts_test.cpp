@@ -123,7 +123,7 @@ TEST_CASE("GNU parallel gives the merged bytes of one shard") {
     const fs::path out = plan_of(folder, "out", 5);
     const ProgramResult result =
         run_program({"sh", "-c",
-                     "seq 0 4 | parallel -j 2 '" AULA_PROGRAM "' dataset run '" + out.string() +
+                     "seq 0 4 | parallel -q -j 2 '" AULA_PROGRAM "' dataset run '" + out.string() +
                          "' --shard {}"});
     INFO(result.err);
     CHECK(result.status == 0);

@@ -66,8 +66,8 @@ class Session {
         std::string log;
         for (int attempt = 0; attempt < kAttempts; ++attempt) {
             const ProgramResult result =
-                run_host(folder_, settings + " SESSION=$PWD/session timeout 100 ardour7-lua < " +
-                                      kScripts + script);
+                run_host(folder_, settings + " SESSION=$PWD/session timeout 100 ardour7-lua < '" +
+                                      kScripts + script + "'");
             log = result.out + result.err;
             if (log.find(end) != std::string::npos) return log;
         }

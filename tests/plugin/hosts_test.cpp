@@ -111,7 +111,7 @@ TEST_CASE("A preset that places the listener does not leave its orientation to t
 TEST_CASE("The installed bundle contains its scenes and needs no other folder") {
     const TemporaryFolder folder;
     const ProgramResult result =
-        run_host(folder, "cmake --install " AULA_BUILD_DIR " --component lv2 --prefix prefix");
+        run_host(folder, "cmake --install '" AULA_BUILD_DIR "' --component lv2 --prefix prefix");
     INFO(result.err);
     REQUIRE(result.status == 0);
     const fs::path bundle = folder.path() / "prefix/lib/lv2/aula.lv2";
@@ -134,14 +134,14 @@ TEST_CASE("The installed bundle contains its scenes and needs no other folder") 
 TEST_CASE("The binary needs no library of audio devices and exports its entry point only") {
     if (!has("readelf")) return;
     const TemporaryFolder folder;
-    const ProgramResult needed = run_host(folder, "readelf -d " AULA_PLUGIN_BINARY);
+    const ProgramResult needed = run_host(folder, "readelf -d '" AULA_PLUGIN_BINARY "'");
     REQUIRE(needed.status == 0);
     for (const std::string library : {"portaudio", "jack", "asound", "libGL", "GLEW", "glfw"}) {
         INFO(library);
         CHECK(needed.out.find(library) == std::string::npos);
     }
     CHECK(needed.out.find("NODELETE") != std::string::npos);
-    const ProgramResult symbols = run_host(folder, "nm -D --defined-only " AULA_PLUGIN_BINARY);
+    const ProgramResult symbols = run_host(folder, "nm -D --defined-only '" AULA_PLUGIN_BINARY "'");
     REQUIRE(symbols.status == 0);
     CHECK(std::count(symbols.out.begin(), symbols.out.end(), '\n') == 1);
     CHECK(symbols.out.find("lv2_descriptor") != std::string::npos);
