@@ -14,7 +14,7 @@ import numpy as np
 
 @dataclasses.dataclass
 class Figures:
-    cpu_s: float = 0.02  # processor time of a response
+    cpu_s: float = 0.0245  # processor time of a response
     bytes: float = 67e3  # of a response in a shard
     start_s: float = 0.05  # of a task, before its first scene
     plan_bytes: float = 141  # of a response in the plan
