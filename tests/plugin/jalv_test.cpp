@@ -109,6 +109,8 @@ TEST_CASE("In jalv the plugin plays in time while its source moves 20 times a se
     // in one call of nine.
     CHECK(take.calls.late <= take.calls.count / 1000);
     CHECK(take.calls.waits == 0);
+    // The kernel may move a page.
+    CHECK(take.calls.page_faults <= take.calls.count / 200);
     // That of JACK, which calls the plugin.
     CHECK(take.realtime_threads == 1);
     CHECK(std::all_of(take.sound.begin(), take.sound.end(),

@@ -53,11 +53,10 @@ double thread_seconds() {
     return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-/// How often the thread has waited for something.
-long thread_waits() {
+rusage thread_usage() {
     rusage usage{};
     getrusage(RUSAGE_THREAD, &usage);
-    return usage.ru_nvcsw;
+    return usage;
 }
 
 void connect_port(LV2_Handle handle, std::uint32_t port, void* data) {
@@ -85,11 +84,14 @@ void run(LV2_Handle handle, std::uint32_t samples) {
     }
     watched.plugin->connect_port(handle, plugin::kInputPort, watched.tone.data());
     WatchedCalls& calls = watched.calls;
-    const long waits = thread_waits();
+    const rusage before = thread_usage();
     const double begin_s = thread_seconds();
     watched.plugin->run(handle, samples);
     const double took_s = thread_seconds() - begin_s;
-    calls.waits += thread_waits() - waits;
+    const rusage after = thread_usage();
+    const long faults = after.ru_minflt + after.ru_majflt - before.ru_minflt - before.ru_majflt;
+    if (faults == 0) calls.waits += after.ru_nvcsw - before.ru_nvcsw;
+    calls.page_faults += faults;
     ++calls.count;
     calls.total_s += took_s;
     calls.longest_s = std::max(calls.longest_s, took_s);

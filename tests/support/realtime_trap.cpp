@@ -2,6 +2,7 @@
 
 #include <dlfcn.h>
 #include <pthread.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -127,6 +128,19 @@ void* memalign(std::size_t alignment, std::size_t size) {
 void free(void* p) {
     if (p != nullptr) count(&RealtimeViolations::frees);
     __libc_free(p);
+}
+
+void* mmap(void* address, std::size_t size, int protection, int flags, int file,
+           off_t offset) noexcept {
+    count(&RealtimeViolations::allocations);
+    // NOLINTNEXTLINE(performance-no-int-to-ptr)
+    return reinterpret_cast<void*>(
+        syscall(SYS_mmap, address, size, protection, flags, file, offset));
+}
+
+int munmap(void* p, std::size_t size) noexcept {
+    count(&RealtimeViolations::frees);
+    return static_cast<int>(syscall(SYS_munmap, p, size));
 }
 
 int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {

@@ -1,10 +1,17 @@
 #include "audio/base/aligned.h"
 
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <complex>
 #include <cstdint>
+#include <cstdlib>
+#include <cstring>
 #include <limits>
 #include <new>
+#include <vector>
 
 using namespace aula;
 
@@ -30,6 +37,27 @@ TEST_CASE("Memory of any size is aligned to a cache line and can be written to i
         CHECK(p[bytes - 1] == 2);
         free_aligned(p, bytes);
     }
+}
+
+TEST_CASE("Large memory is not backed by small pages before its first use") {
+    constexpr std::size_t kBytes = std::size_t{4} << 20;
+    // Freed memory that the heap keeps is backed by small pages.
+    std::vector<void*> freed(16);
+    for (void*& block : freed) {
+        block = std::malloc(kBytes);
+        REQUIRE(block != nullptr);
+        std::memset(block, 1, kBytes);
+    }
+    for (void* block : freed) std::free(block);
+
+    std::vector<void*> blocks(8);
+    for (void*& block : blocks) {
+        block = allocate_aligned(kBytes);
+        std::vector<unsigned char> resident(kBytes / static_cast<std::size_t>(getpagesize()));
+        REQUIRE(mincore(block, kBytes, resident.data()) == 0);
+        CHECK(std::none_of(resident.begin(), resident.end(), [](auto x) { return x & 1U; }));
+    }
+    for (void* block : blocks) free_aligned(block, kBytes);
 }
 
 TEST_CASE("Vectors of aligned memory start with zeros and keep their alignment when they grow") {
