@@ -238,6 +238,9 @@ int run(int argc, char** argv) {
                    "at most, even if the reference has not converged")
         ->capture_default_str()
         ->check(CLI::Range(1.0, 1e12));
+    app.add_option("--reference-s", settings.reference_s, "CPU time of a reference in s, likewise")
+        ->capture_default_str()
+        ->check(CLI::Range(0.0, 1e6));
     app.add_option("--triangles", settings.triangles, "divide the surfaces into at least as many")
         ->check(CLI::Range(1, 1 << 24));
     app.add_option("--json", json, "also write the rows to this file");

@@ -192,6 +192,27 @@ TEST_CASE("tracking compares the responses from the reference's peak to the end"
           Approx(0.04 + 0.25).epsilon(1e-12));
 }
 
+TEST_CASE("the error of the reference is subtracted in squares, down to zero") {
+    CHECK(without_reference_error(0.05, 0.04) == Approx(0.03).epsilon(1e-12));
+    CHECK(without_reference_error(0.03, 0.04) == 0);
+}
+
+TEST_CASE("a reference ends at its number of rays or its CPU time") {
+    Settings settings;
+    settings.reference_rays = 1000;
+    settings.reference_s = 1e6;
+    CHECK_FALSE(ReferenceLimit(settings).reached(999));
+    CHECK(ReferenceLimit(settings).reached(1000));
+    settings.reference_s = 0;
+    CHECK(ReferenceLimit(settings).reached(1));
+    settings.reference_s = 0.02;
+    const ReferenceLimit limit(settings);
+    const double began_s = cpu_time_s();
+    while (!limit.reached(1) && cpu_time_s() < began_s + 1) {
+    }
+    CHECK(cpu_time_s() < began_s + 1);
+}
+
 TEST_CASE(
     "reflected sound is measured in bins of 10 ms, with image sources, without direct sound") {
     EnergyResponse response = arrival_at(0.123, 2, Vec3(0, 1, 0));

@@ -133,4 +133,8 @@ double squared_relative_error(std::span<const double> energy, std::span<const do
     return sum;
 }
 
+double without_reference_error(double error, double reference_error) {
+    return std::sqrt(std::max(0.0, error * error - reference_error * reference_error));
+}
+
 }  // namespace aula::bench

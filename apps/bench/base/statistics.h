@@ -50,4 +50,8 @@ BinRange bins_from_peak(std::span<const double> reference);
 double squared_relative_error(std::span<const double> energy, std::span<const double> reference,
                               BinRange bins);
 
+/// Rms error without that of the reference, which is subtracted in squares; 0 below the
+/// reference's.
+double without_reference_error(double error, double reference_error);
+
 }  // namespace aula::bench

@@ -33,12 +33,12 @@ Outcome follow(const Subject& subject, const std::vector<Vec3>& sources, bool mo
         scene.sources[s].position = sources[s];
         scene.sources[s].path.reset();
     }
-    Simulation simulation = subject.simulation(Estimator::patch, scene.simulation.rays);
-    Propagation propagation(scene, simulation);
+    Propagation propagation(scene,
+                            subject.comparable_simulation(Estimator::patch, scene.simulation.rays));
     FrameInput input{0, sources, {scene.listener.pose_at(0).position}};
     const double began_s = cpu_time_s();
     for (int f = 0; f < kFrames; ++f) {
-        const double time_s = f / double{simulation.frame_rate_hz};
+        const double time_s = f / double{scene.simulation.frame_rate_hz};
         if (moving) input.listeners[0] = scene.listener.pose_at(time_s).position;
         propagation.step(input);
     }
@@ -56,10 +56,11 @@ double error_of(const Subject& subject, const std::vector<Vec3>& sources, const 
     Reference reference(subject.scene, subject.scene.simulation, 0, outcome.listener, sources,
                         outcome.energy[0].size());
     WorkerPool workers(static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
+    const ReferenceLimit limit(settings);
     do {
         settings.progress("sources: reference, " + std::to_string(reference.rays()) + " rays");
         reference.trace(kReferenceRound, workers);
-    } while (static_cast<double>(reference.rays()) < settings.reference_rays);
+    } while (!limit.reached(static_cast<double>(reference.rays())));
     double squares = 0;
     double own_squares = 0;
     std::size_t count = 0;
@@ -71,7 +72,8 @@ double error_of(const Subject& subject, const std::vector<Vec3>& sources, const 
             std::pow(reference.relative_error(s, bins), 2) * static_cast<double>(bins.count());
         count += bins.count();
     }
-    return std::sqrt(std::max(0.0, squares - own_squares) / static_cast<double>(count));
+    const auto bins = static_cast<double>(count);
+    return without_reference_error(std::sqrt(squares / bins), std::sqrt(own_squares / bins));
 }
 
 }  // namespace

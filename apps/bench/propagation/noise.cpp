@@ -100,11 +100,12 @@ struct Run {
 /// Traces until the reference is accurate enough.
 void converge(Reference& reference, BinRange bins, const Settings& settings) {
     WorkerPool workers(static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
+    const ReferenceLimit limit(settings);
     do {
         settings.progress("noise: reference, " + std::to_string(reference.rays()) + " rays");
         reference.trace(kReferenceRound, workers);
     } while (ratio_error(reference, bins) > kReferenceError &&
-             static_cast<double>(reference.rays()) < settings.reference_rays);
+             !limit.reached(static_cast<double>(reference.rays())));
 }
 
 /// A row for each run.

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "apps/bench/base/settings.h"
 #include "apps/bench/base/statistics.h"
 #include "engine/base/worker_pool.h"
 #include "engine/rays/ray_scene.h"
@@ -70,6 +71,20 @@ class Reference {
     std::vector<Sums> estimates_;
     Sums images_;
     std::uint32_t rounds_ = 0;
+};
+
+/// The extent of a reference that does not converge before: rays, and CPU time from the constructor
+/// on.
+class ReferenceLimit {
+ public:
+    explicit ReferenceLimit(const Settings& settings)
+        : max_rays_(settings.reference_rays), end_s_(cpu_time_s() + settings.reference_s) {}
+
+    bool reached(double rays) const { return rays >= max_rays_ || cpu_time_s() >= end_s_; }
+
+ private:
+    double max_rays_;
+    double end_s_;
 };
 
 }  // namespace aula::bench

@@ -69,6 +69,7 @@ std::vector<Row> measure_rest(const Subject& subject, const Settings& settings) 
     Reference reference(subject.scene, simulation, 0, input.sources[0], input.listeners,
                         at_rest.energy.size());
     WorkerPool workers(static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
+    const ReferenceLimit limit(settings);
     std::vector<double> wanted;
     BinRange bins;
     double error = 0;
@@ -81,21 +82,20 @@ std::vector<Row> measure_rest(const Subject& subject, const Settings& settings) 
         error = rms_error(at_rest, wanted, bins);
         reference_error = reference.relative_error(0, bins);
     } while (reference_error > kReferenceShare * error &&
-             static_cast<double>(reference.rays()) < settings.reference_rays);
+             !limit.reached(static_cast<double>(reference.rays())));
 
     Row row;
-    row.figures = {
-        {"bench", "rest"},
-        {"scene", subject.name},
-        {"basis", "cpu"},
-        {"estimator", estimator_name(Estimator::patch)},
-        {"rays", std::int64_t{rays}},
-        {"frames", std::int64_t{frames}},
-        {"frame_cpu_ms", at_rest.frame_cpu_s * 1000},
-        {"rest_error", std::sqrt(std::max(0.0, error * error - reference_error * reference_error))},
-        {"energy_ratio", energy_ratio({at_rest.energy}, wanted, bins)},
-        {"reference_rays", static_cast<std::int64_t>(reference.rays())},
-        {"reference_error", reference_error}};
+    row.figures = {{"bench", "rest"},
+                   {"scene", subject.name},
+                   {"basis", "cpu"},
+                   {"estimator", estimator_name(Estimator::patch)},
+                   {"rays", std::int64_t{rays}},
+                   {"frames", std::int64_t{frames}},
+                   {"frame_cpu_ms", at_rest.frame_cpu_s * 1000},
+                   {"rest_error", without_reference_error(error, reference_error)},
+                   {"energy_ratio", energy_ratio({at_rest.energy}, wanted, bins)},
+                   {"reference_rays", static_cast<std::int64_t>(reference.rays())},
+                   {"reference_error", reference_error}};
     return {row};
 }
 

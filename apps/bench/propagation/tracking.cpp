@@ -16,8 +16,8 @@ namespace aula::bench {
 namespace {
 
 /// The reference traces until its standard error is this share of the least error measured.
-constexpr double kReferenceShare = 0.2;
-constexpr double kFirstReferenceRays = 1 << 16;
+constexpr double kReferenceShare = 0.5;
+constexpr std::uint64_t kReferenceRound = 1 << 17;
 
 /// Positions of source and listener in the frames of a walk.
 struct Walk {
@@ -174,13 +174,9 @@ class WalkReference {
 
     const std::vector<Bundle>& bundles() const { return bundles_; }
 
-    /// Doubles the number of rays.
-    void trace_more(WorkerPool& workers) {
-        const double more = rays() == 0 ? kFirstReferenceRays : rays();
-        for (auto& tracer : tracers_) {
-            tracer->trace(static_cast<std::uint64_t>(more / static_cast<double>(tracers_.size())),
-                          workers);
-        }
+    /// Traces at least `rays` more, over all tracers.
+    void trace(std::uint64_t rays, WorkerPool& workers) {
+        for (auto& tracer : tracers_) tracer->trace(rays / tracers_.size(), workers);
     }
 
     /// Sum over all tracers.
@@ -217,7 +213,7 @@ class WalkReference {
 };
 
 struct Deviation {
-    double error = 0;
+    double error = 0;  ///< without that of the reference
     double energy_ratio = 0;
 };
 
@@ -238,7 +234,8 @@ Deviation deviation_of(const Published& published, const WalkReference& referenc
         }
         ratios += energy / total;
     }
-    return {std::sqrt(squares / static_cast<double>(bins_counted)),
+    return {without_reference_error(std::sqrt(squares / static_cast<double>(bins_counted)),
+                                    reference.error()),
             ratios / static_cast<double>(published.energy.size())};
 }
 
@@ -276,7 +273,6 @@ std::vector<Row> measure_walk(const Subject& subject, const Walk& walk, const Se
     if (!reference || reference->bundles() != bundles) {
         reference = std::make_unique<WalkReference>(subject, std::move(bundles),
                                                     runs.front().published.energy.front().size());
-        reference->trace_more(workers);
     }
     const auto min_error = [&] {
         double min = deviation_of(runs.front().published, *reference).error;
@@ -285,11 +281,12 @@ std::vector<Row> measure_walk(const Subject& subject, const Walk& walk, const Se
         }
         return min;
     };
-    while (reference->error() > kReferenceShare * min_error() &&
-           reference->rays() < settings.reference_rays) {
+    const ReferenceLimit limit(settings);
+    while (reference->rays() == 0 || (reference->error() > kReferenceShare * min_error() &&
+                                      !limit.reached(reference->rays()))) {
         settings.progress(std::string("tracking: ") + walk.mover + ", reference, " +
                           std::to_string(static_cast<std::int64_t>(reference->rays())) + " rays");
-        reference->trace_more(workers);
+        reference->trace(kReferenceRound, workers);
     }
 
     std::vector<Row> rows;
