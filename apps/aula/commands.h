@@ -1,6 +1,6 @@
 #pragma once
 
-#include "apps/aula/arguments.h"
+#include "apps/aula/arguments/arguments.h"
 #include "aula/engine/scene_file.h"
 
 namespace aula {

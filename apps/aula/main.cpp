@@ -5,7 +5,7 @@
 #include <string>
 #include <system_error>
 
-#include "apps/aula/arguments.h"
+#include "apps/aula/arguments/arguments.h"
 #include "apps/aula/commands.h"
 #include "apps/aula/interrupt.h"
 #include "apps/aula/scene_lookup.h"

@@ -40,7 +40,7 @@ std::vector<fs::path> outputs_of(const Arguments& arguments, const Scene& scene)
     if (arguments.ir)
         for (std::size_t s = 0; s < scene.sources.size(); ++s)
             files.push_back(response_file(*arguments.ir, scene, s));
-    // One parameter stands for all of a map: sources must have different files.
+    // Sources must have different files; the files of one parameter show it for all.
     if (!arguments.out.empty())
         for (std::size_t s = 0; s < scene.sources.size(); ++s)
             files.push_back(map_files(arguments, scene, s, kMappedParameters[0]).table);

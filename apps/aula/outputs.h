@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "apps/aula/arguments.h"
+#include "apps/aula/arguments/arguments.h"
 
 namespace aula {
 

@@ -18,7 +18,7 @@
 #include <thread>
 #include <vector>
 
-#include "apps/aula/arguments.h"
+#include "apps/aula/arguments/arguments.h"
 #include "apps/session/live/player.h"
 #include "apps/session/offline/measurement_text.h"
 #include "apps/session/offline/offline.h"

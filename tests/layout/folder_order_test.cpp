@@ -43,7 +43,7 @@ const std::array kParts = {
     Part{"apps/python", {""}, {"apps/session", "engine", "audio"}},
     Part{"apps/dataset", {"base", "plan", "shards", "merge"}, {"apps/session", "engine", "audio"}},
     Part{"apps/aula",
-         {""},
+         {"arguments", ""},
          {"apps/dataset", "apps/documents", "apps/session", "apps/window", "engine", "audio"}},
 };
 

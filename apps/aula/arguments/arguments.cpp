@@ -1,81 +1,15 @@
-#include "apps/aula/arguments.h"
+#include "apps/aula/arguments/arguments.h"
 
 #include <CLI/CLI.hpp>
-#include <charconv>
-#include <cmath>
 #include <limits>
-#include <string_view>
 
+#include "apps/aula/arguments/argument_values.h"
 #include "apps/session/remote/osc.h"
 #include "aula/exception.h"
 
 namespace aula {
 
 namespace {
-
-[[noreturn]] void fail(const std::string& option, const std::string& text,
-                       const std::string& expected) {
-    throw InputError(option, "", "\"" + text + "\" is not usable; expected " + expected);
-}
-
-/// The whole text as a number in [min, max]. Throws InputError with the expected value.
-template <typename T>
-T read_number(const std::string& option, const std::string& text, T min, T max,
-              const std::string& expected) {
-    T value{};
-    const char* end = text.data() + text.size();
-    const auto read = std::from_chars(text.data(), end, value);
-    const bool usable = read.ec == std::errc() && read.ptr == end && value >= min && value <= max;
-    if (!usable) fail(option, text, expected);
-    return value;
-}
-
-/// Numbers separated by commas, of magnitudes up to `largest`.
-std::vector<float> read_numbers(const std::string& option, const std::string& text, float largest,
-                                const std::string& expected) {
-    std::vector<float> numbers;
-    std::size_t begin = 0;
-    while (begin <= text.size()) {
-        const std::size_t end = std::min(text.find(',', begin), text.size());
-        const std::string part = text.substr(begin, end - begin);
-        float value = 0;
-        const auto read = std::from_chars(part.data(), part.data() + part.size(), value);
-        if (read.ec != std::errc() || read.ptr != part.data() + part.size() ||
-            !(std::abs(value) <= largest))
-            fail(option, text, expected);
-        numbers.push_back(value);
-        begin = end + 1;
-    }
-    return numbers;
-}
-
-Vec3 read_point(const std::string& option, const std::string& text) {
-    constexpr float kLargest_m = 1e6F;
-    const std::string expected = "x,y,z in metres";
-    const std::vector<float> numbers = read_numbers(option, text, kLargest_m, expected);
-    if (numbers.size() != 3) fail(option, text, expected);
-    return {numbers[0], numbers[1], numbers[2]};
-}
-
-/// The name and the position of NAME=x,y,z.
-std::pair<std::string, Vec3> read_named_point(const std::string& option, const std::string& text) {
-    const std::size_t equals = text.rfind('=');
-    if (equals == std::string::npos || equals == 0) fail(option, text, "NAME=x,y,z");
-    return {text.substr(0, equals), read_point(option, text.substr(equals + 1))};
-}
-
-/// Levels of all bands, or the one number that `of_one` converts to them.
-template <typename OfOne>
-Bands read_levels(const std::string& option, const std::string& text, const std::string& expected,
-                  const OfOne& of_one) {
-    const std::vector<float> numbers =
-        read_numbers(option, text, SpeechConditions::kHighestLevel_db, expected);
-    if (numbers.size() == 1) return of_one(numbers[0]);
-    if (numbers.size() != kBandCount) fail(option, text, expected);
-    Bands levels;
-    std::copy(numbers.begin(), numbers.end(), levels.value.begin());
-    return levels;
-}
 
 void set_listener_position(Scene& scene, const Vec3& position) {
     scene.listener.pose = scene.listener.pose_at(0);
@@ -138,7 +72,7 @@ class Options {
         for (int i = 1; i < argc; ++i)
             for (const char* const none : {"", "-"})
                 if (argv[i] == std::string("--report=") + none)
-                    fail("--report", none, "the name of a file");
+                    refuse_value("--report", none, "the name of a file");
         try {
             app_.parse(argc, argv);
         } catch (const CLI::ParseError& error) {
@@ -154,8 +88,8 @@ class Options {
 
     void path(const std::string& option, std::optional<std::filesystem::path>& out) {
         text(option, [option, &out](const std::string& value) {
-            if (value.empty()) fail(option, value, "the name of a file");
-            if (value == "-") fail(option, value, "the name of a file; /dev/stdout or ./-");
+            if (value.empty()) refuse_value(option, value, "the name of a file");
+            if (value == "-") refuse_value(option, value, "the name of a file; /dev/stdout or ./-");
             out = value;
         });
     }
@@ -169,17 +103,13 @@ class Options {
                 if (name == value) return take(chosen);
                 names += (names.empty() ? "" : ", ") + name;
             }
-            fail(option, value, "one of " + names);
+            refuse_value(option, value, "one of " + names);
         });
     }
 
     template <typename T>
     void integer(const std::string& option, T min, T max, std::function<void(T)> take) {
-        const std::string expected =
-            "a whole number from " + std::to_string(min) + " to " + std::to_string(max);
-        text(option, [=](const std::string& value) {
-            take(read_number(option, value, min, max, expected));
-        });
+        text(option, [=](const std::string& value) { take(read_whole(option, value, min, max)); });
     }
 
     /// A number above 0, or at least 0 if `zero` is allowed.
@@ -211,7 +141,7 @@ class Options {
         constexpr double kNarrowestBin_ms = 0.01;
         const char* const widths = "milliseconds from 0.01 to 1000";
         real("--bin-ms", 1000, widths, [this, widths](double ms) {
-            if (ms < kNarrowestBin_ms) fail("--bin-ms", std::to_string(ms), widths);
+            if (ms < kNarrowestBin_ms) refuse_value("--bin-ms", std::to_string(ms), widths);
             arguments_.bin_s = ms / 1000;
         });
         text("--speech-level", [this](const std::string& value) {
@@ -298,7 +228,7 @@ class Options {
                      [&](int order) { session.ambisonic_order = order; });
         app_.add_flag("--half-precision-tail", session.half_precision_tail);
         text("--hrtf", [&](const std::string& file) {
-            if (file.empty()) fail("--hrtf", file, "a SOFA file");
+            if (file.empty()) refuse_value("--hrtf", file, "a SOFA file");
             session.hrtf = file;
         });
         choice<SampleFormat>("--format",
@@ -312,7 +242,8 @@ class Options {
             constexpr int kMax = 8192;
             const std::string expected = "a power of two from 16 to 8192";
             session.block = read_number("--block", value, kMin, kMax, expected);
-            if ((session.block & (session.block - 1)) != 0) fail("--block", value, expected);
+            if ((session.block & (session.block - 1)) != 0)
+                refuse_value("--block", value, expected);
         });
         real("--duration", 1e6, "seconds above 0, at most 1e6",
              [&](double s) { session.duration_s = s; });

@@ -1,4 +1,4 @@
-#include "apps/aula/arguments.h"
+#include "apps/aula/arguments/arguments.h"
 
 namespace aula {
 

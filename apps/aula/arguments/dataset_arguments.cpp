@@ -1,32 +1,16 @@
-#include "apps/aula/dataset_arguments.h"
+#include "apps/aula/arguments/dataset_arguments.h"
 
 #include <array>
-#include <charconv>
 #include <functional>
 #include <map>
 #include <utility>
 
+#include "apps/aula/arguments/argument_values.h"
 #include "aula/exception.h"
 
 namespace aula {
 
 namespace {
-
-[[noreturn]] void fail(const std::string& option, const std::string& text,
-                       const std::string& expected) {
-    throw InputError(option, "", "\"" + text + "\" is not usable; expected " + expected);
-}
-
-template <typename T>
-T read_whole(const std::string& option, const std::string& text, T min, T max) {
-    T value{};
-    const char* const end = text.data() + text.size();
-    const auto read = std::from_chars(text.data(), end, value);
-    if (read.ec != std::errc() || read.ptr != end || value < min || value > max)
-        fail(option, text,
-             "a whole number from " + std::to_string(min) + " to " + std::to_string(max));
-    return value;
-}
 
 /// "HH:MM:SS", optionally with days as "D-HH:MM:SS".
 std::string read_time(const std::string& option, const std::string& text) {
@@ -37,7 +21,7 @@ std::string read_time(const std::string& option, const std::string& text) {
         const bool colon = text.size() - i == 3 || text.size() - i == 6;
         usable = i == dash || (colon ? text[i] == ':' : text[i] >= '0' && text[i] <= '9');
     }
-    if (!usable) fail(option, text, "a time as 04:00:00 or 1-00:00:00");
+    if (!usable) refuse_value(option, text, "a time as 04:00:00 or 1-00:00:00");
     return text;
 }
 
@@ -136,7 +120,7 @@ DatasetArguments read_dataset_arguments(const std::vector<std::string>& words) {
     switch (arguments.command) {
         case Command::plan:
             parser.option("--out", [&](const std::string& option, const std::string& text) {
-                if (text.empty()) fail(option, text, "the name of a folder");
+                if (text.empty()) refuse_value(option, text, "the name of a folder");
                 arguments.folder = text;
             });
             count("--shards", arguments.shards, 1, kMostShards);
@@ -163,7 +147,7 @@ DatasetArguments read_dataset_arguments(const std::vector<std::string>& words) {
         case Command::merge:
             parser.option("--to", [&](const std::string& option, const std::string& text) {
                 const auto format = merge_format(text);
-                if (!format) fail(option, text, "hdf5, sofa or wav");
+                if (!format) refuse_value(option, text, "hdf5, sofa or wav");
                 arguments.format = *format;
             });
             parser.require("--to");

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/aula/dataset_arguments.h"
+#include "apps/aula/arguments/dataset_arguments.h"
 #include "apps/documents/map_measurement.h"
 #include "apps/session/base/session_options.h"
 #include "apps/session/remote/osc_options.h"
