@@ -35,9 +35,6 @@ constexpr double kMinShare = 0.1;
 /// Number of pairs static for longer than a window that are gathered again in a frame, in turn.
 constexpr std::size_t kStaticPairsPerFrame = 2;
 
-/// Memory that is mapped in a frame for the end that emits next: two huge pages.
-constexpr std::size_t kReserved_bytes = std::size_t{4} << 20;
-
 enum class SeedPurpose : std::uint64_t { grid = 2, gather = 4 };
 
 }  // namespace
@@ -278,8 +275,8 @@ std::vector<char> PatchPropagation::pairs_to_gather(std::uint64_t frame) const {
 }
 
 /// Rays and limits of a frame's gather at a receiver, of which no pair takes more than `share`. Two
-/// gathers of M rays at both ends, weighted by shares s and 1 - s that are also those of their
-/// rays, have the variance s^2 V / (s M) + (1 - s)^2 V / ((1 - s) M) = V / M: as one gather of M
+/// gathers of M rays at both ends, weighted by shares w and 1 - w that are also those of their
+/// rays, have the variance w^2 V / (w M) + (1 - w)^2 V / ((1 - w) M) = V / M: as one gather of M
 /// rays.
 GatherSettings PatchPropagation::gather_settings(std::uint64_t frame, double share) const {
     const auto window = static_cast<std::uint64_t>(window_frames_);
@@ -397,28 +394,6 @@ void PatchPropagation::step(const PropagationFrame& frame, std::span<const Specu
     for (const SegmentCache& segments : segment_caches_)
         statistics.memory_bytes += segments.memory_bytes();
     statistics.memory_bytes += row_pool_->free_bytes();
-}
-
-/// Maps memory for the end that emits after the next change, a little in each frame.
-void PatchPropagation::reserve_rows() {
-    if (from_listeners_) return;  // the emitting end does not change
-    std::size_t used = 0;
-    std::size_t used_by_listeners = 0;
-    std::size_t most = 0;
-    for (std::size_t id = 0; id < emitter_count(); ++id) {
-        const std::size_t rows = caches_[id].allocated_rows();
-        used += rows;
-        if (id >= source_count_) used_by_listeners += rows;
-        most = std::max(most, rows);
-    }
-    // No more than the rows of all emitters, which the limit of the memory allows. A cache can have
-    // more than the reached patches: rays hit some that the search for them has missed.
-    const std::size_t each = std::max(grid_.reached(), most);
-    const auto reserved = [&](std::size_t emitters, std::size_t in_use) {
-        return std::min(most, std::max(emitters * each, in_use) - in_use);
-    };
-    row_pool_->reserve(reserved(emitter_count(), used),
-                       reserved(listener_count_, used_by_listeners), kReserved_bytes);
 }
 
 /// The sources' caches serve all receivers, which therefore need no caches.

@@ -1,5 +1,7 @@
 #include "engine/estimate/patch_propagation.h"
 
+#include <algorithm>
+
 namespace aula {
 
 namespace {
@@ -9,6 +11,9 @@ constexpr double kSegmentShare = 0.05;
 
 /// Segments of all sources, or listeners, together: a search takes some 0.2 ms a frame.
 constexpr std::size_t kMaxSegments = 1 << 16;
+
+/// Memory that is mapped in a frame for the end that emits next: two huge pages.
+constexpr std::size_t kReserved_bytes = std::size_t{4} << 20;
 
 }  // namespace
 
@@ -49,6 +54,28 @@ void PatchPropagation::divide_memory() {
         caches_[id].set_memory_bytes(cache_bytes(directed));
         segment_caches_[id].set_bounds(max_segments(directed), segment_bytes());
     }
+}
+
+/// Maps memory for the end that emits after the next change, a little in each frame.
+void PatchPropagation::reserve_rows() {
+    if (from_listeners_) return;  // the emitting end does not change
+    std::size_t used = 0;
+    std::size_t used_by_listeners = 0;
+    std::size_t most = 0;
+    for (std::size_t id = 0; id < emitter_count(); ++id) {
+        const std::size_t rows = caches_[id].allocated_rows();
+        used += rows;
+        if (id >= source_count_) used_by_listeners += rows;
+        most = std::max(most, rows);
+    }
+    // No more than the rows of all emitters, which the limit of the memory allows. A cache can have
+    // more than the reached patches: rays hit some that the search for them has missed.
+    const std::size_t each = std::max(grid_.reached(), most);
+    const auto reserved = [&](std::size_t emitters, std::size_t in_use) {
+        return std::min(most, std::max(emitters * each, in_use) - in_use);
+    };
+    row_pool_->reserve(reserved(emitter_count(), used),
+                       reserved(listener_count_, used_by_listeners), kReserved_bytes);
 }
 
 }  // namespace aula
