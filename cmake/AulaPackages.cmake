@@ -1,7 +1,7 @@
 # cpack -G DEB: one Debian package for each component of the installation.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_VENDOR "Aula")
-# The maintainer of a package is who builds it, by the variables of Debian's tools.
+# The maintainer of a package is the person who builds it, by the variables of Debian's tools.
 set(maintainer "$ENV{DEBFULLNAME} <$ENV{DEBEMAIL}>")
 if("$ENV{DEBFULLNAME}" STREQUAL "" OR "$ENV{DEBEMAIL}" STREQUAL "")
     set(maintainer "Unofficial build <unofficial-build@aula.invalid>")

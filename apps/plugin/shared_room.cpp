@@ -265,8 +265,9 @@ void SharedRoom::compute() {
     for (std::size_t v = 0; v < voices_.size(); ++v) voices_[v]->prepare(propagation_->response(v));
 }
 
-/// The place of most listeners, of equally many that of the oldest instance. Who is elsewhere for a
-/// while has to leave, and so do all if the group has an older room for the place.
+/// The place of most listeners; of equally many, that of the oldest instance. An instance that is
+/// elsewhere for some frames leaves the room, and all leave if the group has an older room for the
+/// place.
 void SharedRoom::choose_place() {
     std::size_t most = 0;
     Vec3 place = place_;

@@ -29,10 +29,10 @@ class Figures:
     wait_s: float = 60.0  # from the end of an array to the next one: queue, sweep, status
 
 
-def task_s(f: Figures, responses: float, shards: int, at_once: int) -> float:
+def task_s(f: Figures, responses: float, shards: int, running: int) -> float:
     """Duration of a task: computing, or writing beside other tasks."""
     compute_s = responses * f.cpu_s / shards
-    write_s = responses / shards * f.bytes * at_once / (1e6 * f.write_mb_s)
+    write_s = responses / shards * f.bytes * running / (1e6 * f.write_mb_s)
     return f.start_s + max(compute_s, write_s)
 
 
@@ -81,8 +81,8 @@ def simulate(f: Figures, responses: float, seed: int) -> dict[str, float]:
                 start = max(controller, at)
             while stops and stops[0] <= start:
                 heapq.heappop(stops)
-            at_once = min(f.nodes * f.cores, len(stops) + missing - begun)
-            stop = start + task_s(f, responses, shards, at_once) * random.uniform(0.9, 1.1)
+            running = min(f.nodes * f.cores, len(stops) + missing - begun)
+            stop = start + task_s(f, responses, shards, running) * random.uniform(0.9, 1.1)
             if fails_at[node] < stop:
                 lost, stop = lost + 1, max(fails_at[node], start)
                 heapq.heappush(free, (fails_at[node] + repair_s, node))

@@ -125,8 +125,8 @@ SceneEdges::Frame SceneEdges::frame_of(std::uint32_t triangle) const {
 }
 
 /// True if faces of other triangles pass through the open angle along the whole edge, as at the
-/// foot of a wall that stands on an undivided floor. Such faces leave no sector above pi. Short
-/// rays around the edge meet them.
+/// foot of a wall on an undivided floor. Such faces leave no sector above pi. Short rays around the
+/// edge meet them.
 bool SceneEdges::is_buried(const DiffractionEdge& edge) const {
     constexpr std::array kPlaces{0.5, 0.1, 0.9};
     constexpr double kRadius_m = 5e-3;

@@ -130,7 +130,7 @@ Subject level_of(const std::filesystem::path& mesh_file, const Settings& setting
     scene.materials = {{"wall", Bands::filled(0.1F), Bands::filled(0.3F)}};
     scene.sources.emplace_back();
 
-    // The listener stands on a floor under a ceiling, the source 5 to 15 m away on another.
+    // The listener is above a floor and under a ceiling, and so is the source, 5 to 15 m away.
     const RayScene rays(scene);
     RandomStream random(derive_seed(1, 0x1e7e1));
     std::vector<Vec3> places;

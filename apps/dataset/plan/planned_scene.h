@@ -39,7 +39,7 @@ struct PlannedScene {
 /// The line of a plan, without the line feed.
 std::string scene_line(const PlannedScene& scene);
 
-/// The scene of a line; `name` stands for the file in messages. Throws InputError.
+/// The scene of a line; messages name the file `name`. Throws InputError.
 PlannedScene read_scene_line(const std::string& line, const std::string& name);
 
 /// Reads the scene files of a dataset; keeps the newest. [any thread]

@@ -24,7 +24,7 @@ std::array<InterauralParameters, kBandCount> interaural_parameters(std::span<con
                                                                    double zero_s);
 
 /// Adds the interaural coefficients of all audible pairs to the parameters of a measurement. The
-/// head, MIT KEMAR, stands at the receiver and faces the source in the horizontal plane. Values are
+/// head, MIT KEMAR, is at the receiver and faces the source in the horizontal plane. Values are
 /// means over several noises of the reverberation, whose spread gives the standard errors.
 /// `progress` may be empty; it receives the completed share of this computation. Returns false if
 /// it requested a stop. Throws InputError if the HRTF cannot be read.

@@ -10,7 +10,7 @@ using namespace aula;
 
 namespace {
 
-/// The largest error of reads of a tone at a share of the Nyquist frequency, at any phase.
+/// The largest error in reading a tone, whose frequency is a share of the Nyquist frequency.
 double error_at(const FractionalDelay& interpolator, double share) {
     const double step_rad = share * std::numbers::pi;
     double worst = 0;
@@ -49,7 +49,7 @@ TEST_CASE(
         const double error_db = 20 * std::log10(error_at(interpolator, percent / 100.0));
         CHECK(error_db < (percent <= 60 ? -90 : -83));
     }
-    // Companion: the transition band follows.
+    // Companion: in the transition band the error is larger.
     CHECK(20 * std::log10(error_at(interpolator, 0.85)) > -60);
 }
 

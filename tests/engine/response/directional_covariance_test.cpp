@@ -66,7 +66,7 @@ TEST_CASE("harmonics have the AmbiX convention and are orthogonal with energies 
     }
     Matrix expected(49, std::vector<double>(49));
     for (std::size_t i = 0; i < 49; ++i) expected[i][i] = 1.0 / (2 * order_of(i) + 1);
-    CHECK(worst_difference(products, expected) < 1e-3);  // of the lattice, as 1 / points
+    CHECK(worst_difference(products, expected) < 1e-3);  // error of the lattice, about 1 / points
 
     std::array<double, 16> y;
     const Vec3 u(0.48F, -0.6F, 0.64F);

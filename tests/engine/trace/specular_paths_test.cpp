@@ -130,11 +130,11 @@ TEST_CASE("paths that meet an edge or a corner exactly count once") {
     const auto paths = specular.find(centre, Vec3(2, 2, 1), true, Bands{}).paths;
     CHECK(per_order(paths) == std::array<int, 4>{1, 6, 18, 38});
     // Both at the centre: zero distance, but a finite level.
-    const auto at_once = specular.find(centre, centre, true, Bands{}).paths;
-    CHECK(per_order(at_once) == std::array<int, 4>{1, 6, 18, 38});
-    CHECK(at_once[0].length_m == 0);
-    CHECK(double{at_once[0].energy[0]} == Approx(1 / (4 * std::numbers::pi * 0.01)));
-    CHECK(glm::length(at_once[0].direction) == 1);
+    const auto coincident = specular.find(centre, centre, true, Bands{}).paths;
+    CHECK(per_order(coincident) == std::array<int, 4>{1, 6, 18, 38});
+    CHECK(coincident[0].length_m == 0);
+    CHECK(double{coincident[0].energy[0]} == Approx(1 / (4 * std::numbers::pi * 0.01)));
+    CHECK(glm::length(coincident[0].direction) == 1);
 }
 
 TEST_CASE("in free field there is only direct sound") {

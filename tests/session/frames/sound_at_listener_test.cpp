@@ -87,8 +87,8 @@ TEST_CASE("Sound from the left of the room is in front of a head that is turned 
 TEST_CASE("A head turns at constant speed between two poses, by the smaller angle") {
     HeadMotion motion(1600);
     motion.turn_to(looking(kPi - 0.1F));
-    const auto at_once = motion.advance(1600);
-    REQUIRE(at_once == head_rotation(looking(kPi - 0.1F)));
+    const auto first_pose = motion.advance(1600);
+    REQUIRE(first_pose == head_rotation(looking(kPi - 0.1F)));
     motion.turn_to(looking(-kPi + 0.1F));
     motion.advance(400);
     const auto half_way = motion.advance(400);

@@ -45,7 +45,7 @@ enum class SignalFiles { required, optional };
 LoadedScene load_scene(const std::filesystem::path& file,
                        SignalFiles signals = SignalFiles::required);
 
-/// Reads a scene from the text of a scene file, as load_scene(). `name` stands for the file in
+/// Reads a scene from the text of a scene file, as load_scene(). `name` is the file's name in
 /// messages. File names in the text are relative to `folder`.
 LoadedScene parse_scene(const std::string& text, const std::string& name,
                         const std::filesystem::path& folder,
