@@ -18,6 +18,7 @@
 #include "apps/bench/convolution/convolve.h"
 #include "apps/bench/propagation/changes.h"
 #include "apps/bench/propagation/diffraction.h"
+#include "apps/bench/propagation/fluctuation.h"
 #include "apps/bench/propagation/many_sources.h"
 #include "apps/bench/propagation/noise.h"
 #include "apps/bench/propagation/receivers.h"
@@ -91,6 +92,12 @@ class Bench {
     void rest(const Subject& subject) {
         take("10 s at rest in " + subject.description(), aula::bench::rest_columns(),
              aula::bench::measure_rest(subject, settings_));
+    }
+
+    void fluctuation(const Subject& subject) {
+        take("fluctuation during a walk in " + subject.description(),
+             aula::bench::fluctuation_columns(),
+             aula::bench::measure_fluctuation(subject, settings_));
     }
 
     void sources(const Subject& subject) {
@@ -257,6 +264,9 @@ int run(int argc, char** argv) {
     CLI::App* rest = app.add_subcommand(
         "rest", "the error after 10 s at rest, with the rays that a frame's time allows");
     rest->add_option("SCENE", scene, "scene file")->required();
+    CLI::App* fluctuation = app.add_subcommand(
+        "fluctuation", "levels of pink noise during a walk, against a walk with many rays");
+    fluctuation->add_option("SCENE", scene, "scene file")->required();
     CLI::App* sources = app.add_subcommand("sources", "the cost of many sources and of one");
     sources->add_option("SCENE", scene, "scene file")->required();
     CLI::App* receivers = app.add_subcommand(
@@ -278,9 +288,10 @@ int run(int argc, char** argv) {
     CLI::App* diffraction = app.add_subcommand(
         "diffraction", "the part of diffraction in the time of frames, with one source and eight");
     diffraction->add_option("SCENE", scene, "scene file")->required();
-    CLI::App* all = app.add_subcommand("all",
-                                       "noise, rest, trace, receivers, diffraction, and with a "
-                                       "path tracking and sources, of each scene; convolve");
+    CLI::App* all =
+        app.add_subcommand("all",
+                           "noise, rest, trace, receivers, diffraction, and with a "
+                           "path tracking, fluctuation and sources, of each scene; convolve");
     for (CLI::App* command : {diffraction, all}) {
         command->add_option("--level", level,
                             "diffraction: also in the level of a game, a mesh file with y up");
@@ -333,6 +344,7 @@ int run(int argc, char** argv) {
         if (*sweep) bench.sweep(load(scene, settings));
         if (*tracking) bench.tracking(load(scene, settings));
         if (*rest) bench.rest(load(scene, settings));
+        if (*fluctuation) bench.fluctuation(load(scene, settings));
         if (*sources) bench.sources(load(scene, settings));
         if (*receivers) bench.receivers(load(scene, settings));
         if (*changes) bench.changes(load(scene, settings));
@@ -349,7 +361,10 @@ int run(int argc, char** argv) {
                 const bool listener_moves = subject.scene.listener.path.has_value();
                 bench.noise(subject);
                 bench.rest(subject);
-                if (listener_moves || subject.scene.sources[0].path) bench.tracking(subject);
+                if (listener_moves || subject.scene.sources[0].path) {
+                    bench.tracking(subject);
+                    bench.fluctuation(subject);
+                }
                 bench.trace(subject);
                 if (listener_moves) bench.sources(subject);
                 bench.receivers(subject);

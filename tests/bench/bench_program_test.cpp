@@ -139,18 +139,19 @@ TEST_CASE("bench_smoke: --markdown writes the printed figures under their comman
     }
     for (const char* section :
          {"\n## noise of room.json: 12 triangles", "\n## 10 s at rest in ", "\n## tracking in ",
-          "\n## tracing in ", "\n## many sources in ", "\n## receivers of a measurement in ",
-          "\n## diffraction in ", "\n## convolution", "\n## preparing"}) {
+          "\n## fluctuation during a walk in ", "\n## tracing in ", "\n## many sources in ",
+          "\n## receivers of a measurement in ", "\n## diffraction in ", "\n## convolution",
+          "\n## preparing"}) {
         CAPTURE(section);
         CHECK(document.find(section) != std::string::npos);
     }
-    // One line per row of all tables, two lines above each of the nine tables, one line per fact
+    // One line per row of all tables, two lines above each of the ten tables, one line per fact
     // of the head.
     std::istringstream lines(document);
     std::size_t table_lines = 0;
     for (std::string line; std::getline(lines, line);) table_lines += line.rfind('|', 0) == 0;
     const nlohmann::json rows = rows_in(folder).at("rows");
-    CHECK(table_lines == rows.size() + 2 * 9 + 2 + 7);
+    CHECK(table_lines == rows.size() + 2 * 10 + 2 + 7);
     // --quick sets the sizes that are not given.
     for (const nlohmann::json& row : rows) {
         if (row["bench"] == "noise") CHECK(row["restarts"] == 2);
@@ -232,6 +233,26 @@ TEST_CASE("bench_smoke: at rest the rays fill the time of a frame") {
     CHECK(row["energy_ratio"].get<double>() == Approx(1).margin(0.1));
     // 16,384 rays of the reference err by a few percent, the estimator by less.
     CHECK(row["rest_error"].get<double>() < 0.1);
+}
+
+TEST_CASE("bench_smoke: during a walk each octave has its fluctuation") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kScene).string();
+    const std::string few = "fluctuation " + scene + " --json " + json_in(folder);
+    REQUIRE(run(few).status == 0);
+    const nlohmann::json at_own_rays = rows_in(folder).at("rows");
+    REQUIRE(run(few + " --rays 5").status == 0);
+    const nlohmann::json at_few_rays = rows_in(folder).at("rows");
+    REQUIRE(at_own_rays.size() == 7);
+    for (std::size_t i = 0; i < at_own_rays.size(); ++i) {
+        const nlohmann::json& row = at_own_rays[i];
+        check_keys(row, {"bench", "scene", "octave_hz", "rays", "windows", "fluctuation_db",
+                         "largest_db"});
+        CHECK(row["octave_hz"] == 125 << i);
+        CHECK(row["fluctuation_db"].get<double>() > 0);
+        CHECK(row["largest_db"] >= row["fluctuation_db"]);
+        CHECK(at_few_rays[i]["fluctuation_db"] > row["fluctuation_db"]);
+    }
 }
 
 TEST_CASE("bench_smoke: many sources are compared with one") {

@@ -9,6 +9,7 @@
 #include "apps/bench/base/table.h"
 #include "apps/bench/convolution/block_times.h"
 #include "apps/bench/convolution/uniform_convolver.h"
+#include "apps/bench/propagation/fluctuation.h"
 #include "apps/bench/propagation/reference.h"
 #include "aula/engine/scene_file.h"
 #include "engine/base/sampling.h"
@@ -190,6 +191,29 @@ TEST_CASE("tracking compares the responses from the reference's peak to the end"
     // Errors 20 %, 0, 50 %; the first bin's is not counted.
     CHECK(squared_relative_error(std::vector<double>{9, 6, 4, 1}, reference, bins) ==
           Approx(0.04 + 0.25).epsilon(1e-12));
+}
+
+TEST_CASE("pink noise has equal energy in each octave, and windows hold the energy of a tone") {
+    constexpr std::size_t kSamples = 96000;
+    const std::vector<float> noise = pink_noise(kSamples, 48000);
+    const auto total = [](const std::vector<double>& windows) {
+        return std::accumulate(windows.begin(), windows.end(), 0.0);
+    };
+    // Ten octaves from 20 Hz to 24 kHz: an octave has log(2) / log(24000 / 20) of the energy.
+    for (const double octave_hz : {125.0, 1000.0, 8000.0}) {
+        CAPTURE(octave_hz);
+        CHECK(total(octave_energy(noise, octave_hz, 48000)) ==
+              Approx(0.01 * kSamples * std::log(2) / std::log(1200)).epsilon(0.01));
+    }
+    std::vector<float> tone(kSamples);
+    for (std::size_t n = kSamples / 2; n < kSamples; ++n)
+        tone[n] = static_cast<float>(
+            std::sin(2 * std::numbers::pi * 1000 * static_cast<double>(n) / 48000));
+    const std::vector<double> windows = octave_energy(tone, 1000, 48000);
+    REQUIRE(windows.size() == 40);
+    CHECK(windows[10] < 0.1);
+    CHECK(windows[30] == Approx(1200).epsilon(0.01));
+    CHECK(total(octave_energy(tone, 2000, 48000)) < 10);
 }
 
 TEST_CASE("the error of the reference is subtracted in squares, down to zero") {
