@@ -14,7 +14,9 @@ constexpr double kJump_m = 1;
 
 void PairResponse::begin_frame(double moved_m) {
     moved_m_ = moved_m;
-    if (moved_m > kJump_m) follower_.restart();
+    if (moved_m <= kJump_m) return;
+    follower_.restart();
+    detected_follower_.restart();
 }
 
 void PairResponse::end_gather(std::uint64_t rays, bool is_current) {
@@ -43,6 +45,20 @@ void PairResponse::detect(const RayScene& scene, const SegmentCache& of_source,
     const std::uint64_t rays = std::max(detected_.rays(), of_source.rays() + of_listener.rays());
     of_source.add_to(scene, at_listener, {}, continues, rays, detected_);
     of_listener.add_to(scene, at_source, directivity, continues, rays, detected_);
+    detected_frames_ = continues ? detected_frames_ + 1 : 1;
+    detected_mean_.clear_bins();
+    detected_.add_others_to(detected_mean_);
+    detected_follower_.follow(detected_mean_, detected_frames_, moved_m_);
+}
+
+void PairResponse::add_detected_to(const SpecularSound& images, EnergyResponse& response) const {
+    // An image source replaces its detections at once.
+    detected_.add_images_to(images, response);
+    const EnergyResponse& others = detected_follower_.response();
+    for (std::size_t k = 0; k < others.bins.count(); ++k) {
+        response.energy[k] += others.energy[k];
+        response.intensity[k] += others.intensity[k];
+    }
 }
 
 }  // namespace aula

@@ -7,14 +7,19 @@
 
 namespace aula {
 
-/// The response of one source at one listener: at rest the mean of the gathered responses since
-/// source, listener or scene last changed, in motion that of a ResponseFollower; and the detections
-/// on the segments of both ends' rays. [propagation thread]
+/// The response of one source at one listener: the gathered responses and the detections on the
+/// segments of both ends' rays. Of each, at rest the mean since source, listener or scene last
+/// changed, in motion that of a ResponseFollower. [propagation thread]
 class PairResponse {
  public:
     /// `window_frames` >= 1: see ResponseFollower.
     PairResponse(const EnergyResponse& silent, int window_frames)
-        : mean_(silent), gathered_(silent), follower_(silent, window_frames), detected_(silent) {}
+        : mean_(silent),
+          gathered_(silent),
+          follower_(silent, window_frames),
+          detected_(silent),
+          detected_mean_(silent),
+          detected_follower_(silent, window_frames) {}
 
     /// Begins a frame. `moved_m`: how far source, listener and scene have moved since the last one,
     /// together.
@@ -44,8 +49,8 @@ class PairResponse {
     /// The gathered response, with less noise than a single frame.
     const EnergyResponse& response() const { return follower_.response(); }
 
-    /// The sum of the detections.
-    const SpecularSum& detected() const { return detected_; }
+    /// Adds the detections to a response, but for those that `images` counts.
+    void add_detected_to(const SpecularSound& images, EnergyResponse& response) const;
 
  private:
     double moved_m_ = 0;       ///< since the last frame
@@ -58,6 +63,9 @@ class PairResponse {
     bool segments_current_ = false;  ///< all segments of the last frame were valid for these
                                      ///< positions and this scene
     SpecularSum detected_;
+    int detected_frames_ = 0;             ///< of detected_
+    EnergyResponse detected_mean_;        ///< of the paths that no image source may count
+    ResponseFollower detected_follower_;  ///< of detected_mean_
 };
 
 }  // namespace aula

@@ -364,7 +364,7 @@ void PatchPropagation::update_pair(std::size_t i, bool gathered, const SpecularS
     if (!gathered && !mirrors_) return;
     response.energy = pair.response().energy;
     response.intensity = pair.response().intensity;
-    if (mirrors_) pair.detected().add_to(images, response);
+    if (mirrors_) pair.add_detected_to(images, response);
 }
 
 void PatchPropagation::step(const PropagationFrame& frame, std::span<const SpecularSound> images,

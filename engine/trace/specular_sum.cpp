@@ -21,17 +21,22 @@ void SpecularSum::add(const SegmentEnergy& sound, const Bands& energy, float len
     sum_.add(double{length_m}, energy, intensity);
 }
 
-void SpecularSum::add_to(const SpecularSound& images, EnergyResponse& response) const {
+void SpecularSum::add_images_to(const SpecularSound& images, EnergyResponse& response) const {
+    if (rays_ == 0) return;
+    const float scale = 1 / static_cast<float>(rays_);
+    for (const auto& [image, detected] : by_image_) {
+        if (images.has_tried(image)) continue;
+        response.add(detected.length_m / detected.count, detected.energy * scale,
+                     detected.intensity * scale);
+    }
+}
+
+void SpecularSum::add_others_to(EnergyResponse& response) const {
     if (rays_ == 0) return;
     const float scale = 1 / static_cast<float>(rays_);
     for (std::size_t k = 0; k < sum_.bins.count(); ++k) {
         response.energy[k] += sum_.energy[k] * scale;
         response.intensity[k] += sum_.intensity[k] * scale;
-    }
-    for (const auto& [image, detected] : by_image_) {
-        if (images.has_tried(image)) continue;
-        response.add(detected.length_m / detected.count, detected.energy * scale,
-                     detected.intensity * scale);
     }
 }
 

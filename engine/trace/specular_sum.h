@@ -24,7 +24,16 @@ class SpecularSum {
     void add(const SegmentEnergy& sound, const Bands& energy, float length_m);
 
     /// Adds the mean over all rays to a response.
-    void add_to(const SpecularSound& images, EnergyResponse& response) const;
+    void add_to(const SpecularSound& images, EnergyResponse& response) const {
+        add_others_to(response);
+        add_images_to(images, response);
+    }
+
+    /// The part of the paths that an image source may count.
+    void add_images_to(const SpecularSound& images, EnergyResponse& response) const;
+
+    /// The part of all other paths.
+    void add_others_to(EnergyResponse& response) const;
 
     std::uint64_t rays() const { return rays_; }
 
