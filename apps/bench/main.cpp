@@ -120,15 +120,20 @@ class Bench {
              aula::bench::measure_diffraction(subject, settings_));
     }
 
-    /// Omitted, with a line that says so, if there is no such file.
-    void diffraction_in_level(const std::string& mesh_file) {
-        if (mesh_file.empty()) return;
+    void edge_search(const Subject& subject) {
+        take("loading of copies of " + subject.name, aula::bench::edge_search_columns(),
+             aula::bench::measure_edge_search(subject, settings_));
+    }
+
+    /// The level in a mesh file; none, with a line that says so, if there is no such file.
+    std::optional<Subject> level(const std::string& mesh_file) {
+        if (mesh_file.empty()) return {};
         if (!std::filesystem::exists(mesh_file)) {
             progress_.clear();
             std::cout << "\ndiffraction in a level: skipped, no " << mesh_file << "\n";
-            return;
+            return {};
         }
-        diffraction(aula::bench::level_of(mesh_file, settings_));
+        return aula::bench::level_of(mesh_file, settings_);
     }
 
     void trace(const Subject& subject) {
@@ -286,7 +291,7 @@ int run(int argc, char** argv) {
     CLI::App* convolve =
         app.add_subcommand("convolve", "CPU time of a block, also in other libraries");
     CLI::App* diffraction = app.add_subcommand(
-        "diffraction", "the part of diffraction in the time of frames, with one source and eight");
+        "diffraction", "the part of diffraction in the time of frames, and its time at loading");
     diffraction->add_option("SCENE", scene, "scene file")->required();
     CLI::App* all =
         app.add_subcommand("all",
@@ -350,8 +355,12 @@ int run(int argc, char** argv) {
         if (*changes) bench.changes(load(scene, settings));
         if (*trace) bench.trace(load(scene, settings));
         if (*diffraction) {
-            bench.diffraction(load(scene, settings));
-            bench.diffraction_in_level(level);
+            std::vector<Subject> subjects{load(scene, settings)};
+            if (std::optional<Subject> found = bench.level(level)) subjects.push_back(*found);
+            for (const Subject& subject : subjects) {
+                bench.diffraction(subject);
+                bench.edge_search(subject);
+            }
         }
         if (*convolve) bench.convolve(convolution_sweep);
         if (*all) {
@@ -370,7 +379,7 @@ int run(int argc, char** argv) {
                 bench.receivers(subject);
                 bench.diffraction(subject);
             }
-            bench.diffraction_in_level(level);
+            if (const std::optional<Subject> found = bench.level(level)) bench.diffraction(*found);
             bench.convolve(convolution_sweep);
         }
         if (json_file) {

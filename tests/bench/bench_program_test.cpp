@@ -180,8 +180,8 @@ TEST_CASE("bench_smoke: in a scene without paths all measurements but those of m
 }
 
 TEST_CASE(
-    "bench_smoke: diffraction prints a row for one source and for eight, and skips a missing "
-    "level") {
+    "bench_smoke: diffraction prints a row for one source, for eight and for loading, and skips a "
+    "missing level") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kScene).string();
     const ProgramResult result =
@@ -189,8 +189,9 @@ TEST_CASE(
     REQUIRE(result.status == 0);
     CHECK(result.out.find("skipped, no missing.obj") != std::string::npos);
     const nlohmann::json rows = rows_in(folder).at("rows");
-    REQUIRE(rows.size() == 2);
-    for (const nlohmann::json& row : rows) {
+    REQUIRE(rows.size() == 3);
+    for (const int i : {0, 1}) {
+        const nlohmann::json& row = rows[i];
         check_keys(row, {"bench", "scene", "basis", "sources", "edges", "frame_ms",
                          "diffraction_ms", "diffraction_share"});
         CHECK(row["edges"] == 12);
@@ -199,6 +200,9 @@ TEST_CASE(
     }
     CHECK(rows[0]["sources"] == 1);
     CHECK(rows[1]["sources"] == 8);
+    CHECK(rows[2]["triangles"] == 100'008);  // copies of twelve
+    CHECK(rows[2]["edges"] == 100'008);
+    CHECK(rows[2]["edges_s"].get<double>() > 0);
 }
 
 TEST_CASE("bench_smoke: tracking prints a row for each mover and estimator") {

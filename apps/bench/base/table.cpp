@@ -85,6 +85,7 @@ std::vector<Column> columns_of(std::initializer_list<const char*> figures) {
                                          {"ratio", "raw over frame", 3},
                                          {"raw_ns", "raw", 0},
                                          {"raw_times_one_thread", "raw speed-up", 2},
+                                         {"ray_scene_s", "ray scene s", 2},
                                          {"rays", "rays", 0},
                                          {"receiver_ms", "receiver ms", 2},
                                          {"receiver_to_trace", "over trace", 3},

@@ -12,6 +12,7 @@
 #include "aula/exception.h"
 #include "engine/base/sampling.h"
 #include "engine/base/stopwatch.h"
+#include "engine/direct/direct_sound.h"
 #include "engine/edges/scene_edges.h"
 #include "engine/mesh/mesh_import.h"
 #include "engine/rays/ray_scene.h"
@@ -24,6 +25,8 @@ constexpr int kFrames = 60;
 constexpr double kWalk_m_s = 1.4;
 constexpr float kEar_m = 1.6F;
 constexpr double kBeforeMovement_s = 0.25;
+constexpr std::size_t kLoadedTriangles = 100'000;
+constexpr float kBetweenCopies_m = 20;  // more than the paths over edges reach
 
 /// The listener in a frame: on its path, else a walk of up to 1 m towards the first source.
 Vec3 listener_at(const Scene& scene, double time_s) {
@@ -51,6 +54,34 @@ double begin_s(const Scene& scene) {
         }
     }
     return std::max(0.0, movement_s.value_or(0) - kBeforeMovement_s);
+}
+
+/// One object of copies of all objects, in rows of a square.
+Object copies_of(const Scene& scene, std::size_t triangles) {
+    Object one;
+    Bounds bounds;
+    for (const Object& object : scene.objects) {
+        const auto first = static_cast<std::uint32_t>(one.vertices.size());
+        for (const Vec3& v : object.world_vertices(0)) one.vertices.push_back(v);
+        for (const auto& [a, b, c] : object.triangles) {
+            one.triangles.push_back({first + a, first + b, first + c});
+        }
+    }
+    bounds.add(one.vertices);
+    const std::size_t count = (triangles + one.triangles.size() - 1) / one.triangles.size();
+    const auto in_row = static_cast<std::size_t>(std::ceil(std::sqrt(count)));
+    const Vec3 distance_m = bounds.max - bounds.min + Vec3(kBetweenCopies_m);
+    Object all;
+    for (std::size_t i = 0; i < count; ++i) {
+        const Vec3 offset = distance_m * Vec3(i % in_row, i / in_row, 0);
+        const auto first = static_cast<std::uint32_t>(all.vertices.size());
+        for (const Vec3& v : one.vertices) all.vertices.push_back(v + offset);
+        for (const auto& [a, b, c] : one.triangles) {
+            all.triangles.push_back({first + a, first + b, first + c});
+        }
+    }
+    all.triangle_materials.assign(all.triangles.size(), 0);
+    return all;
 }
 
 Row measure(const Subject& subject, const std::vector<Vec3>& sources) {
@@ -115,6 +146,32 @@ const std::vector<Column>& diffraction_columns() {
     static const std::vector<Column> columns =
         columns_of({"sources", "rays", "triangles", "edges", "bent_paths", "edges_s", "frame_ms",
                     "diffraction_ms", "longest_ms", "diffraction_share"});
+    return columns;
+}
+
+std::vector<Row> measure_edge_search(const Subject& subject, const Settings& settings) {
+    settings.progress("diffraction: edges of many triangles");
+    Scene scene = subject.scene;
+    scene.objects = {copies_of(subject.scene, kLoadedTriangles)};
+    Stopwatch watch;
+    const RayScene rays(scene);
+    const double rays_s = watch.lap_s();
+    const DirectSound direct(rays, scene.medium.speed_of_sound_m_s(),
+                             scene.simulation.diffraction_order);
+    const double edges_s = watch.lap_s();
+    Row row;
+    row.figures = {{"bench", "edge_search"},
+                   {"scene", subject.name},
+                   {"triangles", static_cast<std::int64_t>(rays.triangle_count())},
+                   {"edges", static_cast<std::int64_t>(direct.edges().count())},
+                   {"ray_scene_s", rays_s},
+                   {"edges_s", edges_s}};
+    return {row};
+}
+
+const std::vector<Column>& edge_search_columns() {
+    static const std::vector<Column> columns =
+        columns_of({"triangles", "edges", "ray_scene_s", "edges_s"});
     return columns;
 }
 

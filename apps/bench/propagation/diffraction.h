@@ -14,6 +14,12 @@ std::vector<Row> measure_diffraction(const Subject& subject, const Settings& set
 
 const std::vector<Column>& diffraction_columns();
 
+/// The time that diffraction adds to loading: of the geometry at rest in as many copies side by
+/// side as have at least 100,000 triangles.
+std::vector<Row> measure_edge_search(const Subject& subject, const Settings& settings);
+
+const std::vector<Column>& edge_search_columns();
+
 /// A level of a game, with y up: the floors of a mesh file with a source and a listener.
 Subject level_of(const std::filesystem::path& mesh_file, const Settings& settings);
 
