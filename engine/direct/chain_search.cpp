@@ -240,7 +240,11 @@ bool ChainSearch::see_each_other(const DiffractionEdge& a, const DiffractionEdge
                 continue;
             }
             --budget.rays;
-            if (edges_.visible(point_off(a, from), point_off(b, to))) return true;
+            const double there_rad = a.open_angle_of(b.point(to * b.length_m));
+            if (edges_.visible_along_face(point_off(a, from), point_off(b, to),
+                                          Vec3(a.normal_at(there_rad)))) {
+                return true;
+            }
             if (!a.is_in_screen(b.point(to * b.length_m)) ||
                 !b.is_in_screen(a.point(from * a.length_m))) {
                 continue;

@@ -147,10 +147,6 @@ bool EdgeChain::find_angles() {
 void EdgeChain::choose_face(std::size_t contact) {
     Contact& here = contacts_[contact];
     Contact& next = contacts_[contact + 1];
-    const auto side_of = [](const DiffractionEdge& edge, double angle_rad) {
-        const double open_rad = edge.open_angle_rad;
-        return edge.direction(angle_rad < open_rad / 2 ? kPi / 2 : open_rad - kPi / 2);
-    };
     const auto angle_on = [](const DiffractionEdge& edge, const glm::dvec3& side,
                              double angle_rad) {
         const double open_rad = edge.open_angle_rad;
@@ -160,11 +156,11 @@ void EdgeChain::choose_face(std::size_t contact) {
     };
     std::array<glm::dvec3, 2> sides;
     if (!here.edge->is_free()) {
-        sides.fill(side_of(*here.edge, here.out_rad));
+        sides.fill(here.edge->normal_at(here.out_rad));
     } else if (!next.edge->is_free()) {
-        sides.fill(side_of(*next.edge, next.in_rad));
+        sides.fill(next.edge->normal_at(next.in_rad));
     } else {
-        const glm::dvec3 side = side_of(*here.edge, here.out_rad);
+        const glm::dvec3 side = here.edge->normal_at(here.out_rad);
         sides = {side, -side};
     }
     double most_rad = -1;
@@ -309,7 +305,12 @@ double EdgeChain::opening(const SceneEdges& edges) const {
     for (std::size_t i = 0; i < contacts_.size(); ++i) {
         const Contact& contact = contacts_[i];
         const EdgePassage passage(*contact.edge, contact.along_m, contact.in_rad, contact.out_rad);
-        if (!edges.visible(last, passage.point(0))) return 0;
+        const bool shares_last = i > 0 && contacts_[i - 1].shares_next;
+        const bool is_seen =
+            shares_last ? edges.visible_along_face(last, passage.point(0),
+                                                   Vec3(contact.edge->normal_at(contact.in_rad)))
+                        : edges.visible(last, passage.point(0));
+        if (!is_seen) return 0;
         product *=
             passage.opening(edges.scene(), std::min(glm::distance(point(i), contact.apex),
                                                     glm::distance(contact.apex, point(i + 2))));

@@ -33,6 +33,12 @@ struct DiffractionEdge {
     /// `side` is +1 or -1, the same side for all edges of the screen.
     WedgePoint coordinates(const glm::dvec3& point, double side) const;
 
+    /// The normal, into the open angle, of the face that is nearer to an angle.
+    glm::dvec3 normal_at(double angle_rad) const {
+        constexpr double kRight_rad = std::numbers::pi / 2;
+        return direction(angle_rad < open_angle_rad / 2 ? kRight_rad : open_angle_rad - kRight_rad);
+    }
+
     /// The angle of a point in the open angle, or of the face that is nearest to it.
     double open_angle_of(const glm::dvec3& point) const;
     double open_angle_of(const WedgePoint& point) const;

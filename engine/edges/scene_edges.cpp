@@ -102,6 +102,16 @@ bool SceneEdges::visible(const Vec3& from, const Vec3& to) const {
     return false;
 }
 
+bool SceneEdges::visible_along_face(const Vec3& from, const Vec3& to, const Vec3& normal) const {
+    if (visible(from, to)) return true;
+    // A face that bends outwards between two of its points is below its tangents at both.
+    const float highest_m =
+        glm::distance(from, to) / 2 * static_cast<float>(std::tan(DiffractionEdge::kOnFace_rad));
+    const Vec3 above_from = from + highest_m * normal;
+    const Vec3 above_to = to + highest_m * normal;
+    return visible(from, above_from) && visible(above_from, above_to) && visible(above_to, to);
+}
+
 void SceneEdges::scene_moved() {
     for (const MovingEdges& object : moving_) follow(object);
 }

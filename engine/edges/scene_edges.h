@@ -23,6 +23,10 @@ class SceneEdges {
     /// RayScene::visible without the small objects.
     bool visible(const Vec3& from, const Vec3& to) const;
 
+    /// Likewise between two points at a face with this normal: if bends below those of edges hide
+    /// them from each other, above the face.
+    bool visible_along_face(const Vec3& from, const Vec3& to, const Vec3& normal) const;
+
     const RayScene& scene() const { return scene_; }
 
     /// Whether there are small objects.

@@ -88,6 +88,30 @@ TEST_CASE("a search finds both ways round a pillar in its first frame") {
     }
 }
 
+TEST_CASE("a bend below those of edges does not block a path along its face") {
+    // Either face bulges by 4 mm, with bends of 0.23 and 0.46 degrees.
+    const Place flat({bar(1, 0.3F)});
+    const Place bulged(
+        {prism({{-1, -0.3F}, {0, -0.304F}, {1, -0.3F}, {1, 0.3F}, {0, 0.304F}, {-1, 0.3F}})});
+    const Vec3 source(-3, 0.1F, 0);
+    const Vec3 listener(3, 0, 0);
+    const auto expected = Search(flat, 2).frame(source, listener);
+    const auto paths = Search(bulged, 2).frame(source, listener);
+    REQUIRE(expected.size() == 2);
+    REQUIRE(paths.size() == 2);
+    for (std::size_t i = 0; i < 2; ++i) {
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            CHECK(20 * std::log10(std::abs(paths[i].field[b] / expected[i].field[b])) ==
+                  Approx(0).margin(0.5));
+        }
+    }
+    // A bar on the face blocks it.
+    const Place barred({bar(1, 0.3F), prism({{-0.1F, 0.2F}, {0.1F, 0.2F}, {0.1F, 1}, {-0.1F, 1}})});
+    for (const EdgePath& path : Search(barred, 2).frame(source, listener)) {
+        CHECK(path.length_m != Approx(expected[0].length_m).margin(1e-3));
+    }
+}
+
 TEST_CASE("the order limits the number of edges") {
     // Staggered screens: the only path bends at all of their edges.
     const std::vector<Object> screens{screen(0, -kFar_m, 1), screen(1, -1, kFar_m),
