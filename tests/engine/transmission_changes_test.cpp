@@ -1,10 +1,13 @@
 // Sound through walls: threads, scenes without transmission, changes of materials, and partitions
 // of one face.
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdint>
 
 #include "aula/engine/propagation.h"
+#include "aula/engine/scene_file.h"
 #include "tests/engine/rooms_in_row.h"
 #include "tests/support/measure.h"
 
@@ -13,6 +16,7 @@ using aula::test::add_partition;
 using aula::test::partition_at;
 using aula::test::quad;
 using aula::test::row_of_rooms;
+
 TEST_CASE("sound through walls is the same to the bit with any number of threads") {
     Scene scene = row_of_rooms(2, 0.2F, 0.4F);
     scene.simulation.direct = true;
@@ -60,6 +64,44 @@ TEST_CASE("transmission costs nothing and changes nothing where no surface trans
         // Companion: a partition that transmits.
         CHECK_FALSE(test::same_bits(a.response(0), c.response(0)));
         CHECK(a.statistics().segments < c.statistics().segments);
+    }
+}
+
+TEST_CASE("the door of the shipped scene muffles while it is shut") {
+    Scene scene = load_scene(AULA_SOURCE_DIR "/scenes/door.json").scene;
+    scene.simulation.rays = 1;
+    scene.simulation.specular = false;
+    scene.simulation.diffraction_order = 0;
+    scene.simulation.ir_length_s = 0.1F;
+    const Vec3 source = scene.sources[0].position_at(0);
+    const Vec3 in_door(4.1F, 2.2F, 1.1F);
+    const Vec3 listener = source + 2.0F * (in_door - source);
+    const auto levels_db = [&](double time_s, std::uint64_t id) {
+        Propagation propagation(scene, scene.simulation);
+        propagation.step({time_s, {source}, {listener}});
+        std::array<double, kBandCount> levels{};
+        for (const SpecularPath& path : propagation.response(0).paths) {
+            if (path.id != id) continue;
+            for (std::size_t b = 0; b < kBandCount; ++b) {
+                levels[b] = 10 * std::log10(double{path.energy[b]});
+            }
+        }
+        return levels;
+    };
+    const auto open_db = levels_db(1, 0);
+    const auto shut_db = levels_db(5, SpecularPath::kThroughWalls);
+    CHECK(levels_db(5, 0)[0] == 0);  // nothing is in sight
+    // A hollow wooden door; the share of its scattering leaves it in all directions. The wall
+    // beside it blocks a part of the first Fresnel zone, the same in all bands.
+    constexpr std::array kReduction_db{10, 14, 19, 23, 18, 17, 21, 24};
+    constexpr std::array kScattering{0.03, 0.04, 0.06, 0.08, 0.12, 0.17, 0.24, 0.34};
+    const auto beside_db = [&](std::size_t b) {
+        return shut_db[b] - open_db[b] + kReduction_db[b] - 10 * std::log10(1 - kScattering[b]);
+    };
+    CHECK((beside_db(0) > -2 && beside_db(0) < 0));
+    for (std::size_t b = 1; b < kBandCount; ++b) {
+        CAPTURE(b);
+        CHECK(beside_db(b) == Approx(beside_db(0)).margin(0.01));
     }
 }
 
