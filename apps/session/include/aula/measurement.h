@@ -59,9 +59,8 @@ struct PairParameters {
     std::array<std::array<MeasuredValue, kBandCount>, kAcousticParameterCount> octaves;
 
     /// [parameter] Single numbers by ISO 3382-1, annex A: means over the octaves of 500 and 1000
-    /// Hz, for J_LF and J_LFC over those from 125 to 1000 Hz, for L_J the level of the mean energy
-    /// of the latter, for IACC those
-    /// from 500 to 2000 Hz.
+    /// Hz, for J_LF and J_LFC over those from 125 to 1000 Hz, for IACC over those from 500 to 2000
+    /// Hz; for L_J the level of the mean energy from 125 to 1000 Hz.
     std::array<MeasuredValue, kAcousticParameterCount> broadband;
 
     /// Speech transmission index by IEC 60268-16:2011, 0..1, with male weights.
@@ -134,9 +133,9 @@ struct Measurement {
 /// seed, until the standard errors of level, C80, T30 and EDT of that mean are within the limits in
 /// every octave from 125 Hz to 4 kHz for each audible pair.
 ///
-/// The result of frames from empty caches is the mean of the published responses (`pt`,
-/// `dpc-published`), the last response (`patch`) or, for `dpc`, the last up to 1.5 windows of its
-/// cache and the mean beyond them.
+/// The result of consecutive frames is the response after the last of them for `patch`, and the
+/// mean of the responses after each of them for `pt` and `dpc-published`. For `dpc` it is the
+/// former if the frames are at most 1.5 windows of its cache, else the latter.
 ///
 /// A source is audible at a receiver if sound can reach it (random walks from both meet) and
 /// is_audible() is true for its response. Returns empty if `progress` requested a stop. Throws

@@ -59,11 +59,11 @@ enum class DeviceState {
     unavailable  ///< stopped, or not available again within AudioDevice::kReconnectTimeout_s
 };
 
-/// An output device that requests samples by a callback. If it is lost, opening it is
-/// tried every second for kReconnectTimeout_s. After a reconnection the signal fades in.
+/// An output device that requests samples by a callback. A lost device is reopened: an attempt is
+/// made every second for kReconnectTimeout_s. After a reconnection the signal fades in.
 class AudioDevice {
  public:
-    /// Time for which opening a lost device is tried.
+    /// Time for which attempts are made to reopen a lost device.
     static constexpr double kReconnectTimeout_s = 30;
 
     /// Name of a device that is always available: it requests samples in real time and discards

@@ -64,8 +64,8 @@ class Directivity {
     std::shared_ptr<const Pattern> pattern_;  ///< null: omnidirectional
 };
 
-/// Reads a directivity from a file: SOFA (FreeFieldDirectivityTF) if its name ends in ".sofa", else a
-/// table in JSON (docs/scene_format.md). Throws InputError if it cannot be read.
+/// Reads a directivity from a file: SOFA (FreeFieldDirectivityTF) if its name ends in ".sofa", else
+/// a table in JSON (docs/scene_format.md). Throws InputError if it cannot be read.
 Directivity load_directivity(const std::filesystem::path& file);
 
 }  // namespace aula

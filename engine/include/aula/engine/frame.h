@@ -11,8 +11,8 @@
 
 namespace aula {
 
-/// The places of all objects, sources and listeners in one frame. A position on a surface is
-/// moved off it.
+/// The places of all objects, sources and listeners in one frame. A position on a surface is moved
+/// off it.
 struct FrameInput {
     double time_s = 0;            ///< time on the objects' paths; not used with `objects`
     std::vector<Vec3> sources;    ///< [source] Propagation::source_count() positions
