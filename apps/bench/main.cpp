@@ -247,10 +247,10 @@ int run(int argc, char** argv) {
         ->capture_default_str()
         ->check(CLI::Range(2, 1024));
     app.add_option("--reference-rays", settings.reference_rays,
-                   "at most, even if the reference has not converged")
+                   "at most; a reference may end before it has converged")
         ->capture_default_str()
         ->check(CLI::Range(1.0, 1e12));
-    app.add_option("--reference-s", settings.reference_s, "CPU time of a reference in s, likewise")
+    app.add_option("--reference-s", settings.reference_s, "at most: CPU time of a reference in s")
         ->capture_default_str()
         ->check(CLI::Range(0.0, 1e6));
     app.add_option("--triangles", settings.triangles, "divide the surfaces into at least as many")
@@ -275,10 +275,12 @@ int run(int argc, char** argv) {
     CLI::App* sources = app.add_subcommand("sources", "the cost of many sources and of one");
     sources->add_option("SCENE", scene, "scene file")->required();
     CLI::App* receivers = app.add_subcommand(
-        "receivers", "the cost of an additional receiver of a measurement, over that of a source");
+        "receivers",
+        "the cost of an additional receiver of a measurement relative to that of a source");
     receivers->add_option("SCENE", scene, "scene file")->required();
     CLI::App* changes = app.add_subcommand(
-        "changes", "the mean and the worst frame while ends walk or jump, and objects move");
+        "changes",
+        "the mean and the worst frame while source or listener walk or jump, or objects move");
     changes->add_option("SCENE", scene, "scene file")->required();
     CLI::App* sweep =
         app.add_subcommand("sweep", "noise, bias and cost over ranges of tau and of lambda");
@@ -291,12 +293,12 @@ int run(int argc, char** argv) {
     CLI::App* convolve =
         app.add_subcommand("convolve", "CPU time of a block, also in other libraries");
     CLI::App* diffraction = app.add_subcommand(
-        "diffraction", "the part of diffraction in the time of frames, and its time at loading");
+        "diffraction", "the share of diffraction in the time of frames, and its time at loading");
     diffraction->add_option("SCENE", scene, "scene file")->required();
-    CLI::App* all =
-        app.add_subcommand("all",
-                           "noise, rest, trace, receivers, diffraction, and with a "
-                           "path tracking, fluctuation and sources, of each scene; convolve");
+    CLI::App* all = app.add_subcommand("all",
+                                       "noise, rest, trace, receivers and diffraction of each "
+                                       "scene, tracking, fluctuation and sources of those with a "
+                                       "path, and convolve");
     for (CLI::App* command : {diffraction, all}) {
         command->add_option("--level", level,
                             "diffraction: also in the level of a game, a mesh file with y up");

@@ -31,7 +31,7 @@ struct Settings {
     double frame_ms = 10;                  ///< rest: CPU time of a frame
     int sources = 32;                      ///< of the command sources, compared with one
     double reference_rays = 64e6;          ///< at most, even if the reference has not converged
-    double reference_s = 120;              ///< CPU time of a reference, likewise at most
+    double reference_s = 120;              ///< CPU time of a reference, at most
     std::function<void(const std::string&)> progress;  ///< receives the present step in a few words
 };
 
