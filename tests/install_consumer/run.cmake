@@ -18,27 +18,32 @@ function(build component)
         "-DCMAKE_PREFIX_PATH=${WORK}/prefix" "-DSOURCE=${SOURCE}" "-DCOMPONENT=${component}")
     run("${CMAKE_COMMAND}" --build "${WORK}/${component}")
     # Only the component's libraries: a sound file is read by audio, a device by devices.
-    execute_process(COMMAND readelf -d "${WORK}/${component}/use_${component}"
-                    OUTPUT_VARIABLE dynamic COMMAND_ERROR_IS_FATAL ANY)
     set(foreign_c "libportaudio|libjack|libasound|liblo|libembree")
     set(foreign_engine "libportaudio|libjack|libasound|liblo|libsndfile|libsoxr")
     set(foreign_audio "libportaudio|libjack|libasound|liblo|libembree")
     set(foreign_session "libportaudio|libjack|libasound|liblo")
     set(foreign_devices "libglfw|libGL")
-    if(dynamic MATCHES "${foreign_${component}}")
-        message(FATAL_ERROR "use_${component} needs ${CMAKE_MATCH_0}")
-    endif()
+    set(examples_session render_file game_loop own_callback)
+    foreach(program use_${component} ${examples_${component}})
+        execute_process(COMMAND readelf -d "${WORK}/${component}/${program}"
+                        OUTPUT_VARIABLE dynamic COMMAND_ERROR_IS_FATAL ANY)
+        if(dynamic MATCHES "${foreign_${component}}")
+            message(FATAL_ERROR "${program} needs ${CMAKE_MATCH_0}")
+        endif()
+    endforeach()
     run("${WORK}/${component}/use_${component}" "${SCENE}")
 endfunction()
 foreach(component c engine audio session devices)
     build(${component})
 endforeach()
 
-# A file: at least a second of two channels of 32-bit floats at 48 kHz.
+# A file: two channels of 32-bit floats at 48 kHz, at least a second, with reverberation half a
+# second after the onset of the sound.
 run("${WORK}/session/render_file" "${SCENE}" "${SOUND}" "${WORK}/file.wav")
 file(SIZE "${WORK}/file.wav" size)
-if(size LESS 384000)
-    message(FATAL_ERROR "file.wav has ${size} bytes")
+file(READ "${WORK}/file.wav" later OFFSET 192000 LIMIT 4000 HEX)
+if(size LESS 384000 OR later MATCHES "^0*$")
+    message(FATAL_ERROR "file.wav has ${size} bytes, half a second later ${later}")
 endif()
 
 # The first program of docs/api.md: two channels of 96000 floats, with reverberation at the end.
