@@ -5,8 +5,7 @@
 
 namespace aula {
 
-// Commands of the program. Each returns the exit status. Each throws InputError or
-// Failure.
+// Commands of the program. Each returns the exit status, or throws InputError or Failure.
 
 int list_devices();
 int list_materials(const Arguments& arguments);

@@ -21,8 +21,7 @@ enum class DecoderDesign {
     /// comparison.
     least_squares,
     /// Complex least squares below a cutoff frequency, magnitude least squares (MagLS) above it,
-    /// and
-    /// the diffuse-field covariance of the ears equalised to that of the head responses.
+    /// and the diffuse-field covariance of the ears equalised to that of the head responses.
     magnitudes
 };
 

@@ -37,8 +37,8 @@ std::vector<std::vector<std::uint32_t>> EdgeRow::candidates(const SceneEdges& ed
             for (const Member& member : members) row.push_back(member.edge);
         }
         std::sort(row.begin(), row.end());
-        // Of a row whose path is blocked the edges that it touches are left out: others of
-        // its edges may form a row that the path passes.
+        // If the path of a row is blocked, the edges that it touches are left out: the others may
+        // form a row whose path is free.
         const std::optional<EdgeRow> whole =
             row.size() > 1 ? over(edges, row, source, listener) : std::nullopt;
         const bool is_row = whole && whole->is_free(edges);

@@ -24,12 +24,12 @@ struct FirstOrderImages {
     int order = 1;                       ///< highest order of reflections
 };
 
-/// Adds to the first-order image sources of a source and a listener their diffraction. The group of
-/// a plane consists of its image source, if that is audible, of the terms of the edges of its
-/// faces that belong to the reflection, and of paths that it reflects before or after another edge.
-/// Their sum is continuous where the reflection point leaves
-/// the face and where another object hides the image source. The image source of a face that is
-/// small for the wavelength becomes weak. [several threads]
+/// Adds diffraction to the first-order image sources of a source and a listener. The group of a
+/// plane consists of its image source, if that is audible, of those terms of its faces' edges that
+/// belong to the reflection, and of paths that the plane reflects before or after another edge.
+/// Their sum is continuous where the reflection point leaves the face and where another object
+/// hides the image source. The image source of a face that is small for the wavelength becomes
+/// weak. [several threads]
 class ReflectionGroups {
  public:
     ReflectionGroups(const RayScene& scene, const SceneEdges& edges, const EdgePaths& paths,

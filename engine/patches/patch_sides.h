@@ -100,8 +100,8 @@ class PatchSides {
     float area_m2(std::uint32_t patch, std::uint32_t row) const;
 
  private:
-    /// Largest number of panels in a cell. Existing panels stay; if too many are
-    /// added in one move, the largest are taken.
+    /// Largest number of panels in a cell. Existing panels stay; if too many are added in one move,
+    /// the largest are taken.
     static constexpr std::size_t kMaxPanels = 6;
 
     struct Panel {

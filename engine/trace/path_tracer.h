@@ -34,12 +34,12 @@ struct TraceSettings {
     bool independent_rays = false;  ///< random initial directions instead of stratified ones
 };
 
-/// Monte Carlo path tracing from an emitter. Rays of energy 1 in every band, from a source with a
-/// directivity in the mean, are reflected diffusely
-/// or specularly by the scattering coefficient. They end with the response or, below -80 dB, by
-/// unbiased Russian roulette. Purely specular paths of the orders at which `images` tries every
-/// sequence are omitted; those of its higher orders carry their image's key, so that the reader can
-/// omit the paths that image sources count. ArrivalTracer and DepositTracer select what is
+/// Monte Carlo path tracing from an emitter. The energy of a ray is 1 in every band; rays of a
+/// source with a directivity have it in the mean. Surfaces reflect them diffusely or specularly by
+/// the scattering coefficient. Rays end with the response or, below -80 dB, by unbiased Russian
+/// roulette. Purely specular paths of the orders at which `images` tries every sequence are
+/// omitted. Those of its higher orders carry the key of their image, so that paths that image
+/// sources count can be omitted later. ArrivalTracer and DepositTracer select what is
 /// collected. Const functions may run on several threads. [propagation thread]
 class PathTracer {
  public:

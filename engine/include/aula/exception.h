@@ -24,8 +24,7 @@ class InputError : public Exception {
         : Exception(file + ": " + (place.empty() ? "" : place + ": ") + problem) {}
 };
 
-/// A failure at run time: no device, device lost, disk full. Aula's
-/// programs exit with status 1.
+/// A failure at run time: no device, device lost, disk full. Aula's programs exit with status 1.
 class Failure : public Exception {
  public:
     using Exception::Exception;

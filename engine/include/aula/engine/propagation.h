@@ -30,9 +30,8 @@ class Propagation {
     Propagation& operator=(const Propagation&) = delete;
 
     /// Appends a source. Its responses are silent until the next step(), whose input has one
-    /// position more. `pose` is where it will be then; caches are prepared for it. The memory
-    /// of the caches is divided anew. Patches keep the size that was chosen for the scene's
-    /// sources.
+    /// position more. `pose` is where it will be then; caches are prepared for it. The memory of
+    /// the caches is divided anew. Patches keep the size that was chosen for the scene's sources.
     void add_source(const Pose& pose, const Directivity& directivity = {});
 
     /// Removes a source; the indices of later sources decrease by one.
