@@ -11,20 +11,11 @@ namespace {
 /// the energy of a group may not.
 constexpr double kBegin_s = 0.032;
 
-constexpr std::size_t kGroupBins = 32;
+constexpr std::size_t kGroupBins = 16;
 
 /// Share of a new error in the smoothed ones. A smaller one detects changes later, a larger one
 /// takes more noise for a change.
 constexpr float kErrorShare = 1.0F / 20;
-
-/// Levels of a group whose ratio is beyond this have no shape in common.
-constexpr float kMostRatio = 1e6F;
-
-Bands sum_of(const EnergyResponse& response, std::size_t first_bin, std::size_t end_bin) {
-    Bands sum;
-    for (std::size_t k = first_bin; k < end_bin; ++k) sum += response.energy[k];
-    return sum;
-}
 
 }  // namespace
 
@@ -41,37 +32,6 @@ void approach(const EnergyResponse& estimate, std::size_t first_bin, std::size_t
             energy += share * (estimate.energy[k][b] - energy);
         }
         response.intensity[k] += share * (estimate.intensity[k] - response.intensity[k]);
-    }
-}
-
-void approach(const EnergyResponse& estimate, std::size_t first_bin, std::size_t end_bin,
-              float level_share, float shape_share, EnergyResponse& response) {
-    if (shape_share >= level_share) {
-        approach(estimate, first_bin, end_bin, shape_share, response);
-        return;
-    }
-    const Bands before = sum_of(response, first_bin, end_bin);
-    const Bands newest = sum_of(estimate, first_bin, end_bin);
-    Bands keep = Bands::filled(1 - level_share);
-    Bands take = Bands::filled(level_share);
-    for (std::size_t b = 0; b < kBandCount; ++b) {
-        const bool alike = before[b] > 0 && newest[b] > 0 && newest[b] < kMostRatio * before[b] &&
-                           before[b] < kMostRatio * newest[b];
-        if (!alike) continue;
-        const float level = before[b] + level_share * (newest[b] - before[b]);
-        keep[b] = (1 - shape_share) * (level / before[b]);
-        take[b] = shape_share * (level / newest[b]);
-    }
-    for (std::size_t k = first_bin; k < end_bin; ++k) {
-        const Bands kept = response.energy[k] * keep;
-        const Bands taken = estimate.energy[k] * take;
-        // Each intensity in proportion to its energy, so that it never exceeds it.
-        const auto scaled = [k](const EnergyResponse& of, const Bands& part) {
-            const float all = of.energy[k].sum();
-            return all > 0 ? part.sum() / all * of.intensity[k] : Vec3(0);
-        };
-        response.intensity[k] = scaled(response, kept) + scaled(estimate, taken);
-        response.energy[k] = kept + taken;
     }
 }
 
@@ -104,11 +64,10 @@ void ResponseFollower::follow(const EnergyResponse& estimate, int frames, double
             group.absolute_error += kErrorShare * (std::abs(error) - group.absolute_error);
         }
         const float signal = group.absolute_error > 0 ? group.error / group.absolute_error : 0.0F;
-        const float level_share = std::max(signal * signal, least);
         // Of moving ends, so that paths change by less than a bin in the mean age of frames.
-        const float shape_share = std::max(
-            {level_share * level_share, least, static_cast<float>(moved_m) / group.width_m});
-        approach(estimate, group.first_bin, group.end_bin, level_share, shape_share, response_);
+        const float share =
+            std::max({signal * signal, least, static_cast<float>(moved_m) / group.width_m});
+        approach(estimate, group.first_bin, group.end_bin, share, response_);
     }
 }
 

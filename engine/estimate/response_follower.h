@@ -11,21 +11,13 @@ namespace aula {
 void approach(const EnergyResponse& estimate, std::size_t first_bin, std::size_t end_bin,
               float share, EnergyResponse& response);
 
-/// Moves the energy of bins [first_bin, end_bin) in each band by `level_share` of the way to an
-/// estimate's, and its distribution over the bins by `shape_share`. From a `shape_share` of
-/// `level_share` on, each bin moves by it.
-void approach(const EnergyResponse& estimate, std::size_t first_bin, std::size_t end_bin,
-              float level_share, float shape_share, EnergyResponse& response);
-
 /// The response of a pair from one noisy and unbiased estimate in each frame.
 ///
 /// Adaptive-response-rate exponential smoothing (Trigg & Leach 1967), in groups of bins: the share
 /// of the new estimate follows from the tracking signal, the smoothed error over the smoothed
 /// absolute error of the group's energy. Errors of one sign are a change, after which the newest
-/// estimate counts almost alone; errors of both signs are noise, which is averaged. The
-/// distribution of a group's energy over its bins changes more slowly than the energy and has a
-/// smaller share. The early bins, which change within centimetres, are those of the newest
-/// estimate. [propagation thread]
+/// estimate counts almost alone; errors of both signs are noise, which is averaged. The early bins,
+/// which change within centimetres, are those of the newest estimate. [propagation thread]
 class ResponseFollower {
  public:
     /// The least share of a frame is 1 / N, N = min(`window_frames`, kMostFrames), so that at most

@@ -87,51 +87,6 @@ TEST_CASE("Noise of an unchanging response is averaged over frames, late bins on
     CHECK(std::abs(all.mean - 2) < test::kFamilyZ * 4 * all.standard_error);
 }
 
-TEST_CASE(
-    "The level of a group moves by its share, the distribution over its bins by a smaller one") {
-    NoisyResponse noisy;
-    EnergyResponse response = noisy.draw(2, 0.3);
-    const EnergyResponse before = response;
-    EnergyResponse estimate = noisy.draw(3, 0.3);
-    for (std::size_t k = 0; k < kBins.count(); ++k) {
-        estimate.energy[k][5] = 0;  // a band without a distribution
-        estimate.intensity[k].x = estimate.energy[k].sum();
-    }
-    const std::size_t end = kLate + 20;
-    const auto level = [&](const EnergyResponse& of, std::size_t band) {
-        double sum = 0;
-        for (std::size_t k = kLate; k < end; ++k) sum += double{of.energy[k][band]};
-        return sum;
-    };
-    approach(estimate, kLate, end, 0.5F, 0.1F, response);
-    CHECK(response.energy[kLate - 1] == before.energy[kLate - 1]);
-    CHECK(response.energy[end] == before.energy[end]);
-    for (const std::size_t band : {0U, 3U, 5U}) {
-        CAPTURE(band);
-        CHECK(level(response, band) ==
-              Approx((level(before, band) + level(estimate, band)) / 2).epsilon(1e-5));
-    }
-    for (std::size_t k = kLate; k < end; ++k) {
-        const double shape = double{response.energy[k][3]} / level(response, 3);
-        const double old_shape = double{before.energy[k][3]} / level(before, 3);
-        const double new_shape = double{estimate.energy[k][3]} / level(estimate, 3);
-        CHECK(shape == Approx(0.9 * old_shape + 0.1 * new_shape).epsilon(1e-5));
-        CHECK(double{response.energy[k][5]} == Approx(double{before.energy[k][5]} / 2));
-        // All energy comes from one side.
-        CHECK(response.intensity[k].x <= 1.00001F * response.energy[k].sum());
-        CHECK(response.intensity[k].x > 0.9F * response.energy[k].sum());
-    }
-    // A distribution that does not move more slowly has the level's share.
-    EnergyResponse all = before;
-    approach(estimate, kLate, end, 0.5F, 0.5F, all);
-    CHECK(double{all.energy[kLate][3]} ==
-          Approx((double{before.energy[kLate][3]} + double{estimate.energy[kLate][3]}) / 2));
-    // From silence there is no distribution to keep.
-    EnergyResponse silent = EnergyResponse::silent(kBins);
-    approach(estimate, kLate, end, 0.5F, 0.1F, silent);
-    CHECK(double{silent.energy[kLate][3]} == Approx(double{estimate.energy[kLate][3]} / 2));
-}
-
 TEST_CASE("A response follows a change of level within a few frames") {
     // A level that doubles or halves, and one that grows by a tenth in each frame.
     NoisyResponse noisy;
