@@ -302,4 +302,5 @@ TEST_CASE("Levels that take no filter keep their partitions, and released ones r
     for (std::size_t l = 0; l + 1 < levels.size(); ++l)
         limit += (4 + (2 * levels[l].size + kPeriod - 1) / kPeriod) * bytes(levels[l]);
     CHECK(transform.memory_bytes() <= limit);
+    CHECK(transform.memory_bytes() >= bytes(levels.back()));
 }

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <numbers>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "audio/dsp/fft.h"
@@ -172,6 +173,34 @@ TEST_CASE("Four directions suffice") {
             CHECK(std::isfinite(level_db(ear.minimum_phase, 48000)));
         }
     }
+    // Opposite a direction the three others are equally near.
+    const auto between = hrtf.ears({-a, -a, -a});
+    for (std::size_t e = 0; e < 2; ++e) {
+        double mean_s = 0;
+        for (std::size_t i = 1; i < 4; ++i) mean_s += hrtf.responses().ears[i][e].delay_s / 3;
+        CHECK(between[e].delay_s == Approx(mean_s).epsilon(1e-4));
+    }
+}
+
+TEST_CASE("Responses that end at their loudest sample keep their level at other rates") {
+    const auto levels = [](std::size_t sample) {
+        HeadMeasurements head = smooth_head(44100, 20);
+        // A few: what all responses have in common is equalised.
+        for (std::size_t r = 0; r < 4; ++r) {
+            float* const response = head.responses.data() + r * head.samples;
+            std::swap(response[0], response[sample]);
+        }
+        const Hrtf hrtf(head, 48000);
+        std::vector<double> levels_db;
+        for (const auto& ears : hrtf.responses().ears)
+            for (const Hrtf::Ear& ear : ears)
+                levels_db.push_back(level_db(ear.minimum_phase, 48000));
+        return levels_db;
+    };
+    const std::vector<double> in_the_middle = levels(80);
+    const std::vector<double> at_the_end = levels(175);
+    for (std::size_t i = 0; i < in_the_middle.size(); ++i)
+        CHECK(at_the_end[i] == Approx(in_the_middle[i]).margin(0.02));
 }
 
 TEST_CASE("Long minimum-phase responses are recovered to their last tap") {

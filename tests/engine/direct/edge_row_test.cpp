@@ -309,6 +309,22 @@ TEST_CASE("a row covers the straight path where it touches the tops, not where t
     CHECK(covered(0.5F) == 0);
 }
 
+TEST_CASE("a row fades out over the last quarter of the longest detour") {
+    const auto weight = [](double detour_m) {
+        // Half of the detour on each side, 200 m before and behind the screens.
+        const double side_m = 200 + detour_m / 2;
+        const auto below_m = static_cast<float>(std::sqrt(side_m * side_m - 200 * 200));
+        const Place place({screen(0, 0), screen(3, 0)});
+        const auto over =
+            row_over(place, {{0, 0}, {3, 0}}, {-200, -below_m, 0}, {203, -below_m, 0});
+        return over ? over->weight() : 0;
+    };
+    const double longest_m = aula::EdgePaths::kLongestDetour_m;
+    CHECK(weight(0.7 * longest_m) == 1);
+    CHECK(weight(0.875 * longest_m) == Approx(0.5).margin(1e-3));
+    CHECK(weight(1.001 * longest_m) == 0);
+}
+
 TEST_CASE("a row covers the paths over its edges, and no other") {
     const Place place({screen(0, 0), screen(3, 0), screen(20, 0)});
     const auto over = row_over(place, {{0, 0}, {3, 0}}, {-3, 0, 0}, {6, 0, 0});

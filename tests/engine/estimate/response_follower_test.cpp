@@ -105,6 +105,23 @@ TEST_CASE("A response follows a change of level within a few frames") {
     CHECK(mean_energy(follower.response()) == Approx(level).epsilon(0.05));
 }
 
+TEST_CASE("A change of any single bin is a change of its group") {
+    // All energy of a group is in one bin; the first group has 16 of 1 ms.
+    for (std::size_t bin = kLate; bin < kLate + 16; ++bin) {
+        ResponseFollower follower(EnergyResponse::silent(kBins), kFrames);
+        const auto follow = [&](float energy) {
+            EnergyResponse estimate = EnergyResponse::silent(kBins);
+            estimate.energy[bin] = Bands::filled(energy);
+            follower.follow(estimate, 1, 0.005);
+        };
+        for (int frame = 0; frame < 50; ++frame) follow(2);
+        for (int frame = 0; frame < 6; ++frame) follow(4);
+        CAPTURE(bin);
+        // With the least share it would have come to 2.64.
+        CHECK(follower.response().energy[bin][0] > 3.9F);
+    }
+}
+
 TEST_CASE("Bins that moving ends cross in a frame have the newest estimate") {
     // Ends that move by a bin of 4 ms in a frame: only wider bins are smoothed.
     NoisyResponse noisy;

@@ -122,5 +122,13 @@ TEST_CASE("a path identifier depends on source, order of patches and listener") 
     const PathIdentifier path = PathIdentifier::start(0).extended(a).extended(b);
     CHECK_FALSE(path == PathIdentifier::start(0).extended(b).extended(a));
     CHECK_FALSE(path == PathIdentifier::start(1).extended(a).extended(b));
+    // Rows and columns have 32 bits each.
+    const auto at = [&](std::uint32_t zeta, std::uint32_t xi) {
+        return PathIdentifier::start(0).extended({1, zeta, xi, false});
+    };
+    for (std::uint32_t bit = 0; bit < 32; ++bit) {
+        CHECK_FALSE(at(0, std::uint32_t{1} << bit) == at(1, 0));
+        CHECK_FALSE(at(std::uint32_t{1} << bit, 0) == at(0, 0));
+    }
     CHECK_FALSE(path.ended(0) == path.ended(1));
 }
