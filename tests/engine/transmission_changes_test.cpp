@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdint>
+#include <glm/geometric.hpp>
 
 #include "aula/engine/propagation.h"
 #include "aula/engine/scene_file.h"
@@ -32,6 +33,26 @@ TEST_CASE("sound through walls is the same to the bit with any number of threads
         }
         CAPTURE(estimator_name(estimator));
         CHECK(test::same_bits(one.response(0), three.response(0)));
+    }
+}
+
+TEST_CASE("each of several sources is heard through a wall from its own distance") {
+    Scene scene = row_of_rooms(2, 0.2F, 0.4F);
+    scene.simulation.direct = true;
+    scene.simulation.specular = false;
+    scene.simulation.diffraction_order = 0;
+    add_partition(scene, 5, 8.0F);
+    scene.sources.push_back(scene.sources[0]);
+    scene.sources[1].position += Vec3(0.4F, -0.3F, 0.2F);
+    Propagation propagation(scene, test::with(scene, Estimator::patch, 0.3F));
+    propagation.step(test::static_input(scene));
+    for (std::size_t s = 0; s < 2; ++s) {
+        CAPTURE(s);
+        const auto& paths = propagation.response(s).paths;
+        REQUIRE(paths.size() == 1);
+        CHECK(double{paths[0].length_m} ==
+              Approx(glm::distance(scene.sources[s].position, scene.listener.pose.position))
+                  .margin(1e-3));
     }
 }
 
