@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 
@@ -48,6 +49,11 @@ inline BandVector sum_of_bands(BandVector v) {
     v += __builtin_shufflevector(v, v, 4, 5, 6, 7, 0, 1, 2, 3);
     v += __builtin_shufflevector(v, v, 2, 3, 0, 1, 6, 7, 4, 5);
     return v + __builtin_shufflevector(v, v, 1, 0, 3, 2, 5, 4, 7, 6);
+}
+
+inline BandVector square_roots(BandVector v) {
+    for (int b = 0; b < 8; ++b) v[b] = std::sqrt(v[b]);
+    return v;
 }
 
 inline BandVector max_of(const BandVector& a, const BandVector& b) { return a > b ? a : b; }

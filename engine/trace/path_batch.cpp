@@ -75,11 +75,12 @@ void scatter_energies(const RayScene& scene, const Bands& attenuation_per_m, Pat
             const BandIntegers is_diffuse = BandIntegers{} + diffuse[k];
             energy[k] = is_diffuse ? scattered[k] : energy[k] - scattered[k];
         }
-        const BandVector survival =
-            maxima_over_bands(energy) * weight * (1 / load_bands(&paths.roulette_energy[first]));
-        const BandIntegers plays = survival < 1;
-        const BandIntegers lost = plays & ~(load_bands(&paths.roulette[first]) < survival);
-        weight = plays ? weight / survival : weight;
+        const BandVector before = load_bands(&paths.roulette_energy[first]);
+        const BandVector left = maxima_over_bands(energy) * weight / before;
+        const BandVector survival = square_roots(left < 1 ? left : BandVector{} + 1);
+        const BandIntegers lost = ~(load_bands(&paths.roulette[first]) < survival);
+        weight /= survival;
+        store_bands(before * survival, &paths.roulette_energy[first]);
         store_integers(diffuse & 1, &paths.to_diffuse[first]);
         store_integers((lost | ~(total > 0)) & 1, &paths.ended[first]);
         for (std::size_t k = 0; k < kPaths; ++k) {

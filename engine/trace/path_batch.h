@@ -15,8 +15,10 @@ namespace aula {
 /// arrive, scatter, leave) process the whole batch: wavefront path tracing (Laine et al. 2013).
 /// Each lane's result depends on its own path only. [propagation thread]
 struct PathBatch {
-    /// Russian roulette applies below this share of the initial energy in every band (-80 dB).
-    static constexpr float kRouletteEnergy = 1e-8F;
+    /// Russian roulette begins below this share of the initial energy in every band (-30 dB). From
+    /// there on, of a reflection that leaves the share r of the energy, the share sqrt(r) of the
+    /// paths survives with the share sqrt(r) of the energy of each.
+    static constexpr float kRouletteEnergy = 1e-3F;
 
     std::size_t count = 0;      ///< lanes in use
     bool behind_walls = false;  ///< the paths have passed walls (TransmittedPaths)
@@ -30,7 +32,8 @@ struct PathBatch {
     alignas(64) std::array<std::uint32_t, kLanes> diffuse{};  ///< 1 after a diffuse reflection
     std::array<PathIdentifier, kLanes> identifier{};
     std::array<ImageTransform, kLanes> image{};  ///< for orders up to that of the image sources
-    /// Roulette applies below this energy in every band: less behind walls.
+    /// The strongest band of a path in roulette; before it, where roulette begins. Less behind
+    /// walls.
     alignas(64) std::array<float, kLanes> roulette_energy = filled(kRouletteEnergy);
     std::array<std::uint32_t, kLanes> crossings{};  ///< walls passed, of paths behind walls
     std::array<std::uint32_t, kLanes> reflected{};  ///< the same: 1 after any reflection
