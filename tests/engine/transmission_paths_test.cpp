@@ -192,12 +192,13 @@ TEST_CASE("what is neither on the way nor heat has never been emitted") {
         TraceSettings settings;
         settings.rays = PathTracer::kBatchRays;
         settings.max_length_m = 1000;
-        // Up to an order at which no path is below -80 dB.
-        const auto balance =
-            BalanceTracer(rays, images, settings).balance(scene.sources[0].position, 20);
+        // Up to an order at which no path is below -30 dB, where roulette begins.
+        const double orders = std::min(19.0, std::log(1e-3) / std::log(1 - double{absorption}));
+        const auto balance = BalanceTracer(rays, images, settings)
+                                 .balance(scene.sources[0].position, static_cast<int>(orders));
         for (std::size_t n = 0; n < balance.size(); ++n) {
             CAPTURE(absorption, reduction_db, n, balance[n]);
-            // Rounding of 20 products and sums of up to 160 paths.
+            // Rounding of up to 19 products and sums of up to 160 paths.
             CHECK(std::abs(balance[n] - 1) < 1e-6);
         }
     }
