@@ -20,6 +20,8 @@ GroupVoice::Dimensions GroupVoice::dimensions(const SharedRoom& room,
     const FrameSettings settings{.sample_rate_hz = output.sample_rate_hz,
                                  .block = output.block,
                                  .output = output.format,
+                                 // Half the memory of the filters of sixteen channels.
+                                 .half_precision_tail = output.format == OutputFormat::toa,
                                  .max_sources = 1};
     return {
         renderer_config(room.scene(), room.response_length_s(), settings),
@@ -60,19 +62,21 @@ GroupVoice::~GroupVoice() { room_->remove(*this); }
 
 void GroupVoice::read_controls() { values_ = controls_->read(); }
 
-void GroupVoice::prepare(const EnergyResponse& response) {
-    responses_.build(response, response_);
+void GroupVoice::prepare(const EnergyResponse& energy) {
+    // Not a member: the instances of a room are prepared one after the other in the same memory.
+    ImpulseResponse response;
+    responses_.build(energy, response);
     const PartGains gains = SceneControls::part_gains(values_);
     if (gains.late != 1) {
-        for (std::vector<float>& channel : response_.channels)
+        for (std::vector<float>& channel : response.channels)
             for (float& sample : channel) sample *= gains.late;
     }
     float longest_m = 0;
-    for (const SpecularPath& path : response_.paths) longest_m = std::max(longest_m, path.length_m);
+    for (const SpecularPath& path : response.paths) longest_m = std::max(longest_m, path.length_m);
     longest_delay_s_ = static_cast<double>(longest_m) / speed_of_sound_m_s_;
     if (!prepared_) prepared_ = renderer_.mailbox().reclaim();
     if (!prepared_) prepared_ = frames_.make_frame();
-    const SourceSound sound = source_sound(response_, speed_of_sound_m_s_, places_.gain_db(values_),
+    const SourceSound sound = source_sound(response, speed_of_sound_m_s_, places_.gain_db(values_),
                                            gains.direct, gains.early);
     frames_.prepare({&sound, 1}, *prepared_);
 }

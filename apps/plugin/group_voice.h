@@ -38,7 +38,7 @@ class GroupVoice final : public PluginRoom {
     Vec3 listener() const { return places_.listener_pose(values_).position; }
     int rays() const { return places_.rays(values_); }
     /// Prepares a frame, which publish() hands to the renderer.
-    void prepare(const EnergyResponse& response);
+    void prepare(const EnergyResponse& energy);
     void publish();
     bool is_heard() const { return heard_; }
     void leave();
@@ -66,7 +66,6 @@ class GroupVoice final : public PluginRoom {
     // Used by the propagation thread.
     ControlValues values_;
     ImpulseResponseBuilder responses_;
-    ImpulseResponse response_;
     RenderFrameBuilder frames_;
     std::unique_ptr<RenderFrame> prepared_;
     double longest_delay_s_ = 0;

@@ -14,6 +14,13 @@
 
 namespace aula {
 
+namespace {
+
+/// Filters of the reverberation, [channel], of one source.
+using Responses = std::vector<AlignedVector<float>>;
+
+}  // namespace
+
 struct RenderFrameBuilder::State {
     State(const RendererConfig& settings, std::shared_ptr<const Hrtf> head)
         : config(settings),
@@ -25,11 +32,7 @@ struct RenderFrameBuilder::State {
           early_filter(kInterpolationTaps - 1 + shape.early_taps + kInterpolationTaps - 1),
           delayed(shape.early_taps + kInterpolationTaps - 1),
           moving(config.sources, std::vector<std::uint64_t>(shape.moving_paths - 1)),
-          absent(config.sources, 1) {
-        for (std::size_t c = 0; c < shape.reverberation.outputs; ++c) {
-            responses.emplace_back(shape.reverberation.taps);
-        }
-    }
+          absent(config.sources, 1) {}
 
     RendererConfig config;
     std::shared_ptr<const Hrtf> hrtf;  ///< kept alive
@@ -39,8 +42,7 @@ struct RenderFrameBuilder::State {
     BandFilterDesigner path_bands;
     FractionalDelay interpolator;
 
-    std::vector<AlignedVector<float>> responses;  ///< [channel] of the present source
-    AlignedVector<float> early_filter;            ///< band filter, zero-padded at both ends
+    AlignedVector<float> early_filter;  ///< band filter, zero-padded at both ends
     AlignedVector<float> delayed;
     std::vector<std::vector<std::uint64_t>> moving;  ///< [source][slot] moving early paths, 0: none
     std::vector<char> absent;                        ///< [source] in the frame before
@@ -48,7 +50,7 @@ struct RenderFrameBuilder::State {
 
     void choose_moving(std::size_t source, std::span<const DiscretePath> early, std::size_t max);
     void omit(std::size_t source, RenderFrame& frame);
-    void add_early(const DiscretePath& path, float gain);
+    void add_early(const DiscretePath& path, float gain, Responses& responses);
     void prepare_path(const DiscretePath& path, float gain, PathSound& sound);
 };
 
@@ -79,17 +81,20 @@ void RenderFrameBuilder::prepare(std::size_t index, const SourceSound& source, s
     State& s = *state_;
     if (source.absent) return s.omit(index, frame);
     s.absent[index] = 0;
-    for (std::size_t c = 0; c < s.responses.size(); ++c) {
+    // Not kept: of 16 channels it would be a fifth of a renderer's memory.
+    Responses responses(s.shape.reverberation.outputs,
+                        AlignedVector<float>(s.shape.reverberation.taps));
+    for (std::size_t c = 0; c < responses.size(); ++c) {
         const std::span<const float> in = source.ambisonics[c];
         assert(in.size() <= s.config.response_samples);
         // Sound that arrives within the decoder's lead cannot be rendered in time. It is delayed by
         // the lead.
         const auto lead = static_cast<std::ptrdiff_t>(std::min(s.shape.lead_samples, in.size()));
-        const auto end = std::transform(in.begin() + lead, in.end(), s.responses[c].begin(),
+        const auto end = std::transform(in.begin() + lead, in.end(), responses[c].begin(),
                                         [&](float x) { return source.gain * x; });
-        std::fill(end, s.responses[c].end(), 0.0F);
+        std::fill(end, responses[c].end(), 0.0F);
         for (std::ptrdiff_t n = 0; n < lead; ++n) {
-            s.responses[c][static_cast<std::size_t>(n)] +=
+            responses[c][static_cast<std::size_t>(n)] +=
                 source.gain * in[static_cast<std::size_t>(n)];
         }
     }
@@ -104,10 +109,10 @@ void RenderFrameBuilder::prepare(std::size_t index, const SourceSound& source, s
             s.prepare_path(path, source.gain,
                            paths[1 + static_cast<std::size_t>(slot - s.moving[index].begin())]);
         } else {
-            s.add_early(path, source.gain);
+            s.add_early(path, source.gain, responses);
         }
     }
-    const std::vector<std::span<const float>> views(s.responses.begin(), s.responses.end());
+    const std::vector<std::span<const float>> views(responses.begin(), responses.end());
     s.transform.transform(views, index, frame.parts->reverberation, s.levels);
 }
 
@@ -120,7 +125,7 @@ void RenderFrameBuilder::State::omit(std::size_t source, RenderFrame& frame) {
     }
     absent[source] = 1;
     // All levels, so that later frames can repeat them.
-    const std::vector<std::span<const float>> silence(responses.size());
+    const std::vector<std::span<const float>> silence(shape.reverberation.outputs);
     transform.transform(silence, source, frame.parts->reverberation);
 }
 
@@ -155,7 +160,8 @@ void RenderFrameBuilder::State::choose_moving(std::size_t source,
     }
 }
 
-void RenderFrameBuilder::State::add_early(const DiscretePath& path, float gain) {
+void RenderFrameBuilder::State::add_early(const DiscretePath& path, float gain,
+                                          Responses& responses) {
     const double delay = std::max(
         0.0, path.delay_s * config.sample_rate_hz - static_cast<double>(shape.lead_samples));
     const double whole = std::floor(delay);

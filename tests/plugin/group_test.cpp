@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <chrono>
@@ -116,11 +117,13 @@ int processors() { return static_cast<int>(std::thread::hardware_concurrency());
 
 TEST_CASE("Instances of a group share threads and memory") {
     constexpr std::size_t kInstances = 8;
+    using Formats = std::array<OutputFormat, 2>;
+    const Formats formats = GENERATE(Formats{OutputFormat::binaural, OutputFormat::foa},
+                                     Formats{OutputFormat::toa, OutputFormat::toa});
     std::vector<std::unique_ptr<PluginHost>> hosts;
     std::vector<PluginHost*> all;
     const auto add = [&] {
-        hosts.push_back(
-            make_host(1, hosts.size() % 2 == 0 ? OutputFormat::binaural : OutputFormat::foa));
+        hosts.push_back(make_host(1, formats[hosts.size() % 2]));
         hosts.back()->set(Control::source_y, 1 + 0.5F * static_cast<float>(hosts.size()));
         hosts.back()->activate();
         all.push_back(hosts.back().get());

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <limits>
 #include <new>
 #include <vector>
@@ -58,6 +59,28 @@ TEST_CASE("Large memory is not backed by small pages before its first use") {
         CHECK(std::none_of(resident.begin(), resident.end(), [](auto x) { return x & 1U; }));
     }
     for (void* block : blocks) free_aligned(block, kBytes);
+}
+
+TEST_CASE("Memory slightly larger than a huge page is not rounded up to the next one") {
+    const auto resident_bytes = [] {
+        std::ifstream file("/proc/self/statm");
+        std::size_t pages = 0;
+        file >> pages >> pages;
+        return pages * static_cast<std::size_t>(getpagesize());
+    };
+    for (const double huge_pages : {0.55, 1.1, 2.1}) {
+        CAPTURE(huge_pages);
+        const auto bytes = static_cast<std::size_t>(huge_pages * (std::size_t{2} << 20));
+        std::vector<void*> blocks(16);
+        const std::size_t before = resident_bytes();
+        for (void*& block : blocks) {
+            block = allocate_aligned(bytes);
+            std::memset(block, 1, bytes);
+        }
+        const std::size_t after = resident_bytes();
+        for (void* block : blocks) free_aligned(block, bytes);
+        CHECK(static_cast<double>(after - before) < 1.2 * static_cast<double>(16 * bytes));
+    }
 }
 
 TEST_CASE("Vectors of aligned memory start with zeros and keep their alignment when they grow") {
