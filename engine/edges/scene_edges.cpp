@@ -70,14 +70,24 @@ void SceneEdges::find_small() {
         is_small_[o] = bounds[o].diagonal_m() < kSmall_m ? 1 : 0;
         if (is_small_[o] != 0 && moves[o] == 0) small.push_back(o);
     }
-    for (const std::uint32_t o : small) {
-        Bounds cluster = bounds[o];
-        for (const std::uint32_t other : small) {
-            if (!touch(bounds[o], bounds[other])) continue;
-            cluster.add(bounds[other].min);
-            cluster.add(bounds[other].max);
+    // Clusters of objects that touch each other, directly or by way of others.
+    while (!small.empty()) {
+        std::vector<std::uint32_t> cluster{small.back()};
+        small.pop_back();
+        Bounds all = bounds[cluster[0]];
+        for (std::size_t i = 0; i < cluster.size(); ++i) {
+            const auto others = std::partition(small.begin(), small.end(), [&](std::uint32_t o) {
+                return !touch(bounds[cluster[i]], bounds[o]);
+            });
+            for (auto o = others; o != small.end(); ++o) {
+                all.add(bounds[*o].min);
+                all.add(bounds[*o].max);
+                cluster.push_back(*o);
+            }
+            small.erase(others, small.end());
         }
-        if (cluster.diagonal_m() >= kSmall_m) is_small_[o] = 0;
+        if (all.diagonal_m() < kSmall_m) continue;
+        for (const std::uint32_t o : cluster) is_small_[o] = 0;
     }
     has_small_ = std::find(is_small_.begin(), is_small_.end(), 1) != is_small_.end();
 }

@@ -280,6 +280,26 @@ TEST_CASE("The decoder of a symmetric head is symmetric") {
     CHECK(worst < 5e-5 * loudest);
 }
 
+TEST_CASE("Ears that hear all directions alike decode the omnidirectional channel to an impulse") {
+    HeadResponses points = kemar().responses();
+    for (auto& ears : points.ears) {
+        for (auto& ear : ears) {
+            std::fill(ear.minimum_phase.begin(), ear.minimum_phase.end(), 0.0F);
+            ear.minimum_phase[0] = 1;
+            ear.delay_s = 0;
+        }
+    }
+    const AmbisonicDecoder filters = design_decoder(points, 1);
+    for (const auto& ear : filters) {
+        // The lead is a whole number of samples.
+        const auto peak = std::max_element(ear[0].begin(), ear[0].end());
+        CHECK(*peak == Approx(1).margin(0.01));
+        float energy = 0;
+        for (const float x : ear[0]) energy += x * x;
+        CHECK(energy == Approx(1).margin(0.02));
+    }
+}
+
 TEST_CASE("The decoder of a head that is 60 dB quieter is 60 dB quieter") {
     HeadResponses quiet = kemar().responses();
     constexpr float kScale = 1.0F / 1024;

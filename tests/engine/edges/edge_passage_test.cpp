@@ -99,6 +99,24 @@ TEST_CASE("a width that is free up to an end of the path counts as wide") {
     CHECK(passage.opening(slot.rays, 0.03) < 0.5);
 }
 
+TEST_CASE("a plate anywhere around an edge blocks its passage") {
+    const Place open({screen(-2, 0)});
+    const EdgePassage passage = over(*open.edge_at(0, 0));
+    REQUIRE(passage.is_free(open.rays, 0.5));
+    for (const double share : {0.1, 0.3, 0.5, 0.7, 0.9}) {
+        CAPTURE(share);
+        const Vec3 near = passage.point(share, 0.2);
+        const Vec3 far = passage.point(share, 0.8);
+        const Vec3 along(0, 0, 0.3F);
+        Object plate;
+        plate.vertices = {near - along, far - along, far + along, near + along};
+        plate.triangles = {{0, 1, 2}, {0, 2, 3}};
+        plate.triangle_materials = {0, 0};
+        const Place blocked({screen(-2, 0), plate});
+        CHECK_FALSE(over(*blocked.edge_at(0, 0)).is_free(blocked.rays, 0.5));
+    }
+}
+
 TEST_CASE("a face that closes the open angle of an edge blocks its passage") {
     // The leaf of a shut door in the plane of its wall, with a gap below the radius of a passage.
     Object leaf = screen(1e-4F, 2);

@@ -70,6 +70,20 @@ TEST_CASE("fixed objects close each other's edges, and a movable object keeps al
     CHECK(count(true) == 8);
 }
 
+TEST_CASE("small objects that touch each other and are large together are not small") {
+    const auto has_small = [](float distance_m) {
+        std::vector<Object> bricks;
+        for (int i = 0; i < 8; ++i) {
+            const Vec3 corner(distance_m * static_cast<float>(i), 0, 0);
+            bricks.push_back(aula::test::box(Vec3(0.1F), 0, corner));
+        }
+        const RayScene rays(scene_of(std::move(bricks)));
+        return SceneEdges(rays).has_small();
+    };
+    CHECK_FALSE(has_small(0.1F));
+    CHECK(has_small(0.2F));
+}
+
 TEST_CASE("the edges of an object move with it and keep their indices") {
     Object door = panel(0.9F, 2);
     door.path = aula::Trajectory{};

@@ -222,6 +222,10 @@ TEST_CASE("buffers are base64 or files beside the glTF") {
     Json json = square_gltf();
     json["buffers"][0].erase("uri");
     CHECK_THAT(error_of(json.dump()), Contains("a buffer without data"));
+    // The data of a GLB are those of its first buffer only.
+    json["buffers"].push_back(json["buffers"][0]);
+    for (Json& view : json["bufferViews"]) view["buffer"] = 1;
+    CHECK_THAT(error_of(glb(json.dump(), square_bytes(), 60)), Contains("a buffer without data"));
 }
 
 TEST_CASE("compressed and instanced triangles are refused by name") {

@@ -133,6 +133,11 @@ TEST_CASE("triangles without area are omitted, a mesh without other triangles is
     const std::string flat = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\n";
     CHECK_THAT(reason("flat.obj", flat), Contains("no triangle"));
     CHECK(import("one.obj", flat + "f 1 2 4\n").triangles.size() == 1);
+    // A height of 5e-8 of the longest side, in any order of the corners.
+    for (const char* corners : {"1 2 3", "2 3 1", "3 1 2"}) {
+        const std::string needle = "v 0 1e-7 0\nv -1 0 0\nv 1 0 0\n";
+        CHECK_THAT(reason("needle.obj", needle + "f " + corners + "\n"), Contains("no triangle"));
+    }
 }
 
 TEST_CASE("invalid meshes are refused with the reason") {

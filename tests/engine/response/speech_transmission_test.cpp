@@ -56,6 +56,10 @@ TEST_CASE("the modulation transfer of an exponential decay is that of the closed
         }
     }
     CHECK(modulation_transfer(direct(), 3, 12.5) == Approx(1));
+    // Sound that arrives within the first bin, of half a millisecond.
+    EnergyResponse at_once = EnergyResponse::silent(TimeBins(0.3));
+    at_once.energy[0] = Bands::filled(1);
+    CHECK(modulation_transfer(at_once, 3, 12.5) == Approx(1).margin(1e-3));
 }
 
 TEST_CASE("STI of an exponential decay, without noise and with noise, is that of the closed form") {
