@@ -117,6 +117,27 @@ struct Propagation::State {
             estimator = std::make_unique<PathPropagation>(rays, specular, simulation, trace,
                                                           source_count, listener_count, workers);
         }
+        if (direct_sound) search_at_start();
+    }
+
+    /// The first search for paths over edges, which takes longer than those of later frames.
+    void search_at_start() {
+        const Vec3 listener = scene.listener.pose_at(0).position;
+        direct_sound->begin_frame(false);
+        for (std::size_t s = 0; s < source_count; ++s) {
+            const Vec3 source = scene.sources[s].position_at(0);
+            direct_sound->search({&source, 1}, {&listener, 1},
+                                 {&pairs.memories[s * listener_count], 1});
+        }
+    }
+
+    /// Discards what search_at_start() found for pairs that are elsewhere in the first frame.
+    void begin_elsewhere(const FrameInput& input, bool moved) {
+        for (std::size_t i = 0; i < pairs.memories.size(); ++i) {
+            const Vec3& source = input.sources[i / listener_count];
+            const Vec3& listener = input.listeners[i % listener_count];
+            if (moved || !pairs.memories[i].chains.is_between(source, listener)) pairs.memories[i] = {};
+        }
     }
 
     /// Highest order of the image sources; the limit of the reflection order applies to them as
@@ -391,6 +412,7 @@ void Propagation::step(const FrameInput& given) {
     const FrameInput input = s.nudged(given);
 
     if (s.direct_sound) s.direct_sound->begin_frame(moved_m > 0);
+    if (s.direct_sound && s.frame == 0) s.begin_elsewhere(input, moved_m > 0);
     // The paths that image sources count are selected before the rays' paths are evaluated.
     s.find_paths(input, s.frame, s.pairs);
     s.estimator->step(s.frame_of(input, s.frame), s.pairs.images, s.pairs.responses, s.statistics);

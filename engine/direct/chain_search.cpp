@@ -40,7 +40,6 @@ constexpr std::int64_t kTests = 16384;
 constexpr std::int64_t kRays = 8192;
 constexpr std::int64_t kFirstFactor = 8;
 constexpr std::size_t kMaxPoints = 64;  // whose visible edges are known
-constexpr float kMoved_m = 0.1F;
 
 constexpr double kOnLine_m = 1e-3;
 constexpr std::array kPlaces{0.5, 0.05, 0.95};
@@ -121,9 +120,8 @@ void ChainSearch::begin_frame(std::span<const Bounds> changed) {
 
 bool ChainSearch::needs_search(const PairChains& pair, const Vec3& source,
                                const Vec3& listener) const {
-    if (!pair.is_searched || !pair.is_complete || pair.scene_changes != scene_changes_) return true;
-    return std::max(glm::distance(pair.source, source), glm::distance(pair.listener, listener)) >=
-           kMoved_m;
+    return !pair.is_complete || pair.scene_changes != scene_changes_ ||
+           !pair.is_between(source, listener);
 }
 
 void ChainSearch::search(const Vec3& source, const Vec3& listener, PairChains& pair) {

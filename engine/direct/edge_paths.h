@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <glm/geometric.hpp>
 #include <map>
 #include <optional>
 #include <span>
@@ -47,6 +48,13 @@ struct PairChains {
     bool is_searched = false;
     bool is_complete = false;
     std::uint64_t scene_changes = 0;  ///< before the search
+
+    /// Whether the search was between these points, or points less than 10 cm from them.
+    bool is_between(const Vec3& from, const Vec3& to) const {
+        constexpr float kMoved_m = 0.1F;
+        return is_searched && glm::distance(source, from) < kMoved_m &&
+               glm::distance(listener, to) < kMoved_m;
+    }
 };
 
 /// What is remembered of the taps of coherent paths between frames.

@@ -54,11 +54,11 @@ class EdgeRow {
         double inside_m = 0;  ///< from the nearer end of the edge
         double share = 1;     ///< of an edge near the limits of a row
         bool is_bend = false;
-        double along_m = 0;        ///< of the apex, on the edge
-        double at_m = 0;           ///< length of the path from the source
-        double turn_rad = 0;       ///< of a bend
-        double clearance_m = 0;    ///< of the others
-        double detour_m = 0;       ///< over them
+        double along_m = 0;      ///< of the apex, on the edge
+        double at_m = 0;         ///< length of the path from the source
+        double turn_rad = 0;     ///< of a bend
+        double clearance_m = 0;  ///< of the others
+        double detour_m = 0;     ///< over them
     };
 
     /// Edges that faces join: the two at the top of a box, for instance.
@@ -92,8 +92,8 @@ class EdgeRow {
     glm::dvec3 up_{0};             ///< unit, across the edges, away from their faces
     std::vector<Member> members_;  ///< from the source to the listener
     std::vector<Obstacle> obstacles_;
-    double across_m_ = 0;          ///< between the ends
-    double stretch_ = 1;           ///< length of the path per length in planes across the edges
+    double across_m_ = 0;  ///< between the ends
+    double stretch_ = 1;   ///< length of the path per length in planes across the edges
     double length_m_ = 0;
     double weight_ = 0;
 };
