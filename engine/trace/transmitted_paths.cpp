@@ -1,6 +1,7 @@
 #include "engine/trace/transmitted_paths.h"
 
 #include <algorithm>
+#include <cmath>
 #include <glm/geometric.hpp>
 #include <utility>
 
@@ -11,7 +12,7 @@ namespace aula {
 
 namespace {
 
-enum class SeedPurpose : std::uint64_t { crossing = 1, copy = 2 };
+enum class SeedPurpose : std::uint64_t { crossing = 1, copy = 2, roulette = 3 };
 
 /// Below this energy single precision loses digits.
 constexpr float kLeastRouletteEnergy = 1e-30F;
@@ -99,18 +100,38 @@ void TransmittedPaths::transmit(const PathBatch& from, int reflections) {
     }
 }
 
+/// Sets the number of places for paths of that total energy. Returns the factor of their energies
+/// if they survive, else 0.
+float TransmittedPaths::thin_out(double energy, std::uint64_t seed) {
+    constexpr double kShare = double{kFewestPlaces} / double{kPlaces};
+    highest_energy_ = std::max(highest_energy_, energy);
+    const double thinning_from = double{PathBatch::kRouletteEnergy} * highest_energy_;
+    const double share = std::sqrt(energy / thinning_from);
+    places_ = static_cast<std::size_t>(double{kPlaces} * std::clamp(share, kShare, 1.0));
+    const double roulette_from = thinning_from * kShare * kShare * survival_;
+    if (!(energy < roulette_from)) return 1;
+    const double survival = std::sqrt(energy / roulette_from);
+    survival_ *= survival;
+    const double u{RandomStream(derive_seed(seed, SeedPurpose::roulette)).uniform()};
+    return u < survival ? static_cast<float>(1 / survival) : 0;
+}
+
 void TransmittedPaths::admit() {
     PathBatch& present = *paths_;
-    if (emerging_->count == 0) return;
+    if (present.count + emerging_->count == 0) return;
     energies_.assign(present.energy.begin(), present.energy.begin() + present.count);
     crossings_.assign(present.crossings.begin(), present.crossings.begin() + present.count);
     energies_.insert(energies_.end(), emerging_->energy.begin(),
                      emerging_->energy.begin() + emerging_->count);
     crossings_.insert(crossings_.end(), emerging_->crossings.begin(),
                       emerging_->crossings.begin() + emerging_->count);
-    const auto survivors =
-        resampler_.choose(energies_, crossings_, kPlaces, derive_seed(seed_, admissions_++));
+    const std::uint64_t seed = derive_seed(seed_, admissions_++);
+    double energy = 0;
+    for (const Bands& of_path : energies_) energy += double{of_path.sum()};
     next_->count = 0;
+    const float factor = thin_out(energy, seed);
+    if (!(factor > 0)) return std::swap(paths_, next_);
+    const auto survivors = resampler_.choose(energies_, crossings_, places_, seed);
     std::size_t last = energies_.size();
     for (const Resampler::Survivor& survivor : survivors) {
         const std::size_t lane = next_->count;
@@ -119,7 +140,7 @@ void TransmittedPaths::admit() {
         } else {
             next_->append(*emerging_, survivor.index - present.count);
         }
-        next_->energy[lane] *= survivor.factor;
+        next_->energy[lane] *= factor * survivor.factor;
         if (survivor.index == last) {
             next_->random[lane] = derive_seed(next_->random[lane], SeedPurpose::copy, lane);
         }

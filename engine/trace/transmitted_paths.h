@@ -18,8 +18,13 @@ namespace aula {
 /// transmitted, they are ordinary paths. [several threads]
 class TransmittedPaths {
  public:
-    /// Largest number of paths, for the kLanes rays of a batch.
+    /// Largest number of paths, for the kLanes rays of a batch. From -30 dB of the highest energy
+    /// behind walls on it falls with the square root of the energy, to kFewestPlaces. Then all
+    /// paths together survive a reflection with the square root of the share of energy that it
+    /// leaves: the roulette of single paths cannot end them where each hit adds a path, as in the
+    /// gap of a door.
     static constexpr std::size_t kPlaces = 32;
+    static constexpr std::size_t kFewestPlaces = 6;
 
     TransmittedPaths(const RayScene& scene, const Bands& attenuation_per_m, float max_length_m,
                      std::uint64_t seed);
@@ -39,11 +44,16 @@ class TransmittedPaths {
     void admit();
 
  private:
+    float thin_out(double energy, std::uint64_t seed);
+
     const RayScene& scene_;
     Bands attenuation_per_m_;
     float max_length_m_;
     std::uint64_t seed_;
     std::uint64_t admissions_ = 0;
+    double highest_energy_ = 0;
+    double survival_ = 1;  ///< of all paths so far
+    std::size_t places_ = kPlaces;
     std::vector<std::size_t> lanes_;  ///< [entry]
     std::vector<WallEntry> entries_;
     std::vector<WallExit> exits_;

@@ -1,5 +1,6 @@
 // Sound through walls: energy balance, reciprocity, and equal results of all estimators.
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -142,6 +143,31 @@ TEST_CASE("without scattering sound through a wall is that of all images, for ev
 
 namespace {
 
+/// The highest orders of the paths before and behind walls in a batch.
+struct HighestOrders {
+    int before = 0;
+    int behind = 0;
+};
+
+class OrderTracer : public PathTracer {
+ public:
+    OrderTracer(const RayScene& scene, const SpecularPaths& images, const TraceSettings& settings)
+        : PathTracer(scene, images, settings) {}
+
+    HighestOrders of(const Vec3& source, int batch) const {
+        constexpr int kAll = 100'000;
+        HighestOrders highest;
+        follow(
+            {0, source}, test::test_seed(), batch, kAll, Walls::transmit,
+            [&](const PathBatch& paths, int order) {
+                int& of_paths = paths.behind_walls ? highest.behind : highest.before;
+                of_paths = std::max(of_paths, order);
+            },
+            [](const PathBatch&) {});
+        return highest;
+    }
+};
+
 /// Traces a batch and compares the energy of all paths with what was emitted.
 class BalanceTracer : public PathTracer {
  public:
@@ -176,6 +202,25 @@ class BalanceTracer : public PathTracer {
 };
 
 }  // namespace
+
+TEST_CASE("paths in the gap between two walls that transmit end as early as others") {
+    Scene scene = row_of_rooms(2, 0.1F, 0.5F);
+    add_partition(scene, 5, 20);
+    add_partition(scene, 5.3F, 20);
+    const RayScene rays(scene);
+    const SpecularPaths images(rays, 0, 0.5F, 1);
+    TraceSettings settings;
+    settings.rays = 200 * PathTracer::kBatchRays;
+    settings.max_length_m = 2000;
+    const OrderTracer tracer(rays, images, settings);
+    for (int batch = 0; batch < tracer.batch_count(); ++batch) {
+        const HighestOrders highest = tracer.of(scene.sources[0].position, batch);
+        CAPTURE(batch, highest.before, highest.behind);
+        CHECK(highest.before > 100);
+        // Segments in the gap are shorter than elsewhere, at most twice as many.
+        CHECK(highest.behind < 2.5 * highest.before);
+    }
+}
 
 TEST_CASE("what is neither on the way nor heat has never been emitted") {
     // Grey: bands of different spectra are exact in the mean only.
