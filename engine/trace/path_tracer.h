@@ -36,7 +36,7 @@ struct TraceSettings {
 
 /// Monte Carlo path tracing from an emitter. The energy of a ray is 1 in every band; rays of a
 /// source with a directivity have it in the mean. Surfaces reflect them diffusely or specularly by
-/// the scattering coefficient. Rays end with the response or, below -80 dB, by unbiased Russian
+/// the scattering coefficient. Rays end with the response or, below -30 dB, by unbiased Russian
 /// roulette. Purely specular paths of the orders at which `images` tries every sequence are
 /// omitted. Those of its higher orders carry the key of their image, so that paths that image
 /// sources count can be omitted later. ArrivalTracer and DepositTracer select what is
