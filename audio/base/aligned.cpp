@@ -21,7 +21,7 @@ constexpr std::size_t kLarge_bytes = kHugePage_bytes / 2;
 /// The parts of a block, both multiples of the page size of any system.
 struct Extent {
     std::size_t huge_bytes;  ///< whole huge pages
-    std::size_t rest_bytes;  ///< what would fill at most three quarters of a further one
+    std::size_t rest_bytes;  ///< what would fill at most seven eighths of a further one
 
     std::size_t bytes() const { return huge_bytes + rest_bytes; }
 };
@@ -29,7 +29,7 @@ struct Extent {
 Extent extent(std::size_t bytes) {
     constexpr std::size_t kPage_bytes = std::size_t{64} << 10;
     Extent parts{bytes / kHugePage_bytes * kHugePage_bytes, bytes % kHugePage_bytes};
-    if (parts.rest_bytes > kHugePage_bytes / 4 * 3) {
+    if (parts.rest_bytes > kHugePage_bytes / 8 * 7) {
         parts.huge_bytes += kHugePage_bytes;
         parts.rest_bytes = 0;
     }
