@@ -223,12 +223,10 @@ TailLevel::TailLevel(const ConvolutionShape& shape, const PartitionLevel& level,
       tasks_done_(shape.inputs * transform_.steps()),
       current_sums_(2 * level.size * shape.outputs),
       next_sums_(2 * level.size * shape.outputs),
-      work_(transform_.work_floats()) {
-    for (OutputSegment* const segment : {&playing_, &computed_}) {
-        segment->samples.resize(shape.outputs * level.size);
-        segment->next.resize(shape.outputs * level.size);
-    }
-}
+      work_(transform_.work_floats()),
+      next_output_(level.size),
+      playing_(shape.outputs * level.size),
+      computed_(shape.outputs * level.size) {}
 
 void TailLevel::process(std::span<const float* const> inputs, std::span<float* const> outputs,
                         std::size_t offset, std::size_t samples,
@@ -239,14 +237,9 @@ void TailLevel::process(std::span<const float* const> inputs, std::span<float* c
         std::copy_n(inputs[i] + offset, samples, window(0, i) + position_);
     }
     for (std::size_t o = 0; o < outputs_; ++o) {
-        const std::size_t first = o * level_.size + position_;
-        const float* const current = playing_.samples.data() + first;
-        const float* const next = playing_.next.data() + first;
-        const float* const weights = fade_.data() + position_;
+        const float* const playing = playing_.data() + o * level_.size + position_;
         float* const out = outputs[o] + offset;
-        for (std::size_t n = 0; n < samples; ++n) out[n] += current[n];
-        if (!playing_.fades) continue;
-        for (std::size_t n = 0; n < samples; ++n) out[n] += weights[n] * (next[n] - current[n]);
+        for (std::size_t n = 0; n < samples; ++n) out[n] += playing[n];
     }
     position_ += samples;
     work_until(segment_cost_ * static_cast<double>(position_) / static_cast<double>(level_.size));
@@ -309,14 +302,17 @@ void TailLevel::transform_output(std::size_t task) noexcept {
     const std::size_t step = task % steps;
     const bool of_next = task / steps % filters == 1;
     const float* const sums = (of_next ? next_sums_ : current_sums_).data();
-    float* const out = (of_next ? computed_.next : computed_.samples).data();
+    float* const computed = computed_.data() + output * level_.size;
     transform_.inverse_step(step, sums + output * kChunk_floats, outputs_ * kChunk_floats,
-                            work_.data(), out + output * level_.size);
+                            work_.data(), of_next ? next_output_.data() : computed);
+    if (!of_next || step + 1 < steps) return;
+    for (std::size_t n = 0; n < level_.size; ++n) {
+        computed[n] += fade_[n] * (next_output_[n] - computed[n]);
+    }
 }
 
 void TailLevel::finish_segment() noexcept {
-    if (output_tasks_ == 0) std::fill(computed_.samples.begin(), computed_.samples.end(), 0.0F);
-    computed_.fades = sums_.differs();
+    if (output_tasks_ == 0) std::fill(computed_.begin(), computed_.end(), 0.0F);
     std::swap(playing_, computed_);
     current_ = std::exchange(next_, nullptr);
     position_ = 0;

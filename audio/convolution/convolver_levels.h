@@ -197,14 +197,9 @@ class TailLevel {
     AlignedVector<float> current_sums_, next_sums_;
     AlignedVector<float> work_;
 
-    /// A segment of the outputs, [output][sample].
-    struct OutputSegment {
-        AlignedVector<float> samples;
-        AlignedVector<float> next;  ///< output of the next filter, if `fades`
-        bool fades = false;
-    };
-    OutputSegment playing_;
-    OutputSegment computed_;  ///< played in the next segment
+    AlignedVector<float> next_output_;  ///< of the next filter, one output's segment
+    AlignedVector<float> playing_;      ///< a segment of the outputs, [output][sample]
+    AlignedVector<float> computed_;     ///< played in the next segment
 };
 
 }  // namespace aula
