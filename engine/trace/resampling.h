@@ -14,8 +14,8 @@ namespace aula {
 ///
 /// A path is chosen in proportion to sum_b E_b / T_b, where T_b is the total energy of its
 /// generation in band b: no band starves. Each generation has some places, and the rest are shared
-/// in proportion to the energies: no generation starves. A generation is the number of walls that
-/// its paths have passed; from three on they are one.
+/// in proportion to the sum of its shares of the energies of the bands: no generation starves. A
+/// generation is the number of walls that its paths have passed; from three on they are one.
 class Resampler {
  public:
     /// A chosen path, and the factor for its energy.

@@ -11,6 +11,7 @@
 #include "tests/support/measure.h"
 #include "tests/support/rooms.h"
 #include "tests/support/statistics.h"
+#include "tests/support/test_scenes.h"
 
 using namespace aula;
 
@@ -217,4 +218,22 @@ TEST_CASE("scrambled points have the same mean as independent rays and far less 
     const double p = independent.mean;
     CHECK(independent.standard_error * std::sqrt(300.0) ==
           Approx(std::sqrt(p * (1 - p) / 1024)).epsilon(4 / std::sqrt(2 * 300.0)));
+}
+
+TEST_CASE("the statistics count the cache entries of all sources") {
+    Scene scene = test::small_room();
+    for (const Estimator estimator : {Estimator::dpc, Estimator::patch}) {
+        CAPTURE(estimator_name(estimator));
+        const auto entries = [&](std::size_t sources) {
+            Scene room = scene;
+            room.sources.resize(sources, scene.sources[0]);
+            for (std::size_t s = 0; s < sources; ++s) room.sources[s].name = std::to_string(s);
+            room.simulation.estimator = estimator;
+            Propagation propagation(room, room.simulation);
+            propagation.step(test::static_input(room));
+            return static_cast<double>(propagation.statistics().cache_entries);
+        };
+        // Equal but for their rays.
+        CHECK(entries(2) == Approx(2 * entries(1)).epsilon(0.2));
+    }
 }

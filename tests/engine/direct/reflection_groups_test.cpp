@@ -229,6 +229,30 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("at the end of a wall rounding does not decide whether its reflection is audible") {
+    // On both sides of the boundary rays miss the image source by the rounding of a float; the
+    // coordinates of the edge decide that it is audible on one of them.
+    Place place(scene_of(half_plane()));
+    const Vec3 source(-1.03F, -2.17F, 0.3F);
+    for (int y = 0; y < 20; ++y) {
+        // On the line from the image through the end of the wall at the origin.
+        const float y_m = -0.9F - 0.07F * static_cast<float>(y);
+        float x_m = -source.x / source.y * y_m;
+        for (int k = 0; k < 8; ++k) x_m = std::nextafter(x_m, 0.0F);
+        for (int k = 0; k < 16; ++k) {
+            const Vec3 listener(x_m, y_m, 0.2F);
+            const Vec3 image(source.x, -source.y, source.z);
+            const Levels level = level_db(place.reflections(source, listener, true),
+                                          double{glm::distance(image, listener)});
+            for (std::size_t b = 0; b < kBandCount; ++b) {
+                CAPTURE(y_m, k, b);
+                CHECK(level[b] == Approx(-20 * std::log10(2)).margin(0.15));
+            }
+            x_m = std::nextafter(x_m, 10.0F);
+        }
+    }
+}
+
 TEST_CASE("along a walk past the end of a reflecting wall no octave jumps") {
     constexpr Levels kStep_db{0.2, 0.2, 0.2, 0.3, 0.4, 0.5, 0.8, 1.2};  // per centimetre
     Place place(scene_of(half_plane()));

@@ -199,6 +199,21 @@ TEST_CASE("the field over low edges in front of and behind a higher one is the i
     CHECK(std::abs(knife_edges(edges, kLength_m, kIntegral)[kBand] - want) < 0.02);
 }
 
+TEST_CASE("of two low edges of very different heights the lower one counts as far away") {
+    // Both are below the first edge; above the lower one the integrand would grow by e^20.
+    constexpr double kLength_m = 8;
+    constexpr std::size_t kBand = 5;
+    const std::vector<KnifeEdge> edges{{.at_m = 1, .clearance_m = 0.009},
+                                       {.at_m = 1.379, .clearance_m = 0.516},
+                                       {.at_m = 1.487, .clearance_m = 0.149},
+                                       {.at_m = 1.602, .clearance_m = 0.66}};
+    const double k = kIntegral.wave_number_per_m(kBand);
+    const std::complex<double> want = direct_integral(edges, kLength_m, k, 300);
+    REQUIRE(std::abs(want - direct_integral(edges, kLength_m, k, 250)) < 1e-4);
+    // 1.5 dB of the field of an edge at the path.
+    CHECK(std::abs(knife_edges(edges, kLength_m, kIntegral)[kBand] - want) < 0.1);
+}
+
 TEST_CASE("of edges that are too close to be told apart the higher one counts") {
     const KnifeEdge high{.at_m = 5, .turn_rad = 0, .clearance_m = 0.1};
     const KnifeEdge low{.at_m = 5.001, .turn_rad = 0, .clearance_m = 0.5};

@@ -86,6 +86,11 @@ TEST_CASE("small objects that touch each other and are large together are not sm
 
 TEST_CASE("the edges of an object move with it and keep their indices") {
     Object door = panel(0.9F, 2);
+    // A triangle without an area has no edges and no orientation.
+    const Vec3 middle = 0.5F * (door.vertices[0] + door.vertices[1]);
+    door.triangles.push_back({0, 1, static_cast<std::uint32_t>(door.vertices.size())});
+    door.triangle_materials.push_back(0);
+    door.vertices.push_back(middle);
     door.path = aula::Trajectory{};
     door.path->points = {{0, {.position = {1, 0, 0}}},
                          {1, {.position = {1, 2, 0.5F}, .yaw_rad = 1, .roll_rad = 0.3F}}};

@@ -334,3 +334,12 @@ TEST_CASE("a file that cannot hold a directivity has the same message in both fo
         }
     }
 }
+
+TEST_CASE("a directivity of more than 64 MiB is refused by its name") {
+    const test::TemporaryFolder folder;
+    const auto file = folder.path() / "large.json";
+    std::ofstream(file).close();
+    std::filesystem::resize_file(file, (std::uintmax_t{64} << 20U) + 1);
+    CHECK_THROWS_WITH(load_directivity(file),
+                      file.string() + ": it holds 67108865 bytes; expected at most 67108864");
+}

@@ -127,3 +127,20 @@ TEST_CASE("no generation and no band starves") {
     CHECK(weak == 5);
     CHECK(rare);
 }
+
+TEST_CASE("a generation has places for its share of each band, however weak the band is") {
+    // One generation has all energy of a strong band, the other one all energy of a weak band.
+    std::vector<Bands> energies(100);
+    std::vector<std::uint32_t> walls(100, 1);
+    for (std::size_t i = 0; i < 50; ++i) energies[i][0] = 1;
+    for (std::size_t i = 50; i < 100; ++i) {
+        walls[i] = 2;
+        energies[i][7] = 1e-6F;
+    }
+    Resampler resampler;
+    int of_weak_band = 0;
+    const auto survivors = resampler.choose(energies, walls, 30, 3);
+    for (const Resampler::Survivor& s : survivors) of_weak_band += walls[s.index] == 2 ? 1 : 0;
+    CHECK(survivors.size() == 30);
+    CHECK(of_weak_band == 15);
+}
