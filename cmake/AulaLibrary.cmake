@@ -62,5 +62,6 @@ function(aula_embedded_program library name source embedding)
     set(program "${CMAKE_CURRENT_BINARY_DIR}/aula_${name}")
     set_source_files_properties("${embedding}" PROPERTIES
         OBJECT_DEPENDS "${program}" COMPILE_DEFINITIONS "AULA_PROGRAM=\"${program}\"")
+    add_dependencies(${library} aula_${name})  # make has no rule for a program of another target
     target_link_libraries(${library} PRIVATE aula::process)
 endfunction()
