@@ -211,6 +211,17 @@ TEST_CASE("Implausible sample rates and numbers of channels are refused") {
     CHECK_FALSE(with_field("none.wav", kChannels, 0, 2).empty());
 }
 
+TEST_CASE("A sound of more than 2^28 samples at the new rate is refused with the longest time") {
+    const TemporaryFolder folder;
+    const fs::path file = folder / "long.wav";
+    constexpr std::size_t kLongest = (std::size_t{1} << 28U) / 192;
+    write_wav(file, 1000, 1, std::vector<float>(kLongest + 1000));
+    CHECK_THROWS_WITH(read_sound(file, 192000), file.string() + ": is too long; expected at most " +
+                                                    std::to_string(kLongest / 1000) +
+                                                    " s of 1000 Hz");
+    CHECK_NOTHROW(read_sound(file, 96000));
+}
+
 TEST_CASE("Sound formats are identified by their first bytes, not by the name of the file") {
     const fs::path corpus = AULA_SOURCE_DIR "/tests/fuzz/corpus/sound";
     const TemporaryFolder folder;

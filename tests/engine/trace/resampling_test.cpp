@@ -106,26 +106,28 @@ TEST_CASE("no place stays empty but the fraction of one in each generation") {
 }
 
 TEST_CASE("no generation and no band starves") {
-    std::vector<Bands> energies = paths(100, true);
-    std::vector<std::uint32_t> walls(100, 1);
-    for (std::size_t i = 90; i < 100; ++i) {
-        walls[i] = 2;
-        energies[i] *= 1e-9F;
+    // The only path of its band is any path of the first generation.
+    for (const std::size_t only : {0U, 4U, 89U}) {
+        std::vector<Bands> energies = paths(100, true);
+        std::vector<std::uint32_t> walls(100, 1);
+        for (std::size_t i = 90; i < 100; ++i) {
+            walls[i] = 2;
+            energies[i] *= 1e-9F;
+        }
+        for (std::size_t i = 0; i < 90; ++i) energies[i][7] = 0;
+        energies[only] = {};
+        energies[only][7] = 1e-6F;
+        Resampler resampler;
+        int weak = 0;
+        bool rare = false;
+        for (const Resampler::Survivor& s : resampler.choose(energies, walls, 30, 3)) {
+            weak += walls[s.index] == 2 ? 1 : 0;
+            rare = rare || s.index == only;
+        }
+        CAPTURE(only);
+        CHECK(weak == 5);
+        CHECK(rare);
     }
-    energies[4] = {};
-    energies[4][7] = 1e-6F;  // the only path in its band
-    for (std::size_t i = 0; i < 90; ++i) {
-        if (i != 4) energies[i][7] = 0;
-    }
-    Resampler resampler;
-    int weak = 0;
-    bool rare = false;
-    for (const Resampler::Survivor& s : resampler.choose(energies, walls, 30, 3)) {
-        weak += walls[s.index] == 2 ? 1 : 0;
-        rare = rare || s.index == 4;
-    }
-    CHECK(weak == 5);
-    CHECK(rare);
 }
 
 TEST_CASE("a generation has places for its share of each band, however weak the band is") {
