@@ -1,8 +1,11 @@
 // Defects to exclude: fireflies, singularities, endless computation, sound that lasts too long.
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "aula/engine/propagation.h"
@@ -235,5 +238,20 @@ TEST_CASE("the statistics count the cache entries of all sources") {
         };
         // Equal but for their rays.
         CHECK(entries(2) == Approx(2 * entries(1)).epsilon(0.2));
+    }
+}
+
+TEST_CASE("the statistics have the times of all parts of a frame") {
+    Scene scene = test::small_room();
+    scene.simulation.estimator = Estimator::patch;
+    Propagation propagation(scene, scene.simulation);
+    for (int frame = 0; frame < 3; ++frame) {
+        const auto begin = std::chrono::steady_clock::now();
+        propagation.step(test::static_input(scene));
+        const std::chrono::duration<double> all = std::chrono::steady_clock::now() - begin;
+        const FrameStatistics& s = propagation.statistics();
+        const std::array times{s.trace_s, s.cache_s, s.gather_s, s.specular_s, s.diffraction_s};
+        for (const double time_s : times) CHECK(time_s > 0);
+        CHECK(std::accumulate(times.begin(), times.end(), 0.0) <= all.count());
     }
 }

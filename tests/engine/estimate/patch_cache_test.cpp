@@ -72,6 +72,20 @@ TEST_CASE("while nothing changes a patch cache accumulates without limit") {
     CHECK(radiated(walk.cache, 2) == Approx(0.5));
 }
 
+TEST_CASE("a cache is complete from 2^20 rays since the last change on") {
+    Walk walk(5);
+    const auto add = [&](int rays, const Vec3& source) {
+        walk.rest(source);
+        DepositBatch batch = one_deposit(1, 1);
+        walk.cache.add_frame(rays, kPatches, {&batch, 1}, walk.workers);
+        return walk.cache.complete();
+    };
+    CHECK_FALSE(add((1 << 20) - 1, Vec3(0)));
+    CHECK(add(1, Vec3(0)));
+    // Within the window; the rays from before the change do not count.
+    CHECK_FALSE(add(1, Vec3(0.01F, 0, 0)));
+}
+
 TEST_CASE("after a movement of the source no energy older than the window remains") {
     Walk walk(5);
     for (int f = 0; f < 100; ++f) walk.frame(Vec3(0), 1);

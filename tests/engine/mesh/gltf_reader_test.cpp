@@ -195,6 +195,7 @@ TEST_CASE("references of a glTF out of range are refused at their place") {
              {"/accessors/1/componentType", "5126", "the type 5126"},
              {"/bufferViews/0/buffer", "1", "1 of 1 buffers"},
              {"/bufferViews/0/byteLength", "61", "bytes beyond"},
+             {"/bufferViews/0/byteOffset", "13", "bytes beyond"},
              {"/bufferViews/0/byteOffset", "18446744073709551600", "bytes beyond"},
              {"/bufferViews/0/byteStride", "4", "a stride of 4"},
              {"/buffers/0/byteLength", "61", "a buffer of 60 bytes"},
