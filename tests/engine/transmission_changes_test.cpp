@@ -1,6 +1,7 @@
 // Sound through walls: threads, scenes without transmission, changes of materials, and partitions
 // of one face.
 
+#include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -179,6 +180,29 @@ TEST_CASE("a wall that begins to transmit opens a room in which nothing was befo
         CAPTURE(whole_object);
         CHECK(from_start.response(0).total(4) > 0);
         CHECK(test::same_bits(changed.response(0), from_start.response(0)));
+    }
+}
+
+TEST_CASE("any single triangle that begins to transmit opens a room, also the first of the scene") {
+    Scene scene = row_of_rooms(2, 0.2F, 1);
+    add_partition(scene, 5, std::nullopt);
+    std::rotate(scene.objects.begin(), scene.objects.end() - 1, scene.objects.end());
+    const auto own = static_cast<std::uint32_t>(scene.materials.size());
+    scene.materials.push_back(scene.materials[1]);
+    scene.materials.back().name = "own";
+    scene.listener.pose.position = Vec3(3.4F, 2.2F, 1.6F);
+    const FrameInput behind{.sources = {scene.sources[0].position},
+                            .listeners = {Vec3(7.3F, 2.9F, 1.2F)}};
+    for (const std::size_t triangle : {0U, 1U}) {
+        Scene one = scene;
+        one.objects[0].triangle_materials[triangle] = own;
+        Material thin = scene.materials[own];
+        thin.sound_reduction_db = Bands::filled(10);
+        Propagation propagation(one, test::with(one, Estimator::patch, 0.3F));
+        propagation.change_material(own, thin);
+        propagation.step(behind);
+        CAPTURE(triangle);
+        CHECK(propagation.response(0).total(4) > 0);
     }
 }
 
