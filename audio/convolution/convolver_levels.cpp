@@ -64,9 +64,8 @@ void LevelSums::collect(FrequencyDomainDelayLine& history, const ConvolutionFilt
     }
 }
 
-void LevelSums::multiply_add(const Terms& terms, std::size_t first_chunk, std::size_t last_chunk,
-                             float* sums) const noexcept {
-    multiply_add_({terms.terms.data(), terms.count}, outputs_, first_chunk, last_chunk, sums);
+void LevelSums::multiply_add(const Terms& terms, std::size_t chunks, float* sums) const noexcept {
+    multiply_add_({terms.terms.data(), terms.count}, outputs_, 0, chunks, sums);
 }
 
 std::size_t LevelSums::slices() const noexcept {
@@ -105,24 +104,23 @@ void LevelSums::set_slice(std::size_t index, std::size_t first_chunk, std::size_
     multiply_add_(slice(index), outputs_, first_chunk, last_chunk, of_next ? next : current);
 }
 
-void LevelSums::set(std::size_t first_chunk, std::size_t last_chunk, bool with_next, float* current,
+void LevelSums::set(std::size_t chunks, bool with_next, float* current,
                     float* next) const noexcept {
-    const std::size_t first = first_chunk * outputs_ * kChunk_floats;
-    const std::size_t count = (last_chunk - first_chunk) * outputs_ * kChunk_floats;
-    std::fill_n(current + first, count, 0.0F);
-    multiply_add(shared_, first_chunk, last_chunk, current);
-    if (with_next) std::copy_n(current + first, count, next + first);
-    multiply_add(current_only_, first_chunk, last_chunk, current);
-    if (with_next) multiply_add(next_only_, first_chunk, last_chunk, next);
+    const std::size_t count = chunks * outputs_ * kChunk_floats;
+    std::fill_n(current, count, 0.0F);
+    multiply_add(shared_, chunks, current);
+    if (with_next) std::copy_n(current, count, next);
+    multiply_add(current_only_, chunks, current);
+    if (with_next) multiply_add(next_only_, chunks, next);
 }
 
-void LevelSums::add(std::size_t first_chunk, std::size_t last_chunk, bool with_next, float* current,
+void LevelSums::add(std::size_t chunks, bool with_next, float* current,
                     float* next) const noexcept {
-    multiply_add(shared_, first_chunk, last_chunk, current);
-    multiply_add(current_only_, first_chunk, last_chunk, current);
+    multiply_add(shared_, chunks, current);
+    multiply_add(current_only_, chunks, current);
     if (!with_next) return;
-    multiply_add(shared_, first_chunk, last_chunk, next);
-    multiply_add(next_only_, first_chunk, last_chunk, next);
+    multiply_add(shared_, chunks, next);
+    multiply_add(next_only_, chunks, next);
 }
 
 HeadLevel::HeadLevel(const ConvolutionShape& shape, const PartitionLevel& level,
@@ -167,11 +165,11 @@ void HeadLevel::process(std::span<const float* const> inputs, std::span<float* c
         present_.collect(history_, current_, next, 0, 1);
     }
     const bool differs = past_.differs() || present_.differs();
-    if (!past_ready_) past_.set(0, chunks, differs, past_sums_.data(), next_past_sums_.data());
+    if (!past_ready_) past_.set(chunks, differs, past_sums_.data(), next_past_sums_.data());
     past_ready_ = true;
     std::copy(past_sums_.begin(), past_sums_.end(), sums_.begin());
     if (differs) std::copy(next_past_sums_.begin(), next_past_sums_.end(), next_sums_.begin());
-    present_.add(0, chunks, differs, sums_.data(), next_sums_.data());
+    present_.add(chunks, differs, sums_.data(), next_sums_.data());
 
     const std::size_t stride = outputs_ * kChunk_floats;
     for (std::size_t o = 0; o < outputs_; ++o) {

@@ -52,11 +52,11 @@ class LevelSums {
         return current_only_.count > 0 || next_only_.count > 0;
     }
 
-    /// Sets, or adds to, the sums [chunk][output] of the chunks [first_chunk, last_chunk); those of
-    /// next only if `with_next`.
-    void set(std::size_t first_chunk, std::size_t last_chunk, bool with_next, float* current,
+    /// Sets, or adds to, the sums [chunk][output] of the first `chunks`; those of next only if
+    /// `with_next`.
+    void set(std::size_t chunks, bool with_next, float* current,
              float* next) const noexcept AULA_NONBLOCKING;
-    void add(std::size_t first_chunk, std::size_t last_chunk, bool with_next, float* current,
+    void add(std::size_t chunks, bool with_next, float* current,
              float* next) const noexcept AULA_NONBLOCKING;
 
     /// set() in slices of a few products, which run in ascending order for each range of chunks;
@@ -73,7 +73,7 @@ class LevelSums {
         std::size_t count = 0;
     };
     SpectralTerms slice(std::size_t index) const noexcept AULA_NONBLOCKING;
-    void multiply_add(const Terms& terms, std::size_t first_chunk, std::size_t last_chunk,
+    void multiply_add(const Terms& terms, std::size_t chunks,
                       float* sums) const noexcept AULA_NONBLOCKING;
 
     std::size_t inputs_;

@@ -245,18 +245,21 @@ TEST_CASE("After a turn the ears converge to those of a head at rest in that ori
     }
 }
 
-TEST_CASE("A path that starts equals one that was always present") {
+TEST_CASE("A path that starts equals one that was always present, up to the longest delay") {
+    RendererConfig config = config_for(OutputFormat::binaural);
+    config.longest_delay_s = 0.05;  // 2400 samples
+    const double delay_samples = GENERATE(700.25, 2399.75);
     SourceSound sound;
-    sound.direct = path_of(700.25, 1, {0.6F, 0.8F, 0});
+    sound.direct = path_of(delay_samples, 1, {0.6F, 0.8F, 0});
     // Unequal gains, which give a filter of many taps.
     sound.direct->band_gain = {1, 0.9F, 0.7F, 0.5F, 0.35F, 0.2F, 0.1F, 0.05F};
     const std::size_t samples = 8192;
     const Signal noise = random_signals(1, samples, 4)[0];
-    Player always(config_for(OutputFormat::binaural), kemar(), {noise});
+    Player always(config, kemar(), {noise});
     always.publish({sound});
     always.play_until(samples);
     // The first frame takes effect without a fade, with the history of the delay line.
-    Player late(config_for(OutputFormat::binaural), kemar(), {noise});
+    Player late(config, kemar(), {noise});
     late.play_until(4096);
     late.publish({sound});
     late.play_until(samples);
