@@ -1,6 +1,8 @@
 #include "aula/audio/sound_file.h"
 
+#include <fcntl.h>
 #include <sndfile.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -10,6 +12,7 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <mutex>
 #include <optional>
 #include <string_view>
 #include <system_error>
@@ -30,6 +33,40 @@ struct CloseSound {
 };
 using SoundHandle = std::unique_ptr<SNDFILE, CloseSound>;
 
+/// While one exists, what the process writes to standard error is lost: the MPEG decoder reports
+/// each damaged frame there.
+class NoStandardError {
+ public:
+    NoStandardError() : lock_(mutex()), kept_(fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 3)) {
+        const int null = open("/dev/null", O_WRONLY | O_CLOEXEC);
+        if (kept_ >= 0 && null >= 0) dup2(null, STDERR_FILENO);
+        if (null >= 0) close(null);
+    }
+    ~NoStandardError() {
+        if (kept_ < 0) return;
+        dup2(kept_, STDERR_FILENO);
+        close(kept_);
+    }
+    NoStandardError(const NoStandardError&) = delete;
+    NoStandardError& operator=(const NoStandardError&) = delete;
+
+ private:
+    static std::mutex& mutex() {
+        static std::mutex of_process;
+        return of_process;
+    }
+
+    std::lock_guard<std::mutex> lock_;
+    int kept_;
+};
+
+struct OpenSound {
+    std::unique_ptr<NoStandardError> quiet;  ///< for MPEG; ends after the file is closed
+    SoundHandle handle;
+};
+
+enum class Kind { unknown, mpeg, other };
+
 constexpr int kLowestRate_hz = 1000;
 constexpr int kHighestRate_hz = 768'000;
 constexpr int kMaxChannels = 64;                           // ambisonics of order 7
@@ -40,9 +77,9 @@ constexpr float kLargestSample = 0x1p31F;  // full scale of 32-bit integers; no 
     throw InputError(file.string() + ": " + problem);
 }
 
-/// Whether the file begins like one of the supported formats. libsndfile also detects others, but
+/// The kind of the supported format that the file begins like. libsndfile also detects others, but
 /// its SDS reader prints on standard output.
-bool has_known_format(const fs::path& file) {
+Kind kind_of(const fs::path& file) {
     std::ifstream stream(file, std::ios::binary);
     std::array<char, 12> head{};
     const auto holds = [&](std::string_view text, std::size_t at) {
@@ -60,16 +97,19 @@ bool has_known_format(const fs::path& file) {
         stream.seekg(10 + size - stream.gcount(), std::ios::cur);
         read_head();
     }
-    if (holds("RIFF", 0) || holds("RIFX", 0) || holds("RF64", 0)) return holds("WAVE", 8);
-    if (holds("FORM", 0)) return holds("AIF", 8);
+    if (head[0] == '\xFF' && (head[1] & 0xE0) == 0xE0) return Kind::mpeg;
     constexpr std::string_view kOthers[] = {
         "riff\x2E\x91\xCF\x11", ".snd", "dns.", "caff", "fLaC", "OggS", "NIST_1A"};
-    const bool mpeg_frame = head[0] == '\xFF' && (head[1] & 0xE0) == 0xE0;
-    return mpeg_frame || std::any_of(std::begin(kOthers), std::end(kOthers),
-                                     [&](std::string_view begin) { return holds(begin, 0); });
+    const bool is_wave = holds("RIFF", 0) || holds("RIFX", 0) || holds("RF64", 0);
+    const bool is_known =
+        is_wave            ? holds("WAVE", 8)
+        : holds("FORM", 0) ? holds("AIF", 8)
+                           : std::any_of(std::begin(kOthers), std::end(kOthers),
+                                         [&](std::string_view begin) { return holds(begin, 0); });
+    return is_known ? Kind::other : Kind::unknown;
 }
 
-SoundHandle open_sound(const fs::path& file, SF_INFO& info) {
+OpenSound open_sound(const fs::path& file, SF_INFO& info) {
     constexpr const char* kExpected =
         "; expected WAV, RF64, W64, AIFF, AU, CAF, FLAC, Ogg, MP3 or NIST SPHERE";
     std::error_code error;
@@ -77,11 +117,14 @@ SoundHandle open_sound(const fs::path& file, SF_INFO& info) {
     if (!fs::exists(status)) fail(file, "no such file; expected a sound file");
     // Opening a pipe would block; reading a device might not end.
     if (!fs::is_regular_file(status)) fail(file, "is not a regular file; expected a sound file");
-    if (!has_known_format(file)) fail(file, std::string("has an unknown format") + kExpected);
+    const Kind kind = kind_of(file);
+    if (kind == Kind::unknown) fail(file, std::string("has an unknown format") + kExpected);
+    OpenSound sound;
+    if (kind == Kind::mpeg) sound.quiet = std::make_unique<NoStandardError>();
     info = {};
     // An absolute name: libsndfile reads "-" as standard input.
-    SoundHandle sound(sf_open(fs::absolute(file).c_str(), SFM_READ, &info));
-    if (!sound) fail(file, std::string("cannot be read as sound") + kExpected);
+    sound.handle.reset(sf_open(fs::absolute(file).c_str(), SFM_READ, &info));
+    if (!sound.handle) fail(file, std::string("cannot be read as sound") + kExpected);
     if (info.samplerate < kLowestRate_hz || info.samplerate > kHighestRate_hz) {
         fail(file, "has a sample rate of " + std::to_string(info.samplerate) +
                        " Hz; expected 1000 to 768000 Hz");
@@ -103,7 +146,8 @@ SoundInfo sound_info(const fs::path& file) {
 
 SoundClip read_sound(const fs::path& file, double sample_rate_hz) {
     SF_INFO info;
-    const SoundHandle sound = open_sound(file, info);
+    const OpenSound open = open_sound(file, info);
+    SNDFILE* const sound = open.handle.get();
     const auto channels = static_cast<std::size_t>(info.channels);
 
     SoundClip clip;
@@ -114,7 +158,7 @@ SoundClip read_sound(const fs::path& file, double sample_rate_hz) {
                                               std::min(1.0, info.samplerate / sample_rate_hz));
     bool usable = true;
     while (true) {
-        const sf_count_t got = sf_readf_float(sound.get(), interleaved.data(), kBlock);
+        const sf_count_t got = sf_readf_float(sound, interleaved.data(), kBlock);
         if (got <= 0) break;
         if (clip.samples.size() + static_cast<std::size_t>(got) > max) {
             fail(file, "is too long; expected at most " +
@@ -133,7 +177,7 @@ SoundClip read_sound(const fs::path& file, double sample_rate_hz) {
             clip.samples.push_back(sample);
         }
     }
-    if (sf_error(sound.get()) != SF_ERR_NO_ERROR) {
+    if (sf_error(sound) != SF_ERR_NO_ERROR) {
         fail(file, "is damaged and cannot be read to its end; expected a whole sound file");
     }
     if (clip.samples.empty()) fail(file, "has no samples; expected at least one");
