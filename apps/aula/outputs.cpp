@@ -6,6 +6,7 @@
 
 #include "apps/documents/parameter_map.h"
 #include "apps/documents/parameter_text.h"
+#include "audio/file/part_file.h"
 #include "aula/exception.h"
 
 namespace aula {
@@ -14,16 +15,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// The file behind an output's name, which need not exist yet.
+fs::path target_of(const fs::path& output) {
+    try {
+        return file_behind_links(output);
+    } catch (const std::system_error& error) {
+        throw InputError(output.string() + ": cannot be written, " + error.code().message() +
+                         "; expected a name in a folder that can be written to");
+    }
+}
+
 /// Whether two paths name the same file, which need not exist yet.
 bool same_file(const fs::path& a, const fs::path& b) {
     std::error_code error;
     // Compares device and inode.
     if (fs::equivalent(a, b, error)) return true;
     if (fs::exists(a, error) || fs::exists(b, error)) return false;
-    const fs::path first = fs::weakly_canonical(a, error);
-    if (error) return false;
-    const fs::path second = fs::weakly_canonical(b, error);
-    return !error && first == second;
+    return target_of(a) == target_of(b);
 }
 
 /// Whether the output replaces the file. Devices and pipes are written directly, and may be the
@@ -113,6 +121,7 @@ void check_outputs(const Arguments& arguments, const Scene& scene) {
     if (!arguments.out.empty()) check_map(arguments, scene, inputs);
     for (std::size_t i = 0; i < outputs.size(); ++i) {
         if (!is_replaced(outputs[i])) continue;
+        target_of(outputs[i]);  // refuses names that cannot be written
         check_not_replaced(outputs[i], inputs);
         for (std::size_t k = 0; k < i; ++k)
             if (same_file(outputs[i], outputs[k]))

@@ -40,10 +40,26 @@ int create(const std::filesystem::path& file, mode_t mode) {
 
 }  // namespace
 
-PartFile::PartFile(const std::filesystem::path& file) {
-    std::error_code error;
-    target_ = std::filesystem::weakly_canonical(file, error);
-    if (error) target_ = file;
+std::filesystem::path file_behind_links(const std::filesystem::path& name) {
+    constexpr int kMostLinks = 40;  // of Linux
+    std::filesystem::path file = name;
+    for (int links = 0; links < kMostLinks; ++links) {
+        std::error_code error;
+        file = std::filesystem::weakly_canonical(file, error);
+        struct stat status {};
+        if (!error && lstat(file.c_str(), &status) != 0) {
+            if (errno == ENOENT) return file;
+            error.assign(errno, std::generic_category());
+        }
+        if (!error && !S_ISLNK(status.st_mode)) return file;
+        // A link to a file that does not exist.
+        if (!error) file = file.parent_path() / std::filesystem::read_symlink(file, error);
+        if (error) fail(error.value());
+    }
+    fail(ELOOP);
+}
+
+PartFile::PartFile(const std::filesystem::path& file) : target_(file_behind_links(file)) {
     struct stat replaced {};
     const bool replaces = stat(target_.c_str(), &replaced) == 0;
     // A new file has the user's default permissions, a replacement those of the replaced file.

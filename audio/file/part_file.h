@@ -4,12 +4,17 @@
 
 namespace aula {
 
+/// The file that a name stands for, which need not exist: links are followed to the last one.
+/// Throws std::system_error if a name is too long, or links form a loop.
+std::filesystem::path file_behind_links(const std::filesystem::path& name);
+
 /// A file that is written under a random name in the target's folder and renamed by commit().
 /// Without commit() it is removed. It is created exclusively and never follows a link.
 class PartFile {
  public:
     /// An existing file is replaced and its permissions are kept; of a symbolic link the file that
-    /// it points to. Throws std::system_error if the folder is not writable.
+    /// it points to, which need not exist. Throws std::system_error if the folder is not writable,
+    /// the name is too long, or links form a loop.
     explicit PartFile(const std::filesystem::path& file);
     ~PartFile();
     PartFile(const PartFile&) = delete;

@@ -27,11 +27,13 @@ namespace {
 }  // namespace
 
 OutputFile::OutputFile(std::filesystem::path file) : file_(std::move(file)) {
-    if (std::filesystem::is_directory(file_))
+    std::error_code error;
+    const auto status = std::filesystem::status(file_, error);
+    if (std::filesystem::is_directory(status))
         throw InputError(file_.string(), "",
                          "is a directory; expected the name of a file to write");
     // A device or a pipe cannot be replaced by a new file, so it is written directly.
-    if (std::filesystem::exists(file_) && !std::filesystem::is_regular_file(file_)) {
+    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
         descriptor_ = open(file_.c_str(), O_WRONLY | O_CLOEXEC);
         if (descriptor_ < 0) refuse(file_, errno);
         return;

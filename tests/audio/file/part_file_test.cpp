@@ -77,6 +77,33 @@ TEST_CASE("The target of a symbolic link is replaced, not the link") {
     CHECK(read_file(file) == "after");
 }
 
+TEST_CASE("The target of a link that points to nothing is created, and the link stays") {
+    const TemporaryFolder folder;
+    std::filesystem::create_directory(folder.path() / "sub");
+    std::filesystem::create_symlink("sub/new", folder.path() / "near");
+    std::filesystem::create_symlink(folder.path() / "near", folder.path() / "far");
+    write_part(folder.path() / "far", "new");
+    CHECK(read_file(folder.path() / "sub/new") == "new");
+    for (const char* link : {"near", "far"})
+        CHECK(std::filesystem::is_symlink(folder.path() / link));
+    CHECK(names_in(folder.path() / "sub") == std::vector<std::string>{"new"});
+}
+
+TEST_CASE("Links that form a loop or lead to no folder, and names too long, are refused") {
+    const TemporaryFolder folder;
+    std::filesystem::create_symlink("b", folder.path() / "a");
+    std::filesystem::create_symlink("a", folder.path() / "b");
+    std::filesystem::create_symlink("nowhere/file", folder.path() / "c");
+    const auto before = names_in(folder.path());
+    for (const std::string& name : {std::string("a"), std::string("c"), std::string(256, 'n')}) {
+        CAPTURE(name);
+        CHECK_THROWS_AS(PartFile(folder.path() / name), std::system_error);
+    }
+    CHECK(names_in(folder.path()) == before);
+    for (const char* link : {"a", "b", "c"})
+        CHECK(std::filesystem::is_symlink(folder.path() / link));
+}
+
 TEST_CASE("A file with the longest possible name can be written twice at the same time") {
     const TemporaryFolder folder;
     const auto file = folder.path() / std::string(255, 'n');
