@@ -166,9 +166,15 @@ std::vector<Source> read_sources(const JsonReader& json, const std::filesystem::
                                  SignalFiles signals) {
     constexpr const char* kExpected = "a list of at least one source";
     constexpr NumberRange kGain_db{-200, 200, true, "decibels from -200 to 200"};
+    constexpr std::size_t kMost = 1024;
     std::vector<Source> sources;
     UniqueNames names;
-    for (const JsonReader& item : json.items(kExpected)) {
+    const auto items = json.items(kExpected);
+    if (items.size() > kMost) {
+        json.fail(std::to_string(items.size()) + " sources; expected at most " +
+                  std::to_string(kMost));
+    }
+    for (const JsonReader& item : items) {
         sources.emplace_back();
         Source& source = sources.back();
         source.name = "source" + std::to_string(sources.size());

@@ -157,3 +157,15 @@ TEST_CASE("an endless scene file is refused") {
     CHECK_THROWS_WITH(aula::load_scene("/dev/zero"),
                       Contains("/dev/zero: holds more than 268435456"));
 }
+
+TEST_CASE("a scene has at most 1024 sources") {
+    const TemporaryFolder folder;
+    const auto load = [&](int sources) {
+        std::string text = R"({"aula": 1, "listener": {"position": [3, 2, 1]}, "sources": [)";
+        for (int i = 0; i < sources; ++i)
+            text += (i > 0 ? "," : "") + std::string(R"({"position": [1, 1, 1]})");
+        return aula::load_scene(folder.write("scene.json", text + "]}")).scene.sources.size();
+    };
+    CHECK(load(1024) == 1024);
+    CHECK_THROWS_WITH(load(1025), Contains("/sources: 1025 sources; expected at most 1024"));
+}
