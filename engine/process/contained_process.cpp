@@ -13,6 +13,7 @@
 #include <cerrno>
 #include <csignal>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include "aula/exception.h"
@@ -25,10 +26,10 @@ namespace {
 /// machine or with a slow disk.
 constexpr std::chrono::seconds kLongest{60};
 
-[[noreturn]] void fail_to_start(const std::filesystem::path& file) {
-    throw Failure(file.string() +
-                  ": the process that reads SOFA files cannot be started; expected /proc and "
-                  "memory that may be executed");
+[[noreturn]] void fail_to_start(const std::filesystem::path& file, int error) {
+    throw Failure(file.string() + ": the process that reads SOFA files cannot be started, " +
+                  std::generic_category().message(error) +
+                  "; expected /proc, memory that may be executed, and limits that allow it");
 }
 
 /// Creates an executable file in memory.
@@ -51,8 +52,8 @@ bool write_all(const Descriptor& to, std::span<const std::byte> bytes) {
     return true;
 }
 
-/// Starts the program that reads `input` and writes to `output`. Returns its id, -1 after an error.
-int start(const Descriptor& program, const Descriptor& input, const Descriptor& output) {
+/// Starts the program that reads `input` and writes to `output`. Returns 0, or an error.
+int start(const Descriptor& program, const Descriptor& input, const Descriptor& output, pid_t& id) {
     posix_spawn_file_actions_t files;
     posix_spawn_file_actions_init(&files);
     posix_spawn_file_actions_adddup2(&files, input.number(), STDIN_FILENO);
@@ -74,11 +75,10 @@ int start(const Descriptor& program, const Descriptor& input, const Descriptor& 
     const std::string path = "/proc/self/fd/" + std::to_string(program.number());
     std::string name = "aula-sofa-reader";
     char* const arguments[] = {name.data(), nullptr};
-    pid_t id = -1;
-    if (posix_spawn(&id, path.c_str(), &files, &attributes, arguments, environ) != 0) id = -1;
+    const int error = posix_spawn(&id, path.c_str(), &files, &attributes, arguments, environ);
     posix_spawnattr_destroy(&attributes);
     posix_spawn_file_actions_destroy(&files);
-    return id;
+    return error;
 }
 
 }  // namespace
@@ -96,24 +96,24 @@ void Descriptor::reset() {
 ContainedProcess::ContainedProcess(std::span<const std::byte> program,
                                    const std::filesystem::path& file, const char* expected)
     : deadline_(Clock::now() + kLongest) {
-    const auto fail = [&](const char* why) {
+    const auto fail = [&](const std::string& why) {
         throw InputError(file.string() + ": " + why + "; expected " + expected);
     };
     // Non-blocking: opening a pipe does not wait for its other end.
     const Descriptor input(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-    if (input.number() < 0) fail(errno == EACCES ? "may not be read" : "no such file");
+    if (input.number() < 0 && errno == ENOENT) fail("no such file");
+    if (input.number() < 0) fail("cannot be opened, " + std::generic_category().message(errno));
     struct stat status {};
     if (fstat(input.number(), &status) != 0 || !S_ISREG(status.st_mode))
         fail("is not a regular file");
 
     int ends[2] = {-1, -1};
-    if (pipe2(ends, O_CLOEXEC) != 0) fail_to_start(file);
+    if (pipe2(ends, O_CLOEXEC) != 0) fail_to_start(file, errno);
     output_.emplace(ends[0]);
     const Descriptor to(ends[1]);
     const Descriptor executable(make_program_file());
-    if (!write_all(executable, program)) fail_to_start(file);
-    id_ = start(executable, input, to);
-    if (id_ < 0) fail_to_start(file);
+    if (!write_all(executable, program)) fail_to_start(file, errno);
+    if (const int error = start(executable, input, to, id_)) fail_to_start(file, error);
 }
 
 ContainedProcess::~ContainedProcess() {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
+#include <new>
 #include <string>
 #include <tuple>
 
@@ -72,8 +73,9 @@ struct RayScene::Embree {
     unsigned next_id = 0;
 
     Embree() : device(rtcNewDevice("threads=1,set_affinity=0,hugepages=1")) {
-        if (!device)
-            throw InputError("Embree: cannot start; an x86-64 processor with SSE2 is needed");
+        if (!device && rtcGetDeviceError(nullptr) == RTC_ERROR_UNSUPPORTED_CPU)
+            throw InputError("the processor cannot trace rays; expected x86-64 with SSE2");
+        if (!device) throw std::bad_alloc();
         scene = rtcNewScene(device);
     }
     ~Embree() {

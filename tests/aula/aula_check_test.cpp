@@ -9,6 +9,7 @@
 #include "tests/support/small_scenes.h"
 
 using namespace aula::test;
+using Catch::Matchers::Contains;
 
 TEST_CASE("Positions in a room without a ceiling are inside") {
     const TemporaryFolder folder;
@@ -180,6 +181,25 @@ TEST_CASE("A source behind a wall is reported as not audible, without parameters
         {scene, "--report=" + out, "--frames", "2", "--source-position", "next door=1,1,1"});
     CHECK(audible.err.empty());
     CHECK(read_file(out).find("\"G\":null") == std::string::npos);
+}
+
+TEST_CASE("The command info leaves out what an open room does not have") {
+    const TemporaryFolder folder;
+    const auto info = [&](const std::string& ceiling) {
+        const std::string scene = folder.write("hall.json", R"({"aula": 1,
+            "geometry": [{"vertices": [[0,0,0], [9,0,0], [9,7,0], [0,7,0],
+                                       [0,0,4], [9,0,4], [9,7,4], [0,7,4]], "material": "plaster",
+                "faces": [[0,1,2,3], [0,1,5,4], [1,2,6,5], [2,3,7,6], [3,0,4,7])" +
+                                                                ceiling + R"(]}],
+            "sources": [{"position": [2, 2, 1]}], "listener": {"position": [6, 5, 1]}})");
+        return run_program({AULA_PROGRAM, "info", scene}).out;
+    };
+    const std::string open = info("");
+    CHECK_THAT(open, Contains("not closed"));
+    for (const char* word : {"Sabine", "Eyring"}) {
+        CHECK_THAT(open, !Contains(word));
+        CHECK_THAT(info(", [4,5,6,7]"), Contains(word));
+    }
 }
 
 TEST_CASE("The command info counts the edges that diffract sound") {

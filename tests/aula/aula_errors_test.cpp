@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <regex>
 #include <set>
+#include <sstream>
 
 #include "tests/aula/aula_program.h"
 #include "tests/support/small_scenes.h"
@@ -12,6 +13,7 @@
 namespace {
 
 using namespace aula::test;
+using Catch::Matchers::Contains;
 
 }  // namespace
 
@@ -30,6 +32,66 @@ TEST_CASE("A damaged file of an unsupported format prints one line, nothing on s
         CHECK(check.err == "aula: " + (folder.path() / "voice.wav").string() +
                                ": has an unknown format; expected WAV, RF64, W64, AIFF, AU, CAF, "
                                "FLAC, Ogg, MP3 or NIST SPHERE\n");
+    }
+}
+
+TEST_CASE("Of a damaged MP3 file only the program's own lines are printed") {
+    const TemporaryFolder folder;
+    const std::string whole = read_file(AULA_SOURCE_DIR "/tests/fuzz/corpus/sound/mp3");
+    std::string junk;  // headers of frames without data
+    for (int i = 0; i < 100000; ++i) junk += std::string("\xFF\xFB\x90\0", 4);
+    std::vector<std::string> all{junk};
+    for (std::size_t at = 0; at + 8 < whole.size(); at += whole.size() / 12) {
+        all.push_back(whole);
+        for (std::size_t i = at; i < at + 8; ++i) all.back()[i] = static_cast<char>(~whole[i]);
+    }
+    const std::string scene =
+        folder.write("a.json", with(kSmallRoom, "\"noise\"", "\"voice.mp3\""));
+    int refused = 0;
+    for (const std::string& bytes : all) {
+        folder.write("voice.mp3", bytes);
+        const ProgramResult check = aula_with({"check", scene});
+        CHECK((check.status == 0 || check.status == 2));
+        refused += check.status == 2 ? 1 : 0;
+        std::istringstream lines(check.err);
+        for (std::string line; std::getline(lines, line);) CHECK(line.starts_with("aula: "));
+    }
+    CHECK(refused > 0);
+}
+
+TEST_CASE("Under limits of the system the one line has the true reason") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const auto under = [&](const std::string& limit) {
+        const ProgramResult result =
+            run_program({"bash", "-c",
+                         "ulimit " + limit + "; exec \"$0\" \"$1\" --offline \"$2\" --duration 0.1",
+                         AULA_PROGRAM, scene, folder.path() / "out.wav"});
+        CAPTURE(limit, result.err);
+        CHECK((result.status == 1 || result.status == 2));
+        CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
+        CHECK(names_in(folder.path()) == std::vector<std::string>{"room.json"});
+        return result.err;
+    };
+    CHECK_THAT(under("-n 4"), Contains("Too many open files"));
+    // The address sanitizer needs more address space.
+#ifndef __SANITIZE_ADDRESS__
+    CHECK_THAT(under("-v 200000"), Contains("memory"));
+#endif
+}
+
+TEST_CASE("A name too long for an output is refused before anything is computed") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const std::string name = folder.path() / std::string(256, 'n');
+    for (const auto& output :
+         std::vector<std::vector<std::string>>{{"--offline", name, "--duration", "100000"},
+                                               {"--ir", name, "--frames", "1000000"},
+                                               {"--echogram", name, "--frames", "1000000"},
+                                               {"--report=" + name, "--frames", "1000000"}}) {
+        std::vector<std::string> arguments{scene};
+        arguments.insert(arguments.end(), output.begin(), output.end());
+        require_refused(folder, arguments, {"too long"});
     }
 }
 
@@ -214,7 +276,7 @@ TEST_CASE(
     const auto files = [&] {
         std::string all;
         for (const std::string& name : names_in(path))
-            if (!std::filesystem::is_directory(path / name)) all += read_file(path / name);
+            if (std::filesystem::is_regular_file(path / name)) all += read_file(path / name);
         return all;
     };
     const std::string before = files();
@@ -237,6 +299,9 @@ TEST_CASE(
     refused({"--echogram", in + "new.csv", "--report=" + in + "sub/../new.csv"});
     refused({"--echogram", in + "sub/new.csv", "--report=" + in + "link/new.csv"});
     refused({"--ir", in + "same.wav", "--echogram", in + "same.csv"});
+    // The same new file behind a link.
+    std::filesystem::create_symlink("sub/new.csv", path / "late.csv");
+    refused({"--echogram", in + "sub/new.csv", "--report=" + in + "late.csv"});
     for (const std::string option : {"--offline", "--ir", "--echogram", "--screenshot"})
         refused({option, "-"});
     refused({"--report=-"});
@@ -335,4 +400,11 @@ TEST_CASE("Invalid options of the window and of remote control are refused") {
         CHECK(refused.status == 2);
         CHECK(refused.err.find(option + ": is used without --osc") != std::string::npos);
     }
+}
+
+TEST_CASE("The program is hardened: addresses are bound at the start, stacks are protected") {
+    const std::string sections = run_program({"readelf", "-dW", AULA_PROGRAM}).out;
+    CHECK_THAT(sections, Contains("BIND_NOW"));
+    const std::string symbols = run_program({"readelf", "-sW", AULA_PROGRAM}).out;
+    CHECK_THAT(symbols, Contains("__stack_chk_fail"));
 }
