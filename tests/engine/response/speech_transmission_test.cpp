@@ -114,6 +114,17 @@ TEST_CASE("loud octaves mask the next higher ones, and speech below the threshol
               .margin(1e-4));
 }
 
+TEST_CASE("between 63 and 67 dB the masking rises by 1.8 dB per dB") {
+    // 66 dB at 1 kHz mask 66 + 1.8 * 66 - 146.9 = 37.9 dB at 2 kHz, 2.1 dB below 40 dB of speech.
+    Bands speech_db = Bands::filled(62);
+    speech_db[4] = 66;
+    speech_db[5] = 40;
+    const double masked = (2.1 + 15) / 30;
+    CHECK(
+        *speech_transmission_index(direct(), speech_db, {}) ==
+        Approx(1 - 0.309 * (1 - masked) + (0.011 + 0.047) * (1 - std::sqrt(masked))).margin(1e-3));
+}
+
 TEST_CASE("noise in one octave masks the next higher one") {
     // 110 dB at 500 Hz masks 100 dB at 1 kHz. Speech of 75 dB remains in the other octaves.
     Bands noise_db = Bands::filled(0);
