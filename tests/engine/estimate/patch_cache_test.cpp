@@ -340,6 +340,24 @@ TEST_CASE("a short log bounds the memory") {
     CHECK(radiated(walk.cache, 1) == Approx(1));
 }
 
+TEST_CASE("rows and logged frames are within the memory of a cache but for one frame") {
+    Walk two(1000);
+    two.frame(Vec3(0), 1);
+    const std::size_t of_one = two.cache.memory_bytes();
+    two.frame(Vec3(0), 1);
+    const std::size_t frame_bytes = two.cache.memory_bytes() - of_one;
+    for (const std::size_t bytes : {4000U, 8000U, 16000U}) {
+        Walk walk(1000, bytes);
+        for (int f = 0; f < 100; ++f) {
+            walk.frame(Vec3(1e-4F * static_cast<float>(f), 0, 0), 1);
+            CAPTURE(bytes, f);
+            CHECK(walk.cache.memory_bytes() <= bytes + frame_bytes);
+        }
+        // Companion: a good part of it is used.
+        CHECK(walk.cache.memory_bytes() > bytes / 2);
+    }
+}
+
 TEST_CASE("without new rays the log of a patch cache ages out, and sums and later changes do not") {
     Walk walk(5);
     for (int f = 0; f < 20; ++f) walk.frame(Vec3(0), f % 2 ? 1 : 2);
