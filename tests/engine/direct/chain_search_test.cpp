@@ -165,32 +165,37 @@ TEST_CASE("chains are the same from both ends") {
 }
 
 TEST_CASE("a chain that a moving object blocks or clears is found in the same frame") {
-    // A screen that slides between the corners of a pillar on one side.
-    Object slide = screen(0, 0.25F, 2);
+    // A screen that slides between the corners of a pillar on one side, or between a corner and an
+    // end.
+    const float side = GENERATE(1.0F, -1.0F);
+    const float x = GENERATE(-1.5F, 0.0F, 1.2F);
+    const float edge_y = x == 0 ? 0.25F : 0.1F;
+    Object slide = side > 0 ? screen(x, edge_y, 2) : screen(x, -2, -edge_y);
     slide.path = aula::Trajectory{};
-    slide.path->points = {{0, {.position = {0, 0, 0}}}, {1, {.position = {0, 5, 0}}}};
+    slide.path->points = {{0, {.position = {0, 0, 0}}}, {1, {.position = {0, 5 * side, 0}}}};
     Place place({bar(0.3F, 0.3F), slide});
     Search search(place, 2);
     const Vec3 source(-3, 0, 0);
     const Vec3 listener(2, 0, 0);
     Bounds swept;
-    swept.add(Vec3(0, 0.25F, -kFar_m));
-    swept.add(Vec3(0, 7, kFar_m));
-    const auto above = [&](const std::vector<EdgePath>& paths) {
+    swept.add(Vec3(x, side * edge_y, -kFar_m));
+    swept.add(Vec3(x, side * 7, kFar_m));
+    const auto beside = [&](const std::vector<EdgePath>& paths) {
         return std::count_if(paths.begin(), paths.end(), [&](const EdgePath& path) {
-            return path.edges.size() == 2 && path.direction.y > 0 &&
+            return path.edges.size() == 2 && path.direction.y * side > 0 &&
                    path.length_m < std::hypot(2.7, 0.3) + 0.6 + std::hypot(1.7, 0.3) + 1e-3;
         });
     };
-    CHECK(above(search.frame(source, listener)) == 0);
+    CAPTURE(side, x);
+    CHECK(beside(search.frame(source, listener)) == 0);
     place.rays.move(1.0);
     place.edges.scene_moved();
     Search unaware = search;
-    CHECK(above(unaware.frame(source, listener)) == 0);
-    CHECK(above(search.frame(source, listener, {swept})) == 1);
+    CHECK(beside(unaware.frame(source, listener)) == 0);
+    CHECK(beside(search.frame(source, listener, {swept})) == 1);
     place.rays.move(0.0);
     place.edges.scene_moved();
-    CHECK(above(search.frame(source, listener, {swept})) == 0);
+    CHECK(beside(search.frame(source, listener, {swept})) == 0);
 }
 
 TEST_CASE("on a walk past the end of a thick wall no octave jumps") {
