@@ -219,7 +219,7 @@ TEST_CASE("A sound of more than 2^28 samples at the new rate is refused with the
     CHECK_THROWS_WITH(read_sound(file, 192000), file.string() + ": is too long; expected at most " +
                                                     std::to_string(kLongest / 1000) +
                                                     " s of 1000 Hz");
-    CHECK_NOTHROW(read_sound(file, 96000));
+    CHECK_NOTHROW(read_sound(file, 2000));
 }
 
 TEST_CASE("Sound formats are identified by their first bytes, not by the name of the file") {
