@@ -48,7 +48,7 @@ void set_up_process() {
     for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
     sigset_t signals;
     sigemptyset(&signals);
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&signals, signal);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGXCPU}) sigaddset(&signals, signal);
     // Blocked in this thread and in all later ones. One thread waits for the signals: unlike a
     // signal handler it may call any function.
     pthread_sigmask(SIG_BLOCK, &signals, nullptr);

@@ -102,6 +102,7 @@ TEST_CASE("An interrupted program leaves no file and exits with 128 + signal num
     const std::vector<std::string> render{"--offline", "OUT", "--duration", "100000"};
     CHECK(interrupt(render, SIGINT) == 130);
     CHECK(interrupt(render, SIGTERM) == 143);
+    CHECK(interrupt(render, SIGXCPU) == 152);  // the limit of CPU time
     CHECK(interrupt({"--echogram", "OUT", "--frames", "1000000"}, SIGINT) == 130);
 }
 
