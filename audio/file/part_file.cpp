@@ -48,7 +48,7 @@ std::filesystem::path file_behind_links(const std::filesystem::path& name) {
         file = std::filesystem::weakly_canonical(file, error);
         struct stat status {};
         if (!error && lstat(file.c_str(), &status) != 0) {
-            if (errno == ENOENT) return file;
+            if (errno == ENOENT || errno == ENOTDIR) return file;
             error.assign(errno, std::generic_category());
         }
         if (!error && !S_ISLNK(status.st_mode)) return file;
