@@ -1,6 +1,7 @@
 // Sound through walls: energy balance, reciprocity, and equal results of all estimators.
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -220,6 +221,46 @@ TEST_CASE("paths in the gap between two walls that transmit end as early as othe
         // Segments in the gap are shorter than elsewhere, at most twice as many.
         CHECK(highest.behind < 2.5 * highest.before);
     }
+}
+
+TEST_CASE("all paths behind walls survive with about the root of the energy that is left") {
+    struct Tracer : PathTracer {
+        Tracer(const RayScene& scene, const SpecularPaths& images, const TraceSettings& settings)
+            : PathTracer(scene, images, settings) {}
+        using PathTracer::follow;
+        using PathTracer::Walls;
+    };
+    Scene scene = row_of_rooms(2, 0.3F, 0.5F);
+    add_partition(scene, 5, 20);
+    const RayScene rays(scene);
+    const SpecularPaths images(rays, 0, 0.5F, 1);
+    TraceSettings settings;
+    settings.rays = 400 * PathTracer::kBatchRays;
+    settings.max_length_m = 2000;
+    const Tracer tracer(rays, images, settings);
+    std::array<double, 64> energy{};
+    std::array<int, 64> batches{};
+    for (int batch = 0; batch < tracer.batch_count(); ++batch) {
+        int highest = 0;
+        tracer.follow(
+            {0, scene.sources[0].position}, test::test_seed(), batch, 63, Tracer::Walls::transmit,
+            [&](const PathBatch& paths, int order) {
+                if (!paths.behind_walls || paths.count == 0) return;
+                highest = order;
+                for (std::size_t i = 0; i < paths.count; ++i) {
+                    energy[static_cast<std::size_t>(order)] += double{paths.energy[i].sum()};
+                }
+            },
+            [](const PathBatch&) {});
+        for (int order = 0; order <= highest; ++order) ++batches[static_cast<std::size_t>(order)];
+    }
+    // The decay per reflection, before any path ends.
+    REQUIRE(batches[28] == tracer.batch_count());
+    const double left = energy[28] / energy[16];
+    const double survived = static_cast<double>(batches[56]) / batches[44];
+    CAPTURE(left, batches[44], batches[56]);
+    CHECK(survived > std::pow(left, 0.7));
+    CHECK(survived < std::pow(left, 0.3));
 }
 
 TEST_CASE("what is neither on the way nor heat has never been emitted") {

@@ -7,8 +7,10 @@
 #include <vector>
 
 #include "audio/render/renderer.h"
+#include "audio/spatial/sofa_file.h"
 #include "tests/audio/convolution/signals.h"
 #include "tests/audio/player.h"
+#include "tests/audio/spatial/directions.h"
 
 using namespace aula;
 using namespace aula::test;
@@ -111,6 +113,51 @@ TEST_CASE("The Doppler shift lowers the frequency of a receding source") {
     // varies by some hertz about its mean.
     CHECK(energy_outside_db(steady, expected_hz, 60, kRate_hz) < -40);
     CHECK(energy_outside_db(steady, 4000, 60, kRate_hz) > -3);
+}
+
+TEST_CASE("A path that starts at the longest delay has the sound from before its start") {
+    // An ear hears 4 ms after the other one.
+    constexpr std::size_t kStart = 4800;
+    constexpr std::size_t kFade = 1024;
+    HeadMeasurements measured;
+    measured.samples = 64;
+    for (const auto& direction : uniform_directions(60)) {
+        measured.positions.push_back({direction[0], direction[1], direction[2]});
+        for (const float delay_samples : {0.0F, 192.0F}) {
+            measured.responses.push_back(1);
+            measured.responses.resize(measured.responses.size() + measured.samples - 1);
+            measured.delays_samples.push_back(delay_samples);
+        }
+    }
+    const auto head = std::make_shared<const Hrtf>(measured, kRate_hz);
+    RendererConfig config = config_for(OutputFormat::binaural, 1, 480);
+    config.block = 32;
+    config.longest_delay_s = 0.05;
+    SourceSound sound;
+    sound.direct = path_of(2400, 1);
+    const auto played = [&](std::size_t start) {
+        Player player(config, head, random_signals(1, 9600, 12));
+        player.publish({SourceSound{}});
+        player.play_until(start, {32});
+        player.publish({sound});
+        player.play_until(9600, {32});
+        return player.outputs();
+    };
+    const Signals late = played(kStart);
+    const Signals always = played(32);
+    const std::vector<float> weights = raised_cosine(kFade);
+    for (std::size_t ear = 0; ear < 2; ++ear) {
+        double worst = 0;
+        for (std::size_t n = kStart; n < 9600; ++n) {
+            const float weight = n - kStart < kFade ? weights[n - kStart] : 1;
+            worst =
+                std::max(worst, std::abs(double{late[ear][n]} - double{weight * always[ear][n]}));
+        }
+        // The response of an ear, which follows the fade, is not quite an impulse.
+        CAPTURE(ear);
+        CHECK(worst < 1e-3);
+    }
+    CHECK(std::any_of(always[1].begin(), always[1].end(), [](float x) { return x > 0.5F; }));
 }
 
 TEST_CASE("A jump of a source is crossfaded without a sweep") {

@@ -11,6 +11,7 @@
 #include "audio/base/aligned.h"
 #include "audio/dsp/fft.h"
 #include "audio/spatial/ambisonics.h"
+#include "audio/spatial/head_responses.h"
 #include "audio/spatial/hrtf.h"
 
 using namespace aula;
@@ -298,6 +299,57 @@ TEST_CASE("Ears that hear all directions alike decode the omnidirectional channe
         for (const float x : ear[0]) energy += x * x;
         CHECK(energy == Approx(1).margin(0.02));
     }
+}
+
+TEST_CASE("A direction that an ear hardly hears counts as one at -40 dB") {
+    // The twelve corners of an icosahedron, of which one is heard at -60 dB. Above the cutoff the
+    // weights e of first order minimise sum over i of w_i (|H_i| - y_i e)^2. From the solution
+    // e = (1, 0, 0, 0) of eleven directions the twelfth moves it by A^-1 y_0 W (h - 1) / (1 + W q),
+    // where A is the sum of y y^T of the eleven, q = y_0^T A^-1 y_0 and W = w_0 / w_i. For all
+    // twelve that sum is diag(12, 4, 4, 4).
+    constexpr double kHeard = 1e-3;
+    constexpr double kCounted = 1e-4;  // -40 dB
+    const double golden = std::numbers::phi;
+    HeadResponses head;
+    for (const double a : {-1.0, 1.0}) {
+        for (const double b : {-golden, golden}) {
+            const double r = std::hypot(a, b);
+            const auto x = static_cast<float>(a / r);
+            const auto y = static_cast<float>(b / r);
+            for (const auto& direction :
+                 {std::array{0.0F, x, y}, std::array{x, y, 0.0F}, std::array{y, 0.0F, x}}) {
+                head.directions.push_back(direction);
+            }
+        }
+    }
+    head.weights.assign(12, 1.0 / 12);
+    for (std::size_t i = 0; i < 12; ++i) {
+        Hrtf::Ear ear;
+        ear.minimum_phase.assign(256, 0.0F);
+        ear.minimum_phase[0] = i == 0 ? static_cast<float>(kHeard) : 1.0F;
+        head.ears.push_back({ear, ear});
+    }
+    const double mean = (11 + kHeard * kHeard) / 12;
+    const double ratio = std::sqrt((1 / mean + kCounted) / (kHeard * kHeard / mean + kCounted));
+    const double of_all = 1.0 / 12 + 1.0 / 4;
+    const double q = of_all / (1 - of_all);
+    const double to_opposite = (1.0 / 12 - 1.0 / 4) / (1 - of_all);
+    const double moved = ratio * (kHeard - 1) / (1 + ratio * q);
+    const double expected = (1 + moved * q) / (1 + moved * to_opposite);
+
+    const AmbisonicDecoder filters = design_decoder(head, 1);
+    const auto gain = [&](float sign) {
+        std::array<float, 3> direction = head.directions[0];
+        for (float& x : direction) x *= sign;
+        const auto encoding = encode_direction(direction);
+        const auto bin = static_cast<std::size_t>(10000 / kRate_hz * kSize);
+        std::complex<double> sum;
+        for (std::size_t c = 0; c < 4; ++c) {
+            sum += double{encoding[c]} * spectrum_of(filters[0][c], 0)[bin];
+        }
+        return std::abs(sum);
+    };
+    CHECK(gain(1) / gain(-1) == Approx(expected).epsilon(0.05));
 }
 
 TEST_CASE("The decoder of a head that is 60 dB quieter is 60 dB quieter") {

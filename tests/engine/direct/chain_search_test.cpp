@@ -15,6 +15,7 @@
 using aula::Bands;
 using aula::Bounds;
 using aula::ChainSearch;
+using aula::DiffractionEdge;
 using aula::EdgePath;
 using aula::kBandCount;
 using aula::Object;
@@ -196,6 +197,38 @@ TEST_CASE("a chain that a moving object blocks or clears is found in the same fr
     place.rays.move(0.0);
     place.edges.scene_moved();
     CHECK(beside(search.frame(source, listener, {swept})) == 0);
+}
+
+TEST_CASE("a movement is noticed that concerns the first edge of a scene alone") {
+    // Edges are sorted by their starts, then by length: the first one is below the front of a block
+    // that sound passes below. A screen hides it from the source.
+    const Object block = prism({{-2, -3}, {2, -3}, {2, 3}, {-2, 3}}, -0.3F);
+    Object slide = prism({{-1.9F, -4.5F}, {1.9F, -4.5F}, {1.9F, -4.4F}, {-1.9F, -4.4F}}, -0.2F, 2);
+    slide.path = aula::Trajectory{};
+    slide.path->points = {{0, {.position = {0, 0, 0}}}, {1, {.position = {0, 0, 5}}}};
+    Place place({block, slide});
+    const DiffractionEdge& first = place.edges[0];
+    REQUIRE(std::abs(first.axis.x) > 0.99);
+    REQUIRE(first.start.y == Approx(-3));
+    REQUIRE(first.start.z == Approx(-0.3));
+    Search search(place, 2);
+    const Vec3 source(0, -6, 0.3F);
+    const Vec3 listener(0, 5, 0.3F);
+    Bounds swept;
+    swept.add(Vec3(-1.9F, -4.5F, -0.2F));
+    swept.add(Vec3(1.9F, -4.4F, 7));
+    const auto over_first = [&](const std::vector<EdgePath>& paths) {
+        return std::count_if(paths.begin(), paths.end(), [](const EdgePath& path) {
+            return path.edges.size() == 2 && (path.edges[0] == 0 || path.edges[1] == 0);
+        });
+    };
+    CHECK(over_first(search.frame(source, listener)) == 0);
+    place.rays.move(1.0);
+    place.edges.scene_moved();
+    CHECK(over_first(search.frame(source, listener, {swept})) == 1);
+    place.rays.move(0.0);
+    place.edges.scene_moved();
+    CHECK(over_first(search.frame(source, listener, {swept})) == 0);
 }
 
 TEST_CASE("on a walk past the end of a thick wall no octave jumps") {

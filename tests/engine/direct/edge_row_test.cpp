@@ -325,6 +325,23 @@ TEST_CASE("a row fades out over the last quarter of the longest detour") {
     CHECK(weight(1.001 * longest_m) == 0);
 }
 
+TEST_CASE("the search keeps rows that both ends may come to before the next search") {
+    // Each end may move by 0.15 m: together they shorten the detour by up to 0.3 m.
+    const Place place({screen(0, 0), screen(3, 0)});
+    std::vector<std::uint32_t> tops;
+    for (const double x : {0.0, 3.0}) {
+        tops.push_back(static_cast<std::uint32_t>(place.edge_at(x, 0) - place.edges.all().data()));
+    }
+    const auto rows = [&](double beyond_m) {
+        // The detour over the screen that is nearer to the middle.
+        const double side_m = 201.5 + (aula::EdgePaths::kLongestDetour_m + beyond_m) / 2;
+        const double below_m = std::sqrt(side_m * side_m - 201.5 * 201.5);
+        return EdgeRow::candidates(place.edges, tops, {-200, -below_m, 0}, {203, -below_m, 0});
+    };
+    CHECK(rows(0.1).size() == 1);
+    CHECK(rows(0.5).empty());
+}
+
 TEST_CASE("a row covers the paths over its edges, and no other") {
     const Place place({screen(0, 0), screen(3, 0), screen(20, 0)});
     const auto over = row_over(place, {{0, 0}, {3, 0}}, {-3, 0, 0}, {6, 0, 0});
