@@ -1,8 +1,10 @@
 #include "engine/rays/room_survey.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <vector>
 
 #include "aula/engine/room_acoustics.h"
@@ -216,12 +218,58 @@ std::vector<AreaSample> sample_area(const RayScene& scene, double area_m2, Rando
     return samples;
 }
 
-/// Statistics of the rays from one side of a sampled point.
-struct SampleView {
-    int reached = 0;  ///< rays that end on sides that walks have reached
-    int open = 0;     ///< rays that escape
-    double length_m = 0;
-    int hits = 0;
+/// Points just above surfaces that random walks have reached: what sees one of them is in the room.
+class ReachedPoints {
+ public:
+    ReachedPoints(const RayScene& scene, std::span<const Vec3> inside, std::uint64_t seed)
+        : scene_(scene) {
+        const RandomWalks walks{.paths = kSurveyPaths,
+                                .bounces = 2 * kSurveyBounces,
+                                .seed = seed,
+                                .through_moving = false};
+        int hits = 0;
+        trace_random_walks(scene, inside, walks, [&](int, const Ray& ray, const Hit& hit) {
+            is_tight_ = is_tight_ && hit.any();
+            if (!hit.any() || hits++ % kHitsPerPoint != 0) return;
+            points_.push_back(start_after(ray.origin, scene.point(hit, ray.direction),
+                                          scene.facing_normal(hit, ray.direction)));
+        });
+    }
+
+    /// Whether no walk has escaped.
+    bool is_tight() const { return is_tight_; }
+
+    /// Whether one of the nearest points in front of a surface is visible.
+    bool is_seen_from(const Vec3& origin, const Vec3& normal) const {
+        constexpr float kGrazing = 0.02F;  // cosine
+        struct Near {
+            float square_m2 = std::numeric_limits<float>::infinity();
+            Vec3 point{0};
+        };
+        std::array<Near, kNearest> nearest;
+        for (const Vec3& point : points_) {
+            const Vec3 offset = point - origin;
+            const float square_m2 = glm::dot(offset, offset);
+            if (square_m2 >= nearest.back().square_m2) continue;
+            if (!(glm::dot(offset, normal) > kGrazing * std::sqrt(square_m2))) continue;
+            std::size_t place = kNearest - 1;
+            for (; place > 0 && square_m2 < nearest[place - 1].square_m2; --place) {
+                nearest[place] = nearest[place - 1];
+            }
+            nearest[place] = {square_m2, point};
+        }
+        return std::any_of(nearest.begin(), nearest.end(), [&](const Near& near) {
+            return std::isfinite(near.square_m2) && scene_.visible(origin, near.point);
+        });
+    }
+
+ private:
+    static constexpr int kHitsPerPoint = 32;
+    static constexpr std::size_t kNearest = 16;
+
+    const RayScene& scene_;
+    std::vector<Vec3> points_;
+    bool is_tight_ = true;
 };
 
 }  // namespace
@@ -238,20 +286,13 @@ RoomGeometry measure_room(const RayScene& scene, std::span<const Vec3> inside, s
     room.area_m2.resize(all_m2.size());
     if (!(total_m2 > 0)) return room;
 
-    const RandomWalks walks{.paths = kSurveyPaths,
-                            .bounces = 2 * kSurveyBounces,
-                            .seed = seed,
-                            .through_moving = false};
-    std::vector<char> reached(2 * scene.triangle_count(), 0);
-    bool tight = true;
-    trace_random_walks(scene, inside, walks, [&](int, const Ray& ray, const Hit& hit) {
-        tight = tight && hit.any();
-        if (hit.any()) reached[side_of(scene, ray, hit)] = 1;
-    });
+    const ReachedPoints reached(scene, inside, seed);
     RandomStream random(derive_seed(seed, 1));
     std::vector<int> sampled(all_m2.size());
     std::vector<int> counted(all_m2.size());
-    SampleView sum;
+    int open = 0;
+    int closed = 0;
+    double length_m = 0;
     for (const AreaSample& sample : sample_area(scene, total_m2, random)) {
         const RayScene::Triangle& triangle = scene.triangle(sample.triangle);
         ++sampled[triangle.material];
@@ -267,32 +308,36 @@ RoomGeometry measure_room(const RayScene& scene, std::span<const Vec3> inside, s
             std::array<Hit, kRaysPerSample + 1> hits;
             scene.intersect(rays, hits);
             if (hits[0].triangle != sample.triangle) continue;
-            SampleView view;
-            for (std::size_t i = 1; i < rays.size(); ++i) {
-                if (!hits[i].any()) {
-                    ++view.open;
-                    continue;
-                }
-                ++view.hits;
-                view.length_m += double{hits[i].distance_m};
-                view.reached += reached[side_of(scene, rays[i], hits[i])];
+            const auto escaped = static_cast<int>(std::count_if(
+                hits.begin() + 1, hits.end(), [](const Hit& hit) { return !hit.any(); }));
+            if (reached.is_tight() && escaped > 0) continue;
+            // A face may extend outside the room. In a recess the points are seen by reflection.
+            const auto sees_after_reflection = [&](std::size_t i) {
+                if (!hits[i].any()) return false;
+                const Vec3 facing = scene.facing_normal(hits[i], rays[i].direction);
+                const Vec3 point = scene.point(hits[i], rays[i].direction);
+                return reached.is_seen_from(start_after(origin, point, facing), facing);
+            };
+            bool is_in_room = reached.is_seen_from(origin, normal);
+            for (std::size_t i = 1; i < rays.size() && !is_in_room; ++i) {
+                is_in_room = sees_after_reflection(i);
             }
-            // A face may extend outside the room, and the walks may miss small faces.
-            const bool itself = reached[2 * std::size_t{sample.triangle} + (side > 0 ? 1 : 0)] != 0;
-            if (view.reached < (itself ? 1 : 2) || (tight && view.open > 0)) continue;
+            if (!is_in_room) continue;
             ++counted[triangle.material];
-            sum.open += view.open;
-            sum.hits += view.hits;
-            sum.length_m += view.length_m;
+            open += escaped;
+            closed += kRaysPerSample - escaped;
+            for (const Hit& hit : std::span(hits).subspan(1)) {
+                if (hit.any()) length_m += double{hit.distance_m};
+            }
         }
     }
-    if (sum.hits == 0) return room;
+    if (closed == 0) return room;
     for (std::size_t m = 0; m < all_m2.size(); ++m) {
         if (sampled[m] > 0) room.area_m2[m] = all_m2[m] * counted[m] / sampled[m];
         room.surface_m2 += room.area_m2[m];
     }
-    room.open_share = static_cast<double>(sum.open) / (sum.open + sum.hits);
-    room.field.mean_free_path_m = sum.length_m / sum.hits;
+    room.open_share = static_cast<double>(open) / (open + closed);
+    room.field.mean_free_path_m = length_m / closed;
     for (std::size_t b = 0; b < kBandCount; ++b) {
         double absorbing_m2 = 0;
         for (std::size_t m = 0; m < room.area_m2.size(); ++m) {

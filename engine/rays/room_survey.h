@@ -58,10 +58,11 @@ struct RoomGeometry {
     std::optional<double> volume_m3;  ///< empty if too much is open
 };
 
-/// Measures the room by random walks, which find the surfaces that sound reaches, and by rays that
-/// leave these surfaces by Lambert's law from uniformly distributed points. Their mean length is 4
-/// V / S for a room of any shape (Kuttruff, Room Acoustics, 4.2), for any orientation of the faces,
-/// and with coincident, exterior or missing faces. The volume is computed from the triangles
+/// Measures the room by random walks, whose reflections are points in the room, and by rays that
+/// leave its surface by Lambert's law from uniformly distributed points: those that see a point of
+/// the walks, directly or after a reflection. Their mean length is 4 V / S for a room of any shape
+/// (Kuttruff, Room Acoustics, 4.2), for any orientation and size of the faces, and with coincident,
+/// exterior or missing faces. The volume is computed from the triangles
 /// (divergence theorem) where the two agree; otherwise its error is about 1 %, and about
 /// `open_share` for a room with openings. All objects are at their present positions.
 RoomGeometry measure_room(const RayScene& scene, std::span<const Vec3> inside, std::uint64_t seed);
