@@ -332,10 +332,10 @@ void RayScene::intersect_each(std::span<const Ray> rays, std::span<Hit> hits) co
     }
 }
 
-bool RayScene::visible(const Vec3& from, const Vec3& to) const {
+bool RayScene::visible(const Vec3& from, const Vec3& to, float shortened_m) const {
     const Vec3 offset = to - from;
     const float distance_m = glm::length(offset);
-    if (distance_m <= 2 * kOffset_m) return true;
+    if (distance_m <= 2 * shortened_m) return true;
     RTCIntersectContext context = incoherent_context();
     const Vec3 direction = offset / distance_m;
     RTCRay ray{};
@@ -345,8 +345,8 @@ bool RayScene::visible(const Vec3& from, const Vec3& to) const {
     ray.dir_x = direction.x;
     ray.dir_y = direction.y;
     ray.dir_z = direction.z;
-    ray.tnear = kOffset_m;
-    ray.tfar = distance_m - kOffset_m;
+    ray.tnear = shortened_m;
+    ray.tfar = distance_m - shortened_m;
     ray.mask = ~0U;
     rtcOccluded1(embree_->scene, &context, &ray);
     return ray.tfar >= 0;

@@ -13,6 +13,7 @@ using aula::EdgePassage;
 using aula::Object;
 using aula::Vec3;
 using aula::WedgePoint;
+using aula::test::kFar_m;
 using aula::test::Place;
 
 namespace {
@@ -114,6 +115,25 @@ TEST_CASE("a plate anywhere around an edge blocks its passage") {
         plate.triangle_materials = {0, 0};
         const Place blocked({screen(-2, 0), plate});
         CHECK_FALSE(over(*blocked.edge_at(0, 0)).is_free(blocked.rays, 0.5));
+    }
+}
+
+TEST_CASE("a leaf that joins the edge of a wall at any angle blocks its passage") {
+    const Place open({screen(-2, 0)});
+    const EdgePassage passage = over(*open.edge_at(0, 0));
+    REQUIRE(passage.is_free(open.rays));
+    for (int i = 1; i < 200; ++i) {
+        const double share = i / 200.0;
+        CAPTURE(share);
+        const Vec3 far = passage.point(share, 1);
+        Object leaf;
+        leaf.vertices = {
+            {0, 0, -kFar_m}, {far.x, far.y, -kFar_m}, {far.x, far.y, kFar_m}, {0, 0, kFar_m}};
+        leaf.triangles = {{0, 1, 2}, {0, 2, 3}};
+        leaf.triangle_materials = {0, 0};
+        leaf.movable = true;
+        const Place shut({screen(-2, 0), leaf});
+        CHECK_FALSE(over(*shut.edge_at(0, 0)).is_free(shut.rays));
     }
 }
 

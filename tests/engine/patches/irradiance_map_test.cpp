@@ -28,21 +28,29 @@ constexpr double kLid_m2 = 0.16;
 const Vec3 kCell(2, 2, 1);
 const Vec3 kOnLid = kCorner + Vec3(0.2F, 0.01F, 1);
 
-/// A room and its patches.
+/// Up becomes x.
+Vec3 turned(const Vec3& v) { return {v.z, v.x, v.y}; }
+
+/// A room and its patches; a turned one is asked as if it stood upright.
 struct Surveyed {
     RayScene rays;
     WorkerPool workers{1};
     PatchGrid grid;
+    bool is_turned;
 
-    explicit Surveyed(const Scene& scene, const Vec3& inside = kInside)
-        : rays(scene), grid(rays, kPatch_m, {&inside, 1}, test::test_seed(), workers) {}
+    explicit Surveyed(const Scene& scene, const Vec3& inside = kInside, bool turned = false)
+        : rays(scene),
+          grid(rays, kPatch_m, {&inside, 1}, test::test_seed(), workers),
+          is_turned(turned) {}
 
     struct PatchPoint {
         std::uint32_t patch = PatchGrid::kNone;
         float area_m2 = 0;     // of the patch
         float irradiance = 0;  // in it
     };
-    PatchPoint hit_by(const Vec3& from, const Vec3& direction) const {
+    PatchPoint hit_by(const Vec3& given_from, const Vec3& given_direction) const {
+        const Vec3 from = is_turned ? turned(given_from) : given_from;
+        const Vec3 direction = is_turned ? turned(given_direction) : given_direction;
         const Ray ray{from, direction};
         Hit hit;
         rays.intersect({&ray, 1}, {&hit, 1});
@@ -114,6 +122,15 @@ TEST_CASE("a lid over a hollow box radiates all energy of its patch") {
         const Surveyed::PatchPoint inside = s.hit_by(kCorner + Vec3(0.005F, 0.004F, 0.03F), kDown);
         CHECK(inside.irradiance < 0.2F);
     }
+}
+
+TEST_CASE("the lid of a box radiates as much where it is vertical") {
+    Scene scene = room();
+    add_boxes(scene, 1);
+    for (Object& object : scene.objects) {
+        for (Vec3& vertex : object.vertices) vertex = turned(vertex);
+    }
+    CHECK(Surveyed(scene, turned(kInside), true).share_seen() == Approx(1).margin(0.15));
 }
 
 TEST_CASE("coincident faces count as one") {

@@ -95,6 +95,15 @@ TEST_CASE("a wall transmits the direct sound with its sound reduction, two walls
     }
 }
 
+TEST_CASE("a wall that sound passes at grazing incidence counts once") {
+    for (const float turn_rad : {1.3F, 1.5F, 1.56F, 1.57F}) {
+        Walls walls;
+        walls.face(0, walls.material(20), -20, turn_rad);
+        CAPTURE(turn_rad);
+        CHECK(walls.share() == Approx(db(20)).epsilon(kRounding));
+    }
+}
+
 TEST_CASE("two faces are one wall if they are near and parallel, and both transmit") {
     const auto pair = [](float gap_m, float turn_rad, float first_db, float second_db) {
         Walls walls;
