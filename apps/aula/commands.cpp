@@ -14,6 +14,7 @@
 #include "apps/session/frames/signals.h"
 #include "aula/devices/device.h"
 #include "aula/engine/material_library.h"
+#include "aula/engine/propagation.h"
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"
 #include "engine/edges/scene_edges.h"
@@ -288,6 +289,19 @@ int list_materials(const Arguments& arguments) {
     return 0;
 }
 
+/// Statistics of the direct sound at the initial positions.
+FrameStatistics direct_paths(const Scene& scene) {
+    Simulation simulation = scene.simulation;
+    simulation.estimator = Estimator::pt;  // no patches
+    simulation.rays = 1;
+    simulation.specular_order = 0;
+    Propagation propagation(scene, simulation);
+    FrameInput input{.sources = {}, .listeners = {scene.listener.pose_at(0).position}};
+    for (const Source& source : scene.sources) input.sources.push_back(source.position_at(0));
+    propagation.step(input);
+    return propagation.statistics();
+}
+
 int show_info(const Arguments& arguments) {
     const Scene scene = read_scene(arguments);
     const RayScene rays(scene);
@@ -326,6 +340,10 @@ int show_info(const Arguments& arguments) {
     const SceneEdges edges =
         result_of("finding edges", arguments, [&] { return SceneEdges(rays); });
     std::printf("%-16s%zu that diffract sound\n", "edges", edges.count());
+    const FrameStatistics direct =
+        result_of("finding paths", arguments, [&] { return direct_paths(scene); });
+    std::printf("%-16s%zu bent, %zu through walls, from all sources\n", "direct paths",
+                direct.bent_paths, direct.wall_paths);
     const double escape = result_of(
         kMeasuring, arguments, [&] { return escape_per_reflection(rays, sorted.inside, kSeed); });
     if (escape == 0) {

@@ -218,11 +218,12 @@ std::vector<AreaSample> sample_area(const RayScene& scene, double area_m2, Rando
     return samples;
 }
 
-/// Points just above surfaces that random walks have reached: what sees one of them is in the room.
+/// The starts of random walks and points just above surfaces that they have reached: what sees one
+/// of them is in the room.
 class ReachedPoints {
  public:
     ReachedPoints(const RayScene& scene, std::span<const Vec3> inside, std::uint64_t seed)
-        : scene_(scene) {
+        : scene_(scene), points_(inside.begin(), inside.end()) {
         const RandomWalks walks{.paths = kSurveyPaths,
                                 .bounces = 2 * kSurveyBounces,
                                 .seed = seed,
@@ -331,13 +332,13 @@ RoomGeometry measure_room(const RayScene& scene, std::span<const Vec3> inside, s
             }
         }
     }
-    if (closed == 0) return room;
+    if (open + closed == 0) return room;
     for (std::size_t m = 0; m < all_m2.size(); ++m) {
         if (sampled[m] > 0) room.area_m2[m] = all_m2[m] * counted[m] / sampled[m];
         room.surface_m2 += room.area_m2[m];
     }
     room.open_share = static_cast<double>(open) / (open + closed);
-    room.field.mean_free_path_m = length_m / closed;
+    if (closed > 0) room.field.mean_free_path_m = length_m / closed;
     for (std::size_t b = 0; b < kBandCount; ++b) {
         double absorbing_m2 = 0;
         for (std::size_t m = 0; m < room.area_m2.size(); ++m) {

@@ -214,6 +214,30 @@ TEST_CASE("The command info counts the edges that diffract sound") {
     CHECK(edges("reference/half_plane.json") == 13);
 }
 
+TEST_CASE("The command info counts paths around edges and through walls") {
+    const auto paths = [](const std::string& scene) {
+        const std::string out = aula_with({"info", AULA_SOURCE_DIR "/scenes/" + scene}).out;
+        const std::size_t line = out.find("\ndirect paths");
+        REQUIRE(line != std::string::npos);
+        return out.substr(line + 17, out.find('\n', line + 1) - line - 17);
+    };
+    CHECK(paths("shoebox.json") == "0 bent, 0 through walls, from all sources");
+    CHECK_THAT(paths("door.json"), Contains("bent, 1 through walls"));
+    CHECK_THAT(paths("two_rooms.json"), Contains("bent, 0 through") && !Contains("0 bent"));
+}
+
+TEST_CASE("The command info knows the surface of a wall in the open") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("wall.json", R"({
+        "aula": 1,
+        "geometry": [{"vertices": [[0, -6, -4], [0, 6, -4], [0, 6, 4], [0, -6, 4]],
+                      "faces": [[0, 1, 2, 3]], "material": "concrete"}],
+        "sources": [{"position": [-5, 0, 0]}],
+        "listener": {"position": [-5, 1, 0]}})");
+    const std::string out = run_program({AULA_PROGRAM, "info", scene}).out;
+    CHECK_THAT(out, Contains("surface         96.0 m2") && Contains("volume          not closed"));
+}
+
 TEST_CASE("The command info prints leaks, the number of patches and the materials") {
     const ProgramResult info = aula_with({"info", AULA_SOURCE_DIR "/scenes/shoebox.json"});
     CHECK(info.status == 0);

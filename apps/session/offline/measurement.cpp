@@ -187,7 +187,13 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
         const std::vector<EnergyResponse> responses = propagation.window(window, continues);
         if (responses.empty()) return std::nullopt;
         means.add(responses);
-        if (connected.empty()) connected = propagation.connected();
+        if (connected.empty()) {
+            connected = propagation.connected();
+            // In the open a path over an edge, or through a pane, may be the only one.
+            for (std::size_t pair = 0; pair < connected.size(); ++pair) {
+                if (!responses[pair].paths.empty()) connected[pair] = 1;
+            }
+        }
         if (std::none_of(connected.begin(), connected.end(), [](char c) { return c != 0; })) break;
         if (means.windows() < next_check) continue;
         next_check =

@@ -219,6 +219,30 @@ TEST_CASE("A source behind a wall without an opening is not audible") {
     CHECK(room_parameters(*open)[1][4].g_db);
 }
 
+TEST_CASE("In the open a source is audible over the edge of a wall, and through a pane") {
+    // Random walks from either side never meet.
+    for (const bool is_pane : {false, true}) {
+        Scene scene = free_field({-3, 0, 0});
+        scene.listener.pose.position = {3, 0, 0};
+        scene.simulation.diffraction_order = is_pane ? 0 : 1;
+        scene.materials.push_back({"wall", Bands::filled(0.5F), Bands{}});
+        if (is_pane) scene.materials[0].sound_reduction_db = Bands::filled(20);
+        Object wall;
+        wall.vertices = {{0, -30, -30}, {0, 30, -30}, {0, 30, 1}, {0, -30, 1}};
+        wall.triangles = {{0, 1, 2}, {0, 2, 3}};
+        wall.triangle_materials = {0, 0};
+        scene.objects.push_back(wall);
+        CAPTURE(is_pane);
+        const auto measurement = measure(scene, {.frames = 2});
+        CHECK(measurement->warnings.empty());
+        CHECK(measurement->audible[0]);
+        if (is_pane) continue;
+        // Companion: with neither edges nor a pane there is silence.
+        scene.simulation.diffraction_order = 0;
+        CHECK_FALSE(measure(scene, {.frames = 2})->audible[0]);
+    }
+}
+
 TEST_CASE("Standard errors of the mean's parameters are those of repeated means") {
     // Windows whose decays have random times and levels, the same in all bands.
     constexpr int kMeans = 60;
