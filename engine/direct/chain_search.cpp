@@ -121,7 +121,29 @@ void ChainSearch::begin_frame(std::span<const Bounds> changed) {
 bool ChainSearch::needs_search(const PairChains& pair, const Vec3& source,
                                const Vec3& listener) const {
     return !pair.is_complete || pair.scene_changes != scene_changes_ ||
-           !pair.is_between(source, listener);
+           !pair.is_between(source, listener) || !follows_curves(pair, source, listener);
+}
+
+/// Whether the paths around curved surfaces touch the same edges as at the search. Small movements
+/// change them: each edge of a round column is touched from a few centimetres only.
+bool ChainSearch::follows_curves(const PairChains& pair, const Vec3& source,
+                                 const Vec3& listener) const {
+    const auto is_curved = [&](std::uint32_t e) { return edges_[e].is_curved; };
+    return std::all_of(pair.curved.begin(), pair.curved.end(),
+                       [&](std::uint32_t e) { return is_touched_alone(e, source, listener); }) &&
+           std::all_of(pair.chains.begin(), pair.chains.end(), [&](const Sequence& sequence) {
+               return std::none_of(sequence.begin(), sequence.end(), is_curved) ||
+                      chain_of(sequence, source, listener);
+           });
+}
+
+/// Whether the shortest path around a curved surface touches one edge alone.
+bool ChainSearch::is_touched_alone(std::uint32_t edge, const Vec3& source,
+                                   const Vec3& listener) const {
+    const DiffractionEdge& at = edges_[edge];
+    const WedgePoint from = at.coordinates(source, DiffractionEdge::kSourceSide);
+    const WedgePoint to = at.coordinates(listener, DiffractionEdge::kListenerSide);
+    return std::max(from.angle_rad, to.angle_rad) <= at.open_angle_rad && at.is_nearest(from, to);
 }
 
 void ChainSearch::search(const Vec3& source, const Vec3& listener, PairChains& pair) {
@@ -414,8 +436,14 @@ void ChainSearch::search(PairChains& pair, Budget& budget) {
     }
     std::sort(found.begin(), found.end());
     found.resize(std::min(found.size(), kMaxChains));
+    pair.curved.clear();
+    for (const std::uint32_t e : near) {
+        if (edges_[e].is_curved && is_touched_alone(e, pair.source, pair.listener)) {
+            pair.curved.push_back(e);
+        }
+    }
     pair.chains.clear();
-    pair.edges.clear();
+    pair.edges = pair.curved;
     for (auto& [_, sequence] : found) {
         pair.edges.insert(pair.edges.end(), sequence.begin(), sequence.end());
         pair.chains.push_back(std::move(sequence));

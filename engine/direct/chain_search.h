@@ -73,6 +73,8 @@ class ChainSearch {
     struct Partial;
     bool needs_search(const PairChains& pair, const Vec3& source, const Vec3& listener) const;
     void search(PairChains& pair, Budget& budget);
+    bool follows_curves(const PairChains& pair, const Vec3& source, const Vec3& listener) const;
+    bool is_touched_alone(std::uint32_t edge, const Vec3& source, const Vec3& listener) const;
     std::optional<EdgeChain> chain_of(const Sequence& sequence, const Vec3& source,
                                       const Vec3& listener) const;
     bool is_visible(SeenEdges& seen, std::uint32_t edge, Budget& budget) const;

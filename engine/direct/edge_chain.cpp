@@ -197,9 +197,14 @@ bool EdgeChain::find_bends() {
         const Contact& last = contacts_[bend.last];
         bend.middle_m =
             bend.turn_rad > 0 ? moment / bend.turn_rad : 0.5 * (first.before_m + last.before_m);
-        if (bend.is_curved && bend.first == bend.last &&
-            !first.edge->is_nearest(first.in_rad, first.out_rad)) {
-            return false;
+        // Sound that creeps on around a curved surface is not heard.
+        if (bend.is_curved && bend.turn_rad >= kPi) return false;
+        if (bend.is_curved && bend.first == bend.last) {
+            WedgePoint before = coordinates(*first.edge, bend.first);
+            WedgePoint after = coordinates(*first.edge, bend.first + 2);
+            before.angle_rad = first.in_rad;
+            after.angle_rad = first.out_rad;
+            if (!first.edge->is_nearest(before, after)) return false;
         }
         const glm::dvec3 left = point(bend.first);
         const glm::dvec3 right = point(bend.last + 2);
@@ -380,6 +385,7 @@ double EdgeChain::share() const {
         smooth_step(4 * (1 - (length_m_ - glm::distance(source_, listener_)) / kLongestDetour_m));
     for (const Bend& bend : bends_) {
         if (bend.turn_rad < 0) share *= smooth_step(4 * (1 - bend.beyond_m / kLongestLitDetour_m));
+        if (bend.is_curved) share *= smooth_step(4 * (1 - bend.turn_rad / kPi));
     }
     for (std::size_t i = 0; i + 1 < contacts_.size(); ++i) {
         const Contact& here = contacts_[i];

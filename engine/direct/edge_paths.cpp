@@ -150,7 +150,7 @@ std::optional<EdgePaths::Candidate> EdgePaths::candidate(std::uint32_t edge,
         c.is_behind = true;
         point->angle_rad = point->angle_rad + behind_rad < 2 * kPi ? at.open_angle_rad : 0;
     }
-    if (at.is_curved && !at.is_nearest(c.source.angle_rad, c.listener.angle_rad)) return {};
+    if (at.is_curved && !at.is_nearest(c.source, c.listener)) return {};
     const double across_m = c.source.radius_m + c.listener.radius_m;
     if (!(across_m > 0)) return {};
     const double apex_m =

@@ -41,7 +41,8 @@ struct EdgePath {
 /// The chains of edges between a source and a listener, and their last search; see ChainSearch.
 struct PairChains {
     std::vector<std::vector<std::uint32_t>> chains;  ///< edges from the source to the listener
-    std::vector<std::uint32_t> edges;                ///< of all chains, ascending
+    std::vector<std::uint32_t> edges;                ///< of all chains, and `curved`, ascending
+    std::vector<std::uint32_t> curved;               ///< edges of curved surfaces touched alone
     std::vector<std::vector<std::uint32_t>> rows;    ///< see EdgeRow
     Vec3 source{0};                                  ///< at the search
     Vec3 listener{0};

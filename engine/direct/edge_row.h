@@ -80,6 +80,7 @@ class EdgeRow {
     void find_clearances(double along_m);
     void find_obstacles(const SceneEdges& edges);
     std::vector<std::uint32_t> passed_below(const SceneEdges& edges) const;
+    std::vector<std::uint32_t> touched_obstacles(const SceneEdges& edges) const;
     double grazing_share() const;
     Bands levels_over_knife(const Obstacle& obstacle, const WedgeIntegral& integral,
                             const RayScene& scene, const SceneEdges& edges) const;

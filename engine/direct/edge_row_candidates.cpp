@@ -15,6 +15,24 @@ constexpr std::size_t kMaxRows = 8;
 
 }  // namespace
 
+/// The edges of the obstacles that the path touches. Without all of them the rest of an obstacle,
+/// such as the front and the back of a column, would count as several.
+std::vector<std::uint32_t> EdgeRow::touched_obstacles(const SceneEdges& edges) const {
+    EdgeRow joined = *this;
+    joined.find_obstacles(edges);
+    std::vector<std::uint32_t> touched;
+    for (const Obstacle& obstacle : joined.obstacles_) {
+        const std::span<const Member> members =
+            std::span(members_).subspan(obstacle.first, obstacle.last - obstacle.first + 1);
+        const bool is_touched = std::any_of(members.begin(), members.end(), [](const Member& m) {
+            return m.inside_m > 0 && m.clearance_m < kTouched_m;
+        });
+        if (!is_touched) continue;
+        for (const Member& member : members) touched.push_back(member.edge);
+    }
+    return touched;
+}
+
 std::vector<std::vector<std::uint32_t>> EdgeRow::candidates(const SceneEdges& edges,
                                                             std::span<const std::uint32_t> near,
                                                             const glm::dvec3& source,
@@ -25,7 +43,9 @@ std::vector<std::vector<std::uint32_t>> EdgeRow::candidates(const SceneEdges& ed
     while (rest.size() > 1 && rows.size() < kMaxRows) {
         auto placed = place(edges, rest, source, listener, kMargin_m);
         std::vector<std::uint32_t> row;
+        std::vector<std::uint32_t> touched;
         if (placed) {
+            touched = placed->touched_obstacles(edges);
             std::vector<Member>& members = placed->members_;
             std::erase_if(members, [](const Member& member) {
                 return member.detour_m >= kLongestClearDetour_m + 2 * kMargin_m;
@@ -37,8 +57,8 @@ std::vector<std::vector<std::uint32_t>> EdgeRow::candidates(const SceneEdges& ed
             for (const Member& member : members) row.push_back(member.edge);
         }
         std::sort(row.begin(), row.end());
-        // If the path of a row is blocked, the edges that it touches are left out: the others may
-        // form a row whose path is free.
+        // If the path of a row is blocked, the obstacles that it touches are left out: the others
+        // may form a row whose path is free.
         const std::optional<EdgeRow> whole =
             row.size() > 1 ? over(edges, row, source, listener) : std::nullopt;
         const bool is_row = whole && whole->is_free(edges);
@@ -46,11 +66,7 @@ std::vector<std::vector<std::uint32_t>> EdgeRow::candidates(const SceneEdges& ed
         std::erase_if(rest, [&](std::uint32_t e) {
             if (e == first) return true;
             if (is_row) return std::binary_search(row.begin(), row.end(), e);
-            return placed && std::any_of(placed->members_.begin(), placed->members_.end(),
-                                         [&](const Member& m) {
-                                             return m.edge == e && m.inside_m > 0 &&
-                                                    m.clearance_m < kTouched_m;
-                                         });
+            return std::find(touched.begin(), touched.end(), e) != touched.end();
         });
         if (row.size() > 1) (is_row ? rows : blocked).push_back(std::move(row));
     }

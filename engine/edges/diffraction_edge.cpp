@@ -46,9 +46,17 @@ double DiffractionEdge::open_angle_of(const WedgePoint& point) const {
     return angle_rad - open_angle_rad < 2 * std::numbers::pi - angle_rad ? open_angle_rad : 0;
 }
 
-bool DiffractionEdge::is_nearest(double from_rad, double to_rad) const {
-    const double middle_rad = 0.5 * (from_rad + to_rad);
-    return std::min(middle_rad, open_angle_rad - middle_rad) >= 0.5 * std::numbers::pi;
+bool DiffractionEdge::is_nearest(const WedgePoint& source, const WedgePoint& listener) const {
+    constexpr double kRight_rad = std::numbers::pi / 2;
+    const double x_m = listener.radius_m * std::cos(listener.angle_rad) -
+                       source.radius_m * std::cos(source.angle_rad);
+    const double y_m = listener.radius_m * std::sin(listener.angle_rad) -
+                       source.radius_m * std::sin(source.angle_rad);
+    // Of the two normals of the straight line, the one towards the middle of the directions.
+    const double middle_rad = 0.5 * (source.angle_rad + listener.angle_rad);
+    const double normal_rad =
+        middle_rad + std::remainder(std::atan2(y_m, x_m) + kRight_rad - middle_rad, 2 * kRight_rad);
+    return std::min(normal_rad, open_angle_rad - normal_rad) >= kRight_rad;
 }
 
 bool DiffractionEdge::is_in_screen(const glm::dvec3& point) const {

@@ -43,9 +43,9 @@ struct DiffractionEdge {
     double open_angle_of(const glm::dvec3& point) const;
     double open_angle_of(const WedgePoint& point) const;
 
-    /// Whether a path at these angles passes a curved surface at this edge: no neighbour is nearer
-    /// to the straight line, as the middle of its directions lies between the faces' normals.
-    bool is_nearest(double from_rad, double to_rad) const;
+    /// Whether a path passes a curved surface at this edge: no neighbour is nearer to the straight
+    /// line between two points, whose normal lies between those of the faces.
+    bool is_nearest(const WedgePoint& source, const WedgePoint& listener) const;
 
     /// The angle by which the surface bends, above 0; pi at a free edge.
     float bend_rad() const { return static_cast<float>(open_angle_rad - std::numbers::pi); }

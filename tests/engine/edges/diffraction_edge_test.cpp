@@ -82,7 +82,7 @@ TEST_CASE("a curved surface is nearest to the straight line between the normals 
     for (const double turn_rad : {-0.3, 0.0, 0.3}) {
         const auto is_nearest = [&](double middle_rad) {
             const double half_rad = (kPi + turn_rad) / 2;
-            return edge.is_nearest(middle_rad - half_rad, middle_rad + half_rad);
+            return edge.is_nearest({2, middle_rad - half_rad, 0}, {2, middle_rad + half_rad, 1});
         };
         CHECK_FALSE(is_nearest(kPi / 2 - 0.01));
         CHECK(is_nearest(kPi / 2 + 0.01));
