@@ -197,7 +197,7 @@ bool EdgeChain::find_bends() {
         const Contact& last = contacts_[bend.last];
         bend.middle_m =
             bend.turn_rad > 0 ? moment / bend.turn_rad : 0.5 * (first.before_m + last.before_m);
-        // Sound that creeps on around a curved surface is not heard.
+        // No half plane turns a path by more; it fades out before, see share().
         if (bend.is_curved && bend.turn_rad >= kPi) return false;
         if (bend.is_curved && bend.first == bend.last) {
             WedgePoint before = coordinates(*first.edge, bend.first);

@@ -29,8 +29,8 @@ Vec3 EdgePassage::point(double share, double radius_m) const {
 }
 
 bool EdgePassage::is_free(const RayScene& scene, double radius_m) const {
-    // Points that are not symmetric: a face through one of them might not be met. The rays reach
-    // from point to point: at this radius a face may lie within 0.1 mm of one.
+    // Points that are not symmetric: a face through one of them might not be met. The rays are not
+    // shortened: at this radius a face may lie within 0.1 mm of a point.
     constexpr std::array kShares{0.0, 0.37, 0.69, 1.0};
     for (std::size_t i = 1; i < kShares.size(); ++i) {
         if (!scene.visible(point(kShares[i - 1], radius_m), point(kShares[i], radius_m), 0)) {

@@ -242,7 +242,7 @@ class ReachedPoints {
 
     /// Whether one of the nearest points in front of a surface is visible.
     bool is_seen_from(const Vec3& origin, const Vec3& normal) const {
-        constexpr float kGrazing = 0.02F;  // cosine
+        constexpr float kGrazing = 0.02F;  // cosine; points on the same face are not in front of it
         struct Near {
             float square_m2 = std::numeric_limits<float>::infinity();
             Vec3 point{0};
@@ -265,8 +265,8 @@ class ReachedPoints {
     }
 
  private:
-    static constexpr int kHitsPerPoint = 32;
-    static constexpr std::size_t kNearest = 16;
+    static constexpr int kHitsPerPoint = 32;     // 4096 points in a room without openings
+    static constexpr std::size_t kNearest = 16;  // some may be in another room
 
     const RayScene& scene_;
     std::vector<Vec3> points_;

@@ -62,9 +62,9 @@ struct RoomGeometry {
 /// leave its surface by Lambert's law from uniformly distributed points: those that see a point of
 /// the walks, directly or after a reflection. Their mean length is 4 V / S for a room of any shape
 /// (Kuttruff, Room Acoustics, 4.2), for any orientation and size of the faces, and with coincident,
-/// exterior or missing faces. The volume is computed from the triangles
-/// (divergence theorem) where the two agree; otherwise its error is about 1 %, and about
-/// `open_share` for a room with openings. All objects are at their present positions.
+/// exterior or missing faces. The volume is computed from the triangles (divergence theorem) where
+/// the two agree; otherwise its error is about 1 %, and about `open_share` for a room with
+/// openings. All objects are at their present positions.
 RoomGeometry measure_room(const RayScene& scene, std::span<const Vec3> inside, std::uint64_t seed);
 
 /// Probability per reflection, 0..1, that a walk from `inside` escapes.

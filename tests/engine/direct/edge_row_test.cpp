@@ -12,6 +12,7 @@
 #include "engine/direct/direct_sound.h"
 #include "engine/direct/edge_row.h"
 #include "tests/engine/direct/edge_rows.h"
+#include "tests/engine/direct/frame_levels.h"
 #include "tests/engine/edges/obstacles.h"
 
 using aula::Bands;
@@ -23,7 +24,6 @@ using aula::kBandCount;
 using aula::Object;
 using aula::PairMemory;
 using aula::RandomStream;
-using aula::SpecularPath;
 using aula::Vec3;
 using aula::WedgeIntegral;
 using aula::test::bar;
@@ -48,23 +48,10 @@ std::vector<Object> row(int count, float distance_m, float top_m) {
     return screens;
 }
 
-/// Levels of the first frame's direct sound relative to free field.
+/// Levels of the first frame.
 Levels levels_db(DirectSound& direct_sound, const Vec3& source, const Vec3& listener) {
     PairMemory memory;
-    direct_sound.begin_frame(false);
-    direct_sound.search({&source, 1}, {&listener, 1}, {&memory, 1});
-    Bands sum;
-    for (const SpecularPath& path : direct_sound.find(source, listener, {}, Bands{}, memory)) {
-        sum += path.energy;
-    }
-    const double distance_m = double{glm::distance(source, listener)};
-    Levels levels;
-    for (std::size_t b = 0; b < kBandCount; ++b) {
-        levels[b] =
-            10 *
-            std::log10(4 * std::numbers::pi * distance_m * distance_m * double{sum[b]} + 1e-20);
-    }
-    return levels;
+    return aula::test::frame_levels_db(direct_sound, memory, source, listener);
 }
 
 Levels levels_db(const Place& place, int order, const Vec3& source, const Vec3& listener) {

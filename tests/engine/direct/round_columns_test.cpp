@@ -4,27 +4,26 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <glm/geometric.hpp>
 #include <numbers>
 #include <utility>
 #include <vector>
 
 #include "engine/direct/direct_sound.h"
+#include "tests/engine/direct/frame_levels.h"
 #include "tests/engine/edges/obstacles.h"
 
-using aula::Bands;
 using aula::DirectSound;
 using aula::Object;
 using aula::PairMemory;
-using aula::SpecularPath;
 using aula::Vec3;
+using aula::test::frame_levels_db;
 using aula::test::Place;
 using aula::test::prism;
 
 namespace {
 
 constexpr std::size_t kOctaves = 5;  // up to 1 kHz; above it interference varies with the place
-using Levels = std::array<double, kOctaves>;
+using Levels = std::array<double, aula::kBandCount>;
 
 Object column(int sides, float turn_rad) {
     std::vector<std::array<float, 2>> base;
@@ -36,31 +35,14 @@ Object column(int sides, float turn_rad) {
     return prism(base);
 }
 
-/// Levels of a frame's direct sound relative to free field.
-Levels levels_db(DirectSound& direct_sound, PairMemory& memory, const Vec3& listener) {
-    const Vec3 source(-3, 0, 0);
-    direct_sound.begin_frame(false);
-    direct_sound.search({&source, 1}, {&listener, 1}, {&memory, 1});
-    Bands sum;
-    for (const SpecularPath& path : direct_sound.find(source, listener, {}, Bands{}, memory)) {
-        sum += path.energy;
-    }
-    const double distance_m = double{glm::distance(source, listener)};
-    Levels levels;
-    for (std::size_t b = 0; b < kOctaves; ++b) {
-        levels[b] =
-            10 * std::log10(4 * std::numbers::pi * distance_m * distance_m * double{sum[b]});
-    }
-    return levels;
-}
-
 }  // namespace
 
 TEST_CASE("on a walk behind a column of any number of sides no octave jumps") {
     // Bounds per centimetre, for steps of 4 mm. In the shadow, at its boundary and beside it the
     // path touches one edge, two of a side, or more.
-    constexpr Levels kStep_db{0.2, 0.2, 0.2, 0.3, 0.4};
+    constexpr std::array<double, kOctaves> kStep_db{0.2, 0.2, 0.2, 0.3, 0.4};
     constexpr double kStep_cm = 0.4;
+    const Vec3 source(-3, 0, 0);
     for (const auto& [sides, turn_rad] :
          {std::pair(8, 0.0F), {12, 0.1F}, {20, 0.0F}, {24, 0.0F}, {24, 0.05F}, {32, 0.0F}}) {
         const Place place({column(sides, turn_rad)});
@@ -74,8 +56,8 @@ TEST_CASE("on a walk behind a column of any number of sides no octave jumps") {
             const Vec3 listener(2, 0.004F * static_cast<float>(i), 0);
             DirectSound fresh(place.rays, 343.2F, 2);
             PairMemory none;
-            const Levels at_rest = levels_db(fresh, none, listener);
-            const Levels now = levels_db(walked, memory, listener);
+            const Levels at_rest = frame_levels_db(fresh, none, source, listener);
+            const Levels now = frame_levels_db(walked, memory, source, listener);
             for (std::size_t b = 0; b < kOctaves && i > -200; ++b) {
                 const double bound_db = kStep_db[b] * kStep_cm;
                 largest_at_rest =

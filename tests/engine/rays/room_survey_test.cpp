@@ -237,7 +237,8 @@ TEST_CASE("volume and surface of a room are found for any representation of its 
 }
 
 TEST_CASE("volume and surface of a room do not depend on the size of its triangles") {
-    // Up to 400,000 triangles, of which random walks reach a part only.
+    // Up to 400,000 triangles, of which random walks reach a part only. Every sample of the surface
+    // counts; the mean free path is known to 0.25 %.
     for (const int parts : {1, 32, 180}) {
         const RoomGeometry room =
             measured(scene_of({walls(
@@ -258,7 +259,8 @@ TEST_CASE("the gap in a double wall does not belong to a room") {
         faces.push_back(quad({Vec3(x, 0, 0), Vec3(x, 5, 0), Vec3(x, 5, 3), Vec3(x, 0, 3)}));
     }
     const RoomGeometry room = measured(scene_of(faces), {2, 2, 1.5F});
-    // 16384 samples of the area give it to 1 %.
+    // Of 16384 samples 79 % lie in the room, a share known to 0.4 %. The mean free path adds 0.25
+    // %.
     CHECK(room.surface_m2 == Approx(2 * (5.6 * 5 + 5.6 * 3 + 5 * 3)).epsilon(0.02));
     CHECK(*room.volume_m3 == Approx(5.6 * 5 * 3).epsilon(0.03));
 }
