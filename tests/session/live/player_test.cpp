@@ -90,15 +90,15 @@ TEST_CASE(
     CHECK(reduction_text(player.status()).find("of 5000 rays") != std::string::npos);
     // A value chosen by the user is kept.
     PlayControls controls;
-    controls.rays = 440;
+    controls.rays = 4000;
     player.control(controls);
-    REQUIRE(eventually([&] { return player.status().rays == 440; }));
-    CHECK(player.status().full_rays == 440);
+    REQUIRE(eventually([&] { return player.status().rays == 4000; }));
+    CHECK(player.status().full_rays == 4000);
     REQUIRE(eventually([&] {
         const PlayStatus status = player.status();
         return status.response_length_s < 0.7 * status.full_response_length_s;
     }));
-    CHECK(player.status().rays == 440);
+    CHECK(player.status().rays == 4000);
     // Another scene begins with its full rays and response length.
     scene.simulation.ir_length_s = 0.5F;
     const auto change = player.change(scene, options, true);
