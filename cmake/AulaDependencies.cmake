@@ -2,15 +2,25 @@
 # build and by find_package(aula).
 include(CMakeFindDependencyMacro)
 
+# Within find_package(aula) a missing package makes Aula not found. In Aula's own build it is an
+# error: find_dependency would end CMakeLists.txt at that line, with a warning and nothing to build.
+macro(aula_find_dependency)
+    if(CMAKE_FIND_PACKAGE_NAME STREQUAL "aula")
+        find_dependency(${ARGN})
+    else()
+        find_package(${ARGN} REQUIRED)
+    endif()
+endmacro()
+
 macro(aula_find_engine_dependencies)
-    find_dependency(Threads)
-    find_dependency(glm)
-    find_dependency(embree 3)
+    aula_find_dependency(Threads)
+    aula_find_dependency(glm)
+    aula_find_dependency(embree 3)
 endmacro()
 
 macro(aula_find_audio_dependencies)
-    find_dependency(Threads)
-    find_dependency(PkgConfig)
+    aula_find_dependency(Threads)
+    aula_find_dependency(PkgConfig)
     pkg_check_modules(SNDFILE REQUIRED IMPORTED_TARGET sndfile)
     pkg_check_modules(SOXR REQUIRED IMPORTED_TARGET soxr)
     pkg_check_modules(EBUR128 REQUIRED IMPORTED_TARGET libebur128)
@@ -24,7 +34,7 @@ macro(aula_find_session_dependencies)
 endmacro()
 
 macro(aula_find_devices_dependencies)
-    find_dependency(PkgConfig)
+    aula_find_dependency(PkgConfig)
     pkg_check_modules(PORTAUDIO REQUIRED IMPORTED_TARGET portaudio-2.0)
     pkg_check_modules(JACK REQUIRED IMPORTED_TARGET jack)
     pkg_check_modules(ALSA REQUIRED IMPORTED_TARGET alsa)
