@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <new>
@@ -9,6 +10,7 @@
 #include "apps/aula/commands.h"
 #include "apps/aula/interrupt.h"
 #include "apps/aula/scene_lookup.h"
+#include "apps/aula/standard_output.h"
 #include "apps/aula/terminal.h"
 #include "apps/session/base/printable.h"
 #include "aula/devices/device.h"
@@ -96,9 +98,10 @@ int main(int argc, char** argv) {
         aula::set_up_process();
         const int status = aula::run(aula::with_scene_file(aula::read_arguments(argc, argv)));
         // Buffered output may fail only when it is flushed, as on a full disk.
-        if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
-            throw aula::Failure("standard output: cannot write");
+        aula::flush_standard_output();
         return status;
+    } catch (const aula::ReaderEnded&) {
+        return 128 + SIGPIPE;
     } catch (const aula::InputError& error) {
         return aula::fail(error.what(), 2);
     } catch (const aula::NoAudioDevice& error) {

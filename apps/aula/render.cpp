@@ -4,6 +4,7 @@
 #include "apps/aula/commands.h"
 #include "apps/aula/outputs.h"
 #include "apps/aula/progress_bar.h"
+#include "apps/aula/standard_output.h"
 #include "apps/aula/terminal.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/base/output_file.h"
@@ -11,7 +12,6 @@
 #include "apps/session/offline/measurement_text.h"
 #include "apps/session/offline/offline.h"
 #include "aula/audio/sound_file.h"
-#include "aula/exception.h"
 #include "aula/measurement.h"
 
 namespace aula {
@@ -26,8 +26,8 @@ void write_planar(WavWriter& writer, const std::vector<std::vector<float>>& chan
 }
 
 void print(const std::string& text) {
-    if (std::fputs(printable(text).c_str(), stdout) < 0 || std::fflush(stdout) != 0)
-        throw Failure("standard output: cannot write");
+    std::fputs(printable(text).c_str(), stdout);
+    flush_standard_output();
 }
 
 /// The output files of --ir, --echogram and --report. They are opened before the measurement and
