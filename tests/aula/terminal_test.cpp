@@ -85,6 +85,8 @@ TEST_CASE("Printed names contain no control characters except line feeds") {
     CHECK(aula::printable_line("a\nb\t") == "a\\x0ab\\x09");
     CHECK(printable("cut \xe2\x82") == "cut \\xe2\\x82");
     CHECK(printable(std::string("a\0b", 3)) == "a\\x00b");
+    // A reversal of the writing direction, and an isolate.
+    CHECK(printable("hall\u202Etxt.\u2066") == "hall\\xe2\\x80\\xaetxt.\\xe2\\x81\\xa6");
     // Other text, and the line feeds of tables, stay unchanged.
     const std::string text = "Größe 5 m² → 漢字 🎵\nnext";
     CHECK(printable(text) == text);

@@ -40,8 +40,8 @@ OutputFile::OutputFile(std::filesystem::path file) : file_(std::move(file)) {
     }
     try {
         part_.emplace(file_);
-    } catch (const std::system_error& error) {
-        refuse(file_, error.code().value());
+    } catch (const std::system_error& failure) {
+        refuse(file_, failure.code().value());
     }
     descriptor_ = part_->descriptor();
 }

@@ -3,10 +3,20 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <string_view>
 
 namespace aula {
 
 namespace {
+
+/// Whether a terminal changes the order of the characters that follow: U+061C, U+200E, U+200F,
+/// U+202A to U+202E, U+2066 to U+2069 (the explicit directional formatting characters of Unicode
+/// Standard Annex 9, section 2).
+bool is_directional(std::string_view character) {
+    if (character == "\u061C" || character == "\u200E" || character == "\u200F") return true;
+    return (character >= "\u202A" && character <= "\u202E") ||
+           (character >= "\u2066" && character <= "\u2069");
+}
 
 /// Length in bytes of the UTF-8 character at `at`. 0 if it is invalid, or a control character other
 /// than a line feed.
@@ -26,7 +36,8 @@ std::size_t character_length(const std::string& text, std::size_t at) {
     for (std::size_t i = 1; i < length; ++i)
         if ((byte(at + i) & 0xC0U) != 0x80U) return 0;
     // U+0080 to U+009F are control characters.
-    return lead == 0xC2 && second < 0xA0 ? 0 : length;
+    if (lead == 0xC2 && second < 0xA0) return 0;
+    return is_directional(std::string_view(text).substr(at, length)) ? 0 : length;
 }
 
 }  // namespace

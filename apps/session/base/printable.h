@@ -5,8 +5,8 @@
 
 namespace aula {
 
-/// Escapes control characters except line feeds, and bytes that are not UTF-8, as \xNN. Names from
-/// files then cannot control a terminal.
+/// Escapes control characters except line feeds, directional formatting characters, and bytes that
+/// are not UTF-8, as \xNN. Names from files then cannot control a terminal.
 std::string printable(const std::string& text);
 
 /// As printable(), with line feeds escaped as well.
