@@ -1,7 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <cctype>
-#include <sstream>
 #include <string>
 #include <tuple>
 
@@ -10,6 +8,7 @@
 #include "apps/session/offline/measurement_text.h"
 #include "apps/window/colours.h"
 #include "apps/window/panels.h"
+#include "apps/window/view/material_search.h"
 
 // The controls of sources, surface, view and simulation.
 
@@ -132,8 +131,8 @@ void draw_settings(Model& model, Choices& choices) {
         if (slot == 1) ImGui::SameLine(0, 4);
         if (toggle(slot == 0 ? " A " : " B ", model.active() == slot) && model.active() != slot)
             model.switch_setting();
+        tooltip("two settings to compare; x switches");
     }
-    tooltip("two settings to compare; x switches");
     for (const Preset& preset : kPresets) {
         ImGui::SameLine(0, 4);
         if (ImGui::SmallButton(preset.name)) {
@@ -274,6 +273,7 @@ void draw_swatch(const Material& material, float size) {
     const Colour colour = material_colour(material);
     ImGui::ColorButton(("##" + material.name).c_str(), {colour.x, colour.y, colour.z, 1},
                        ImGuiColorEditFlags_NoTooltip, {size, size});
+    tooltip("colour of the material in the picture");
     ImGui::SameLine();
 }
 
@@ -291,19 +291,6 @@ void draw_search(std::string& search) {
     if (ImGui::IsWindowAppearing()) ImGui::SetKeyboardFocusHere();
     if (ImGui::InputTextWithHint("##search", "search", text.data(), text.size()))
         search = text.data();
-}
-
-/// True if a material's name and source contain all words of the search.
-bool matches(const LibraryMaterial& entry, const std::string& search) {
-    const auto lower = [](std::string text) {
-        for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-        return text;
-    };
-    const std::string text = lower(entry.material.name + " " + entry.source);
-    std::istringstream words(lower(search));
-    for (std::string word; words >> word;)
-        if (text.find(word) == std::string::npos) return false;
-    return true;
 }
 
 void draw_surface(Model& model, Choices& choices) {
@@ -345,16 +332,19 @@ void draw_surface(Model& model, Choices& choices) {
             }
             ImGui::EndCombo();
         }
+        tooltip("materials that ship with Aula, found by words of their names and sources");
         ImGui::SameLine();
         ImGui::Checkbox("all surfaces", &choices.everywhere);
         tooltip(("apply to all surfaces of " + material.name).c_str());
     }
     ImGui::BeginDisabled(!model.can_undo());
     if (ImGui::SmallButton("undo")) model.undo();
+    tooltip("take back the last change of a material (ctrl z)");
     ImGui::EndDisabled();
     ImGui::SameLine();
     ImGui::BeginDisabled(!model.can_redo());
     if (ImGui::SmallButton("redo")) model.redo();
+    tooltip("make the change again (ctrl y)");
     ImGui::EndDisabled();
     ImGui::SameLine();
     if (ImGui::SmallButton("save scene")) model.save_scene();
@@ -408,6 +398,7 @@ void draw_map_controls(Model& model, MapPanel& map) {
                 map.choice.parameter = parameter;
         ImGui::EndCombo();
     }
+    tooltip(parameter_text(map.choice.parameter).name.c_str());
     ImGui::BeginDisabled(map.choice.parameter == kSpeechTransmission);
     const auto octave = [](std::size_t band) { return band_name(band) + " Hz"; };
     if (ImGui::BeginCombo("octave",
@@ -421,16 +412,18 @@ void draw_map_controls(Model& model, MapPanel& map) {
     tooltip(
         ("broadband: the single number, " + parameter_text(map.choice.parameter).single).c_str());
     ImGui::EndDisabled();
-    if (model.scene().sources.size() > 1 &&
-        ImGui::BeginCombo("source", model.scene().sources[model.request.source].name.c_str())) {
-        for (std::size_t s = 0; s < model.scene().sources.size(); ++s)
-            if (ImGui::Selectable(
-                    (model.scene().sources[s].name + "##" + std::to_string(s)).c_str(),
-                    s == model.request.source)) {
-                model.request.source = s;
-                model.watch();
-            }
-        ImGui::EndCombo();
+    if (model.scene().sources.size() > 1) {
+        if (ImGui::BeginCombo("source", model.scene().sources[model.request.source].name.c_str())) {
+            for (std::size_t s = 0; s < model.scene().sources.size(); ++s)
+                if (ImGui::Selectable(
+                        (model.scene().sources[s].name + "##" + std::to_string(s)).c_str(),
+                        s == model.request.source)) {
+                    model.request.source = s;
+                    model.watch();
+                }
+            ImGui::EndCombo();
+        }
+        tooltip("source whose map is shown");
     }
     const Bounds& bounds = model.bounds();
     ImGui::DragFloat("height", &map.height_m, 0.01F, bounds.min.z, bounds.max.z, "%.2f m");
@@ -442,6 +435,7 @@ void draw_map_controls(Model& model, MapPanel& map) {
         ImGui::ProgressBar(static_cast<float>(*done), {width, 0});
         ImGui::SameLine();
         if (ImGui::SmallButton("cancel")) model.cancel_map();
+        tooltip("stop the measurement; an earlier map stays");
         return;
     }
     if (ImGui::SmallButton("measure map"))
@@ -450,6 +444,7 @@ void draw_map_controls(Model& model, MapPanel& map) {
     if (!model.map()) return;
     ImGui::SameLine();
     ImGui::Checkbox("show map", &map.shown);
+    tooltip("draw the map in the picture");
     if (!model.map_is_current()) ImGui::TextUnformatted("The map is from before the last change.");
 }
 
