@@ -2,12 +2,14 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <cerrno>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <system_error>
 #include <thread>
@@ -30,6 +32,9 @@ void write_part(const std::filesystem::path& file, const std::string& text) {
     part.commit();
 }
 
+/// Called in place of fsync() of the C library, if it is set.
+std::function<int(int)> observe_fsync;
+
 mode_t permissions(const std::filesystem::path& file) {
     struct stat status {};
     REQUIRE(stat(file.c_str(), &status) == 0);
@@ -37,6 +42,36 @@ mode_t permissions(const std::filesystem::path& file) {
 }
 
 }  // namespace
+
+extern "C" int fsync(int descriptor) {
+    return observe_fsync ? observe_fsync(descriptor)
+                         : static_cast<int>(syscall(SYS_fsync, descriptor));
+}
+
+TEST_CASE("A file is on the disk before it replaces another, which stays if that fails") {
+    const TemporaryFolder folder;
+    const auto file = folder.write("file", "before");
+    int calls = 0;
+    observe_fsync = [&](int descriptor) {
+        ++calls;
+        struct stat status {};
+        CHECK(fstat(descriptor, &status) == 0);
+        CHECK(status.st_size == 5);
+        CHECK(read_file(file) == "before");
+        return 0;
+    };
+    write_part(file, "after");
+    CHECK(calls == 1);
+    CHECK(read_file(file) == "after");
+    observe_fsync = [](int) {
+        errno = EIO;
+        return -1;
+    };
+    CHECK_THROWS_AS(write_part(file, "never"), std::system_error);
+    observe_fsync = nullptr;
+    CHECK(read_file(file) == "after");
+    CHECK(names_in(folder.path()) == std::vector<std::string>{"file"});
+}
 
 TEST_CASE("A replaced file keeps its permissions, a new one has the user's defaults") {
     const TemporaryFolder folder;
