@@ -352,6 +352,45 @@ bool RayScene::visible(const Vec3& from, const Vec3& to, float shortened_m) cons
     return ray.tfar >= 0;
 }
 
+bool RayScene::is_backed(const Vec3& point, std::uint32_t face) const {
+    struct Search {
+        const RayScene& scene;
+        const Vec3& point;
+        const Vec3& normal;
+        bool found = false;
+
+        bool is_backing(std::uint32_t triangle) const {
+            const Surface& surface = scene.surface(triangle);
+            if (scene.transmits(surface.material) ||
+                std::abs(glm::dot(surface.normal, normal)) < kParallel)
+                return false;
+            const auto& v = scene.triangle(triangle).vertices;
+            const float off_m = glm::dot(point - v[0], surface.normal);
+            if (std::abs(off_m) > kBacking_m) return false;
+            const Vec3 in_plane = point - off_m * surface.normal;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const Vec3 side = glm::cross(v[(k + 1) % 3] - v[k], in_plane - v[k]);
+                if (glm::dot(side, surface.normal) < 0) return false;
+            }
+            return true;
+        }
+    };
+    Search search{*this, point, surfaces_[face].normal};
+    RTCPointQuery query{.x = point.x, .y = point.y, .z = point.z, .time = 0, .radius = kBacking_m};
+    RTCPointQueryContext context;
+    rtcInitPointQueryContext(&context);
+    rtcPointQuery(
+        embree_->scene, &query, &context,
+        [](RTCPointQueryFunctionArguments* arguments) {
+            Search& found = *static_cast<Search*>(arguments->userPtr);
+            const std::uint32_t first = found.scene.embree_->first_triangle[arguments->geomID];
+            found.found |= found.is_backing(first + arguments->primID);
+            return false;  // the radius stays
+        },
+        &search);
+    return search.found;
+}
+
 Vec3 RayScene::facing_normal(const Hit& hit, const Vec3& ray_direction) const {
     const Vec3& normal = surfaces_[hit.triangle].normal;
     return glm::dot(normal, ray_direction) <= 0 ? normal : -normal;

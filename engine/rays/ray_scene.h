@@ -87,6 +87,11 @@ class RayScene {
     /// unless told otherwise by 0.1 mm.
     bool visible(const Vec3& from, const Vec3& to, float shortened_m = kOffset_m) const;
 
+    /// True if an opaque face lies within kBacking_m of a point of a face, in front of it or behind
+    /// it, and is parallel to the face within 20 degrees. Rays that begin behind the face may miss
+    /// such a face.
+    bool is_backed(const Vec3& point, std::uint32_t face) const;
+
     std::size_t triangle_count() const { return triangles_.size(); }
     const Triangle& triangle(std::uint32_t index) const { return triangles_[index]; }
     const Surface& surface(std::uint32_t triangle) const { return surfaces_[triangle]; }
@@ -122,6 +127,13 @@ class RayScene {
     /// Offset of every point that represents a position on a surface, on its side: ray origins, and
     /// the points that assign deposits, gather rays and area samples to patches.
     static constexpr float kOffset_m = 1e-4F;
+
+    /// Distance within which an opaque face blocks the transmission of another one. Patches of
+    /// faces that are closer together are not told apart.
+    static constexpr float kBacking_m = 2e-3F;
+
+    /// Cosine of 20 degrees, up to which two faces are parallel.
+    static constexpr float kParallel = 0.9397F;
 
     /// The offset of a point at `distance_m` along a ray, including the rounding of long
     /// distances.

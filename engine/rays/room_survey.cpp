@@ -86,10 +86,13 @@ void trace_random_walks(const RayScene& scene, std::span<const Vec3> inside,
                 if (++reflections[i] == walks.bounces) continue;
                 Vec3 normal = scene.facing_normal(hit, direction);
                 const Vec3 point = scene.point(hit, direction);
+                exits.clear();
                 if (walks.through_walls && scene.transmits(scene.surface(hit.triangle).material) &&
                     random[i].uniform() < 0.5F) {
                     const WallEntry entry{hit, point - 2 * RayScene::kOffset_m * normal, normal};
                     find_wall_exits(scene, {&entry, 1}, exits);
+                }
+                if (!exits.empty() && exits[0].wall.transmission.max() > 0) {
                     begin[alive] = exits[0].point;
                     normal = exits[0].normal;
                 } else {

@@ -13,8 +13,6 @@ namespace aula {
 
 namespace {
 
-constexpr float kParallel = 0.9397F;  // cos 20 degrees
-
 /// The middle of the spindle has the radius of the first Fresnel zone at this wavelength, 1 kHz.
 constexpr float kWavelength_m = 0.343F;
 constexpr std::size_t kLines = kLanes;
@@ -50,6 +48,10 @@ void meet(const RayScene& scene, std::uint32_t face, const Vec3& at, Line& line)
         return;
     }
     if (line.face == face && glm::distance(line.at, at) < kSameHit_m) return;
+    if (scene.is_backed(at, face)) {
+        line.blocked = true;
+        return;
+    }
     const float distance_m =
         line.open ? std::abs(glm::dot(at - line.at, scene.surface(line.face).normal)) : 0;
     if (line.open && is_one_wall(scene, line.face, face, distance_m)) {
@@ -84,7 +86,7 @@ bool is_one_wall(const RayScene& scene, std::uint32_t near, std::uint32_t far, f
     const RayScene::Surface& a = scene.surface(near);
     const RayScene::Surface& b = scene.surface(far);
     return distance_m <= kThickestWall_m && scene.transmits(b.material) &&
-           std::abs(glm::dot(a.normal, b.normal)) >= kParallel;
+           std::abs(glm::dot(a.normal, b.normal)) >= RayScene::kParallel;
 }
 
 void find_wall_exits(const RayScene& scene, std::span<const WallEntry> entries,
@@ -107,6 +109,7 @@ void find_wall_exits(const RayScene& scene, std::span<const WallEntry> entries,
             const std::uint32_t face = entry.hit.triangle;
             if (!hit.any() || !is_one_wall(scene, face, hit.triangle, hit.distance_m)) {
                 exits.push_back({entry.hit, entry.beyond, onward, 0, wall_of(scene, face)});
+                if (scene.is_backed(entry.beyond, face)) exits.back().wall.transmission = {};
                 continue;
             }
             const Vec3 facing = scene.facing_normal(hit, onward);
@@ -114,6 +117,9 @@ void find_wall_exits(const RayScene& scene, std::span<const WallEntry> entries,
                 RayScene::point_beyond(hit.distance_m, -glm::dot(onward, facing));
             exits.push_back({hit, entry.beyond + at.along_m * onward + at.off_m * facing, -facing,
                              hit.distance_m, wall_of(scene, face, hit.triangle)});
+            if (scene.is_backed(entry.beyond, face) ||
+                scene.is_backed(exits.back().point, hit.triangle))
+                exits.back().wall.transmission = {};
         }
     }
 }

@@ -46,7 +46,8 @@ struct WallExit {
     WallTransmission wall;
 };
 
-/// Finds the exits of walls, one for each entry.
+/// Finds the exits of walls, one for each entry. The transmission is 0 where an opaque face backs a
+/// face of the wall; see RayScene::is_backed.
 void find_wall_exits(const RayScene& scene, std::span<const WallEntry> entries,
                      std::vector<WallExit>& exits);
 

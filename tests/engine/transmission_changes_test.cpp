@@ -234,6 +234,24 @@ TEST_CASE("nothing passes an opaque partition of one face, oblique or smaller th
     }
 }
 
+TEST_CASE("nothing passes an opaque wall that is in contact with one that transmits") {
+    for (const float gap_m : {1e-4F, -1e-4F, 5e-4F, -5e-4F, 1e-3F, -1e-3F, 2e-3F, -2e-3F}) {
+        for (const Estimator estimator :
+             {Estimator::patch, Estimator::pt, Estimator::dpc, Estimator::dpc_published}) {
+            CAPTURE(gap_m, estimator);
+            Scene scene = row_of_rooms(2, 0.2F, 0.5F);
+            add_partition(scene, 5, 5);
+            add_partition(scene, 5 + gap_m, std::nullopt);
+            for (const bool swapped : {false, true}) {
+                if (swapped) std::swap(scene.sources[0].position, scene.listener.pose.position);
+                Propagation propagation(scene, test::with(scene, estimator, 0.3F, 0.5F));
+                for (int f = 0; f < 3; ++f) propagation.step(test::static_input(scene));
+                CHECK(test::total(propagation.response(0)) == 0);
+            }
+        }
+    }
+}
+
 TEST_CASE("an oblique partition of one face transmits as much as by path tracing") {
     Scene scene = row_of_rooms(2, 0.3F, 0.4F);
     add_partition(scene, 5, 25.0F);

@@ -135,6 +135,43 @@ TEST_CASE("an opaque wall behind or before one that transmits passes nothing") {
     CHECK(none.share() == 0);  // what is free is direct sound
 }
 
+TEST_CASE(
+    "an opaque face in contact with one that transmits blocks it, a face beside it does not") {
+    for (const float gap_m : {0.0F, 1e-5F, 1e-4F, 5e-4F, 1e-3F, 1.9e-3F, 2.1e-3F}) {
+        for (const float side : {-1.0F, 1.0F}) {
+            CAPTURE(gap_m, side);
+            // The listener is 4 m or 100 m away: rounding grows with the length of a ray.
+            Walls walls;
+            walls.face(0, walls.material(5));
+            walls.face(side * gap_m, walls.material(std::nullopt));
+            CHECK(walls.share() == 0);
+            CHECK(share_through_walls(RayScene(walls.scene()), Vec3(-100, 3, 0), Vec3(4, 0, 0))
+                      .max() == 0);
+            Walls two_faces;
+            two_faces.face(-0.1F, two_faces.material(5));
+            two_faces.face(0, two_faces.material(5));
+            CHECK(two_faces.share() > 0.3);
+            two_faces.face(side * gap_m, two_faces.material(std::nullopt));
+            CHECK(two_faces.share() == 0);
+            const WallExit exit =
+                exit_of(RayScene(two_faces.scene()), Vec3(-4, 0, 0), Vec3(1, 0.2F, 0));
+            // An opaque face in front of the far one is met as the next wall.
+            if (side > 0 && gap_m > 0 && gap_m < RayScene::kBacking_m)
+                CHECK(exit.wall.transmission.max() == 0);
+        }
+    }
+    // In the same plane, from y = 4 m on: the lines of the spindle are within 1 m of y = 0.
+    Walls beside;
+    beside.face(0, beside.material(5));
+    beside.face(0, beside.material(std::nullopt), 4);
+    CHECK(beside.share() == Approx(db(5)).epsilon(kRounding));
+    // Across it, as the frame of a pane.
+    Walls frame;
+    frame.face(0, frame.material(5));
+    frame.face(2, frame.material(std::nullopt), -20, 0.5F * std::numbers::pi_v<float>);
+    CHECK(frame.share(0.001F) == Approx(db(5)).epsilon(0.5));
+}
+
 TEST_CASE("more than 16 faces block the direct sound") {
     const auto faces = [](int count) {
         Walls walls;
