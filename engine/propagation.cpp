@@ -136,7 +136,8 @@ struct Propagation::State {
         for (std::size_t i = 0; i < pairs.memories.size(); ++i) {
             const Vec3& source = input.sources[i / listener_count];
             const Vec3& listener = input.listeners[i % listener_count];
-            if (moved || !pairs.memories[i].chains.is_between(source, listener)) pairs.memories[i] = {};
+            if (moved || !pairs.memories[i].chains.is_between(source, listener))
+                pairs.memories[i] = {};
         }
     }
 
@@ -234,49 +235,32 @@ struct Propagation::State {
         return {samplers[source], turned ? input.source_rotations[source] : glm::mat3(1)};
     }
 
-    /// The direct sound where edges diffract it, as the paths of all responses. A straight path
-    /// without edges near it is left to find_specular().
+    /// The direct sound over edges and through walls, as the paths of all responses. A straight
+    /// path without edges near it is left to find_specular().
     void find_direct_sound(const FrameInput& input, PairSet& set) {
         for (EnergyResponse& response : set.responses) response.paths.clear();
-        if (!direct_sound) return;
-        direct_sound->search(input.sources, input.listeners, set.memories);
+        if (!simulation.direct || !(direct_sound || rays.transmits())) return;
+        if (direct_sound) direct_sound->search(input.sources, input.listeners, set.memories);
         workers.run(set.responses.size(), [&](std::size_t pair) {
-            set.responses[pair].paths =
-                direct_sound->find(input.sources[pair / input.listeners.size()],
-                                   input.listeners[pair % input.listeners.size()],
-                                   directivity(pair / input.listeners.size(), input),
-                                   attenuation_per_m, set.memories[pair]);
-        });
-        statistics.edges = direct_sound->edges().count();
-        for (const EnergyResponse& response : set.responses) {
-            statistics.bent_paths += static_cast<std::size_t>(
-                std::count_if(response.paths.begin(), response.paths.end(),
-                              [](const SpecularPath& path) { return path.edges > 0; }));
-        }
-    }
-
-    /// Adds the direct sound through walls to the paths of all responses.
-    void find_through_walls(const FrameInput& input, PairSet& set) {
-        if (!simulation.direct || !rays.transmits()) return;
-        std::vector<char> found(set.responses.size(), 0);
-        workers.run(set.responses.size(), [&](std::size_t pair) {
-            std::optional<SpecularPath> through = path_through_walls(
-                rays, input.sources[pair / input.listeners.size()],
-                input.listeners[pair % input.listeners.size()], attenuation_per_m);
-            if (!through) return;
-            found[pair] = 1;
+            const Vec3& source = input.sources[pair / input.listeners.size()];
+            const Vec3& listener = input.listeners[pair % input.listeners.size()];
             const OrientedDirectivity of_source = directivity(pair / input.listeners.size(), input);
-            if (!of_source.is_omnidirectional()) {
-                through->energy *= of_source.factor(through->departure);
-            }
             std::vector<SpecularPath>& paths = set.responses[pair].paths;
-            paths.insert(std::upper_bound(paths.begin(), paths.end(), *through,
-                                          [](const SpecularPath& a, const SpecularPath& b) {
-                                              return a.length_m < b.length_m;
-                                          }),
-                         *through);
+            if (direct_sound) {
+                paths = direct_sound->find(source, listener, of_source, attenuation_per_m,
+                                           set.memories[pair]);
+            } else if (auto path = path_through_walls(rays, source, listener, attenuation_per_m)) {
+                path->energy *= of_source.factor(path->departure);
+                paths.push_back(*std::move(path));
+            }
         });
-        statistics.wall_paths = static_cast<std::size_t>(std::count(found.begin(), found.end(), 1));
+        if (direct_sound) statistics.edges = direct_sound->edges().count();
+        for (const EnergyResponse& response : set.responses) {
+            for (const SpecularPath& path : response.paths) {
+                if (path.edges > 0) ++statistics.bent_paths;
+                if (path.id == SpecularPath::kThroughWalls) ++statistics.wall_paths;
+            }
+        }
     }
 
     /// Adds the diffraction of the first-order image sources at the edges of their faces to the
@@ -299,9 +283,13 @@ struct Propagation::State {
     void find_specular(const FrameInput& input, PairSet& set) {
         workers.run(set.responses.size(), [&](std::size_t pair) {
             std::vector<SpecularPath>& paths = set.responses[pair].paths;
-            set.images[pair] = specular.find(input.sources[pair / input.listeners.size()],
-                                             input.listeners[pair % input.listeners.size()],
-                                             simulation.direct && paths.empty(), attenuation_per_m);
+            const bool all_through_walls = std::all_of(
+                paths.begin(), paths.end(),
+                [](const SpecularPath& path) { return path.id == SpecularPath::kThroughWalls; });
+            set.images[pair] =
+                specular.find(input.sources[pair / input.listeners.size()],
+                              input.listeners[pair % input.listeners.size()],
+                              simulation.direct && all_through_walls, attenuation_per_m);
             std::vector<SpecularPath>& found = set.images[pair].paths;
             const OrientedDirectivity of_source = directivity(pair / input.listeners.size(), input);
             if (!of_source.is_omnidirectional()) {
@@ -322,7 +310,6 @@ struct Propagation::State {
         statistics.diffraction_s += watch.lap_s();
         for (const Vec3& listener : input.listeners) specular.discover(listener, number);
         find_specular(input, set);
-        find_through_walls(input, set);
         statistics.specular_s += watch.lap_s();
         complete_reflections(input, set);
         statistics.diffraction_s += watch.lap_s();

@@ -5,9 +5,11 @@
 #include <glm/geometric.hpp>
 #include <iterator>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "engine/direct/followed_taps.h"
+#include "engine/rays/wall_crossing.h"
 
 namespace aula {
 
@@ -70,7 +72,7 @@ void DirectSound::search(std::span<const Vec3> sources, std::span<const Vec3> li
     for (std::size_t turn = 0; turn < count; ++turn) {
         const std::size_t pair = (static_cast<std::size_t>(frames_) + turn) % count;
         chains_.search(sources[pair / listeners.size()], listeners[pair % listeners.size()],
-                        memories[pair].chains);
+                       memories[pair].chains);
     }
 }
 
@@ -83,6 +85,7 @@ std::vector<SpecularPath> DirectSound::find(const Vec3& source, const Vec3& list
     const PairMemory::Inputs inputs{source, listener, directivity, scene_version_};
     const bool rests = memory.inputs == inputs;
     memory.inputs = inputs;
+    if (std::exchange(memory.materials, materials_) != materials_) memory.levels = {};
     if (rests && memory.equal_frames >= NearEdges::kTurns) {
         memory.near.skip_frame();
         return memory.taps;
@@ -108,7 +111,13 @@ std::vector<SpecularPath> DirectSound::compute(const Vec3& source, const Vec3& l
     paths.insert(paths.end(), chains.begin(), chains.end());
     chains_.join_rows(source, listener, memory.chains, attenuation_per_m, paths);
     const double straight_m = double{glm::distance(source, listener)};
-    const Bands model = paths_.limit(paths, straight_m, attenuation_per_m);
+    Bands model = paths_.limit(paths, straight_m, attenuation_per_m);
+    std::optional<SpecularPath> through_walls =
+        path_through_walls(scene_, source, listener, attenuation_per_m);
+    if (through_walls) {
+        model += through_walls->energy;
+        through_walls->energy *= directivity.factor(through_walls->departure);
+    }
     if (!directivity.is_omnidirectional()) {
         for (EdgePath& path : paths) {
             const Bands factor = directivity.factor(path.departure);
@@ -122,7 +131,8 @@ std::vector<SpecularPath> DirectSound::compute(const Vec3& source, const Vec3& l
     memory.reflections.bent.clear();
     std::copy_if(paths.begin(), paths.end(), std::back_inserter(memory.reflections.bent),
                  [](const EdgePath& path) { return path.edges.size() == 1; });
-    return followed_taps(paths_, paths, model, source, listener, !changed_.empty(), memory);
+    return followed_taps(paths_, paths, model, source, listener, !changed_.empty(), memory,
+                         through_walls);
 }
 
 void DirectSound::complete_reflections(std::vector<SpecularPath>& paths, const Vec3& source,

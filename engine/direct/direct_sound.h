@@ -15,7 +15,8 @@
 
 namespace aula {
 
-/// The direct sound with its diffraction at the edges of a scene. [propagation thread]
+/// The direct sound with its diffraction at the edges of a scene, and through walls. [propagation
+/// thread]
 class DirectSound {
  public:
     /// `order`: largest number of edges of a path.
@@ -24,8 +25,11 @@ class DirectSound {
     /// Begins a frame; `moved`: RayScene::move has moved objects since the last one.
     void begin_frame(bool moved);
 
-    /// Discards all kept taps after a change of materials.
-    void materials_changed() { ++scene_version_; }
+    /// Discards all kept taps after a change of materials. Levels then do not follow the former.
+    void materials_changed() {
+        ++scene_version_;
+        ++materials_;
+    }
 
     /// Searches for chains of edges in the scene of this frame; call before find(). `memories` are
     /// those of all pairs, [source * listeners + listener].
@@ -35,7 +39,7 @@ class DirectSound {
     const SceneEdges& edges() const { return edges_; }
 
     /// The paths of a source's direct sound to a listener by ascending length; see SpecularPath.
-    /// Empty if no path leads over an edge.
+    /// Empty if no path leads over an edge or through a wall.
     /// `memory` is that of the source and the listener; while nothing has changed in several
     /// frames, its taps are returned. [several threads]
     std::vector<SpecularPath> find(const Vec3& source, const Vec3& listener,
@@ -69,6 +73,7 @@ class DirectSound {
     ChainSearch chains_;
     std::uint64_t frames_ = 0;
     std::uint64_t scene_version_ = 0;  ///< changes with movements of objects and with materials
+    std::uint64_t materials_ = 0;      ///< number of their changes
     std::vector<MovableObject> movable_;
     std::vector<Bounds> changed_;  ///< volumes in which objects have moved in this frame
 };

@@ -94,6 +94,7 @@ struct PairMemory : TapMemory {
     PairChains chains;
     std::optional<Inputs> inputs;    ///< of the last frame
     std::uint64_t equal_frames = 0;  ///< in a row, with equal inputs and results
+    std::uint64_t materials = 0;     ///< changes of materials before the last frame
     PairReflections reflections;
 };
 

@@ -19,14 +19,16 @@ void scale(std::vector<SpecularPath>& taps, const Bands& from, const Bands& to) 
 std::vector<SpecularPath> followed_taps(const EdgePaths& edge_paths,
                                         std::span<const EdgePath> paths, const Bands& model,
                                         const Vec3& source, const Vec3& listener, bool has_moved,
-                                        TapMemory& memory) {
+                                        TapMemory& memory,
+                                        const std::optional<SpecularPath>& through_walls) {
     const Bands before = memory.levels.energy();
     const Bands& energy = memory.levels.follow(source, listener, model, has_moved);
     const bool is_straight = paths.size() == 1 && paths[0].edges.empty() && paths[0].is_plain;
-    if (memory.levels.is_exact() && (paths.empty() || is_straight)) return {};
+    if (memory.levels.is_exact() && !through_walls && (paths.empty() || is_straight)) return {};
     std::vector<SpecularPath> taps;
-    if (!paths.empty()) {
+    if (!paths.empty() || through_walls) {
         taps = edge_paths.taps(paths, memory.primary);
+        if (through_walls) taps.push_back(*through_walls);
         scale(taps, model, energy);
     } else {
         // What was heard last fades out.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -7,14 +8,15 @@
 
 namespace aula {
 
-/// The taps of coherent paths of a source and a listener by ascending length, with energies that
-/// follow those of the paths; see EdgePaths::taps and LevelFollower. `model` is the mean energy of
-/// the paths without the directivity of the source, `has_moved` that of LevelFollower::follow. The
-/// taps of the last frame, memory.taps, fade out where all paths have vanished; the caller updates
-/// them. Empty for a straight path without edges.
+/// The taps of coherent paths of a source and a listener by ascending length, and that of the sound
+/// through walls if there is one, with energies that follow those of the paths; see EdgePaths::taps
+/// and LevelFollower. `model` is the mean energy of all without the directivity of the source,
+/// `has_moved` that of LevelFollower::follow. The taps of the last frame, memory.taps, fade out
+/// where all paths have vanished; the caller updates them. Empty for a straight path without edges.
 std::vector<SpecularPath> followed_taps(const EdgePaths& edge_paths,
                                         std::span<const EdgePath> paths, const Bands& model,
                                         const Vec3& source, const Vec3& listener, bool has_moved,
-                                        TapMemory& memory);
+                                        TapMemory& memory,
+                                        const std::optional<SpecularPath>& through_walls = {});
 
 }  // namespace aula
