@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "audio/dsp/fade.h"
+#include "audio/render/frame_phase.h"
 #include "audio/render/render_frame.h"
 #include "audio/spatial/ambisonic_decoder.h"
 
@@ -51,6 +52,7 @@ struct Renderer::State {
           shape(settings, hrtf.get()),
           reverberation(shape.reverberation, shape.fade_samples),
           held(reverberation.max_filters()),
+          phase(shape.path.frame_samples, shape.path.block, shape.fade_samples),
           rotation(field_order(settings), shape.path.turn_samples),
           ambisonics(ambisonic_channels(field_order(settings))) {
         // A path that starts reads the history of its filter, delayed further for each ear.
@@ -82,6 +84,8 @@ struct Renderer::State {
     std::vector<RenderFrame*> held;
     std::size_t held_count = 0;
     std::int64_t newest_stamp = 0;
+    FramePhase phase;
+    std::int64_t rendered = 0;  ///< samples
 
     FieldRotation rotation;
     std::vector<DelayLine> lines;                ///< [source]
@@ -97,9 +101,10 @@ struct Renderer::State {
         held[held_count++] = frame;
         newest_stamp = frame->stamp;
         reverberation.exchange(&frame->parts->reverberation);
+        const std::size_t samples = phase.take(rendered);
         for (std::size_t i = 0; i < paths.size(); ++i) {
             for (std::size_t p = 0; p < paths[i].size(); ++p) {
-                paths[i][p].exchange(&frame->parts->paths[i][p], lines[i], head);
+                paths[i][p].exchange(&frame->parts->paths[i][p], lines[i], head, samples);
             }
         }
     }
@@ -172,6 +177,7 @@ void Renderer::render(std::span<const float* const> inputs, const HeadRotation& 
         s.decoder->process(s.const_field, outputs, count);
         s.add_paths(inputs, head, outputs, count);
     }
+    s.rendered += samples;
     s.release(mailbox_);
 }
 

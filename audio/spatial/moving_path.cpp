@@ -42,10 +42,10 @@ void Glide::jump(double value) noexcept {
     remaining_ = 0;
 }
 
-void Glide::move_to(double target) noexcept {
+void Glide::move_to(double target, std::size_t samples) noexcept {
     target_ = target;
-    remaining_ = samples_;
-    slope_ = (target - line_) / static_cast<double>(samples_);
+    remaining_ = samples;
+    slope_ = (target - line_) / static_cast<double>(samples);
 }
 
 PathTrack::PathTrack(const PathShape& shape)
@@ -54,6 +54,7 @@ PathTrack::PathTrack(const PathShape& shape)
       delay_(shape.frame_samples),
       points_(shape.points()),
       ear_fade_(shape.turn_samples),
+      last_filter_(shape.filter_taps),
       filtered_(shape.block),
       faded_(shape.block) {
     for (Point& point : points_) {
@@ -76,6 +77,7 @@ void PathTrack::start(const PathSound& sound, const DelayLine& line,
     delay_.jump(sound.delay_samples);
     direction_ = target_ = sound.direction;
     remaining_ = 0;
+    moved_samples_ = move_samples_;
     if (shape_.hrtf != nullptr) {
         ear_fade_ = shape_.turn_samples;
         set_ears(in_head_axes(head, direction_), 0);
@@ -94,10 +96,15 @@ void PathTrack::start(const PathSound& sound, const DelayLine& line,
     }
 }
 
-void PathTrack::move_to(const PathSound& sound) noexcept {
-    delay_.move_to(sound.delay_samples);
-    target_ = sound.direction;
-    remaining_ = shape_.frame_samples;
+void PathTrack::move(const PathSound& from, const PathSound& to, std::size_t samples) noexcept {
+    delay_.move_to(to.delay_samples, samples);
+    target_ = to.direction;
+    remaining_ = samples;
+    const float share = static_cast<float>(moved_samples_) / static_cast<float>(move_samples_);
+    for (std::size_t i = 0; i < last_filter_.size(); ++i)
+        last_filter_[i] += share * (from.filter[i] - last_filter_[i]);
+    move_samples_ = samples;
+    moved_samples_ = 0;
 }
 
 bool PathTrack::can_reach(const PathSound& sound) const noexcept {
@@ -142,9 +149,21 @@ void PathTrack::read(const DelayLine& line, const HeadRotation& head,
 
 void PathTrack::add(const PathSound& sound, std::span<const float> weights,
                     std::size_t samples) noexcept {
+    const std::size_t past = shape_.filter_taps - 1;
+    const bool moves = moved_samples_ < move_samples_;
+    const float step = 1 / static_cast<float>(move_samples_);
     for (Point& point : points_) {
-        filter(point.delayed.data() + shape_.filter_taps - 1, sound.filter.data(),
-               shape_.filter_taps, filtered_.data(), samples);
+        filter(point.delayed.data() + past, sound.filter.data(), shape_.filter_taps,
+               filtered_.data(), samples);
+        if (moves) {
+            filter(point.delayed.data() + past, last_filter_.data(), shape_.filter_taps,
+                   faded_.data(), samples);
+            for (std::size_t n = 0; n < samples; ++n) {
+                const std::size_t moved = std::min(moved_samples_ + n, move_samples_);
+                const float share = step * static_cast<float>(moved);
+                filtered_[n] = faded_[n] + share * (filtered_[n] - faded_[n]);
+            }
+        }
         float* const ear_input = point.ear_input.data() + ear_taps_ - 1;
         if (weights.empty()) {
             for (std::size_t n = 0; n < samples; ++n) ear_input[n] += filtered_[n];
@@ -193,6 +212,7 @@ void PathTrack::finish(std::span<float* const> outputs, std::size_t samples) noe
     } else {
         add_field(outputs, samples);
     }
+    moved_samples_ = std::min(moved_samples_ + samples, move_samples_);
     for (Point& point : points_) {
         keep_history(point.delayed, shape_.filter_taps - 1, samples);
         keep_history(point.ear_input, ear_taps_ - 1, samples);
@@ -202,21 +222,21 @@ void PathTrack::finish(std::span<float* const> outputs, std::size_t samples) noe
 MovingPath::MovingPath(const PathShape& shape, const Fade& fade)
     : fade_(fade), tracks_{PathTrack(shape), PathTrack(shape)}, weights_(shape.block) {}
 
-void MovingPath::exchange(const PathSound* sound, const DelayLine& line,
-                          const HeadRotation& head) noexcept {
+void MovingPath::exchange(const PathSound* sound, const DelayLine& line, const HeadRotation& head,
+                          std::size_t samples) noexcept {
     assert(sound != nullptr && !fading());
+    const bool same = current_.audible() && sound->present && current_.sound->id == sound->id;
+    if (same && tracks_[current_.track].can_reach(*sound)) {
+        tracks_[current_.track].move(*current_.sound, *sound, samples);
+        current_.sound = sound;
+        return;
+    }
     Voice& voice = current_.sound == nullptr ? current_ : next_;
     voice.sound = sound;
     fade_.start();
     if (!sound->present) return;
-    const bool same = &voice == &next_ && current_.audible() && current_.sound->id == sound->id;
-    if (same && tracks_[current_.track].can_reach(*sound)) {
-        voice.track = current_.track;
-        tracks_[voice.track].move_to(*sound);
-    } else {
-        voice.track = 1 - current_.track;
-        tracks_[voice.track].start(*sound, line, head);
-    }
+    voice.track = 1 - current_.track;
+    tracks_[voice.track].start(*sound, line, head);
 }
 
 void MovingPath::process(const DelayLine& line, const HeadRotation& head,

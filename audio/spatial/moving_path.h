@@ -25,14 +25,17 @@ struct PathSound {
     AlignedVector<float> filter;              ///< distance, air and walls
 };
 
-/// A value that moves linearly to its target over `samples`. A one-pole filter smooths the corners:
-/// a corner in a delay is a step in pitch. [audio thread, wait-free]
+/// A value that moves linearly to its target over `samples`. A one-pole filter of that time smooths
+/// the corners: a corner in a delay is a step in pitch. [audio thread, wait-free]
 class Glide {
  public:
     explicit Glide(std::size_t samples = 1);
 
     void jump(double value) noexcept AULA_NONBLOCKING;
-    void move_to(double target) noexcept AULA_NONBLOCKING;
+    void move_to(double target) noexcept AULA_NONBLOCKING { move_to(target, samples_); }
+
+    /// Moves to the target over another time, > 0.
+    void move_to(double target, std::size_t samples) noexcept AULA_NONBLOCKING;
     double target() const noexcept AULA_NONBLOCKING { return target_; }
 
     double next() noexcept AULA_NONBLOCKING {
@@ -63,7 +66,7 @@ struct PathShape {
     double sample_rate_hz = 48000;
     std::size_t filter_taps = 256;
     std::size_t block = 256;
-    std::size_t frame_samples = 1600;  ///< a path moves to its next position over this time
+    std::size_t frame_samples = 1600;  ///< time from frame to frame
     std::size_t turn_samples = 256;    ///< a turn of the head is crossfaded over this time
 
     std::size_t points() const { return hrtf != nullptr ? 2 : 1; }
@@ -71,7 +74,7 @@ struct PathShape {
 };
 
 /// A moving read position on a delay line, rendered to the ears or encoded into a field. For each
-/// block: read(), add() once or twice, finish(). [audio thread, except the constructor]
+/// block: read(), add(), finish(). [audio thread, except the constructor]
 class PathTrack {
  public:
     explicit PathTrack(const PathShape& shape);
@@ -80,8 +83,10 @@ class PathTrack {
     void start(const PathSound& sound, const DelayLine& line,
                const HeadRotation& head) noexcept AULA_NONBLOCKING;
 
-    /// Moves to the path's delay and direction over the next frame.
-    void move_to(const PathSound& sound) noexcept AULA_NONBLOCKING;
+    /// Moves from one frame's sound of the path to that of another: delay, direction and filter,
+    /// linearly over `samples`. Only the new one is used from then on.
+    void move(const PathSound& from, const PathSound& to,
+              std::size_t samples) noexcept AULA_NONBLOCKING;
 
     /// Whether a source could move there within a frame.
     bool can_reach(const PathSound& sound) const noexcept AULA_NONBLOCKING;
@@ -90,8 +95,9 @@ class PathTrack {
     void read(const DelayLine& line, const HeadRotation& head,
               std::size_t samples) noexcept AULA_NONBLOCKING;
 
-    /// Filters the block by the path's filter and adds it to the input of the ears. `weights`: one
-    /// per sample, or empty for ones.
+    /// Filters the block by the path's filter, or by what lies between that of the last frame and
+    /// this one, and adds it to the input of the ears. `weights`: one per sample, or empty for
+    /// ones.
     void add(const PathSound& sound, std::span<const float> weights,
              std::size_t samples) noexcept AULA_NONBLOCKING;
 
@@ -125,24 +131,28 @@ class PathTrack {
     std::size_t ear_fade_ = 0;              ///< position within the crossfade of ears, samples
     std::array<float, kMaxAmbisonicChannels> encoding_{};
 
+    AlignedVector<float> last_filter_;  ///< from which the present one is reached
+    std::size_t move_samples_ = 1;      ///< time from the last filter to the present one
+    std::size_t moved_samples_ = 1;     ///< part of it that has passed
+
     AlignedVector<float> filtered_;
     AlignedVector<float> faded_;
 };
 
 /// A discrete path of one source, rendered through the delay line of its dry signal. Delay and
-/// direction move continuously from frame to frame, which gives the Doppler shift. The ears follow
-/// the head from block to block. Filters are crossfaded. A different path, or one that would have
+/// direction move linearly from frame to frame, which gives the Doppler shift, and so does the
+/// filter. The ears follow the head from block to block. A different path, or one that would have
 /// to move faster than half the speed of sound, is crossfaded instead. [audio thread, except the
 /// constructor]
 class MovingPath {
  public:
-    /// `fade` is that between frames.
+    /// `fade` is that between different paths.
     MovingPath(const PathShape& shape, const Fade& fade);
 
-    /// Moves to `sound`, which must live until the next exchange has ended. The first sound takes
-    /// effect immediately. Must not be called while fading().
-    void exchange(const PathSound* sound, const DelayLine& line,
-                  const HeadRotation& head) noexcept AULA_NONBLOCKING;
+    /// Moves to `sound` over `samples`, or fades to it. It must live until the next exchange has
+    /// ended. The first sound takes effect immediately. Must not be called while fading().
+    void exchange(const PathSound* sound, const DelayLine& line, const HeadRotation& head,
+                  std::size_t samples) noexcept AULA_NONBLOCKING;
     bool fading() const noexcept AULA_NONBLOCKING { return next_.sound != nullptr; }
 
     /// Adds at most a block of samples to the outputs: two ears, or the channels of a field.

@@ -106,21 +106,21 @@ inline SourceSound sound_of(const Signals& ambisonics) {
 }
 
 /// The largest deviation of a 1 kHz tone, whose delay changes and whose gain halves, from a
-/// raised-cosine crossfade.
+/// crossfade with these weights.
 inline double crossfade_error(const SourceSound& before, double delay_before,
-                              const SourceSound& after, double delay_after) {
+                              const SourceSound& after, double delay_after,
+                              const std::vector<float>& weights = raised_cosine(1024)) {
     constexpr std::size_t kSamples = 12000;
     constexpr std::size_t kChange = 5120;
-    constexpr std::size_t kFade = 1024;
     Player player(config_for(OutputFormat::mono), nullptr, {sine(1000, kSamples, kRate_hz)});
     player.publish({before});
     player.play_until(kChange);
     player.publish({after});
     player.play_until(kSamples);
-    const std::vector<float> weights = raised_cosine(kFade);
     double worst = 0;
     for (std::size_t n = 3000; n < kSamples; ++n) {
-        const double w = n < kChange ? 0 : n - kChange < kFade ? double{weights[n - kChange]} : 1;
+        const std::size_t at = n - std::min(n, kChange);
+        const double w = n < kChange ? 0 : at < weights.size() ? double{weights[at]} : 1;
         const auto tone = [&](double delay) {
             return std::sin(2 * std::numbers::pi * 1000 * (static_cast<double>(n) - delay) /
                             kRate_hz);

@@ -21,12 +21,12 @@ inline std::vector<float> tone() {
     return samples;
 }
 
-/// Energy within +-200 Hz of the tone by DFT, for a signal that begins and ends in silence.
-inline double energy_near_tone(const std::vector<float>& samples) {
+/// Energy within `distance_hz` of the tone by DFT, for a signal that begins and ends in silence.
+inline double energy_near_tone(const std::vector<float>& samples, double distance_hz = 200) {
     const auto n = static_cast<double>(samples.size());
     double energy = 0;
-    const auto first = static_cast<int>(std::ceil((kTone_hz - 200) / kRate_hz * n));
-    const auto last = static_cast<int>(std::floor((kTone_hz + 200) / kRate_hz * n));
+    const auto first = static_cast<int>(std::ceil((kTone_hz - distance_hz) / kRate_hz * n));
+    const auto last = static_cast<int>(std::floor((kTone_hz + distance_hz) / kRate_hz * n));
     for (int bin = first; bin <= last; ++bin) {
         // Goertzel algorithm.
         const double w = 2 * std::numbers::pi * bin / n;
@@ -43,11 +43,11 @@ inline double energy_near_tone(const std::vector<float>& samples) {
     return energy;
 }
 
-/// Share of the energy that lies beyond +-200 Hz of the tone, 0..1.
-inline double share_off_tone(const std::vector<float>& samples) {
+/// Share of the energy that lies beyond `distance_hz` of the tone, 0..1.
+inline double share_off_tone(const std::vector<float>& samples, double distance_hz = 200) {
     double total = 0;
     for (const float x : samples) total += static_cast<double>(x) * static_cast<double>(x);
-    return (total - energy_near_tone(samples)) / total;
+    return (total - energy_near_tone(samples, distance_hz)) / total;
 }
 
 }  // namespace aula::test

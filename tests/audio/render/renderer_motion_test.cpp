@@ -231,20 +231,71 @@ TEST_CASE("Rendering is reproducible to the bit") {
     CHECK(play() == play());
 }
 
-TEST_CASE("A change of a source's gain is crossfaded") {
+TEST_CASE("A change of a source's gain is crossfaded, linearly for paths that move") {
     SourceSound direct;
     direct.direct = path_of(480, 1);
+    SourceSound moving;
+    moving.early = {path_of(480, 1)};
+    moving.early[0].id = 1;
     Signals late(1, Signal(481));
     late[0][480] = 1;
     SourceSound reflection;
     reflection.early = {path_of(480, 1)};
-    for (const SourceSound& sound : {direct, reflection, sound_of(late)}) {
+    std::vector<float> linear(1600);  // until the next frame
+    for (std::size_t n = 0; n < linear.size(); ++n) linear[n] = static_cast<float>(n) / 1600;
+    for (const auto& [sound, weights] : {std::pair(direct, linear),
+                                         {moving, linear},
+                                         {reflection, raised_cosine(1024)},
+                                         {sound_of(late), raised_cosine(1024)}}) {
         SourceSound quieter = sound;
         quieter.gain = 0.5F;
-        CHECK(crossfade_error(sound, 480, quieter, 480) < 1e-5);  // rounding
+        CHECK(crossfade_error(sound, 480, quieter, 480, weights) < 1e-5);  // rounding
         // Companion: the fade is part of the error's definition.
-        CHECK(crossfade_error(sound, 480, sound, 480) > 0.4);
+        CHECK(crossfade_error(sound, 480, sound, 480, weights) > 0.4);
     }
+}
+
+TEST_CASE("A level that rises and falls once a second adds no lines at the frame rate") {
+    constexpr std::size_t kSamples = 144000;
+    const auto level = [](double time_s) {
+        return 0.55 + 0.45 * std::cos(2 * std::numbers::pi * time_s);
+    };
+    for (const double rate_hz : {30.0, 60.0, 100.0, 120.0}) {
+        for (const int block : {64, 256, 480, 1000}) {
+            RendererConfig config = config_for(OutputFormat::mono);
+            config.frame_s = 1 / rate_hz;
+            config.block = block;
+            const auto frame_samples = static_cast<std::size_t>(kRate_hz / rate_hz);
+            const auto call = static_cast<std::size_t>(block);
+            Player player(config, nullptr, {sine(1000, kSamples, kRate_hz)});
+            std::size_t due = 0;
+            for (std::size_t frame = 0; player.done() < kSamples;) {
+                if (player.done() >= due) {
+                    frame = player.done() / frame_samples;
+                    SourceSound sound;
+                    sound.direct = path_of(
+                        480, static_cast<float>(level(static_cast<double>(frame) / rate_hz)));
+                    player.publish({sound});
+                    due = (frame + 1) * frame_samples;
+                }
+                player.play_until(std::min(kSamples, player.done() + call), {call});
+            }
+            const Signal steady(player.output(0).begin() + 24000, player.output(0).end());
+            CAPTURE(rate_hz, block);
+            // Calls of more than half a frame take frames at more irregular times.
+            CHECK(energy_outside_db(steady, 1000, 15, kRate_hz) < (block > 800 ? -55 : -60));
+        }
+    }
+    // Companion: raised-cosine crossfades of 1024 samples between 30 levels a second.
+    const std::vector<float> weights = raised_cosine(1024);
+    Signal crossfaded = sine(1000, kSamples, kRate_hz);
+    for (std::size_t n = 0; n < kSamples; ++n) {
+        const double from = level(static_cast<double>(n / 1600) / 30);
+        const double to = level(static_cast<double>(n / 1600 + 1) / 30);
+        const double w = n % 1600 < 1024 ? double{weights[n % 1600]} : 1;
+        crossfaded[n] *= static_cast<float>(from + w * (to - from));
+    }
+    CHECK(energy_outside_db(crossfaded, 1000, 15, kRate_hz) > -50);
 }
 
 TEST_CASE("A source at constant speed is shifted by 1 - v / c, towards the listener and away") {

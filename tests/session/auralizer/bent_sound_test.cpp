@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -47,4 +48,18 @@ TEST_CASE("A walk through a doorway adds no sidebands above -80 dB to a tone") {
         CHECK(share_off_tone(heard) < bound);
         CHECK(share_off_tone(switched) > bound);
     }
+}
+
+TEST_CASE("A walk through a doorway adds no lines at the frame rate to a tone") {
+    // Interference and the Doppler effect change the tone by less than 25 Hz.
+    const auto lines_db = [](double from_s, int diffraction_order) {
+        return 10 * std::log10(share_off_tone(
+                        heard_on_walk("two_rooms.json", from_s, diffraction_order), 25));
+    };
+    for (const double from_s : {1.0, 2.0, 2.75, 4.0, 5.0}) {
+        CAPTURE(from_s);
+        CHECK(lines_db(from_s, 2) < -57);
+    }
+    // Companion: the direct sound appears within a frame.
+    CHECK(lines_db(3.5, 0) > -57);
 }
