@@ -17,7 +17,6 @@
 #include "aula/engine/propagation.h"
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"
-#include "engine/edges/scene_edges.h"
 #include "engine/patches/patch_grid.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/rays/room_survey.h"
@@ -337,11 +336,9 @@ int show_info(const Arguments& arguments) {
     });
     std::printf("%-16s%zu of %.2f m\n", "patches", patches.reached,
                 static_cast<double>(patches.patch_size_m));
-    const SceneEdges edges =
-        result_of("finding edges", arguments, [&] { return SceneEdges(rays); });
-    std::printf("%-16s%zu that diffract sound\n", "edges", edges.count());
-    const FrameStatistics direct =
-        result_of("finding paths", arguments, [&] { return direct_paths(scene); });
+    const FrameStatistics direct = result_of("finding edges and paths", arguments,
+                                             [&] { return direct_paths(scene); });
+    std::printf("%-16s%zu that diffract sound\n", "edges", direct.edges);
     std::printf("%-16s%zu bent, %zu through walls, from all sources\n", "direct paths",
                 direct.bent_paths, direct.wall_paths);
     const double escape = result_of(

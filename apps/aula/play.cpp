@@ -39,6 +39,14 @@ int heading_deg(const Pose& pose) {
     return static_cast<int>(((turned_deg % 360) + 360) % 360);
 }
 
+/// The number of paths of the direct sound around edges and through walls.
+std::string direct_paths_text(const FrameStatistics& frame) {
+    std::string text;
+    if (frame.bent_paths > 0) text += formatted("  %zu bent", frame.bent_paths);
+    if (frame.wall_paths > 0) text += formatted("  %zu through walls", frame.wall_paths);
+    return text;
+}
+
 std::string status_text(const PlayStatus& s) {
     const auto coordinate = [](float x) { return fixed_text(static_cast<double>(x), 1); };
     const Vec3 at = s.listener.position;
@@ -49,7 +57,7 @@ std::string status_text(const PlayStatus& s) {
            (s.rays < s.full_rays ? formatted("%d rays  ", s.rays) : std::string()) +
            formatted("audio %.0f %%  underruns %llu  ", 100 * s.load,
                      static_cast<unsigned long long>(s.underruns)) +
-           level_text(s.peak);
+           level_text(s.peak) + direct_paths_text(s.frame);
 }
 
 const char* text_of(UnderrunCause cause) {

@@ -17,6 +17,9 @@ namespace {
 
 constexpr int kGatherRays = 1024;
 
+/// Gather rays of a pair at rest, per ray of its ends.
+constexpr double kGatherShare = 0.5;
+
 /// Gather rays after a movement of the scene, for one window of frames: most of the sound may pass
 /// a narrow opening such as that of a door. Few rays find it, and no mean over frames is available
 /// yet.
@@ -274,16 +277,25 @@ std::vector<char> PatchPropagation::pairs_to_gather(std::uint64_t frame) const {
     return wanted;
 }
 
-/// Rays and limits of a frame's gather at a receiver, of which no pair takes more than `share`. Two
-/// gathers of M rays at both ends, weighted by shares w and 1 - w that are also those of their
-/// rays, have the variance w^2 V / (w M) + (1 - w)^2 V / ((1 - w) M) = V / M: as one gather of M
-/// rays.
-GatherSettings PatchPropagation::gather_settings(std::uint64_t frame, double share) const {
+int PatchPropagation::most_gather_rays(std::uint64_t frame) const {
     const auto window = static_cast<std::uint64_t>(window_frames_);
-    const bool moved = last_move_ && frame - *last_move_ < window;
+    return last_move_ && frame - *last_move_ < window ? kGatherRaysAfterMove : kGatherRays;
+}
+
+/// Number of rays with which a pair gathers in a frame. The variance of a pair's mean is A / R + B
+/// / M after R rays of its ends and M gather rays. With the costs a and b of a ray it is least, at
+/// a given time, for M = R sqrt(a B / (b A)): 0.4 R to 0.5 R as measured. Until the mean holds a
+/// whole window it has fewer frames than the caches, and the frame counts on its own gather.
+int PatchPropagation::gather_rays(std::size_t pair, std::uint64_t frame,
+                                  std::uint64_t emitted) const {
+    if (!pairs_[pair].holds(window_frames_)) return most_gather_rays(frame);
+    const double missing = kGatherShare * static_cast<double>(emitted) - pairs_[pair].gather_rays();
+    return static_cast<int>(std::clamp(missing, double{kGatherRaysStep}, double{kGatherRays}));
+}
+
+GatherSettings PatchPropagation::gather_settings(int rays) const {
     GatherSettings settings = gather_settings_;
-    const int all = moved ? kGatherRaysAfterMove : kGatherRays;
-    settings.rays = static_cast<int>(std::ceil(share * all / kGatherRaysStep)) * kGatherRaysStep;
+    settings.rays = rays;
     return settings;
 }
 
@@ -292,27 +304,34 @@ std::uint64_t PatchPropagation::gather_seed(const PropagationFrame& frame,
     return derive_seed(frame.seed, SeedPurpose::gather, receiver);
 }
 
-/// Assigns each pair's shares and the receivers to gather at. The rays of one receiver serve all
-/// emitters of the other end.
+/// Assigns each pair's shares and rays, and the receivers to gather at. The rays of one receiver
+/// serve all emitters of the other end. Two gathers of M rays at both ends, weighted by shares w
+/// and 1 - w that are also those of their rays, have the variance w^2 V / (w M) + (1 - w)^2 V / ((1
+/// - w) M) = V / M: as one gather of M rays.
 PatchPropagation::GatherPlan PatchPropagation::plan_gather(
-    const std::vector<char>& wanted, const std::vector<std::uint64_t>& emitted) const {
+    std::uint64_t frame, const std::vector<char>& wanted,
+    const std::vector<std::uint64_t>& emitted) const {
     GatherPlan plan;
     plan.shares.resize(pairs_.size());
+    plan.rays.resize(pairs_.size(), 0);
     plan.pairs_at.resize(emitter_count());
-    plan.most_at.resize(emitter_count(), 0);
+    plan.rays_at.resize(emitter_count(), 0);
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
         if (!wanted[i]) continue;
         const auto [source, listener] = ends(i);
-        const auto all = static_cast<double>(emitted[source] + emitted[listener]);
+        const std::uint64_t all = emitted[source] + emitted[listener];
         if (all == 0) continue;
-        double share = static_cast<double>(emitted[source]) / all;
+        double share = static_cast<double>(emitted[source]) / static_cast<double>(all);
         if (share < kMinShare) share = 0;
         if (share > 1 - kMinShare) share = 1;
         plan.shares[i] = {share, 1 - share};
+        plan.rays[i] = gather_rays(i, frame, all);
         const auto gather_at = [&](std::size_t receiver, double part) {
             if (part == 0) return;
             plan.pairs_at[receiver].push_back(i);
-            plan.most_at[receiver] = std::max(plan.most_at[receiver], part);
+            const double steps = std::ceil(part * plan.rays[i] / kGatherRaysStep);
+            plan.rays_at[receiver] =
+                std::max(plan.rays_at[receiver], static_cast<int>(steps) * kGatherRaysStep);
         };
         gather_at(listener, share);
         gather_at(source, 1 - share);
@@ -320,17 +339,16 @@ PatchPropagation::GatherPlan PatchPropagation::plan_gather(
     return plan;
 }
 
-void PatchPropagation::gather(const PropagationFrame& frame, const std::vector<char>& wanted,
-                              FrameStatistics& statistics) {
+void PatchPropagation::gather(const PropagationFrame& frame, const GatherPlan& plan,
+                              const std::vector<char>& wanted, FrameStatistics& statistics) {
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
         if (wanted[i]) pairs_[i].begin_gather();
     }
-    const GatherPlan plan = plan_gather(wanted, emitted());
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         if (plan.pairs_at[id].empty()) continue;
         const Emitter receiver = emitter(id, frame);
         const std::vector<GatherHit> hits =
-            trace_gather(scene_, grid_, receiver, gather_settings(frame.number, plan.most_at[id]),
+            trace_gather(scene_, grid_, receiver, gather_settings(plan.rays_at[id]),
                          gather_seed(frame, id), workers_, statistics.segments);
         for (const std::size_t i : plan.pairs_at[id]) {
             const std::size_t from = receiver.is_listener ? ends(i).source : ends(i).listener;
@@ -350,12 +368,13 @@ bool PatchPropagation::is_current(std::size_t pair) const {
 
 /// Updates a pair's response: the gathered energy and the segments whose paths no image source
 /// counts now.
-void PatchPropagation::update_pair(std::size_t i, bool gathered, const SpecularSound& images,
-                                   EnergyResponse& response) {
+void PatchPropagation::update_pair(std::size_t i, bool gathered, int rays,
+                                   const SpecularSound& images, EnergyResponse& response) {
     PairResponse& pair = pairs_[i];
     const auto [source, listener] = ends(i);
     if (gathered) {
-        pair.end_gather(caches_[source].emitted() + caches_[listener].emitted(), is_current(i));
+        pair.end_gather(caches_[source].emitted() + caches_[listener].emitted(), rays,
+                        is_current(i));
     }
     if (mirrors_) {
         pair.detect(scene_, segment_caches_[source], receivers_[listener],
@@ -379,9 +398,11 @@ void PatchPropagation::step(const PropagationFrame& frame, std::span<const Specu
     statistics.cache_s += watch.lap_s();
 
     const std::vector<char> wanted = pairs_to_gather(frame.number);
-    gather(frame, wanted, statistics);
-    workers_.run(pairs_.size(),
-                 [&](std::size_t i) { update_pair(i, wanted[i] != 0, images[i], responses[i]); });
+    const GatherPlan plan = plan_gather(frame.number, wanted, emitted());
+    gather(frame, plan, wanted, statistics);
+    workers_.run(pairs_.size(), [&](std::size_t i) {
+        update_pair(i, wanted[i] != 0, plan.rays[i], images[i], responses[i]);
+    });
     statistics.gather_s += watch.lap_s();
 
     reserve_rows();
@@ -411,7 +432,7 @@ void PatchPropagation::gather_at(const PropagationFrame& frame,
     for (std::size_t r = 0; r < at.size(); ++r) {
         const Emitter receiver{emitter_count() + r, at[r], true};
         const std::vector<GatherHit> hits =
-            trace_gather(scene_, grid_, receiver, gather_settings(frame.number, 1),
+            trace_gather(scene_, grid_, receiver, gather_settings(most_gather_rays(frame.number)),
                          gather_seed(frame, emitter_count() + r), workers_, segments);
         for (std::size_t s = 0; s < source_count_; ++s)
             add_gathered(hits, caches_[s], 1, workers_, responses[s * at.size() + r]);
@@ -455,11 +476,10 @@ std::vector<Ray> PatchPropagation::rays(const PropagationFrame& frame) const {
         }
         rays_held[id] += static_cast<std::uint64_t>(tracer_.rays_of(batches[id]));
     }
-    const GatherPlan plan = plan_gather(pairs_to_gather(frame.number), rays_held);
+    const GatherPlan plan = plan_gather(frame.number, pairs_to_gather(frame.number), rays_held);
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         if (plan.pairs_at[id].empty()) continue;
-        append(gather_rays(scene_, grid_, emitter(id, frame),
-                           gather_settings(frame.number, plan.most_at[id]),
+        append(gather_rays(scene_, grid_, emitter(id, frame), gather_settings(plan.rays_at[id]),
                            gather_seed(frame, id)));
     }
     return all;

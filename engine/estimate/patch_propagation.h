@@ -73,8 +73,9 @@ class PatchPropagation final : public ResponseEstimator {
     };
     struct GatherPlan {
         std::vector<Shares> shares;                      ///< [pair]
+        std::vector<int> rays;                           ///< [pair] of both its gathers
         std::vector<std::vector<std::size_t>> pairs_at;  ///< [receiver] pairs that gather there
-        std::vector<double> most_at;                     ///< [receiver] largest share of a pair
+        std::vector<int> rays_at;                        ///< [receiver] most of a pair's
     };
 
     void find_mirrors();
@@ -99,14 +100,16 @@ class PatchPropagation final : public ResponseEstimator {
     void update(const std::vector<int>& batches);
     std::vector<std::uint64_t> emitted() const;
     std::vector<char> pairs_to_gather(std::uint64_t frame) const;
-    GatherPlan plan_gather(const std::vector<char>& wanted,
+    int most_gather_rays(std::uint64_t frame) const;
+    int gather_rays(std::size_t pair, std::uint64_t frame, std::uint64_t emitted) const;
+    GatherPlan plan_gather(std::uint64_t frame, const std::vector<char>& wanted,
                            const std::vector<std::uint64_t>& emitted) const;
-    void gather(const PropagationFrame& frame, const std::vector<char>& wanted,
-                FrameStatistics& statistics);
-    GatherSettings gather_settings(std::uint64_t frame, double share) const;
+    void gather(const PropagationFrame& frame, const GatherPlan& plan,
+                const std::vector<char>& wanted, FrameStatistics& statistics);
+    GatherSettings gather_settings(int rays) const;
     std::uint64_t gather_seed(const PropagationFrame& frame, std::size_t receiver) const;
     bool is_current(std::size_t pair) const;
-    void update_pair(std::size_t pair, bool gathered, const SpecularSound& images,
+    void update_pair(std::size_t pair, bool gathered, int rays, const SpecularSound& images,
                      EnergyResponse& response);
 
     const RayScene& scene_;

@@ -217,6 +217,12 @@ TEST_CASE("The command info counts the edges that diffract sound") {
     };
     CHECK(edges("shoebox.json") == 12);
     CHECK(edges("reference/half_plane.json") == 13);
+    // Without diffraction none does.
+    const TemporaryFolder folder;
+    const std::string off = folder.write(
+        "off.json", with(kSmallRoom, "\"ir_length_s\"", "\"diffraction_order\": 0, \"ir_length_s\""));
+    CHECK(run_program({AULA_PROGRAM, "info", off}).out.find("\nedges           0 that") !=
+          std::string::npos);
 }
 
 TEST_CASE("The command info counts paths around edges and through walls") {
