@@ -380,3 +380,14 @@ TEST_CASE("degenerate triangles and empty soups have no edges") {
     add_triangle(object, {0, 0, 0}, {0, 0, 0}, {9, 0, 0});
     CHECK(edges_of(object).empty());
 }
+
+TEST_CASE("a triangle that is thinner than the tolerance has no edges, however short one side is") {
+    const auto needle = [](float thickness_m) {
+        Object object;
+        add_triangle(object, {0, 0, 0}, {2, 0, 0}, {0.3F, thickness_m, 0});
+        return edges_of(object);
+    };
+    CHECK(needle(9e-4F).empty());
+    // One of 2 cm is a face whose three sides are free.
+    CHECK(count_of(needle(0.02F), 360) == 3);
+}
