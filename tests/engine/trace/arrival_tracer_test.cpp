@@ -1,6 +1,7 @@
 #include "engine/trace/arrival_tracer.h"
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -370,6 +371,26 @@ TEST_CASE("the result of a ray does not depend on the other rays of its batch") 
         }
     }
     CHECK(segments_of_few > 100);
+}
+
+TEST_CASE("each segment of a path arrives at a receiver at most once, also as other paths end") {
+    // A room without a ceiling, and roulette: the paths of a batch become fewer at any time.
+    Object walls = test::box(Vec3(5, 4, 3));
+    std::erase_if(walls.triangles, [&](const auto& triangle) {
+        return std::all_of(triangle.begin(), triangle.end(),
+                           [&](std::uint32_t v) { return walls.vertices[v].z > 2.9F; });
+    });
+    walls.triangle_materials.assign(walls.triangles.size(), 0);
+    TracedRoom traced(
+        test::grey_room(walls, 0.2F, 1, Vec3(1.2F, 1.1F, 1.5F), Vec3(3.7F, 2.9F, 1.2F)));
+    traced.settings.rays = 20000;
+    std::vector<std::array<float, 4>> places;
+    for (const Arrival& a : traced.arrivals(test::test_seed())) {
+        places.push_back({a.length_m, a.direction.x, a.direction.y, a.direction.z});
+    }
+    REQUIRE(places.size() > 1000);
+    std::sort(places.begin(), places.end());
+    CHECK(std::adjacent_find(places.begin(), places.end()) == places.end());
 }
 
 TEST_CASE("roulette preserves the mean of late reflections") {
