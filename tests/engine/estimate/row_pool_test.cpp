@@ -1,8 +1,13 @@
 #include "engine/estimate/row_pool.h"
 
+#include <sys/mman.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cstdint>
 #include <set>
+#include <vector>
 
 #include "aula/engine/bands.h"
 
@@ -13,6 +18,16 @@ namespace {
 constexpr std::size_t kBins = 100;
 constexpr std::size_t kSums = kBins * kBandCount;
 constexpr std::size_t kIntensities = kBins * RowPool::kAxes;
+
+/// Whether the kernel has provided all pages of a row.
+bool is_mapped(const std::int64_t* row, std::size_t size) {
+    const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
+    const auto begin = reinterpret_cast<std::uintptr_t>(row) / page * page;
+    const auto end = reinterpret_cast<std::uintptr_t>(row + size);
+    std::vector<unsigned char> pages((end - begin + page - 1) / page);
+    REQUIRE(mincore(reinterpret_cast<void*>(begin), end - begin, pages.data()) == 0);
+    return std::all_of(pages.begin(), pages.end(), [](unsigned char p) { return (p & 1U) != 0; });
+}
 
 }  // namespace
 
@@ -56,4 +71,15 @@ TEST_CASE("rows are reserved up to a number, at most a given size in one call") 
         rows.insert(row);
     }
     CHECK(rows.size() == kRows);
+}
+
+TEST_CASE("all pages of reserved rows are mapped") {
+    constexpr std::size_t kLongBins = 1000;  // 16 pages of 4 KiB in a row of sums, 6 of intensities
+    constexpr std::size_t kRows = 8;
+    RowPool memory(kLongBins);
+    memory.reserve(kRows, kRows, std::size_t{2} << 20);
+    for (std::size_t i = 0; i < kRows; ++i) {
+        CHECK(is_mapped(memory.take_sums(), kLongBins * kBandCount));
+        CHECK(is_mapped(memory.take_intensities(), kLongBins * RowPool::kAxes));
+    }
 }
