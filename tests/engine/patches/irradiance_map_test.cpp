@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "engine/base/sampling.h"
 #include "engine/patches/patch_grid.h"
@@ -199,6 +200,20 @@ TEST_CASE("direct sound makes no part of a patch stronger than the others") {
     for (int i = 0; i < 200; ++i) {
         const auto [x, y] = random.uniform_2d();
         CHECK(s.hit_by(low + Vec3(0.4F * x - 0.2F, 0.4F * y - 0.2F, 1), kDown).irradiance == 1);
+    }
+}
+
+TEST_CASE("patches that begin after the count, as by movement, are uniform") {
+    const RayScene rays(room());
+    IrradianceMap map(rays, kPatch_m);
+    constexpr std::uint32_t kCounted = 32;  // fills the memory of its flags, for the sanitizer
+    const Vec3 point(0.1F, 0.1F, RayScene::kOffset_m);
+    for (int i = 0; i < 100; ++i) map.add_hit(kCounted - 1, 0, point, -kDown);
+    const std::vector<float> area_m2(kCounted, static_cast<float>(kPatch_m2));
+    map.finish(area_m2, [](const Vec3&, const Vec3&) { return kCounted - 1; });
+    CHECK(map.relative(kCounted - 1, 0, point, -kDown) > 1);  // all hits are in one part
+    for (const std::uint32_t patch : {kCounted, kCounted + 1, 2 * kCounted}) {
+        CHECK(map.relative(patch, 0, point, -kDown) == 1);
     }
 }
 
