@@ -22,7 +22,7 @@ constexpr std::size_t kShortestTurn_samples = 64;
 
 // Largest numbers of early paths on delay lines: of all sources, and of one source (the direct
 // sound over edges and through a wall, and the first order in a room of six walls).
-constexpr std::size_t kMovingEarly = 24;
+constexpr std::size_t kMovingEarly = 28;
 constexpr std::size_t kMaxMovingEarly = 14;
 
 constexpr double kFade_s = 1024.0 / 48000;

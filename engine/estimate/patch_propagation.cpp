@@ -479,8 +479,8 @@ std::vector<Ray> PatchPropagation::rays(const PropagationFrame& frame) const {
     const GatherPlan plan = plan_gather(frame.number, pairs_to_gather(frame.number), rays_held);
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         if (plan.pairs_at[id].empty()) continue;
-        append(gather_rays(scene_, grid_, emitter(id, frame), gather_settings(plan.rays_at[id]),
-                           gather_seed(frame, id)));
+        append(aula::gather_rays(scene_, grid_, emitter(id, frame),
+                                 gather_settings(plan.rays_at[id]), gather_seed(frame, id)));
     }
     return all;
 }

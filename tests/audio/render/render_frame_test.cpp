@@ -52,9 +52,9 @@ TEST_CASE("Filters of more than 512 MiB have a tail in half precision") {
     CHECK(RenderShape(config, nullptr).reverberation.half_precision_tail);
 }
 
-TEST_CASE("24 early paths of all sources move, one to 14 of each source") {
-    for (const auto& [sources, moving] : {std::pair(1, 14), std::pair(2, 12), std::pair(3, 8),
-                                          std::pair(4, 6), std::pair(24, 1), std::pair(50, 1)}) {
+TEST_CASE("28 early paths of all sources move, one to 14 of each source") {
+    for (const auto& [sources, moving] : {std::pair(1, 14), std::pair(2, 14), std::pair(3, 9),
+                                          std::pair(4, 7), std::pair(28, 1), std::pair(50, 1)}) {
         // Whether or not there is room for more sources.
         for (const int room : {sources, 50}) {
             const RendererConfig config =
