@@ -70,7 +70,7 @@ struct EdgePathScene {
 
 inline void add_quad(Object& object, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
     const auto first = static_cast<std::uint32_t>(object.vertices.size());
-    object.vertices.insert(object.vertices.end(), {a, b, c, d});
+    for (const Vec3& corner : {a, b, c, d}) object.vertices.push_back(corner);
     object.triangles.push_back({first, first + 1, first + 2});
     object.triangles.push_back({first, first + 2, first + 3});
     object.triangle_materials.insert(object.triangle_materials.end(), 2, 0);

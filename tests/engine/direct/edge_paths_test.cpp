@@ -39,56 +39,67 @@ struct DoorCase {
     Vec3 listener;
     Levels centre_db;
     Levels octave_db;
+    std::array<double, 6> exact_db;  ///< 63 Hz to 2 kHz
 };
 
 // Direct sound and the four finite edges by Svensson's line integral: at the centres of the bands,
-// and as mean energies in the octaves.
+// and as mean energies in the octaves. The exact solution, at the centres, is that of an integral
+// equation for the flow in the opening, which includes what passes from jamb to jamb.
 const std::vector<DoorCase> kDoors{
     {"D1",
      {0, -2, 1.5F},
      {0, 2, 1.5F},
      {-6.747, -5.580, -3.890, 0.034, 2.545, 0.425, 0.846, 0.515},
-     {-6.7, -5.5, -3.5, 0.1, 2.6, 0.4, 0.1, -0.1}},
+     {-6.7, -5.5, -3.5, 0.1, 2.6, 0.4, 0.1, -0.1},
+     {-6.7, -5.6, -4.0, -0.1, 2.5, 0.5}},
     {"D2",
      {0, -2, 1.5F},
      {0.8F, 2, 1.5F},
      {-7.175, -6.172, -5.083, -3.147, -4.609, -5.359, -3.625, -3.735},
-     {-7.1, -6.1, -4.9, -3.6, -3.8, -4.4, -3.8, -3.0}},
+     {-7.1, -6.1, -4.9, -3.6, -3.8, -4.4, -3.8, -3.0},
+     {-7.1, -6.2, -5.2, -3.2, -4.7, -5.4}},
     {"D3",
      {0, -2, 1.5F},
      {1, 2, 1.5F},
      {-7.388, -6.460, -5.649, -4.643, -5.531, -6.560, -6.685, -8.703},
-     {-7.3, -6.4, -5.5, -5.2, -5.3, -7.2, -7.5, -8.5}},
+     {-7.3, -6.4, -5.5, -5.2, -5.3, -7.2, -7.5, -8.5},
+     {-7.3, -6.5, -5.7, -4.7, -5.6, -6.6}},
     {"D4",
      {0, -2, 1.5F},
      {1.5F, 2, 1.5F},
      {-8.007, -7.282, -7.198, -8.476, -8.350, -12.807, -14.127, -16.665},
-     {-8.0, -7.3, -7.3, -8.8, -9.2, -12.2, -14.6, -17.3}},
+     {-8.0, -7.3, -7.3, -8.8, -9.2, -12.2, -14.6, -17.3},
+     {-7.9, -7.2, -7.3, -8.5, -8.3, -12.8}},
     {"D5",
      {0, -2, 1.5F},
      {3, 1, 1.5F},
      {-10.268, -10.590, -12.925, -14.451, -15.959, -21.070, -23.714, -26.493},
-     {-10.3, -10.7, -13.1, -14.8, -16.8, -20.5, -23.7, -26.8}},
+     {-10.3, -10.7, -13.1, -14.8, -16.8, -20.5, -23.7, -26.8},
+     {-10.0, -10.1, -13.0, -14.3, -16.1, -20.9}},
     {"D6",
      {-1.5F, -2, 1.2F},
      {3, 1, 1.6F},
      {-8.016, -7.998, -8.219, -8.915, -12.828, -16.406, -17.199, -20.149},
-     {-8.0, -8.0, -8.3, -8.9, -12.0, -15.0, -18.0, -20.8}},
+     {-8.0, -8.0, -8.3, -8.9, -12.0, -15.0, -18.0, -20.8},
+     {-8.9, -7.7, -7.5, -8.9, -12.7, -16.3}},
     {"D7",
      {0, -2, 1.5F},
      {0, 2, 3.5F},
      {-10.740, -11.803, -10.871, -10.814, -10.656, -13.056, -18.814, -21.262},
-     {-10.8, -11.7, -11.1, -10.6, -10.8, -13.6, -18.0, -20.7}},
+     {-10.8, -11.7, -11.1, -10.6, -10.8, -13.6, -18.0, -20.7},
+     {-10.4, -11.8, -11.0, -10.9, -10.7, -13.0}},
     {"D8",
      {0, -2, 1.5F},
      {1, 0.3F, 1.5F},
      {-6.198, -6.909, -8.005, -9.542, -12.702, -15.556, -19.203, -21.771},
-     {-6.2, -7.0, -8.1, -9.7, -13.2, -15.8, -18.8, -21.8}},
+     {-6.2, -7.0, -8.1, -9.7, -13.2, -15.8, -18.8, -21.8},
+     {-6.1, -6.7, -8.2, -9.5, -12.7, -15.5}},
     {"D9",
      {3, -1, 1.5F},
      {3, 1, 1.5F},
      {-22.066, -22.959, -25.718, -27.548, -29.208, -32.423, -37.152, -39.690},
-     {-22.1, -23.1, -25.9, -27.8, -29.6, -32.8, -36.7, -39.6}},
+     {-22.1, -23.1, -25.9, -27.8, -29.6, -32.8, -36.7, -39.6},
+     {-21.3, -23.2, -25.5, -27.8, -29.4, -32.5}},
 };
 
 double largest_step(const Levels& a, const Levels& b, const Levels& bound) {
@@ -157,6 +168,34 @@ TEST_CASE("behind a thin door the pressure is that of the finite edges") {
             error_beside_db = std::max(error_beside_db, std::abs(beside[b] - c.centre_db[b]));
         }
         CHECK(error_beside_db > error_db + 0.02);
+    }
+}
+
+TEST_CASE("behind a thin door the finite edges are near to the exact solution") {
+    const EdgePathScene place({door_wall()});
+    for (const DoorCase& c : kDoors) {
+        const Levels level = place.coherent_db(c.source, c.listener);
+        // Companion: of all edges the strongest one alone, with the direct sound.
+        const auto paths = place.find(c.source, c.listener);
+        const auto strength = [](const EdgePath& path) {
+            return path.edges.empty() ? 0 : std::norm(path.field[4]);
+        };
+        const EdgePath& strongest = *std::max_element(
+            paths.begin(), paths.end(),
+            [&](const EdgePath& a, const EdgePath& b) { return strength(a) < strength(b); });
+        const double free_m = double{glm::distance(c.source, c.listener)};
+        double one_edge_error = 0;  // re the tolerance
+        for (std::size_t b = 0; b < c.exact_db.size(); ++b) {
+            CAPTURE(c.name, b);
+            // Edges of the first order alone: 0.9 dB, 0.3 dB from 500 Hz on.
+            const double tolerance_db = b < 3 ? 0.9 : 0.3;
+            CHECK(level[b] == Approx(c.exact_db[b]).margin(tolerance_db));
+            std::complex<double> one_edge = strongest.field[b];
+            if (paths.front().edges.empty()) one_edge += paths.front().field[b];
+            const double error_db = 20 * std::log10(std::abs(one_edge) * free_m) - c.exact_db[b];
+            one_edge_error = std::max(one_edge_error, std::abs(error_db) / tolerance_db);
+        }
+        CHECK(one_edge_error > 1);
     }
 }
 

@@ -185,6 +185,8 @@ const std::vector<DoorCase> kDoors{
     {"D1", {0, -2, 1.5F}, {0, 2, 1.5F}, {-6.78, -5.18, -3.05, 1.08, 3.06}},
     {"D2", {0, -2, 1.5F}, {0.8F, 2, 1.5F}, {-7.31, -5.88, -4.88, -3.98, -3.71}},
     {"D3", {0, -2, 1.5F}, {1, 2, 1.5F}, {-7.56, -6.21, -5.72, -6.06, -5.47}},
+    {"D4", {0, -2, 1.5F}, {1.5F, 2, 1.5F}, {-8.29, -7.12, -7.89, -9.97, -9.23}},
+    {"D5", {0, -2, 1.5F}, {3, 1, 1.5F}, {-10.79, -10.33, -14.61, -13.66, -15.41}},
     {"D9", {3, -1, 1.5F}, {3, 1, 1.5F}, {-21.96, -24.69, -26.73, -25.25, -21.87}},
 };
 
@@ -193,7 +195,7 @@ const std::vector<DoorCase> kDoors{
 TEST_CASE("the jambs of a door in a thick wall reflect what the exact solution says") {
     // Chains over both edges of a jamb err by 2.1 dB (a thick barrier). The direct sound and the
     // reflections are added as energies: two of them that are coherent and differ by 12 dB or more
-    // err by 2.2 dB.
+    // err by 2.2 dB. Only behind the wall on both sides, D9, do both errors add up.
     constexpr double kTolerance_db = 4.3;
     Place place(scene_of(thick_door_wall()));
     for (const DoorCase& c : kDoors) {
@@ -203,11 +205,12 @@ TEST_CASE("the jambs of a door in a thick wall reflect what the exact solution s
         double error_of_images_db = 0;
         for (std::size_t b = 0; b < c.octave_db.size(); ++b) {
             CAPTURE(c.name, b);
-            CHECK(groups[b] == Approx(c.octave_db[b]).margin(kTolerance_db));
+            CHECK(groups[b] == Approx(c.octave_db[b]).margin(c.name[1] == '9' ? kTolerance_db : 3));
             error_of_images_db = std::max(error_of_images_db, std::abs(images[b] - c.octave_db[b]));
         }
-        // Image sources of the jambs are as strong as those of infinite walls.
-        if (c.name != std::string("D3")) CHECK(error_of_images_db > kTolerance_db + 1);
+        // Image sources of the jambs are as strong as those of infinite walls. D3 to D5 have none.
+        const bool has_images = c.name[1] < '3' || c.name[1] > '5';
+        if (has_images) CHECK(error_of_images_db > kTolerance_db + 1);
     }
 }
 
