@@ -343,8 +343,8 @@ TEST_CASE("reference: a smooth box has exactly the image sources' arrivals") {
     for (const Bands& energy : e.energy) CHECK(energy == Bands{});
 }
 
-TEST_CASE("reference: direct sound bends around a half plane, a corner and into a door") {
-    for (const char* name : {"half_plane", "corner_270", "door_thin"}) {
+TEST_CASE("reference: direct sound bends around a half plane, corners and into a door") {
+    for (const char* name : {"half_plane", "corner_270", "corner_300", "corner_210", "door_thin"}) {
         const Reference r = reference(name);
         const auto tolerance_db = [&](bool is_lit) {
             return r.expect.at("tolerance_db").at(is_lit ? "lit" : "shadow").get<double>();
@@ -353,6 +353,7 @@ TEST_CASE("reference: direct sound bends around a half plane, a corner and into 
         Scene without = r.scene;
         without.simulation.diffraction_order = 0;
         DirectLevels straight(without);
+        bool is_any_lit = false;
         double straight_error_db = 0;
         double formula_error_db = 0;
         for (const json& c : r.expect.at("cases")) {
@@ -365,25 +366,28 @@ TEST_CASE("reference: direct sound bends around a half plane, a corner and into 
             CHECK(largest_difference(level_db, want_db) < tolerance_db(is_lit));
             const double straight_db = largest_difference(straight(source, listener), want_db);
             straight_error_db = std::max(straight_error_db, is_lit ? straight_db : 0);
+            is_any_lit = is_any_lit || is_lit;
             if (is_lit) continue;
             // The formula of Kurze and Anderson for barriers.
             double bent_m = 1e9;
             for (const aula::SpecularPath& path : levels.paths()) {
                 if (path.order == 0) bent_m = std::min(bent_m, double{path.length_m});
             }
-            const double detour_m = bent_m - double{glm::distance(source, listener)};
+            const double detour_m =
+                std::max(1e-6, bent_m - double{glm::distance(source, listener)});
             const double x = std::sqrt(4 * std::acos(-1.0) * detour_m * 1000 / 343.2);
             formula_error_db = std::max(
                 formula_error_db, std::abs(-5 - 20 * std::log10(x / std::tanh(x)) - want_db[4]));
         }
         // Companions.
-        CHECK(straight_error_db > 2 * tolerance_db(true));
+        if (is_any_lit) CHECK(straight_error_db > 2 * tolerance_db(true));
         CHECK(formula_error_db > 2 * tolerance_db(false));
     }
 }
 
 TEST_CASE("reference: direct sound bends around thick barriers, pillars and round columns") {
-    for (const char* name : {"thick_barrier", "pillar", "round_column"}) {
+    for (const char* name : {"thick_barrier", "high_barrier_10cm", "high_barrier_30cm",
+                             "high_barrier_1m", "pillar", "round_column"}) {
         const Reference r = reference(name);
         // All edges of a curved surface count as one bend.
         const int least_order = r.expect.at("least_order").get<int>();
@@ -414,39 +418,45 @@ TEST_CASE("reference: direct sound bends around thick barriers, pillars and roun
     }
 }
 
-TEST_CASE("reference: on a walk past the end of a wall the direct sound is exact and never jumps") {
-    const Reference r = reference("walk_wall_end");
-    const auto bound_db = r.list("largest_step_db");
-    const aula::Vec3 source = r.scene.sources[0].position;
-    const aula::Vec3 start = r.scene.listener.pose.position;
-    const int steps = static_cast<int>(
-        std::lround((r.number("to_y_m") - r.number("from_y_m")) / r.number("step_m")));
-    for (const int order : {1, 0}) {
-        Scene scene = r.scene;
-        scene.simulation.diffraction_order = order;
-        DirectLevels levels(scene);
-        std::vector<double> before;
-        double largest = 0;  // step re its bound
-        double error_db = 0;
-        std::size_t places = 0;
-        for (int i = 0; i <= steps; ++i) {
-            const double y_m = r.number("from_y_m") + i * r.number("step_m");
-            const std::vector<double> now =
-                levels(source, {start.x, static_cast<float>(y_m), start.z});
-            for (std::size_t b = 0; i > 0 && b < kBandCount; ++b) {
-                largest = std::max(largest, std::abs(now[b] - before[b]) / bound_db[b]);
-            }
-            before = now;
-            for (const json& place : r.expect.at("places")) {
-                if (std::abs(place.at("y_m").get<double>() - y_m) > 1e-6) continue;
-                ++places;
-                error_db = std::max(
-                    error_db,
-                    largest_difference(now, place.at("level_db").get<std::vector<double>>()));
+TEST_CASE("reference: on walks past a wall, a corner and a door the direct sound never jumps") {
+    for (const char* name : {"walk_wall_end", "walk_corner", "walk_door"}) {
+        const Reference r = reference(name);
+        const auto bound_db = r.list("largest_step_db");
+        for (const json& walk : r.expect.at("walks")) {
+            const aula::Vec3 source = point(walk.at("source"));
+            const aula::Vec3 from = point(walk.at("from"));
+            const aula::Vec3 to = point(walk.at("to"));
+            const int steps =
+                static_cast<int>(std::lround(double{glm::distance(from, to)} / r.number("step_m")));
+            for (const int order : {1, 0}) {
+                Scene scene = r.scene;
+                scene.simulation.diffraction_order = order;
+                DirectLevels levels(scene);
+                std::vector<double> before;
+                double largest = 0;  // step re its bound
+                double error_db = 0;
+                std::size_t places = 0;
+                for (int i = 0; i <= steps; ++i) {
+                    const float way = static_cast<float>(i) / static_cast<float>(steps);
+                    const aula::Vec3 listener = from + way * (to - from);
+                    const std::vector<double> now = levels(source, listener);
+                    for (std::size_t b = 0; i > 0 && b < kBandCount; ++b) {
+                        largest = std::max(largest, std::abs(now[b] - before[b]) / bound_db[b]);
+                    }
+                    before = now;
+                    for (const json& place : walk.at("places")) {
+                        if (glm::distance(point(place.at("listener")), listener) > 1e-4F) continue;
+                        ++places;
+                        error_db = std::max(
+                            error_db, largest_difference(
+                                          now, place.at("level_db").get<std::vector<double>>()));
+                    }
+                }
+                CAPTURE(name, source.x, order, largest, error_db);
+                CHECK(places == walk.at("places").size());
+                CHECK((largest < 1) == (order == 1));
+                CHECK((error_db < r.number("tolerance_db")) == (order == 1));
             }
         }
-        CHECK(places == r.expect.at("places").size());
-        CHECK((largest < 1) == (order == 1));
-        CHECK((error_db < r.number("tolerance_db")) == (order == 1));
     }
 }
