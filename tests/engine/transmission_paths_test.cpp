@@ -175,8 +175,9 @@ class BalanceTracer : public PathTracer {
     BalanceTracer(const RayScene& scene, const SpecularPaths& images, const TraceSettings& settings)
         : PathTracer(scene, images, settings) {}
 
-    /// [order] Energy on the way and heat so far, per emitted energy.
-    std::vector<double> balance(const Vec3& source, int orders) const {
+    /// [order] Energy on the way and heat so far, per emitted energy. The heat is that part of the
+    /// absorption which is not transmitted, or all of it.
+    std::vector<double> balance(const Vec3& source, int orders, bool all_absorption = false) const {
         std::vector<double> on_the_way(static_cast<std::size_t>(orders) + 1, 0);
         std::vector<double> heat(static_cast<std::size_t>(orders) + 1, 0);
         follow(
@@ -188,7 +189,7 @@ class BalanceTracer : public PathTracer {
                     const std::uint32_t material = scene().surface(paths.hits.triangle[i]).material;
                     heat[static_cast<std::size_t>(order)] +=
                         energy * (double{scene().material(material).absorption[0]} -
-                                  double{scene().transmission(material)[0]});
+                                  (all_absorption ? 0 : double{scene().transmission(material)[0]}));
                 }
             },
             [](const PathBatch&) {});
@@ -282,13 +283,16 @@ TEST_CASE("what is neither on the way nor heat has never been emitted") {
         settings.max_length_m = 1000;
         // Up to an order at which no path is below -30 dB, where roulette begins.
         const double orders = std::min(19.0, std::log(1e-3) / std::log(1 - double{absorption}));
-        const auto balance = BalanceTracer(rays, images, settings)
-                                 .balance(scene.sources[0].position, static_cast<int>(orders));
+        const BalanceTracer tracer(rays, images, settings);
+        const auto balance = tracer.balance(scene.sources[0].position, static_cast<int>(orders));
         for (std::size_t n = 0; n < balance.size(); ++n) {
             CAPTURE(absorption, reduction_db, n, balance[n]);
             // Rounding of up to 19 products and sums of up to 160 paths.
             CHECK(std::abs(balance[n] - 1) < 1e-6);
         }
+        // Companion: if what the partitions transmit were heat as well.
+        CHECK(tracer.balance(scene.sources[0].position, static_cast<int>(orders), true).back() >
+              1.0001);
     }
 }
 

@@ -86,6 +86,14 @@ TEST_CASE("a wall transmits the direct sound with its sound reduction, two walls
     Walls scattering;
     scattering.face(0, scattering.material(20, 0.3F));
     CHECK(scattering.share() == Approx(0.7 * db(20)).epsilon(kRounding));
+    // Companion: 0.001 dB more.
+    Walls other;
+    other.face(0, other.material(20.001F));
+    CHECK(other.share() != Approx(db(20)).epsilon(kRounding));
+    Walls two_others;
+    two_others.face(-1, two_others.material(20));
+    two_others.face(1, two_others.material(15.001F));
+    CHECK(two_others.share() != Approx(db(35)).epsilon(kRounding));
     // The bend of the lines lies in the plane of the wall, or within one of its two faces.
     for (const float x_m : {0.0F, 1e-5F, -1e-4F, 2.0F}) {
         INFO("x = " << x_m);
