@@ -19,19 +19,17 @@ void PairResponse::begin_frame(double moved_m) {
     detected_follower_.restart();
 }
 
-void PairResponse::end_gather(std::uint64_t rays, int gather_rays, bool is_current) {
+void PairResponse::end_gather(std::uint64_t rays, bool is_current) {
     const bool continues = moved_m_ == 0 && is_current_ && is_current && weight_ > 0;
     is_current_ = is_current;
     if (!continues) {
         frames_ = 1;
         weight_ = static_cast<double>(rays);
-        gather_rays_ = gather_rays;
         std::swap(mean_, gathered_);
         follower_.follow(mean_, 1, moved_m_);
         return;
     }
     ++frames_;
-    gather_rays_ += gather_rays;
     weight_ += static_cast<double>(rays);
     const auto part = static_cast<float>(static_cast<double>(rays) / weight_);
     approach(gathered_, 0, mean_.bins.count(), part, mean_);

@@ -38,10 +38,10 @@ class PairResponse {
     /// weighted by the `rays` in the caches, because early frames are noisier. Each frame alone is
     /// unbiased, hence so is the mean. `is_current`: the caches hold nothing from before the last
     /// change.
-    void end_gather(std::uint64_t rays, int gather_rays, bool is_current);
+    void end_gather(std::uint64_t rays, bool is_current);
 
-    /// Number of gather rays in the mean.
-    double gather_rays() const { return gather_rays_; }
+    /// Number of frames in the mean.
+    int frames() const { return frames_; }
 
     /// Detects the segments of each end's rays at the other end's receiver: those of the present
     /// frame, or all if the earlier detections are no longer valid. `directivity` is the source's.
@@ -60,7 +60,6 @@ class PairResponse {
     bool is_current_ = false;  ///< the mean holds nothing from before the last change
     int frames_ = 0;           ///< in the mean
     double weight_ = 0;        ///< of the mean, in rays
-    double gather_rays_ = 0;   ///< in the mean
     EnergyResponse mean_;      ///< of the gathered responses
     EnergyResponse gathered_;  ///< in the present frame
     ResponseFollower follower_;

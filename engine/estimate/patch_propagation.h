@@ -73,7 +73,6 @@ class PatchPropagation final : public ResponseEstimator {
     };
     struct GatherPlan {
         std::vector<Shares> shares;                      ///< [pair]
-        std::vector<int> rays;                           ///< [pair] of both its gathers
         std::vector<std::vector<std::size_t>> pairs_at;  ///< [receiver] pairs that gather there
         std::vector<int> rays_at;                        ///< [receiver] most of a pair's
     };
@@ -104,12 +103,12 @@ class PatchPropagation final : public ResponseEstimator {
     int gather_rays(std::size_t pair, std::uint64_t frame, std::uint64_t emitted) const;
     GatherPlan plan_gather(std::uint64_t frame, const std::vector<char>& wanted,
                            const std::vector<std::uint64_t>& emitted) const;
-    void gather(const PropagationFrame& frame, const GatherPlan& plan,
-                const std::vector<char>& wanted, FrameStatistics& statistics);
+    void gather(const PropagationFrame& frame, const std::vector<char>& wanted,
+                FrameStatistics& statistics);
     GatherSettings gather_settings(int rays) const;
     std::uint64_t gather_seed(const PropagationFrame& frame, std::size_t receiver) const;
     bool is_current(std::size_t pair) const;
-    void update_pair(std::size_t pair, bool gathered, int rays, const SpecularSound& images,
+    void update_pair(std::size_t pair, bool gathered, const SpecularSound& images,
                      EnergyResponse& response);
 
     const RayScene& scene_;

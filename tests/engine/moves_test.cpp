@@ -248,7 +248,7 @@ TEST_CASE("late fluence in a lossless room is c P / V after any movement of an o
     // From the initial position of the block, during its movement, and after it.
     for (const int last : {0, 15, 34}) {
         std::vector<double> samples;
-        for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+        for (std::uint64_t seed = 1; seed <= 12; ++seed) {
             Simulation simulation = test::with(scene, Estimator::patch, 0.35F, 0.1F);
             simulation.seed = seed;
             simulation.rays = 500;
