@@ -119,7 +119,8 @@ NoiseCarriers::NoiseCarriers(double sample_rate_hz, std::uint64_t seed,
         for (const float x : carriers[b]) peak = std::max(peak, std::abs(x));
         step_[b] = peak / kSteps;
         quantise(carriers[b], step_[b], whole.data());
-        std::copy_n(whole.begin(), kMaxRead_samples, whole.begin() + period_samples_);
+        std::copy_n(whole.begin(), kMaxRead_samples,
+                    whole.begin() + static_cast<std::ptrdiff_t>(period_samples_));
     }
 }
 

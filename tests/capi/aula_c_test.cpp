@@ -297,7 +297,7 @@ TEST_CASE("C: structs of older and newer programs are understood") {
     aula_room* room = nullptr;
     struct {
         aula_options known;
-        int next = 0;
+        std::size_t next = 0;  // without padding, whose value is not defined
     } newer{.known = quick_options(AULA_EXACT)};
     newer.known.size = sizeof(newer);
     REQUIRE(aula_room_create(scene.handle, &newer.known, &room) == AULA_OK);
