@@ -336,8 +336,8 @@ int show_info(const Arguments& arguments) {
     });
     std::printf("%-16s%zu of %.2f m\n", "patches", patches.reached,
                 static_cast<double>(patches.patch_size_m));
-    const FrameStatistics direct = result_of("finding edges and paths", arguments,
-                                             [&] { return direct_paths(scene); });
+    const FrameStatistics direct =
+        result_of("finding edges and paths", arguments, [&] { return direct_paths(scene); });
     std::printf("%-16s%zu that diffract sound\n", "edges", direct.edges);
     std::printf("%-16s%zu bent, %zu through walls, from all sources\n", "direct paths",
                 direct.bent_paths, direct.wall_paths);

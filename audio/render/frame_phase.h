@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "aula/audio/realtime.h"
+
 namespace aula {
 
 /// The times at which frames are due, from the times at which they are taken. A frame is taken at
@@ -17,7 +19,7 @@ class FramePhase {
 
     /// Takes a frame at sample `now` of the output. Returns the number of samples after which the
     /// motion reaches its state: not before the next frame is taken, if that is in time.
-    std::size_t take(std::int64_t now) noexcept;
+    std::size_t take(std::int64_t now) noexcept AULA_NONBLOCKING;
 
  private:
     std::int64_t frame_;

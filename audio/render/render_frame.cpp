@@ -21,9 +21,9 @@ constexpr double kPathFilter_s = 256.0 / 48000;
 constexpr std::size_t kShortestTurn_samples = 64;
 
 // Largest numbers of early paths on delay lines: of all sources, and of one source (the direct
-// sound over edges and through a wall, and the first order in a room of six walls).
-constexpr std::size_t kMovingEarly = 28;
-constexpr std::size_t kMaxMovingEarly = 14;
+// sound over edges and through a wall, and the strongest of the first order).
+constexpr std::size_t kMovingEarly = 20;
+constexpr std::size_t kMaxMovingEarly = 10;
 
 constexpr double kFade_s = 1024.0 / 48000;
 constexpr std::size_t kShortestFade_samples = 512;

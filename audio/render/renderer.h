@@ -102,11 +102,12 @@ class RenderFrameBuilder {
 
 /// Renders sources through the newest frame. Reverberation: partitioned convolution of all sources
 /// into an ambisonic field, head rotation, binaural decoding. Direct sound and the strongest early
-/// paths: fractional delay lines whose delays, directions and gains move linearly from frame to frame
-/// (with the Doppler shift), and filters of the ears. The reverberation, and paths that begin or
-/// end, are exchanged by raised-cosine crossfades; the first frame takes effect without a fade, and
-/// the output is silent before it. A turn of the head takes effect in the next block. No latency:
-/// sample n of the output includes sample n of the input. [audio thread, except the constructor]
+/// paths: fractional delay lines whose delays, directions and gains move linearly from frame to
+/// frame (with the Doppler shift), and filters of the ears. The reverberation, and paths that begin
+/// or end, are exchanged by raised-cosine crossfades; the first frame takes effect without a fade,
+/// and the output is silent before it. A turn of the head takes effect in the next block. No
+/// latency: sample n of the output includes sample n of the input. [audio thread, except the
+/// constructor]
 class Renderer {
  public:
     /// `hrtf` may be null unless the output is binaural.

@@ -100,11 +100,13 @@ void PathTrack::move(const PathSound& from, const PathSound& to, std::size_t sam
     delay_.move_to(to.delay_samples, samples);
     target_ = to.direction;
     remaining_ = samples;
-    const float share = static_cast<float>(moved_samples_) / static_cast<float>(move_samples_);
+    const float rest = 1 - static_cast<float>(moved_samples_) / static_cast<float>(move_samples_);
     for (std::size_t i = 0; i < last_filter_.size(); ++i)
-        last_filter_[i] += share * (from.filter[i] - last_filter_[i]);
+        last_filter_[i] = from.filter[i] + rest * (last_filter_[i] - from.filter[i]);
     move_samples_ = samples;
-    moved_samples_ = 0;
+    // At rest one filter suffices.
+    const bool is_equal = std::equal(last_filter_.begin(), last_filter_.end(), to.filter.begin());
+    moved_samples_ = is_equal ? samples : 0;
 }
 
 bool PathTrack::can_reach(const PathSound& sound) const noexcept {

@@ -14,6 +14,34 @@ void scale(std::vector<SpecularPath>& taps, const Bands& from, const Bands& to) 
     for (SpecularPath& tap : taps) tap.energy *= ratio;
 }
 
+Bands sum_of(const std::vector<SpecularPath>& taps) {
+    Bands sum;
+    for (const SpecularPath& tap : taps) sum += tap.energy;
+    return sum;
+}
+
+/// The taps of the last frame but that through walls, which keep the share of their energy that is
+/// not yet that of `model`.
+std::vector<SpecularPath> fading_beside(const Bands& model, const Bands& before,
+                                        const Bands& energy,
+                                        const std::vector<SpecularPath>& last) {
+    std::vector<SpecularPath> bent = last;
+    std::erase_if(bent,
+                  [](const SpecularPath& tap) { return tap.id == SpecularPath::kThroughWalls; });
+    const Bands all = sum_of(last);
+    const Bands of_bent = sum_of(bent);
+    Bands from;
+    Bands to;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        if (!(of_bent[b] > 0)) continue;
+        from[b] = before[b] * of_bent[b] / all[b];
+        to[b] = std::max(0.0F, energy[b] - model[b]);
+    }
+    scale(bent, from, to);
+    std::erase_if(bent, [](const SpecularPath& tap) { return !(tap.energy.max() > 0); });
+    return bent;
+}
+
 }  // namespace
 
 std::vector<SpecularPath> followed_taps(const EdgePaths& edge_paths,
@@ -26,10 +54,19 @@ std::vector<SpecularPath> followed_taps(const EdgePaths& edge_paths,
     const bool is_straight = paths.size() == 1 && paths[0].edges.empty() && paths[0].is_plain;
     if (memory.levels.is_exact() && !through_walls && (paths.empty() || is_straight)) return {};
     std::vector<SpecularPath> taps;
-    if (!paths.empty() || through_walls) {
+    if (!paths.empty()) {
         taps = edge_paths.taps(paths, memory.primary);
         if (through_walls) taps.push_back(*through_walls);
         scale(taps, model, energy);
+    } else if (through_walls) {
+        // What was heard around edges fades out.
+        taps = fading_beside(model, before, energy, memory.taps);
+        const Bands fading = sum_of(taps);
+        taps.push_back(*through_walls);
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            if (fading[b] > 0 || !(model[b] > 0)) continue;
+            taps.back().energy[b] *= energy[b] / model[b];
+        }
     } else {
         // What was heard last fades out.
         taps = memory.taps;

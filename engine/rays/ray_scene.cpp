@@ -8,9 +8,11 @@
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 #include <new>
 #include <string>
 #include <tuple>
+#include <utility>
 
 #include "aula/exception.h"
 #include "engine/base/mix64.h"
@@ -21,9 +23,9 @@ namespace {
 
 constexpr std::size_t kPacket = 16;
 
-/// For each static triangle, whether an earlier triangle has the same corners. A ray would test all
-/// coincident triangles with the same result.
-std::vector<bool> find_repeated(const RayScene& scene) {
+/// Static triangles that have the same corners as an earlier one, each with the first of them,
+/// sorted. A ray would test all coincident triangles with the same result.
+std::vector<RayScene::Twin> find_twins(const RayScene& scene) {
     struct Entry {
         std::size_t hash;
         std::uint32_t triangle;
@@ -47,13 +49,16 @@ std::vector<bool> find_repeated(const RayScene& scene) {
     std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
         return std::tie(a.hash, a.triangle) < std::tie(b.hash, b.triangle);
     });
-    std::vector<bool> repeated(scene.triangle_count(), false);
-    for (std::size_t i = 1; i < entries.size(); ++i) {
-        repeated[entries[i].triangle] =
-            entries[i].hash == entries[i - 1].hash &&
-            corners(entries[i].triangle) == corners(entries[i - 1].triangle);
+    std::vector<RayScene::Twin> twins;
+    std::uint32_t first = 0;
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+        const bool repeats = i > 0 && entries[i].hash == entries[i - 1].hash &&
+                             corners(entries[i].triangle) == corners(entries[i - 1].triangle);
+        if (!repeats) first = entries[i].triangle;
+        if (repeats) twins.push_back({first, entries[i].triangle});
     }
-    return repeated;
+    std::sort(twins.begin(), twins.end());
+    return twins;
 }
 
 RTCIntersectContext incoherent_context() {
@@ -133,7 +138,9 @@ RayScene::RayScene(const Scene& scene, double time_s)
         surfaces_.resize(triangles_.size());
         update_triangles(o);
     }
-    const std::vector<bool> repeated = find_repeated(*this);
+    twins_ = find_twins(*this);
+    std::vector<bool> repeated(triangles_.size(), false);
+    for (const Twin& twin : twins_) repeated[twin.omitted] = true;
     for (std::uint32_t o = 0; o < objects_.size(); ++o) {
         const Object& object = objects_[o];
         embree_->add(object, embree_->vertices[o],
@@ -185,6 +192,43 @@ void RayScene::update_transmissions() {
     }
     transmits_ = std::any_of(triangles_.begin(), triangles_.end(),
                              [&](const Triangle& t) { return transmits(t.material); });
+    update_backing();
+}
+
+/// Finds the faces that an opaque one may back. All may be backed if an opaque object moves, or if
+/// there are too many pairs to compare.
+void RayScene::update_backing() {
+    constexpr double kMostPairs = 2e6;
+    may_be_backed_.assign(triangles_.size(), 0);
+    std::vector<std::uint32_t> transmitting;
+    std::vector<std::pair<Bounds, std::uint32_t>> opaque;
+    bool opaque_moves = false;
+    for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+        const Triangle& triangle = triangles_[t];
+        if (transmits(triangle.material)) {
+            transmitting.push_back(t);
+        } else {
+            Bounds bounds;
+            bounds.add(triangle.vertices);
+            opaque.emplace_back(Bounds{bounds.min - kBacking_m, bounds.max + kBacking_m}, t);
+            opaque_moves |= moves(triangle);
+        }
+    }
+    const double pairs =
+        static_cast<double>(transmitting.size()) * static_cast<double>(opaque.size());
+    for (const std::uint32_t t : transmitting) {
+        const Triangle& triangle = triangles_[t];
+        Bounds bounds;
+        bounds.add(triangle.vertices);
+        const auto backs = [&](const std::pair<Bounds, std::uint32_t>& other) {
+            return glm::all(glm::lessThanEqual(other.first.min, bounds.max)) &&
+                   glm::all(glm::lessThanEqual(bounds.min, other.first.max)) &&
+                   std::abs(glm::dot(triangles_[other.second].normal, triangle.normal)) >=
+                       kParallel;
+        };
+        may_be_backed_[t] = opaque_moves || moves(triangle) || pairs > kMostPairs ||
+                            std::any_of(opaque.begin(), opaque.end(), backs);
+    }
 }
 
 float RayScene::move(double time_s) {
@@ -352,7 +396,15 @@ bool RayScene::visible(const Vec3& from, const Vec3& to, float shortened_m) cons
     return ray.tfar >= 0;
 }
 
+bool RayScene::has_opaque_twin(std::uint32_t triangle) const {
+    auto twin = std::lower_bound(twins_.begin(), twins_.end(), Twin{triangle, 0});
+    for (; twin != twins_.end() && twin->first == triangle; ++twin)
+        if (!transmits(surfaces_[twin->omitted].material)) return true;
+    return false;
+}
+
 bool RayScene::is_backed(const Vec3& point, std::uint32_t face) const {
+    if (!may_be_backed_[face]) return false;
     struct Search {
         const RayScene& scene;
         const Vec3& point;
@@ -361,7 +413,7 @@ bool RayScene::is_backed(const Vec3& point, std::uint32_t face) const {
 
         bool is_backing(std::uint32_t triangle) const {
             const Surface& surface = scene.surface(triangle);
-            if (scene.transmits(surface.material) ||
+            if ((scene.transmits(surface.material) && !scene.has_opaque_twin(triangle)) ||
                 std::abs(glm::dot(surface.normal, normal)) < kParallel)
                 return false;
             const auto& v = scene.triangle(triangle).vertices;

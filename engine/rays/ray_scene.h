@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <compare>
 #include <cstdint>
 #include <glm/geometric.hpp>
 #include <limits>
@@ -53,6 +54,14 @@ class RayScene {
     struct Surface {
         Vec3 normal{0};  ///< the triangle's normal
         std::uint32_t material = 0;
+    };
+
+    /// A static triangle that has the corners of an earlier one. Rays meet only the first.
+    struct Twin {
+        std::uint32_t first = 0;
+        std::uint32_t omitted = 0;
+
+        friend auto operator<=>(const Twin&, const Twin&) = default;
     };
 
     explicit RayScene(const Scene& scene, double time_s = 0);
@@ -165,12 +174,16 @@ class RayScene {
     void update_triangles(std::uint32_t object);
     void update_few();
     void update_transmissions();
+    void update_backing();
+    bool has_opaque_twin(std::uint32_t triangle) const;
 
     struct Embree;
     std::unique_ptr<Embree> embree_;
     std::vector<Object> objects_;  ///< vertices are kept for moving objects only
     std::vector<Triangle> triangles_;
     std::vector<Surface> surfaces_;             ///< [triangle]
+    std::vector<Twin> twins_;                   ///< sorted
+    std::vector<char> may_be_backed_;           ///< [triangle]
     std::optional<BruteForceIntersector> few_;  ///< replaces Embree where it is faster
     std::vector<Material> materials_;
     std::vector<Bands> transmissions_;   ///< [material]

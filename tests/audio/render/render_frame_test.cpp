@@ -15,10 +15,10 @@ using namespace aula::test;
 namespace {
 
 /// One reflection more than can move, with the identifiers 100 to 106; the last has its own gain.
-SourceSound fifteen_reflections(float last_gain) {
+SourceSound eleven_reflections(float last_gain) {
     SourceSound sound;
-    for (unsigned k = 0; k < 15; ++k) {
-        sound.early.push_back(path_of(400 + 10 * k, k == 14 ? last_gain : 1));
+    for (unsigned k = 0; k < 11; ++k) {
+        sound.early.push_back(path_of(400 + 10 * k, k == 10 ? last_gain : 1));
         sound.early.back().id = 100 + k;
     }
     return sound;
@@ -52,9 +52,9 @@ TEST_CASE("Filters of more than 512 MiB have a tail in half precision") {
     CHECK(RenderShape(config, nullptr).reverberation.half_precision_tail);
 }
 
-TEST_CASE("28 early paths of all sources move, one to 14 of each source") {
-    for (const auto& [sources, moving] : {std::pair(1, 14), std::pair(2, 14), std::pair(3, 9),
-                                          std::pair(4, 7), std::pair(28, 1), std::pair(50, 1)}) {
+TEST_CASE("Twenty early paths of all sources move, one to ten of each source") {
+    for (const auto& [sources, moving] : {std::pair(1, 10), std::pair(2, 10), std::pair(3, 6),
+                                          std::pair(4, 5), std::pair(20, 1), std::pair(50, 1)}) {
         // Whether or not there is room for more sources.
         for (const int room : {sources, 50}) {
             const RendererConfig config =
@@ -64,7 +64,7 @@ TEST_CASE("28 early paths of all sources move, one to 14 of each source") {
             std::vector<SourceSound> sounds(config.sources);
             for (std::size_t s = 0; s < sounds.size(); ++s) {
                 sounds[s].absent = s >= static_cast<std::size_t>(sources);
-                for (unsigned k = 0; k < 15; ++k) {
+                for (unsigned k = 0; k < 11; ++k) {
                     sounds[s].early.push_back(path_of(400 + 10 * k, 1));
                     sounds[s].early.back().id = 100 + k;
                 }
@@ -82,48 +82,48 @@ TEST_CASE("28 early paths of all sources move, one to 14 of each source") {
 }
 
 TEST_CASE("A moving reflection is replaced only by one of twice its energy") {
-    // 15 reflections for 14 slots. The output does not reveal which of them move, so the test
+    // Eleven reflections for ten slots. The output does not reveal which of them move, so the test
     // inspects frames.
     RendererConfig config = config_for(OutputFormat::mono);
     RenderFrameBuilder builder(config, nullptr);
     std::unique_ptr<RenderFrame> frame = builder.make_frame();
-    SourceSound sound = fifteen_reflections(0.9F);
+    SourceSound sound = eleven_reflections(0.9F);
     const auto moves = [&](std::uint64_t id) {
         builder.prepare({&sound, 1}, *frame);
         const auto& paths = frame->parts->paths[0];
         return std::any_of(paths.begin(), paths.end(),
                            [&](const PathSound& path) { return path.present && path.id == id; });
     };
-    CHECK_FALSE(moves(114));
-    sound.early[14].band_gain.fill(1.3F);  // 1.7 times the energy
-    CHECK_FALSE(moves(114));
-    sound.early[14].band_gain.fill(1.5F);
-    CHECK(moves(114));
+    CHECK_FALSE(moves(110));
+    sound.early[10].band_gain.fill(1.3F);  // 1.7 times the energy
+    CHECK_FALSE(moves(110));
+    sound.early[10].band_gain.fill(1.5F);
+    CHECK(moves(110));
     // At its former level it keeps moving: no other has twice its energy.
-    sound.early[14].band_gain.fill(0.9F);
-    CHECK(moves(114));
+    sound.early[10].band_gain.fill(0.9F);
+    CHECK(moves(110));
     // A reflection that ends frees its slot.
     sound.early.pop_back();
-    CHECK_FALSE(moves(114));
-    for (std::uint64_t id = 100; id < 114; ++id) CHECK(moves(id));
+    CHECK_FALSE(moves(110));
+    for (std::uint64_t id = 100; id < 110; ++id) CHECK(moves(id));
 }
 
 TEST_CASE("The reflections of a source that was absent are chosen anew") {
     RendererConfig config = config_for(OutputFormat::mono);
     RenderFrameBuilder builder(config, nullptr);
     std::unique_ptr<RenderFrame> frame = builder.make_frame();
-    SourceSound sound = fifteen_reflections(1.5F);
+    SourceSound sound = eleven_reflections(1.5F);
     const auto last_moves = [&] {
         builder.prepare({&sound, 1}, *frame);
         const auto& paths = frame->parts->paths[0];
         return std::any_of(paths.begin(), paths.end(),
-                           [](const PathSound& path) { return path.present && path.id == 114; });
+                           [](const PathSound& path) { return path.present && path.id == 110; });
     };
     CHECK(last_moves());
     sound.absent = true;
     CHECK_FALSE(last_moves());
     sound.absent = false;
-    sound.early[14].band_gain.fill(0.9F);  // with hysteresis it would move
+    sound.early[10].band_gain.fill(0.9F);  // with hysteresis it would move
     CHECK_FALSE(last_moves());
 }
 

@@ -69,11 +69,11 @@ TEST_CASE(
 
 TEST_CASE(
     "The strongest reflections move, the others are part of the reverberation, none is lost") {
-    // Six of nine reflections move; then the order of their levels is reversed.
+    // Ten of 13 reflections move; then the order of their levels is reversed.
     const auto sound_with = [](bool reversed) {
         SourceSound sound;
-        for (unsigned k = 0; k < 9; ++k) {
-            const auto rank = static_cast<float>(reversed ? 9 - k : k + 1);
+        for (unsigned k = 0; k < 13; ++k) {
+            const auto rank = static_cast<float>(reversed ? 13 - k : k + 1);
             sound.early.push_back(path_of(400 + 100 * k, rank / 10, {0, 0, 1}));
             sound.early.back().id = 100 + k;
         }
@@ -89,8 +89,8 @@ TEST_CASE(
         fresh.play_until(1024);
         fresh.publish({sound_with(reversed)});
         fresh.play_until(6144);
-        for (unsigned k = 0; k < 9; ++k) {
-            const float expected = static_cast<float>(reversed ? 9 - k : k + 1) / 10;
+        for (unsigned k = 0; k < 13; ++k) {
+            const float expected = static_cast<float>(reversed ? 13 - k : k + 1) / 10;
             for (const std::size_t channel : {0U, 2U}) {
                 CHECK(fresh.output(channel)[4096 + 400 + 100 * k] ==
                       Approx(double{expected}).margin(1e-5));  // rounding of the convolver

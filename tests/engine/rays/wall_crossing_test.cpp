@@ -180,6 +180,30 @@ TEST_CASE(
     CHECK(frame.share(0.001F) == Approx(db(5)).epsilon(0.5));
 }
 
+TEST_CASE("of coincident faces an opaque one blocks in any order, also when it becomes opaque") {
+    for (const bool many : {false, true}) {
+        for (const bool opaque_first : {false, true}) {
+            CAPTURE(many, opaque_first);
+            Walls walls;
+            const std::uint32_t glass = walls.material(5);
+            const std::uint32_t stone = walls.material(std::nullopt);
+            walls.face(0, opaque_first ? stone : glass);
+            walls.face(0, opaque_first ? glass : stone);
+            // Far away, so that the triangles are too many for the search without a hierarchy.
+            for (int i = 0; many && i < 40; ++i) walls.face(1000 + static_cast<float>(i), stone);
+            CHECK(walls.share() == 0);
+            RayScene rays(walls.scene());
+            const auto share = [&] {
+                return share_through_walls(rays, Vec3(-4, 0, 0), Vec3(4, 0, 0)).max();
+            };
+            rays.set_material(opaque_first ? 0 : 1, walls.scene().materials[glass]);
+            CHECK(share() > 0.3F);
+            rays.set_material(opaque_first ? 1 : 0, walls.scene().materials[stone]);
+            CHECK(share() == 0);
+        }
+    }
+}
+
 TEST_CASE("more than 16 faces block the direct sound") {
     const auto faces = [](int count) {
         Walls walls;
