@@ -56,6 +56,25 @@ TEST_CASE("near walls, edges and corners no frame has an outlier") {
     CHECK(firefly(scene, Estimator::pt, 0.05, 0.052, 100) > 1.8);
 }
 
+TEST_CASE("at rest the noise falls with the number of frames, also after the first window") {
+    Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.2F, 0.7F, kSource, kListener);
+    scene.simulation.rays = 300;
+    Propagation propagation(scene, test::with(scene, Estimator::patch, 0.2F, 0.5F));
+    const auto noise = [&](int frames) {
+        const test::Estimate e = test::estimate(
+            test::restarts(propagation, scene, 40, frames, [](const EnergyResponse& response) {
+                return test::energy_between(response, 0.1, 0.11);
+            }));
+        return e.standard_error / e.mean;
+    };
+    // The window has 15 frames. Of 40 restarts a spread has a standard error of 11 %; the noise of
+    // independent frames falls by 0.71 and by 0.5.
+    const double after_window = noise(15);
+    CHECK(noise(20) < 1.2 * after_window);
+    CHECK(noise(30) < 1.1 * after_window);
+    CHECK(noise(60) < 0.8 * after_window);
+}
+
 TEST_CASE("the first reflection is bounded as source and listener approach a wall together") {
     // At a height h it is rho / (8 pi h^2); a patch of size lambda radiates at most 2 B / A = rho /
     // lambda^2, and nearby at least half of that.

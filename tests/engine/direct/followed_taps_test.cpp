@@ -107,6 +107,38 @@ TEST_CASE("where all paths have vanished their taps fade out") {
     CHECK(memory.taps.empty());
 }
 
+TEST_CASE("bent sound that vanishes fades out in all octaves beside the sound through a wall") {
+    const Place place = wedge();
+    TapMemory memory;
+    const auto paths = place.single_paths(kSource, behind(0));
+    const Bands bent = place.paths.energy(paths);
+    frame(place, paths, bent, behind(0), memory);
+    // The wall passes nothing in the upper four octaves.
+    SpecularPath wall;
+    wall.id = SpecularPath::kThroughWalls;
+    wall.length_m = 5;
+    for (std::size_t b = 0; b < 4; ++b) wall.energy[b] = 1e-3F * bent[b];
+    for (int i = 0; i < 3; ++i) {
+        memory.taps =
+            followed_taps(place.paths, {}, wall.energy, kSource, behind(0), false, memory, wall);
+        check_equal(sum_of(memory.taps), memory.levels.energy());
+        const auto through = std::find_if(
+            memory.taps.begin(), memory.taps.end(),
+            [](const SpecularPath& tap) { return tap.id == SpecularPath::kThroughWalls; });
+        REQUIRE(through != memory.taps.end());
+        check_equal(through->energy, wall.energy);
+        // At rest the pressure moves half-way in each frame.
+        const double share = std::pow(0.25, i + 1);
+        for (std::size_t b = 4; b < kBandCount; ++b)
+            CHECK(double{sum_of(memory.taps)[b]} == Approx(share * double{bent[b]}).epsilon(0.1));
+    }
+    for (int i = 0; i < 20; ++i)
+        memory.taps =
+            followed_taps(place.paths, {}, wall.energy, kSource, behind(0), false, memory, wall);
+    REQUIRE(memory.taps.size() == 1);
+    check_equal(memory.taps[0].energy, wall.energy);
+}
+
 TEST_CASE("a straight path without edges has no taps when its level is reached") {
     const Place place = wedge();
     const Vec3 listener(-2, 3, 0);
