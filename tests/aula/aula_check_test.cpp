@@ -220,7 +220,8 @@ TEST_CASE("The command info counts the edges that diffract sound") {
     // Without diffraction none does.
     const TemporaryFolder folder;
     const std::string off = folder.write(
-        "off.json", with(kSmallRoom, "\"ir_length_s\"", "\"diffraction_order\": 0, \"ir_length_s\""));
+        "off.json",
+        with(kSmallRoom, "\"ir_length_s\"", "\"diffraction_order\": 0, \"ir_length_s\""));
     CHECK(run_program({AULA_PROGRAM, "info", off}).out.find("\nedges           0 that") !=
           std::string::npos);
 }

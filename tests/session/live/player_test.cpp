@@ -239,7 +239,8 @@ TEST_CASE("A player does not reduce given rays and a given response length") {
     CHECK(player.status().audible_change == 0);
 }
 
-TEST_CASE("Changes during live playback do not click, and after a failed change playback continues") {
+TEST_CASE(
+    "Changes during live playback do not click, and after a failed change playback continues") {
     const JackServer server(256);
     if (!server.running()) {
         WARN("skipped: no JACK server can run here");
