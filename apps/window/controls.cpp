@@ -339,12 +339,12 @@ void draw_surface(Model& model, Choices& choices) {
     }
     ImGui::BeginDisabled(!model.can_undo());
     if (ImGui::SmallButton("undo")) model.undo();
-    tooltip("take back the last change of a material (ctrl z)");
+    tooltip("undo the last change of a material (ctrl z)");
     ImGui::EndDisabled();
     ImGui::SameLine();
     ImGui::BeginDisabled(!model.can_redo());
     if (ImGui::SmallButton("redo")) model.redo();
-    tooltip("make the change again (ctrl y)");
+    tooltip("redo the undone change (ctrl y)");
     ImGui::EndDisabled();
     ImGui::SameLine();
     if (ImGui::SmallButton("save scene")) model.save_scene();

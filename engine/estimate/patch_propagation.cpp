@@ -284,9 +284,9 @@ int PatchPropagation::most_gather_rays(std::uint64_t frame) const {
 
 /// Number of rays with which a pair gathers in a frame. The variance of a pair's mean is A / R + B
 /// / M after R rays of its ends and M gather rays. With the costs a and b of a ray it is least, at
-/// a given time, for M = R sqrt(a B / (b A)): 0.4 R in a diffuse room, 1.1 R where A = B. With
-/// kGatherShare it is at most 6 % higher in both. Until the mean holds a whole window it has fewer
-/// frames than the caches, and the frame counts on its own gather.
+/// a given time, for M = R sqrt(a B / (b A)). At equal costs kGatherShare makes it at most 10 %
+/// higher for B from A / 7 to A. Until the mean holds a whole window it has fewer frames than the
+/// caches, and most of the noise is that of the frame's own gather.
 int PatchPropagation::gather_rays(std::size_t pair, std::uint64_t frame,
                                   std::uint64_t emitted) const {
     if (!pairs_[pair].holds(window_frames_)) return most_gather_rays(frame);

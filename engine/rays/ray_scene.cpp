@@ -200,6 +200,7 @@ void RayScene::update_transmissions() {
 void RayScene::update_backing() {
     constexpr double kMostPairs = 2e6;
     may_be_backed_.assign(triangles_.size(), 0);
+    if (!transmits_) return;
     std::vector<std::uint32_t> transmitting;
     std::vector<std::pair<Bounds, std::uint32_t>> opaque;
     bool opaque_moves = false;

@@ -92,8 +92,8 @@ class RayScene {
     /// The same by Embree's query for single rays: the reference of the benchmark.
     void intersect_each(std::span<const Ray> rays, std::span<Hit> hits) const;
 
-    /// True if no surface lies between two points; the segment is shortened at both ends,
-    /// unless told otherwise by 0.1 mm.
+    /// True if no surface lies between two points. The segment is shortened at both ends, by 0.1 mm
+    /// if no other length is given.
     bool visible(const Vec3& from, const Vec3& to, float shortened_m = kOffset_m) const;
 
     /// True if an opaque face lies within kBacking_m of a point of a face, in front of it or behind
@@ -137,8 +137,8 @@ class RayScene {
     /// the points that assign deposits, gather rays and area samples to patches.
     static constexpr float kOffset_m = 1e-4F;
 
-    /// Distance within which an opaque face blocks the transmission of another one. Patches of
-    /// faces that are closer together are not told apart.
+    /// Distance within which an opaque face blocks the transmission of another one. Patches do not
+    /// distinguish faces that are closer together.
     static constexpr float kBacking_m = 2e-3F;
 
     /// Cosine of 20 degrees, up to which two faces are parallel.

@@ -10,10 +10,13 @@
 
 #include "engine/direct/direct_sound.h"
 #include "engine/trace/specular_paths.h"
+#include "tests/engine/direct/edge_path_scene.h"
 
 using namespace aula;
 
 namespace {
+
+using aula::test::add_quad;
 
 constexpr float kSpeed_m_s = 343.2F;
 constexpr float kFar_m = 50;
@@ -22,14 +25,6 @@ constexpr unsigned kAfterEdge = 2;
 const Bands kNoLoss;
 const Vec3 kSource(0.3F, -3, 1.2F);
 const Vec3 kListener(1, 4, 1.5F);
-
-void add_quad(Object& object, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
-    const auto first = static_cast<std::uint32_t>(object.vertices.size());
-    object.vertices.insert(object.vertices.end(), {a, b, c, d});
-    object.triangles.push_back({first, first + 1, first + 2});
-    object.triangles.push_back({first, first + 2, first + 3});
-    object.triangle_materials.insert(object.triangle_materials.end(), 2, 0);
-}
 
 /// A screen of 2.5 m in the plane y = 0 on the floor z = 0.
 Scene screen_on_floor() {

@@ -14,6 +14,7 @@
 #include "engine/direct/level_follower.h"
 #include "engine/edges/wedge_integral.h"
 #include "engine/trace/specular_paths.h"
+#include "tests/engine/direct/edge_path_scene.h"
 
 using aula::Bands;
 using aula::DirectSound;
@@ -29,6 +30,8 @@ using aula::Vec3;
 using Levels = std::array<double, kBandCount>;
 
 namespace {
+
+using aula::test::add_quad;
 
 constexpr float kFar_m = 50;  // of the outer edges of walls that stand for infinite ones
 constexpr float kSpeed_m_s = 343.2F;
@@ -89,14 +92,6 @@ Levels level_db(const std::vector<SpecularPath>& paths, double distance_m) {
                                    std::max(1e-30, double{sum[b]}));
     }
     return level;
-}
-
-void add_quad(Object& object, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
-    const auto first = static_cast<std::uint32_t>(object.vertices.size());
-    object.vertices.insert(object.vertices.end(), {a, b, c, d});
-    object.triangles.push_back({first, first + 1, first + 2});
-    object.triangles.push_back({first, first + 2, first + 3});
-    object.triangle_materials.insert(object.triangle_materials.end(), 2, 0);
 }
 
 void add_wall(Object& object, float y, float x0, float x1, float z0, float z1) {

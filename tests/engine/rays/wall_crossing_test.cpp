@@ -173,10 +173,11 @@ TEST_CASE(
     beside.face(0, beside.material(5));
     beside.face(0, beside.material(std::nullopt), 4);
     CHECK(beside.share() == Approx(db(5)).epsilon(kRounding));
-    // Across it, as the frame of a pane.
+    // Across it, as the frame of a pane: it covers the lines on one of its sides.
     Walls frame;
     frame.face(0, frame.material(5));
     frame.face(2, frame.material(std::nullopt), -20, 0.5F * std::numbers::pi_v<float>);
+    CHECK_FALSE(RayScene(frame.scene()).is_backed(Vec3(0, 1e-4F, 0), 0));
     CHECK(frame.share(0.001F) == Approx(db(5)).epsilon(0.5));
 }
 
