@@ -25,6 +25,7 @@ struct Reference::Path {
     float length_m = 0;
     int order = 0;
     bool diffuse = false;        // a diffuse reflection has happened
+    float undivided = 1;         // probability of no diffuse path so far; 0 after it has left
     bool mirrored_last = false;  // the last reflection was specular
     RandomStream random;
 };
@@ -87,6 +88,7 @@ void Reference::trace_batch(std::uint64_t seed, Sums& sums) const {
         paths[i].direction = uniform_direction(directions.point(i));
         paths[i].random = RandomStream(derive_seed(seed, i));
     }
+    std::vector<Path> next;
     std::vector<Ray> rays;
     std::vector<Hit> hits;
     while (!paths.empty()) {
@@ -97,7 +99,7 @@ void Reference::trace_batch(std::uint64_t seed, Sums& sums) const {
         hits.resize(rays.size());
         scene_.intersect(rays, hits);
 
-        std::size_t alive = 0;
+        next.clear();
         for (std::size_t i = 0; i < paths.size(); ++i) {
             Path path = paths[i];
             const Hit& hit = hits[i];
@@ -117,28 +119,45 @@ void Reference::trace_batch(std::uint64_t seed, Sums& sums) const {
             const Bands scattered = path.energy * material.scattering;
             next_event(path, normal, scattered, path.random.uniform(), sums);
 
-            // Choose the reflection of the ray.
+            // Choose the reflection of the ray. From a purely specular path one diffuse path
+            // leaves; itself goes on in the mirror direction without a choice.
             const float total = path.energy.sum();
             if (!(total > 0)) continue;
             const float p = scattered.sum() / total;
-            path.mirrored_last = !(path.random.uniform() < p);
-            if (path.mirrored_last) {
-                path.energy *= complement(material.scattering) * (1 / (1 - p));
+            const bool diffuse = path.random.uniform() < p;
+            const bool divides = !path.diffuse;
+            if (diffuse && path.undivided > 0) {
+                Path scattered_path = path;
+                scattered_path.mirrored_last = false;
+                scattered_path.energy = scattered * (1 / (p * path.undivided));
+                scattered_path.direction = lambert_direction(normal, path.random.uniform_2d());
+                scattered_path.diffuse = true;
+                scattered_path.undivided = 1;
+                scattered_path.random = RandomStream(derive_seed(path.random.state(), 0xd1));
+                add_surviving(scattered_path, next);
+                path.undivided = 0;
+            }
+            if (divides || !diffuse) {
+                path.mirrored_last = true;
+                path.energy *= complement(material.scattering) * (divides ? 1 : 1 / (1 - p));
                 path.direction = mirror(path.direction, normal);
-            } else {
-                path.energy = scattered * (1 / p);
-                path.direction = lambert_direction(normal, path.random.uniform_2d());
-                path.diffuse = true;
+                if (divides) path.undivided *= 1 - p;
+                add_surviving(path, next);
             }
-            const float strongest = path.energy.max();
-            if (strongest < kRouletteEnergy) {
-                if (!(path.random.uniform() * kRouletteEnergy < strongest)) continue;
-                path.energy *= kRouletteEnergy / strongest;
-            }
-            paths[alive++] = path;
         }
-        paths.resize(alive);
+        paths.swap(next);
     }
+}
+
+/// Adds a path unless it is absorbed or ends by roulette.
+void Reference::add_surviving(Path path, std::vector<Path>& paths) {
+    const float strongest = path.energy.max();
+    if (!(strongest > 0)) return;
+    if (strongest < kRouletteEnergy) {
+        if (!(path.random.uniform() * kRouletteEnergy < strongest)) return;
+        path.energy *= kRouletteEnergy / strongest;
+    }
+    paths.push_back(path);
 }
 
 /// A Lambert surface that radiates the energy B sends B cos(theta) / pi into a unit of solid angle:

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -57,6 +58,7 @@ class Reference {
     void trace_batch(std::uint64_t seed, Sums& sums) const;
     void next_event(const Path& path, const Vec3& normal, const Bands& radiated, float pick,
                     Sums& sums) const;
+    static void add_surviving(Path path, std::vector<Path>& paths);
     void cross_detection_spheres(const Path& path, float segment_m, Sums& sums) const;
     void add(std::size_t receiver, float length_m, const Bands& energy, Sums& sums) const;
 
@@ -72,6 +74,13 @@ class Reference {
     Sums images_;
     std::uint32_t rounds_ = 0;
 };
+
+/// True if a reference's relative error is at most this share of the error that is measured against
+/// it. From a tenth on, the estimates of both errors are too uncertain to compare.
+inline bool has_converged(double reference_error, double share, double measured_error) {
+    constexpr double kReliable = 0.1;
+    return reference_error <= std::min(kReliable, share * measured_error);
+}
 
 /// The extent of a reference that does not converge before: rays, and CPU time from the constructor
 /// on.

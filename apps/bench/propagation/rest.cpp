@@ -81,7 +81,7 @@ std::vector<Row> measure_rest(const Subject& subject, const Settings& settings) 
         bins = audible_bins(wanted);
         error = rms_error(at_rest, wanted, bins);
         reference_error = reference.relative_error(0, bins);
-    } while (reference_error > kReferenceShare * error &&
+    } while (!has_converged(reference_error, kReferenceShare, error) &&
              !limit.reached(static_cast<double>(reference.rays())));
 
     Row row;

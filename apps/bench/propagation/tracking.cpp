@@ -282,8 +282,9 @@ std::vector<Row> measure_walk(const Subject& subject, const Walk& walk, const Se
         return min;
     };
     const ReferenceLimit limit(settings);
-    while (reference->rays() == 0 || (reference->error() > kReferenceShare * min_error() &&
-                                      !limit.reached(reference->rays()))) {
+    while (reference->rays() == 0 ||
+           (!has_converged(reference->error(), kReferenceShare, min_error()) &&
+            !limit.reached(reference->rays()))) {
         settings.progress(std::string("tracking: ") + walk.mover + ", reference, " +
                           std::to_string(static_cast<std::int64_t>(reference->rays())) + " rays");
         reference->trace(kReferenceRound, workers);
