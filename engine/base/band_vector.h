@@ -38,6 +38,12 @@ inline BandVector to_bands(const std::int64_t* sums, double scale) {
     return __builtin_convertvector(__builtin_convertvector(v, BandDoubles) * scale, BandVector);
 }
 
+inline BandIntegers load_integers(const std::uint32_t* from) {
+    BandIntegers v;
+    std::memcpy(&v, from, sizeof v);
+    return v;
+}
+
 inline void store_integers(const BandIntegers& v, std::uint32_t* to) {
     std::memcpy(to, &v, sizeof v);
 }

@@ -1,12 +1,21 @@
 #include "engine/estimate/segment_cache.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "engine/base/air_attenuation.h"
 #include "engine/base/multiversion.h"
+#include "engine/base/sampling.h"
 #include "engine/trace/detection_spheres.h"
 
 namespace aula {
 
 namespace {
+
+enum class SeedPurpose : std::uint64_t { part = 1 };
+
+/// A random part of a frame's segments is expected to fill this share of the memory, not all.
+constexpr double kFilled = 0.8;
 
 /// Finds the segments on straight lines that cross a receiver's sphere; most of them are detected.
 AULA_MULTIVERSION
@@ -81,10 +90,22 @@ void SegmentCache::add(std::span<const DepositBatch> batches, int rays) {
     Frame frame{now_, static_cast<std::uint64_t>(rays), {}, {}};
     std::size_t count = 0;
     for (const DepositBatch& batch : batches) count += batch.segments.size();
+    // Of a frame that alone exceeds the memory, a random part represents all: that of fewer rays.
+    constexpr double kSegment_bytes =
+        double{sizeof(SegmentLanes)} / SegmentLanes::kCount + sizeof(SegmentEnergy);
+    const double fit = kFilled * static_cast<double>(memory_bytes_) /
+                       (static_cast<double>(count) * kSegment_bytes);
+    if (count > 0 && fit < 1) {
+        frame.rays = std::max<std::uint64_t>(1, static_cast<std::uint64_t>(fit * rays));
+    }
+    const double part = static_cast<double>(frame.rays) / rays;
+    RandomStream random(derive_seed(now_.frame, SeedPurpose::part));
+    count = static_cast<std::size_t>(std::ceil(part * static_cast<double>(count)));
     frame.segments.reserve((count + SegmentLanes::kCount - 1) / SegmentLanes::kCount);
     frame.sounds.reserve(count);
     for (const DepositBatch& batch : batches) {
         for (std::size_t i = 0; i < batch.segments.size(); ++i) {
+            if (part < 1 && !(double{random.uniform()} < part)) continue;
             const std::size_t lane = frame.sounds.size() % SegmentLanes::kCount;
             if (lane == 0) frame.segments.emplace_back();
             frame.segments.back().set(lane, batch.segments[i]);

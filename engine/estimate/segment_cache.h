@@ -58,7 +58,8 @@ class SegmentCache {
     /// Removes frames that are no longer valid. Call once for each frame, in order.
     void advance(const State& now);
 
-    /// Adds the segments of the present frame's rays, after advance().
+    /// Adds the segments of the present frame's rays, after advance(); a random part of them, which
+    /// represents fewer rays, if all exceed the memory.
     void add(std::span<const DepositBatch> batches, int rays);
 
     /// True if no stored frame precedes the last change.

@@ -11,7 +11,7 @@ void ArrivalTracer::trace(const Emitter& emitter, std::span<const Receiver> rece
         collect_segments(paths, order, emitter, out);
         collect_arrivals(paths, emitter, receivers, out);
     };
-    follow(emitter, frame_seed, batch, last_order(), Walls::transmit, collect,
+    follow(emitter, frame_seed, batch, last_order(), Paths::all, collect,
            [&](PathBatch& paths) { extend_identifiers(paths); });
 }
 

@@ -36,7 +36,7 @@ void DepositTracer::trace(const Emitter& emitter, std::uint64_t frame_seed, int 
         count_segments(paths, order, out);
         collect_segments(paths, order, emitter, out);
     };
-    follow(emitter, frame_seed, batch, last_order(), Walls::transmit, collect,
+    follow(emitter, frame_seed, batch, last_order(), Paths::all, collect,
            [&](const PathBatch& paths) { collect_deposits(paths, out); });
 }
 

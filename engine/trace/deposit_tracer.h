@@ -14,7 +14,7 @@ class DepositTracer : public PathTracer {
  public:
     DepositTracer(const RayScene& scene, const PatchGrid& grid, const TimeBins& bins,
                   const SpecularPaths& images, const TraceSettings& settings)
-        : PathTracer(scene, images, settings), grid_(grid), bins_(bins) {}
+        : PathTracer(scene, images, settings, settings.specular), grid_(grid), bins_(bins) {}
 
     /// Traces one batch of an emitter's rays; adds to `out`.
     void trace(const Emitter& emitter, std::uint64_t frame_seed, int batch,

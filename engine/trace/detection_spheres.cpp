@@ -1,5 +1,6 @@
 #include "engine/trace/detection_spheres.h"
 
+#include <algorithm>
 #include <vector>
 
 #include "engine/base/air_attenuation.h"
@@ -10,8 +11,10 @@ namespace aula {
 
 namespace {
 
-/// Segments of up to this multiple of the mean energy keep sphere 0.
-constexpr float kEven = 4;
+/// Growth of the spheres of segments of up to kEven times the mean energy, in their band of most
+/// energy.
+constexpr float kLeastGrowth = 4;
+constexpr float kEven = 16;
 
 /// Bands with a lower mean (-100 dB) are ignored.
 constexpr float kMinMean = 1e-10F;
@@ -40,8 +43,9 @@ void set_growth(const std::vector<Bands>& inverse, float bins_per_m, TraceBatch&
         const auto k = static_cast<std::size_t>(batch.segments[i].before_m * bins_per_m);
         const BandVector ratio =
             load_bands(batch.segment_energies[i].energy) * load_bands(inverse[k]);
-        batch.segments[i].growth =
-            batch.segment_energies[i].image == 0 ? max_of_bands(ratio)[0] : 0;
+        batch.segments[i].growth = batch.segment_energies[i].image == 0
+                                       ? std::max(kLeastGrowth, max_of_bands(ratio)[0])
+                                       : 0;
     }
 }
 
@@ -65,7 +69,7 @@ void size_spheres(std::span<Batch> batches) {
         for (std::size_t b = 0; b < kBandCount; ++b) {
             const float energy = bins[k].energy[b];
             if (energy > kMinMean * bins[k].count) {
-                inverse[k][b] = bins[k].count / (kEven * energy);
+                inverse[k][b] = kLeastGrowth * bins[k].count / (kEven * energy);
             }
         }
     }

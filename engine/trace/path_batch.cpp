@@ -10,6 +10,8 @@ namespace aula {
 
 namespace {
 
+enum class SeedPurpose : std::uint64_t { mirrored = 1 };
+
 /// Moves to the hits. `normal` holds the triangles' normals on entry and the facing normals on
 /// exit.
 AULA_MULTIVERSION
@@ -66,11 +68,24 @@ void scatter_energies(const RayScene& scene, const Bands& attenuation_per_m, Pat
         }
         // One ray carries all bands (broad-spectrum diffusion, Embrechts 2000): choose the diffuse
         // lobe with probability p, the energy-weighted mean of s, and weight each band by s_b / p
-        // or (1 - s_b) / (1 - p).
+        // or (1 - s_b) / (1 - p). Where the specular lobe is not chosen but always followed, its
+        // weight is 1, and the diffuse one has the probability of all choices so far.
         const BandVector total = sums_over_bands(energy);
         const BandVector to_diffuse = sums_over_bands(scattered);
-        const BandIntegers diffuse = load_bands(&paths.choice[first]) * total < to_diffuse;
+        BandIntegers diffuse = load_bands(&paths.choice[first]) * total < to_diffuse;
+        if (paths.lobes == PathBatch::Lobes::mirrored) diffuse = BandIntegers{};
         BandVector weight = total / (diffuse ? to_diffuse : total - to_diffuse);
+        if (paths.lobes == PathBatch::Lobes::mirrored) weight = BandVector{} + 1;
+        if (paths.lobes == PathBatch::Lobes::both) {
+            const BandIntegers mirrored_so_far = load_integers(&paths.diffuse[first]) == 0;
+            const BandVector undivided = load_bands(&paths.undivided[first]);
+            const BandVector of_path = diffuse ? weight / undivided : BandVector{} + 1;
+            weight = mirrored_so_far ? of_path : weight;
+            store_bands(undivided * ((total - to_diffuse) / total), &paths.undivided[first]);
+            for (std::size_t k = 0; k < kPaths; ++k) {
+                store_bands(energy[k] - scattered[k], paths.specular[first + k].value.data());
+            }
+        }
         for (std::size_t k = 0; k < kPaths; ++k) {
             const BandIntegers is_diffuse = BandIntegers{} + diffuse[k];
             energy[k] = is_diffuse ? scattered[k] : energy[k] - scattered[k];
@@ -128,11 +143,28 @@ void PathBatch::set_path(std::size_t lane, const PathBatch& from, std::size_t ot
     identifier[lane] = from.identifier[other];
     image[lane] = from.image[other];
     roulette_energy[lane] = from.roulette_energy[other];
+    undivided[lane] = from.undivided[other];
     crossings[lane] = from.crossings[other];
     reflected[lane] = from.reflected[other];
 }
 
 void PathBatch::append(const PathBatch& from, std::size_t lane) { set_path(count++, from, lane); }
+
+void PathBatch::take_mirrored(const PathBatch& from, float max_length_m) {
+    for (std::size_t i = 0; i < from.count; ++i) {
+        if (from.diffuse[i] != 0 || from.to_diffuse[i] == 0 || !(from.specular[i].max() > 0)) {
+            continue;
+        }
+        const std::size_t lane = count++;
+        set_path(lane, from, i);
+        rays.origin.set(lane, from.point.at(i));
+        rays.direction.set(lane, mirror(from.rays.direction.at(i), from.normal.at(i)));
+        rays.max_m[lane] = max_length_m - from.length_m[i];
+        energy[lane] = from.specular[i];
+        to_diffuse[lane] = 0;
+        random[lane] = derive_seed(from.random[i], SeedPurpose::mirrored);
+    }
+}
 
 void PathBatch::remove(std::size_t lane) {
     const std::size_t last = --count;

@@ -20,7 +20,16 @@ struct PathBatch {
     /// paths survives with the share sqrt(r) of the energy of each.
     static constexpr float kRouletteEnergy = 1e-3F;
 
-    std::size_t count = 0;      ///< lanes in use
+    /// Where a reflection sends a path.
+    enum class Lobes {
+        one,      ///< to one lobe, chosen at random
+        both,     ///< the same; but a path that only mirrors have reflected goes on in the mirror
+                  ///< direction in any case (take_mirrored), so that its energy needs no weight
+        mirrored  ///< in the mirror direction
+    };
+
+    std::size_t count = 0;  ///< lanes in use
+    Lobes lobes = Lobes::one;
     bool behind_walls = false;  ///< the paths have passed walls (TransmittedPaths)
 
     // Paths.
@@ -35,6 +44,9 @@ struct PathBatch {
     /// The strongest band of a path in roulette; before it, where roulette begins. Less behind
     /// walls.
     alignas(64) std::array<float, kLanes> roulette_energy = filled(kRouletteEnergy);
+    /// Lobes::both: of a path that only mirrors have reflected, the probability that the diffuse
+    /// lobe has not been chosen yet.
+    alignas(64) std::array<float, kLanes> undivided{};
     std::array<std::uint32_t, kLanes> crossings{};  ///< walls passed, of paths behind walls
     std::array<std::uint32_t, kLanes> reflected{};  ///< the same: 1 after any reflection
 
@@ -43,10 +55,11 @@ struct PathBatch {
     LanePoints point;   ///< off the surface, RayScene::point_off
     LanePoints normal;  ///< RayScene::facing_normal
     std::array<std::uint32_t, kLanes> material{};
-    alignas(64) std::array<std::uint32_t, kLanes> back{};        ///< 1 at a triangle's back
-    std::array<Bands, kLanes> scattered{};                       ///< energy s (1 - alpha) E
-    alignas(64) std::array<float, kLanes> choice{};              ///< uniform, selects the lobe
-    alignas(64) std::array<float, kLanes> roulette{};            ///< uniform
+    alignas(64) std::array<std::uint32_t, kLanes> back{};  ///< 1 at a triangle's back
+    std::array<Bands, kLanes> scattered{};                 ///< energy s (1 - alpha) E
+    std::array<Bands, kLanes> specular{};              ///< Lobes::both: energy (1 - s)(1 - alpha) E
+    alignas(64) std::array<float, kLanes> choice{};    ///< uniform, selects the lobe
+    alignas(64) std::array<float, kLanes> roulette{};  ///< uniform
     alignas(64) std::array<std::uint32_t, kLanes> to_diffuse{};  ///< 1 where the path continues
                                                                  ///< diffusely, then that of the
                                                                  ///< last reflection
@@ -60,6 +73,10 @@ struct PathBatch {
 
     /// Appends a path of another batch that has left its last hit.
     void append(const PathBatch& from, std::size_t lane);
+
+    /// Appends the specular part of each path of a batch with Lobes::both that its last reflection
+    /// sends to the diffuse lobe for the first time, after scatter() and before leave().
+    void take_mirrored(const PathBatch& from, float max_length_m);
 
     /// Advances to the hits, which all lanes must have: sets `point`, `normal`, `back` and the
     /// lengths.

@@ -19,8 +19,7 @@ std::vector<Ray> PathTracer::rays(const Emitter& emitter, std::uint64_t frame_se
                 {paths.rays.origin.at(i), paths.rays.direction.at(i), paths.rays.max_m[i]});
         }
     };
-    follow(emitter, frame_seed, batch, last_order(), Walls::transmit, append,
-           [](const PathBatch&) {});
+    follow(emitter, frame_seed, batch, last_order(), Paths::all, append, [](const PathBatch&) {});
     return all;
 }
 
@@ -51,7 +50,7 @@ std::vector<PathLine> PathTracer::lines(const Emitter& emitter, std::uint64_t fr
                     paths.ended[i] != 0 ? 0 : paths.energy[i].sum() / kBandCount);
             }
         };
-        first_rays.follow(emitter, frame_seed, batch, order, Walls::opaque, add_escapes,
+        first_rays.follow(emitter, frame_seed, batch, order, Paths::one_of_a_ray, add_escapes,
                           add_reflections);
     }
     return all;
@@ -75,6 +74,7 @@ void PathTracer::start(const Emitter& emitter, std::uint64_t frame_seed, int bat
         paths.energy[lane] = energy;
         paths.length_m[lane] = 0;
         paths.diffuse[lane] = 0;
+        paths.undivided[lane] = 1;
         paths.random[lane] = derive_seed(frame_seed, SeedPurpose::rays, emitter.id, i);
         paths.identifier[lane] = PathIdentifier::start(emitter.id);
         paths.image[lane] = {};

@@ -63,25 +63,38 @@ class PathTracer {
     std::vector<Ray> rays(const Emitter& emitter, std::uint64_t frame_seed, int batch) const;
 
  protected:
-    PathTracer(const RayScene& scene, const SpecularPaths& images, const TraceSettings& settings)
-        : scene_(scene), images_(images), settings_(settings) {}
+    /// `divides`: purely specular paths go on beside the diffuse ones.
+    PathTracer(const RayScene& scene, const SpecularPaths& images, const TraceSettings& settings,
+               bool divides = false)
+        : scene_(scene), images_(images), settings_(settings), divides_(divides) {}
 
-    enum class Walls { opaque, transmit };
+    /// Which paths of a ray are traced: one, which every reflection sends to one lobe, or also
+    /// those behind walls that transmit.
+    enum class Paths { one_of_a_ray, all };
 
     /// Traces a batch's rays by reflection order, up to order `last_order`. A PathBatch holds the
     /// next segment of every path; paths behind walls, whose passages count as reflections, have
-    /// their own. Calls `add_segments(paths, order)` when the segments' hits are known, and
-    /// `add_reflections(paths)` when the energies at those hits are known, the same with paths that
-    /// emerge from walls.
+    /// their own, and so have, if `divides_`, the purely specular paths of rays that have been
+    /// reflected diffusely. Calls `add_segments(paths, order)` when the segments' hits are known,
+    /// and `add_reflections(paths)` when the energies at those hits are known, the same with paths
+    /// that emerge from walls.
     template <typename AddSegments, typename AddReflections>
     void follow(const Emitter& emitter, std::uint64_t frame_seed, int batch, int last_order,
-                Walls walls, const AddSegments& add_segments,
+                Paths which, const AddSegments& add_segments,
                 const AddReflections& add_reflections) const {
         const auto memory = std::make_unique<PathBatch>();
         PathBatch& paths = *memory;
         start(emitter, frame_seed, batch, paths);
-        const std::unique_ptr<TransmittedPaths> behind =
-            walls == Walls::transmit ? transmitted(emitter, frame_seed, batch) : nullptr;
+        std::unique_ptr<TransmittedPaths> behind;
+        std::unique_ptr<PathBatch> mirrored;
+        if (which == Paths::all) {
+            behind = transmitted(emitter, frame_seed, batch);
+            if (divides_) {
+                paths.lobes = PathBatch::Lobes::both;
+                mirrored = std::make_unique<PathBatch>();
+                mirrored->lobes = PathBatch::Lobes::mirrored;
+            }
+        }
         const auto advance = [&](PathBatch& present, int order) {
             scene_.intersect(present.rays, present.count, present.hits);
             add_segments(present, order);
@@ -92,6 +105,9 @@ class PathTracer {
             if (behind) behind->transmit(present, order);
             present.scatter(scene_, settings_.attenuation_per_m);
             add_reflections(present);
+            if (present.lobes == PathBatch::Lobes::both) {
+                mirrored->take_mirrored(present, settings_.max_length_m);
+            }
             present.leave(settings_.max_length_m);
             present.remove_ended();
             if (!behind) return;
@@ -99,9 +115,11 @@ class PathTracer {
             behind->admit();
         };
         const auto any_behind = [&] { return behind && behind->paths().count > 0; };
-        for (int order = 0; paths.count > 0 || any_behind(); ++order) {
-            // Paths that the rays transmit now begin with the next order.
+        const auto any_mirrored = [&] { return mirrored && mirrored->count > 0; };
+        for (int order = 0; paths.count > 0 || any_behind() || any_mirrored(); ++order) {
+            // Paths that begin at the hits of others begin with the next order.
             if (any_behind()) advance(behind->paths(), order);
+            if (any_mirrored()) advance(*mirrored, order);
             if (paths.count > 0) advance(paths, order);
             if (order == last_order) break;
         }
@@ -151,6 +169,7 @@ class PathTracer {
     const RayScene& scene_;
     const SpecularPaths& images_;
     TraceSettings settings_;
+    bool divides_;
 };
 
 }  // namespace aula

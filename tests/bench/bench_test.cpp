@@ -276,7 +276,7 @@ TEST_CASE("reference and estimators agree before image sources have been discove
         // After few frames and after many.
         for (const int frames : {1, 30}) {
             const test::Estimate e = test::estimate(test::restarts(
-                propagation, scene, frames == 1 ? 24 : 4, frames, [](const EnergyResponse& r) {
+                propagation, scene, frames == 1 ? 24 : 8, frames, [](const EnergyResponse& r) {
                     const std::vector<double> energy = estimated_energy(r);
                     return std::accumulate(energy.begin(), energy.begin() + 10, 0.0);
                 }));

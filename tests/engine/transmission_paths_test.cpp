@@ -159,7 +159,7 @@ class OrderTracer : public PathTracer {
         constexpr int kAll = 100'000;
         HighestOrders highest;
         follow(
-            {0, source}, test::test_seed(), batch, kAll, Walls::transmit,
+            {0, source}, test::test_seed(), batch, kAll, Paths::all,
             [&](const PathBatch& paths, int order) {
                 int& of_paths = paths.behind_walls ? highest.behind : highest.before;
                 of_paths = std::max(of_paths, order);
@@ -181,7 +181,7 @@ class BalanceTracer : public PathTracer {
         std::vector<double> on_the_way(static_cast<std::size_t>(orders) + 1, 0);
         std::vector<double> heat(static_cast<std::size_t>(orders) + 1, 0);
         follow(
-            {0, source}, test::test_seed(), 0, orders, Walls::transmit,
+            {0, source}, test::test_seed(), 0, orders, Paths::all,
             [&](const PathBatch& paths, int order) {
                 for (std::size_t i = 0; i < paths.count; ++i) {
                     const double energy = double{paths.energy[i][0]};
@@ -229,7 +229,7 @@ TEST_CASE("all paths behind walls survive with about the root of the energy that
         Tracer(const RayScene& scene, const SpecularPaths& images, const TraceSettings& settings)
             : PathTracer(scene, images, settings) {}
         using PathTracer::follow;
-        using PathTracer::Walls;
+        using PathTracer::Paths;
     };
     Scene scene = row_of_rooms(2, 0.3F, 0.5F);
     add_partition(scene, 5, 20);
@@ -244,7 +244,7 @@ TEST_CASE("all paths behind walls survive with about the root of the energy that
     for (int batch = 0; batch < tracer.batch_count(); ++batch) {
         int highest = 0;
         tracer.follow(
-            {0, scene.sources[0].position}, test::test_seed(), batch, 63, Tracer::Walls::transmit,
+            {0, scene.sources[0].position}, test::test_seed(), batch, 63, Tracer::Paths::all,
             [&](const PathBatch& paths, int order) {
                 if (!paths.behind_walls || paths.count == 0) return;
                 highest = order;
