@@ -7,7 +7,7 @@ namespace aula {
 namespace {
 
 /// Share of the cache memory for segments that end in mirrors; the sums have the rest.
-constexpr double kSegmentShare = 0.05;
+constexpr double kSegmentShare = 0.1;
 
 /// Segments of all sources, or listeners, together: a search takes some 0.2 ms a frame.
 constexpr std::size_t kMaxSegments = 1 << 16;

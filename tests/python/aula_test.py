@@ -565,10 +565,10 @@ class Memory(unittest.TestCase):
             with open("/proc/self/statm") as statm:
                 return int(statm.read().split()[1]) * resource.getpagesize()
 
-        before = calls(10)
-        after = calls(20)
-        # 20 lost arrays of responses would take 1.9 MB, 400 lost echograms 320 MB.
-        self.assertLess(after - before, 1e6)
+        used = [calls(10), calls(20), calls(20)]
+        # 20 lost arrays of responses would take 1.9 MB, 400 lost echograms 320 MB, each time; the
+        # heap may grow once.
+        self.assertLess(min(used[1] - used[0], used[2] - used[1]), 1e6)
 
 
 if __name__ == "__main__":
