@@ -9,7 +9,8 @@ namespace {
 /// Share of the cache memory for segments that end in mirrors; the sums have the rest.
 constexpr double kSegmentShare = 0.1;
 
-/// Segments of all sources, or listeners, together: a search takes some 0.2 ms a frame.
+/// Segments of all sources, or listeners, together. While receivers move, each frame searches them
+/// all.
 constexpr std::size_t kMaxSegments = 1 << 16;
 
 /// Memory that is mapped in a frame for the end that emits next: two huge pages.

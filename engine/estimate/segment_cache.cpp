@@ -14,9 +14,6 @@ namespace {
 
 enum class SeedPurpose : std::uint64_t { part = 1 };
 
-/// A random part of a frame's segments is expected to fill this share of the memory, not all.
-constexpr double kFilled = 0.8;
-
 /// Finds the segments on straight lines that cross a receiver's sphere; most of them are detected.
 AULA_MULTIVERSION
 void find_near(const std::vector<SegmentLanes>& segments, const Receiver& receiver,
@@ -73,6 +70,15 @@ void SegmentCache::advance(const State& now) {
     while (!frames_.empty() && !holds(frames_.front())) forget_oldest();
 }
 
+/// The number of segments that fit in a memory.
+std::size_t SegmentCache::fit(std::size_t memory_bytes) {
+    constexpr std::size_t kBlock_bytes =
+        sizeof(SegmentLanes) + SegmentLanes::kCount * sizeof(SegmentEnergy);
+    const std::size_t rest_bytes = memory_bytes % kBlock_bytes;
+    const std::size_t in_rest = std::max(rest_bytes, sizeof(SegmentLanes)) - sizeof(SegmentLanes);
+    return memory_bytes / kBlock_bytes * SegmentLanes::kCount + in_rest / sizeof(SegmentEnergy);
+}
+
 bool SegmentCache::holds(const Frame& frame) const {
     const double moved_m = now_.moved_m(frame.state);
     return moved_m == 0 ||
@@ -90,22 +96,23 @@ void SegmentCache::add(std::span<const DepositBatch> batches, int rays) {
     Frame frame{now_, static_cast<std::uint64_t>(rays), {}, {}};
     std::size_t count = 0;
     for (const DepositBatch& batch : batches) count += batch.segments.size();
-    // Of a frame that alone exceeds the memory, a random part represents all: that of fewer rays.
-    constexpr double kSegment_bytes =
-        double{sizeof(SegmentLanes)} / SegmentLanes::kCount + sizeof(SegmentEnergy);
-    const double fit = kFilled * static_cast<double>(memory_bytes_) /
-                       (static_cast<double>(count) * kSegment_bytes);
-    if (count > 0 && fit < 1) {
-        frame.rays = std::max<std::uint64_t>(1, static_cast<std::uint64_t>(fit * rays));
+    // Of a frame that alone exceeds the memory, a part represents all: that of fewer rays.
+    const std::size_t fit = SegmentCache::fit(memory_bytes_);
+    if (count > fit) {
+        frame.rays = std::max<std::uint64_t>(1, frame.rays * fit / count);
     }
+    // Systematic sampling: each segment counts with the probability `part`, and their number is
+    // certain to one.
     const double part = static_cast<double>(frame.rays) / rays;
-    RandomStream random(derive_seed(now_.frame, SeedPurpose::part));
+    double chosen = double{RandomStream(derive_seed(now_.frame, SeedPurpose::part)).uniform()};
     count = static_cast<std::size_t>(std::ceil(part * static_cast<double>(count)));
     frame.segments.reserve((count + SegmentLanes::kCount - 1) / SegmentLanes::kCount);
     frame.sounds.reserve(count);
     for (const DepositBatch& batch : batches) {
         for (std::size_t i = 0; i < batch.segments.size(); ++i) {
-            if (part < 1 && !(double{random.uniform()} < part)) continue;
+            chosen += part;
+            if (chosen < 1) continue;
+            chosen -= 1;
             const std::size_t lane = frame.sounds.size() % SegmentLanes::kCount;
             if (lane == 0) frame.segments.emplace_back();
             frame.segments.back().set(lane, batch.segments[i]);

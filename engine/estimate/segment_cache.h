@@ -65,7 +65,8 @@ class SegmentCache {
     /// True if no stored frame precedes the last change.
     bool is_current() const;
 
-    /// True if more rays would hardly reduce the error.
+    /// True if more rays would hardly reduce the error, or need the memory of frames that are
+    /// still valid.
     bool full() const { return evicted_ || rays_ >= PatchCache::kEnoughRays; }
 
     /// Number of rays of the stored frames.
@@ -91,6 +92,7 @@ class SegmentCache {
             return segments.size() * sizeof(SegmentLanes) + sounds.size() * sizeof(SegmentEnergy);
         }
     };
+    static std::size_t fit(std::size_t memory_bytes);
     bool holds(const Frame& frame) const;
     void forget_oldest();
 

@@ -9,13 +9,15 @@
 namespace aula {
 
 /// Detection spheres of purely specular paths. In a sphere of half a metre late detections are
-/// rare, and those of a ray with little loss are loud. The spheres of all segments therefore grow
-/// to four times the cross-section, and further in proportion to the segment's energy, which makes
-/// loud hits at one time about equally loud. The cross-section is limited to the ray's share of its
-/// wave front, where neighbouring rays begin to cross the sphere as well.
+/// rare, and those of a ray with little loss are loud. The spheres of all segments that no image
+/// source may count therefore grow to four times the cross-section, and further in proportion to
+/// the segment's energy, which makes loud hits at one time about equally loud. The cross-section is
+/// limited to the ray's share of its wave front, where neighbouring rays begin to cross the sphere
+/// as well.
 
 /// Sets PathSegment::growth of a frame's segments: a quarter of the ratio of their energies to the
-/// mean energy of all segments at about the same path length, at least 4.
+/// mean energy of all segments at about the same path length, at least 4; 0 for those that an image
+/// source may count.
 template <typename Batch>  // ArrivalBatch or DepositBatch
 void size_spheres(std::span<Batch> batches);
 

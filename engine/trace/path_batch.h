@@ -41,8 +41,8 @@ struct PathBatch {
     alignas(64) std::array<std::uint32_t, kLanes> diffuse{};  ///< 1 after a diffuse reflection
     std::array<PathIdentifier, kLanes> identifier{};
     std::array<ImageTransform, kLanes> image{};  ///< for orders up to that of the image sources
-    /// The strongest band of a path in roulette; before it, where roulette begins. Less behind
-    /// walls.
+    /// The energy of the strongest band below which a path is in roulette: that of its last
+    /// reflection or, before, where roulette begins. Less behind walls.
     alignas(64) std::array<float, kLanes> roulette_energy = filled(kRouletteEnergy);
     /// Lobes::both: of a path that only mirrors have reflected, the probability that the diffuse
     /// lobe has not been chosen yet.
@@ -75,7 +75,8 @@ struct PathBatch {
     void append(const PathBatch& from, std::size_t lane);
 
     /// Appends the specular part of each path of a batch with Lobes::both that its last reflection
-    /// sends to the diffuse lobe for the first time, after scatter() and before leave().
+    /// sends to the diffuse lobe for the first time, after scatter() and before leave(). The
+    /// roulette of both begins at the same energy.
     void take_mirrored(const PathBatch& from, float max_length_m);
 
     /// Advances to the hits, which all lanes must have: sets `point`, `normal`, `back` and the

@@ -36,11 +36,12 @@ struct TraceSettings {
 
 /// Monte Carlo path tracing from an emitter. The energy of a ray is 1 in every band; rays of a
 /// source with a directivity have it in the mean. Surfaces reflect them diffusely or specularly by
-/// the scattering coefficient. Rays end with the response or, below -30 dB, by unbiased Russian
-/// roulette. Purely specular paths of the orders at which `images` tries every sequence are
-/// omitted. Those of its higher orders carry the key of their image, so that paths that image
-/// sources count can be omitted later. ArrivalTracer and DepositTracer select what is
-/// collected. Const functions may run on several threads. [propagation thread]
+/// the scattering coefficient; a purely specular path may also go on beside the diffuse one
+/// (`divides`). Rays end with the response or, below -30 dB, by unbiased Russian roulette. Purely
+/// specular paths of the orders at which `images` tries every sequence are omitted. Those of its
+/// higher orders carry the key of their image, so that paths that image sources count can be
+/// omitted later. ArrivalTracer and DepositTracer select what is collected. Const functions may run
+/// on several threads. [propagation thread]
 class PathTracer {
  public:
     /// Rays per batch. Batches do not depend on the threads, so neither do the results.
@@ -69,7 +70,7 @@ class PathTracer {
         : scene_(scene), images_(images), settings_(settings), divides_(divides) {}
 
     /// Which paths of a ray are traced: one, which every reflection sends to one lobe, or also
-    /// those behind walls that transmit.
+    /// those behind walls that transmit and, if `divides_`, purely specular ones.
     enum class Paths { one_of_a_ray, all };
 
     /// Traces a batch's rays by reflection order, up to order `last_order`. A PathBatch holds the

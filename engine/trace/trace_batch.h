@@ -28,7 +28,7 @@ struct SegmentEnergy {
     std::uint64_t image = 0;
 };
 
-/// Results of one batch of rays that every tracer collects, ordered by reflection, then by ray.
+/// Results of one batch of rays that every tracer collects, ordered by reflection.
 struct TraceBatch {
     std::vector<PathSegment> segments;
     std::vector<SegmentEnergy> segment_energies;  ///< [segment]

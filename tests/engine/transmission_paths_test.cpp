@@ -172,16 +172,18 @@ class OrderTracer : public PathTracer {
 /// Traces a batch and compares the energy of all paths with what was emitted.
 class BalanceTracer : public PathTracer {
  public:
-    BalanceTracer(const RayScene& scene, const SpecularPaths& images, const TraceSettings& settings)
-        : PathTracer(scene, images, settings) {}
+    BalanceTracer(const RayScene& scene, const SpecularPaths& images, const TraceSettings& settings,
+                  bool divides = false)
+        : PathTracer(scene, images, settings, divides) {}
 
     /// [order] Energy on the way and heat so far, per emitted energy. The heat is that part of the
     /// absorption which is not transmitted, or all of it.
-    std::vector<double> balance(const Vec3& source, int orders, bool all_absorption = false) const {
+    std::vector<double> balance(const Vec3& source, int orders, bool all_absorption = false,
+                                int batch = 0) const {
         std::vector<double> on_the_way(static_cast<std::size_t>(orders) + 1, 0);
         std::vector<double> heat(static_cast<std::size_t>(orders) + 1, 0);
         follow(
-            {0, source}, test::test_seed(), 0, orders, Paths::all,
+            {0, source}, test::test_seed(), batch, orders, Paths::all,
             [&](const PathBatch& paths, int order) {
                 for (std::size_t i = 0; i < paths.count; ++i) {
                     const double energy = double{paths.energy[i][0]};
@@ -294,6 +296,39 @@ TEST_CASE("what is neither on the way nor heat has never been emitted") {
         CHECK(tracer.balance(scene.sources[0].position, static_cast<int>(orders), true).back() >
               1.0001);
     }
+}
+
+TEST_CASE("with purely specular paths beside the diffuse ones, energy is kept in the mean") {
+    Scene scene = row_of_rooms(3, 0.2F, 0.3F);
+    add_partition(scene, 5, 6);
+    add_partition(scene, 10, 6);
+    const RayScene rays(scene);
+    const SpecularPaths images(rays, 0, 0.5F, 1);
+    TraceSettings settings;
+    settings.rays = 400 * PathTracer::kBatchRays;
+    settings.max_length_m = 1000;
+    const BalanceTracer tracer(rays, images, settings, true);
+    constexpr int kOrders = 12;
+    const auto of_batches = [&](bool all_absorption) {
+        std::vector<std::vector<double>> balances(kOrders + 1);
+        for (int batch = 0; batch < tracer.batch_count(); ++batch) {
+            const auto balance =
+                tracer.balance(scene.sources[0].position, kOrders, all_absorption, batch);
+            for (std::size_t n = 0; n < balance.size(); ++n) balances[n].push_back(balance[n]);
+        }
+        return balances;
+    };
+    const auto balances = of_batches(false);
+    for (std::size_t n = 0; n < balances.size(); ++n) {
+        const test::Estimate e = test::estimate(balances[n]);
+        CAPTURE(n, e.mean, e.standard_error);
+        // Rounding, as above.
+        CHECK(std::abs(e.mean - 1) < test::kFamilyZ * e.standard_error + 1e-6);
+        CHECK(e.standard_error < 0.005);
+    }
+    // Companion: if what the partitions transmit were heat as well.
+    const test::Estimate wrong = test::estimate(of_batches(true).back());
+    CHECK(wrong.mean - 1 > test::kRefutedZ * wrong.standard_error);
 }
 
 TEST_CASE("nothing passes an opaque wall behind a wall that transmits, for every estimator") {

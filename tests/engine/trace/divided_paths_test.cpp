@@ -65,7 +65,64 @@ struct ColouredBox {
     }
 };
 
+/// Records the purely specular segments of a batch.
+class SpecularTracer : public PathTracer {
+ public:
+    SpecularTracer(const RayScene& scene, const SpecularPaths& images,
+                   const TraceSettings& settings, bool divides)
+        : PathTracer(scene, images, settings, divides) {}
+
+    /// [order][ray] The segment of each ray; without length where a ray has none.
+    std::vector<std::vector<Ray>> segments(int orders) const {
+        std::vector<std::vector<Ray>> all(static_cast<std::size_t>(orders) + 1,
+                                          std::vector<Ray>(kBatchRays, Ray{Vec3(0), Vec3(0), 0}));
+        follow(
+            {0, kSource}, test::test_seed(), 0, orders, Paths::all,
+            [&](const PathBatch& paths, int order) {
+                for (std::size_t i = 0; i < paths.count; ++i) {
+                    if (paths.diffuse[i] != 0) continue;
+                    Ray& ray = all[static_cast<std::size_t>(order)][paths.ray[i]];
+                    CHECK(ray.max_m == 0);  // the only one
+                    ray = {paths.rays.origin.at(i), paths.rays.direction.at(i),
+                           paths.rays.max_m[i]};
+                }
+            },
+            [](const PathBatch&) {});
+        return all;
+    }
+};
+
 }  // namespace
+
+TEST_CASE("purely specular paths go where those of a room of mirrors go") {
+    ColouredBox box;
+    // At order 4 every path is above -30 dB, where roulette begins.
+    constexpr int kOrders = 4;
+    const auto of_room = [&](float scattering, bool divides) {
+        box.scene.materials[0].absorption = Bands::filled(0.1F);
+        box.scene.materials[0].scattering = Bands::filled(scattering);
+        const RayScene rays(box.scene);
+        return SpecularTracer(rays, box.none, box.settings, divides).segments(kOrders);
+    };
+    const auto mirrors = of_room(0, false);
+    const auto divided = of_room(0.7F, true);
+    const auto chosen = of_room(0.7F, false);  // companion
+    for (std::size_t order = 0; order < mirrors.size(); ++order) {
+        int others = 0;
+        int missing = 0;
+        for (std::size_t ray = 0; ray < PathTracer::kBatchRays; ++ray) {
+            const Ray& a = mirrors[order][ray];
+            const Ray& b = divided[order][ray];
+            const bool same =
+                a.origin == b.origin && a.direction == b.direction && a.max_m == b.max_m;
+            others += same ? 0 : 1;
+            missing += chosen[order][ray].max_m == 0 ? 1 : 0;
+        }
+        CAPTURE(order);
+        CHECK(others == 0);
+        if (order > 0) CHECK(missing > PathTracer::kBatchRays / 2);
+    }
+}
 
 TEST_CASE("each ray has a purely specular path of exact energy, whatever lobes are chosen") {
     ColouredBox box;
