@@ -142,7 +142,7 @@ TEST_CASE("Mono output is the W channel of ambisonic output") {
 
 TEST_CASE("Reflections beyond the first and the last sample of the response are cut off") {
     // Part of the reverberation, one tap each. Samples before the emission are dropped.
-    for (const std::size_t whole : {0, 2}) {
+    for (const std::size_t whole : {0U, 2U}) {
         SourceSound sound;
         sound.early = {path_of(static_cast<double>(whole) + 0.25, 1), path_of(4795, 0.5F),
                        path_of(4800, 0.5F), path_of(1e7, 0.5F)};

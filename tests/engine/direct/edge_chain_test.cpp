@@ -162,7 +162,7 @@ TEST_CASE("round a square pillar the paths on both sides add up as boundary elem
         const std::array corners{place.edge_at(-0.3, -0.3), place.edge_at(0.3, -0.3),
                                  place.edge_at(0.3, 0.3), place.edge_at(-0.3, 0.3)};
         for (std::size_t first = 0; first < 4; ++first) {
-            for (const std::size_t step : {1, 3}) {
+            for (const std::size_t step : {1U, 3U}) {
                 const std::array edges{corners[first], corners[(first + step) % 4]};
                 const auto chain = EdgeChain::over(edges, c.source, c.listener);
                 if (chain && chain->is_free(place.edges))
@@ -257,7 +257,7 @@ TEST_CASE("round a column of 32 sides the level is that of a round one") {
         for (const EdgePath& path : place.single_paths(c.source, c.listener)) add(path.field);
         int runs = 0;
         for (std::size_t first = 0; first < kSides; ++first) {
-            for (const std::size_t step : {1, kSides - 1}) {
+            for (const std::size_t step : {1U, kSides - 1U}) {
                 std::vector<const DiffractionEdge*> edges{corners[first]};
                 for (std::size_t i = 1; i < 8; ++i) {
                     edges.push_back(corners[(first + i * step) % kSides]);

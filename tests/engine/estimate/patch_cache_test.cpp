@@ -146,7 +146,8 @@ TEST_CASE("for any length of the log, sums and rays belong to the same frames") 
                 DepositBatch batch;
                 const int rays = size(random);
                 for (int i = 0; i < rays; ++i) {
-                    batch.deposits.add(deposit_on(static_cast<std::uint32_t>(i % kPatches), 1));
+                    batch.deposits.add(
+                        deposit_on(static_cast<std::uint32_t>(i) % std::uint32_t{kPatches}, 1));
                 }
                 cache.advance({number++, source, 0}, workers);
                 const std::uint64_t before = cache.emitted();

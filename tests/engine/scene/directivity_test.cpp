@@ -221,7 +221,7 @@ TEST_CASE("a table is continuous across the azimuth's seam, at the poles and bet
               double turn = std::atan2(double{d.y}, double{d.x}) / (2 * kPi);
               if (turn < 0) turn += 1;
               const auto column = static_cast<std::size_t>(turn * kColumns) % kColumns;
-              return double{energy[std::lround(row) * kColumns + column][2]};
+              return double{energy[static_cast<std::size_t>(row + 0.5) * kColumns + column][2]};
           }) > 10 * bound);
 }
 
@@ -311,7 +311,7 @@ TEST_CASE("a directivity in JSON has at most 361 elevations and 720 azimuths") {
     };
     CHECK_NOTHROW(load(bands(361, 4)));
     CHECK_NOTHROW(load(bands(3, 720)));
-    for (const auto& [elevations, azimuths] : {std::pair(362, 4), std::pair(3, 722)}) {
+    for (const auto& [elevations, azimuths] : {std::pair(362U, 4U), std::pair(3U, 722U)}) {
         CHECK_THROWS_WITH(load(bands(elevations, azimuths)),
                           Catch::EndsWith("/level_db/0: a table of " + std::to_string(elevations) +
                                           " elevations and " + std::to_string(azimuths) +
