@@ -189,9 +189,9 @@ TEST_CASE("a chain has the same field from both ends, and a path that is blocked
     const auto count = static_cast<std::uint32_t>(place.edges.count());
     int chains = 0;
     int blocked = 0;
-    for (int trial = 0; trial < 4000; ++trial) {
-        const glm::dvec3 source(between(-3, 3), between(-3, 3), between(-1, 1));
-        const glm::dvec3 listener(between(-3, 3), between(-3, 3), between(-1, 1));
+    for (int trial = 0; trial < 8000; ++trial) {
+        const glm::dvec3 source{between(-3, 3), between(-3, 3), between(-1, 1)};
+        const glm::dvec3 listener{between(-3, 3), between(-3, 3), between(-1, 1)};
         std::vector<const DiffractionEdge*> edges;
         for (int i = 0; i < 2 + trial % 3; ++i)
             edges.push_back(&place.edges[static_cast<std::uint32_t>(random.bits() % count)]);
