@@ -89,23 +89,33 @@ void SegmentCache::forget_oldest() {
     segment_count_ -= frames_.front().sounds.size();
     bytes_ -= frames_.front().memory_bytes();
     rays_ -= frames_.front().rays;
+    spare_ = std::move(frames_.front());
     frames_.pop_front();
 }
 
 void SegmentCache::add(std::span<const DepositBatch> batches, int rays) {
-    Frame frame{now_, static_cast<std::uint64_t>(rays), {}, {}};
+    auto rays_kept = static_cast<std::uint64_t>(rays);
     std::size_t count = 0;
     for (const DepositBatch& batch : batches) count += batch.segments.size();
     // Of a frame that alone exceeds the memory, a part represents all: that of fewer rays.
     const std::size_t fit = SegmentCache::fit(memory_bytes_);
     if (count > fit) {
-        frame.rays = std::max<std::uint64_t>(1, frame.rays * fit / count);
+        rays_kept = std::max<std::uint64_t>(1, rays_kept * fit / count);
     }
     // Systematic sampling: each segment counts with the probability `part`, and their number is
     // certain to one.
-    const double part = static_cast<double>(frame.rays) / rays;
+    const double part = static_cast<double>(rays_kept) / rays;
     double chosen = double{RandomStream(derive_seed(now_.frame, SeedPurpose::part)).uniform()};
     count = static_cast<std::size_t>(std::ceil(part * static_cast<double>(count)));
+    while (!frames_.empty() &&
+           ((segment_count_ + count > max_segments_ && frames_.size() >= window_frames_) ||
+            bytes_ + Frame::memory_bytes(count) > memory_bytes_)) {
+        forget_oldest();
+        evicted_ = true;
+    }
+    Frame frame{now_, rays_kept, std::move(spare_.segments), std::move(spare_.sounds)};
+    frame.segments.clear();
+    frame.sounds.clear();
     frame.segments.reserve((count + SegmentLanes::kCount - 1) / SegmentLanes::kCount);
     frame.sounds.reserve(count);
     for (const DepositBatch& batch : batches) {
@@ -123,12 +133,6 @@ void SegmentCache::add(std::span<const DepositBatch> batches, int rays) {
     bytes_ += frame.memory_bytes();
     rays_ += frame.rays;
     frames_.push_back(std::move(frame));
-    while (frames_.size() > 1 &&
-           ((segment_count_ > max_segments_ && frames_.size() > window_frames_) ||
-            memory_bytes() > memory_bytes_)) {
-        forget_oldest();
-        evicted_ = true;
-    }
 }
 
 bool SegmentCache::is_current() const {

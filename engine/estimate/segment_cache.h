@@ -88,8 +88,11 @@ class SegmentCache {
         std::vector<SegmentLanes> segments;
         std::vector<SegmentEnergy> sounds;  ///< [segment]
 
-        std::size_t memory_bytes() const {
-            return segments.size() * sizeof(SegmentLanes) + sounds.size() * sizeof(SegmentEnergy);
+        std::size_t memory_bytes() const { return memory_bytes(sounds.size()); }
+        static std::size_t memory_bytes(std::size_t count) {
+            return (count + SegmentLanes::kCount - 1) / SegmentLanes::kCount *
+                       sizeof(SegmentLanes) +
+                   count * sizeof(SegmentEnergy);
         }
     };
     static std::size_t fit(std::size_t memory_bytes);
@@ -103,6 +106,7 @@ class SegmentCache {
     std::size_t memory_bytes_;
     State now_;
     std::deque<Frame> frames_;
+    Frame spare_;  ///< the last frame removed, whose memory the next one takes
     std::size_t segment_count_ = 0;
     std::size_t bytes_ = 0;
     std::uint64_t rays_ = 0;
