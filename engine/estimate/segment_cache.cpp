@@ -102,10 +102,9 @@ void SegmentCache::add(std::span<const DepositBatch> batches, int rays) {
     if (count > fit) {
         rays_kept = std::max<std::uint64_t>(1, rays_kept * fit / count);
     }
-    // Systematic sampling: each segment counts with the probability `part`, and their number is
-    // certain to one.
+    // Stratified sampling: one segment at random of each 1 / part; their number is certain to one.
+    // At equal steps segments would follow the structure of the rays' low-discrepancy directions.
     const double part = static_cast<double>(rays_kept) / rays;
-    double chosen = double{RandomStream(derive_seed(now_.frame, SeedPurpose::part)).uniform()};
     count = static_cast<std::size_t>(std::ceil(part * static_cast<double>(count)));
     while (!frames_.empty() &&
            ((segment_count_ + count > max_segments_ && frames_.size() >= window_frames_) ||
@@ -113,20 +112,27 @@ void SegmentCache::add(std::span<const DepositBatch> batches, int rays) {
         forget_oldest();
         evicted_ = true;
     }
+    if (spare_.sounds.capacity() > 2 * count) spare_ = {};
     Frame frame{now_, rays_kept, std::move(spare_.segments), std::move(spare_.sounds)};
     frame.segments.clear();
     frame.sounds.clear();
     frame.segments.reserve((count + SegmentLanes::kCount - 1) / SegmentLanes::kCount);
     frame.sounds.reserve(count);
+    RandomStream random(derive_seed(now_.frame, SeedPurpose::part));
+    const auto next = [&] {
+        const double stratum = static_cast<double>(frame.sounds.size());
+        return static_cast<std::size_t>((stratum + double{random.uniform()}) / part);
+    };
+    std::size_t index = 0;
+    std::size_t chosen = next();
     for (const DepositBatch& batch : batches) {
-        for (std::size_t i = 0; i < batch.segments.size(); ++i) {
-            chosen += part;
-            if (chosen < 1) continue;
-            chosen -= 1;
-            const std::size_t lane = frame.sounds.size() % SegmentLanes::kCount;
-            if (lane == 0) frame.segments.emplace_back();
-            frame.segments.back().set(lane, batch.segments[i]);
-            frame.sounds.push_back(batch.segment_energies[i]);
+        for (std::size_t i = 0; i < batch.segments.size(); ++i, ++index) {
+            for (; chosen == index; chosen = next()) {
+                const std::size_t lane = frame.sounds.size() % SegmentLanes::kCount;
+                if (lane == 0) frame.segments.emplace_back();
+                frame.segments.back().set(lane, batch.segments[i]);
+                frame.sounds.push_back(batch.segment_energies[i]);
+            }
         }
     }
     segment_count_ += frame.sounds.size();

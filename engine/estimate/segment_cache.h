@@ -106,7 +106,7 @@ class SegmentCache {
     std::size_t memory_bytes_;
     State now_;
     std::deque<Frame> frames_;
-    Frame spare_;  ///< the last frame removed, whose memory the next one takes
+    Frame spare_;  ///< the last frame removed; the next one takes its memory if it needs half of it
     std::size_t segment_count_ = 0;
     std::size_t bytes_ = 0;
     std::uint64_t rays_ = 0;
