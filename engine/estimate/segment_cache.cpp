@@ -120,6 +120,7 @@ void SegmentCache::add(std::span<const DepositBatch> batches, int rays) {
     frame.sounds.reserve(count);
     RandomStream random(derive_seed(now_.frame, SeedPurpose::part));
     const auto next = [&] {
+        if (part == 1) return frame.sounds.size();
         const double stratum = static_cast<double>(frame.sounds.size());
         return static_cast<std::size_t>((stratum + double{random.uniform()}) / part);
     };

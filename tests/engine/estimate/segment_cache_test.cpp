@@ -182,7 +182,7 @@ TEST_CASE("of a frame that exceeds the memory a random part represents all") {
     CHECK(some.memory_bytes() <= 100'000);
     CHECK(some.memory_bytes() > 95'000);
     CHECK(some.rays() < 1200);
-    // Evenly from all batches: to one segment of a thousand.
+    // Evenly from all batches: exact to about one of the 850 segments.
     const Vec3 receiver(2, 0.3F, 0);
     const auto per_ray = [&](const SegmentCache& segments) {
         return detected(segments, receiver, 1.0 / static_cast<double>(segments.rays())).total(0);
