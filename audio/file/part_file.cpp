@@ -42,7 +42,8 @@ int create(const std::filesystem::path& file, mode_t mode) {
 
 std::filesystem::path file_behind_links(const std::filesystem::path& name) {
     constexpr int kMostLinks = 40;  // of Linux
-    std::filesystem::path file = name;
+    // The canonical form of a relative name may be relative, but that of "./" and a name is not.
+    std::filesystem::path file = name.empty() ? name : std::filesystem::absolute(name);
     for (int links = 0; links < kMostLinks; ++links) {
         std::error_code error;
         file = std::filesystem::weakly_canonical(file, error);

@@ -124,6 +124,21 @@ TEST_CASE("The target of a link that points to nothing is created, and the link 
     CHECK(names_in(folder.path() / "sub") == std::vector<std::string>{"new"});
 }
 
+TEST_CASE("A file has one name behind links, whether or not it exists") {
+    const TemporaryFolder folder;
+    const auto before = std::filesystem::current_path();
+    std::filesystem::current_path(folder.path());
+    for (int exists = 0; exists < 2; ++exists) {
+        const auto file = file_behind_links("file");
+        CHECK(file == std::filesystem::canonical(folder.path()) / "file");
+        CHECK(file_behind_links("./file") == file);
+        CHECK(file_behind_links("none/../file") == file);
+        CHECK(file_behind_links(folder.path() / "file") == file);
+        folder.write("file", "");
+    }
+    std::filesystem::current_path(before);
+}
+
 TEST_CASE("Links that form a loop or lead to no folder, and names too long, are refused") {
     const TemporaryFolder folder;
     std::filesystem::create_symlink("b", folder.path() / "a");
