@@ -43,11 +43,45 @@ void write_file(const fs::path& file, const std::string& content) {
     out.commit();
 }
 
+/// New files in a folder. The destructor removes them, and the folder if it is new, unless they are
+/// complete.
+class NewFiles {
+ public:
+    /// Throws Failure if the folder cannot be created.
+    explicit NewFiles(fs::path folder) : folder_(std::move(folder)) {
+        std::error_code error;
+        creates_folder_ = fs::create_directories(folder_, error);
+        if (error) throw Failure(folder_.string() + ": cannot create: " + error.message());
+    }
+    ~NewFiles() {
+        std::error_code ignored;
+        for (const fs::path& file : files_) fs::remove(file, ignored);
+        if (creates_folder_) fs::remove(folder_, ignored);
+    }
+    NewFiles(const NewFiles&) = delete;
+    NewFiles& operator=(const NewFiles&) = delete;
+
+    /// Writes a file; a former one of that name is replaced.
+    void write(const fs::path& file, const std::string& content) {
+        std::error_code ignored;
+        if (!fs::exists(file, ignored)) files_.push_back(file);
+        write_file(file, content);
+    }
+
+    void complete() {
+        files_.clear();
+        creates_folder_ = false;
+    }
+
+ private:
+    fs::path folder_;
+    bool creates_folder_ = false;
+    std::vector<fs::path> files_;
+};
+
 /// Writes a picture and a table of each parameter of each source. Returns false after a signal.
 bool write_maps(const Arguments& arguments, const ParameterMap& map, const Scene& scene) {
-    std::error_code error;
-    fs::create_directories(arguments.out, error);
-    if (error) throw Failure(arguments.out.string() + ": cannot create: " + error.message());
+    NewFiles files(arguments.out);
     ProgressBar bar("drawing the maps", arguments.quiet);
     const auto parameters = mapped_parameters(arguments.map_interaural);
     const double count =
@@ -57,10 +91,11 @@ bool write_maps(const Arguments& arguments, const ParameterMap& map, const Scene
         for (const std::size_t parameter : parameters) {
             if (!bar(done++ / count)) return false;
             const auto [table, picture] = map_files(arguments, scene, s, parameter);
-            write_file(table, map_csv(map, s, parameter));
-            write_file(picture, map_png(map, s, parameter, arguments.scene.stem().string()));
+            files.write(table, map_csv(map, s, parameter));
+            files.write(picture, map_png(map, s, parameter, arguments.scene.stem().string()));
         }
     }
+    files.complete();
     return true;
 }
 

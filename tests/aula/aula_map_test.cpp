@@ -170,6 +170,23 @@ TEST_CASE("Bad options of a map are refused with one line and status 2, without 
     CHECK(read_file(scene) == kSmallRoom);
 }
 
+TEST_CASE("A map that cannot be written to its end leaves only what was there before") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    // No file may exceed 1024 bytes, as pictures do.
+    const std::string limited = std::string("trap '' XFSZ; ulimit -f 1; exec ") + AULA_PROGRAM +
+                                " map " + scene + " --spacing 2 --frames 3 --rays 50 --out ";
+    const auto out = folder.path() / "maps";
+    const ProgramResult result = run_program({"/bin/bash", "-c", limited + out.string()});
+    CHECK(result.status == 1);
+    CHECK(result.err.find("cannot write") != std::string::npos);
+    CHECK_FALSE(std::filesystem::exists(out));
+    std::filesystem::create_directory(out);
+    folder.write("maps/notes", "mine");
+    CHECK(run_program({"/bin/bash", "-c", limited + out.string()}).status == 1);
+    CHECK(names_in(out) == std::vector<std::string>{"notes"});
+}
+
 TEST_CASE("An interrupted map leaves no folder") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kSmallRoom);
