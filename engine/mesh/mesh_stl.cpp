@@ -79,9 +79,11 @@ ImportedMesh read_text(std::string_view bytes) {
 
 }  // namespace
 
-// The header of a binary file may begin with "solid", too: the size of the file decides.
+// The header of a binary file may begin with "solid", too: the size of the file decides, and a text
+// has no zero bytes.
 ImportedMesh read_stl(std::string_view bytes) {
-    const bool text = is_word(TextCursor(bytes).word(), "solid");
+    const bool text =
+        is_word(TextCursor(bytes).word(), "solid") && bytes.find('\0') == std::string_view::npos;
     if (bytes.size() >= kHeaderBytes) {
         const std::size_t triangles =
             read_scalar<std::uint32_t>(bytes.data() + kHeaderBytes - 4, std::endian::little);
