@@ -64,10 +64,10 @@ std::size_t index_of(const std::vector<T>& elements, const std::string& name, co
 
 /// Throws InputError if an element has that name, unless it is empty.
 template <typename T>
-void check_new(const std::vector<T>& elements, const std::string& name, const char* kind) {
+void check_new(const std::vector<T>& elements, const std::string& name, const char* a_kind) {
     for (const T& element : elements)
         if (!name.empty() && element.name == name)
-            throw InputError(std::string("the scene already has a ") + kind + " \"" + name +
+            throw InputError(std::string("the scene already has ") + a_kind + " \"" + name +
                              "\"; expected another name");
 }
 
@@ -107,7 +107,7 @@ int aula_scene_add_material(aula_scene* scene, const char* name, const float* ab
         aula::Material material;
         material.name = &aula::not_null(name, "name");
         if (material.name.empty()) throw aula::InputError("the name of a material is empty");
-        aula::check_new(materials, material.name, "material");
+        aula::check_new(materials, material.name, "a material");
         material.absorption = aula::read_bands(&aula::not_null(absorption, "absorption"));
         material.scattering = aula::read_bands(&aula::not_null(scattering, "scattering"));
         if (sound_reduction_db != nullptr)
@@ -128,7 +128,7 @@ int aula_scene_add_object(aula_scene* scene, const char* name, const float* vert
         const std::string text = aula::label(changed.objects.size(), named);
         if (triangle_count == 0)
             throw aula::InputError(text + " has no triangle; expected at least one");
-        aula::check_new(changed.objects, named, "object");
+        aula::check_new(changed.objects, named, "an object");
         const std::size_t index =
             changed.add_object(aula::read_vertices(vertices, vertex_count, text),
                                aula::read_triangles(triangles, triangle_count, vertex_count, text),

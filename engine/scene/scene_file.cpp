@@ -223,14 +223,18 @@ Simulation read_simulation(const JsonReader& json) {
                      "listener_radius_m", "frame_rate_hz", "ir_length_s", "seed", "threads",
                      "memory_mb", "direct", "diffraction_order", "specular_order", "specular",
                      "transmission"});
-    constexpr NumberRange kResponseTime_s{0, 3600, true, "seconds from 0 to 3600"};
-    constexpr NumberRange kLength_m{0, 1e6, false, "metres above 0, at most 1e6"};
-    constexpr NumberRange kRate_hz{0, 1000, false, "frames per second above 0, at most 1000"};
-    constexpr NumberRange kIrLength_s{0, 10, false, "seconds above 0, at most 10"};
+    constexpr NumberRange kResponseTime_s{0, Simulation::kMaxResponseTime_s, true,
+                                          "seconds from 0 to 3600"};
+    constexpr NumberRange kLength_m{0, Simulation::kMaxLength_m, false,
+                                    "metres above 0, at most 1e6"};
+    constexpr NumberRange kRate_hz{0, Simulation::kMaxFrameRate_hz, false,
+                                   "frames per second above 0, at most 1000"};
+    constexpr NumberRange kIrLength_s{0, Simulation::kMaxIrLength_s, false,
+                                      "seconds above 0, at most 10"};
     Simulation s;
     json.read("estimator", [&](const JsonReader& x) { s.estimator = read_estimator(x); });
     json.read("rays", [&](const JsonReader& x) { s.rays = x.integer(1, Simulation::kMaxRays); });
-    json.read("order", [&](const JsonReader& x) { s.order = x.integer(0, 1'000'000); });
+    json.read("order", [&](const JsonReader& x) { s.order = x.integer(0, Simulation::kMaxOrder); });
     json.read("response_time_s",
               [&](const JsonReader& x) { s.response_time_s = x.real(kResponseTime_s); });
     json.read("patch_size_m", [&](const JsonReader& x) { s.patch_size_m = x.real(kLength_m); });
@@ -239,8 +243,10 @@ Simulation read_simulation(const JsonReader& json) {
     json.read("frame_rate_hz", [&](const JsonReader& x) { s.frame_rate_hz = x.real(kRate_hz); });
     json.read("ir_length_s", [&](const JsonReader& x) { s.ir_length_s = x.real(kIrLength_s); });
     json.read("seed", [&](const JsonReader& x) { s.seed = x.unsigned_integer(); });
-    json.read("threads", [&](const JsonReader& x) { s.threads = x.integer(1, 1024); });
-    json.read("memory_mb", [&](const JsonReader& x) { s.memory_mb = x.integer(1, 1'000'000); });
+    json.read("threads",
+              [&](const JsonReader& x) { s.threads = x.integer(1, Simulation::kMaxThreads); });
+    json.read("memory_mb",
+              [&](const JsonReader& x) { s.memory_mb = x.integer(1, Simulation::kMaxMemory_mb); });
     json.read("direct", [&](const JsonReader& x) { s.direct = x.boolean(); });
     json.read("diffraction_order", [&](const JsonReader& x) {
         s.diffraction_order = x.integer(0, Simulation::kHighestDiffractionOrder);

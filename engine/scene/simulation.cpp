@@ -48,20 +48,28 @@ void Simulation::check() const {
     const auto need = [](bool holds, const char* what) {
         if (!holds) throw InputError(std::string("simulation: ") + what);
     };
-    need(rays >= 1, "rays is below 1");
-    need(order >= 0, "order is below 0");
-    need(specular_order >= 0, "specular_order is below 0");
-    need(specular_order <= Simulation::kHighestSpecularOrder, "specular_order is above 100");
-    need(diffraction_order >= 0, "diffraction_order is below 0");
-    need(diffraction_order <= Simulation::kHighestDiffractionOrder, "diffraction_order is above 4");
-    need(patch_size_m > 0, "patch_size_m is not above 0");
-    need(listener_radius_m > 0, "listener_radius_m is not above 0");
-    need(frame_rate_hz > 0, "frame_rate_hz is not above 0");
-    need(response_time_s >= 0, "response_time_s is below 0");
-    need(memory_mb >= 1, "memory_mb is below 1");
-    need(!threads || *threads >= 1, "threads is below 1");
-    need(!ir_length_s || (*ir_length_s > 0 && *ir_length_s <= 10),
-         "ir_length_s is not between 0 and 10");
+    const auto is_within = [](auto value, auto lowest, auto highest) {
+        return value >= lowest && value <= highest;
+    };
+    const auto is_above_0 = [](float value, float highest) {
+        return value > 0 && value <= highest;
+    };
+    need(is_within(rays, 1, kMaxRays), "rays is not between 1 and 200000");
+    need(is_within(order, 0, kMaxOrder), "order is not between 0 and 1000000");
+    need(is_within(specular_order, 0, kHighestSpecularOrder),
+         "specular_order is not between 0 and 100");
+    need(is_within(diffraction_order, 0, kHighestDiffractionOrder),
+         "diffraction_order is not between 0 and 4");
+    need(is_above_0(patch_size_m, kMaxLength_m), "patch_size_m is not above 0, at most 1e6");
+    need(is_above_0(listener_radius_m, kMaxLength_m),
+         "listener_radius_m is not above 0, at most 1e6");
+    need(is_above_0(frame_rate_hz, kMaxFrameRate_hz), "frame_rate_hz is not above 0, at most 1000");
+    need(is_within(response_time_s, 0.0F, kMaxResponseTime_s),
+         "response_time_s is not between 0 and 3600");
+    need(is_within(memory_mb, 1, kMaxMemory_mb), "memory_mb is not between 1 and 1000000");
+    need(!threads || is_within(*threads, 1, kMaxThreads), "threads is not between 1 and 1024");
+    need(!ir_length_s || is_above_0(*ir_length_s, kMaxIrLength_s),
+         "ir_length_s is not above 0, at most 10");
 }
 
 }  // namespace aula

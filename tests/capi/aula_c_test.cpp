@@ -117,7 +117,7 @@ TEST_CASE("C: wrong content of a scene is an error that says what was expected")
         return aula_scene_add_object(scene.handle, name, box.vertices.data(), 8,
                                      box.triangles.data(), triangles, material, 0, nullptr);
     };
-    CHECK((add("walls", "brick", 12) == AULA_INPUT_ERROR && message_has("walls")));
+    CHECK((add("walls", "brick", 12) == AULA_INPUT_ERROR && message_has("an object \"walls\"")));
     CHECK((add(nullptr, "cheese", 12) == AULA_INPUT_ERROR && message_has("cheese")));
     CHECK((add(nullptr, "brick", 0) == AULA_INPUT_ERROR && message_has("no triangle")));
     box.triangles[7] = 8;
@@ -269,6 +269,9 @@ TEST_CASE("C: options out of range are errors") {
     CHECK(refuses([](aula_options& o) { o.max_sources = -1; }));
     CHECK(refuses([](aula_options& o) { o.rays = -1; }));
     CHECK(refuses([](aula_options& o) { o.threads = -1; }));
+    CHECK(refuses([](aula_options& o) { o.threads = 1025; }));
+    CHECK(refuses([](aula_options& o) { o.frame_rate_hz = 1001; }));
+    CHECK(refuses([](aula_options& o) { o.rays = 200'001; }));
     CHECK(refuses([](aula_options& o) {
         o.output = AULA_BINAURAL;
         o.hrtf = "/no/such.sofa";

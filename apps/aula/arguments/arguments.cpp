@@ -198,22 +198,24 @@ class Options {
                          arguments_.rays_given = true;
                          change(n);
                      });
-        integer<int>("--order", 0, 1'000'000, simulation(&Simulation::order));
+        integer<int>("--order", 0, Simulation::kMaxOrder, simulation(&Simulation::order));
         integer<int>("--specular-order", 0, Simulation::kHighestSpecularOrder,
                      simulation(&Simulation::specular_order));
-        real("--response-time", 3600, "seconds from 0 to 3600",
+        real("--response-time", Simulation::kMaxResponseTime_s, "seconds from 0 to 3600",
              simulation(&Simulation::response_time_s), true);
-        real("--patch-size", 1e6, "metres above 0", simulation(&Simulation::patch_size_m));
-        real("--listener-radius", 1e6, "metres above 0",
+        real("--patch-size", Simulation::kMaxLength_m, "metres above 0, at most 1e6",
+             simulation(&Simulation::patch_size_m));
+        real("--listener-radius", Simulation::kMaxLength_m, "metres above 0, at most 1e6",
              simulation(&Simulation::listener_radius_m));
-        real("--frame-rate", 1000, "frames per second above 0, at most 1000",
-             simulation(&Simulation::frame_rate_hz));
-        real("--ir-length", 10, "seconds above 0, at most 10",
+        real("--frame-rate", Simulation::kMaxFrameRate_hz,
+             "frames per second above 0, at most 1000", simulation(&Simulation::frame_rate_hz));
+        real("--ir-length", Simulation::kMaxIrLength_s, "seconds above 0, at most 10",
              simulation(&Simulation::ir_length_s));
         integer<std::uint64_t>("--seed", 0, std::numeric_limits<std::uint64_t>::max(),
                                simulation(&Simulation::seed));
-        integer<int>("--threads", 1, 1024, simulation(&Simulation::threads));
-        integer<int>("--memory-mb", 1, 1'000'000, simulation(&Simulation::memory_mb));
+        integer<int>("--threads", 1, Simulation::kMaxThreads, simulation(&Simulation::threads));
+        integer<int>("--memory-mb", 1, Simulation::kMaxMemory_mb,
+                     simulation(&Simulation::memory_mb));
     }
 
     void add_sound() {

@@ -100,7 +100,8 @@ typedef struct aula_options {
     int32_t max_sources;         /* most sources at the same time, up to 1024; 0: 16; at least the
                                     scene's. The memory grows with it */
     int32_t rays;                /* per source and frame, up to 200000; 0: the scene's */
-    int32_t threads;             /* that trace rays; 0: the scene's, or all processors but one */
+    int32_t threads;             /* that trace rays, up to 1024; 0: the scene's, or all processors
+                                    but one */
 } aula_options;
 
 /* The input of a source in one call of aula_room_process() or aula_room_process_exactly(). */
@@ -151,7 +152,8 @@ AULA_API int aula_scene_create(aula_scene **scene);
  * [any thread, no other call with this scene at the same time] */
 AULA_API void aula_scene_destroy(aula_scene *scene);
 
-/* Adds a material. It hides the one of this name that ships with Aula. `absorption`: AULA_BANDS
+/* Adds a material. It hides the one of this name that ships with Aula from objects that are added
+ * later; the scene has the latter if an object uses it already. `absorption`: AULA_BANDS
  * shares of the incident energy that are not reflected, 0 to 1. `scattering`: AULA_BANDS shares of
  * the reflected energy that leave diffusely, 0 to 1. `sound_reduction_db`: AULA_BANDS values of the
  * sound reduction index, 0 to 120 dB; null: opaque. Errors: the name is empty or that of a material
@@ -244,7 +246,8 @@ AULA_API int aula_room_commit(aula_room *room, int64_t until);
  * signals, at most max_sources; null if there is none. Of several signals of one source the first
  * counts; a source without a signal is silent. `outputs`: as many pointers as the room has
  * channels, to `samples` samples each, which are overwritten: all channels of listener 0, then
- * those of listener 1, and so on. Outputs are not limited: sources near a head exceed 1. Errors:
+ * those of listener 1, and so on. Outputs are not limited: sources near a head exceed 1. Inputs are
+ * finite: a NaN stays in the outputs for the length of a response. Errors:
  * another number of outputs, too many inputs, a negative number of samples, an AULA_EXACT room; the
  * outputs are then unchanged. If the propagation has failed, the last frame is still heard, and
  * aula_room_status() returns the error. [one audio thread] */

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <functional>
+#include <limits>
 #include <string>
 
 #include "aula/exception.h"
@@ -47,6 +48,16 @@ TEST_CASE("a simulation with a value out of its range is refused") {
         [](Simulation& s) { s.threads = 0; },
         [](Simulation& s) { s.ir_length_s = 0.0F; },
         [](Simulation& s) { s.ir_length_s = 10.1F; },
+        [](Simulation& s) { s.rays = Simulation::kMaxRays + 1; },
+        [](Simulation& s) { s.order = Simulation::kMaxOrder + 1; },
+        [](Simulation& s) { s.patch_size_m = 2 * Simulation::kMaxLength_m; },
+        [](Simulation& s) { s.listener_radius_m = 2 * Simulation::kMaxLength_m; },
+        [](Simulation& s) { s.frame_rate_hz = Simulation::kMaxFrameRate_hz + 1; },
+        [](Simulation& s) { s.frame_rate_hz = std::numeric_limits<float>::quiet_NaN(); },
+        [](Simulation& s) { s.response_time_s = Simulation::kMaxResponseTime_s + 1; },
+        [](Simulation& s) { s.response_time_s = std::numeric_limits<float>::quiet_NaN(); },
+        [](Simulation& s) { s.memory_mb = Simulation::kMaxMemory_mb + 1; },
+        [](Simulation& s) { s.threads = Simulation::kMaxThreads + 1; },
     };
     for (const auto& change : wrong) {
         Simulation simulation;
@@ -66,6 +77,14 @@ TEST_CASE("a simulation with a value out of its range is refused") {
     Simulation highest;
     highest.specular_order = Simulation::kHighestSpecularOrder;
     highest.diffraction_order = Simulation::kHighestDiffractionOrder;
-    highest.ir_length_s = 10.0F;
+    highest.ir_length_s = Simulation::kMaxIrLength_s;
+    highest.rays = Simulation::kMaxRays;
+    highest.order = Simulation::kMaxOrder;
+    highest.patch_size_m = Simulation::kMaxLength_m;
+    highest.listener_radius_m = Simulation::kMaxLength_m;
+    highest.frame_rate_hz = Simulation::kMaxFrameRate_hz;
+    highest.response_time_s = Simulation::kMaxResponseTime_s;
+    highest.memory_mb = Simulation::kMaxMemory_mb;
+    highest.threads = Simulation::kMaxThreads;
     CHECK_NOTHROW(highest.check());
 }

@@ -25,6 +25,13 @@ struct Simulation {
     /// Largest number of rays: those of a source in one frame and their results have to fit in
     /// memory.
     static constexpr int kMaxRays = 200'000;
+    static constexpr int kMaxOrder = 1'000'000;        ///< largest limit of the reflection order
+    static constexpr float kMaxResponseTime_s = 3600;  ///< largest tau
+    static constexpr float kMaxLength_m = 1e6F;        ///< largest patch and largest detector
+    static constexpr float kMaxFrameRate_hz = 1000;    ///< most propagation frames per second
+    static constexpr float kMaxIrLength_s = 10;        ///< longest response
+    static constexpr int kMaxThreads = 1024;           ///< most threads for tracing
+    static constexpr int kMaxMemory_mb = 1'000'000;    ///< most memory of the caches
     /// Highest order of image sources: the time for those of a frame increases with its square.
     static constexpr int kHighestSpecularOrder = 100;
     /// Highest diffraction order.
@@ -32,24 +39,27 @@ struct Simulation {
 
     Estimator estimator = Estimator::patch;  ///< how energy responses are estimated
     int rays = 1000;            ///< rays per source and frame, 1 to kMaxRays; more rays, less noise
-    int order = 0;              ///< highest reflection order of all paths; 0: no limit
+    int order = 0;              ///< highest reflection order, up to kMaxOrder; 0: no limit
     int specular_order = 3;     ///< highest order of the image sources, 0 to kHighestSpecularOrder
     bool specular = true;       ///< false omits purely specular paths
     bool direct = true;         ///< false omits the direct sound and its diffraction
     int diffraction_order = 2;  ///< highest number of edges that the direct sound bends around,
                                 ///< 0 to kHighestDiffractionOrder; 0: no diffraction
     bool transmission = true;   ///< false makes all walls opaque
-    /// tau: the time over which the caches average, >= 0. Longer: less noise, but slower reaction
-    /// to movement.
+    /// tau: the time over which the caches average, 0 to kMaxResponseTime_s. Longer: less noise,
+    /// but slower reaction to movement.
     float response_time_s = 0.5F;
-    float patch_size_m = 0.5F;         ///< lambda: edge length of the patches, above 0
-    float listener_radius_m = 0.5F;    ///< radius of the spheres that detect rays at a listener
-    float frame_rate_hz = 30;          ///< propagation frames per second, above 0 to 1000
-    std::optional<float> ir_length_s;  ///< length of the responses, above 0 to 10 s; if absent:
-                                       ///< from the reverberation time of the room, at most 4 s
+    /// lambda: edge length of the patches, above 0, up to kMaxLength_m.
+    float patch_size_m = 0.5F;
+    /// Radius of the spheres that detect rays at a listener, above 0, up to kMaxLength_m.
+    float listener_radius_m = 0.5F;
+    float frame_rate_hz = 30;          ///< frames per second, above 0, up to kMaxFrameRate_hz
+    std::optional<float> ir_length_s;  ///< length of the responses, above 0, up to kMaxIrLength_s;
+                                       ///< if absent: from the reverberation time, at most 4 s
     std::uint64_t seed = 1;            ///< seed of all random numbers
-    std::optional<int> threads;  ///< threads for tracing, >= 1; if absent: all processors but one
-    int memory_mb = 256;         ///< memory of all caches in 10^6 bytes, >= 1
+    std::optional<int> threads;        ///< threads for tracing, 1 to kMaxThreads; if absent: all
+                                       ///< processors but one
+    int memory_mb = 256;               ///< memory of all caches in 10^6 bytes, 1 to kMaxMemory_mb
 
     /// True if all settings are equal.
     friend bool operator==(const Simulation&, const Simulation&) = default;
