@@ -26,6 +26,12 @@ if(AULA_FUZZ)
     add_compile_options(-fsanitize=fuzzer-no-link)
 endif()
 
+# The headers that most sources of a large library include. The preset dev compiles without
+# precompiled headers, to find missing ones.
+set(AULA_PRECOMPILED_HEADERS
+    <algorithm> <array> <cmath> <cstdint> <filesystem> <functional> <glm/geometric.hpp> <limits>
+    <map> <memory> <numbers> <optional> <span> <string> <utility> <vector>)
+
 # aula_library(NAME COMPONENT C SOURCES ... HEADERS ...): the static library aula::NAME of component
 # C. HEADERS are its public headers, below include/ and included as <aula/...>. Inside the project
 # all other headers are included from the root of the tree, as "engine/rays/ray_scene.h".

@@ -152,13 +152,12 @@ AULA_API int aula_scene_create(aula_scene **scene);
  * [any thread, no other call with this scene at the same time] */
 AULA_API void aula_scene_destroy(aula_scene *scene);
 
-/* Adds a material. It hides the one of this name that ships with Aula from objects that are added
- * later; the scene has the latter if an object uses it already. `absorption`: AULA_BANDS
- * shares of the incident energy that are not reflected, 0 to 1. `scattering`: AULA_BANDS shares of
- * the reflected energy that leave diffusely, 0 to 1. `sound_reduction_db`: AULA_BANDS values of the
- * sound reduction index, 0 to 120 dB; null: opaque. Errors: the name is empty or that of a material
- * of the scene, a value is out of range, a band transmits more than it absorbs. [any thread, no
- * other call with this scene at the same time] */
+/* Adds a material. It hides the one of this name that ships with Aula; add it before the objects
+ * that use it. `absorption`: AULA_BANDS shares of the incident energy that are not reflected, 0 to
+ * 1. `scattering`: AULA_BANDS shares of the reflected energy that leave diffusely, 0 to 1.
+ * `sound_reduction_db`: AULA_BANDS values of the sound reduction index, 0 to 120 dB; null: opaque.
+ * Errors: the name is empty or that of a material of the scene, a value is out of range, a band
+ * transmits more than it absorbs. [any thread, no other call with this scene at the same time] */
 AULA_API int aula_scene_add_material(aula_scene *scene, const char *name, const float *absorption,
                                      const float *scattering, const float *sound_reduction_db);
 
@@ -246,10 +245,10 @@ AULA_API int aula_room_commit(aula_room *room, int64_t until);
  * signals, at most max_sources; null if there is none. Of several signals of one source the first
  * counts; a source without a signal is silent. `outputs`: as many pointers as the room has
  * channels, to `samples` samples each, which are overwritten: all channels of listener 0, then
- * those of listener 1, and so on. Outputs are not limited: sources near a head exceed 1. Inputs are
- * finite: a NaN stays in the outputs for the length of a response. Errors:
- * another number of outputs, too many inputs, a negative number of samples, an AULA_EXACT room; the
- * outputs are then unchanged. If the propagation has failed, the last frame is still heard, and
+ * those of listener 1, and so on. Outputs are not limited: sources near a head exceed 1. Inputs
+ * must be finite: a NaN stays in the outputs for the length of a response. Errors: another number
+ * of outputs, too many inputs, a negative number of samples, an AULA_EXACT room; the outputs are
+ * then unchanged. If the propagation has failed, the last frame is still heard, and
  * aula_room_status() returns the error. [one audio thread] */
 AULA_API int aula_room_process(aula_room *room, const aula_signal *inputs, size_t input_count,
                                float *const *outputs, size_t output_count, int32_t samples);
