@@ -43,20 +43,21 @@ void write_file(const fs::path& file, const std::string& content) {
     out.commit();
 }
 
-/// New files in a folder. The destructor removes them, and the folder if it is new, unless they are
-/// complete.
+/// New files in a folder. The destructor removes them, and new folders, unless they are complete.
 class NewFiles {
  public:
     /// Throws Failure if the folder cannot be created.
     explicit NewFiles(fs::path folder) : folder_(std::move(folder)) {
         std::error_code error;
-        creates_folder_ = fs::create_directories(folder_, error);
+        for (fs::path f = folder_; !f.empty() && !fs::exists(f, error); f = f.parent_path())
+            folders_.push_back(f);
+        fs::create_directories(folder_, error);
         if (error) throw Failure(folder_.string() + ": cannot create: " + error.message());
     }
     ~NewFiles() {
         std::error_code ignored;
         for (const fs::path& file : files_) fs::remove(file, ignored);
-        if (creates_folder_) fs::remove(folder_, ignored);
+        for (const fs::path& folder : folders_) fs::remove(folder, ignored);
     }
     NewFiles(const NewFiles&) = delete;
     NewFiles& operator=(const NewFiles&) = delete;
@@ -70,12 +71,12 @@ class NewFiles {
 
     void complete() {
         files_.clear();
-        creates_folder_ = false;
+        folders_.clear();
     }
 
  private:
     fs::path folder_;
-    bool creates_folder_ = false;
+    std::vector<fs::path> folders_;  ///< new ones, innermost first
     std::vector<fs::path> files_;
 };
 

@@ -177,7 +177,8 @@ TEST_CASE("A map that cannot be written to its end leaves only what was there be
     const std::string limited = std::string("trap '' XFSZ; ulimit -f 1; exec ") + AULA_PROGRAM +
                                 " map " + scene + " --spacing 2 --frames 3 --rays 50 --out ";
     const auto out = folder.path() / "maps";
-    const ProgramResult result = run_program({"/bin/bash", "-c", limited + out.string()});
+    const ProgramResult result =
+        run_program({"/bin/bash", "-c", limited + (out / "deep/").string()});
     CHECK(result.status == 1);
     CHECK(result.err.find("cannot write") != std::string::npos);
     CHECK_FALSE(std::filesystem::exists(out));
