@@ -163,21 +163,22 @@ TEST_CASE("mirror paths of high order follow a listener also after a long rest")
     // So many rays that the cache is soon complete and no more are traced.
     Scene scene = test::grey_room(test::box(Vec3(5, 4, 3)), 0.2F, 0.0F, kSource, kListener);
     Simulation simulation = test::with(scene, Estimator::patch, 0.05F, 0.2F);
-    simulation.rays = 1 << 20;
+    simulation.rays = Simulation::kMaxRays;
+    constexpr int kFrames = 6;  // more than a million rays
     simulation.order = 1;
     Propagation propagation(scene, simulation);
     FrameInput input = test::static_input(scene);
-    for (int f = 0; f < 6; ++f) propagation.step(input);
+    for (int f = 0; f < 2 * kFrames; ++f) propagation.step(input);
     input.listeners[0] = Vec3(1, 1, 1);
     propagation.step(input);
     Propagation fresh(scene, simulation);
-    fresh.step(input);
-    // Estimates of two frames at the same position: a million rays, 1 %.
+    for (int f = 0; f < kFrames; ++f) fresh.step(input);
+    // Two estimates at the same position: a million rays, 1 %.
     const double here = test::energy_between(fresh.response(0), 0, 0.05);
     CHECK(test::energy_between(propagation.response(0), 0, 0.05) == Approx(here).epsilon(0.03));
     // Companion: the energy differs where the listener rested.
     Propagation left(scene, simulation);
-    left.step(test::static_input(scene));
+    for (int f = 0; f < kFrames; ++f) left.step(test::static_input(scene));
     CHECK(test::energy_between(left.response(0), 0, 0.05) != Approx(here).epsilon(0.06));
 }
 
