@@ -90,7 +90,8 @@ TEST_CASE("Ten seconds of a tone are played in time and without a gap") {
     }
     const TemporaryFolder folder;
     const std::filesystem::path file = folder.path() / "recorded.wav";
-    // On a busy machine server and recorder can be late and cause a gap.
+    // On a busy machine server, recorder and callback can be late and cause a gap. The time in
+    // which a virtual machine stands still counts as computing.
     constexpr int kTries = 3;
     for (int attempt = 0; attempt < kTries; ++attempt) {
         AudioDevice device("", kRate_hz, 2, kBlock, Tone());
@@ -102,13 +103,13 @@ TEST_CASE("Ten seconds of a tone are played in time and without a gap") {
         device.start();
         const bool in_time = recording.in_time();
         CHECK(device.active());
-        CHECK(device.meter().rendering_underruns() == 0);
         CHECK(device.meter().load() > 0);
         CHECK(device.meter().mean_load() > 0);
         CHECK(device.meter().worst_load() >= device.meter().load());
         device.stop();
         CHECK_FALSE(device.active());
         if (in_time) {
+            CHECK(device.meter().rendering_underruns() == 0);
             // Few of the 1900 callbacks follow an underrun, at most at the start.
             CHECK(device.meter().underruns() < 100);
             CHECK(count_discontinuities(read_sound(file, kRate_hz).samples) == 0);
