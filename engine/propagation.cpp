@@ -470,7 +470,7 @@ float Propagation::patch_size_m() const { return state_->estimator->patch_size_m
 std::vector<char> Propagation::sources_connected(const FrameInput& given) const {
     const State& s = *state_;
     const FrameInput input = s.nudged(given);
-    return connected(s.rays, input.listeners[0], input.sources,
+    return connected(s.rays, std::span(input.listeners).first(1), input.sources,
                      derive_seed(s.simulation.seed, SeedPurpose::connection));
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <glm/geometric.hpp>
+#include <map>
 
 #include "apps/aula/interrupt.h"
 #include "apps/aula/outputs.h"
@@ -32,6 +33,7 @@ constexpr double kMaxPatches = 1e5;
 constexpr std::uint64_t kSeed = 1;
 
 constexpr const char* kMeasuring = "measuring the room";
+constexpr const char* kListener = "the listener";
 
 /// A position of the listener or of a source.
 struct NamedPosition {
@@ -42,7 +44,7 @@ struct NamedPosition {
 
 /// Initial positions of the listener, then of the sources.
 std::vector<NamedPosition> initial_positions(const Scene& scene) {
-    std::vector<NamedPosition> positions{{"the listener", scene.listener.pose_at(0).position, {}}};
+    std::vector<NamedPosition> positions{{kListener, scene.listener.pose_at(0).position, {}}};
     for (const Source& source : scene.sources)
         positions.push_back({"the source \"" + source.name + "\"", source.position_at(0), {}});
     return positions;
@@ -75,7 +77,7 @@ void add_along(const std::string& name, const Trajectory& path,
 /// The initial positions and positions along all paths.
 std::vector<NamedPosition> positions_along_paths(const Scene& scene) {
     std::vector<NamedPosition> positions = initial_positions(scene);
-    if (scene.listener.path) add_along("the listener", *scene.listener.path, positions);
+    if (scene.listener.path) add_along(kListener, *scene.listener.path, positions);
     for (const Source& source : scene.sources)
         if (source.path) add_along("the source \"" + source.name + "\"", *source.path, positions);
     return positions;
@@ -90,7 +92,7 @@ std::vector<Vec3> points_of(const std::vector<NamedPosition>& positions) {
 /// Positions outside and inside the room.
 struct SortedPositions {
     std::vector<NamedPosition> outside;
-    std::vector<Vec3> inside;
+    std::vector<NamedPosition> inside;
 };
 
 /// The result of `work`. If it takes long, a status line on the terminal shows `what`.
@@ -104,11 +106,7 @@ SortedPositions sort_positions(const RayScene& rays, const std::vector<NamedPosi
     const std::vector<char> outside = outside_room(rays, points_of(positions), kSeed);
     SortedPositions sorted;
     for (std::size_t i = 0; i < positions.size(); ++i) {
-        if (outside[i]) {
-            sorted.outside.push_back(positions[i]);
-        } else {
-            sorted.inside.push_back(positions[i].position);
-        }
+        (outside[i] ? sorted.outside : sorted.inside).push_back(positions[i]);
     }
     return sorted;
 }
@@ -307,8 +305,8 @@ int show_info(const Arguments& arguments) {
     std::printf("%-16s%zu\n", "triangles", rays.triangle_count());
     const SortedPositions sorted = result_of(
         kMeasuring, arguments, [&] { return sort_positions(rays, initial_positions(scene)); });
-    const RoomGeometry room =
-        result_of(kMeasuring, arguments, [&] { return measure_room(rays, sorted.inside, kSeed); });
+    const RoomGeometry room = result_of(
+        kMeasuring, arguments, [&] { return measure_room(rays, points_of(sorted.inside), kSeed); });
     if (rays.triangle_count() > 0) {
         const Bounds bounds = geometry_bounds(scene.objects);
         print_point("from", bounds.min);
@@ -341,8 +339,9 @@ int show_info(const Arguments& arguments) {
     std::printf("%-16s%zu that diffract sound\n", "edges", direct.edges);
     std::printf("%-16s%zu bent, %zu through walls, from all sources\n", "direct paths",
                 direct.bent_paths, direct.wall_paths);
-    const double escape = result_of(
-        kMeasuring, arguments, [&] { return escape_per_reflection(rays, sorted.inside, kSeed); });
+    const double escape = result_of(kMeasuring, arguments, [&] {
+        return escape_per_reflection(rays, points_of(sorted.inside), kSeed);
+    });
     if (escape == 0) {
         std::printf("%-16snone: tight\n", "leaks");
     } else {
@@ -400,6 +399,26 @@ void check_positions(const Scene& scene, const SortedPositions& sorted,
     }
 }
 
+/// Warns of sources that sound cannot leave for the listener, wherever both are on their paths and
+/// wherever the movable objects are. Of those outside the room check_positions() warns.
+void check_audibility(const RayScene& rays, const SortedPositions& sorted,
+                      const Arguments& arguments) {
+    std::map<std::string, std::vector<Vec3>> places;
+    for (const NamedPosition& item : sorted.inside) places[item.name].push_back(item.position);
+    const std::vector<Vec3>& listener = places[kListener];
+    if (listener.empty()) return;
+    for (const auto& [name, source] : places) {
+        if (name == kListener) continue;
+        const std::vector<char> audible = result_of(kMeasuring, arguments, [&] {
+            return connected(rays, listener, source, kSeed, MovableObjects::are_passed);
+        });
+        if (std::find(audible.begin(), audible.end(), 1) != audible.end()) continue;
+        warn({arguments.scene.string() + ": " + name +
+              " is never audible: closed surfaces separate it from the listener"},
+             arguments.quiet);
+    }
+}
+
 /// Reports the share of reflections that escape and their effect on the reverberation time.
 void check_leaks(const Scene& scene, const RayScene& rays, const SortedPositions& sorted,
                  const Arguments& arguments) {
@@ -407,12 +426,13 @@ void check_leaks(const Scene& scene, const RayScene& rays, const SortedPositions
     constexpr double kHarmless = 0.01;
     // Share of escaping reflections above which the room counts as open, not as leaking.
     constexpr double kOpen = 0.01;
-    const double escape = result_of(
-        kMeasuring, arguments, [&] { return escape_per_reflection(rays, sorted.inside, kSeed); });
+    const double escape = result_of(kMeasuring, arguments, [&] {
+        return escape_per_reflection(rays, points_of(sorted.inside), kSeed);
+    });
     if (escape == 0 || escape > kOpen) return;
     const double shorter = result_of(kMeasuring, arguments, [&] {
-        return reverberation_decrease(measure_room(rays, sorted.inside, kSeed).field, escape,
-                                      scene.medium);
+        return reverberation_decrease(measure_room(rays, points_of(sorted.inside), kSeed).field,
+                                      escape, scene.medium);
     });
     const std::string line =
         arguments.scene.string() +
@@ -433,6 +453,7 @@ int check_scene(const Arguments& arguments) {
         kMeasuring, arguments, [&] { return sort_positions(rays, positions_along_paths(scene)); });
     check_leaks(scene, rays, sorted, arguments);
     check_positions(scene, sorted, arguments);
+    check_audibility(rays, sorted, arguments);
     std::size_t triangles = 0;
     for (const Object& object : scene.objects) triangles += object.triangles.size();
     std::printf("%s: ok, %s, %s, %s\n", printable(arguments.scene.string()).c_str(),

@@ -109,6 +109,25 @@ Kind kind_of(const fs::path& file) {
     return is_known ? Kind::other : Kind::unknown;
 }
 
+/// Bytes that the header of a RIFF or AIFF file promises and the file lacks. A program that writes
+/// into a pipe does not know the size; what it writes instead is above 2 GB.
+std::uint64_t missing_bytes(const fs::path& file) {
+    constexpr std::uint64_t kLargestKnown = 0x7FFF'0000;
+    std::ifstream stream(file, std::ios::binary);
+    std::array<unsigned char, 8> head{};
+    stream.read(reinterpret_cast<char*>(head.data()), head.size());
+    const std::string_view form(reinterpret_cast<const char*>(head.data()), 4);
+    const bool little = form == "RIFF";
+    if (!stream || (!little && form != "RIFX" && form != "FORM")) return 0;
+    std::uint64_t promised = 8;
+    for (std::size_t i = 0; i < 4; ++i)
+        promised += std::uint64_t{head[little ? 4 + i : 7 - i]} << (8 * i);
+    std::error_code ignored;
+    const std::uint64_t size = fs::file_size(file, ignored);
+    // Some programs count a byte of padding that they do not write.
+    return promised > kLargestKnown || size + 1 >= promised ? 0 : promised - size;
+}
+
 OpenSound open_sound(const fs::path& file, SF_INFO& info) {
     constexpr const char* kExpected =
         "; expected WAV, RF64, W64, AIFF, AU, CAF, FLAC, Ogg, MP3 or NIST SPHERE";
@@ -185,6 +204,10 @@ SoundClip read_sound(const fs::path& file, double sample_rate_hz) {
     if (read < info.frames && info.frames != SF_COUNT_MAX) {
         clip.warnings.push_back(file.string() + ": ends after " + std::to_string(read) + " of " +
                                 std::to_string(info.frames) + " samples");
+    }
+    if (const std::uint64_t missing = missing_bytes(file); missing > 0) {
+        clip.warnings.push_back(file.string() + ": is cut off: " + std::to_string(missing) +
+                                " bytes are missing at its end");
     }
     if (channels > 1) {
         clip.warnings.push_back(file.string() + ": " + std::to_string(channels) +

@@ -5,9 +5,13 @@
 #include <condition_variable>
 #include <exception>
 #include <mutex>
+#include <string>
+#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
+
+#include "aula/exception.h"
 
 namespace aula {
 
@@ -61,7 +65,13 @@ struct WorkerPool::State {
 WorkerPool::WorkerPool(int threads) : state_(std::make_unique<State>()) {
     assert(threads >= 1);
     for (int t = 1; t < threads; ++t) {
-        state_->threads.emplace_back([state = state_.get()] { state->thread_main(); });
+        try {
+            state_->threads.emplace_back([state = state_.get()] { state->thread_main(); });
+        } catch (const std::system_error& error) {
+            throw Failure("thread " + std::to_string(t + 1) + " of " + std::to_string(threads) +
+                          " cannot be started: " + error.code().message() +
+                          "; expected fewer threads");
+        }
     }
 }
 

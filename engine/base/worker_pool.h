@@ -9,7 +9,7 @@ namespace aula {
 /// A thread pool for numbered jobs. The calling thread takes part. [propagation thread]
 class WorkerPool {
  public:
-    /// `threads` >= 1 includes the caller. Throws std::system_error if the system allows fewer.
+    /// `threads` >= 1 includes the caller. Throws Failure if the system allows fewer.
     explicit WorkerPool(int threads);
     ~WorkerPool();
 

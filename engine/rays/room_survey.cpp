@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <unordered_map>
 #include <vector>
 
 #include "aula/engine/room_acoustics.h"
@@ -141,16 +142,25 @@ RoomSurvey survey_room(const RayScene& scene, std::span<const Vec3> inside, std:
     return survey;
 }
 
-std::vector<char> connected(const RayScene& scene, const Vec3& listener,
-                            std::span<const Vec3> sources, std::uint64_t seed) {
+std::vector<char> connected(const RayScene& scene, std::span<const Vec3> listeners,
+                            std::span<const Vec3> sources, std::uint64_t seed,
+                            MovableObjects movable) {
     RandomWalks walks{.paths = kSurveyPaths, .bounces = 2 * kSurveyBounces, .seed = seed};
-    walks.through_moving = false;
+    walks.through_moving = movable == MovableObjects::are_passed;
     walks.through_walls = true;
-    std::vector<char> reached;  // [side], empty until it is needed
+    // Points of the listeners' walks on a side of a triangle, empty until they are needed. A wall
+    // may stand on a triangle, so that a side alone does not join two walks.
+    constexpr std::size_t kPointsPerSide = 4;
+    std::unordered_map<std::size_t, std::vector<Vec3>> reached;
+    const auto point_above = [&](const Ray& ray, const Hit& hit) {
+        return start_after(ray.origin, scene.point(hit, ray.direction),
+                           scene.facing_normal(hit, ray.direction));
+    };
     const auto mark_reached = [&] {
-        reached.assign(2 * scene.triangle_count(), 0);
-        trace_random_walks(scene, {&listener, 1}, walks, [&](int, const Ray& ray, const Hit& hit) {
-            if (hit.any()) reached[side_of(scene, ray, hit)] = 1;
+        trace_random_walks(scene, listeners, walks, [&](int, const Ray& ray, const Hit& hit) {
+            if (!hit.any()) return;
+            std::vector<Vec3>& points = reached[side_of(scene, ray, hit)];
+            if (points.size() < kPointsPerSide) points.push_back(point_above(ray, hit));
         });
     };
     const auto meets = [&](const Vec3& source, int paths) {
@@ -159,14 +169,20 @@ std::vector<char> connected(const RayScene& scene, const Vec3& listener,
         back.seed = derive_seed(walks.seed, 1);
         bool met = false;
         trace_random_walks(scene, {&source, 1}, back, [&](int, const Ray& ray, const Hit& hit) {
-            met = met || (hit.any() && reached[side_of(scene, ray, hit)]);
+            if (met || !hit.any()) return;
+            const auto side = reached.find(side_of(scene, ray, hit));
+            if (side == reached.end()) return;
+            const Vec3 point = point_above(ray, hit);
+            met = std::any_of(side->second.begin(), side->second.end(),
+                              [&](const Vec3& other) { return scene.visible(point, other); });
         });
         return met;
     };
     constexpr int kFirstPaths = 16;  // sufficient for most sources
     std::vector<char> result(sources.size(), 1);
     for (std::size_t s = 0; s < sources.size(); ++s) {
-        if (scene.visible(listener, sources[s])) continue;
+        const auto sees = [&](const Vec3& listener) { return scene.visible(listener, sources[s]); };
+        if (std::any_of(listeners.begin(), listeners.end(), sees)) continue;
         if (reached.empty()) mark_reached();
         result[s] = meets(sources[s], kFirstPaths) || meets(sources[s], walks.paths) ? 1 : 0;
     }

@@ -33,11 +33,15 @@ void trace_random_walks(const RayScene& scene, std::span<const Vec3> inside,
                         const RandomWalks& walks,
                         const std::function<void(int, const Ray&, const Hit&)>& visit);
 
-/// For each source, whether sound can reach the listener with all objects at their present
-/// positions: the two see each other, or random walks of both, which pass walls that transmit, meet
-/// on one side of a triangle. An opening of less than 1e-5 of a room's surface may be missed.
-std::vector<char> connected(const RayScene& scene, const Vec3& listener,
-                            std::span<const Vec3> sources, std::uint64_t seed);
+/// What movable objects do in connected(): they block sound at their present positions, or nothing.
+enum class MovableObjects { block, are_passed };
+
+/// For each source, whether sound can reach one of the listeners: the two see each other, or random
+/// walks of both, which pass walls that transmit, reach points on one side of a triangle that see
+/// each other. An opening of less than 1e-5 of a room's surface may be missed.
+std::vector<char> connected(const RayScene& scene, std::span<const Vec3> listeners,
+                            std::span<const Vec3> sources, std::uint64_t seed,
+                            MovableObjects movable = MovableObjects::block);
 
 /// The statistics of a diffuse field in a room.
 struct RoomSurvey {

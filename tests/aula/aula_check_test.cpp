@@ -69,6 +69,40 @@ TEST_CASE(
     CHECK(head.err.empty());
 }
 
+TEST_CASE("A source in a closed box is a warning, and its rendered silence another") {
+    const TemporaryFolder folder;
+    const auto scene = [&](const char* path) {
+        return folder.write("boxed.json",
+                            with(kSmallRoom, "[{\"box\"",
+                                 std::string(R"([{"box": [1, 1, 1], "min": [1, 0.9, 1],)") + path +
+                                     R"( "material": "wall"}, {"box")"));
+    };
+    const std::string boxed = scene("");
+    CHECK(run_program({AULA_PROGRAM, "check", boxed}).err ==
+          "aula: warning: " + boxed +
+              ": the source \"hiss\" is never audible: closed surfaces separate it from the "
+              "listener\n");
+    const std::string file = folder.path() / "out.wav";
+    const ProgramResult rendered =
+        run_program({AULA_PROGRAM, boxed, "--offline", file, "--duration", "0.2"});
+    CHECK(rendered.status == 0);
+    CHECK(rendered.err.find("warning: " + file + ": is silent; aula check tells") !=
+          std::string::npos);
+    // Companions: a box that moves away, and a source that leaves it.
+    CHECK(run_program(
+              {AULA_PROGRAM, "check", scene(R"("path": {"points": [{"t": 0, "position": [0, 0, 0]},
+                                                    {"t": 1, "position": [2, 0, 0]}]},)")})
+              .err.empty());
+    const std::string leaving = folder.write(
+        "leaving.json", with(with(kSmallRoom, "[{\"box\"",
+                                  R"([{"box": [1, 1, 1], "min": [1, 0.9, 1], "material": "wall"},
+                                     {"box")"),
+                             "\"position\": [1.2, 1.1, 1.5]", R"("path": {"points": [
+                                 {"t": 0, "position": [1.2, 1.1, 1.5]},
+                                 {"t": 1, "position": [3, 1.1, 1.5]}]})"));
+    CHECK(run_program({AULA_PROGRAM, "check", leaving}).err.empty());
+}
+
 TEST_CASE("The shipped scenes pass the check without a warning, and a room with a hole does not") {
     const TemporaryFolder folder;
     const std::filesystem::path scenes = std::filesystem::path(AULA_SOURCE_DIR) / "scenes";

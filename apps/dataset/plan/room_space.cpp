@@ -77,7 +77,7 @@ bool RoomSpace::is_inside(const Vec3& point) const {
     if (!rays_) return true;
     const std::array<Vec3, 2> points{point, listener_};
     return outside_room(*rays_, points, kSeed)[0] == 0 &&
-           connected(*rays_, listener_, std::span(points).first(1), kSeed)[0] != 0;
+           connected(*rays_, std::span(points).last(1), std::span(points).first(1), kSeed)[0] != 0;
 }
 
 bool RoomSpace::is_clear(const Vec3& point, float clearance_m) const {

@@ -151,16 +151,22 @@ std::optional<std::vector<std::string>> render_offline(const Scene& scene,
     const SignalSet signals = read_signals(scene, options.sample_rate_hz);
     OfflineRendering rendering(scene, signals, options);
     std::vector<float> interleaved;
+    bool silent = true;
     const auto write = [&](std::span<const std::span<const float>> channels) {
         interleaved.clear();
         for (std::size_t i = 0; i < channels[0].size(); ++i)
             for (const auto& channel : channels) interleaved.push_back(channel[i]);
+        silent = silent && std::all_of(interleaved.begin(), interleaved.end(),
+                                       [](float sample) { return sample == 0; });
         writer.write(interleaved);
     };
     if (!rendering.render(write, progress)) return std::nullopt;
     std::vector<std::string> warnings = warnings_of(signals);
     const std::int64_t muted = rendering.muted_samples() + writer.muted_samples();
     if (muted > 0) warnings.push_back(muted_text(muted));
+    if (silent)
+        warnings.push_back(file.string() +
+                           ": is silent; aula check tells if sound can reach the listener");
     writer.commit();
     return warnings;
 }

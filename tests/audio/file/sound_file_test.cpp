@@ -281,6 +281,40 @@ TEST_CASE("A truncated sound file is read to its end with a warning") {
     CHECK(clip.warnings[0].find(" of 20000 samples") != std::string::npos);
 }
 
+TEST_CASE("A WAV or AIFF file that is cut off is read to its end with a warning") {
+    const TemporaryFolder folder;
+    const std::vector<float> samples(1000, 0.25F);
+    SF_INFO info{};
+    info.samplerate = 48000;
+    info.channels = 1;
+    for (const int format : {SF_FORMAT_WAV | SF_FORMAT_PCM_16, SF_FORMAT_AIFF | SF_FORMAT_PCM_16}) {
+        CAPTURE(format);
+        info.format = format;
+        const fs::path file = folder / "a.wav";
+        SNDFILE* const sound = sf_open(file.c_str(), SFM_WRITE, &info);
+        REQUIRE(sound != nullptr);
+        sf_writef_float(sound, samples.data(), static_cast<sf_count_t>(samples.size()));
+        sf_close(sound);
+        CHECK(read_sound(file, 48000).warnings.empty());
+        // A byte of padding may be counted but missing.
+        fs::resize_file(file, fs::file_size(file) - 1);
+        CHECK(read_sound(file, 48000).warnings.empty());
+        fs::resize_file(file, fs::file_size(file) - 500);
+        const SoundClip clip = read_sound(file, 48000);
+        CHECK(clip.samples.size() < 800);
+        CHECK(clip.warnings ==
+              std::vector<std::string>{file.string() +
+                                       ": is cut off: 501 bytes are missing at its end"});
+    }
+    // The size that a program writes into a pipe.
+    const fs::path piped = folder / "piped.wav";
+    write_wav(piped, 48000, 1, samples);
+    std::fstream(piped, std::ios::binary | std::ios::in | std::ios::out)
+        .seekp(4)
+        .write("\xff\xff\xff\xff", 4);
+    CHECK(read_sound(piped, 48000).warnings.empty());
+}
+
 TEST_CASE("Samples too large to be filtered are read as silence with a warning") {
     const TemporaryFolder folder;
     std::vector<float> samples(1000, 0.25F);

@@ -36,7 +36,7 @@ std::size_t escaped(const Scene& scene, const Vec3& from, int paths) {
 }
 
 bool joined(const Scene& scene, const Vec3& listener, const Vec3& source) {
-    return connected(RayScene(scene), listener, {&source, 1}, 1)[0] != 0;
+    return connected(RayScene(scene), {&listener, 1}, {&source, 1}, 1)[0] != 0;
 }
 
 /// A box from the origin with walls of `parts` x `parts` rectangles, except those for which
@@ -180,7 +180,24 @@ TEST_CASE("sound reaches a source through an opening, not through a wall") {
     const Scene scene = scene_of(rooms);
     RayScene rays(scene);
     rays.move(1);
-    CHECK(connected(rays, here, {&there, 1}, 1)[0] != 0);
+    CHECK(connected(rays, {&here, 1}, {&there, 1}, 1)[0] != 0);
+}
+
+TEST_CASE("walls that stand on one face of a floor separate the rooms on it") {
+    const Vec3 here(2, 1.5F, 1.2F);
+    const Vec3 there(7, 2.5F, 1.7F);
+    const auto wall = [](float from_y, float to_y) {
+        return quad({Vec3(5, from_y, 0), Vec3(5, to_y, 0), Vec3(5, to_y, 3), Vec3(5, from_y, 3)});
+    };
+    const Object room = test::box(Vec3(9, 4, 3));
+    CHECK_FALSE(joined(scene_of({room, wall(0, 4)}), here, there));
+    CHECK(joined(scene_of({room, wall(0, 4)}), here, Vec3(4, 3, 2)));
+    // Companion: a gap beside the wall.
+    CHECK(joined(scene_of({room, wall(0, 3.9F)}), here, there));
+    // A box that stands on the floor encloses a source.
+    const Object box = test::box(Vec3(1), 0, Vec3(6.5F, 2, 1e-4F));
+    CHECK_FALSE(joined(scene_of({room, box}), here, {7, 2.5F, 0.5F}));
+    CHECK(joined(scene_of({room, box}), here, {6, 2.5F, 0.5F}));
 }
 
 TEST_CASE("in free field sound reaches every source that is not hidden") {
