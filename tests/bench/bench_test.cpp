@@ -299,6 +299,21 @@ TEST_CASE("late bins range from 50 to 500 ms or the end of the response") {
     CHECK(late_bins(3).count() == 0);
 }
 
+TEST_CASE("audible bins begin with the first group that is above -30 dB") {
+    std::vector<double> reference(50, 1);
+    CHECK(audible_bins(reference).first == 5);
+    CHECK(audible_bins(reference).end == 50);
+    // A far source: silence, then an onset that reaches -31 dB in the middle of a group.
+    std::fill_n(reference.begin(), 11, 0);
+    reference[11] = 0.8e-3;
+    CHECK(audible_bins(reference).first == 15);
+    reference[10] = reference[11] = 1.2e-3;
+    CHECK(audible_bins(reference).first == 10);
+    // Silence.
+    CHECK(audible_bins(std::vector<double>(50, 0)).first == 5);
+    CHECK(audible_bins(std::vector<double>(3, 1)).count() == 0);
+}
+
 TEST_CASE("a table is aligned and has the same rows in Markdown and JSON") {
     const std::vector<Row> rows{
         {{{"estimator", "pt"},

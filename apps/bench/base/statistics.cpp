@@ -30,6 +30,20 @@ BinRange late_bins(std::size_t bin_count) {
     return {std::min(kFirstLateBin, end), end};
 }
 
+BinRange audible_bins(std::span<const double> reference) {
+    constexpr double kAudible = 1e-3;
+    BinRange bins = late_bins(reference.size());
+    const auto late = reference.subspan(bins.first, bins.count());
+    if (late.empty()) return bins;
+    const double audible = kAudible * *std::max_element(late.begin(), late.end());
+    const auto is_faint = [&](std::size_t first) {
+        const auto group = reference.subspan(first, kGroupBins);
+        return !(*std::min_element(group.begin(), group.end()) >= audible);
+    };
+    while (bins.count() >= 2 * kGroupBins && is_faint(bins.first)) bins.first += kGroupBins;
+    return bins;
+}
+
 std::vector<double> estimated_energy(const EnergyResponse& response) {
     EnergyResponse found = response;
     std::erase_if(found.paths, [](const SpecularPath& path) { return path.order == 0; });

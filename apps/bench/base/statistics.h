@@ -23,6 +23,10 @@ struct BinRange {
 /// The bins from 50 to 500 ms, of `bin_count` at most.
 BinRange late_bins(std::size_t bin_count);
 
+/// The same from the first group on in which no bin of the reference is more than 30 dB below the
+/// strongest late one: before that, a response has hardly begun.
+BinRange audible_bins(std::span<const double> reference);
+
 /// Reflected sound: bins and image sources, without the direct sound. A specular path is in either,
 /// depending on whether its image source has been discovered. Energy per bin of kBin_s, summed over
 /// the octave bands, up to 500 ms, in 1/m2.

@@ -98,26 +98,26 @@ struct Run {
 };
 
 /// Traces until the reference is accurate enough.
-void converge(Reference& reference, BinRange bins, const Settings& settings) {
+void converge(Reference& reference, const Settings& settings) {
     WorkerPool workers(static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
     const ReferenceLimit limit(settings);
     do {
         settings.progress("noise: reference, " + std::to_string(reference.rays()) + " rays");
         reference.trace(kReferenceRound, workers);
-    } while (ratio_error(reference, bins) > kReferenceError &&
+    } while (ratio_error(reference, audible_bins(reference.response(0))) > kReferenceError &&
              !limit.reached(static_cast<double>(reference.rays())));
 }
 
 /// A row for each run.
 std::vector<Row> rows_of(const std::vector<Run>& runs, const Settings& settings) {
     const std::size_t bin_count = runs.front().restarts.energy.front().size();
-    const BinRange bins = late_bins(bin_count);
     const Scene& scene = runs.front().subject.scene;
     // The same for every tau and lambda.
     Reference reference(scene, scene.simulation, 0, scene.sources[0].position_at(0),
                         {scene.listener.pose_at(0).position}, bin_count);
-    converge(reference, bins, settings);
+    converge(reference, settings);
     const std::vector<double> wanted = reference.response(0);
+    const BinRange bins = audible_bins(wanted);
 
     std::vector<Row> rows;
     std::optional<double> pt_noise;

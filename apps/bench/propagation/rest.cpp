@@ -43,13 +43,6 @@ AtRest rest(const Subject& subject, const FrameInput& input, int rays, int frame
     return {estimated_energy(propagation.response(0)), (cpu_time_s() - began_s) / left};
 }
 
-/// The late bins from the first arrival on.
-BinRange audible_bins(const std::vector<double>& reference) {
-    BinRange bins = late_bins(reference.size());
-    while (bins.count() > 1 && !(reference[bins.first] > 0)) ++bins.first;
-    return bins;
-}
-
 double rms_error(const AtRest& at_rest, const std::vector<double>& reference, BinRange bins) {
     return std::sqrt(squared_relative_error(at_rest.energy, reference, bins) /
                      static_cast<double>(bins.count()));
