@@ -149,6 +149,8 @@ ReceiverGrid receiver_grid(const Scene& scene, const RayScene& rays, double heig
         throw InputError("the scene has no geometry; expected a room to map");
     Bounds bounds;
     for (const RayScene::Triangle& triangle : rays.triangles()) bounds.add(triangle.vertices);
+    if (!(bounds.min.z < bounds.max.z))
+        throw InputError("the geometry has no height; expected a room to map");
     if (!(height_m > double{bounds.min.z} && height_m < double{bounds.max.z}))
         throw InputError("--height", "",
                          formatted("%g m is outside of the room; expected metres above %g and "

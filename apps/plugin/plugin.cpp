@@ -21,6 +21,10 @@ namespace {
 
 using namespace aula::plugin;
 
+/// Sample rates of AuralizerOptions.
+constexpr double kLowestRate_hz = 8000;
+constexpr double kHighestRate_hz = 384000;
+
 /// The size of most blocks: what the host says, or 256.
 int block_size(const LV2_Feature* const* features, const LV2_URID_Map* map) {
     constexpr int kDefault = 256;
@@ -44,6 +48,7 @@ int block_size(const LV2_Feature* const* features, const LV2_URID_Map* map) {
 template <std::size_t layout>
 LV2_Handle instantiate(const LV2_Descriptor*, double rate, const char*,
                        const LV2_Feature* const* features) {
+    if (!(rate >= kLowestRate_hz && rate <= kHighestRate_hz)) return nullptr;
     try {
         const auto* const map =
             static_cast<const LV2_URID_Map*>(find_feature(features, LV2_URID__map));

@@ -1,12 +1,15 @@
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 
+#include "apps/dataset/base/folder_lock.h"
 #include "tests/dataset/small_dataset.h"
 
 namespace {
 
+using namespace aula;
 using namespace aula::test;
 
 /// Requires exit status 2 and one line that contains `message`.
@@ -123,7 +126,7 @@ TEST_CASE("bad arguments of aula dataset are one line and exit status 2") {
         {{"slurm", out, "--time", "soon"}, "--time: \"soon\" is not usable"},
         {{"merge", out}, "--to is missing"},
         {{"merge", out, "--to", "flac"}, "expected hdf5, sofa or wav"},
-        {{"merge", out, "--to", "wav"}, "shards 0-1 are missing"},
+        {{"merge", out, "--to", "wav"}, "has no whole shard 0-1; expected all shards"},
     };
     for (const Bad& b : bad) require_refused(run_dataset(b.arguments), b.message);
     CHECK(names_in(out) == std::vector<std::string>{"plan.json", "plan.jsonl"});
@@ -229,6 +232,48 @@ TEST_CASE("a folder that cannot be written is one line and exit status 2") {
     refused({"slurm", out});
     for (const auto& closed : {out, half})
         std::filesystem::permissions(closed, std::filesystem::perms(0755));
+}
+
+TEST_CASE("a pipe in the folder of a dataset is refused and blocks nothing") {
+    const TemporaryFolder folder;
+    const std::filesystem::path out = make_dataset(folder, box_manifest(2), "out", 2);
+    std::filesystem::remove(out / "shard-00001.tar");
+    REQUIRE(mkfifo((out / "shard-00001.tar").c_str(), 0600) == 0);
+    CHECK(require_dataset({"status", out, "--missing"}).out == "1\n");
+    require_refused(run_dataset({"merge", out, "--to", "wav"}), "has no whole shard 1");
+    require_refused(run_dataset({"run", out, "--shard", "1"}),
+                    "shard-00001.tar: is not a regular file");
+    std::filesystem::remove(out / "shard-00001.tar");
+    require_dataset({"run", out, "--shard", "1"});
+    const std::string sums = merged_sums(out, "wav");
+    std::filesystem::remove(out / "wav/SHA256SUMS");
+    REQUIRE(mkfifo((out / "wav/SHA256SUMS").c_str(), 0600) == 0);
+    require_refused(run_dataset({"merge", out, "--to", "wav"}), "which no merge has written");
+    std::filesystem::remove(out / "plan.jsonl");
+    REQUIRE(mkfifo((out / "plan.jsonl").c_str(), 0600) == 0);
+    for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{
+             {"status", out}, {"run", out, "--shard", "0"}, {"merge", out, "--to", "hdf5"}})
+        require_refused(run_dataset(arguments), "plan.jsonl: is not a regular file");
+}
+
+TEST_CASE("two processes do not write the same plan or merge") {
+    const TemporaryFolder folder;
+    const std::filesystem::path out = make_dataset(folder, box_manifest(1), "out", 1);
+    const std::string sums = merged_sums(out, "hdf5");
+    std::filesystem::create_directory(out / ".hdf5.part");
+    {
+        const FolderLock merging(out / ".hdf5.part");
+        require_refused(run_dataset({"merge", out, "--to", "hdf5"}), "another process writes here");
+        CHECK(std::filesystem::exists(out / ".hdf5.part"));
+        merged_sums(out, "wav");
+    }
+    // What a killed merge has left is no obstacle.
+    CHECK(merged_sums(out, "hdf5") == sums);
+    CHECK_FALSE(std::filesystem::exists(out / ".hdf5.part"));
+    const FolderLock planning(out);
+    require_refused(
+        run_dataset({"plan", folder.path() / "manifest.json", "--out", out, "--shards", "1"}),
+        "another process writes here");
 }
 
 TEST_CASE("a merge replaces an earlier merge only, and no file of others") {

@@ -107,15 +107,21 @@ TEST_CASE("a full disk leaves no half shard, and the program says so") {
     CHECK(shard_names(out).empty());
 
     run_shards(out, 1);
-    for (const char* const format : {"wav", "hdf5", "sofa"}) {
-        const ProgramResult merged =
-            run_program({"bash", "-c",
-                         "ulimit -f 1; exec '" AULA_PROGRAM "' dataset merge '" + out.string() +
-                             "' --to " + format});
-        INFO(format << ": " << merged.err);
+    const auto fails = [](const fs::path& dataset, const std::string& format, int limit) {
+        const ProgramResult merged = run_program({"bash", "-c",
+                                                  "ulimit -f " + std::to_string(limit) +
+                                                      "; exec '" AULA_PROGRAM "' dataset merge '" +
+                                                      dataset.string() + "' --to " + format});
+        INFO(format << ", " << limit << ": " << merged.err);
         CHECK(merged.status == 1);
         CHECK(merged.err.find("cannot write") != std::string::npos);
-        CHECK(names_in(out) ==
+        CHECK(names_in(dataset) ==
               std::vector<std::string>{"plan.json", "plan.jsonl", "shard-00000.tar"});
-    }
+    };
+    for (const char* const format : {"wav", "hdf5", "sofa"}) fails(out, format, 1);
+    // More than HDF5 buffers: the disk is full before the file is closed.
+    const TemporaryFolder other;
+    const fs::path large =
+        make_dataset(other, box_manifest(12, R"("output": {"sample_rate_hz": 192000})"), "out", 1);
+    for (const int limit : {1, 256}) fails(large, "hdf5", limit);
 }

@@ -62,7 +62,7 @@ std::string_view tar_padding(std::uint64_t size) {
 std::string_view tar_end() { return zeros(); }
 
 TarReader::TarReader(std::filesystem::path file)
-    : file_(std::move(file)), descriptor_(open(file_.c_str(), O_RDONLY | O_CLOEXEC)) {
+    : file_(std::move(file)), descriptor_(open(file_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
     struct stat status {};
     if (descriptor_ < 0 || fstat(descriptor_, &status) != 0) {
         const int error = errno;
@@ -70,6 +70,10 @@ TarReader::TarReader(std::filesystem::path file)
         throw InputError(
             file_.string(), "",
             "cannot be opened, " + std::generic_category().message(error) + "; expected a shard");
+    }
+    if (!S_ISREG(status.st_mode)) {
+        close(descriptor_);
+        throw InputError(file_.string(), "", "is not a regular file; expected a shard");
     }
     size_ = static_cast<std::uint64_t>(status.st_size);
 }

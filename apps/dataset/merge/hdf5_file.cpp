@@ -61,6 +61,9 @@ void Hdf5File::check(std::int64_t result) const {
 }
 
 Hdf5File::Hdf5File(std::filesystem::path file) : file_(std::move(file)) {
+    // After a failed write, as on a full disk, HDF5 would close the file again at the program's end
+    // and crash.
+    H5dont_atexit();
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // no messages on standard error
     const Scoped order(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
     H5Pset_link_creation_order(order, kOrder);

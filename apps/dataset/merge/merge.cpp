@@ -125,8 +125,8 @@ MergeSizes measure_shards(const Plan& plan, const std::function<bool()>& continu
     }
     if (!missing.empty())
         throw InputError(plan.folder.string(), "",
-                         "shards " + array_text(missing) +
-                             " are missing; expected all of them (aula dataset run)");
+                         "has no whole shard " + array_text(missing) +
+                             "; expected all shards (aula dataset run)");
     return sizes;
 }
 

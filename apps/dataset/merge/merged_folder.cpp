@@ -38,7 +38,9 @@ void check_replaced(const fs::path& folder) {
         throw InputError(folder.string(), "", "is not a folder" + expected);
     constexpr std::size_t kName = 66;  // after 64 digits and two spaces
     std::unordered_set<std::string> listed{"SHA256SUMS"};
-    std::ifstream sums(folder / "SHA256SUMS");
+    std::ifstream sums;
+    // Opening a pipe would block.
+    if (fs::is_regular_file(folder / "SHA256SUMS", error)) sums.open(folder / "SHA256SUMS");
     for (std::string line; std::getline(sums, line);)
         if (line.size() > kName) listed.insert(line.substr(kName));
     for (const auto& entry : fs::recursive_directory_iterator(folder)) {
@@ -56,8 +58,14 @@ MergedFolder::MergedFolder(fs::path folder)
       part_(folder_.parent_path() / ("." + folder_.filename().string() + ".part")) {
     check_replaced(folder_);
     std::error_code error;
-    fs::remove_all(part_, error);
-    if (!error) fs::create_directory(part_, error);
+    if (!fs::is_directory(fs::symlink_status(part_, error))) fs::remove(part_, error);
+    fs::create_directory(part_, error);
+    if (!error) {
+        lock_.emplace(part_);
+        // What a killed merge has left.
+        for (const auto& left : fs::directory_iterator(part_, error))
+            fs::remove_all(left.path(), error);
+    }
     if (error)
         throw InputError(folder_.string(), "",
                          "cannot be created, " + error.message() +

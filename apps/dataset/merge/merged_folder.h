@@ -1,8 +1,11 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
+
+#include "apps/dataset/base/folder_lock.h"
 
 namespace aula {
 
@@ -10,7 +13,8 @@ namespace aula {
 /// SHA-256 of its files in SHA256SUMS. It replaces a folder that contains listed files only.
 class MergedFolder {
  public:
-    /// Throws InputError if it cannot be created or would replace other files.
+    /// Throws InputError if it cannot be created or would replace other files, or if another
+    /// process writes it.
     explicit MergedFolder(std::filesystem::path folder);
     ~MergedFolder();
     MergedFolder(const MergedFolder&) = delete;
@@ -31,6 +35,7 @@ class MergedFolder {
  private:
     std::filesystem::path folder_;
     std::filesystem::path part_;
+    std::optional<FolderLock> lock_;  ///< of part_
     std::string sums_;
 };
 

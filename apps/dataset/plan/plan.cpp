@@ -4,6 +4,7 @@
 #include <system_error>
 #include <utility>
 
+#include "apps/dataset/base/folder_lock.h"
 #include "apps/dataset/base/json_values.h"
 #include "apps/dataset/base/sha256.h"
 #include "apps/dataset/plan/scene_drawing.h"
@@ -22,7 +23,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kPlan = "plan.json";
 constexpr const char* kLines = "plan.jsonl";
-constexpr const char* kExpected = "expected the plan of aula dataset plan";
+constexpr const char* kExpected = "the plan of aula dataset plan";
 constexpr std::uint64_t kMaxBytes = std::uint64_t{1} << 30U;
 
 /// Creates a folder; removes it again unless keep() is called.
@@ -55,8 +56,20 @@ std::string read_file(const fs::path& file) {
         return read_regular_file(file, kMaxBytes);
     } catch (const InputError& error) {
         const std::string reason = error.what();
-        throw InputError(file.string(), "", reason.substr(0, reason.find(';')) + "; " + kExpected);
+        throw InputError(file.string(), "",
+                         reason.substr(0, reason.find(';')) + "; expected " + kExpected);
     }
+}
+
+/// Opens plan.jsonl. Opening a pipe would block.
+std::ifstream open_lines(const fs::path& file) {
+    std::error_code error;
+    if (!fs::is_regular_file(file, error))
+        throw InputError(
+            file.string(), "",
+            std::string(fs::exists(file, error) ? "is not a regular file" : "cannot be read") +
+                "; expected " + kExpected);
+    return std::ifstream(file, std::ios::binary);
 }
 
 bool has_shards(const fs::path& folder) {
@@ -133,6 +146,7 @@ bool write_plan(const Manifest& manifest, const fs::path& folder, std::size_t sh
         throw InputError("--shards: " + std::to_string(shards) + " shards of " +
                          std::to_string(scenes) + " scenes; expected at most one for each scene");
     NewFolder created(folder);
+    const FolderLock lock(folder);
     OutputFile out(folder / kLines);
     Plan plan;
     plan.scenes = scenes;
@@ -184,7 +198,8 @@ Plan read_plan(const fs::path& folder) {
     plan.empty_scenes = json.require("empty_scenes", kExpected).unsigned_integer();
     for (const JsonReader& row : json.require("shards", kExpected).items(kExpected)) {
         const std::vector<JsonReader> numbers = row.items(kExpected);
-        if (numbers.size() != 4) row.fail(kExpected);
+        if (numbers.size() != 4)
+            row.fail(std::to_string(numbers.size()) + " elements; expected " + kExpected);
         ShardRange shard{.first_scene = numbers[0].unsigned_integer(),
                          .end_scene = plan.scenes,
                          .first_item = numbers[1].unsigned_integer(),
@@ -200,10 +215,10 @@ Plan read_plan(const fs::path& folder) {
     }
 
     const std::string lines = (folder / kLines).string();
-    std::ifstream stream(lines, std::ios::binary);
+    std::ifstream stream = open_lines(lines);
     std::string line;
     if (!std::getline(stream, line))
-        throw InputError(lines, "", std::string("cannot be read; ") + kExpected);
+        throw InputError(lines, "", std::string("cannot be read; expected ") + kExpected);
     const JsonValue first = parse_json(line, lines);
     const JsonReader settings(first, lines);
     const JsonReader version = settings.require("version", kExpected);
@@ -216,7 +231,7 @@ Plan read_plan(const fs::path& folder) {
 
 void check_scenes(const Plan& plan) {
     const fs::path file = plan.folder / kLines;
-    std::ifstream stream(file, std::ios::binary);
+    std::ifstream stream = open_lines(file);
     Sha256 hash;
     for (std::string line; std::getline(stream, line);) hash.add(line + "\n");
     if (hash.hex() != plan.sha256) fail_changed(file);
@@ -224,7 +239,7 @@ void check_scenes(const Plan& plan) {
 
 PlanReader::PlanReader(const Plan& plan, const ShardRange& shard)
     : file_(plan.folder / kLines),
-      stream_(file_, std::ios::binary),
+      stream_(open_lines(file_)),
       left_(shard.end_scene - shard.first_scene) {
     Sha256 hash;
     std::string line;

@@ -56,7 +56,8 @@ Simulation read_simulation(const JsonReader& json, const std::string& text) {
     for (const char* const key : {"seed", "threads"})
         if (const auto member = json.find(key))
             member->fail("is not a setting of a dataset; expected no " + std::string(key) +
-                         " (each scene has its own seed)");
+                         (std::string_view(key) == "seed" ? " (each scene has its own)"
+                                                          : " (aula dataset run --threads)"));
     const std::string scene =
         R"({"aula": 1, "sources": [{"position": [0, 0, 0]}], "listener": {"position": [1, 0, 0]},)"
         R"("simulation": )" +
@@ -122,8 +123,8 @@ DatasetSettings read_settings(const JsonReader& root) {
     DatasetSettings settings;
     settings.simulation.threads = 1;
     root.read("title", [&](const JsonReader& x) { settings.title = read_line(x, "a title"); });
-    settings.licence = read_line(root.require("licence", "a licence, such as CC0-1.0"),
-                                 "a licence, such as CC0-1.0,");
+    constexpr const char* kLicence = "a licence such as CC0-1.0";
+    settings.licence = read_line(root.require("licence", kLicence), kLicence);
     root.read("date", [&](const JsonReader& x) { settings.date = read_date(x); });
     root.read("seed", [&](const JsonReader& x) { settings.seed = x.unsigned_integer(); });
     root.read("simulation", [&](const JsonReader& x) {

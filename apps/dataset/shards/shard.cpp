@@ -19,7 +19,7 @@ namespace {
 /// The shard file while it is written.
 class ShardWriter {
  public:
-    explicit ShardWriter(const std::filesystem::path& file) : out_(file) {}
+    explicit ShardWriter(const std::filesystem::path& file) : out_(place_of(file)) {}
 
     void write(const Item& item) {
         const std::string name = Plan::item_name(item.index);
@@ -37,6 +37,12 @@ class ShardWriter {
     std::uint64_t items() const { return contents_.responses + contents_.errors; }
 
  private:
+    /// OutputFile writes into a pipe, which would block.
+    static const std::filesystem::path& place_of(const std::filesystem::path& file) {
+        if (std::filesystem::exists(file) && !std::filesystem::is_regular_file(file))
+            throw InputError(file.string(), "", "is not a regular file; expected a shard, or none");
+        return file;
+    }
     void write(const std::string& name, const std::string& content) {
         out_.write(tar_header(name, content.size()));
         out_.write(content);

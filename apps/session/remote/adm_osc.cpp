@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <numbers>
+
+#include "engine/scene/scene_values.h"
 
 namespace aula {
 
@@ -76,9 +79,11 @@ DVec3 adm_of(const Vec3& offset_m, float radius_m) {
     return DVec3(-offset_m.y, offset_m.x, offset_m.z) / static_cast<double>(radius_m);
 }
 
-Vec3 offset_of(const DVec3& adm, float radius_m) {
-    return Vec3(static_cast<float>(adm.y), static_cast<float>(-adm.x), static_cast<float>(adm.z)) *
-           radius_m;
+/// The position in Aula's axes, within the coordinates that a scene may have.
+Vec3 position_of(const DVec3& adm, const Vec3& origin, float radius_m) {
+    const Vec3 offset(static_cast<float>(adm.y), static_cast<float>(-adm.x),
+                      static_cast<float>(adm.z));
+    return glm::clamp(origin + offset * radius_m, -kLargestCoordinate_m, kLargestCoordinate_m);
 }
 
 /// Azimuth and elevation in degrees, and distance. `known_deg`: angles of a point that has none.
@@ -196,7 +201,7 @@ void AdmOsc::change(std::size_t object, std::string_view parameter, const OscMes
     AdmObject& known = objects_[object];
     const DVec3 adm = adm_of(position - region_.origin, known.radius_m);
     const auto place = [&](const DVec3& at) {
-        control.position = region_.origin + offset_of(at, known.radius_m);
+        control.position = position_of(at, region_.origin, known.radius_m);
     };
     if (const PointParameter* cartesian = find(kCartesian, parameter)) {
         DVec3 point = adm;
@@ -258,7 +263,7 @@ std::vector<OscAnswer> AdmOsc::handle_listener(const OscMessage& message, PlayCo
     const DVec3& largest = moves ? kCube : kTurns_deg;
     if (!set_components(all, message, -largest, largest, point)) return {};
     if (moves) {
-        pose.position = region_.origin + offset_of(point, region_.radius_m);
+        pose.position = position_of(point, region_.origin, region_.radius_m);
     } else {
         pose.yaw_rad = static_cast<float>(point.x * kDegree);
         pose.pitch_rad = static_cast<float>(point.y * kDegree);

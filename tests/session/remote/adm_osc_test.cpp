@@ -1,5 +1,6 @@
 #include "apps/session/remote/adm_osc.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
@@ -148,6 +149,26 @@ TEST_CASE("ADM-OSC: values out of range are clamped, and none is an error") {
         CHECK(objects.send(absent).empty());
     }
     CHECK(objects.position(0) == before);
+}
+
+TEST_CASE("ADM-OSC: positions stay within the coordinates of a scene at any scale") {
+    AdmRegion region(three_sources(), {});
+    region.radius_m = 1e6F;
+    Objects objects(region);
+    const auto within = [](const Vec3& position) {
+        return std::max({std::abs(position.x), std::abs(position.y), std::abs(position.z)}) <= 1e6F;
+    };
+    objects.send("/adm/lis/xyz", {1.0, 1.0, 1.0});
+    CHECK(within(objects.controls.listener.value().position));
+    objects.send("/adm/obj/1/xyz", {1.0, -1.0, 1.0});
+    CHECK(within(objects.position(0)));
+    CHECK(objects.position(0).x < -0.9e6F);
+    Objects scaled;
+    scaled.send("/adm/obj/2/xyz", {-1.0, 1.0, 1.0});
+    scaled.send("/adm/obj/2/dmax", {1e6});
+    CHECK(within(scaled.position(1)));
+    scaled.send("/adm/obj/2/aed", {45.0, 30.0, 1.0});
+    CHECK(within(scaled.position(1)));
 }
 
 TEST_CASE("ADM-OSC: gain, mute, dmax and name") {
