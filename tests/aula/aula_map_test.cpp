@@ -143,6 +143,10 @@ TEST_CASE("Bad options of a map are refused with one line and status 2, without 
     std::filesystem::create_directories(folder.path() / "taken/STI.png");
     std::filesystem::create_directory(folder.path() / "linked");
     std::filesystem::create_symlink(scene, folder.path() / "linked/C50.csv");
+    const std::string yard = folder.write("yard.json", R"({"aula": 1, "geometry": [
+        {"vertices": [[-5, -5, 0], [5, -5, 0], [5, 5, 0], [-5, 5, 0]], "faces": [[0, 1, 2, 3]],
+         "material": "concrete"}],
+        "sources": [{"position": [0, 0, 1]}], "listener": {"position": [2, 0, 1]}})");
     const std::vector<Refused> all = {
         {{"map"}, {"SCENE"}},
         {{"map", scene, "--out", folder.path() / "taken"}, {"STI.png", "is a folder"}},
@@ -160,6 +164,7 @@ TEST_CASE("Bad options of a map are refused with one line and status 2, without 
         {{"map", scene, "--out", out, "--height", "inf"}, {"--height"}},
         {{"map", scene, "--out", out, "--height", "3.5"}, {"--height", "below 3"}},
         {{"map", scene, "--out", out, "--height", "2.99"}, {"no receiver"}},
+        {{"map", yard, "--out", out}, {"the geometry has no height; expected a room to map"}},
         {{scene, "--height", "1"}, {"--height", "aula map"}},
         {{scene, "--out", out}, {"--out", "aula map"}},
         {{"info", scene, "--spacing", "1"}, {"--spacing", "aula map"}},
