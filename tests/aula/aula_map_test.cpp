@@ -146,7 +146,7 @@ TEST_CASE("Bad options of a map are refused with one line and status 2, without 
     const std::string yard = folder.write("yard.json", R"({"aula": 1, "geometry": [
         {"vertices": [[-5, -5, 0], [5, -5, 0], [5, 5, 0], [-5, 5, 0]], "faces": [[0, 1, 2, 3]],
          "material": "concrete"}],
-        "sources": [{"position": [0, 0, 1]}], "listener": {"position": [2, 0, 1]}})");
+        "sources": [{"position": [0, 0, 0]}], "listener": {"position": [2, 0, 0]}})");
     const std::vector<Refused> all = {
         {{"map"}, {"SCENE"}},
         {{"map", scene, "--out", folder.path() / "taken"}, {"STI.png", "is a folder"}},
