@@ -122,8 +122,9 @@ std::uint64_t missing_bytes(const fs::path& file) {
     std::uint64_t promised = 8;
     for (std::size_t i = 0; i < 4; ++i)
         promised += std::uint64_t{head[little ? 4 + i : 7 - i]} << (8 * i);
-    std::error_code ignored;
-    const std::uint64_t size = fs::file_size(file, ignored);
+    std::error_code error;
+    const std::uint64_t size = fs::file_size(file, error);
+    if (error) return 0;
     // Some programs count a byte of padding that they do not write.
     return promised > kLargestKnown || size + 1 >= promised ? 0 : promised - size;
 }

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <system_error>
 
 #include "aula/exception.h"
 
@@ -25,10 +26,14 @@ bool has_name(int descriptor, const std::filesystem::path& folder) {
 
 FolderLock::FolderLock(const std::filesystem::path& folder)
     : descriptor_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    if (descriptor_ < 0)
+        throw InputError(folder.string(), "",
+                         "cannot be opened, " + std::generic_category().message(errno) +
+                             "; expected a folder that can be read");
     // File systems without locks give other errors.
     const bool busy = flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
     if (!busy && has_name(descriptor_, folder)) return;
-    if (descriptor_ >= 0) close(descriptor_);
+    close(descriptor_);
     throw InputError(folder.string(), "",
                      "another process writes here; expected one at a time, wait for its end");
 }

@@ -8,8 +8,8 @@ namespace aula {
 /// machines are excluded where the file system supports it.
 class FolderLock {
  public:
-    /// Throws InputError if another process uses the folder, or has renamed or removed it
-    /// meanwhile.
+    /// Throws InputError if the folder cannot be opened, or if another process uses it or has
+    /// renamed or removed it meanwhile.
     explicit FolderLock(const std::filesystem::path& folder);
     ~FolderLock();
     FolderLock(const FolderLock&) = delete;

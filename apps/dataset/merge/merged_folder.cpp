@@ -74,7 +74,7 @@ MergedFolder::MergedFolder(fs::path folder)
 
 MergedFolder::~MergedFolder() {
     std::error_code ignored;
-    fs::remove_all(part_, ignored);
+    if (lock_) fs::remove_all(part_, ignored);
 }
 
 void MergedFolder::write(const std::string& name, std::string_view content) {
@@ -120,6 +120,7 @@ void MergedFolder::commit() {
     fs::remove_all(folder_, error);
     if (!error) fs::rename(part_, folder_, error);
     if (error) fail(folder_, error);
+    lock_.reset();  // from here on part_ may be another process's folder
 }
 
 }  // namespace aula
