@@ -17,6 +17,14 @@ constexpr std::size_t kGroupBins = 16;
 /// takes more noise for a change.
 constexpr float kErrorShare = 1.0F / 20;
 
+/// Mean square of the tracking signal of normally distributed noise: pi / 2 times kErrorShare / (2
+/// - kErrorShare).
+constexpr float kNoiseSignal = 0.04F;
+
+/// Smoothed absolute error from which on the smoothed error says nothing about a lag: after an
+/// abrupt change, or where an error is cut off at 1.
+constexpr float kUnreliable = 0.25F;
+
 }  // namespace
 
 void approach(const EnergyResponse& estimate, std::size_t first_bin, std::size_t end_bin,
@@ -35,8 +43,21 @@ void approach(const EnergyResponse& estimate, std::size_t first_bin, std::size_t
     }
 }
 
+namespace {
+
+/// Sets bins [first_bin, end_bin) to `factor` times those of another response.
+void scale(const EnergyResponse& from, std::size_t first_bin, std::size_t end_bin, float factor,
+           EnergyResponse& to) {
+    for (std::size_t k = first_bin; k < end_bin; ++k) {
+        for (std::size_t b = 0; b < kBandCount; ++b) to.energy[k][b] = factor * from.energy[k][b];
+        to.intensity[k] = factor * from.intensity[k];
+    }
+}
+
+}  // namespace
+
 ResponseFollower::ResponseFollower(const EnergyResponse& silent, int window_frames)
-    : most_frames_(std::min(window_frames, kMostFrames)), response_(silent) {
+    : most_frames_(std::min(window_frames, kMostFrames)), smoothed_(silent), response_(silent) {
     const TimeBins& bins = silent.bins;
     const auto width_s = [&](std::size_t bin) { return bins.end_s(bin) - bins.begin_s(bin); };
     for (std::size_t bin = bins.index(kBegin_s); bin < bins.count(); ++bin) {
@@ -56,7 +77,7 @@ void ResponseFollower::follow(const EnergyResponse& estimate, int frames, double
     const float least =
         static_cast<float>(frames) / static_cast<float>(std::min(frames_, most_frames_));
     for (Group& group : groups_) {
-        const float error = relative_error(group, estimate, response_);
+        const float error = relative_error(group, estimate, smoothed_);
         if (frames_ == 1) group.error = group.absolute_error = 0;
         if (frames_ == 2) group.absolute_error = std::abs(error);
         if (frames_ > 1) {
@@ -67,8 +88,21 @@ void ResponseFollower::follow(const EnergyResponse& estimate, int frames, double
         // Of moving ends, so that paths change by less than a bin in the mean age of frames.
         const float share =
             std::max({signal * signal, least, static_cast<float>(moved_m) / group.width_m});
-        approach(estimate, group.first_bin, group.end_bin, share, response_);
+        approach(estimate, group.first_bin, group.end_bin, share, smoothed_);
+        // At rest the estimates are means of the frames since the movement, and have no lag.
+        const float behind = moved_m > 0 ? lag(group, share) : 0;
+        scale(smoothed_, group.first_bin, group.end_bin, 1 + behind, response_);
     }
+}
+
+/// The relative amount by which a group of the smoothed response is behind the estimates, of which
+/// its last share was `share`.
+float ResponseFollower::lag(const Group& group, float share) {
+    if (share >= 1 || !(group.absolute_error > 0)) return 0;
+    const float signal = group.error / group.absolute_error;
+    const float certain = signal * signal / (signal * signal + kNoiseSignal);
+    const float reliable = std::max(0.0F, 1 - group.absolute_error / kUnreliable);
+    return (1 - share) * certain * reliable * group.error;
 }
 
 /// Energy of an estimate's group over that of the response, less one.

@@ -16,8 +16,10 @@ void approach(const EnergyResponse& estimate, std::size_t first_bin, std::size_t
 /// Adaptive-response-rate exponential smoothing (Trigg & Leach 1967), in groups of bins: the share
 /// of the new estimate follows from the tracking signal, the smoothed error over the smoothed
 /// absolute error of the group's energy. Errors of one sign are a change, after which the newest
-/// estimate counts almost alone; errors of both signs are noise, which is averaged. The early bins,
-/// which change within centimetres, are those of the newest estimate. [propagation thread]
+/// estimate counts almost alone; errors of both signs are noise, which is averaged. The smoothed
+/// error is also the lag of the smoothed response, which is added as far as it exceeds the noise.
+/// The early bins, which change within centimetres, are those of the newest estimate. [propagation
+/// thread]
 class ResponseFollower {
  public:
     /// The least share of a frame is 1 / N, N = min(`window_frames`, kMostFrames), so that at most
@@ -46,13 +48,15 @@ class ResponseFollower {
         float error = 0;           ///< smoothed, relative
         float absolute_error = 0;  ///< the same
     };
+    static float lag(const Group& group, float share);
     static float relative_error(const Group& group, const EnergyResponse& estimate,
                                 const EnergyResponse& response);
 
     int most_frames_;  ///< N
     int frames_ = 0;   ///< since the restart
     std::vector<Group> groups_;
-    EnergyResponse response_;
+    EnergyResponse smoothed_;
+    EnergyResponse response_;  ///< without the lag of smoothed_
 };
 
 }  // namespace aula

@@ -105,6 +105,27 @@ TEST_CASE("A response follows a change of level within a few frames") {
     CHECK(mean_energy(follower.response()) == Approx(level).epsilon(0.05));
 }
 
+TEST_CASE("A slow change is followed with less lag than that of the smoothing") {
+    NoisyResponse noisy;
+    const double moved_m = 0.005;
+    ResponseFollower moving = followed(noisy, 2, moved_m);
+    ResponseFollower resting = followed(noisy, 2, 0);  // without correction
+    double level = 2;
+    double moving_lag = 0;
+    double resting_lag = 0;
+    constexpr int kWalk = 400;
+    for (int frame = 0; frame < kWalk; ++frame) {
+        const EnergyResponse estimate = noisy.draw(level *= 1.002, 0.2);
+        moving.follow(estimate, 1, moved_m);
+        resting.follow(estimate, 1, 0);
+        moving_lag += (1 - mean_energy(moving.response()) / level) / kWalk;
+        resting_lag += (1 - mean_energy(resting.response()) / level) / kWalk;
+    }
+    CAPTURE(moving_lag, resting_lag);
+    CHECK(resting_lag > 0.005);
+    CHECK(std::abs(moving_lag) < 0.6 * resting_lag);
+}
+
 TEST_CASE("A change of any single bin is a change of its group") {
     // All energy of a group is in one bin; the first group has 16 of 1 ms.
     for (std::size_t bin = kLate; bin < kLate + 16; ++bin) {
