@@ -19,6 +19,7 @@
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"
 #include "engine/patches/patch_grid.h"
+#include "engine/rays/nudge_off_surface.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/rays/room_survey.h"
 #include "engine/scene/scene_positions.h"
@@ -102,7 +103,9 @@ auto result_of(const std::string& what, const Arguments& arguments, const Work& 
     return work();
 }
 
-SortedPositions sort_positions(const RayScene& rays, const std::vector<NamedPosition>& positions) {
+SortedPositions sort_positions(const RayScene& rays, std::vector<NamedPosition> positions) {
+    // As the propagation does: half of the walks from a point on a surface would leave the room.
+    for (NamedPosition& item : positions) item.position = nudge_off_surface(rays, item.position);
     const std::vector<char> outside = outside_room(rays, points_of(positions), kSeed);
     SortedPositions sorted;
     for (std::size_t i = 0; i < positions.size(); ++i) {

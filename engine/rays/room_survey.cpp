@@ -10,7 +10,6 @@
 
 #include "aula/engine/room_acoustics.h"
 #include "engine/base/sampling.h"
-#include "engine/rays/nudge_off_surface.h"
 #include "engine/rays/wall_crossing.h"
 
 namespace aula {
@@ -57,12 +56,10 @@ void trace_random_walks(const RayScene& scene, std::span<const Vec3> inside,
     std::vector<RandomStream> random(count);
     std::vector<int> reflections(count, 0);
     std::vector<Hit> hits(count);
-    std::vector<Vec3> starts;
-    for (const Vec3& point : inside) starts.push_back(nudge_off_surface(scene, point));
     const ScrambledSobol sobol(walks.seed);
     for (std::size_t i = 0; i < count; ++i) {
         random[i] = RandomStream(derive_seed(walks.seed, i));
-        rays[i] = {starts[i % starts.size()],
+        rays[i] = {inside[i % inside.size()],
                    uniform_direction(sobol.point(static_cast<std::uint32_t>(i)))};
         begin[i] = rays[i].origin;
     }

@@ -21,8 +21,7 @@ struct RandomWalks {
                                  ///< passages
 };
 
-/// Traces random walks from the given points, nudged off surfaces, with lossless Lambert
-/// reflections. Calls
+/// Traces random walks from the given points, with lossless Lambert reflections. Calls
 /// `visit(reflections, ray, hit)` at the end of each segment, with the number of reflections before
 /// it; the hit is empty if the segment escapes. A walk leaves a room only through an opening or, if
 /// asked to, a wall that transmits, never by rounding.

@@ -69,6 +69,19 @@ TEST_CASE(
     CHECK(head.err.empty());
 }
 
+TEST_CASE("A room is the same from a listener on its wall") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    for (const char* const position : {"2,0,1", "5,2,1.5", "2,2,0"}) {
+        CAPTURE(position);
+        const ProgramResult info =
+            run_program({AULA_PROGRAM, "info", scene, "--position", position});
+        CHECK(info.out.find("none: tight") != std::string::npos);
+        CHECK(info.out.find("60.0 m3") != std::string::npos);
+        CHECK(run_program({AULA_PROGRAM, "check", scene, "--position", position}).err.empty());
+    }
+}
+
 TEST_CASE("A source in a closed box is a warning, and its rendered silence another") {
     const TemporaryFolder folder;
     const auto scene = [&](const char* path) {

@@ -200,18 +200,6 @@ TEST_CASE("walls that stand on one face of a floor separate the rooms on it") {
     CHECK(joined(scene_of({room, box}), here, {6, 2.5F, 0.5F}));
 }
 
-TEST_CASE("a room measured from a point on its wall is the same room") {
-    const Scene room = scene_of({test::box(Vec3(9, 4, 3))});
-    const RoomGeometry middle = measured(room, {4, 2, 1.5F});
-    for (const Vec3& on : {Vec3(4, 4, 1.5F), Vec3(9, 2, 1), Vec3(0, 0, 0)}) {
-        const RoomGeometry from = measured(room, on);
-        CHECK(from.volume_m3.value() == Approx(middle.volume_m3.value()).epsilon(0.01));
-        CHECK(from.surface_m2 == Approx(middle.surface_m2).epsilon(0.01));
-        CHECK(from.open_share == 0);
-        CHECK(escape_per_reflection(RayScene(room), {&on, 1}, 1) == 0);
-    }
-}
-
 TEST_CASE("in free field sound reaches every source that is not hidden") {
     CHECK(joined(scene_of({}), Vec3(0), Vec3(100, 0, 0)));
     const Object screen = quad({Vec3(5, -9, -9), Vec3(5, 9, -9), Vec3(5, 9, 9), Vec3(5, -9, 9)});
