@@ -163,8 +163,9 @@ std::optional<std::vector<std::string>> render_offline(const Scene& scene,
     if (!rendering.render(write, progress)) return std::nullopt;
     std::vector<std::string> warnings = warnings_of(signals);
     const std::int64_t muted = rendering.muted_samples() + writer.muted_samples();
-    if (muted > 0) warnings.push_back(muted_text(muted));
-    if (silent)
+    if (muted > 0)
+        warnings.push_back(muted_text(muted));
+    else if (silent)
         warnings.push_back(file.string() +
                            ": is silent; aula check tells if sound can reach the listener");
     writer.commit();
