@@ -16,14 +16,11 @@
 #include "apps/plugin/host_messages.h"
 #include "apps/plugin/ports.h"
 #include "apps/plugin/room_plugin.h"
+#include "apps/session/auralizer/command_checks.h"
 
 namespace {
 
 using namespace aula::plugin;
-
-/// Sample rates of AuralizerOptions.
-constexpr double kLowestRate_hz = 8000;
-constexpr double kHighestRate_hz = 384000;
 
 /// The size of most blocks: what the host says, or 256.
 int block_size(const LV2_Feature* const* features, const LV2_URID_Map* map) {
@@ -48,8 +45,8 @@ int block_size(const LV2_Feature* const* features, const LV2_URID_Map* map) {
 template <std::size_t layout>
 LV2_Handle instantiate(const LV2_Descriptor*, double rate, const char*,
                        const LV2_Feature* const* features) {
-    if (!(rate >= kLowestRate_hz && rate <= kHighestRate_hz)) return nullptr;
     try {
+        aula::check_options({.sample_rate_hz = rate});
         const auto* const map =
             static_cast<const LV2_URID_Map*>(find_feature(features, LV2_URID__map));
         return new RoomPlugin(kLayouts[layout], rate, block_size(features, map), map);

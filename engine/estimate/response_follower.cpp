@@ -25,6 +25,15 @@ constexpr float kNoiseSignal = 0.04F;
 /// abrupt change, or where an error is cut off at 1.
 constexpr float kUnreliable = 0.25F;
 
+/// Sets bins [first_bin, end_bin) to `factor` times those of another response.
+void scale(const EnergyResponse& from, std::size_t first_bin, std::size_t end_bin, float factor,
+           EnergyResponse& to) {
+    for (std::size_t k = first_bin; k < end_bin; ++k) {
+        for (std::size_t b = 0; b < kBandCount; ++b) to.energy[k][b] = factor * from.energy[k][b];
+        to.intensity[k] = factor * from.intensity[k];
+    }
+}
+
 }  // namespace
 
 void approach(const EnergyResponse& estimate, std::size_t first_bin, std::size_t end_bin,
@@ -42,19 +51,6 @@ void approach(const EnergyResponse& estimate, std::size_t first_bin, std::size_t
         response.intensity[k] += share * (estimate.intensity[k] - response.intensity[k]);
     }
 }
-
-namespace {
-
-/// Sets bins [first_bin, end_bin) to `factor` times those of another response.
-void scale(const EnergyResponse& from, std::size_t first_bin, std::size_t end_bin, float factor,
-           EnergyResponse& to) {
-    for (std::size_t k = first_bin; k < end_bin; ++k) {
-        for (std::size_t b = 0; b < kBandCount; ++b) to.energy[k][b] = factor * from.energy[k][b];
-        to.intensity[k] = factor * from.intensity[k];
-    }
-}
-
-}  // namespace
 
 ResponseFollower::ResponseFollower(const EnergyResponse& silent, int window_frames)
     : most_frames_(std::min(window_frames, kMostFrames)), smoothed_(silent), response_(silent) {

@@ -48,7 +48,6 @@ PluginHost::PluginHost(OutputFormat layout, double rate_hz)
     const LV2_Feature map{LV2_URID__map, &map_};
     const std::array<const LV2_Feature*, 2> features{&map, nullptr};
     handle_ = descriptor_->instantiate(descriptor_, rate_hz, "", features.data());
-    if (handle_ == nullptr) throw std::runtime_error("the plugin refuses to be instantiated");
     demand(handle_ != nullptr, "no instance");
     for (std::size_t i = 0; i < plugin::kControls; ++i)
         descriptor_->connect_port(handle_, plugin::control_port(layout, i), &controls_[i]);

@@ -100,7 +100,7 @@ TEST_CASE("A plugin renders the same range twice with the same bytes, whatever i
 TEST_CASE("At sample rates outside 8 to 384 kHz a plugin cannot be instantiated") {
     for (const double rate_hz : {4000.0, 7999.0, 384001.0, 768000.0, 0.0, std::nan("")}) {
         INFO(rate_hz);
-        CHECK_THROWS_WITH(PluginHost(OutputFormat::binaural, rate_hz), Catch::Contains("refuses"));
+        CHECK_THROWS_WITH(PluginHost(OutputFormat::binaural, rate_hz), "no instance");
     }
     for (const double rate_hz : {8000.0, 384000.0})
         CHECK_NOTHROW(PluginHost(OutputFormat::binaural, rate_hz));

@@ -64,7 +64,7 @@ MergedFolder::MergedFolder(fs::path folder)
         lock_.emplace(part_);
         // What a killed merge has left.
         for (const auto& left : fs::directory_iterator(part_, error))
-            fs::remove_all(left.path(), error);
+            if (!error) fs::remove_all(left.path(), error);
     }
     if (error)
         throw InputError(folder_.string(), "",
