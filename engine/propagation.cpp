@@ -281,7 +281,7 @@ struct Propagation::State {
     /// Adds the image sources to the paths of all responses, and the direct sound if it is
     /// straight.
     void find_specular(const FrameInput& input, PairSet& set) {
-        workers.run(set.responses.size(), [&](std::size_t pair) {
+        const auto find = [&](std::size_t pair, WorkerPool* shared) {
             std::vector<SpecularPath>& paths = set.responses[pair].paths;
             const bool all_through_walls = std::all_of(
                 paths.begin(), paths.end(),
@@ -289,7 +289,7 @@ struct Propagation::State {
             set.images[pair] =
                 specular.find(input.sources[pair / input.listeners.size()],
                               input.listeners[pair % input.listeners.size()],
-                              simulation.direct && all_through_walls, attenuation_per_m);
+                              simulation.direct && all_through_walls, attenuation_per_m, shared);
             std::vector<SpecularPath>& found = set.images[pair].paths;
             const OrientedDirectivity of_source = directivity(pair / input.listeners.size(), input);
             if (!of_source.is_omnidirectional()) {
@@ -300,7 +300,13 @@ struct Propagation::State {
                                [](const SpecularPath& a, const SpecularPath& b) {
                                    return a.length_m < b.length_m;
                                });
-        });
+        };
+        const std::size_t pairs = set.responses.size();
+        if (pairs < static_cast<std::size_t>(workers.threads())) {
+            for (std::size_t pair = 0; pair < pairs; ++pair) find(pair, &workers);
+        } else {
+            workers.run(pairs, [&](std::size_t pair) { find(pair, nullptr); });
+        }
     }
 
     /// Replaces the paths of all responses: direct sound and image sources, with their diffraction.
@@ -308,7 +314,7 @@ struct Propagation::State {
         Stopwatch watch;
         find_direct_sound(input, set);
         statistics.diffraction_s += watch.lap_s();
-        for (const Vec3& listener : input.listeners) specular.discover(listener, number);
+        for (const Vec3& listener : input.listeners) specular.discover(listener, number, &workers);
         find_specular(input, set);
         statistics.specular_s += watch.lap_s();
         complete_reflections(input, set);

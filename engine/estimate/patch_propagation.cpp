@@ -222,7 +222,7 @@ std::vector<int> PatchPropagation::plan_batches(std::span<const EmitterStatus> s
     if (from_listeners_)
         for (EmitterStatus& source : sources) source.changed = true;
     const EmissionPlan plan = plan_emission(sources, status.subspan(source_count_),
-                                            tracer_.batch_count(), DepositTracer::kBatchRays);
+                                            tracer_.batch_count(), tracer_.rays_of(1));
     std::vector<int> batches = plan.sources;
     batches.insert(batches.end(), plan.listeners.begin(), plan.listeners.end());
     return batches;

@@ -1,10 +1,17 @@
 #include "engine/trace/path_tracer.h"
 
+#include <algorithm>
+#include <cstdint>
+
 #include "engine/base/sampling.h"
 
 namespace aula {
 
 namespace {
+
+// Few batches could not be divided evenly among threads; small ones leave lanes empty sooner.
+constexpr int kFewestBatches = 8;
+constexpr int kFewestRays = 48;
 
 enum class SeedPurpose : std::uint64_t { directions = 1, rays = 2, walls = 3 };
 
@@ -23,6 +30,18 @@ std::vector<Ray> PathTracer::rays(const Emitter& emitter, std::uint64_t frame_se
     return all;
 }
 
+int PathTracer::batch_count() const {
+    const int full = (settings_.rays + kBatchRays - 1) / kBatchRays;
+    return std::max(full, std::min(kFewestBatches, settings_.rays / kFewestRays));
+}
+
+int PathTracer::rays_of(int batches) const {
+    constexpr auto kVector = static_cast<std::int64_t>(padded_lanes(1));
+    const std::int64_t vectors = (settings_.rays + kVector - 1) / kVector;
+    const std::int64_t rays = vectors * batches / batch_count() * kVector;
+    return static_cast<int>(std::min(rays, std::int64_t{settings_.rays}));
+}
+
 std::vector<PathLine> PathTracer::lines(const Emitter& emitter, std::uint64_t frame_seed, int count,
                                         int order) const {
     constexpr float kEscapeLength_m = 3;
@@ -32,7 +51,7 @@ std::vector<PathLine> PathTracer::lines(const Emitter& emitter, std::uint64_t fr
                               PathLine{{emitter.position}, {1}});
     for (int batch = 0; batch < first_rays.batch_count(); ++batch) {
         const auto line = [&](const PathBatch& paths, std::size_t i) -> PathLine& {
-            return all[static_cast<std::size_t>(batch * kBatchRays) + paths.ray[i]];
+            return all[static_cast<std::size_t>(first_rays.rays_of(batch)) + paths.ray[i]];
         };
         const auto add_escapes = [&](const PathBatch& paths, int segment) {
             for (std::size_t i = 0; i < paths.count; ++i) {
@@ -60,8 +79,8 @@ void PathTracer::start(const Emitter& emitter, std::uint64_t frame_seed, int bat
                        PathBatch& paths) const {
     const std::uint64_t seed = derive_seed(frame_seed, SeedPurpose::directions, emitter.id);
     const ScrambledSobol sobol(seed);
-    const int first = batch * kBatchRays;
-    const int end = std::min(first + kBatchRays, settings_.rays);
+    const int first = rays_of(batch);
+    const int end = rays_of(batch + 1);
     for (int i = first; i < end; ++i) {
         const std::size_t lane = paths.count++;
         paths.rays.origin.set(lane, emitter.position);

@@ -44,16 +44,18 @@ struct TraceSettings {
 /// on several threads. [propagation thread]
 class PathTracer {
  public:
-    /// Rays per batch. Batches do not depend on the threads, so neither do the results.
+    /// Rays per batch at most.
     static constexpr int kBatchRays = static_cast<int>(kLanes);
 
     /// Sets the rays per emitter from the next frame on.
     void set_rays(int rays) { settings_.rays = rays; }
 
-    int batch_count() const { return (settings_.rays + kBatchRays - 1) / kBatchRays; }
+    /// Batches are about equally large. They do not depend on the number of threads, so neither do
+    /// the results.
+    int batch_count() const;
 
     /// Number of rays in the first `batches` batches.
-    int rays_of(int batches) const { return std::min(batches * kBatchRays, settings_.rays); }
+    int rays_of(int batches) const;
 
     /// The first `count` paths of a frame, up to reflection order `order`. `frame_seed` is common
     /// to all batches of a frame.

@@ -53,7 +53,22 @@ Vec3 unit_or_front(const Point& p) {
     return length > 0 ? Vec3(p / length) : Vec3(1, 0, 0);
 }
 
+/// Calls work(part, parts) for each part, on all threads of a pool; one part without a pool.
+template <typename Work>
+void run_parts(WorkerPool* workers, const Work& work) {
+    if (!workers) return work(0, 1);
+    const auto parts = static_cast<std::size_t>(workers->threads());
+    workers->run(parts, [&](std::size_t part) { work(part, parts); });
+}
+
 }  // namespace
+
+struct SpecularPaths::Chain {
+    Ray ray;  ///< of the next segment
+    Sequence planes;
+    ImageTransform transform;         ///< of all planes
+    std::vector<std::uint64_t> keys;  ///< [k] of the first k + 1 planes
+};
 
 struct SpecularPaths::Probe {
     Probe(std::uint64_t image_key, std::size_t reflections, const Point& from, const Point& towards)
@@ -151,58 +166,77 @@ void SpecularPaths::list_sequences() {
     }
 }
 
-void SpecularPaths::discover(const Vec3& listener, std::uint64_t frame) {
+void SpecularPaths::discover(const Vec3& listener, std::uint64_t frame, WorkerPool* workers) {
     frame_ = frame;
     if (listed_order_ == order_) return;
     const ScrambledSobol sobol(derive_seed(seed_, frame));
-    std::vector<Ray> rays(kChains);
-    std::vector<Sequence> chains(kChains);
-    std::vector<ImageTransform> transforms(kChains);
     RandomStream random(derive_seed(seed_, frame, 1));
+    std::vector<Chain> chains(kChains);
     for (std::uint32_t i = 0; i < kChains; ++i) {
         // Start points fill the whole sphere. From its centre alone, sequences that are valid there
         // would be met first, and their neighbours would be left to the rays as well.
         const auto radius_m = static_cast<float>(radius_m_) * std::cbrt(random.uniform());
         const Vec3 point = listener + radius_m * uniform_direction(random.uniform_2d());
-        rays[i] = {.origin = scene_.visible(listener, point) ? point : listener,
-                   .direction = uniform_direction(sobol.point(i))};
+        chains[i].ray = {.origin = point, .direction = uniform_direction(sobol.point(i))};
     }
+    run_parts(workers, [&](std::size_t part, std::size_t parts) {
+        const std::size_t first = kChains * part / parts;
+        const std::size_t end = kChains * (part + 1) / parts;
+        extend(listener, std::span(chains).subspan(first, end - first));
+    });
+    for (std::size_t order = listed_order_ + 1; order <= order_; ++order) {
+        for (const Chain& chain : chains) {
+            if (chain.keys.size() < order) continue;
+            const auto sequence = [&] {
+                return Sequence(chain.planes.begin(), chain.planes.begin() + std::ptrdiff_t(order));
+            };
+            const auto entry = discovered_.find(chain.keys[order - 1]);
+            if (entry == discovered_.end()) {
+                discovered_.try_emplace(chain.keys[order - 1], sequence(), frame_);
+            } else if (Discovered& known = entry->second;
+                       known.last_frame.load(std::memory_order_relaxed) < frame_) {
+                // Parts of the room differ in the order of planes: a new one replaces an unused
+                // one.
+                known.sequence = sequence();
+                known.last_frame.store(frame_, std::memory_order_relaxed);
+            }
+        }
+    }
+    evict();
+}
+
+/// Follows the rays of chains over mirror reflections, up to order_.
+void SpecularPaths::extend(const Vec3& listener, std::span<Chain> chains) const {
+    std::vector<Chain*> alive;
+    for (Chain& chain : chains) {
+        if (!scene_.visible(listener, chain.ray.origin)) chain.ray.origin = listener;
+        alive.push_back(&chain);
+    }
+    std::vector<Ray> rays;
     std::vector<Hit> hits;
-    for (std::size_t bounce = 1; bounce <= order_ && !rays.empty(); ++bounce) {
+    for (std::size_t order = 1; order <= order_ && !alive.empty(); ++order) {
+        rays.clear();
+        for (const Chain* chain : alive) rays.push_back(chain->ray);
         hits.resize(rays.size());
         scene_.intersect(rays, hits);
-        std::size_t alive = 0;
+        std::size_t count = 0;
         for (std::size_t i = 0; i < rays.size(); ++i) {
             if (!hits[i].any()) continue;
             const std::uint32_t plane = planes_.of_triangle(hits[i].triangle);
             const Material& material = scene_.material(scene_.triangle(hits[i].triangle));
             if (plane == ScenePlanes::kNoPlane || mirrored_share(material).max() <= 0) continue;
-            if (!chains[i].empty() && chains[i].back() == plane) continue;
-            chains[i].push_back(plane);
-            transforms[i] = transforms[i].then_from_listener(mirrors_[plane]);
-            if (bounce > listed_order_) {
-                const auto [entry, added] =
-                    discovered_.try_emplace(transforms[i].key(), chains[i], frame_);
-                // Parts of the room differ in the order of planes: a new one replaces an unused
-                // one.
-                Discovered& known = entry->second;
-                if (!added && known.last_frame.load(std::memory_order_relaxed) < frame_) {
-                    known.sequence = chains[i];
-                    known.last_frame.store(frame_, std::memory_order_relaxed);
-                }
-            }
+            Chain& chain = *alive[i];
+            if (!chain.planes.empty() && chain.planes.back() == plane) continue;
+            chain.planes.push_back(plane);
+            chain.transform = chain.transform.then_from_listener(mirrors_[plane]);
+            chain.keys.push_back(chain.transform.key());
             const Vec3 direction = rays[i].direction;
-            rays[alive] = {
-                .origin = scene_.point(hits[i], direction),
-                .direction = mirror(direction, scene_.facing_normal(hits[i], direction))};
-            std::swap(chains[alive], chains[i]);
-            std::swap(transforms[alive], transforms[i]);
-            ++alive;
+            chain.ray = {.origin = scene_.point(hits[i], direction),
+                         .direction = mirror(direction, scene_.facing_normal(hits[i], direction))};
+            alive[count++] = &chain;
         }
-        rays.resize(alive);
-        chains.resize(alive);
+        alive.resize(count);
     }
-    evict();
 }
 
 /// Keeps the candidates that are new or near a valid path, then those that were last near one most
@@ -223,7 +257,7 @@ void SpecularPaths::evict() {
 }
 
 SpecularSound SpecularPaths::find(const Vec3& source, const Vec3& listener, bool direct,
-                                  const Bands& attenuation_per_m) const {
+                                  const Bands& attenuation_per_m, WorkerPool* workers) const {
     SpecularSound sound;
     if (direct && scene_.visible(listener, source)) {
         const Point offset = Point(source) - Point(listener);
@@ -235,8 +269,28 @@ SpecularSound SpecularPaths::find(const Vec3& source, const Vec3& listener, bool
                                .id = 0,
                                .departure = -unit_or_front(offset)});
     }
+    std::vector<SpecularSound> found(workers ? static_cast<std::size_t>(workers->threads()) : 1);
+    run_parts(workers, [&](std::size_t part, std::size_t parts) {
+        const auto of_part = [&](std::uint64_t image) { return image % parts == part; };
+        found[part] = find_images(source, listener, attenuation_per_m, of_part);
+    });
+    for (const SpecularSound& images : found) {
+        sound.paths.insert(sound.paths.end(), images.paths.begin(), images.paths.end());
+        sound.tried.insert(sound.tried.end(), images.tried.begin(), images.tried.end());
+    }
+    std::sort(sound.tried.begin(), sound.tried.end());
+    const auto rank = [](const SpecularPath& p) { return std::tie(p.length_m, p.order, p.id); };
+    std::sort(sound.paths.begin(), sound.paths.end(),
+              [&](const SpecularPath& a, const SpecularPath& b) { return rank(a) < rank(b); });
+    return sound;
+}
 
-    // Tests each image that may be audible.
+/// The audible images of those whose keys are `wanted`, in any order.
+template <typename Wanted>
+SpecularSound SpecularPaths::find_images(const Vec3& source, const Vec3& listener,
+                                         const Bands& attenuation_per_m,
+                                         const Wanted& wanted) const {
+    SpecularSound sound;
     std::unordered_set<std::uint64_t> images;
     std::vector<Probe> probes;
     std::vector<Point> work;
@@ -246,17 +300,20 @@ SpecularSound SpecularPaths::find(const Vec3& source, const Vec3& listener, bool
                             image_of(Point(source) + kNudge_m, sequence));
     };
     for (const auto& [sequence, image] : listed_) {
-        if (is_near(sequence, Point(source), Point(listener), kBesidePlane_m, work)) {
+        if (wanted(image) &&
+            is_near(sequence, Point(source), Point(listener), kBesidePlane_m, work)) {
             probe(sequence, image);
         }
     }
     for (const auto& [image, candidate] : discovered_) {
-        if (!is_near(candidate.sequence, Point(source), Point(listener), radius_m_, work)) continue;
+        if (!wanted(image) ||
+            !is_near(candidate.sequence, Point(source), Point(listener), radius_m_, work)) {
+            continue;
+        }
         candidate.last_frame.store(frame_ + 1, std::memory_order_relaxed);
         sound.tried.push_back(image);
         probe(candidate.sequence, image);
     }
-    std::sort(sound.tried.begin(), sound.tried.end());
     follow(probes, source, listener);
 
     for (const Probe& found : probes) {
@@ -269,9 +326,6 @@ SpecularSound SpecularPaths::find(const Vec3& source, const Vec3& listener, bool
                                .id = found.image,
                                .departure = -unit_or_front(towards_source(offset, found.planes))});
     }
-    const auto rank = [](const SpecularPath& p) { return std::tie(p.length_m, p.order, p.id); };
-    std::sort(sound.paths.begin(), sound.paths.end(),
-              [&](const SpecularPath& a, const SpecularPath& b) { return rank(a) < rank(b); });
     return sound;
 }
 

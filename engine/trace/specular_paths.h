@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "aula/engine/energy_response.h"
+#include "engine/base/worker_pool.h"
 #include "engine/rays/image_transform.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/rays/scene_planes.h"
@@ -53,8 +54,9 @@ class SpecularPaths {
     void materials_changed();
 
     /// Traces chains from a listener and adds the sequences of planes that they meet to the
-    /// candidates. Call once per listener and frame, before find().
-    void discover(const Vec3& listener, std::uint64_t frame);
+    /// candidates. Call once per listener and frame, before find(). The number of `workers` does
+    /// not change the result.
+    void discover(const Vec3& listener, std::uint64_t frame, WorkerPool* workers = nullptr);
 
     /// Highest order of the image sources.
     int order() const { return static_cast<int>(order_); }
@@ -75,9 +77,10 @@ class SpecularPaths {
 
     /// The direct sound, if `direct` and visible, and the reflections. The energy in each band is
     /// prod (1 - s)(1 - alpha) / (4 pi d^2) times exp(-attenuation d), with d at least 0.1 m. A
-    /// source or listener within 0.5 mm of a plane has no reflection in it. [several threads]
+    /// source or listener within 0.5 mm of a plane has no reflection in it. The number of `workers`
+    /// does not change the result. [several threads, without `workers`]
     SpecularSound find(const Vec3& source, const Vec3& listener, bool direct,
-                       const Bands& attenuation_per_m) const;
+                       const Bands& attenuation_per_m, WorkerPool* workers = nullptr) const;
 
  private:
     using Sequence = std::vector<std::uint32_t>;  ///< planes from the listener to the source
@@ -96,12 +99,19 @@ class SpecularPaths {
         mutable std::atomic<std::uint64_t> last_frame;
     };
 
+    /// A ray from a listener over mirror reflections.
+    struct Chain;
+
     /// A ray towards an image source.
     struct Probe;
 
     void add_mirrors();
     void list_sequences();
+    void extend(const Vec3& listener, std::span<Chain> chains) const;
     void evict();
+    template <typename Wanted>
+    SpecularSound find_images(const Vec3& source, const Vec3& listener,
+                              const Bands& attenuation_per_m, const Wanted& wanted) const;
     std::uint64_t key_of(const Sequence& sequence) const;
     ScenePlanes::Point image_of(const ScenePlanes::Point& source, const Sequence& sequence) const;
     ScenePlanes::Point towards_source(const ScenePlanes::Point& from_listener,

@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <map>
 #include <numbers>
+#include <set>
 #include <vector>
 
 #include "engine/base/sampling.h"
@@ -343,18 +344,19 @@ TEST_CASE("the result of a ray does not depend on the other rays of its batch") 
     const PatchSubdivision subdivision(rays, 0.5F);
     const SpecularPaths images(rays, 4, 0.5F, 1);
     REQUIRE(images.listed_order() == 1);
-    const auto traced = [&](int batch, int rays_of_batch) {
+    const auto traced = [&](int frame, int ray_count) {
         TraceSettings settings;
-        settings.rays = batch * ArrivalTracer::kBatchRays + rays_of_batch;
-        ArrivalBatch traced_batch;
-        ArrivalTracer(rays, subdivision, images, settings)
-            .trace({0, source}, {}, test::test_seed(), batch, traced_batch);
-        return traced_batch;
+        settings.rays = ray_count;
+        const ArrivalTracer tracer(rays, subdivision, images, settings);
+        REQUIRE(tracer.batch_count() == 1);
+        ArrivalBatch batch;
+        tracer.trace({0, source}, {}, derive_seed(test::test_seed(), frame), 0, batch);
+        return batch;
     };
     std::size_t segments_of_few = 0;
-    for (int batch = 0; batch < 16; ++batch) {
-        const ArrivalBatch few = traced(batch, ArrivalTracer::kBatchRays / 4);
-        const ArrivalBatch all = traced(batch, ArrivalTracer::kBatchRays);
+    for (int frame = 0; frame < 24; ++frame) {
+        const ArrivalBatch few = traced(frame, 20);
+        const ArrivalBatch all = traced(frame, 80);
         segments_of_few += few.segments.size();
         for (std::size_t i = 0; i < few.segments.size(); ++i) {
             bool found = false;
@@ -367,10 +369,33 @@ TEST_CASE("the result of a ray does not depend on the other rays of its batch") 
                                   all.segment_energies[k].image == few.segment_energies[i].image &&
                                   all.segment_identifiers[k] == few.segment_identifiers[i]);
             }
-            if (!found) FAIL("batch " << batch << ", segment " << i << " is another");
+            if (!found) FAIL("frame " << frame << ", segment " << i << " is another");
         }
     }
     CHECK(segments_of_few > 100);
+}
+
+TEST_CASE("the batches of a frame are about equally large") {
+    const Scene room = test::grey_room(test::box(Vec3(5, 4, 3)), 0, 1, Vec3(1), Vec3(2));
+    const RayScene rays(room);
+    const PatchSubdivision subdivision(rays, 0.5F);
+    const SpecularPaths none(rays, 0, 0.5F, 1);
+    for (const int count : {1, 47, 95, 96, 300, 400, 600, 1000, 1024, 1025, 1'000'000'000}) {
+        TraceSettings settings;
+        settings.rays = count;
+        const ArrivalTracer tracer(rays, subdivision, none, settings);
+        CHECK(tracer.rays_of(0) == 0);
+        CHECK(tracer.rays_of(tracer.batch_count()) == count);
+        // For as many threads, unless a batch would have less than 48 rays.
+        CHECK(tracer.batch_count() >= std::min(8, std::max(1, count / 48)));
+        std::set<int> sizes;
+        for (int b = 0; b < tracer.batch_count(); b += 1 + b / 100) {
+            sizes.insert(tracer.rays_of(b + 1) - tracer.rays_of(b));
+        }
+        CHECK(*sizes.begin() >= std::min(count, 32));
+        CHECK(*sizes.rbegin() <= PathTracer::kBatchRays);
+        CHECK(*sizes.rbegin() - *sizes.begin() <= 31);
+    }
 }
 
 TEST_CASE("each segment of a path arrives at a receiver at most once, also as other paths end") {

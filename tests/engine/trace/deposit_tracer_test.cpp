@@ -33,7 +33,7 @@ struct TracedBox {
     TracedBox(float absorption, float scattering)
         : scene(test::grey_room(test::box(Vec3(5, 4, 3)), absorption, scattering, kSource,
                                 Vec3(3.7F, 2.9F, 1.2F))) {
-        settings.rays = PathTracer::kBatchRays;
+        settings.rays = 80;  // a batch
         settings.max_length_m = 100;
     }
 
@@ -148,16 +148,17 @@ TEST_CASE("The deposits of a ray are those of its reflections, in the open as in
     const PatchGrid grid(rays, 0.5F, {&kSource, 1}, 1, workers);
     const SpecularPaths none(rays, 0, 0.5F, 1);
     TraceSettings settings;
-    settings.rays = PathTracer::kBatchRays;
+    settings.rays = 80;
     settings.max_length_m = 100;
     const DepositTracer tracer(rays, grid, bins, none, settings);
+    REQUIRE(tracer.batch_count() == 1);
     DepositBatch batch;
     tracer.trace({0, kSource}, test::test_seed(), 0, batch);
 
     // Ray and time bin of all reflections, from the points of the paths.
     std::multiset<std::pair<std::size_t, std::size_t>> expected;
     const auto lines = tracer.lines({0, kSource}, test::test_seed(), settings.rays, 1000);
-    REQUIRE(lines.size() == PathTracer::kBatchRays);
+    REQUIRE(lines.size() == static_cast<std::size_t>(settings.rays));
     for (std::size_t ray = 0; ray < lines.size(); ++ray) {
         float length_m = 0;
         for (std::size_t k = 1; k < lines[ray].points.size(); ++k) {

@@ -44,7 +44,7 @@ TEST_CASE("discovery finds the same paths as the full list") {
     }
 }
 
-TEST_CASE("the same calls find the same paths") {
+TEST_CASE("the same calls find the same paths, with any number of threads") {
     Scene scene = scene_of({mirror_box(kSize)});
     Object clutter;
     RandomStream random(7);
@@ -58,12 +58,17 @@ TEST_CASE("the same calls find the same paths") {
     const RayScene rays(scene);
     SpecularPaths a(rays, 3, kRadius_m, 1);
     SpecularPaths b(rays, 3, kRadius_m, 1);
+    WorkerPool workers(3);
     for (std::uint64_t frame = 0; frame < 10; ++frame) {
         const Vec3 listener = kListener - Vec3(0.1F * static_cast<float>(frame), 0, 0);
         a.discover(listener, frame);
-        b.discover(listener, frame);
-        const auto from_a = a.find(kSource, listener, true, Bands{}).paths;
-        CHECK(ids(from_a) == ids(b.find(kSource, listener, true, Bands{}).paths));
+        b.discover(listener, frame, &workers);
+        const SpecularSound sound = a.find(kSource, listener, true, Bands{});
+        const SpecularSound of_threads = b.find(kSource, listener, true, Bands{}, &workers);
+        const std::vector<SpecularPath>& from_a = sound.paths;
+        CHECK(ids(from_a) == ids(of_threads.paths));
+        CHECK(sound.tried.size() > 50);
+        CHECK(sound.tried == of_threads.tried);
         CHECK(ids(from_a).size() == from_a.size());
         CHECK(std::is_sorted(from_a.begin(), from_a.end(),
                              [](const auto& x, const auto& y) { return x.length_m < y.length_m; }));
