@@ -25,6 +25,12 @@ constexpr float kNoiseSignal = 0.04F;
 /// abrupt change, or where an error is cut off at 1.
 constexpr float kUnreliable = 0.25F;
 
+/// Least change of a level in a frame.
+constexpr float kLeastFactor = 0.25F;
+
+/// Least relative error of a group, to which its weight in the common level is limited.
+constexpr float kLeastError = 1e-3F;
+
 /// Sets bins [first_bin, end_bin) to `factor` times those of another response.
 void scale(const EnergyResponse& from, std::size_t first_bin, std::size_t end_bin, float factor,
            EnergyResponse& to) {
@@ -34,7 +40,46 @@ void scale(const EnergyResponse& from, std::size_t first_bin, std::size_t end_bi
     }
 }
 
+/// Frames over which the prediction errors of a filter are averaged.
+constexpr int kPredictions = 20;
+
 }  // namespace
+
+float LevelFilters::follow(float error) {
+    const float measured = level_ + error;
+    const float newest = 1 / static_cast<float>(std::min(++frames_, kPredictions));
+    float sum = 0;
+    float weights = 0;
+    for (std::size_t f = 0; f < filters_.size(); ++f) {
+        Filter& filter = filters_[f];
+        const float gain = kGains[f];
+        const float predicted = filter.level + filter.slope;
+        const float residual = measured - predicted;
+        filter.level = predicted + gain * residual;
+        // Half of the slope gain of critical damping.
+        filter.slope += gain * gain / (2 * (2 - gain)) * residual;
+        filter.squared_error += newest * (residual * residual - filter.squared_error);
+    }
+    // The likelihood of kPredictions normally distributed errors, relative to the least.
+    const auto by_error = [](const Filter& a, const Filter& b) {
+        return a.squared_error < b.squared_error;
+    };
+    const float least = std::min_element(filters_.begin(), filters_.end(), by_error)->squared_error;
+    for (const Filter& filter : filters_) {
+        const float ratio = filter.squared_error > 0 ? least / filter.squared_error : 1;
+        const float weight = std::pow(ratio, kPredictions / 2.0F);
+        sum += weight * filter.level;
+        weights += weight;
+    }
+    const float factor = std::max(kLeastFactor, 1 + sum / weights - level_);
+    level_ += factor - 1;
+    return factor;
+}
+
+void LevelFilters::rest() {
+    for (Filter& filter : filters_) filter.level = filter.slope = 0;
+    level_ = 0;
+}
 
 void approach(const EnergyResponse& estimate, std::size_t first_bin, std::size_t end_bin,
               float share, EnergyResponse& response) {
@@ -72,8 +117,15 @@ void ResponseFollower::follow(const EnergyResponse& estimate, int frames, double
     approach(estimate, 0, early_end, 1, response_);
     const float least =
         static_cast<float>(frames) / static_cast<float>(std::min(frames_, most_frames_));
+    for (Group& group : groups_) group.newest_error = relative_error(group, estimate, smoothed_);
+    // At rest the estimates are means of the frames since the movement, and have no trend.
+    if (moved_m == 0 || frames_ <= 2) {
+        level_.rest();
+    } else {
+        follow_level();
+    }
     for (Group& group : groups_) {
-        const float error = relative_error(group, estimate, smoothed_);
+        const float error = std::min(group.newest_error, 1.0F);
         if (frames_ == 1) group.error = group.absolute_error = 0;
         if (frames_ == 2) group.absolute_error = std::abs(error);
         if (frames_ > 1) {
@@ -85,9 +137,30 @@ void ResponseFollower::follow(const EnergyResponse& estimate, int frames, double
         const float share =
             std::max({signal * signal, least, static_cast<float>(moved_m) / group.width_m});
         approach(estimate, group.first_bin, group.end_bin, share, smoothed_);
-        // At rest the estimates are means of the frames since the movement, and have no lag.
         const float behind = moved_m > 0 ? lag(group, share) : 0;
         scale(smoothed_, group.first_bin, group.end_bin, 1 + behind, response_);
+    }
+}
+
+/// Follows the mean error of all groups, weighted by their bins over their variance or, of an
+/// outlier, its square.
+void ResponseFollower::follow_level() {
+    float sum = 0;
+    float weights = 0;
+    for (const Group& group : groups_) {
+        if (group.absolute_error == 0) continue;  // silent
+        const float error = std::min(group.newest_error, 1.0F);
+        const float deviation = std::max({group.absolute_error, std::abs(error), kLeastError});
+        const float weight =
+            static_cast<float>(group.end_bin - group.first_bin) / (deviation * deviation);
+        sum += weight * error;
+        weights += weight;
+    }
+    if (weights == 0) return;
+    const float factor = level_.follow(sum / weights);
+    for (Group& group : groups_) {
+        scale(smoothed_, group.first_bin, group.end_bin, factor, smoothed_);
+        group.newest_error = (1 + group.newest_error) / factor - 1;
     }
 }
 
@@ -111,7 +184,7 @@ float ResponseFollower::relative_error(const Group& group, const EnergyResponse&
         difference += estimate.energy[k].sum() - before;
         all += before;
     }
-    if (all > 0) return std::min(difference / all, 1.0F);
+    if (all > 0) return difference / all;
     return difference > 0 ? 1.0F : 0.0F;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "aula/engine/energy_response.h"
@@ -11,6 +12,31 @@ namespace aula {
 void approach(const EnergyResponse& estimate, std::size_t first_bin, std::size_t end_bin,
               float share, EnergyResponse& response);
 
+/// The level of a response, followed by three alpha-beta filters of different gains. Their mean is
+/// weighted by how well each has predicted the newest levels (multiple-model estimation, Magill
+/// 1965).
+class LevelFilters {
+ public:
+    /// Takes the level of an estimate over that of the response, less one, and returns the factor
+    /// by which the response is to change.
+    float follow(float error);
+
+    /// From here on the level is that of the response, and does not change by itself.
+    void rest();
+
+ private:
+    static constexpr std::array<float, 3> kGains{0.05F, 0.2F, 0.5F};
+
+    struct Filter {
+        float level = 0;
+        float slope = 0;          ///< per frame
+        float squared_error = 0;  ///< of its predictions, smoothed
+    };
+    std::array<Filter, kGains.size()> filters_;
+    float level_ = 0;  ///< relative to that of the last rest()
+    int frames_ = 0;
+};
+
 /// The response of a pair from one noisy and unbiased estimate in each frame.
 ///
 /// Adaptive-response-rate exponential smoothing (Trigg & Leach 1967), in groups of bins: the share
@@ -18,6 +44,7 @@ void approach(const EnergyResponse& estimate, std::size_t first_bin, std::size_t
 /// absolute error of the group's energy. Errors of one sign are a change, after which the newest
 /// estimate counts almost alone; errors of both signs are noise, which is averaged. The smoothed
 /// error is also the lag of the smoothed response, which is added as far as it exceeds the noise.
+/// While the ends move, the level that all groups have in common is followed by LevelFilters.
 /// The early bins, which change within centimetres, are those of the newest estimate. [propagation
 /// thread]
 class ResponseFollower {
@@ -27,7 +54,10 @@ class ResponseFollower {
     ResponseFollower(const EnergyResponse& silent, int window_frames);
 
     /// Drops all estimates.
-    void restart() { frames_ = 0; }
+    void restart() {
+        frames_ = 0;
+        level_ = {};
+    }
 
     /// Takes the estimate of a frame, the mean of the last `frames` >= 1 frames, in which ends and
     /// scene have moved by `moved_m` >= 0 together. A mean of N frames, or of all frames since the
@@ -45,9 +75,11 @@ class ResponseFollower {
         std::size_t first_bin = 0;
         std::size_t end_bin = 0;
         float width_m = 0;         ///< of a bin
-        float error = 0;           ///< smoothed, relative
+        float newest_error = 0;    ///< relative
+        float error = 0;           ///< smoothed
         float absolute_error = 0;  ///< the same
     };
+    void follow_level();
     static float lag(const Group& group, float share);
     static float relative_error(const Group& group, const EnergyResponse& estimate,
                                 const EnergyResponse& response);
@@ -55,6 +87,7 @@ class ResponseFollower {
     int most_frames_;  ///< N
     int frames_ = 0;   ///< since the restart
     std::vector<Group> groups_;
+    LevelFilters level_;
     EnergyResponse smoothed_;
     EnergyResponse response_;  ///< without the lag of smoothed_
 };

@@ -126,6 +126,57 @@ TEST_CASE("A slow change is followed with less lag than that of the smoothing") 
     CHECK(std::abs(moving_lag) < 0.6 * resting_lag);
 }
 
+TEST_CASE("Noise that all bins have in common is averaged, and a common change is followed") {
+    // The estimates have a common factor with a standard deviation of 5 %.
+    NoisyResponse noisy;
+    std::mt19937_64 random(test::test_seed() + 1);
+    std::normal_distribution<double> normal;
+    constexpr int kWalk = 600;
+    struct Followed {
+        double deviation = 0;
+        double lag = 0;
+    };
+    const auto followed = [&](double growth) {
+        ResponseFollower follower(EnergyResponse::silent(kBins), kFrames);
+        double level = 2;
+        double sum = 0;
+        double squares = 0;
+        for (int frame = 0; frame < kWalk; ++frame) {
+            level *= growth;
+            follower.follow(noisy.draw(level * (1 + 0.05 * normal(random)), 0.1), 1, 0.05);
+            if (frame < kWalk / 3) continue;
+            const double error = mean_energy(follower.response()) / level - 1;
+            sum += error / (kWalk - kWalk / 3.0);
+            squares += error * error / (kWalk - kWalk / 3.0);
+        }
+        return Followed{std::sqrt(squares - sum * sum), -sum};
+    };
+    const Followed constant = followed(1);
+    CHECK(constant.deviation < 0.05 / 2);
+    CHECK(std::abs(constant.lag) < 0.01);
+    // 2 % in a frame: a mean over the last 2 N - 1 frames would be about a quarter behind.
+    const Followed growing = followed(1.02);
+    CHECK(growing.deviation < 0.05 / 1.5);
+    CHECK(std::abs(growing.lag) < 0.01);
+}
+
+TEST_CASE("A group that is silent has no part in the common level") {
+    // The level doubles in all bins but those of the last groups, which hold nothing.
+    NoisyResponse noisy;
+    const std::size_t silent = kBins.count() - 40;
+    ResponseFollower follower(EnergyResponse::silent(kBins), kFrames);
+    const auto follow = [&](double energy) {
+        EnergyResponse estimate = noisy.draw(energy, 0.05);
+        for (std::size_t k = silent; k < kBins.count(); ++k) estimate.energy[k] = {};
+        follower.follow(estimate, 1, 0.05);
+    };
+    for (int frame = 0; frame < 50; ++frame) follow(2);
+    for (int frame = 0; frame < 4; ++frame) follow(4);
+    for (std::size_t k = kLate; k < silent; k += 10)
+        CHECK(follower.response().energy[k][3] == Approx(4).epsilon(0.2));
+    CHECK(follower.response().energy[silent].sum() == 0);
+}
+
 TEST_CASE("A change of any single bin is a change of its group") {
     // All energy of a group is in one bin; the first group has 16 of 1 ms.
     for (std::size_t bin = kLate; bin < kLate + 16; ++bin) {
