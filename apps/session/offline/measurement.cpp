@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <string>
 #include <utility>
 
@@ -34,6 +35,7 @@ constexpr double kGrowth = 1.25;
 constexpr int kWindowFrames = 8;
 
 constexpr const char* kNotConnected = "no path connects them";
+constexpr const char* kTooShort = "the response ends before its sound arrives";
 constexpr const char* kTooQuiet = "more than 60 dB below its level at 1 m in every octave";
 
 /// Frames of an independent window: for `dpc*` the window of the cache, limited so that enough
@@ -211,9 +213,13 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
         m.responses.push_back(means[pair].mean());
         m.audible.push_back(connected[pair] && is_audible(m.responses[pair]));
         if (!m.audible[pair]) {
+            const bool too_short =
+                ends_before_sound(m, pair / m.receivers.size(), pair % m.receivers.size());
             m.warnings.push_back(name_of(m, pair) + "not audible" +
                                  (m.receivers.size() == 1 ? " at the listener, " : ", ") +
-                                 (connected[pair] ? kTooQuiet : kNotConnected) +
+                                 (!connected[pair] ? kNotConnected
+                                  : too_short      ? kTooShort
+                                                   : kTooQuiet) +
                                  "; its parameters are omitted");
         } else if (!options.frames && !certain) {
             const std::string uncertain = uncertain_parameters(means[pair], options.limits);
@@ -228,6 +234,13 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
 }
 
 }  // namespace
+
+bool ends_before_sound(const Measurement& measurement, std::size_t source, std::size_t receiver) {
+    const EnergyResponse& response = measurement.response(source, receiver);
+    const float distance_m = glm::distance(measurement.sources[source].position_at(0),
+                                           measurement.receivers[receiver].position);
+    return double{distance_m} >= measurement.length_s * double{response.speed_of_sound_m_s};
+}
 
 std::optional<Measurement> measure(const Scene& scene, std::span<const Source> sources,
                                    std::span<const Pose> receivers,

@@ -219,6 +219,23 @@ TEST_CASE("A source behind a wall without an opening is not audible") {
     CHECK(room_parameters(*open)[1][4].g_db);
 }
 
+TEST_CASE("A source whose sound arrives after the end of the response is reported as such") {
+    // 34.3 m are 0.1 s.
+    for (const float distance_m : {34.0F, 40.0F}) {
+        Scene scene = free_field({-distance_m, 0, 0});
+        scene.listener.pose.position = {0, 0, 0};
+        scene.simulation.ir_length_s = 0.1F;
+        const auto measured = measure(scene, {.frames = 2});
+        CAPTURE(distance_m);
+        CHECK(ends_before_sound(*measured, 0, 0) == (distance_m > 35));
+        CHECK(measured->audible == std::vector<char>{static_cast<char>(distance_m < 35)});
+        REQUIRE(measured->warnings.size() == (distance_m > 35 ? 1 : 0));
+        if (distance_m < 35) continue;
+        CHECK_THAT(measured->warnings[0],
+                   Catch::Matchers::Contains("the response ends before its sound arrives"));
+    }
+}
+
 TEST_CASE("In the open a source is audible over the edge of a wall, and through a pane") {
     // Random walks from either side never meet.
     for (const bool is_pane : {false, true}) {

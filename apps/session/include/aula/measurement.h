@@ -124,6 +124,9 @@ struct Measurement {
     }
 };
 
+/// True if the responses end before the sound of a source has covered the distance to a receiver.
+bool ends_before_sound(const Measurement& measurement, std::size_t source, std::size_t receiver);
+
 /// Computes the energy responses of all sources at all receivers, at the poses of time 0. The rays
 /// of a source serve all receivers. `sources` and `receivers` replace those of the scene; neither
 /// is empty. The names of the sources seed the noise of their impulse responses and should differ.
