@@ -28,8 +28,9 @@ constexpr float kUnreliable = 0.25F;
 /// Least change of a level in a frame.
 constexpr float kLeastFactor = 0.25F;
 
-/// Least relative error of a group, to which its weight in the common level is limited.
+/// Least error of a group, which limits its weight in the common level, and its square.
 constexpr float kLeastError = 1e-3F;
+constexpr float kLeastSquare = kLeastError * kLeastError;
 
 /// Sets bins [first_bin, end_bin) to `factor` times those of another response.
 void scale(const EnergyResponse& from, std::size_t first_bin, std::size_t end_bin, float factor,
@@ -41,44 +42,39 @@ void scale(const EnergyResponse& from, std::size_t first_bin, std::size_t end_bi
 }
 
 /// Frames over which the prediction errors of a filter are averaged.
-constexpr int kPredictions = 20;
+constexpr int kPredictions = 40;
 
 }  // namespace
 
 float LevelFilters::follow(float error) {
-    const float measured = level_ + error;
-    const float newest = 1 / static_cast<float>(std::min(++frames_, kPredictions));
-    float sum = 0;
-    float weights = 0;
+    frames_ = std::min(frames_ + 1, kPredictions);
     for (std::size_t f = 0; f < filters_.size(); ++f) {
         Filter& filter = filters_[f];
         const float gain = kGains[f];
         const float predicted = filter.level + filter.slope;
-        const float residual = measured - predicted;
+        const float residual = error - predicted;
         filter.level = predicted + gain * residual;
-        // Half of the slope gain of critical damping.
+        // Half of the gain of Benedict and Bordner (1962).
         filter.slope += gain * gain / (2 * (2 - gain)) * residual;
-        filter.squared_error += newest * (residual * residual - filter.squared_error);
+        filter.squared_error +=
+            (residual * residual - filter.squared_error) / static_cast<float>(frames_);
     }
-    // The likelihood of kPredictions normally distributed errors, relative to the least.
     const auto by_error = [](const Filter& a, const Filter& b) {
         return a.squared_error < b.squared_error;
     };
     const float least = std::min_element(filters_.begin(), filters_.end(), by_error)->squared_error;
+    float sum = 0;
+    float weights = 0;
     for (const Filter& filter : filters_) {
-        const float ratio = filter.squared_error > 0 ? least / filter.squared_error : 1;
+        // The likelihood of kPredictions normally distributed errors over that of the least ones.
+        const float ratio = (least + kLeastSquare) / (filter.squared_error + kLeastSquare);
         const float weight = std::pow(ratio, kPredictions / 2.0F);
         sum += weight * filter.level;
         weights += weight;
     }
-    const float factor = std::max(kLeastFactor, 1 + sum / weights - level_);
-    level_ += factor - 1;
-    return factor;
-}
-
-void LevelFilters::rest() {
-    for (Filter& filter : filters_) filter.level = filter.slope = 0;
-    level_ = 0;
+    const float change = std::max(sum / weights, kLeastFactor - 1);
+    for (Filter& filter : filters_) filter.level -= change;
+    return 1 + change;
 }
 
 void approach(const EnergyResponse& estimate, std::size_t first_bin, std::size_t end_bin,
@@ -117,10 +113,10 @@ void ResponseFollower::follow(const EnergyResponse& estimate, int frames, double
     approach(estimate, 0, early_end, 1, response_);
     const float least =
         static_cast<float>(frames) / static_cast<float>(std::min(frames_, most_frames_));
-    for (Group& group : groups_) group.newest_error = relative_error(group, estimate, smoothed_);
+    for (Group& group : groups_) compare(estimate, smoothed_, group);
     // At rest the estimates are means of the frames since the movement, and have no trend.
     if (moved_m == 0 || frames_ <= 2) {
-        level_.rest();
+        level_ = {};
     } else {
         follow_level();
     }
@@ -142,23 +138,33 @@ void ResponseFollower::follow(const EnergyResponse& estimate, int frames, double
     }
 }
 
+/// The share of a group's smoothed error that is not in doubt.
+float ResponseFollower::reliability(const Group& group) {
+    return std::max(0.0F, 1 - group.absolute_error / kUnreliable);
+}
+
 /// Follows the mean error of all groups, weighted by their bins over their variance or, of an
-/// outlier, its square.
+/// outlier, its square. Where few groups are reliable, as with sparse detections, it counts less.
 void ResponseFollower::follow_level() {
     float sum = 0;
     float weights = 0;
+    float reliable_bins = 0;
+    float bins = 0;
     for (const Group& group : groups_) {
-        if (group.absolute_error == 0) continue;  // silent
+        if (group.silent) continue;
         const float error = std::min(group.newest_error, 1.0F);
         const float deviation = std::max({group.absolute_error, std::abs(error), kLeastError});
-        const float weight =
-            static_cast<float>(group.end_bin - group.first_bin) / (deviation * deviation);
-        sum += weight * error;
-        weights += weight;
+        const auto count = static_cast<float>(group.end_bin - group.first_bin);
+        const float reliable = count * reliability(group);
+        sum += reliable * error / (deviation * deviation);
+        weights += reliable / (deviation * deviation);
+        reliable_bins += reliable;
+        bins += count;
     }
     if (weights == 0) return;
-    const float factor = level_.follow(sum / weights);
+    const float factor = level_.follow(sum / weights * reliable_bins / bins);
     for (Group& group : groups_) {
+        if (group.silent) continue;
         scale(smoothed_, group.first_bin, group.end_bin, factor, smoothed_);
         group.newest_error = (1 + group.newest_error) / factor - 1;
     }
@@ -170,13 +176,12 @@ float ResponseFollower::lag(const Group& group, float share) {
     if (share >= 1 || !(group.absolute_error > 0)) return 0;
     const float signal = group.error / group.absolute_error;
     const float certain = signal * signal / (signal * signal + kNoiseSignal);
-    const float reliable = std::max(0.0F, 1 - group.absolute_error / kUnreliable);
-    return (1 - share) * certain * reliable * group.error;
+    return (1 - share) * certain * reliability(group) * group.error;
 }
 
-/// Energy of an estimate's group over that of the response, less one.
-float ResponseFollower::relative_error(const Group& group, const EnergyResponse& estimate,
-                                       const EnergyResponse& response) {
+/// Sets a group's newest error: the energy of the estimate over that of the response, less one.
+void ResponseFollower::compare(const EnergyResponse& estimate, const EnergyResponse& response,
+                               Group& group) {
     float difference = 0;
     float all = 0;
     for (std::size_t k = group.first_bin; k < group.end_bin; ++k) {
@@ -184,8 +189,8 @@ float ResponseFollower::relative_error(const Group& group, const EnergyResponse&
         difference += estimate.energy[k].sum() - before;
         all += before;
     }
-    if (all > 0) return difference / all;
-    return difference > 0 ? 1.0F : 0.0F;
+    group.silent = !(all > 0);
+    group.newest_error = all > 0 ? difference / all : difference > 0 ? 1.0F : 0.0F;
 }
 
 }  // namespace aula

@@ -12,29 +12,25 @@ namespace aula {
 void approach(const EnergyResponse& estimate, std::size_t first_bin, std::size_t end_bin,
               float share, EnergyResponse& response);
 
-/// The level of a response, followed by three alpha-beta filters of different gains. Their mean is
-/// weighted by how well each has predicted the newest levels (multiple-model estimation, Magill
-/// 1965).
+/// The level of a response, followed by three alpha-beta filters of different gains. The change is
+/// their mean, weighted by how well each has predicted the newest levels (multiple-model
+/// estimation, Magill 1965).
 class LevelFilters {
  public:
     /// Takes the level of an estimate over that of the response, less one, and returns the factor
     /// by which the response is to change.
     float follow(float error);
 
-    /// From here on the level is that of the response, and does not change by itself.
-    void rest();
-
  private:
-    static constexpr std::array<float, 3> kGains{0.05F, 0.2F, 0.5F};
+    static constexpr std::array<float, 3> kGains{0.02F, 0.2F, 0.5F};
 
     struct Filter {
-        float level = 0;
+        float level = 0;          ///< over that of the response, less one
         float slope = 0;          ///< per frame
         float squared_error = 0;  ///< of its predictions, smoothed
     };
     std::array<Filter, kGains.size()> filters_;
-    float level_ = 0;  ///< relative to that of the last rest()
-    int frames_ = 0;
+    int frames_ = 0;  ///< at most those over which errors are averaged
 };
 
 /// The response of a pair from one noisy and unbiased estimate in each frame.
@@ -75,19 +71,21 @@ class ResponseFollower {
         std::size_t first_bin = 0;
         std::size_t end_bin = 0;
         float width_m = 0;         ///< of a bin
+        bool silent = true;        ///< the smoothed response holds nothing
         float newest_error = 0;    ///< relative
         float error = 0;           ///< smoothed
         float absolute_error = 0;  ///< the same
     };
+    static float reliability(const Group& group);
     void follow_level();
     static float lag(const Group& group, float share);
-    static float relative_error(const Group& group, const EnergyResponse& estimate,
-                                const EnergyResponse& response);
+    static void compare(const EnergyResponse& estimate, const EnergyResponse& response,
+                        Group& group);
 
     int most_frames_;  ///< N
     int frames_ = 0;   ///< since the restart
     std::vector<Group> groups_;
-    LevelFilters level_;
+    LevelFilters level_;  ///< of all groups, while the ends move
     EnergyResponse smoothed_;
     EnergyResponse response_;  ///< without the lag of smoothed_
 };

@@ -38,7 +38,8 @@ int PathTracer::batch_count() const {
 int PathTracer::rays_of(int batches) const {
     constexpr auto kVector = static_cast<std::int64_t>(padded_lanes(1));
     const std::int64_t vectors = (settings_.rays + kVector - 1) / kVector;
-    const std::int64_t rays = vectors * batches / batch_count() * kVector;
+    const std::int64_t count = batch_count();
+    const std::int64_t rays = (vectors * batches + count - 1) / count * kVector;
     return static_cast<int>(std::min(rays, std::int64_t{settings_.rays}));
 }
 

@@ -18,7 +18,7 @@ namespace aula {
 /// transmitted, they are ordinary paths. [several threads]
 class TransmittedPaths {
  public:
-    /// Largest number of paths, for the kLanes rays of a batch. From -30 dB of the highest energy
+    /// Largest number of paths of a batch of up to kLanes rays. From -30 dB of the highest energy
     /// behind walls on it falls with the square root of the energy, to kFewestPlaces. Then all
     /// paths together survive a reflection with the square root of the share of energy that it
     /// leaves: the roulette of single paths cannot end them where each hit adds a path, as in the

@@ -198,7 +198,7 @@ class BalanceTracer : public PathTracer {
         std::vector<double> balance;
         double lost = 0;
         for (std::size_t n = 0; n < on_the_way.size(); ++n) {
-            balance.push_back((on_the_way[n] + lost) / kBatchRays);
+            balance.push_back((on_the_way[n] + lost) / rays_of(1));
             lost += heat[n];
         }
         return balance;
@@ -281,7 +281,7 @@ TEST_CASE("what is neither on the way nor heat has never been emitted") {
         const RayScene rays(scene);
         const SpecularPaths images(rays, 0, 0.5F, 1);
         TraceSettings settings;
-        settings.rays = PathTracer::kBatchRays;
+        settings.rays = 80;  // a batch
         settings.max_length_m = 1000;
         // Up to an order at which no path is below -30 dB, where roulette begins.
         const double orders = std::min(19.0, std::log(1e-3) / std::log(1 - double{absorption}));
@@ -289,7 +289,7 @@ TEST_CASE("what is neither on the way nor heat has never been emitted") {
         const auto balance = tracer.balance(scene.sources[0].position, static_cast<int>(orders));
         for (std::size_t n = 0; n < balance.size(); ++n) {
             CAPTURE(absorption, reduction_db, n, balance[n]);
-            // Rounding of up to 19 products and sums of up to 160 paths.
+            // Rounding of up to 19 products and sums of up to 112 paths.
             CHECK(std::abs(balance[n] - 1) < 1e-6);
         }
         // Companion: if what the partitions transmit were heat as well.
