@@ -65,10 +65,11 @@ float LevelFilters::follow(float error) {
     const float least = std::min_element(filters_.begin(), filters_.end(), by_error)->squared_error;
     float sum = 0;
     float weights = 0;
-    for (const Filter& filter : filters_) {
-        // The likelihood of kPredictions normally distributed errors over that of the least ones.
+    for (std::size_t f = 0; f < filters_.size(); ++f) {
+        const Filter& filter = filters_[f];
+        // The likelihood of frames_ normally distributed errors over that of the least ones.
         const float ratio = (least + kLeastSquare) / (filter.squared_error + kLeastSquare);
-        const float weight = std::pow(ratio, kPredictions / 2.0F);
+        const float weight = kPriors[f] * std::pow(ratio, static_cast<float>(frames_) / 2);
         sum += weight * filter.level;
         weights += weight;
     }

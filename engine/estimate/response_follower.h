@@ -14,7 +14,7 @@ void approach(const EnergyResponse& estimate, std::size_t first_bin, std::size_t
 
 /// The level of a response, followed by three alpha-beta filters of different gains. The change is
 /// their mean, weighted by how well each has predicted the newest levels (multiple-model
-/// estimation, Magill 1965).
+/// estimation, Magill 1965). Of equally good ones the slowest counts most: it has the least noise.
 class LevelFilters {
  public:
     /// Takes the level of an estimate over that of the response, less one, and returns the factor
@@ -23,6 +23,7 @@ class LevelFilters {
 
  private:
     static constexpr std::array<float, 3> kGains{0.02F, 0.2F, 0.5F};
+    static constexpr std::array<float, 3> kPriors{1, 0.1F, 0.01F};
 
     struct Filter {
         float level = 0;          ///< over that of the response, less one
