@@ -369,13 +369,13 @@ int show_info(const Arguments& arguments) {
 
 /// Reads the signals of all sources. Throws SceneErrors: one message for each that fails.
 void check_signals(const Scene& scene, const Arguments& arguments) {
+    SharedSignals files(scene, arguments.session.sample_rate_hz);
     SignalSet signals;
     std::vector<std::string> errors;
     for (std::size_t s = 0; s < scene.sources.size(); ++s) {
         try {
-            signals.push_back(
-                result_of("reading the sound of " + printable(scene.sources[s].name), arguments,
-                          [&] { return read_signal(scene, s, arguments.session.sample_rate_hz); }));
+            signals.push_back(result_of("reading the sound of " + printable(scene.sources[s].name),
+                                        arguments, [&] { return files.read(s); }));
         } catch (const InputError& error) {
             errors.emplace_back(error.what());
         }

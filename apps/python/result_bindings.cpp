@@ -282,6 +282,7 @@ py::tuple rendered(const SharedScene& shared, const std::map<std::string, Array<
                    const Overrides& overrides) {
     const Scene scene = with(*shared.get(), overrides);
     SignalSet signals;
+    SharedSignals files(scene, sample_rate_hz);
     for (std::size_t s = 0; s < scene.sources.size(); ++s) {
         const Source& source = scene.sources[s];
         const auto given = samples.find(source.name);
@@ -292,7 +293,7 @@ py::tuple rendered(const SharedScene& shared, const std::map<std::string, Array<
         } else if (source.signal == Source::Signal::file && source.signal_file.empty()) {
             signals.push_back(std::make_shared<const Signal>(std::vector<float>{}, false));
         } else {
-            signals.push_back(read_signal(scene, s, sample_rate_hz));
+            signals.push_back(files.read(s));
         }
     }
     SessionOptions options;

@@ -98,17 +98,28 @@ std::shared_ptr<const Signal> read_signal(const Scene& scene, std::size_t source
                                           derive_seed(scene.simulation.seed, source));
 }
 
+std::shared_ptr<const Signal> SharedSignals::read(std::size_t index) {
+    const Source& source = scene_.sources[index];
+    if (source.signal != Source::Signal::file) return read_signal(scene_, index, sample_rate_hz_);
+    std::shared_ptr<const Signal>& file = files_[{source.signal_file, source.loop}];
+    if (!file) file = read_signal(scene_, index, sample_rate_hz_);
+    return file;
+}
+
 SignalSet read_signals(const Scene& scene, double sample_rate_hz) {
+    SharedSignals files(scene, sample_rate_hz);
     SignalSet signals;
-    for (std::size_t s = 0; s < scene.sources.size(); ++s)
-        signals.push_back(read_signal(scene, s, sample_rate_hz));
+    for (std::size_t s = 0; s < scene.sources.size(); ++s) signals.push_back(files.read(s));
     return signals;
 }
 
 std::vector<std::string> warnings_of(const SignalSet& signals) {
     std::vector<std::string> all;
-    for (const auto& signal : signals)
-        all.insert(all.end(), signal->warnings().begin(), signal->warnings().end());
+    for (std::size_t s = 0; s < signals.size(); ++s) {
+        const auto before = signals.begin() + static_cast<std::ptrdiff_t>(s);
+        if (std::find(signals.begin(), before, signals[s]) != before) continue;
+        all.insert(all.end(), signals[s]->warnings().begin(), signals[s]->warnings().end());
+    }
     return all;
 }
 

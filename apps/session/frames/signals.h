@@ -1,11 +1,14 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "aula/audio/realtime.h"
@@ -68,10 +71,28 @@ using SignalSet = std::vector<std::shared_ptr<const Signal>>;
 std::shared_ptr<const Signal> read_signal(const Scene& scene, std::size_t source,
                                           double sample_rate_hz);
 
-/// The signals of all sources, in their order. Throws InputError.
+/// Reads the signals of a scene's sources. Sources that play the same file share its samples.
+class SharedSignals {
+ public:
+    /// The scene must outlive the object.
+    SharedSignals(const Scene& scene, double sample_rate_hz)
+        : scene_(scene), sample_rate_hz_(sample_rate_hz) {}
+
+    /// The signal of the source with that index. Throws InputError.
+    std::shared_ptr<const Signal> read(std::size_t index);
+
+ private:
+    using File = std::pair<std::filesystem::path, bool>;  ///< and whether it is looped
+
+    const Scene& scene_;
+    double sample_rate_hz_;
+    std::map<File, std::shared_ptr<const Signal>> files_;
+};
+
+/// The signals of all sources, in their order, read by SharedSignals. Throws InputError.
 SignalSet read_signals(const Scene& scene, double sample_rate_hz);
 
-/// The warnings of all signals.
+/// The warnings of all signals, once for those that sources share.
 std::vector<std::string> warnings_of(const SignalSet& signals);
 
 }  // namespace aula

@@ -16,11 +16,12 @@ bool plays_the_same(const Source& a, const Source& b) {
 }
 
 SignalSet signals_of(const Scene& scene, double sample_rate_hz, const Reusable& before) {
+    SharedSignals files(scene, sample_rate_hz);
     SignalSet signals;
     for (std::size_t s = 0; s < scene.sources.size(); ++s) {
         const bool kept =
             s < before.sources.size() && plays_the_same(before.sources[s], scene.sources[s]);
-        signals.push_back(kept ? before.signals[s] : read_signal(scene, s, sample_rate_hz));
+        signals.push_back(kept ? before.signals[s] : files.read(s));
     }
     return signals;
 }

@@ -3,6 +3,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "aula/audio/sound_file.h"
+#include "tests/support/temporary_folder.h"
+
 namespace {
 
 using aula::Signal;
@@ -113,4 +116,27 @@ TEST_CASE("Noise and a truncated sound begin abruptly, and silence and an onset 
     CHECK_FALSE(Signal(std::vector<float>(48, 0.0F), true).begins_abruptly());
     for (const bool loop : {false, true})
         CHECK_FALSE(Signal(source(Source::Signal::impulse, loop), kRate_hz, 1).begins_abruptly());
+}
+
+TEST_CASE("Sources that play the same file share its samples, and its warnings are given once") {
+    const aula::test::TemporaryFolder folder;
+    const std::vector<float> stereo(200, 0.5F);
+    for (const char* name : {"a.wav", "b.wav"}) {
+        aula::WavWriter file(folder.path() / name, kRate_hz, 2, aula::SampleFormat::float32);
+        file.write(stereo);
+        file.commit();
+    }
+    aula::Scene scene;
+    for (const char* name : {"a.wav", "b.wav", "a.wav"}) {
+        scene.sources.push_back(source(Source::Signal::file, true));
+        scene.sources.back().signal_file = folder.path() / name;
+    }
+    scene.sources.push_back(scene.sources[0]);
+    scene.sources.back().loop = false;
+    const auto signals = aula::read_signals(scene, kRate_hz);
+    CHECK(signals[0] == signals[2]);
+    CHECK(signals[0] != signals[1]);
+    CHECK(signals[3]->length_samples() == 100);
+    CHECK_FALSE(signals[0]->length_samples());
+    CHECK(warnings_of(signals).size() == 3);
 }
