@@ -11,7 +11,7 @@ namespace {
 
 // Few batches could not be divided evenly among threads; small ones leave lanes empty sooner.
 constexpr int kFewestBatches = 8;
-constexpr int kFewestRays = 48;
+constexpr int kFewestRays = 64;
 
 enum class SeedPurpose : std::uint64_t { directions = 1, rays = 2, walls = 3 };
 

@@ -386,8 +386,8 @@ TEST_CASE("the batches of a frame are about equally large") {
         const ArrivalTracer tracer(rays, subdivision, none, settings);
         CHECK(tracer.rays_of(0) == 0);
         CHECK(tracer.rays_of(tracer.batch_count()) == count);
-        // For as many threads, unless a batch would have less than 48 rays.
-        CHECK(tracer.batch_count() >= std::min(8, std::max(1, count / 48)));
+        // For as many threads, unless a batch would have less than 64 rays.
+        CHECK(tracer.batch_count() >= std::min(8, std::max(1, count / 64)));
         std::set<int> sizes;
         for (int b = 0; b < tracer.batch_count(); b += 1 + b / 100) {
             sizes.insert(tracer.rays_of(b + 1) - tracer.rays_of(b));
