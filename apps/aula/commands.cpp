@@ -377,7 +377,9 @@ void check_signals(const Scene& scene, const Arguments& arguments) {
             signals.push_back(result_of("reading the sound of " + printable(scene.sources[s].name),
                                         arguments, [&] { return files.read(s); }));
         } catch (const InputError& error) {
-            errors.emplace_back(error.what());
+            // Sources can play the same file.
+            if (std::find(errors.begin(), errors.end(), error.what()) == errors.end())
+                errors.emplace_back(error.what());
         }
     }
     if (!errors.empty()) throw SceneErrors(std::move(errors));

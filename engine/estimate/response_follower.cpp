@@ -28,6 +28,9 @@ constexpr float kUnreliable = 0.25F;
 /// Least change of a level in a frame.
 constexpr float kLeastFactor = 0.25F;
 
+/// An error of a group is an outlier from this many times its mean magnitude on.
+constexpr float kOutlier = 4;
+
 /// Least error of a group, which limits its weight in the common level, and its square.
 constexpr float kLeastError = 1e-3F;
 constexpr float kLeastSquare = kLeastError * kLeastError;
@@ -74,7 +77,10 @@ float LevelFilters::follow(float error) {
         weights += weight;
     }
     const float change = std::max(sum / weights, kLeastFactor - 1);
-    for (Filter& filter : filters_) filter.level -= change;
+    for (Filter& filter : filters_) {
+        filter.level = (1 + filter.level) / (1 + change) - 1;
+        filter.slope /= 1 + change;
+    }
     return 1 + change;
 }
 
@@ -144,8 +150,8 @@ float ResponseFollower::reliability(const Group& group) {
     return std::max(0.0F, 1 - group.absolute_error / kUnreliable);
 }
 
-/// Follows the mean error of all groups, weighted by their bins over their variance or, of an
-/// outlier, its square. Where few groups are reliable, as with sparse detections, it counts less.
+/// Follows the mean error of all groups, weighted by their bins over their variance, and less if it
+/// is an outlier. Where few groups are reliable, as with sparse detections, it counts less.
 void ResponseFollower::follow_level() {
     float sum = 0;
     float weights = 0;
@@ -154,7 +160,8 @@ void ResponseFollower::follow_level() {
     for (const Group& group : groups_) {
         if (group.silent) continue;
         const float error = std::min(group.newest_error, 1.0F);
-        const float deviation = std::max({group.absolute_error, std::abs(error), kLeastError});
+        const float deviation =
+            std::max({group.absolute_error, std::abs(error) / kOutlier, kLeastError});
         const auto count = static_cast<float>(group.end_bin - group.first_bin);
         const float reliable = count * reliability(group);
         sum += reliable * error / (deviation * deviation);
@@ -162,7 +169,10 @@ void ResponseFollower::follow_level() {
         reliable_bins += reliable;
         bins += count;
     }
-    if (weights == 0) return;
+    if (weights == 0) {
+        level_ = {};
+        return;
+    }
     const float factor = level_.follow(sum / weights * reliable_bins / bins);
     for (Group& group : groups_) {
         if (group.silent) continue;

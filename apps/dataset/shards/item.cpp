@@ -56,8 +56,10 @@ class ReceiverResults {
           source_(planned.source_of(item)),
           first_(planned.receiver_of(item) * settings_.array.size()) {}
 
-    /// True if the responses end before the sound arrives at the first microphone.
-    bool too_short() const { return ends_before_sound(measurement_, source_, first_); }
+    /// Why the source is not audible at the first microphone.
+    const std::string& inaudible() const {
+        return measurement_.inaudible[measurement_.pair(source_, first_)];
+    }
 
     bool audible() const {
         bool any = false;
@@ -109,11 +111,8 @@ std::vector<Item> items_of(const Plan& plan, const PlannedScene& planned, const 
     for (std::uint64_t i = planned.first_item; i < planned.first_item + planned.items; ++i) {
         const ReceiverResults results(plan, planned, measurement, i);
         if (!results.audible()) {
-            items.push_back(failed_item(
-                plan, planned, i,
-                results.too_short() ? "the source is not audible: the response ends before its "
-                                      "sound arrives; expected a longer ir_length_s"
-                                    : "the source is not audible"));
+            items.push_back(
+                failed_item(plan, planned, i, "the source is not audible: " + results.inaudible()));
             continue;
         }
         const std::vector<std::vector<float>> channels = results.channels(responses);

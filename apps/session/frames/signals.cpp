@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <system_error>
 #include <utility>
 
 #include "aula/audio/sound_file.h"
@@ -101,7 +102,9 @@ std::shared_ptr<const Signal> read_signal(const Scene& scene, std::size_t source
 std::shared_ptr<const Signal> SharedSignals::read(std::size_t index) {
     const Source& source = scene_.sources[index];
     if (source.signal != Source::Signal::file) return read_signal(scene_, index, sample_rate_hz_);
-    std::shared_ptr<const Signal>& file = files_[{source.signal_file, source.loop}];
+    std::error_code unknown;  // then read_signal() fails as well
+    std::shared_ptr<const Signal>& file =
+        files_[{std::filesystem::weakly_canonical(source.signal_file, unknown), source.loop}];
     if (!file) file = read_signal(scene_, index, sample_rate_hz_);
     return file;
 }
@@ -115,10 +118,9 @@ SignalSet read_signals(const Scene& scene, double sample_rate_hz) {
 
 std::vector<std::string> warnings_of(const SignalSet& signals) {
     std::vector<std::string> all;
-    for (std::size_t s = 0; s < signals.size(); ++s) {
-        const auto before = signals.begin() + static_cast<std::ptrdiff_t>(s);
-        if (std::find(signals.begin(), before, signals[s]) != before) continue;
-        all.insert(all.end(), signals[s]->warnings().begin(), signals[s]->warnings().end());
+    for (const auto& signal : signals) {
+        for (const std::string& warning : signal->warnings())
+            if (std::find(all.begin(), all.end(), warning) == all.end()) all.push_back(warning);
     }
     return all;
 }

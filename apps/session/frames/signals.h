@@ -82,7 +82,7 @@ class SharedSignals {
     std::shared_ptr<const Signal> read(std::size_t index);
 
  private:
-    using File = std::pair<std::filesystem::path, bool>;  ///< and whether it is looped
+    using File = std::pair<std::filesystem::path, bool>;  ///< canonical; whether it is looped
 
     const Scene& scene_;
     double sample_rate_hz_;
@@ -92,7 +92,7 @@ class SharedSignals {
 /// The signals of all sources, in their order, read by SharedSignals. Throws InputError.
 SignalSet read_signals(const Scene& scene, double sample_rate_hz);
 
-/// The warnings of all signals, once for those that sources share.
+/// The warnings of all signals, each once.
 std::vector<std::string> warnings_of(const SignalSet& signals);
 
 }  // namespace aula

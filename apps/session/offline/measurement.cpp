@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <glm/geometric.hpp>
 #include <string>
 #include <utility>
 
@@ -35,8 +34,17 @@ constexpr double kGrowth = 1.25;
 constexpr int kWindowFrames = 8;
 
 constexpr const char* kNotConnected = "no path connects them";
-constexpr const char* kTooShort = "the response ends before its sound arrives";
+constexpr const char* kTooLate = "its sound arrives after the end of the response";
 constexpr const char* kTooQuiet = "more than 60 dB below its level at 1 m in every octave";
+
+/// True if nothing arrives within a length.
+bool is_silent(const EnergyResponse& response, double length_s) {
+    return std::all_of(response.energy.begin(), response.energy.end(),
+                       [](const Bands& energy) { return energy.sum() == 0; }) &&
+           std::all_of(response.paths.begin(), response.paths.end(), [&](const SpecularPath& path) {
+               return response.arrival_s(path) >= length_s;
+           });
+}
 
 /// Frames of an independent window: for `dpc*` the window of the cache, limited so that enough
 /// windows fit in a measurement.
@@ -211,16 +219,15 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
     m.frames = propagation.frames();
     for (std::size_t pair = 0; pair < connected.size(); ++pair) {
         m.responses.push_back(means[pair].mean());
-        m.audible.push_back(connected[pair] && is_audible(m.responses[pair]));
+        m.inaudible.emplace_back(!connected[pair]                           ? kNotConnected
+                                 : is_audible(m.responses[pair])            ? ""
+                                 : is_silent(m.responses[pair], m.length_s) ? kTooLate
+                                                                            : kTooQuiet);
+        m.audible.push_back(m.inaudible[pair].empty());
         if (!m.audible[pair]) {
-            const bool too_short =
-                ends_before_sound(m, pair / m.receivers.size(), pair % m.receivers.size());
             m.warnings.push_back(name_of(m, pair) + "not audible" +
                                  (m.receivers.size() == 1 ? " at the listener, " : ", ") +
-                                 (!connected[pair] ? kNotConnected
-                                  : too_short      ? kTooShort
-                                                   : kTooQuiet) +
-                                 "; its parameters are omitted");
+                                 m.inaudible[pair] + "; its parameters are omitted");
         } else if (!options.frames && !certain) {
             const std::string uncertain = uncertain_parameters(means[pair], options.limits);
             if (uncertain.empty()) continue;
@@ -234,13 +241,6 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
 }
 
 }  // namespace
-
-bool ends_before_sound(const Measurement& measurement, std::size_t source, std::size_t receiver) {
-    const EnergyResponse& response = measurement.response(source, receiver);
-    const float distance_m = glm::distance(measurement.sources[source].position_at(0),
-                                           measurement.receivers[receiver].position);
-    return double{distance_m} >= measurement.length_s * double{response.speed_of_sound_m_s};
-}
 
 std::optional<Measurement> measure(const Scene& scene, std::span<const Source> sources,
                                    std::span<const Pose> receivers,

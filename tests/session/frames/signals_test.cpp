@@ -127,7 +127,7 @@ TEST_CASE("Sources that play the same file share its samples, and its warnings a
         file.commit();
     }
     aula::Scene scene;
-    for (const char* name : {"a.wav", "b.wav", "a.wav"}) {
+    for (const char* name : {"a.wav", "b.wav", "./a.wav"}) {
         scene.sources.push_back(source(Source::Signal::file, true));
         scene.sources.back().signal_file = folder.path() / name;
     }
@@ -138,5 +138,5 @@ TEST_CASE("Sources that play the same file share its samples, and its warnings a
     CHECK(signals[0] != signals[1]);
     CHECK(signals[3]->length_samples() == 100);
     CHECK_FALSE(signals[0]->length_samples());
-    CHECK(warnings_of(signals).size() == 3);
+    CHECK(warnings_of(signals).size() == 2);
 }

@@ -106,6 +106,7 @@ struct Measurement {
     Simulation simulation;                   ///< the settings of the propagation
     std::vector<EnergyResponse> responses;   ///< [pair]
     std::vector<char> audible;               ///< [pair] 1 if the source is audible at the receiver
+    std::vector<std::string> inaudible;      ///< [pair] why it is not audible; empty if it is
     std::vector<PairParameters> parameters;  ///< [pair]; empty if omitted
     double length_s = 0;                     ///< of the responses
     int frames = 0;                          ///< that were computed
@@ -123,9 +124,6 @@ struct Measurement {
         return responses[pair(source, receiver)];
     }
 };
-
-/// True if the responses end before the sound of a source has covered the distance to a receiver.
-bool ends_before_sound(const Measurement& measurement, std::size_t source, std::size_t receiver);
 
 /// Computes the energy responses of all sources at all receivers, at the poses of time 0. The rays
 /// of a source serve all receivers. `sources` and `receivers` replace those of the scene; neither
