@@ -162,12 +162,14 @@ TEST_CASE(
     const ProgramResult info = aula_with({"info", scene});
     CHECK(info.status == 2);
     CHECK(info.err == check.err.substr(0, check.err.find('\n') + 1));
-    // Unreadable sound files.
+    // Unreadable sound files, one line for each, also if two sources play it.
     folder.write("none.wav", "no sound");
+    folder.write("nor.wav", "no sound");
     const std::string mute = folder.write(
         "mute.json",
         with(kSmallRoom, "[{\"name\": \"hiss\"", R"([{"signal": "none.wav", "position": [1, 1, 1]},
-                          {"signal": "none.wav", "name": "b", "position": [1, 2, 1]}, {"name": "hiss")"));
+                          {"signal": "none.wav", "name": "b", "position": [1, 2, 1]},
+                          {"signal": "nor.wav", "name": "c", "position": [1, 2, 1]}, {"name": "hiss")"));
     const ProgramResult sounds = aula_with({"check", mute});
     CHECK(sounds.status == 2);
     CHECK(std::count(sounds.err.begin(), sounds.err.end(), '\n') == 2);
