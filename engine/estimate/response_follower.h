@@ -51,10 +51,7 @@ class ResponseFollower {
     ResponseFollower(const EnergyResponse& silent, int window_frames);
 
     /// Drops all estimates.
-    void restart() {
-        frames_ = 0;
-        level_ = {};
-    }
+    void restart() { frames_ = 0; }
 
     /// Takes the estimate of a frame, the mean of the last `frames` >= 1 frames, in which ends and
     /// scene have moved by `moved_m` >= 0 together. A mean of N frames, or of all frames since the

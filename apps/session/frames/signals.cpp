@@ -102,9 +102,10 @@ std::shared_ptr<const Signal> read_signal(const Scene& scene, std::size_t source
 std::shared_ptr<const Signal> SharedSignals::read(std::size_t index) {
     const Source& source = scene_.sources[index];
     if (source.signal != Source::Signal::file) return read_signal(scene_, index, sample_rate_hz_);
-    std::error_code unknown;  // then read_signal() fails as well
-    std::shared_ptr<const Signal>& file =
-        files_[{std::filesystem::weakly_canonical(source.signal_file, unknown), source.loop}];
+    std::error_code missing;
+    const std::filesystem::path name = std::filesystem::canonical(source.signal_file, missing);
+    if (missing) return read_signal(scene_, index, sample_rate_hz_);  // throws the reason
+    std::shared_ptr<const Signal>& file = files_[{name, source.loop}];
     if (!file) file = read_signal(scene_, index, sample_rate_hz_);
     return file;
 }
