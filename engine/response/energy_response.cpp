@@ -1,6 +1,7 @@
 #include "aula/engine/energy_response.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 
@@ -29,6 +30,38 @@ double EnergyResponse::total(std::size_t band) const {
     return sum;
 }
 
+namespace {
+
+/// Steepest decay or rise within a bin, as the logarithm of the ratio of its ends.
+constexpr double kSteepest = 1;
+
+/// The change of each band's level over bin i as the logarithm of a ratio, from the mean energies
+/// per second of its neighbours; 0 beside an empty bin.
+std::array<double, kBandCount> slopes(const EnergyResponse& response, std::size_t i) {
+    const TimeBins& bins = response.bins;
+    const std::size_t before = i > 0 ? i - 1 : i;
+    const std::size_t after = std::min(i + 1, bins.count() - 1);
+    const auto width_s = [&](std::size_t bin) { return bins.end_s(bin) - bins.begin_s(bin); };
+    const double apart_s =
+        (bins.begin_s(after) + bins.end_s(after) - bins.begin_s(before) - bins.end_s(before)) / 2;
+    std::array<double, kBandCount> slope{};
+    for (std::size_t b = 0; b < kBandCount && before < after; ++b) {
+        const double first = double{response.energy[before][b]} / width_s(before);
+        const double last = double{response.energy[after][b]} / width_s(after);
+        if (!(first > 0) || !(last > 0)) continue;
+        slope[b] = std::clamp(std::log(last / first) * width_s(i) / apart_s, -kSteepest, kSteepest);
+    }
+    return slope;
+}
+
+/// Share of an interval's energy in its part up to `x`, from 0 to 1, if the energy per time changes
+/// exponentially by the factor exp(slope) over the interval.
+double share_before(double x, double slope) {
+    return slope == 0 ? x : std::expm1(slope * x) / std::expm1(slope);
+}
+
+}  // namespace
+
 std::vector<Bands> EnergyResponse::uniform(double width_s) const {
     assert(width_s > 0);
     // Times in units of the width. Edges within rounding of an integer are set to it, so that no
@@ -43,10 +76,19 @@ std::vector<Bands> EnergyResponse::uniform(double width_s) const {
     for (std::size_t i = 0; i < bins.count(); ++i) {
         const double begin = units(bins.begin_s(i));
         const double end = units(bins.end_s(i));
-        for (auto k = static_cast<std::size_t>(begin); static_cast<double>(k) < end; ++k) {
-            const double low = std::max(begin, static_cast<double>(k));
-            const double high = std::min(end, static_cast<double>(k) + 1);
-            out[k] += energy[i] * static_cast<float>((high - low) / (end - begin));
+        const auto first = static_cast<std::size_t>(begin);
+        if (end <= static_cast<double>(first) + 1) {
+            out[first] += energy[i];
+            continue;
+        }
+        const std::array<double, kBandCount> slope = slopes(*this, i);
+        for (std::size_t k = first; static_cast<double>(k) < end; ++k) {
+            const double low = (std::max(begin, static_cast<double>(k)) - begin) / (end - begin);
+            const double high = (std::min(end, static_cast<double>(k) + 1) - begin) / (end - begin);
+            for (std::size_t b = 0; b < kBandCount; ++b) {
+                const double share = share_before(high, slope[b]) - share_before(low, slope[b]);
+                out[k][b] += energy[i][b] * static_cast<float>(share);
+            }
         }
     }
     for (const SpecularPath& p : paths) {

@@ -48,8 +48,10 @@ std::vector<double> estimated_energy(const EnergyResponse& response) {
     EnergyResponse found = response;
     std::erase_if(found.paths, [](const SpecularPath& path) { return path.order == 0; });
     const std::vector<Bands> uniform = found.uniform(kBin_s);
+    // The last bin may be longer than the response.
+    const auto whole = static_cast<std::size_t>(response.bins.length_s() / kBin_s + 1e-6);
     std::vector<double> energy;
-    for (std::size_t i = 0; i < std::min(kEndBin, uniform.size()); ++i) {
+    for (std::size_t i = 0; i < std::min(kEndBin, whole); ++i) {
         energy.push_back(double{uniform[i].sum()});
     }
     return energy;

@@ -1,10 +1,12 @@
 #include "aula/engine/energy_response.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <numbers>
 
 using aula::Bands;
 using aula::EnergyResponse;
+using aula::kBandCount;
 using aula::TimeBins;
 using aula::Vec3;
 
@@ -55,9 +57,49 @@ TEST_CASE("uniform bins of the original width equal the original bins") {
         const float path = i == 10 ? 1000.0F : 0.0F;
         CHECK(u[i][0] == r.energy[i][0] + path);  // exact: no energy leaks
     }
-    // A bin of 2 ms gives half of its energy to each millisecond.
-    CHECK(u[64][0] == Approx(r.energy[64][0] / 2).epsilon(1e-6));
-    CHECK(u[65][0] == Approx(r.energy[64][0] / 2).epsilon(1e-6));
+    // A bin of 2 ms divides its energy between two milliseconds.
+    CHECK(u[64][0] + u[65][0] == Approx(r.energy[64][0]).epsilon(1e-6));
+}
+
+TEST_CASE("uniform bins follow an exponential decay") {
+    // Bins of 4 and 8 ms do not divide 10 ms.
+    EnergyResponse r = EnergyResponse::silent(TimeBins(0.5), 343);
+    const auto decay = [](std::size_t band, double begin_s, double end_s) {
+        const double rate_hz = 5 * static_cast<double>(band);  // 0 to 152 dB a second
+        return band == 0 ? end_s - begin_s
+                         : (std::exp(-rate_hz * begin_s) - std::exp(-rate_hz * end_s)) / rate_hz;
+    };
+    for (std::size_t i = 0; i < r.bins.count(); ++i) {
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            r.energy[i][b] = static_cast<float>(decay(b, r.bins.begin_s(i), r.bins.end_s(i)));
+        }
+    }
+    for (const double width_s : {0.001, 0.0037, 0.01}) {
+        const std::vector<Bands> u = r.uniform(width_s);
+        for (std::size_t k = 0; static_cast<double>(k + 2) * width_s < 0.5; ++k) {
+            for (std::size_t b = 0; b < kBandCount; ++b) {
+                CAPTURE(width_s, k, b);
+                // A slope across bins of different widths is that between their centres. Bins of
+                // constant energy per time would err by up to 15 %.
+                CHECK(double{u[k][b]} == Approx(decay(b, static_cast<double>(k) * width_s,
+                                                      static_cast<double>(k + 1) * width_s))
+                                             .epsilon(0.003));
+            }
+        }
+    }
+}
+
+TEST_CASE("uniform bins beside silence and beside a peak have a limited slope") {
+    EnergyResponse r = EnergyResponse::silent(TimeBins(0.5), 343);
+    const std::size_t i = r.bins.index(0.3);
+    r.energy[i] = Bands::filled(1);
+    const auto first = static_cast<std::size_t>(std::lround(r.bins.begin_s(i) * 1000));
+    std::vector<Bands> u = r.uniform(0.001);
+    for (std::size_t k = first; k < first + 8; ++k) CHECK(u[k][2] == Approx(1.0 / 8).epsilon(1e-6));
+    r.energy[i - 1] = Bands::filled(1e6F);
+    r.energy[i + 1] = Bands::filled(1e-6F);
+    u = r.uniform(0.001);
+    CHECK(double{u[first][2]} / double{u[first + 7][2]} == Approx(std::exp(7.0 / 8)).epsilon(1e-4));
 }
 
 TEST_CASE("an empty response has no energy and no bins") {

@@ -76,7 +76,8 @@ struct EnergyResponse {
     double total(std::size_t band) const;
 
     /// The response in uniform bins of `width_s` > 0, [uniform bin] in 1/m2, including the discrete
-    /// paths. The energy of each original bin is distributed uniformly over its duration.
+    /// paths. The energy of each original bin is distributed over its duration with the slope of its
+    /// neighbours' energies, band by band.
     std::vector<Bands> uniform(double width_s) const;
 };
 
