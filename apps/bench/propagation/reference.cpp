@@ -7,7 +7,6 @@
 #include <numeric>
 
 #include "engine/base/sampling.h"
-#include "engine/trace/specular_paths.h"
 
 namespace aula::bench {
 
@@ -27,6 +26,7 @@ struct Reference::Path {
     bool diffuse = false;        // a diffuse reflection has happened
     float undivided = 1;         // probability of no diffuse path so far; 0 after it has left
     bool mirrored_last = false;  // the last reflection was specular
+    ImageTransform image;        // of a purely specular path
     RandomStream random;
 };
 
@@ -46,27 +46,33 @@ Reference::Reference(const Scene& scene, const Simulation& simulation, double ti
     add_image_sources();
 }
 
-/// Chains of rays discover image sources of higher orders: one whose beam covers 1e-4 of the sphere
-/// is missed with a probability of 0.6 %.
+/// Chains of rays discover image sources of higher orders. Rays count the images that they miss.
 void Reference::add_image_sources() {
     constexpr std::uint64_t kDiscoveries = 100;
     const int order = simulation_.order > 0
                           ? std::min(simulation_.order, simulation_.specular_order)
                           : simulation_.specular_order;
+    sounds_.resize(receivers_.size());
     if (!simulation_.specular || order == 0) return;
-    SpecularPaths paths(scene_, order, kDetectionRadius_m, derive_seed(simulation_.seed, 0x1ea5));
+    paths_.emplace(scene_, order, kDetectionRadius_m, derive_seed(simulation_.seed, 0x1ea5));
     for (std::size_t r = 0; r < receivers_.size(); ++r) {
-        SpecularSound sound;
+        SpecularSound& sound = sounds_[r];
         for (std::uint64_t frame = 0; frame < kDiscoveries; ++frame) {
-            paths.discover(receivers_[r], frame);
-            sound = paths.find(emitter_, receivers_[r], false, attenuation_per_m_);
-            if (paths.listed_order() == order) break;
+            paths_->discover(receivers_[r], frame);
+            sound = paths_->find(emitter_, receivers_[r], false, attenuation_per_m_);
+            if (paths_->listed_order() == order) break;
         }
         for (const SpecularPath& path : sound.paths) {
             const std::size_t bin = bin_of(path.length_m);
             if (bin < bin_count_) images_[r * bin_count_ + bin] += double{path.energy.sum()};
         }
     }
+}
+
+/// True if a purely specular path is among the image sources of a receiver.
+bool Reference::is_image(const Path& path, std::size_t receiver) const {
+    if (path.diffuse || !paths_ || path.order > paths_->order()) return false;
+    return path.order <= paths_->listed_order() || sounds_[receiver].has_tried(path.image.key());
 }
 
 void Reference::trace(std::uint64_t rays, WorkerPool& workers) {
@@ -139,6 +145,10 @@ void Reference::trace_batch(std::uint64_t seed, Sums& sums) const {
             }
             if (divides || !diffuse) {
                 path.mirrored_last = true;
+                if (paths_ && !path.diffuse && path.order <= paths_->order()) {
+                    const MirrorPlane& plane = paths_->mirror_of_triangle(hit.triangle);
+                    path.image = path.image.then_from_source(plane);
+                }
                 path.energy *= complement(material.scattering) * (divides ? 1 : 1 / (1 - p));
                 path.direction = mirror(path.direction, normal);
                 if (divides) path.undivided *= 1 - p;
@@ -181,9 +191,7 @@ void Reference::next_event(const Path& path, const Vec3& normal, const Bands& ra
 /// sphere, energy * chord / (4/3 pi R^3).
 void Reference::cross_detection_spheres(const Path& path, float segment_m, Sums& sums) const {
     if (!path.mirrored_last) return;
-    if (!path.diffuse && (!simulation_.specular || path.order <= simulation_.specular_order)) {
-        return;
-    }
+    if (!path.diffuse && !simulation_.specular) return;
     constexpr float kRadius2_m2 = kDetectionRadius_m * kDetectionRadius_m;
     constexpr float kVolume_m3 =
         4.0F / 3.0F * std::numbers::pi_v<float> * kRadius2_m2 * kDetectionRadius_m;
@@ -194,7 +202,7 @@ void Reference::cross_detection_spheres(const Path& path, float segment_m, Sums&
         if (half_2 <= 0) continue;
         const float enter_m = std::max(0.0F, nearest_m - std::sqrt(half_2));
         const float leave_m = std::min(segment_m, nearest_m + std::sqrt(half_2));
-        if (leave_m <= enter_m) continue;
+        if (leave_m <= enter_m || is_image(path, r)) continue;
         const float middle_m = (enter_m + leave_m) / 2;
         add(r, path.length_m + middle_m, path.energy * ((leave_m - enter_m) / kVolume_m3), sums);
     }

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "apps/bench/base/settings.h"
 #include "apps/bench/base/statistics.h"
 #include "engine/base/worker_pool.h"
+#include "engine/rays/image_transform.h"
 #include "engine/rays/ray_scene.h"
+#include "engine/trace/specular_paths.h"
 
 namespace aula::bench {
 
@@ -53,6 +56,7 @@ class Reference {
 
     struct Path;
     void add_image_sources();
+    bool is_image(const Path& path, std::size_t receiver) const;
     std::size_t bin_of(float length_m) const;
     using Sums = std::vector<double>;  ///< [receiver * bin_count + bin]
     void trace_batch(std::uint64_t seed, Sums& sums) const;
@@ -70,6 +74,8 @@ class Reference {
     float speed_of_sound_m_s_;
     float max_length_m_;
     Bands attenuation_per_m_;
+    std::optional<SpecularPaths> paths_;
+    std::vector<SpecularSound> sounds_;  ///< [receiver]
     std::vector<Sums> estimates_;
     Sums images_;
     std::uint32_t rounds_ = 0;
