@@ -12,7 +12,7 @@ namespace aula {
 struct TimeHistogram {
     std::vector<float> energy;     ///< [bin][band]
     std::vector<float> sum;        ///< [bin], over bands
-    std::vector<float> intensity;  ///< [bin][4] and 0; empty: without directions
+    std::vector<float> intensity;  ///< [bin][4], the last unused but finite; or empty
     Bands total;                   ///< over bins
 };
 

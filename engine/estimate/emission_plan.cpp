@@ -8,6 +8,11 @@ namespace {
 
 constexpr int kShared = 2;  // times the limit of one emitter
 
+/// At rest a listener has at most this share of the rays of each source, and rays of at most this
+/// number of frames.
+constexpr double kReserveShare = 1.0 / 12;
+constexpr int kReserveFrames = 16;
+
 std::size_t count_changed(std::span<const EmitterStatus> emitters) {
     return static_cast<std::size_t>(std::count_if(
         emitters.begin(), emitters.end(), [](const EmitterStatus& e) { return e.changed; }));
@@ -42,14 +47,37 @@ void share(std::vector<StaticEmitter>& static_emitters, int max_batches, int bat
     }
 }
 
+/// Gives half of the batches to the listener with the fewest rays if its reserve is not complete.
+/// Returns the number of batches that are left for each source.
+int plan_reserve(std::span<const EmitterStatus> sources, std::span<const EmitterStatus> listeners,
+                 int max_batches, int batch_rays, EmissionPlan& plan) {
+    if (sources.empty() || listeners.empty()) return max_batches;
+    const auto fewest = [](std::span<const EmitterStatus> emitters) {
+        return std::min_element(emitters.begin(), emitters.end(),
+                                [](const EmitterStatus& a, const EmitterStatus& b) {
+                                    return a.emitted_rays < b.emitted_rays;
+                                });
+    };
+    const double most = std::min(kReserveShare * static_cast<double>(fewest(sources)->emitted_rays),
+                                 double{kReserveFrames} * double(max_batches) * double(batch_rays));
+    const auto listener = fewest(listeners);
+    const int batches = (max_batches + 1) / 2;
+    if (static_cast<double>(listener->emitted_rays) + double(batches) * batch_rays > most)
+        return max_batches;
+    plan.listeners[static_cast<std::size_t>(listener - listeners.begin())] = batches;
+    return max_batches - batches;
+}
+
 }  // namespace
 
 EmissionPlan plan_emission(std::span<const EmitterStatus> sources,
-                           std::span<const EmitterStatus> listeners, int max_batches,
-                           int batch_rays) {
+                           std::span<const EmitterStatus> listeners, bool turn_of_listeners,
+                           int max_batches, int batch_rays) {
     EmissionPlan plan{std::vector<int>(sources.size(), 0), std::vector<int>(listeners.size(), 0)};
     const std::size_t changed_sources = count_changed(sources);
     const std::size_t changed_listeners = count_changed(listeners);
+    if (turn_of_listeners && changed_sources == 0 && changed_listeners == 0)
+        max_batches = plan_reserve(sources, listeners, max_batches, batch_rays, plan);
     std::vector<StaticEmitter> static_emitters;
     const auto send = [&](const EmitterStatus& emitter, int& batches) {
         if (emitter.changed) {

@@ -20,13 +20,15 @@ struct EmissionPlan {
 };
 
 /// Plans the emission of a frame. By reciprocity the rays of either end connect a source and a
-/// listener. Rays of a static end are preferable, because they remain valid: * a static source
-/// emits, wherever the listeners move; * for moved sources the static listeners emit; * where both
-/// ends have moved, the end with fewer emitters emits. A moved emitter traces `max_batches`; static
-/// ones share twice that, fewest rays first. Every static emitter without rays gets one batch
-/// first. [propagation thread]
+/// listener. Rays of a static end are preferable, because they remain valid: a static source emits,
+/// wherever the listeners move; for moved sources the static listeners emit; where both ends have
+/// moved, the end with fewer emitters emits. If nothing has changed and it is the
+/// `turn_of_listeners`, the listener with the fewest rays emits half of the rays: a reserve for the
+/// next source that moves or is added. A moved emitter traces `max_batches`; static ones share
+/// twice that, fewest rays first. Every static emitter without rays gets one batch first.
+/// [propagation thread]
 EmissionPlan plan_emission(std::span<const EmitterStatus> sources,
-                           std::span<const EmitterStatus> listeners, int max_batches,
-                           int batch_rays);
+                           std::span<const EmitterStatus> listeners, bool turn_of_listeners,
+                           int max_batches, int batch_rays);
 
 }  // namespace aula

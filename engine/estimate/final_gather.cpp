@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <glm/geometric.hpp>
 #include <optional>
 
@@ -202,14 +203,25 @@ void convert_row(const std::int64_t* sums, std::size_t first_bin, std::size_t en
     store_bands(all, total.value.data());
 }
 
-/// Converts bins [first_bin, end_bin) of the intensity to floats.
+/// Converts bins [first_bin, end_bin) of the intensity to floats; the fourth number of a bin is
+/// unused.
+AULA_MULTIVERSION
 void convert_intensity(const std::int64_t* sums, std::size_t first_bin, std::size_t end_bin,
                        double scale, float* intensity) {
-    for (std::size_t k = first_bin; k < end_bin; ++k) {
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            intensity[k * 4 + axis] =
-                static_cast<float>(static_cast<double>(sums[k * 3 + axis]) * scale);
-        }
+    using Sums = std::int64_t __attribute__((vector_size(32)));
+    using Doubles = double __attribute__((vector_size(32)));
+    if (first_bin == end_bin) return;
+    for (std::size_t k = first_bin; k + 1 < end_bin; ++k) {
+        __builtin_prefetch(sums + std::min(k + kPrefetchDistance, end_bin) * 3);
+        Sums v;
+        std::memcpy(&v, sums + k * 3, sizeof v);
+        store_four(__builtin_convertvector(__builtin_convertvector(v, Doubles) * scale, FourVector),
+                   intensity + k * 4);
+    }
+    // The last bin may end where the memory ends.
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        intensity[(end_bin - 1) * 4 + axis] =
+            static_cast<float>(static_cast<double>(sums[(end_bin - 1) * 3 + axis]) * scale);
     }
 }
 

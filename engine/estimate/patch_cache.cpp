@@ -85,10 +85,8 @@ PatchCache::Table& PatchCache::Table::operator=(Table&& other) noexcept {
 
 /// Gives the rows back.
 void PatchCache::Table::clear() {
-    for (const Row& row : rows) {
-        zero(row);
-        memory->give_back(row.sum, row.intensity);
-    }
+    for (const Row& row : rows)
+        memory->give_back(row.sum, row.intensity, row.first_bin, row.end_bin);
     rows.clear();
 }
 
@@ -106,14 +104,15 @@ std::size_t PatchCache::bytes_of(const std::vector<Batch>& batches) {
 
 bool PatchCache::complete() const { return emitted_ >= kEnoughRays && is_current(); }
 
-void PatchCache::advance(const State& now, WorkerPool& workers) {
+void PatchCache::advance(const State& now, bool wanted, WorkerPool& workers) {
     const bool changed = now.changed_since(now_);
     now_ = now;
     if (summed_frames_ == 0) return;
     if (changed) fresh_frames_ = 0;
     // The oldest of the frames before the last change are removed first.
     std::size_t keep = fresh_frames_;
-    while (keep < std::min(summed_frames_, log_.size()) && holds(log_[log_.size() - 1 - keep])) {
+    while (wanted && keep < std::min(summed_frames_, log_.size()) &&
+           holds(log_[log_.size() - 1 - keep])) {
         ++keep;
     }
     if (summed_frames_ > log_.size()) keep = std::min(keep, std::max(fresh_frames_, kKeptAtStart));
@@ -143,7 +142,6 @@ bool PatchCache::holds(const Frame& frame) const {
 void PatchCache::keep_newest(std::size_t frames, WorkerPool& workers) {
     assert(frames <= log_.size());
     if (frames == 0) {
-        clear_sums(workers);
         table_.clear();
         allocated_rows_ = 0;
         emitted_ = 0;

@@ -71,8 +71,9 @@ class PatchCache {
     /// True if no stored frame precedes the last change.
     bool is_current() const { return fresh_frames_ == summed_frames_; }
 
-    /// Removes frames that are no longer valid. Call once for each frame, in ascending order.
-    void advance(const State& now, WorkerPool& workers);
+    /// Removes frames that are no longer valid, and all frames from before the last change unless
+    /// they are `wanted`. Call once for each frame, in ascending order.
+    void advance(const State& now, bool wanted, WorkerPool& workers);
 
     /// Adds the deposits of one frame, after advance(), all on patches below `patch_count`. Takes
     /// over the batches' memory; clear the batches before reuse.

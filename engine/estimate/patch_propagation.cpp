@@ -15,15 +15,31 @@ namespace aula {
 
 namespace {
 
-constexpr int kGatherRays = 1024;
-
 /// Gather rays of a pair at rest, per ray of its ends.
 constexpr double kGatherShare = 0.75;
+
+/// The same in motion, per ray of an emitter: the rays of an end at rest accumulate in its cells,
+/// the gathers at the moving end do not. At equal time the error of walks of either end is within 5
+/// % of its minimum in the shoebox, two rooms, the museum and the bathroom, at 500 to 1000 rays.
+constexpr double kGatherShareInMotion = 1.5;
+
+/// The same in the first frame of a movement of the source, which costs most: the sums of the
+/// listener, whose rays are then gathered, are not in the processor's caches.
+constexpr double kGatherShareAtStart = 1;
+
+/// With few rays the gather has most of the noise of a single frame, above all between mirrors.
+constexpr int kFewestGatherRaysInMotion = 768;
+constexpr int kFewestGatherRaysAtStart = 512;
+
+/// Gather rays of a receiver whose gathers are not averaged over frames, at least.
+constexpr int kFewestGatherRaysAtReceivers = 1024;
+
+constexpr int kMostGatherRays = 4096;
 
 /// Gather rays after a movement of the scene, for one window of frames: most of the sound may pass
 /// a narrow opening such as that of a door. Few rays find it, and no mean over frames is available
 /// yet.
-constexpr int kGatherRaysAfterMove = 4096;
+constexpr int kGatherRaysAfterMove = kMostGatherRays;
 
 /// Numbers of gather rays are multiples of this number.
 constexpr int kGatherRaysStep = 128;
@@ -34,6 +50,16 @@ constexpr double kTableShare = 0.8;
 
 /// An end with less than this share of the rays is ignored, which saves its gather.
 constexpr double kMinShare = 0.1;
+
+/// Frames that a cache keeps when its emitter begins to move, at most.
+constexpr double kKeptFrames = 2;
+
+/// Frames of rays of the other end in place of which an emitter's own frames from before its
+/// movement are not kept.
+constexpr double kEnoughFrames = kKeptFrames + 1;
+
+/// When all pairs have a mean over a window of frames, the listeners emit in every sixth frame.
+constexpr std::uint64_t kReserveTurn = 6;
 
 /// Number of pairs static for longer than a window that are gathered again in a frame, in turn.
 constexpr std::size_t kStaticPairsPerFrame = 2;
@@ -173,6 +199,22 @@ Emitter PatchPropagation::emitter(std::size_t id, const PropagationFrame& frame)
     return {ids_[id], frame.input.listeners[id - source_count_], true};
 }
 
+/// Whether the frames that an emitter has emitted before it changed are of use: if it emits now, or
+/// some emitter of the other end will have few rays.
+bool PatchPropagation::wants_old_frames(std::size_t id, const std::vector<int>& batches) const {
+    if (batches[id] > 0) return true;
+    const bool is_source = id < source_count_;
+    const double of_a_frame = tracer_.rays_of(tracer_.batch_count());
+    for (std::size_t other = is_source ? source_count_ : 0;
+         other < (is_source ? emitter_count() : source_count_); ++other) {
+        auto rays = static_cast<double>(status_[other].emitted_rays);
+        if (status_[other].changed)
+            rays = batches[other] > 0 ? std::min(rays, kKeptFrames * of_a_frame) + of_a_frame : 0;
+        if (rays < kEnoughFrames * of_a_frame) return true;
+    }
+    return false;
+}
+
 /// Removes data that is invalid since the last frame.
 void PatchPropagation::advance(const PropagationFrame& frame) {
     const bool scene_moved = frame.travel_m != travel_m_;
@@ -186,11 +228,17 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
                 turned_m_[id] += frame.directivities[id].turned_m(directivities_[id]);
             travel_m += turned_m_[id];
         }
-        const PatchCache::State now{frame.number, emitter(id, frame).position, travel_m};
-        states.push_back(now);
-        caches_[id].advance(now, workers_);
-        segment_caches_[id].advance(now);
-        status_[id].changed = !states_.empty() && now.changed_since(states_[id]);
+        states.push_back({frame.number, emitter(id, frame).position, travel_m});
+        status_[id].changed = !states_.empty() && states[id].changed_since(states_[id]);
+        status_[id].emitted_rays = caches_[id].emitted();
+    }
+    const std::vector<int> batches = plan_batches(status_, frame.number);
+    std::vector<char> wanted;
+    for (std::size_t id = 0; id < emitter_count(); ++id)
+        wanted.push_back(wants_old_frames(id, batches));
+    for (std::size_t id = 0; id < emitter_count(); ++id) {
+        caches_[id].advance(states[id], wanted[id] != 0, workers_);
+        segment_caches_[id].advance(states[id]);
         // Rays are also needed for paths that no gather finds.
         status_[id].complete = caches_[id].complete() && (!mirrors_ || segment_caches_[id].full());
         status_[id].emitted_rays = caches_[id].emitted();
@@ -215,14 +263,20 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
 }
 
 /// Number of batches that each emitter traces.
-std::vector<int> PatchPropagation::plan_batches(std::span<const EmitterStatus> status) const {
+std::vector<int> PatchPropagation::plan_batches(std::span<const EmitterStatus> status,
+                                                std::uint64_t frame) const {
     std::vector<EmitterStatus> sources(status.begin(),
                                        status.begin() + static_cast<std::ptrdiff_t>(source_count_));
     // The plan prefers listeners to sources that move.
     if (from_listeners_)
         for (EmitterStatus& source : sources) source.changed = true;
-    const EmissionPlan plan = plan_emission(sources, status.subspan(source_count_),
-                                            tracer_.batch_count(), tracer_.rays_of(1));
+    const bool turn_of_listeners =
+        frame % kReserveTurn == 0 &&
+        std::all_of(pairs_.begin(), pairs_.end(),
+                    [&](const PairResponse& pair) { return pair.holds(window_frames_); });
+    const EmissionPlan plan =
+        plan_emission(sources, status.subspan(source_count_), turn_of_listeners,
+                      tracer_.batch_count(), tracer_.rays_of(1));
     std::vector<int> batches = plan.sources;
     batches.insert(batches.end(), plan.listeners.begin(), plan.listeners.end());
     return batches;
@@ -277,9 +331,13 @@ std::vector<char> PatchPropagation::pairs_to_gather(std::uint64_t frame) const {
     return wanted;
 }
 
-int PatchPropagation::most_gather_rays(std::uint64_t frame) const {
+/// Number of gather rays of a pair that has no mean over a window of frames, `share` per ray of an
+/// emitter.
+int PatchPropagation::gather_rays_in_motion(std::uint64_t frame, double share, int fewest) const {
     const auto window = static_cast<std::uint64_t>(window_frames_);
-    return last_move_ && frame - *last_move_ < window ? kGatherRaysAfterMove : kGatherRays;
+    if (last_move_ && frame - *last_move_ < window) return kGatherRaysAfterMove;
+    const double rays = share * tracer_.rays_of(tracer_.batch_count());
+    return static_cast<int>(std::clamp(rays, double(fewest), double{kMostGatherRays}));
 }
 
 /// Number of rays with which a pair gathers in a frame. The variance of a pair's mean is A / R + B
@@ -289,10 +347,14 @@ int PatchPropagation::most_gather_rays(std::uint64_t frame) const {
 /// caches, and most of the noise is that of the frame's own gather.
 int PatchPropagation::gather_rays(std::size_t pair, std::uint64_t frame,
                                   std::uint64_t emitted) const {
-    if (!pairs_[pair].holds(window_frames_)) return most_gather_rays(frame);
-    const double of_a_frame =
-        kGatherShare * static_cast<double>(emitted) / (pairs_[pair].frames() + 1);
-    return static_cast<int>(std::clamp(of_a_frame, double{kGatherRaysStep}, double{kGatherRays}));
+    const PairResponse& mean = pairs_[pair];
+    if (status_[ends(pair).source].changed && mean.frames() >= window_frames_)
+        return gather_rays_in_motion(frame, kGatherShareAtStart, kFewestGatherRaysAtStart);
+    const int in_motion =
+        gather_rays_in_motion(frame, kGatherShareInMotion, kFewestGatherRaysInMotion);
+    if (!mean.holds(window_frames_)) return in_motion;
+    const double of_a_frame = kGatherShare * static_cast<double>(emitted) / (mean.frames() + 1);
+    return static_cast<int>(std::clamp(of_a_frame, double{kGatherRaysStep}, double(in_motion)));
 }
 
 GatherSettings PatchPropagation::gather_settings(int rays) const {
@@ -392,7 +454,7 @@ void PatchPropagation::step(const PropagationFrame& frame, std::span<const Specu
     Stopwatch watch;
     advance(frame);
     statistics.cache_s += watch.lap_s();
-    const std::vector<int> batches = plan_batches(status_);
+    const std::vector<int> batches = plan_batches(status_, frame.number);
     trace(frame, batches, statistics);
     statistics.trace_s += watch.lap_s();
     update(batches);
@@ -427,11 +489,13 @@ void PatchPropagation::gather_at(const PropagationFrame& frame,
             resting_[r] = make_receiver(scene_, at[r], listener_radius_m_);
         }
     }
+    const int rays =
+        gather_rays_in_motion(frame.number, kGatherShareInMotion, kFewestGatherRaysAtReceivers);
     std::uint64_t segments = 0;
     for (std::size_t r = 0; r < at.size(); ++r) {
         const Emitter receiver{emitter_count() + r, at[r], true};
         const std::vector<GatherHit> hits =
-            trace_gather(scene_, grid_, receiver, gather_settings(most_gather_rays(frame.number)),
+            trace_gather(scene_, grid_, receiver, gather_settings(rays),
                          gather_seed(frame, emitter_count() + r), workers_, segments);
         for (std::size_t s = 0; s < source_count_; ++s)
             add_gathered(hits, caches_[s], 1, workers_, responses[s * at.size() + r]);
@@ -468,7 +532,7 @@ std::vector<Ray> PatchPropagation::rays(const PropagationFrame& frame) const {
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         unchanged[id] = {false, caches_[id].complete(), rays_held[id]};
     }
-    const std::vector<int> batches = plan_batches(unchanged);
+    const std::vector<int> batches = plan_batches(unchanged, frame.number);
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         for (int b = 0; b < batches[id]; ++b) {
             append(tracer_.rays(emitter(id, frame), frame.seed, b));

@@ -92,14 +92,15 @@ class PatchPropagation final : public ResponseEstimator {
     void reserve_rows();
     SegmentCache make_segment_cache(bool directed) const;
     Emitter emitter(std::size_t id, const PropagationFrame& frame) const;
+    bool wants_old_frames(std::size_t id, const std::vector<int>& batches) const;
     void advance(const PropagationFrame& frame);
-    std::vector<int> plan_batches(std::span<const EmitterStatus> status) const;
+    std::vector<int> plan_batches(std::span<const EmitterStatus> status, std::uint64_t frame) const;
     void trace(const PropagationFrame& frame, const std::vector<int>& batches,
                FrameStatistics& statistics);
     void update(const std::vector<int>& batches);
     std::vector<std::uint64_t> emitted() const;
     std::vector<char> pairs_to_gather(std::uint64_t frame) const;
-    int most_gather_rays(std::uint64_t frame) const;
+    int gather_rays_in_motion(std::uint64_t frame, double share, int fewest) const;
     int gather_rays(std::size_t pair, std::uint64_t frame, std::uint64_t emitted) const;
     GatherPlan plan_gather(std::uint64_t frame, const std::vector<char>& wanted,
                            const std::vector<std::uint64_t>& emitted) const;

@@ -1,8 +1,5 @@
 #include "engine/estimate/row_pool.h"
 
-#include <algorithm>
-#include <cassert>
-
 #include "aula/engine/bands.h"
 
 namespace aula {
@@ -10,6 +7,10 @@ namespace aula {
 namespace {
 
 constexpr std::size_t kPage = 4096 / sizeof(std::int64_t);
+
+/// Of the bytes that are mapped in a call at most: a page is cleared when it is mapped, too, and
+/// rows that are needed before are cleared then.
+constexpr std::size_t kClearedPart = 4;
 
 /// Lets the kernel provide the memory of zeros that have not been used yet.
 void touch(std::int64_t* row, std::size_t size) {
@@ -22,44 +23,68 @@ void touch(std::int64_t* row, std::size_t size) {
 }  // namespace
 
 RowPool::RowPool(std::size_t bin_count)
-    : sums_{bin_count * kBandCount}, intensities_{bin_count * kAxes} {}
+    : sums_{kBandCount, bin_count}, intensities_{kAxes, bin_count} {}
 
 std::int64_t* RowPool::Rows::take(RowPool& memory) {
-    const std::lock_guard lock(memory.mutex_);
-    if (free.empty()) return memory.arena_.take(size);
-    std::int64_t* const row = free.back();
-    free.pop_back();
-    return row;
+    std::unique_lock lock(memory.mutex_);
+    if (!free.empty()) {
+        std::int64_t* const row = free.back();
+        free.pop_back();
+        return row;
+    }
+    if (used.empty()) return memory.arena_.take(size());
+    const UsedRow newest = used.back();
+    used.pop_back();
+    lock.unlock();
+    newest.clear();
+    return newest.row;
 }
 
-void RowPool::give_back(std::int64_t* sums, std::int64_t* intensities) {
+void RowPool::Rows::give_back(std::int64_t* row, std::size_t first_bin, std::size_t end_bin) {
+    if (!row) return;
+    if (first_bin < end_bin) {
+        used.push_back({row, first_bin * width, end_bin * width});
+    } else {
+        free.push_back(row);
+    }
+}
+
+void RowPool::give_back(std::int64_t* sums, std::int64_t* intensities, std::size_t first_bin,
+                        std::size_t end_bin) {
     const std::lock_guard lock(mutex_);
-    const auto add = [](Rows& rows, std::int64_t* row) {
-        if (!row) return;
-        assert(std::all_of(row, row + rows.size, [](std::int64_t x) { return x == 0; }));
-        rows.free.push_back(row);
-    };
-    add(sums_, sums);
-    add(intensities_, intensities);
+    sums_.give_back(sums, first_bin, end_bin);
+    intensities_.give_back(intensities, first_bin, end_bin);
+}
+
+void RowPool::Rows::clear(std::size_t& bytes_left) {
+    while (!used.empty() && bytes_left >= bytes()) {
+        used.back().clear();
+        free.push_back(used.back().row);
+        used.pop_back();
+        bytes_left -= bytes();
+    }
 }
 
 void RowPool::Rows::reserve(std::size_t rows, std::size_t& bytes_left, HugePageArena& arena) {
-    while (free.size() < rows && bytes_left >= bytes()) {
-        free.push_back(arena.take(size));
-        touch(free.back(), size);
+    while (free.size() + used.size() < rows && bytes_left >= bytes()) {
+        free.push_back(arena.take(size()));
+        touch(free.back(), size());
         bytes_left -= bytes();
     }
 }
 
 void RowPool::reserve(std::size_t sums, std::size_t intensities, std::size_t most_bytes) {
     const std::lock_guard lock(mutex_);
+    std::size_t most_cleared_bytes = most_bytes / kClearedPart;
+    sums_.clear(most_cleared_bytes);
+    intensities_.clear(most_cleared_bytes);
     sums_.reserve(sums, most_bytes, arena_);
     intensities_.reserve(intensities, most_bytes, arena_);
 }
 
 std::size_t RowPool::free_bytes() const {
     const std::lock_guard lock(mutex_);
-    return sums_.free.size() * sums_.bytes() + intensities_.free.size() * intensities_.bytes();
+    return sums_.free_bytes() + intensities_.free_bytes();
 }
 
 }  // namespace aula

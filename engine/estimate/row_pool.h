@@ -1,8 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <mutex>
 #include <vector>
 
@@ -24,10 +24,13 @@ class RowPool {
     /// Zeros: [bin][axis].
     std::int64_t* take_intensities() { return intensities_.take(*this); }
 
-    /// Takes back rows, which must be zero. Null is ignored.
-    void give_back(std::int64_t* sums, std::int64_t* intensities);
+    /// Takes back rows that are zero outside the bins [first_bin, end_bin). Null is ignored. They
+    /// are cleared by reserve(), or when they are taken.
+    void give_back(std::int64_t* sums, std::int64_t* intensities, std::size_t first_bin,
+                   std::size_t end_bin);
 
-    /// Maps rows of at most `most_bytes`, as long as fewer than this number of rows is free.
+    /// Maps rows of at most `most_bytes`, as long as fewer than this number of rows is free, and
+    /// clears rows that have been given back, of a quarter as many bytes.
     void reserve(std::size_t sums, std::size_t intensities, std::size_t most_bytes);
 
     /// Bytes of the rows that no cache uses.
@@ -36,13 +39,26 @@ class RowPool {
     static constexpr std::size_t kAxes = 3;
 
  private:
+    /// A row that is zero outside these numbers.
+    struct UsedRow {
+        std::int64_t* row;
+        std::size_t first;
+        std::size_t end;
+        void clear() const { std::fill(row + first, row + end, 0); }
+    };
     /// Rows of one size.
     struct Rows {
-        std::size_t size = 0;  ///< numbers in a row
-        std::vector<std::int64_t*> free{};
+        std::size_t width = 0;  ///< numbers in a bin
+        std::size_t bins = 0;
+        std::vector<std::int64_t*> free{};  ///< zeros
+        std::vector<UsedRow> used{};        ///< not yet cleared
 
         std::int64_t* take(RowPool& memory);
-        std::size_t bytes() const { return size * sizeof(std::int64_t); }
+        void give_back(std::int64_t* row, std::size_t first_bin, std::size_t end_bin);
+        std::size_t size() const { return width * bins; }
+        std::size_t bytes() const { return size() * sizeof(std::int64_t); }
+        std::size_t free_bytes() const { return (free.size() + used.size()) * bytes(); }
+        void clear(std::size_t& bytes_left);
         void reserve(std::size_t rows, std::size_t& bytes_left, HugePageArena& arena);
     };
 

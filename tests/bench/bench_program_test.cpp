@@ -245,7 +245,7 @@ TEST_CASE("bench_smoke: during a walk each octave has its fluctuation") {
     const std::string few = "fluctuation " + scene + " --json " + json_in(folder);
     REQUIRE(run(few).status == 0);
     const nlohmann::json at_own_rays = rows_in(folder).at("rows");
-    REQUIRE(run(few + " --rays 5").status == 0);
+    REQUIRE(run(few + " --rays 1").status == 0);
     const nlohmann::json at_few_rays = rows_in(folder).at("rows");
     REQUIRE(at_own_rays.size() == 7);
     for (std::size_t i = 0; i < at_own_rays.size(); ++i) {

@@ -446,7 +446,7 @@ TEST_CASE("while both ends hold rays, their gathers together trace hardly more r
     // Without reflections each emitted ray and each gather ray has one segment.
     const Scene scene = box_room(1);
     Simulation simulation = with(scene, Estimator::patch, 0.35F);
-    simulation.rays = 512;
+    simulation.rays = 597;  // 7 batches of gather rays, of which each end has a part
     Propagation propagation(scene, simulation);
     FrameInput input = test::static_input(scene);
     const auto step = [&] {

@@ -46,7 +46,7 @@ struct Rows {
             }
         }
         kept.push_back(batch);
-        cache.advance({}, workers);
+        cache.advance({}, true, workers);
         cache.add_frame(kRays, patches, {&batch, 1}, workers);
     }
 
@@ -184,7 +184,7 @@ TEST_CASE("the directions of consecutive hits have the spectra of their patches"
     }
     rows.kept = {batch};
     rows.cache = PatchCache(rows.bins.count(), 1, 0.5F, 1'000'000'000);
-    rows.cache.advance({}, rows.workers);
+    rows.cache.advance({}, true, rows.workers);
     rows.cache.add_frame(kRays, 3, {&batch, 1}, rows.workers);
     std::vector<GatherHit> hits;
     for (std::uint32_t i = 0; i < 24; ++i)

@@ -53,7 +53,7 @@ class Walk {
 
     /// A frame in which no rays are sent.
     void rest(const Vec3& source, double travel_m = 0) {
-        cache.advance({number++, source, travel_m}, workers);
+        cache.advance({number++, source, travel_m}, true, workers);
     }
 
     std::uint64_t number = 0;
@@ -149,7 +149,7 @@ TEST_CASE("for any length of the log, sums and rays belong to the same frames") 
                     batch.deposits.add(
                         deposit_on(static_cast<std::uint32_t>(i) % std::uint32_t{kPatches}, 1));
                 }
-                cache.advance({number++, source, 0}, workers);
+                cache.advance({number++, source, 0}, true, workers);
                 const std::uint64_t before = cache.emitted();
                 cache.add_frame(rays, kPatches, {&batch, 1}, workers);
                 REQUIRE(cache.emitted() >= static_cast<std::uint64_t>(rays));
@@ -176,9 +176,9 @@ TEST_CASE("removal is exact: the sums are those of the remaining frames") {
         const Vec3 source(0.05F * static_cast<float>(f), 0, 0);
         std::vector<DepositBatch> again = batches;
         const auto number = static_cast<std::uint64_t>(f);
-        fresh.advance({number, source, 0}, workers);
+        fresh.advance({number, source, 0}, true, workers);
         if (f >= 46) fresh.add_frame(100, kPatches, again, workers);
-        moved.advance({number, source, 0}, workers);
+        moved.advance({number, source, 0}, true, workers);
         moved.add_frame(100, kPatches, batches, workers);
     }
     REQUIRE(moved.emitted() == fresh.emitted());
@@ -242,7 +242,7 @@ TEST_CASE("the rows of an emptied cache are zero and serve another cache") {
         DepositBatch batch;
         batch.departures = {Vec3(1, 0, 0)};
         for (std::uint32_t p = 0; p < kPatches; ++p) batch.deposits.add(deposit_on(p, 1));
-        cache.advance({number, source, 0}, workers);
+        cache.advance({number, source, 0}, true, workers);
         cache.add_frame(1, kPatches, {&batch, 1}, workers);
     };
     const std::size_t rows_bytes = kPatches * PatchCache::row_bytes(kBins, true);
@@ -250,7 +250,7 @@ TEST_CASE("the rows of an emptied cache are zero and serve another cache") {
     fill(first, 0, Vec3(0));
     CHECK(first.allocated_rows() == kPatches);
     CHECK(memory->free_bytes() == 0);
-    first.advance({1, Vec3(5, 0, 0), 0}, workers);  // a jump
+    first.advance({1, Vec3(5, 0, 0), 0}, true, workers);  // a jump
     CHECK(first.emitted() == 0);
     CHECK(first.allocated_rows() == 0);
     CHECK(memory->free_bytes() == rows_bytes);
@@ -269,6 +269,28 @@ TEST_CASE("the rows of an emptied cache are zero and serve another cache") {
     }
     // A cache that ends gives its rows back as well.
     CHECK(memory->free_bytes() == rows_bytes);
+}
+
+TEST_CASE("frames that nobody wants are removed as soon as the emitter moves") {
+    WorkerPool workers(2);
+    for (const bool wanted : {true, false}) {
+        CAPTURE(wanted);
+        PatchCache cache(kBins, 30, 0.5F, kPlenty, false);
+        const auto add = [&](std::uint64_t number, const Vec3& source) {
+            cache.advance({number, source, 0}, wanted, workers);
+            const std::uint64_t left = cache.emitted();
+            DepositBatch batch;
+            batch.departures = {Vec3(1, 0, 0)};
+            batch.deposits.add(deposit_on(0, 1));
+            cache.add_frame(1, kPatches, {&batch, 1}, workers);
+            return left;
+        };
+        // At rest all frames are of use.
+        for (std::uint64_t f = 0; f < 10; ++f) CHECK(add(f, Vec3(0)) == f);
+        CHECK(add(10, Vec3(0.01F, 0, 0)) == (wanted ? 10 : 0));
+        CHECK(cache.is_current() == !wanted);
+        CHECK(add(11, Vec3(0.01F, 0, 0)) == (wanted ? 11 : 1));
+    }
 }
 
 TEST_CASE("after a small step each new frame replaces one from before") {
@@ -310,9 +332,9 @@ TEST_CASE("a listener's directions are those of the remaining frames, to the bit
         const int steps = static_first ? std::max(0, f - (kFrames - 3)) : f;
         const PatchCache::State state{static_cast<std::uint64_t>(f),
                                       Vec3(1e-4F * static_cast<float>(steps), 0, 0), 0};
-        fresh.advance(state, workers);
+        fresh.advance(state, true, workers);
         if (f >= kFrames - kWindow) fresh.add_frame(kRaysOfFrame, kPatches, {&again, 1}, workers);
-        moved.advance(state, workers);
+        moved.advance(state, true, workers);
         moved.add_frame(kRaysOfFrame, kPatches, {&batch, 1}, workers);
     }
     REQUIRE(moved.emitted() == kWindow * kRaysOfFrame);

@@ -7,6 +7,7 @@
 #include <catch2/catch.hpp>
 #include <cstdint>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "aula/engine/bands.h"
@@ -37,14 +38,66 @@ TEST_CASE("memory of rows serves a row again that was given back") {
     std::int64_t* const intensities = memory.take_intensities();
     CHECK(std::all_of(sums, sums + kSums, [](std::int64_t x) { return x == 0; }));
     CHECK(memory.free_bytes() == 0);
-    memory.give_back(sums, nullptr);
+    memory.give_back(sums, nullptr, 0, 0);
     CHECK(memory.free_bytes() == kSums * sizeof(std::int64_t));
-    memory.give_back(nullptr, intensities);
+    memory.give_back(nullptr, intensities, 0, 0);
     CHECK(memory.free_bytes() == (kSums + kIntensities) * sizeof(std::int64_t));
     CHECK(memory.take_intensities() == intensities);
     CHECK(memory.take_sums() == sums);
     CHECK(memory.take_sums() != sums);
     CHECK(memory.free_bytes() == 0);
+}
+
+TEST_CASE("rows that were given back with energy are zero when they are taken again") {
+    constexpr std::size_t kFirst = 7;
+    constexpr std::size_t kEnd = 60;
+    constexpr std::size_t kRows = 40;
+    RowPool memory(kBins);
+    std::set<std::int64_t*> given;
+    const auto take = [&] {
+        std::vector<std::pair<std::int64_t*, std::int64_t*>> rows;
+        for (std::size_t i = 0; i < kRows; ++i) {
+            rows.emplace_back(memory.take_sums(), memory.take_intensities());
+            const auto [sums, intensities] = rows.back();
+            CHECK(std::all_of(sums, sums + kSums, [](std::int64_t x) { return x == 0; }));
+            CHECK(std::all_of(intensities, intensities + kIntensities,
+                              [](std::int64_t x) { return x == 0; }));
+        }
+        return rows;
+    };
+    const auto give_back = [&](const auto& rows) {
+        for (const auto& [sums, intensities] : rows) {
+            std::fill(sums + kFirst * kBandCount, sums + kEnd * kBandCount, 5);
+            std::fill(intensities + kFirst * RowPool::kAxes, intensities + kEnd * RowPool::kAxes,
+                      -5);
+            memory.give_back(sums, intensities, kFirst, kEnd);
+            given.insert(sums);
+        }
+        CHECK(memory.free_bytes() == kRows * (kSums + kIntensities) * sizeof(std::int64_t));
+    };
+    const auto all_again = [&](const auto& rows) {
+        return std::all_of(rows.begin(), rows.end(),
+                           [&](const auto& row) { return given.count(row.first) > 0; });
+    };
+    // Cleared when they are taken.
+    give_back(take());
+    const auto again = take();
+    CHECK(all_again(again));
+    CHECK(memory.free_bytes() == 0);
+    // Cleared by calls of reserve(), a quarter of the given bytes in each, which maps no more rows
+    // meanwhile.
+    give_back(again);
+    const auto cleared = [&] {
+        return std::count_if(again.begin(), again.end(),
+                             [](const auto& row) { return row.first[kFirst * kBandCount] == 0; });
+    };
+    CHECK(cleared() == 0);
+    for (int i = 1; i <= 10; ++i) {
+        memory.reserve(kRows, kRows, 16 * kSums * sizeof(std::int64_t));
+        CHECK(cleared() == 4 * i);
+        CHECK(memory.free_bytes() == kRows * (kSums + kIntensities) * sizeof(std::int64_t));
+    }
+    CHECK(all_again(take()));
 }
 
 TEST_CASE("rows are reserved up to a number, at most a given size in one call") {
