@@ -248,6 +248,8 @@ TEST_CASE("bench_smoke: during a walk each octave has its fluctuation") {
     REQUIRE(run(few + " --rays 1").status == 0);
     const nlohmann::json at_few_rays = rows_in(folder).at("rows");
     REQUIRE(at_own_rays.size() == 7);
+    double sum_db = 0;
+    double sum_of_few_db = 0;
     for (std::size_t i = 0; i < at_own_rays.size(); ++i) {
         const nlohmann::json& row = at_own_rays[i];
         check_keys(row, {"bench", "scene", "octave_hz", "rays", "windows", "fluctuation_db",
@@ -255,8 +257,11 @@ TEST_CASE("bench_smoke: during a walk each octave has its fluctuation") {
         CHECK(row["octave_hz"] == 125 << i);
         CHECK(row["fluctuation_db"].get<double>() > 0);
         CHECK(row["largest_db"] >= row["fluctuation_db"]);
-        CHECK(at_few_rays[i]["fluctuation_db"] > row["fluctuation_db"]);
+        sum_db += row["fluctuation_db"].get<double>();
+        sum_of_few_db += at_few_rays[i]["fluctuation_db"].get<double>();
     }
+    // The walk has two windows: a single octave may be close by chance.
+    CHECK(sum_of_few_db > 1.5 * sum_db);
 }
 
 TEST_CASE("bench_smoke: many sources are compared with one") {
