@@ -25,11 +25,6 @@ constexpr double kJump_m = 1;
 /// Clearing all sums costs as much as removing this number of frames.
 constexpr std::size_t kClearing = 2;
 
-/// Number of frames that are kept when a static end or scene begins to move, at most. The sums then
-/// hold frames that are not logged and are rebuilt in one frame, whose cost this limits. A walk
-/// keeps as many, see kReach.
-constexpr std::size_t kKeptAtStart = 2;
-
 constexpr std::size_t kAxes = RowPool::kAxes;
 constexpr std::size_t kPrefetchDistance = 28;  // deposits
 

@@ -19,8 +19,8 @@ namespace {
 constexpr double kGatherShare = 0.75;
 
 /// The same in motion, per ray of an emitter: the rays of an end at rest accumulate in its cells,
-/// the gathers at the moving end do not. At equal time the error of walks of either end is within 5
-/// % of its minimum in the shoebox, two rooms, the museum and the bathroom, at 500 to 1000 rays.
+/// the gathers at the moving end do not. At equal time the error of walks is least for 1 in the
+/// shoebox and in two rooms and for 2 in the museum, at 1000 rays.
 constexpr double kGatherShareInMotion = 1.5;
 
 /// The same in the first frame of a movement of the source, which costs most: the sums of the
@@ -34,12 +34,10 @@ constexpr int kFewestGatherRaysAtStart = 512;
 /// Gather rays of a receiver whose gathers are not averaged over frames, at least.
 constexpr int kFewestGatherRaysAtReceivers = 1024;
 
-constexpr int kMostGatherRays = 4096;
-
-/// Gather rays after a movement of the scene, for one window of frames: most of the sound may pass
-/// a narrow opening such as that of a door. Few rays find it, and no mean over frames is available
+/// Also after a movement of the scene, for one window of frames: most of the sound may pass a
+/// narrow opening such as that of a door. Few rays find it, and no mean over frames is available
 /// yet.
-constexpr int kGatherRaysAfterMove = kMostGatherRays;
+constexpr int kMostGatherRays = 4096;
 
 /// Numbers of gather rays are multiples of this number.
 constexpr int kGatherRaysStep = 128;
@@ -52,7 +50,7 @@ constexpr double kTableShare = 0.8;
 constexpr double kMinShare = 0.1;
 
 /// Frames that a cache keeps when its emitter begins to move, at most.
-constexpr double kKeptFrames = 2;
+constexpr auto kKeptFrames = static_cast<double>(PatchCache::kKeptAtStart);
 
 /// Frames of rays of the other end in place of which an emitter's own frames from before its
 /// movement are not kept.
@@ -335,7 +333,7 @@ std::vector<char> PatchPropagation::pairs_to_gather(std::uint64_t frame) const {
 /// emitter.
 int PatchPropagation::gather_rays_in_motion(std::uint64_t frame, double share, int fewest) const {
     const auto window = static_cast<std::uint64_t>(window_frames_);
-    if (last_move_ && frame - *last_move_ < window) return kGatherRaysAfterMove;
+    if (last_move_ && frame - *last_move_ < window) return kMostGatherRays;
     const double rays = share * tracer_.rays_of(tracer_.batch_count());
     return static_cast<int>(std::clamp(rays, double(fewest), double{kMostGatherRays}));
 }

@@ -7,29 +7,6 @@
 
 namespace aula {
 
-EnergyResponse EnergyResponse::silent(const TimeBins& bins, float speed_of_sound_m_s) {
-    EnergyResponse response;
-    response.bins = bins;
-    response.speed_of_sound_m_s = speed_of_sound_m_s;
-    response.energy.resize(bins.count());
-    response.intensity.resize(bins.count());
-    return response;
-}
-
-void EnergyResponse::clear_bins() {
-    std::fill(energy.begin(), energy.end(), Bands{});
-    std::fill(intensity.begin(), intensity.end(), Vec3(0));
-}
-
-double EnergyResponse::total(std::size_t band) const {
-    double sum = 0;
-    for (const Bands& e : energy) sum += double{e[band]};
-    for (const SpecularPath& p : paths) {
-        if (arrival_s(p) < bins.length_s()) sum += double{p.energy[band]};
-    }
-    return sum;
-}
-
 namespace {
 
 /// Steepest decay or rise within a bin, as the logarithm of the ratio of its ends.
@@ -61,6 +38,29 @@ double share_before(double x, double slope) {
 }
 
 }  // namespace
+
+EnergyResponse EnergyResponse::silent(const TimeBins& bins, float speed_of_sound_m_s) {
+    EnergyResponse response;
+    response.bins = bins;
+    response.speed_of_sound_m_s = speed_of_sound_m_s;
+    response.energy.resize(bins.count());
+    response.intensity.resize(bins.count());
+    return response;
+}
+
+void EnergyResponse::clear_bins() {
+    std::fill(energy.begin(), energy.end(), Bands{});
+    std::fill(intensity.begin(), intensity.end(), Vec3(0));
+}
+
+double EnergyResponse::total(std::size_t band) const {
+    double sum = 0;
+    for (const Bands& e : energy) sum += double{e[band]};
+    for (const SpecularPath& p : paths) {
+        if (arrival_s(p) < bins.length_s()) sum += double{p.energy[band]};
+    }
+    return sum;
+}
 
 std::vector<Bands> EnergyResponse::uniform(double width_s) const {
     assert(width_s > 0);
