@@ -5,7 +5,7 @@
 
 #include "aula/engine/energy_response.h"
 #include "engine/base/worker_pool.h"
-#include "engine/estimate/patch_cache.h"
+#include "engine/cache/patch_cache.h"
 #include "engine/patches/patch_grid.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/trace/path_tracer.h"

@@ -4,7 +4,7 @@
 
 #include "aula/engine/frame.h"
 #include "aula/engine/time_bins.h"
-#include "engine/estimate/patch_cache.h"
+#include "engine/cache/patch_cache.h"
 #include "engine/patches/patch_grid.h"
 
 namespace aula {

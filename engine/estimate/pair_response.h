@@ -1,8 +1,8 @@
 #pragma once
 
 #include "aula/engine/energy_response.h"
+#include "engine/cache/segment_cache.h"
 #include "engine/estimate/response_follower.h"
-#include "engine/estimate/segment_cache.h"
 #include "engine/trace/specular_sum.h"
 
 namespace aula {

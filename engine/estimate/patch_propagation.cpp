@@ -15,39 +15,9 @@ namespace aula {
 
 namespace {
 
-/// Gather rays of a pair at rest, per ray of its ends.
-constexpr double kGatherShare = 0.75;
-
-/// The same in motion, per ray of an emitter: the rays of an end at rest accumulate in its cells,
-/// the gathers at the moving end do not. At equal time the error of walks is least for 1 in the
-/// shoebox and in two rooms and for 2 in the museum, at 1000 rays.
-constexpr double kGatherShareInMotion = 1.5;
-
-/// The same in the first frame of a movement of the source, which costs most: the sums of the
-/// listener, whose rays are then gathered, are not in the processor's caches.
-constexpr double kGatherShareAtStart = 1;
-
-/// With few rays the gather has most of the noise of a single frame, above all between mirrors.
-constexpr int kFewestGatherRaysInMotion = 768;
-constexpr int kFewestGatherRaysAtStart = 512;
-
-/// Gather rays of a receiver whose gathers are not averaged over frames, at least.
-constexpr int kFewestGatherRaysAtReceivers = 1024;
-
-/// Also after a movement of the scene, for one window of frames: most of the sound may pass a
-/// narrow opening such as that of a door. Few rays find it, and no mean over frames is available
-/// yet.
-constexpr int kMostGatherRays = 4096;
-
-/// Numbers of gather rays are multiples of this number.
-constexpr int kGatherRaysStep = 128;
-
 /// Share of the sums' memory for the patches' sums, an upper limit. The rest stores frames for
 /// later removal.
 constexpr double kTableShare = 0.8;
-
-/// An end with less than this share of the rays is ignored, which saves its gather.
-constexpr double kMinShare = 0.1;
 
 /// Frames that a cache keeps when its emitter begins to move, at most.
 constexpr auto kKeptFrames = static_cast<double>(PatchCache::kKeptAtStart);
@@ -58,9 +28,6 @@ constexpr double kEnoughFrames = kKeptFrames + 1;
 
 /// When all pairs have a mean over a window of frames, the listeners emit in every sixth frame.
 constexpr std::uint64_t kReserveTurn = 6;
-
-/// Number of pairs static for longer than a window that are gathered again in a frame, in turn.
-constexpr std::size_t kStaticPairsPerFrame = 2;
 
 enum class SeedPurpose : std::uint64_t { grid = 2, gather = 4 };
 
@@ -316,43 +283,27 @@ std::vector<std::uint64_t> PatchPropagation::emitted() const {
     return rays;
 }
 
-/// Pairs to update: all but those whose mean has many frames, of which a few are updated in turn.
-std::vector<char> PatchPropagation::pairs_to_gather(std::uint64_t frame) const {
-    const std::size_t count = pairs_.size();
-    if (count == 0) return {};
-    const std::size_t turn = frame * kStaticPairsPerFrame % count;
-    std::vector<char> wanted(count, 0);
-    for (std::size_t i = 0; i < count; ++i) {
-        wanted[i] =
-            !pairs_[i].holds(window_frames_) || (i + count - turn) % count < kStaticPairsPerFrame;
+/// Each pair of source and listener, as input to the plan of the gathers.
+std::vector<PairStatus> PatchPropagation::pair_status() const {
+    std::vector<PairStatus> pairs;
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+        const PairResponse& pair = pairs_[i];
+        const auto [source, listener] = ends(i);
+        pairs.push_back({source, listener, pair.frames(), pair.holds(window_frames_),
+                         status_[source].changed && pair.frames() >= window_frames_});
     }
-    return wanted;
+    return pairs;
 }
 
-/// Number of gather rays of a pair that has no mean over a window of frames, `share` per ray of an
-/// emitter.
-int PatchPropagation::gather_rays_in_motion(std::uint64_t frame, double share, int fewest) const {
-    const auto window = static_cast<std::uint64_t>(window_frames_);
-    if (last_move_ && frame - *last_move_ < window) return kMostGatherRays;
-    const double rays = share * tracer_.rays_of(tracer_.batch_count());
-    return static_cast<int>(std::clamp(rays, double(fewest), double{kMostGatherRays}));
+/// True if the scene has moved within the last window of frames.
+bool PatchPropagation::scene_moved_recently(std::uint64_t frame) const {
+    return last_move_ && frame - *last_move_ < static_cast<std::uint64_t>(window_frames_);
 }
 
-/// Number of rays with which a pair gathers in a frame. The variance of a pair's mean is A / R + B
-/// / M after R rays of its ends and M gather rays. With the costs a and b of a ray it is least, at
-/// a given time, for M = R sqrt(a B / (b A)). At equal costs kGatherShare makes it at most 10 %
-/// higher for B from A / 7 to A. Until the mean holds a whole window it has fewer frames than the
-/// caches, and most of the noise is that of the frame's own gather.
-int PatchPropagation::gather_rays(std::size_t pair, std::uint64_t frame,
-                                  std::uint64_t emitted) const {
-    const PairResponse& mean = pairs_[pair];
-    if (status_[ends(pair).source].changed && mean.frames() >= window_frames_)
-        return gather_rays_in_motion(frame, kGatherShareAtStart, kFewestGatherRaysAtStart);
-    const int in_motion =
-        gather_rays_in_motion(frame, kGatherShareInMotion, kFewestGatherRaysInMotion);
-    if (!mean.holds(window_frames_)) return in_motion;
-    const double of_a_frame = kGatherShare * static_cast<double>(emitted) / (mean.frames() + 1);
-    return static_cast<int>(std::clamp(of_a_frame, double{kGatherRaysStep}, double(in_motion)));
+GatherPlan PatchPropagation::plan_gather(std::uint64_t frame, std::span<const char> wanted,
+                                         std::span<const std::uint64_t> emitted) const {
+    return aula::plan_gather(pair_status(), wanted, emitted, tracer_.rays_of(tracer_.batch_count()),
+                             scene_moved_recently(frame));
 }
 
 GatherSettings PatchPropagation::gather_settings(int rays) const {
@@ -366,40 +317,6 @@ std::uint64_t PatchPropagation::gather_seed(const PropagationFrame& frame,
     return derive_seed(frame.seed, SeedPurpose::gather, receiver);
 }
 
-/// Assigns each pair's shares and rays, and the receivers to gather at. The rays of one receiver
-/// serve all emitters of the other end. Two gathers of M rays at both ends, weighted by shares w
-/// and 1 - w that are also those of their rays, have the variance w^2 V / (w M) + (1 - w)^2 V / ((1
-/// - w) M) = V / M: as one gather of M rays.
-PatchPropagation::GatherPlan PatchPropagation::plan_gather(
-    std::uint64_t frame, const std::vector<char>& wanted,
-    const std::vector<std::uint64_t>& emitted) const {
-    GatherPlan plan;
-    plan.shares.resize(pairs_.size());
-    plan.pairs_at.resize(emitter_count());
-    plan.rays_at.resize(emitter_count(), 0);
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
-        if (!wanted[i]) continue;
-        const auto [source, listener] = ends(i);
-        const std::uint64_t all = emitted[source] + emitted[listener];
-        if (all == 0) continue;
-        double share = static_cast<double>(emitted[source]) / static_cast<double>(all);
-        if (share < kMinShare) share = 0;
-        if (share > 1 - kMinShare) share = 1;
-        plan.shares[i] = {share, 1 - share};
-        const int rays = gather_rays(i, frame, all);
-        const auto gather_at = [&](std::size_t receiver, double part) {
-            if (part == 0) return;
-            plan.pairs_at[receiver].push_back(i);
-            const double steps = std::ceil(part * rays / kGatherRaysStep);
-            plan.rays_at[receiver] =
-                std::max(plan.rays_at[receiver], static_cast<int>(steps) * kGatherRaysStep);
-        };
-        gather_at(listener, share);
-        gather_at(source, 1 - share);
-    }
-    return plan;
-}
-
 void PatchPropagation::gather(const PropagationFrame& frame, const std::vector<char>& wanted,
                               FrameStatistics& statistics) {
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
@@ -407,12 +324,12 @@ void PatchPropagation::gather(const PropagationFrame& frame, const std::vector<c
     }
     const GatherPlan plan = plan_gather(frame.number, wanted, emitted());
     for (std::size_t id = 0; id < emitter_count(); ++id) {
-        if (plan.pairs_at[id].empty()) continue;
+        if (plan.at[id].pairs.empty()) continue;
         const Emitter receiver = emitter(id, frame);
         const std::vector<GatherHit> hits =
-            trace_gather(scene_, grid_, receiver, gather_settings(plan.rays_at[id]),
+            trace_gather(scene_, grid_, receiver, gather_settings(plan.at[id].rays),
                          gather_seed(frame, id), workers_, statistics.segments);
-        for (const std::size_t i : plan.pairs_at[id]) {
+        for (const std::size_t i : plan.at[id].pairs) {
             const std::size_t from = receiver.is_listener ? ends(i).source : ends(i).listener;
             const double share =
                 receiver.is_listener ? plan.shares[i].source : plan.shares[i].listener;
@@ -458,7 +375,7 @@ void PatchPropagation::step(const PropagationFrame& frame, std::span<const Specu
     update(batches);
     statistics.cache_s += watch.lap_s();
 
-    const std::vector<char> wanted = pairs_to_gather(frame.number);
+    const std::vector<char> wanted = pairs_to_gather(pair_status(), frame.number);
     gather(frame, wanted, statistics);
     workers_.run(pairs_.size(),
                  [&](std::size_t i) { update_pair(i, wanted[i] != 0, images[i], responses[i]); });
@@ -487,8 +404,8 @@ void PatchPropagation::gather_at(const PropagationFrame& frame,
             resting_[r] = make_receiver(scene_, at[r], listener_radius_m_);
         }
     }
-    const int rays =
-        gather_rays_in_motion(frame.number, kGatherShareInMotion, kFewestGatherRaysAtReceivers);
+    const int rays = gather_rays_of_receiver(tracer_.rays_of(tracer_.batch_count()),
+                                             scene_moved_recently(frame.number));
     std::uint64_t segments = 0;
     for (std::size_t r = 0; r < at.size(); ++r) {
         const Emitter receiver{emitter_count() + r, at[r], true};
@@ -537,11 +454,12 @@ std::vector<Ray> PatchPropagation::rays(const PropagationFrame& frame) const {
         }
         rays_held[id] += static_cast<std::uint64_t>(tracer_.rays_of(batches[id]));
     }
-    const GatherPlan plan = plan_gather(frame.number, pairs_to_gather(frame.number), rays_held);
+    const GatherPlan plan =
+        plan_gather(frame.number, pairs_to_gather(pair_status(), frame.number), rays_held);
     for (std::size_t id = 0; id < emitter_count(); ++id) {
-        if (plan.pairs_at[id].empty()) continue;
+        if (plan.at[id].pairs.empty()) continue;
         append(aula::gather_rays(scene_, grid_, emitter(id, frame),
-                                 gather_settings(plan.rays_at[id]), gather_seed(frame, id)));
+                                 gather_settings(plan.at[id].rays), gather_seed(frame, id)));
     }
     return all;
 }

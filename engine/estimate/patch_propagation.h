@@ -4,13 +4,14 @@
 #include <optional>
 
 #include "aula/engine/simulation.h"
+#include "engine/cache/patch_cache.h"
+#include "engine/cache/row_pool.h"
+#include "engine/cache/segment_cache.h"
 #include "engine/estimate/emission_plan.h"
 #include "engine/estimate/final_gather.h"
+#include "engine/estimate/gather_plan.h"
 #include "engine/estimate/pair_response.h"
-#include "engine/estimate/patch_cache.h"
 #include "engine/estimate/response_estimator.h"
-#include "engine/estimate/row_pool.h"
-#include "engine/estimate/segment_cache.h"
 #include "engine/patches/patch_grid.h"
 #include "engine/rays/receiver.h"
 #include "engine/trace/deposit_tracer.h"
@@ -66,16 +67,6 @@ class PatchPropagation final : public ResponseEstimator {
         std::size_t source = 0;
         std::size_t listener = 0;
     };
-    /// Weights of the caches of both ends in a pair's response.
-    struct Shares {
-        double source = 0;
-        double listener = 0;
-    };
-    struct GatherPlan {
-        std::vector<Shares> shares;                      ///< [pair]
-        std::vector<std::vector<std::size_t>> pairs_at;  ///< [receiver] pairs that gather there
-        std::vector<int> rays_at;                        ///< [receiver] most of a pair's
-    };
 
     void find_mirrors();
 
@@ -99,11 +90,10 @@ class PatchPropagation final : public ResponseEstimator {
                FrameStatistics& statistics);
     void update(const std::vector<int>& batches);
     std::vector<std::uint64_t> emitted() const;
-    std::vector<char> pairs_to_gather(std::uint64_t frame) const;
-    int gather_rays_in_motion(std::uint64_t frame, double share, int fewest) const;
-    int gather_rays(std::size_t pair, std::uint64_t frame, std::uint64_t emitted) const;
-    GatherPlan plan_gather(std::uint64_t frame, const std::vector<char>& wanted,
-                           const std::vector<std::uint64_t>& emitted) const;
+    std::vector<PairStatus> pair_status() const;
+    bool scene_moved_recently(std::uint64_t frame) const;
+    GatherPlan plan_gather(std::uint64_t frame, std::span<const char> wanted,
+                           std::span<const std::uint64_t> emitted) const;
     void gather(const PropagationFrame& frame, const std::vector<char>& wanted,
                 FrameStatistics& statistics);
     GatherSettings gather_settings(int rays) const;

@@ -4,7 +4,7 @@
 
 #include "aula/engine/simulation.h"
 #include "engine/base/worker_pool.h"
-#include "engine/estimate/diffuse_path_cache.h"
+#include "engine/cache/diffuse_path_cache.h"
 #include "engine/estimate/response_estimator.h"
 #include "engine/patches/patch_subdivision.h"
 #include "engine/trace/arrival_tracer.h"

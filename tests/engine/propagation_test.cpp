@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "engine/base/sampling.h"
-#include "engine/estimate/diffuse_path_cache.h"
+#include "engine/cache/diffuse_path_cache.h"
 #include "engine/trace/arrival_tracer.h"
 #include "tests/support/measure.h"
 #include "tests/support/rooms.h"

@@ -22,7 +22,7 @@ struct Part {
 const std::array kParts = {
     Part{"engine",
          {"process", "base", "input", "mesh", "scene", "response", "rays", "edges", "direct",
-          "patches", "trace", "estimate", ""},
+          "patches", "trace", "cache", "estimate", ""},
          {"process"}},
     Part{"audio",
          {"base", "dsp", "convolution", "spatial", "render", "file", "device"},

@@ -1,4 +1,4 @@
-#include "engine/estimate/row_pool.h"
+#include "engine/cache/row_pool.h"
 
 #include "aula/engine/bands.h"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "engine/base/worker_pool.h"
-#include "engine/estimate/row_pool.h"
+#include "engine/cache/row_pool.h"
 #include "engine/trace/trace_batch.h"
 
 namespace aula {

@@ -1,4 +1,4 @@
-#include "engine/estimate/diffuse_path_cache.h"
+#include "engine/cache/diffuse_path_cache.h"
 
 #include <tsl/robin_map.h>
 

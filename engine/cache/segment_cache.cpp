@@ -1,4 +1,4 @@
-#include "engine/estimate/segment_cache.h"
+#include "engine/cache/segment_cache.h"
 
 #include <algorithm>
 #include <cmath>

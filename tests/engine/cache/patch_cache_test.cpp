@@ -1,4 +1,4 @@
-#include "engine/estimate/patch_cache.h"
+#include "engine/cache/patch_cache.h"
 
 #include <array>
 #include <catch2/catch.hpp>

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "aula/engine/energy_response.h"
-#include "engine/estimate/patch_cache.h"
+#include "engine/cache/patch_cache.h"
 #include "engine/rays/oriented_directivity.h"
 #include "engine/rays/receiver.h"
 #include "engine/trace/specular_sum.h"
