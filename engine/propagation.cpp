@@ -264,7 +264,8 @@ struct Propagation::State {
     }
 
     /// Adds the diffraction of the first-order image sources at the edges of their faces to the
-    /// paths of all responses. Where rays count image sources, these are left as they are.
+    /// paths of all responses. Where rays count image sources of order 1, these are left as they
+    /// are.
     void complete_reflections(const FrameInput& input, PairSet& set) {
         if (!direct_sound || specular.listed_order() == 0) return;
         const FirstOrderImages first_order{specular.planes(), specular.first_order_ids(),
@@ -301,11 +302,11 @@ struct Propagation::State {
                                    return a.length_m < b.length_m;
                                });
         };
-        const std::size_t pairs = set.responses.size();
-        if (pairs < static_cast<std::size_t>(workers.threads())) {
-            for (std::size_t pair = 0; pair < pairs; ++pair) find(pair, &workers);
+        const std::size_t count = set.responses.size();
+        if (count < static_cast<std::size_t>(workers.threads())) {
+            for (std::size_t pair = 0; pair < count; ++pair) find(pair, &workers);
         } else {
-            workers.run(pairs, [&](std::size_t pair) { find(pair, nullptr); });
+            workers.run(count, [&](std::size_t pair) { find(pair, nullptr); });
         }
     }
 

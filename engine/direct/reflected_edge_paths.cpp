@@ -57,7 +57,7 @@ std::optional<double> length_over(const ScenePlanes::Plane& plane, const Point& 
                                   const Point& listener) {
     const double source_m = plane.distance_m(source);
     const double listener_m = plane.distance_m(listener);
-    if (!plane.reflects || source_m * listener_m <= 0 ||
+    if (!plane.reflects || plane.is_facet() || source_m * listener_m <= 0 ||
         std::min(std::abs(source_m), std::abs(listener_m)) < kBesidePlane_m) {
         return {};
     }

@@ -67,8 +67,10 @@ std::map<std::uint32_t, ReflectionGroups::Group> ReflectionGroups::groups_of(
         const std::array<double, 2> within_rad{kPi - sum_rad,
                                                kPi - (2 * edge.open_angle_rad - sum_rad)};
         for (std::size_t face = 0; face < 2; ++face) {
-            if (is_silent(path.reflected[face])) continue;
-            Group& group = groups[planes.of_triangle(edge.triangles[face])];
+            const std::uint32_t plane = planes.of_triangle(edge.triangles[face]);
+            // Rays count the reflections of facets.
+            if (is_silent(path.reflected[face]) || planes[plane].is_facet()) continue;
+            Group& group = groups[plane];
             group.paths.push_back(path);
             group.paths.back().field = path.reflected[face];
             if (apex_m > 0 && apex_m < edge.length_m &&

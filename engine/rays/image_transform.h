@@ -16,6 +16,7 @@ namespace aula {
 struct MirrorPlane {
     glm::dvec3 normal{0};  ///< unit
     double offset_m = 0;
+    bool has_images = true;  ///< false: a facet, see SpecularPaths
 };
 
 /// The reflections of a purely specular path composed to one isometry T: the image source is at
@@ -25,19 +26,21 @@ struct MirrorPlane {
 struct ImageTransform {
     glm::dmat3 turn{1};
     glm::dvec3 shift_m{0};
-    std::uint32_t order = 0;  ///< number of reflections
+    std::uint32_t order = 0;   ///< number of reflections
+    bool may_be_image = true;  ///< no plane is a facet
 
     /// Appends a reflection of a path that is followed from the listener: T M.
     ImageTransform then_from_listener(const MirrorPlane& m) const {
         const glm::dvec3 turned = turn * m.normal;
         return {turn - 2.0 * glm::outerProduct(turned, m.normal), shift_m + 2 * m.offset_m * turned,
-                order + 1};
+                order + 1, may_be_image && m.has_images};
     }
 
     /// Appends a reflection of a path that is followed from the source: M T.
     ImageTransform then_from_source(const MirrorPlane& m) const {
         return {turn - 2.0 * glm::outerProduct(m.normal, m.normal * turn),
-                shift_m - 2 * (glm::dot(m.normal, shift_m) - m.offset_m) * m.normal, order + 1};
+                shift_m - 2 * (glm::dot(m.normal, shift_m) - m.offset_m) * m.normal, order + 1,
+                may_be_image && m.has_images};
     }
 
     /// Identifies order and isometry by the cell that contains the image of an asymmetric point.

@@ -178,6 +178,7 @@ void ScenePlanes::merge() {
 void ScenePlanes::include(Plane& plane, std::uint32_t triangle) const {
     const RayScene::Triangle& t = scene_.triangle(triangle);
     plane.bounds.add(t.vertices);
+    plane.area_m2 += double{t.area_m2()};
     plane.reflects |= reflects(scene_.material(t));
     if (plane.object != t.object) plane.object = kManyObjects;
 }
@@ -223,6 +224,7 @@ void ScenePlanes::follow(std::uint32_t object) {
                                       .reference = reference,
                                       .object = object};
         }
+        if (plane != entry->second) planes_[plane].area_m2 -= double{scene_.triangle(t).area_m2()};
         plane = entry->second;
         include(planes_[plane], t);
     }

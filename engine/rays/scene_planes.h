@@ -17,10 +17,14 @@ class ScenePlanes {
  public:
     using Point = glm::dvec3;
 
+    /// Area of the smallest plane that has image sources.
+    static constexpr double kSmallestMirror_m2 = 0.01;
+
     struct Plane {
         Point normal{0};
         double offset_m = 0;          ///< dot(normal, x) on the plane
         Bounds bounds{};              ///< of its triangles
+        double area_m2 = 0;           ///< of its triangles
         bool reflects = false;        ///< some part reflects specularly in some band
         std::uint32_t reference = 0;  ///< the triangle that defines the plane
         std::uint32_t object = 0;     ///< the object of all its triangles, or kManyObjects
@@ -28,6 +32,9 @@ class ScenePlanes {
         /// Signed distance of a point.
         double distance_m(const Point& p) const;
         Point mirror(const Point& p) const { return p - 2 * distance_m(p) * normal; }
+
+        /// True for a plane that is too small for image sources (SpecularPaths).
+        bool is_facet() const { return area_m2 < kSmallestMirror_m2; }
     };
 
     static constexpr std::uint32_t kNoPlane = std::numeric_limits<std::uint32_t>::max();
@@ -35,7 +42,7 @@ class ScenePlanes {
     explicit ScenePlanes(const RayScene& scene);
 
     /// Updates the planes after RayScene::move; objects move rigidly. Adds planes where an object
-    /// leaves a shared plane.
+    /// leaves a shared plane, whose area becomes smaller.
     void scene_moved();
 
     /// Updates the planes after a change of the scene's materials.

@@ -18,9 +18,9 @@ void ArrivalTracer::trace(const Emitter& emitter, std::span<const Receiver> rece
 /// Collects the present segments of purely specular paths that image sources do not list.
 void ArrivalTracer::collect_segments(const PathBatch& paths, int order, const Emitter& emitter,
                                      ArrivalBatch& out) const {
-    if (!traces_specular(paths, order)) return;
+    if (!traces_specular_of(paths, order)) return;
     for (std::size_t i = 0; i < paths.count; ++i) {
-        if (!is_specular(paths, i)) continue;
+        if (!counts_specular(paths, order, i)) continue;
         add_segment(paths, i, order, emitter, out);
         out.segment_identifiers.push_back(paths.identifier[i]);
     }

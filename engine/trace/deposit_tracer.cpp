@@ -43,12 +43,12 @@ void DepositTracer::trace(const Emitter& emitter, std::uint64_t frame_seed, int 
 /// Collects the present segments of paths that neither gather nor image sources find.
 void DepositTracer::collect_segments(const PathBatch& paths, int order, const Emitter& emitter,
                                      DepositBatch& out) const {
-    const bool specular = traces_specular(paths, order);
+    const bool specular = traces_specular_of(paths, order);
     const bool after_mirrors = order_is_limited();
     if (!specular && !after_mirrors) return;
     for (std::size_t i = 0; i < paths.count; ++i) {
         const bool collected = paths.diffuse[i] != 0 ? after_mirrors && paths.to_diffuse[i] == 0
-                                                     : specular && is_specular(paths, i);
+                                                     : specular && counts_specular(paths, order, i);
         if (collected) add_segment(paths, i, order, emitter, out);
     }
 }

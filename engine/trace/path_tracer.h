@@ -135,16 +135,19 @@ class PathTracer {
         return order_is_limited() ? settings_.order : std::numeric_limits<int>::max();
     }
 
-    /// True if rays find a batch's purely specular paths of an order. SpecularPaths finds the
-    /// direct sound and the listed sequences exactly, but no image source behind a wall.
-    bool traces_specular(const PathBatch& paths, int order) const {
-        return settings_.specular && (paths.behind_walls || order > images_.listed_order());
+    /// True if rays count some of the purely specular paths of a batch, whose order is `order`.
+    /// SpecularPaths finds the direct sound and the listed sequences exactly, but no image source
+    /// behind a wall.
+    bool traces_specular_of(const PathBatch& paths, int order) const {
+        return settings_.specular && (paths.behind_walls || images_.leaves_to_rays(order));
     }
 
-    /// True for a purely specular path with a reflection. The straight path through walls is a part
-    /// of the direct sound.
-    static bool is_specular(const PathBatch& paths, std::size_t i) {
-        return paths.diffuse[i] == 0 && (!paths.behind_walls || paths.reflected[i] != 0);
+    /// In such a batch: true if path `i` is purely specular and counts. The straight path through
+    /// walls is a part of the direct sound.
+    bool counts_specular(const PathBatch& paths, int order, std::size_t i) const {
+        if (paths.diffuse[i] != 0) return false;
+        if (paths.behind_walls) return paths.reflected[i] != 0;
+        return order > images_.listed_order() || !paths.image[i].may_be_image;
     }
 
     /// Counts the present segments of all paths; records their directions at order 0.

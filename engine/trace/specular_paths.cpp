@@ -114,7 +114,7 @@ void SpecularPaths::scene_moved() {
     list_sequences();
 }
 
-/// Extends mirrors_ to the number of planes. Existing mirrors are not changed.
+/// Extends mirrors_ to the number of planes. Existing mirrors keep their planes.
 void SpecularPaths::add_mirrors() {
     while (mirrors_.size() < planes_.count()) {
         const ScenePlanes::Plane& plane = planes_[static_cast<std::uint32_t>(mirrors_.size())];
@@ -127,6 +127,8 @@ void SpecularPaths::add_mirrors() {
         mirrors_.push_back(mirror);
         first_order_ids_.push_back(ImageTransform{}.then_from_listener(mirror).key());
     }
+    for (std::uint32_t p = 0; p < planes_.count(); ++p)
+        mirrors_[p].has_images = !planes_[p].is_facet();
 }
 
 void SpecularPaths::materials_changed() {
@@ -138,8 +140,14 @@ void SpecularPaths::materials_changed() {
 /// Lists all sequences, order by order, while their number is within the limit.
 void SpecularPaths::list_sequences() {
     std::vector<std::uint32_t> mirrors;
+    has_facets_ = false;
     for (std::uint32_t p = 0; p < planes_.count(); ++p) {
-        if (planes_[p].reflects) mirrors.push_back(p);
+        if (!planes_[p].reflects) continue;
+        if (planes_[p].is_facet()) {
+            has_facets_ = true;
+        } else {
+            mirrors.push_back(p);
+        }
     }
     const auto add = [&](Sequence sequence, std::uint32_t last) {
         sequence.push_back(last);
@@ -224,7 +232,10 @@ void SpecularPaths::extend(const Vec3& listener, std::span<Chain> chains) const 
             if (!hits[i].any()) continue;
             const std::uint32_t plane = planes_.of_triangle(hits[i].triangle);
             const Material& material = scene_.material(scene_.triangle(hits[i].triangle));
-            if (plane == ScenePlanes::kNoPlane || mirrored_share(material).max() <= 0) continue;
+            if (plane == ScenePlanes::kNoPlane || planes_[plane].is_facet() ||
+                mirrored_share(material).max() <= 0) {
+                continue;
+            }
             Chain& chain = *alive[i];
             if (!chain.planes.empty() && chain.planes.back() == plane) continue;
             chain.planes.push_back(plane);
@@ -432,7 +443,7 @@ void SpecularPaths::follow(std::vector<Probe>& probes, const Vec3& source,
 bool SpecularPaths::reflect(Probe& probe, const Ray& ray, const Hit& hit) const {
     if (!hit.any()) return false;
     const std::uint32_t index = planes_.of_triangle(hit.triangle);
-    if (index == ScenePlanes::kNoPlane) return false;
+    if (index == ScenePlanes::kNoPlane || planes_[index].is_facet()) return false;
     if (!probe.planes.empty() && probe.planes.back() == index) return false;
     const RayScene::Triangle& triangle = scene_.triangle(hit.triangle);
     probe.energy *= mirrored_share(scene_.material(triangle));

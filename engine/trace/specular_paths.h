@@ -31,13 +31,15 @@ struct SpecularSound {
 };
 
 /// Direct sound and image sources up to a specular order. Candidates are sequences of the scene's
-/// planes. Up to listed_order() all sequences are candidates. Above it they are the sequences met
-/// by specular chains of rays from the listeners, one per image, and are kept while they are near a
-/// valid path. An image source is audible if a ray towards it is reflected to the source by planes
-/// whose composed isometry is the image's, in any order. For each pair of source and listener an
-/// image is counted either by its image source or by the estimators' rays (SpecularSound::tried).
-/// Candidates do not depend on an estimator's random numbers, so that the rays' part remains
-/// unbiased. Equal calls give equal paths. [propagation thread]
+/// planes, without facets: planes of less than 0.01 m2, as of curved objects. Rays count the
+/// reflections over facets at every order, as means over their detection spheres. Up to
+/// listed_order() all sequences are candidates. Above it they are the sequences met by specular
+/// chains of rays from the listeners, one per image, and are kept while they are near a valid path.
+/// An image source is audible if a ray towards it is reflected to the source by planes whose
+/// composed isometry is the image's, in any order. For each pair of source and listener an image is
+/// counted either by its image source or by the estimators' rays (SpecularSound::tried). Candidates
+/// do not depend on an estimator's random numbers, so that the rays' part remains unbiased. Equal
+/// calls give equal paths. [propagation thread]
 class SpecularPaths {
  public:
     /// `order` 0: direct sound only. `radius_m` is the radius of the spheres that detect rays.
@@ -63,6 +65,9 @@ class SpecularPaths {
 
     /// Highest order at which every sequence is a candidate, at most order().
     int listed_order() const { return static_cast<int>(listed_order_); }
+
+    /// True if rays count the purely specular paths of an order, or those of them over facets.
+    bool leaves_to_rays(int order) const { return order > listed_order() || has_facets_; }
 
     /// The mirror plane of a triangle, for an ImageTransform. A moving object has a fixed
     /// substitute without symmetries, which keeps the keys constant.
@@ -130,6 +135,7 @@ class SpecularPaths {
     ScenePlanes::Point middle_;         ///< of the scene; origin of the mirrors
     std::vector<MirrorPlane> mirrors_;  ///< [plane]
     std::vector<std::uint64_t> first_order_ids_;
+    bool has_facets_ = false;  ///< some facets reflect
     std::size_t listed_order_ = 0;
     std::vector<Listed> listed_;                                ///< all up to listed_order_
     std::unordered_map<std::uint64_t, Discovered> discovered_;  ///< by ImageTransform::key

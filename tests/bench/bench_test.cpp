@@ -138,6 +138,26 @@ TEST_CASE("paths that end in mirrors reach the right one of the reference's rece
     }
 }
 
+TEST_CASE("the reference counts reflections over facets, which have no image sources") {
+    // A mirror of radius a = 1 m: 1 / (4 pi (p + q + 2 p q / a)^2) at the distances p and q.
+    constexpr double kDistance_m = 1.5;
+    const Vec3 direction = glm::normalize(Vec3(0.3F, 0.5F, 0.8F));
+    Scene scene =
+        test::grey_room(test::icosphere(1, 4), 0, 0, 2.5F * direction, 2.501F * direction);
+    scene.simulation.specular_order = 3;
+    Reference reference(scene, scene.simulation, 0, 2.5F * direction, {2.501F * direction}, 10);
+    WorkerPool workers(2);
+    reference.trace(1 << 20, workers);
+    const double exact =
+        kBandCount /
+        (4 * std::numbers::pi * std::pow(2 * kDistance_m + 2 * kDistance_m * kDistance_m, 2));
+    const Reference::Estimate found = reference.energy(0, {0, 10});
+    CAPTURE(found.mean, exact, found.standard_error);
+    // Statistical, fixed seed. The sphere of 0.25 m is not wider than several beams: 10 %.
+    CHECK(std::abs(found.mean - exact) < 3.5 * found.standard_error + 0.1 * exact);
+    CHECK(found.standard_error < 0.06 * exact);
+}
+
 TEST_CASE("the reference does not depend on the number of threads") {
     const Scene scene = lossless_box();
     std::vector<std::vector<double>> responses;

@@ -212,6 +212,45 @@ TEST_CASE("a Lambert plane reflects rho P / (8 pi h^2), spread in time as r^-5")
     CHECK(std::abs(tail.mean - exact_tail) < test::kFamilyZ * tail.standard_error + 0.03 * exact);
 }
 
+TEST_CASE("a faceted sphere reflects as the smooth one, 1 / (4 pi (p + q + 2 p q / a)^2)") {
+    // Source and listener at p and q from a mirror of radius a. The image source of a facet would
+    // have a spreading of 1 / (4 pi (p + q)^2) at some points, and be silent at others.
+    constexpr double kDistance_m = 1.5;
+    constexpr auto kAt = static_cast<float>(1 + kDistance_m);
+    for (const Estimator estimator : {Estimator::pt, Estimator::patch}) {
+        std::vector<double> samples;
+        for (int i = 0; i < 24; ++i) {
+            // Each at other facets.
+            const Vec3 direction =
+                uniform_direction(RandomStream(derive_seed(test::test_seed(), i)).uniform_2d());
+            Scene scene = test::grey_room(test::icosphere(1, 4), 0, 0, kAt * direction,
+                                          (kAt + 1e-3F) * direction);
+            scene.simulation.specular_order = 3;
+            Simulation simulation = test::with(scene, estimator, 0.03F);
+            simulation.rays = 4000;
+            Propagation propagation(scene, simulation);
+            double energy = 0;
+            for (int f = 0; f < 10; ++f) {
+                propagation.step(test::static_input(scene));
+                if (estimator == Estimator::pt) energy += total(propagation.response(0)) / 10;
+            }
+            if (estimator == Estimator::patch) energy = total(propagation.response(0));
+            for (const SpecularPath& path : propagation.response(0).paths) {
+                energy += double{path.energy[0]};
+            }
+            samples.push_back(energy);
+        }
+        const test::Estimate e = test::estimate(samples);
+        const double exact =
+            1 / (4 * kPi * std::pow(2 * kDistance_m + 2 * kDistance_m * kDistance_m, 2));
+        CAPTURE(estimator_name(estimator), e.mean, e.standard_error, exact);
+        // The mean over the listener's sphere is 1.3 % above that at its centre, the facets'
+        // distance 0.1 % longer.
+        CHECK(std::abs(e.mean - exact) < test::kFamilyZ * e.standard_error + 0.02 * exact);
+        CHECK(std::abs(e.z(1.5 * exact)) > test::kRefutedZ);  // companion
+    }
+}
+
 TEST_CASE("order 1 from the centre of a cube to its centre is 0.762761 rho P / a^2") {
     constexpr float kSide_m = 4;
     const Scene scene =

@@ -72,6 +72,7 @@ void Reference::add_image_sources() {
 /// True if a purely specular path is among the image sources of a receiver.
 bool Reference::is_image(const Path& path, std::size_t receiver) const {
     if (path.diffuse || !paths_ || path.order > paths_->order()) return false;
+    if (!path.image.may_be_image) return false;
     return path.order <= paths_->listed_order() || sounds_[receiver].has_tried(path.image.key());
 }
 

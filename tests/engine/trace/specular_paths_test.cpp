@@ -322,6 +322,23 @@ TEST_CASE("neither a source nor a listener on a wall has a reflection in it") {
     CHECK(per_order(specular.find(above, above + 0.5F, true, Bands{}).paths)[1] == 6);
 }
 
+TEST_CASE("planes smaller than 0.01 m2 have no image sources") {
+    const auto reflections = [](float side_m, int pieces) {
+        Object mirror;
+        for (int i = 0; i < pieces; ++i) {
+            const float y = 0.5F * static_cast<float>(i);
+            add_screen(mirror, 0, y - side_m / 2, y + side_m / 2, -side_m / 2, side_m / 2);
+        }
+        const RayScene rays(scene_of({mirror}));
+        const SpecularPaths specular(rays, 1, kRadius_m, 1);
+        CHECK(specular.leaves_to_rays(1) == (static_cast<float>(pieces) * side_m * side_m < 0.01F));
+        return specular.find({2, 0.01F, 0}, {1, -0.01F, 0}, false, Bands{}).paths.size();
+    };
+    CHECK(reflections(0.101F, 1) == 1);
+    CHECK(reflections(0.099F, 1) == 0);
+    CHECK(reflections(0.099F, 2) == 1);  // coplanar: one plane of 0.0196 m2
+}
+
 TEST_CASE("a plate on the floor replaces the floor in its area") {
     // So thin that a ray towards the floor hits its top, of material 5.
     Object plate = mirror_box({3, 2, 1.2e-3F});
