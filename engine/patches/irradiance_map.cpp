@@ -8,6 +8,8 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <numeric>
+#include <tuple>
 
 #include "engine/base/mix64.h"
 #include "engine/base/sampling.h"
@@ -20,8 +22,12 @@ namespace {
 /// Triangles with an edge longer than this share of a patch are counted in pieces of this size.
 constexpr float kPiece = 0.25F;
 
-/// A group of small triangles grows until this number of hits is expected in it.
-constexpr float kGroupHits = 16;
+/// A group of small triangles grows over their edges until this number of hits is expected in it,
+/// at the mean density of all patches.
+constexpr double kGroupHits = 16;
+
+/// Of more triangles at an edge the others are not joined with its neighbours.
+constexpr std::ptrdiff_t kMostAtEdge = 16;
 
 /// Prior: the number of hits at the patch's mean that every part is assumed to have, so that a part
 /// with few hits does not deviate far from the mean.
@@ -33,7 +39,7 @@ constexpr double kSignificance = 6;
 constexpr std::uint32_t kNone = ~0U;
 
 struct Part {
-    float hits = 0;
+    float hits = 0;  // after the first reflection
     float area_m2 = 0;
     std::uint32_t patch = kNone;  // a patch that it lies in
 };
@@ -43,12 +49,15 @@ struct Piece {
     std::uint32_t triangle = 0;
     bool back = false;
     std::array<std::int32_t, 3> cube{};
+
+    std::size_t face() const { return 2 * std::size_t{triangle} + (back ? 1 : 0); }
 };
 
 }  // namespace
 
 struct IrradianceMap::State {
     const RayScene& scene;
+    float patch_m;
     float piece_m;
     std::vector<std::uint32_t> first_coincident;  // [triangle] the first with the same corners
     std::vector<std::uint32_t> part_of_face;      // [2 triangle + side] kNone: in pieces
@@ -59,7 +68,8 @@ struct IrradianceMap::State {
     std::vector<float> hits_per_m2;
     std::vector<char> nonuniform;
 
-    State(const RayScene& rays, float patch_size_m) : scene(rays), piece_m(kPiece * patch_size_m) {
+    State(const RayScene& rays, float patch_size_m)
+        : scene(rays), patch_m(patch_size_m), piece_m(kPiece * patch_size_m) {
         find_coincident();
         part_of_face.assign(2 * scene.triangle_count(), kNone);
         for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
@@ -67,7 +77,7 @@ struct IrradianceMap::State {
             if (first_coincident[t] != t || scene.moves(triangle) || !is_small(triangle)) continue;
             for (std::uint32_t side = 0; side < 2; ++side) {
                 part_of_face[2 * t + side] = static_cast<std::uint32_t>(parts.size());
-                parts.push_back({0, triangle.area_m2(), kNone});
+                parts.push_back({.area_m2 = triangle.area_m2()});
             }
         }
     }
@@ -90,9 +100,7 @@ struct IrradianceMap::State {
                 continue;
             }
             for (const Vec3& v : scene.triangle(t).vertices) {
-                corners += derive_seed(1, std::bit_cast<std::uint32_t>(v.x),
-                                       std::bit_cast<std::uint32_t>(v.y),
-                                       std::bit_cast<std::uint32_t>(v.z));
+                corners += corner_key(v);
             }
             first_coincident.push_back(first.try_emplace(corners, t).first->second);
         }
@@ -127,50 +135,129 @@ struct IrradianceMap::State {
         return {t, glm::dot(normal, scene.triangle(t).normal) < 0, cube_of(point)};
     }
 
-    void join_small(std::span<const float> patch_area_m2,
-                    const std::function<std::uint32_t(const Vec3&, const Vec3&)>& patch_of) {
-        std::vector<std::array<std::uint32_t, 2>> open(patch_area_m2.size(), {kNone, kNone});
-        std::vector<Part> joined;
-        std::vector<std::uint32_t> new_number(parts.size(), kNone);
-        const auto number = [&](std::uint32_t part) {
-            if (new_number[part] == kNone) {
-                new_number[part] = static_cast<std::uint32_t>(joined.size());
-                joined.push_back(parts[part]);
-            }
-            return new_number[part];
-        };
+    static std::uint64_t corner_key(const Vec3& v) {
+        // -0 becomes 0.
+        const Vec3 p = v + 0.0F;
+        return derive_seed(1, std::bit_cast<std::uint32_t>(p.x), std::bit_cast<std::uint32_t>(p.y),
+                           std::bit_cast<std::uint32_t>(p.z));
+    }
+
+    Vec3 normal_of(std::size_t face) const {
+        const Vec3& normal = scene.triangle(static_cast<std::uint32_t>(face / 2)).normal;
+        return face % 2 == 0 ? normal : -normal;
+    }
+
+    /// An edge of a triangle; both directions have the same key.
+    struct Edge {
+        std::uint64_t key = 0;
+        std::uint32_t triangle = 0;
+        bool is_reversed = false;  // the key of its end is below that of its start
+
+        bool operator<(const Edge& other) const {
+            return std::tie(key, triangle, is_reversed) <
+                   std::tie(other.key, other.triangle, other.is_reversed);
+        }
+    };
+
+    std::array<Edge, 3> edges_of(std::uint32_t t) const {
+        std::array<Edge, 3> edges;
+        const auto& v = scene.triangle(t).vertices;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint64_t from = corner_key(v[k]);
+            const std::uint64_t to = corner_key(v[(k + 1) % 3]);
+            edges[k] = {from + to, t, to < from};
+        }
+        return edges;
+    }
+
+    std::vector<Edge> edges_of_small() const {
+        std::vector<Edge> edges;
+        for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
+            if (part_of_face[2 * std::size_t{t}] == kNone) continue;
+            for (const Edge& edge : edges_of(t)) edges.push_back(edge);
+        }
+        std::sort(edges.begin(), edges.end());
+        return edges;
+    }
+
+    /// The patch of the middle of each side of the small triangles.
+    std::vector<std::uint32_t> patches_of_small(const IrradianceMap::PatchOf& patch_of) const {
+        std::vector<std::uint32_t> patches(part_of_face.size(), kNone);
         for (std::size_t face = 0; face < part_of_face.size(); ++face) {
-            std::uint32_t& part = part_of_face[face];
-            if (part == kNone) continue;
-            const RayScene::Triangle& t = scene.triangle(static_cast<std::uint32_t>(face / 2));
-            const Vec3 normal = face % 2 == 0 ? t.normal : -t.normal;
-            const std::uint32_t patch =
-                patch_of((t.vertices[0] + t.vertices[1] + t.vertices[2]) / 3.0F +
-                             RayScene::kOffset_m * normal,
-                         normal);
-            if (patch == kNone || patch >= hits.size() || !(hits[patch] > 0) ||
-                !(patch_area_m2[patch] > 0)) {
-                part = number(part);
-                continue;
-            }
-            std::uint32_t& group = open[patch][face % 2];
-            if (group == kNone) {
-                part = group = number(part);
-                joined[group].patch = patch;
-            } else {
-                joined[group].hits += parts[part].hits;
-                joined[group].area_m2 += parts[part].area_m2;
-                part = group;
-            }
-            if (joined[group].area_m2 * hits[patch] >= kGroupHits * patch_area_m2[patch]) {
-                group = kNone;
-            }
+            if (part_of_face[face] == kNone) continue;
+            const auto& v = scene.triangle(static_cast<std::uint32_t>(face / 2)).vertices;
+            const Vec3 normal = normal_of(face);
+            patches[face] =
+                patch_of((v[0] + v[1] + v[2]) / 3.0F + RayScene::kOffset_m * normal, normal);
         }
-        for (auto& [part, piece] : pieces) part = number(part);
-        for (auto it = part_of_piece.begin(); it != part_of_piece.end(); ++it) {
-            it.value() = number(it->second);
+        return patches;
+    }
+
+    /// The area on which kGroupHits are expected on the mean over all patches that are hit.
+    double group_m2() const {
+        const double all = std::accumulate(hits.begin(), hits.end(), 0.0);
+        const auto hit = std::count_if(hits.begin(), hits.end(), [](float n) { return n > 0; });
+        if (hit == 0) return 0;
+        return kGroupHits * static_cast<double>(hit) / all * double{patch_m} * double{patch_m};
+    }
+
+    /// Joins small triangles of a patch that are connected. Of layers that lie on each other only
+    /// one is hit: they thus stay apart.
+    void join_small(const IrradianceMap::PatchOf& patch_of) {
+        const std::vector<Edge> edges = edges_of_small();
+        const std::vector<std::uint32_t> patches = patches_of_small(patch_of);
+        const double full_m2 = group_m2();
+        std::vector<char> joined(part_of_face.size(), 0);
+        std::vector<std::size_t> open;  // faces at the group's border
+        const auto open_neighbours = [&](std::size_t face) {
+            for (const Edge& edge : edges_of(static_cast<std::uint32_t>(face / 2))) {
+                const auto first =
+                    std::lower_bound(edges.begin(), edges.end(), Edge{edge.key, 0, false});
+                for (auto at = first;
+                     at != edges.end() && at->key == edge.key && at - first < kMostAtEdge; ++at) {
+                    // Neighbours of the same orientation pass their edge in opposite directions.
+                    const std::size_t side =
+                        at->is_reversed != edge.is_reversed ? face % 2 : 1 - face % 2;
+                    const std::size_t next = 2 * std::size_t{at->triangle} + side;
+                    if (joined[next] || patches[next] != patches[face] ||
+                        glm::dot(normal_of(face), normal_of(next)) <= 0) {
+                        continue;
+                    }
+                    joined[next] = 1;
+                    open.push_back(next);
+                }
+            }
+        };
+        for (std::size_t first = 0; first < part_of_face.size(); ++first) {
+            if (patches[first] == kNone || joined[first]) continue;
+            const std::uint32_t number = part_of_face[first];
+            Part group{.patch = patches[first]};
+            open.assign(1, first);
+            joined[first] = 1;
+            for (std::size_t i = 0; i < open.size(); ++i) {
+                const std::size_t face = open[i];
+                if (i > 0 && double{group.area_m2} >= full_m2) {
+                    joined[face] = 0;
+                    continue;
+                }
+                const Part& part = parts[part_of_face[face]];
+                group.hits += part.hits;
+                group.area_m2 += part.area_m2;
+                part_of_face[face] = number;
+                open_neighbours(face);
+            }
+            parts[number] = group;
         }
-        parts = std::move(joined);
+    }
+
+    /// The part at a point, or a piece without hits.
+    Part part_at(std::uint32_t triangle, const Vec3& point, const Vec3& facing_normal) const {
+        const Piece piece = piece_at(triangle, point, facing_normal);
+        const std::uint32_t part = part_of_face[piece.face()];
+        if (part != kNone) return parts[part];
+        const auto found = part_of_piece.find(key_of(piece));
+        return found != part_of_piece.end() ? parts[found->second]
+                                            : Part{.area_m2 = area_of(piece)};
     }
 
     /// The mean over the area A of the squared density of N hits, n of them in a part of area a,
@@ -211,28 +298,26 @@ IrradianceMap::IrradianceMap(IrradianceMap&&) noexcept = default;
 void IrradianceMap::add_hit(std::uint32_t patch, std::uint32_t triangle, const Vec3& point,
                             const Vec3& facing_normal) {
     State& s = *state_;
-    if (patch >= s.hits.size()) s.hits.resize(patch + 1, 0);
-    s.hits[patch] += 1;
     const Piece piece = s.piece_at(triangle, point, facing_normal);
-    std::uint32_t part = s.part_of_face[2 * piece.triangle + (piece.back ? 1 : 0)];
+    std::uint32_t part = s.part_of_face[piece.face()];
     if (part == kNone) {
         const auto [entry, added] = s.part_of_piece.try_emplace(
             State::key_of(piece), static_cast<std::uint32_t>(s.parts.size()));
         part = entry->second;
         if (added) {
-            s.parts.push_back({0, 0, patch});
+            s.parts.push_back({.patch = patch});
             s.pieces.emplace_back(part, piece);
         }
     }
+    if (patch >= s.hits.size()) s.hits.resize(patch + 1, 0);
+    s.hits[patch] += 1;
     s.parts[part].hits += 1;
 }
 
-void IrradianceMap::finish(
-    std::span<const float> area_m2,
-    const std::function<std::uint32_t(const Vec3& point, const Vec3& facing_normal)>& patch_of) {
+void IrradianceMap::finish(std::span<const float> area_m2, const PatchOf& patch_of) {
     State& s = *state_;
+    s.join_small(patch_of);
     s.hits.resize(area_m2.size(), 0);
-    s.join_small(area_m2, patch_of);
     for (const auto& [part, piece] : s.pieces) s.parts[part].area_m2 = s.area_of(piece);
     s.pieces = {};
     s.find_nonuniform(area_m2);
@@ -242,18 +327,8 @@ float IrradianceMap::relative(std::uint32_t patch, std::uint32_t triangle, const
                               const Vec3& facing_normal) const {
     const State& s = *state_;
     if (patch >= s.nonuniform.size() || !s.nonuniform[patch]) return 1;
-    const Piece piece = s.piece_at(triangle, point, facing_normal);
-    std::uint32_t part = s.part_of_face[2 * piece.triangle + (piece.back ? 1 : 0)];
-    if (part == kNone) {
-        const auto found = s.part_of_piece.find(State::key_of(piece));
-        if (found == s.part_of_piece.end()) {
-            // A piece without hits.
-            return kPriorHits / (s.area_of(piece) * s.hits_per_m2[patch] + kPriorHits);
-        }
-        part = found->second;
-    }
-    const Part& p = s.parts[part];
-    return (p.hits + kPriorHits) / (p.area_m2 * s.hits_per_m2[patch] + kPriorHits);
+    const Part part = s.part_at(triangle, point, facing_normal);
+    return (part.hits + kPriorHits) / (part.area_m2 * s.hits_per_m2[patch] + kPriorHits);
 }
 
 }  // namespace aula

@@ -14,9 +14,12 @@ namespace aula {
 /// behind a curtain share patches with the faces in front of them, and share the radiated energy of
 /// the patch. In a cluttered cell the faces that receive much sound are also those that are
 /// visible. Hits are therefore counted on small parts: pieces of large triangles, and groups of
-/// consecutive small ones. [propagation thread]
+/// connected small ones. [propagation thread]
 class IrradianceMap {
  public:
+    /// The patch of a point, off the surface, with its normal.
+    using PatchOf = std::function<std::uint32_t(const Vec3& point, const Vec3& facing_normal)>;
+
     IrradianceMap(const RayScene& scene, float patch_size_m);
     ~IrradianceMap();
     IrradianceMap(IrradianceMap&&) noexcept;
@@ -25,10 +28,8 @@ class IrradianceMap {
     void add_hit(std::uint32_t patch, std::uint32_t triangle, const Vec3& point,
                  const Vec3& facing_normal);
 
-    /// Ends counting. `patch_of` returns the patch of a point, off the surface, with its normal.
-    void finish(
-        std::span<const float> area_m2,
-        const std::function<std::uint32_t(const Vec3& point, const Vec3& facing_normal)>& patch_of);
+    /// Ends counting.
+    void finish(std::span<const float> area_m2, const PatchOf& patch_of);
 
     /// Irradiance around a point of a patch relative to the mean of the patch; 1 in patches whose
     /// parts do not differ significantly.

@@ -1,8 +1,10 @@
 #include "engine/patches/irradiance_map.h"
 
+#include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <random>
 #include <utility>
 #include <vector>
 
@@ -123,6 +125,29 @@ TEST_CASE("a lid over a hollow box radiates all energy of its patch") {
         const Surveyed::PatchPoint inside = s.hit_by(kCorner + Vec3(0.005F, 0.004F, 0.03F), kDown);
         CHECK(inside.irradiance < 0.2F);
     }
+}
+
+TEST_CASE("triangles of a patch are joined by their edges, whatever their order") {
+    Scene scene = room();
+    add_boxes(scene, 20);
+    // In each box another one, whose lid is hidden. All are one mesh, in random order.
+    Object all;
+    for (std::size_t i = 1; i < scene.objects.size(); ++i) {
+        const Vec3 corner = scene.objects[i].vertices.front();
+        const Object inner = test::box(Vec3(0.015F, 0.015F, 0.03F), 0, corner + 0.002F);
+        for (const Object& box : {scene.objects[i], inner}) {
+            const auto first = static_cast<std::uint32_t>(all.vertices.size());
+            all.vertices.insert(all.vertices.end(), box.vertices.begin(), box.vertices.end());
+            for (const auto& [a, b, c] : box.triangles)
+                all.triangles.push_back({first + a, first + b, first + c});
+        }
+    }
+    std::mt19937 random(1);
+    std::shuffle(all.triangles.begin(), all.triangles.end(), random);
+    all.triangle_materials.resize(all.triangles.size(), 0);
+    scene.objects.resize(1);
+    scene.objects.push_back(all);
+    CHECK(Surveyed(scene).share_seen() == Approx(1).margin(0.15));
 }
 
 TEST_CASE("the lid of a box radiates as much where it is vertical") {
@@ -246,5 +271,47 @@ TEST_CASE(
               Approx(1000.25 / (left_m2 / 0.005 * 1010 + 0.25)).epsilon(1e-3));
         CHECK(map.relative(0, 0, right, normal) ==
               Approx(10.25 / ((0.005 - left_m2) / 0.005 * 1010 + 0.25)).epsilon(1e-3));
+    }
+}
+
+TEST_CASE("a group of small triangles has a limited area and no fold") {
+    // A strip of small squares along x, rising to a ridge in its middle or flat.
+    for (const float slope : {0.0F, 3.0F}) {
+        CAPTURE(slope);
+        constexpr int kSquares = 64;
+        constexpr float kSquare_m = 0.01F;
+        Object strip;
+        for (int i = 0; i <= kSquares; ++i) {
+            const float x = kSquare_m * static_cast<float>(i);
+            const float z = 1 + slope * std::min(x, kSquares * kSquare_m - x);
+            strip.vertices.push_back(Vec3(x, 0, z));
+            strip.vertices.push_back(Vec3(x, kSquare_m, z));
+        }
+        for (std::uint32_t i = 0; i < kSquares; ++i) {
+            strip.triangles.push_back({2 * i, 2 * i + 2, 2 * i + 3});
+            strip.triangles.push_back({2 * i, 2 * i + 3, 2 * i + 1});
+        }
+        strip.triangle_materials.resize(strip.triangles.size(), 0);
+        const RayScene rays(test::grey_room(strip, 0.1F, 1, kInside, kInside));
+        IrradianceMap map(rays, kPatch_m);
+        const auto at = [&](std::uint32_t triangle) {
+            const auto& v = rays.triangle(triangle).vertices;
+            return (v[0] + v[1] + v[2]) / 3.0F;
+        };
+        // All in one patch, whose left half is hit. Sixteen hits are expected on 16 / hits of the
+        // area of a full patch: flat, that is a sixteenth of the strip, and otherwise more than one
+        // slope.
+        const int hits = slope == 0 ? 10'000 : 250;
+        for (int i = 0; i < hits; ++i) {
+            const auto t = static_cast<std::uint32_t>(i % kSquares);
+            map.add_hit(0, t, at(t), rays.triangle(t).normal);
+        }
+        const float area_m2 = 2 * kSquares * rays.triangle(0).area_m2();
+        map.finish({&area_m2, 1}, [](const Vec3&, const Vec3&) { return 0U; });
+        const auto relative = [&](std::uint32_t t) {
+            return map.relative(0, t, at(t), rays.triangle(t).normal);
+        };
+        CHECK(relative(4) == Approx(2).margin(0.2));
+        CHECK(relative(2 * kSquares - 5) < 0.1F);
     }
 }
