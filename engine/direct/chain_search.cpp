@@ -35,10 +35,13 @@ constexpr double kLongestLitDetour_m = 2;
 constexpr double kLongestSegment_m = 30;
 
 // The work of a frame: pairs of edges and partial paths that are tested, and rays. The first search
-// of a pair may do more.
+// of a pair may do more, and a frame less in which the scene has not changed: of the pairs few have
+// to be searched anew.
 constexpr std::int64_t kTests = 16384;
 constexpr std::int64_t kRays = 8192;
-constexpr std::int64_t kFirstFactor = 8;
+constexpr std::int64_t kRaysUnchanged = 4096;
+constexpr std::int64_t kFirstTests = 131'072;
+constexpr std::int64_t kFirstRays = 65'536;
 constexpr std::size_t kMaxPoints = 64;  // whose visible edges are known
 
 constexpr double kOnLine_m = 1e-3;
@@ -105,8 +108,8 @@ ChainSearch::ChainSearch(const RayScene& scene, const SceneEdges& edges, double 
 }
 
 void ChainSearch::begin_frame(std::span<const Bounds> changed) {
-    budget_ = {kTests, kRays};
-    first_budget_ = {kFirstFactor * kTests, kFirstFactor * kRays};
+    budget_ = {kTests, changed.empty() ? kRaysUnchanged : kRays};
+    first_budget_ = {kFirstTests, kFirstRays};
     if (changed.empty()) return;
     ++scene_changes_;
     forget_seen(changed);
