@@ -35,8 +35,8 @@ constexpr double kLongestLitDetour_m = 2;
 constexpr double kLongestSegment_m = 30;
 
 // The work of a frame: pairs of edges and partial paths that are tested, and rays. The first search
-// of a pair may do more, and a frame less in which the scene has not changed: of the pairs few have
-// to be searched anew.
+// of a pair may do more. While the scene does not change, few pairs are searched anew: a frame
+// traces half of the rays.
 constexpr std::int64_t kTests = 16384;
 constexpr std::int64_t kRays = 8192;
 constexpr std::int64_t kRaysUnchanged = 4096;

@@ -58,7 +58,6 @@ struct Piece {
 struct IrradianceMap::State {
     const RayScene& scene;
     float patch_m;
-    float piece_m;
     std::vector<std::uint32_t> first_coincident;  // [triangle] the first with the same corners
     std::vector<std::uint32_t> part_of_face;      // [2 triangle + side] kNone: in pieces
     std::vector<Part> parts;
@@ -68,8 +67,7 @@ struct IrradianceMap::State {
     std::vector<float> hits_per_m2;
     std::vector<char> nonuniform;
 
-    State(const RayScene& rays, float patch_size_m)
-        : scene(rays), patch_m(patch_size_m), piece_m(kPiece * patch_size_m) {
+    State(const RayScene& rays, float patch_size_m) : scene(rays), patch_m(patch_size_m) {
         find_coincident();
         part_of_face.assign(2 * scene.triangle_count(), kNone);
         for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
@@ -82,10 +80,13 @@ struct IrradianceMap::State {
         }
     }
 
+    /// Size of the pieces of large triangles.
+    float piece_m() const { return kPiece * patch_m; }
+
     bool is_small(const RayScene::Triangle& t) const {
         return std::max({glm::distance(t.vertices[0], t.vertices[1]),
                          glm::distance(t.vertices[1], t.vertices[2]),
-                         glm::distance(t.vertices[2], t.vertices[0])}) < piece_m;
+                         glm::distance(t.vertices[2], t.vertices[0])}) < piece_m();
     }
 
     /// Rays hit either of several coincident triangles: these count as one.
@@ -107,7 +108,7 @@ struct IrradianceMap::State {
     }
 
     std::array<std::int32_t, 3> cube_of(const Vec3& point) const {
-        const Vec3 at = glm::floor(point / piece_m);
+        const Vec3 at = glm::floor(point / piece_m());
         return {static_cast<std::int32_t>(at.x), static_cast<std::int32_t>(at.y),
                 static_cast<std::int32_t>(at.z)};
     }
@@ -123,8 +124,8 @@ struct IrradianceMap::State {
         for (const Vec3& v : triangle.vertices) polygon.add(v + off);
         for (int axis = 0; axis < 3 && polygon.count() > 2; ++axis) {
             const auto low = static_cast<float>(piece.cube[static_cast<std::size_t>(axis)]);
-            polygon = polygon.cut(axis, low * piece_m, -1);
-            if (polygon.count() > 2) polygon = polygon.cut(axis, (low + 1) * piece_m, 1);
+            polygon = polygon.cut(axis, low * piece_m(), -1);
+            if (polygon.count() > 2) polygon = polygon.cut(axis, (low + 1) * piece_m(), 1);
         }
         return polygon.count() > 2 ? polygon.area_m2() : 0;
     }

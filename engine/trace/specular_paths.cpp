@@ -114,7 +114,8 @@ void SpecularPaths::scene_moved() {
     list_sequences();
 }
 
-/// Extends mirrors_ to the number of planes. Existing mirrors keep their planes.
+/// Extends mirrors_ to the number of planes. A plane that an object has left may have
+/// become a facet.
 void SpecularPaths::add_mirrors() {
     while (mirrors_.size() < planes_.count()) {
         const ScenePlanes::Plane& plane = planes_[static_cast<std::uint32_t>(mirrors_.size())];

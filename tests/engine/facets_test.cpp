@@ -1,6 +1,7 @@
 // Planes of less than 0.01 m2 have no image sources: rays count the reflections over them.
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <vector>
 
 #include "aula/engine/propagation.h"

@@ -385,6 +385,26 @@ TEST_CASE("a mirror that leaves the plane of another still reflects") {
     CHECK(reflection_m(3) == Approx(5));
 }
 
+TEST_CASE("a plate that another leaves behind becomes a facet") {
+    // Two coplanar plates of 0.008 m2.
+    Object still;
+    add_screen(still, 0, -0.05F, 0.05F, 0, 0.08F);
+    Object moving;
+    add_screen(moving, 0, 0.1F, 0.2F, 0, 0.08F);
+    moving.path = Trajectory{};
+    moving.path->points = {{0, {.position = {0, 0, 0}}}, {1, {.position = {-1, 0, 0}}}};
+    RayScene rays(scene_of({still, moving}));
+    SpecularPaths specular(rays, 1, kRadius_m, 1);
+    const auto reflections = [&] {
+        return specular.find({2, 0, 0.04F}, {1, 0, 0.04F}, false, Bands{}).paths.size();
+    };
+    CHECK(reflections() == 1);
+    rays.move(1);
+    specular.scene_moved();
+    CHECK(reflections() == 0);
+    CHECK(specular.leaves_to_rays(1));
+}
+
 TEST_CASE("images follow a moving object and keep their identity") {
     Object wall;
     add_screen(wall, 5, -50, 50, -50, 50);
