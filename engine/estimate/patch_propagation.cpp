@@ -381,7 +381,7 @@ void PatchPropagation::step(const PropagationFrame& frame, std::span<const Specu
                  [&](std::size_t i) { update_pair(i, wanted[i] != 0, images[i], responses[i]); });
     statistics.gather_s += watch.lap_s();
 
-    reserve_rows();
+    reserve_rows(frame.number);
     statistics.cache_s += watch.lap_s();
 
     for (const PatchCache& cache : caches_) {

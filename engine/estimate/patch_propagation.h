@@ -80,7 +80,7 @@ class PatchPropagation final : public ResponseEstimator {
     void divide_memory();
     PairResponse silent_pair() const;
     PatchCache make_cache(bool directed) const;
-    void reserve_rows();
+    void reserve_rows(std::uint64_t frame);
     SegmentCache make_segment_cache(bool directed) const;
     Emitter emitter(std::size_t id, const PropagationFrame& frame) const;
     bool wants_old_frames(std::size_t id, const std::vector<int>& batches) const;

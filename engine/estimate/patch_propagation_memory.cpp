@@ -57,9 +57,16 @@ void PatchPropagation::divide_memory() {
     }
 }
 
-/// Maps memory for the end that emits after the next change, a little in each frame.
-void PatchPropagation::reserve_rows() {
+/// Maps memory for the end that emits after the next change, a little in each frame without a
+/// change: those during one and after one cost more already. Clears rows in every frame.
+void PatchPropagation::reserve_rows(std::uint64_t frame) {
     if (from_listeners_) return;  // the emitting end does not change
+    const bool changed = std::any_of(status_.begin(), status_.end(),
+                                     [](const EmitterStatus& end) { return end.changed; });
+    if (changed || scene_moved_recently(frame)) {
+        row_pool_->reserve(0, 0, kReserved_bytes);
+        return;
+    }
     std::size_t used = 0;
     std::size_t used_by_listeners = 0;
     std::size_t most = 0;
