@@ -13,8 +13,8 @@ constexpr double kSegmentShare = 0.1;
 /// all.
 constexpr std::size_t kMaxSegments = 1 << 16;
 
-/// Memory that is mapped in a frame for the end that emits next: two huge pages.
-constexpr std::size_t kReserved_bytes = std::size_t{4} << 20;
+/// Memory that is mapped in a frame for the end that emits next: a huge page.
+constexpr std::size_t kReserved_bytes = std::size_t{2} << 20;
 
 }  // namespace
 
