@@ -357,3 +357,28 @@ TEST_CASE("The end that emits after a rest finds its memory reserved") {
     }
     CHECK(propagation.statistics().memory_bytes < reserved + reserved / 100);
 }
+
+TEST_CASE("Memory of both ends is mapped at load, and none while an object moves") {
+    Scene scene = load_scene(AULA_SOURCE_DIR "/scenes/door.json").scene;
+    scene.simulation.rays = 200;
+    Propagation propagation(scene, scene.simulation);
+    const FrameInput start = test::static_input(scene, 0);
+    const auto memory_bytes = [&](int frame) {
+        propagation.step({frame / 30.0, start.sources, start.listeners});
+        return propagation.statistics().memory_bytes;
+    };
+    // The door swings from 3 to 3.5 s. The rows of the listener are free then.
+    constexpr int kOpens = 91;
+    constexpr int kStillMoves = 104;
+    const std::size_t loaded = memory_bytes(0);
+    std::size_t before = 0;
+    for (int f = 1; f < kOpens; ++f) before = memory_bytes(f);
+    // The rest is the log.
+    CHECK(loaded > before / 2);
+    memory_bytes(kOpens);
+    const std::size_t opening = memory_bytes(kOpens + 1);
+    std::size_t last = 0;
+    for (int f = kOpens + 2; f <= kStillMoves; ++f) last = memory_bytes(f);
+    constexpr std::size_t kDeposits_bytes = 1'000'000;
+    CHECK(last < opening + kDeposits_bytes);
+}
