@@ -69,7 +69,7 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const SpecularPaths& i
     restart();
     // The first frame fills the cache of a source; that of a listener follows at rest, or when the
     // source moves.
-    row_pool_->reserve(2 * grid_.reached(), grid_.reached(),
+    row_pool_->reserve(2 * grid_.reached_rows(), grid_.reached_rows(),
                        std::numeric_limits<std::size_t>::max());
 }
 

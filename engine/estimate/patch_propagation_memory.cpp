@@ -77,8 +77,8 @@ void PatchPropagation::reserve_rows(std::uint64_t frame) {
         most = std::max(most, rows);
     }
     // No more than the rows of all emitters, which the limit of the memory allows. A cache can have
-    // more than the reached patches: rays hit some that the search for them has missed.
-    const std::size_t each = std::max(grid_.reached(), most);
+    // more than the reached patches have: rays hit some that the search for them has missed.
+    const std::size_t each = std::max(grid_.reached_rows(), most);
     const auto reserved = [&](std::size_t emitters, std::size_t in_use) {
         return std::min(most, std::max(emitters * each, in_use) - in_use);
     };

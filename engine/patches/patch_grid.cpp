@@ -26,6 +26,8 @@ constexpr float kAllReached = 0.999F;  // share of a patch's area, up to roundin
 /// sides, each of which intersects about twice as many.
 constexpr double kCellsOfMoving = 4;
 
+constexpr float kCoarser = 1.25F;  // factor of the patch size if patches are too many
+
 }  // namespace
 
 struct PatchGrid::State {
@@ -43,6 +45,7 @@ struct PatchGrid::State {
     std::vector<float> area_m2;         // [patch] of all objects
     std::vector<std::uint32_t> static_triangles;
     std::vector<std::uint32_t> moving_triangles;
+    double rows_of_moving = 0;
     std::vector<std::pair<std::uint32_t, std::uint32_t>> static_parts;    // patch, triangle: sorted
     std::vector<std::pair<std::uint32_t, std::uint64_t>> static_crossed;  // panel, key: sorted
 
@@ -73,7 +76,16 @@ struct PatchGrid::State {
             if (may_move) moving_m2 += double{triangle.area_m2()};
         }
         index.keep_present();
-        return mark(max_patches - kCellsOfMoving * moving_m2 / std::pow(double{grid.size_m()}, 2));
+        rows_of_moving = kCellsOfMoving * moving_m2 / std::pow(double{grid.size_m()}, 2);
+        return mark(max_patches - rows_of_moving);
+    }
+
+    std::size_t reached_rows() const {
+        std::size_t rows = 0;
+        for (std::uint32_t patch = 0; patch < index.size(); ++patch) {
+            if (reach.marked(patch)) rows += sides.row_count(patch);
+        }
+        return rows;
     }
 
     /// Marks the patches that sound reaches.
@@ -280,16 +292,19 @@ std::unique_ptr<PatchGrid::State> PatchGrid::with_at_most(double max_patches, co
     const double min_m = std::max(std::sqrt(static_m2 / (4 * max_patches)),
                                   std::sqrt(kCellsOfMoving * moving_m2 / max_patches));
     float size_m = std::max(patch_size_m, static_cast<float>(min_m));
-    for (;; size_m *= 1.25F) {
+    for (;; size_m *= kCoarser) {
         auto state = std::make_unique<State>(scene, workers, seed, size_m, inside);
         if (state->find_patches(max_patches)) return state;
     }
 }
 
 PatchGrid::PatchGrid(const RayScene& scene, float patch_size_m, std::span<const Vec3> inside,
-                     std::uint64_t seed, WorkerPool& workers, double max_patches)
-    : state_(with_at_most(max_patches, scene, patch_size_m, inside, seed, workers)) {
-    state_->find_areas(0);
+                     std::uint64_t seed, WorkerPool& workers, double max_rows) {
+    do {
+        state_ = with_at_most(max_rows, scene, patch_size_m, inside, seed, workers);
+        state_->find_areas(0);
+        patch_size_m = kCoarser * state_->grid.size_m();
+    } while (static_cast<double>(state_->reached_rows()) + state_->rows_of_moving > max_rows);
 }
 
 PatchGrid::Extent PatchGrid::extent(const RayScene& scene, float patch_size_m,
@@ -372,5 +387,7 @@ float PatchGrid::patch_size_m() const { return state_->grid.size_m(); }
 std::size_t PatchGrid::size() const { return state_->index.size(); }
 
 std::size_t PatchGrid::reached() const { return state_->reach.count(); }
+
+std::size_t PatchGrid::reached_rows() const { return state_->reached_rows(); }
 
 }  // namespace aula

@@ -24,14 +24,15 @@ class PatchGrid {
     static constexpr std::uint32_t kNone = PatchIndex::kNone;
 
     /// `inside`: points in the space that sound can reach, such as sources and listeners. Patches
-    /// are larger than requested if sound would otherwise reach more than `max_patches` of them.
+    /// are larger than requested if those that sound reaches would otherwise have more than
+    /// `max_rows` rows.
     PatchGrid(const RayScene& scene, float patch_size_m, std::span<const Vec3> inside,
               std::uint64_t seed, WorkerPool& workers,
-              double max_patches = std::numeric_limits<double>::infinity());
+              double max_rows = std::numeric_limits<double>::infinity());
     ~PatchGrid();
 
-    /// The number of patches that sound reaches in such a grid, and their size. The areas, which
-    /// take most of the time, are not computed.
+    /// The number of patches that sound reaches in such a grid, and their size, if no panel divides
+    /// them. The areas, which take most of the time, are not computed.
     struct Extent {
         std::size_t reached = 0;
         float patch_size_m = 0;
@@ -90,6 +91,10 @@ class PatchGrid {
 
     /// Number of patches that sound reaches with all walls that have transmitted so far.
     std::size_t reached() const;
+
+    /// Number of rows for the energies of these patches: one for each, or one for each of its
+    /// sides.
+    std::size_t reached_rows() const;
 
     /// The requested size, or larger to limit the number of patches or the extent to 2^17 cells.
     float patch_size_m() const;

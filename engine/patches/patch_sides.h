@@ -73,6 +73,11 @@ class PatchSides {
         return patch < divisions_.size() && divisions_[patch];
     }
 
+    /// Number of rows that can hold energy of a patch: its own, or those of its sides.
+    std::size_t row_count(std::uint32_t patch) const {
+        return divided(patch) ? divisions_[patch]->rows.size() : 1;
+    }
+
     /// The row for the energy that leaves a point of a patch, and the factor of the energy. kNone:
     /// the point is in a part whose area is too small to be known.
     struct Target {

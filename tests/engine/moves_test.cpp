@@ -382,3 +382,20 @@ TEST_CASE("Memory of both ends is mapped at load, and none while an object moves
     constexpr std::size_t kDeposits_bytes = 1'000'000;
     CHECK(last < opening + kDeposits_bytes);
 }
+
+TEST_CASE("The memory limit holds where panels divide many patches") {
+    // Half of the rows of this church are those of sides.
+    Scene scene = load_scene(AULA_SOURCE_DIR "/scenes/church.json").scene;
+    scene.simulation.rays = 200;
+    scene.simulation.memory_mb = 50;
+    Propagation propagation(scene, scene.simulation);
+    std::size_t most = 0;
+    for (int f = 0; f < 40; ++f) {
+        FrameInput input = test::static_input(scene, 0);
+        input.sources[0].x += 0.02F * static_cast<float>(std::max(0, f - 30));
+        propagation.step(input);
+        most = std::max(most, propagation.statistics().memory_bytes);
+    }
+    CHECK(static_cast<double>(most) < 1.02e6 * scene.simulation.memory_mb);
+    CHECK(static_cast<double>(most) > 0.5e6 * scene.simulation.memory_mb);
+}
