@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -167,6 +168,33 @@ class Bench {
     std::vector<Row> rows_;
 };
 
+/// A command that prints a table for each scene.
+struct SceneCommand {
+    const char* name;
+    const char* description;
+    void (Bench::*measure)(const Subject& subject);
+};
+
+constexpr std::array kSceneCommands{
+    SceneCommand{"noise", "deviation of a response between restarts, and its bias", &Bench::noise},
+    SceneCommand{"tracking", "the error while the listener or the source moves", &Bench::tracking},
+    SceneCommand{"rest", "the error after 10 s at rest, with the rays that a frame's time allows",
+                 &Bench::rest},
+    SceneCommand{"fluctuation", "levels of pink noise during a walk, against a walk with many rays",
+                 &Bench::fluctuation},
+    SceneCommand{"sources", "the cost of many sources and of one", &Bench::sources},
+    SceneCommand{"receivers",
+                 "the cost of an additional receiver of a measurement relative to that of a source",
+                 &Bench::receivers},
+    SceneCommand{"changes",
+                 "the mean and the worst frame while source or listener walk or jump, or objects "
+                 "move",
+                 &Bench::changes},
+    SceneCommand{"sweep", "noise, bias and cost over ranges of tau and of lambda", &Bench::sweep},
+    SceneCommand{"trace", "segments per second of whole frames, and of Embree alone",
+                 &Bench::trace},
+};
+
 /// The command line without the program's folder.
 std::string command_line(int argc, char** argv) {
     std::string command = std::filesystem::path(argv[0]).filename();
@@ -258,52 +286,30 @@ int run(int argc, char** argv) {
     app.add_option("--json", json, "also write the rows to this file");
     app.add_option("--markdown", markdown, "also write the tables to this file");
 
-    std::string scene;
     std::vector<std::string> scenes;
-    CLI::App* noise =
-        app.add_subcommand("noise", "deviation of a response between restarts, and its bias");
-    noise->add_option("SCENE", scene, "scene file")->required();
-    CLI::App* tracking =
-        app.add_subcommand("tracking", "the error while the listener or the source moves");
-    tracking->add_option("SCENE", scene, "scene file")->required();
-    CLI::App* rest = app.add_subcommand(
-        "rest", "the error after 10 s at rest, with the rays that a frame's time allows");
-    rest->add_option("SCENE", scene, "scene file")->required();
-    CLI::App* fluctuation = app.add_subcommand(
-        "fluctuation", "levels of pink noise during a walk, against a walk with many rays");
-    fluctuation->add_option("SCENE", scene, "scene file")->required();
-    CLI::App* sources = app.add_subcommand("sources", "the cost of many sources and of one");
-    sources->add_option("SCENE", scene, "scene file")->required();
-    CLI::App* receivers = app.add_subcommand(
-        "receivers",
-        "the cost of an additional receiver of a measurement relative to that of a source");
-    receivers->add_option("SCENE", scene, "scene file")->required();
-    CLI::App* changes = app.add_subcommand(
-        "changes",
-        "the mean and the worst frame while source or listener walk or jump, or objects move");
-    changes->add_option("SCENE", scene, "scene file")->required();
-    CLI::App* sweep =
-        app.add_subcommand("sweep", "noise, bias and cost over ranges of tau and of lambda");
-    sweep->add_option("SCENE", scene, "scene file")->required();
-    CLI::App* trace =
-        app.add_subcommand("trace", "segments per second of whole frames, and of Embree alone");
-    trace->add_option("SCENE", scene, "scene file")->required();
-    trace->add_option("--ir-length", settings.response_length_s, "of responses in s (the room's)")
+    std::vector<CLI::App*> of_scenes;
+    for (const SceneCommand& command : kSceneCommands) {
+        of_scenes.push_back(app.add_subcommand(command.name, command.description));
+    }
+    app.get_subcommand("trace")
+        ->add_option("--ir-length", settings.response_length_s, "of responses in s (the room's)")
         ->check(CLI::Range(0.01, 10.0));
     CLI::App* convolve =
         app.add_subcommand("convolve", "CPU time of a block, also in other libraries");
     CLI::App* diffraction = app.add_subcommand(
         "diffraction", "the share of diffraction in the time of frames, and its time at loading");
-    diffraction->add_option("SCENE", scene, "scene file")->required();
     CLI::App* all = app.add_subcommand("all",
-                                       "noise, rest, trace, receivers and diffraction of each "
-                                       "scene, tracking, fluctuation and sources of those with a "
-                                       "path, and convolve");
+                                       "noise, rest, trace, receivers, changes and diffraction of "
+                                       "each scene, tracking, fluctuation and sources of those "
+                                       "with a path, and convolve");
+    of_scenes.insert(of_scenes.end(), {diffraction, all});
+    for (CLI::App* command : of_scenes) {
+        command->add_option("SCENE", scenes, "scene files")->required();
+    }
     for (CLI::App* command : {diffraction, all}) {
         command->add_option("--level", level,
                             "diffraction: also in the level of a game, a mesh file with y up");
     }
-    all->add_option("SCENE", scenes, "scene files")->required();
     for (CLI::App* command : {convolve, all}) {
         const bool many = command == convolve;  // else the next word may be a scene
         command->add_option("--ir-length", convolution_sweep.responses_s, "of filters, s (1 2 4)")
@@ -347,17 +353,13 @@ int run(int argc, char** argv) {
         }
         if (!markdown.empty()) markdown_file.emplace(markdown);
         Bench bench(settings, command_line(argc, argv), progress);
-        if (*noise) bench.noise(load(scene, settings));
-        if (*sweep) bench.sweep(load(scene, settings));
-        if (*tracking) bench.tracking(load(scene, settings));
-        if (*rest) bench.rest(load(scene, settings));
-        if (*fluctuation) bench.fluctuation(load(scene, settings));
-        if (*sources) bench.sources(load(scene, settings));
-        if (*receivers) bench.receivers(load(scene, settings));
-        if (*changes) bench.changes(load(scene, settings));
-        if (*trace) bench.trace(load(scene, settings));
+        std::vector<Subject> subjects;
+        for (const std::string& file : scenes) subjects.push_back(load(file, settings));
+        for (const SceneCommand& command : kSceneCommands) {
+            if (!*app.get_subcommand(command.name)) continue;
+            for (const Subject& subject : subjects) (bench.*command.measure)(subject);
+        }
         if (*diffraction) {
-            std::vector<Subject> subjects{load(scene, settings)};
             if (std::optional<Subject> found = bench.level(level)) subjects.push_back(*found);
             for (const Subject& subject : subjects) {
                 bench.diffraction(subject);
@@ -366,8 +368,6 @@ int run(int argc, char** argv) {
         }
         if (*convolve) bench.convolve(convolution_sweep);
         if (*all) {
-            std::vector<Subject> subjects;
-            for (const std::string& file : scenes) subjects.push_back(load(file, settings));
             for (const Subject& subject : subjects) {
                 const bool listener_moves = subject.scene.listener.path.has_value();
                 bench.noise(subject);
@@ -379,6 +379,7 @@ int run(int argc, char** argv) {
                 bench.trace(subject);
                 if (listener_moves) bench.sources(subject);
                 bench.receivers(subject);
+                bench.changes(subject);
                 bench.diffraction(subject);
             }
             if (const std::optional<Subject> found = bench.level(level)) bench.diffraction(*found);
