@@ -160,7 +160,8 @@ void Gui::set_scale(float scale) {
     scale_ = scale;
     set_style(scale);
     load_fonts(scale);
-    ImGui_ImplOpenGL3_DestroyFontsTexture();  // the next frame rebuilds it
+    // The next frame makes them again; without the fonts' texture alone it would not.
+    ImGui_ImplOpenGL3_DestroyDeviceObjects();
 }
 
 void Gui::begin_frame(MouseEvents& mouse) {

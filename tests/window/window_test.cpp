@@ -19,7 +19,7 @@ using namespace aula::test;
 class Display {
  public:
     Display()
-        : server_({"Xvfb", name_, "-screen", "0", "1280x800x24", "+extension", "GLX", "-nolisten",
+        : server_({"Xvfb", name_, "-screen", "0", "1600x1200x24", "+extension", "GLX", "-nolisten",
                    "tcp"}) {
         setenv("DISPLAY", name_.c_str(), 1);
         for (int turn = 0; turn < 50 && !running_; ++turn) {
@@ -82,6 +82,30 @@ TEST_CASE("The window opens, plays and draws, and it writes the screenshot only"
     // A picture of one colour takes a few kilobytes.
     CHECK(std::filesystem::file_size(picture) > 50'000);
     CHECK(names_in(folder.path()).size() == 1);
+}
+
+TEST_CASE("A window that grows, and so its text, goes on") {
+    if (run_program({"sh", "-c", "command -v Xvfb && command -v xdotool"}).status != 0) {
+        WARN("skipped: Xvfb or xdotool is not installed");
+        return;
+    }
+    const Display display;
+    const TemporaryFolder folder;
+    const std::string picture = folder.path() / "window.png";
+    const ProgramResult result = run_program(
+        {"sh", "-c",
+         "\"$0\" \"$1\" --device none --screenshot \"$2\" --after 4 --frame-rate 10 --rays 200 & "
+         "for size in '1500 1000' '700 500' '1600 1100'; do"
+         "  sleep 1; xdotool search --onlyvisible --name . windowsize $size >&2; "
+         "done; wait $!",
+         AULA_PROGRAM, AULA_SOURCE_DIR "/scenes/shoebox.json", picture});
+    INFO(result.err);
+    if (!display.running() || result.err.find("no window can be opened") != std::string::npos) {
+        WARN("skipped: no display can run here");
+        return;
+    }
+    CHECK(result.status == 0);
+    CHECK(png_size(picture) == std::pair{1600U, 1100U});
 }
 
 TEST_CASE("Without a sound device a screenshot is taken in silence, with a warning") {
