@@ -378,6 +378,7 @@ class Errors(unittest.TestCase):
         good = {"sources": SOURCES, "microphones": MICROPHONES} | FEW
         for argument, wrong in (
                 ("sources", []), ("sources", np.zeros((0, 3))), ("sources", [[1, 2]]),
+                ("sources", np.ma.masked_array([1, 1, 1.5], mask=[0, 0, 1])),
                 ("sources", [[1, 2, math.nan]]), ("sources", [[1, 2, math.inf]]),
                 ("sources", "abc"), ("sources", [[1, 2, 3j]]), ("sources", [[1], [2, 3]]),
                 ("sources", [[1e40, 1, 1]]), ("sources", None),

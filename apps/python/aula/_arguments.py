@@ -25,16 +25,21 @@ def to_array(name: str, value: Any, shape: tuple[int | None, ...], dtype: Any = 
     """A contiguous array of finite numbers; None in `shape` stands for any length above 0."""
     wanted = "(" + ", ".join("N" if n is None else str(n) for n in shape) + \
         ("," if len(shape) == 1 else "") + ")"
+    if isinstance(value, np.ma.MaskedArray) and np.any(value.mask):
+        raise Error(f"{name}: masked values; expected numbers")
     try:
         given = np.asarray(value)
     except ValueError:
         raise Error(f"{name}: rows of different lengths; expected the shape {wanted}") from None
-    if given.dtype.kind not in "fiu":
-        raise Error(f"{name}: values of the type {given.dtype}; expected real numbers")
+    if given.size == 0:
+        raise Error(f"{name}: empty; expected the shape {wanted}" +
+                    (", N above 0" if None in shape else ""))
+    integers = np.dtype(dtype).kind == "u"
+    if given.dtype.kind not in ("iu" if integers else "fiu"):
+        raise Error(f"{name}: values of the type {given.dtype}; expected "
+                    f"{'integers' if integers else 'real numbers'}")
     if given.ndim != len(shape) or any(n not in (None, m) for n, m in zip(shape, given.shape)):
         raise Error(f"{name}: the shape {given.shape}; expected {wanted}")
-    if given.size == 0:
-        raise Error(f"{name}: empty; expected the shape {wanted}, N above 0")
     if not np.isfinite(given).all():
         raise Error(f"{name}: NaN or infinite values; expected finite numbers")
     limit: Any = np.finfo(dtype).max if np.dtype(dtype).kind == "f" else np.iinfo(dtype).max

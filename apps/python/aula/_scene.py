@@ -135,10 +135,7 @@ class Scene:
         whose name of each triangle `triangle_materials` (T,) gives.
         """
         points = to_array("vertices", vertices, (None, 3))
-        given = np.asarray(triangles)
-        if given.dtype.kind not in "iu":
-            raise Error(f"triangles: values of the type {given.dtype}; expected integers")
-        corners = to_array("triangles", given, (None, 3), np.uint32)
+        corners = to_array("triangles", triangles, (None, 3), np.uint32)
         if not isinstance(materials, Mapping):
             materials = {"wall": materials}
             triangle_materials = ["wall"] * len(corners)
