@@ -235,6 +235,7 @@ int run(int argc, char** argv) {
             settings.restarts = 16;
             settings.positions = 3;
             settings.longest_walk_s = 2;
+            settings.walks = 2;
             settings.reference_rays = 1e6;
             convolution_sweep = {{2}, {64, 128, 512}, 5};
         },
@@ -263,6 +264,9 @@ int run(int argc, char** argv) {
         ->capture_default_str()
         ->check(CLI::Range(2, 1 << 20));
     app.add_option("--positions", settings.positions, "tracking: measured on the walk")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 1 << 10));
+    app.add_option("--walks", settings.walks, "tracking: repetitions with seeds of their own")
         ->capture_default_str()
         ->check(CLI::Range(1, 1 << 10));
     app.add_option("--rest", settings.rest_s, "tracking: s at rest before the walk")

@@ -27,6 +27,7 @@ struct Settings {
     int restarts = 64;                     ///< of each estimator, at least 2
     int positions = 8;                     ///< measured on a walk, at least 1
     double longest_walk_s = 10;            ///< tracking: duration of a walk, at most
+    int walks = 4;                         ///< tracking: repetitions with seeds of their own
     double rest_s = 0;                     ///< tracking: rest of both ends before the walk
     double frame_ms = 10;                  ///< rest: CPU time of a frame
     int sources = 32;                      ///< of the command sources, compared with one

@@ -4,12 +4,14 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
+#include <numeric>
 #include <thread>
 
 #include "apps/bench/base/statistics.h"
 #include "apps/bench/propagation/reference.h"
 #include "aula/engine/propagation.h"
 #include "aula/exception.h"
+#include "engine/base/sampling.h"
 
 namespace aula::bench {
 
@@ -83,7 +85,7 @@ std::vector<Walk> walks_of(const Subject& subject, const Settings& settings) {
 
 /// The responses of an estimator in the measured frames.
 struct Published {
-    std::vector<std::vector<double>> energy;  // [position][bin]
+    std::vector<std::vector<std::vector<double>>> energy;  // [repetition][position][bin]
     double frame_s = 0;
     double frame_cpu_s = 0;
 };
@@ -102,28 +104,33 @@ Scene scene_of(const Subject& subject, const Walk& walk) {
     return scene;
 }
 
+/// Walks for `frames` frames, as often as is asked, each time with a seed of its own.
 Published follow(const Subject& subject, const Walk& walk, Estimator estimator, int rays,
-                 std::size_t frames, const Settings& settings) {
+                 std::size_t frames, int repetitions, const Settings& settings) {
     settings.progress(std::string("tracking: ") + walk.mover + ", " + estimator_name(estimator) +
                       ", " + std::to_string(rays) + " rays");
-    Propagation propagation(scene_of(subject, walk),
-                            subject.comparable_simulation(estimator, rays));
+    const Simulation simulation = subject.comparable_simulation(estimator, rays);
+    Propagation propagation(scene_of(subject, walk), simulation);
     const double rate_hz = double{subject.scene.simulation.frame_rate_hz};
     const auto rest = static_cast<int>(std::lround(settings.rest_s * rate_hz));
-    for (int k = 0; k < rest; ++k) propagation.step(walk.frames[0]);
     Published published;
-    const auto began = std::chrono::steady_clock::now();
-    const double cpu_began_s = cpu_time_s();
-    for (std::size_t k = 0; k < frames; ++k) {
-        propagation.step(walk.frames[k]);
-        if (std::find(walk.measured.begin(), walk.measured.end(), k) != walk.measured.end()) {
-            published.energy.push_back(estimated_energy(propagation.response(0)));
+    const double all_frames = static_cast<double>(frames) * repetitions;
+    for (int repetition = 0; repetition < repetitions; ++repetition) {
+        propagation.restart(derive_seed(simulation.seed, repetition));
+        for (int k = 0; k < rest; ++k) propagation.step(walk.frames[0]);
+        std::vector<std::vector<double>>& energy = published.energy.emplace_back();
+        const auto began = std::chrono::steady_clock::now();
+        const double cpu_began_s = cpu_time_s();
+        for (std::size_t k = 0; k < frames; ++k) {
+            propagation.step(walk.frames[k]);
+            if (std::find(walk.measured.begin(), walk.measured.end(), k) != walk.measured.end())
+                energy.push_back(estimated_energy(propagation.response(0)));
         }
+        published.frame_cpu_s += (cpu_time_s() - cpu_began_s) / all_frames;
+        published.frame_s +=
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count() /
+            all_frames;
     }
-    published.frame_cpu_s = (cpu_time_s() - cpu_began_s) / static_cast<double>(frames);
-    published.frame_s =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count() /
-        static_cast<double>(frames);
     return published;
 }
 
@@ -215,28 +222,35 @@ class WalkReference {
 struct Deviation {
     double error = 0;  ///< without that of the reference
     double energy_ratio = 0;
+    double energy_ratio_error = 0;  ///< standard error over the repetitions; 0 for one
 };
 
 Deviation deviation_of(const Published& published, const WalkReference& reference) {
     double squares = 0;
     std::size_t bins_counted = 0;
-    double ratios = 0;
-    for (std::size_t i = 0; i < published.energy.size(); ++i) {
+    const auto repetitions = static_cast<double>(published.energy.size());
+    const std::size_t positions = published.energy.front().size();
+    std::vector<double> ratios(published.energy.size(), 0);
+    for (std::size_t i = 0; i < positions; ++i) {
         const std::vector<double> wanted = reference.response(i);
         const BinRange bins = bins_from_peak(wanted);
-        squares += squared_relative_error(published.energy[i], wanted, bins);
         bins_counted += bins.count();
-        double energy = 0;
-        double total = 0;
-        for (std::size_t b = bins.first; b < bins.end; ++b) {
-            energy += published.energy[i][b];
-            total += wanted[b];
+        const double total =
+            std::accumulate(wanted.begin() + static_cast<std::ptrdiff_t>(bins.first),
+                            wanted.begin() + static_cast<std::ptrdiff_t>(bins.end), 0.0);
+        for (std::size_t walk = 0; walk < ratios.size(); ++walk) {
+            const std::vector<double>& energy = published.energy[walk][i];
+            squares += squared_relative_error(energy, wanted, bins) / repetitions;
+            for (std::size_t b = bins.first; b < bins.end; ++b)
+                ratios[walk] += energy[b] / (total * static_cast<double>(positions));
         }
-        ratios += energy / total;
     }
+    const double ratio = std::accumulate(ratios.begin(), ratios.end(), 0.0) / repetitions;
+    double spread = 0;
+    for (const double of_walk : ratios) spread += (of_walk - ratio) * (of_walk - ratio);
     return {without_reference_error(std::sqrt(squares / static_cast<double>(bins_counted)),
                                     reference.error()),
-            ratios / static_cast<double>(published.energy.size())};
+            ratio, std::sqrt(spread / (std::max(1.0, repetitions - 1) * repetitions))};
 }
 
 std::vector<Row> measure_walk(const Subject& subject, const Walk& walk, const Settings& settings,
@@ -254,25 +268,28 @@ std::vector<Row> measure_walk(const Subject& subject, const Walk& walk, const Se
     };
     std::vector<Run> runs;
     for (const Estimator estimator : settings.estimators) {
-        runs.push_back({"rays", estimator, scene_rays,
-                        follow(subject, walk, estimator, scene_rays, all, settings)});
+        runs.push_back(
+            {"rays", estimator, scene_rays,
+             follow(subject, walk, estimator, scene_rays, all, settings.walks, settings)});
     }
     // The cost is measured over the first frames, equally for all.
-    const double budget_s =
-        follow(subject, walk, Estimator::patch, scene_rays, cost_frames, settings).frame_cpu_s;
-    add_runs_at_equal_cpu_time(
-        runs, budget_s,
-        [&](Estimator estimator, int rays) {
-            return follow(subject, walk, estimator, rays, cost_frames, settings).frame_cpu_s;
-        },
-        [&](Run& r) { r.published = follow(subject, walk, r.estimator, r.rays, all, settings); });
+    const auto frame_cpu_s = [&](Estimator estimator, int rays) {
+        return follow(subject, walk, estimator, rays, cost_frames, 1, settings).frame_cpu_s;
+    };
+    if (settings.estimators != std::vector{Estimator::patch}) {
+        add_runs_at_equal_cpu_time(
+            runs, frame_cpu_s(Estimator::patch, scene_rays), frame_cpu_s, [&](Run& r) {
+                r.published =
+                    follow(subject, walk, r.estimator, r.rays, all, settings.walks, settings);
+            });
+    }
 
     // Converge the reference to the error of the best of them; that of the previous walk is reused
     // if its rays are the same.
     std::vector<Bundle> bundles = bundles_of(subject, walk);
     if (!reference || reference->bundles() != bundles) {
-        reference = std::make_unique<WalkReference>(subject, std::move(bundles),
-                                                    runs.front().published.energy.front().size());
+        reference = std::make_unique<WalkReference>(
+            subject, std::move(bundles), runs.front().published.energy.front().front().size());
     }
     const auto min_error = [&] {
         double min = deviation_of(runs.front().published, *reference).error;
@@ -307,12 +324,15 @@ std::vector<Row> measure_walk(const Subject& subject, const Walk& walk, const Se
             {"order", std::int64_t{subject.scene.simulation.order}},
             {"tau_s", double{subject.scene.simulation.response_time_s}},
             {"positions", std::int64_t{settings.positions}},
+            {"walks", std::int64_t{settings.walks}},
             {"rest_s", settings.rest_s},
             {"frame_ms", r.published.frame_s * 1000},
             {"frame_cpu_ms", r.published.frame_cpu_s * 1000},
             {"tracking_error", deviation.error},
             {"error_to_pt", pt_error.empty() ? Value{} : Value{deviation.error / pt_error.back()}},
             {"energy_ratio", deviation.energy_ratio},
+            {"energy_ratio_error",
+             settings.walks > 1 ? Value{deviation.energy_ratio_error} : Value{}},
             {"reference_rays", static_cast<std::int64_t>(reference->rays())},
             {"reference_error", reference->error()}};
         rows.push_back(row);
@@ -334,9 +354,9 @@ std::vector<Row> measure_tracking(const Subject& subject, const Settings& settin
 }
 
 const std::vector<Column>& tracking_columns() {
-    static const std::vector<Column> columns =
-        columns_of({"basis", "mover", "estimator", "rays", "frame_ms", "frame_cpu_ms",
-                    "tracking_error", "error_to_pt", "energy_ratio", "reference_error"});
+    static const std::vector<Column> columns = columns_of(
+        {"basis", "mover", "estimator", "rays", "frame_ms", "frame_cpu_ms", "tracking_error",
+         "error_to_pt", "energy_ratio", "energy_ratio_error", "reference_error"});
     return columns;
 }
 
