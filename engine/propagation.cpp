@@ -87,7 +87,7 @@ struct Propagation::State {
           attenuation_per_m(scene.medium.attenuation_per_m()),
           rays(scene),
           workers(settings.threads.value_or(default_threads())),
-          inside(scene_positions(scene)),
+          inside(nudge_off_surfaces(rays, scene_positions(scene))),
           bins(response_length_s()),
           specular(rays, image_source_order(), settings.listener_radius_m,
                    derive_seed(settings.seed, SeedPurpose::specular)),
@@ -151,8 +151,8 @@ struct Propagation::State {
 
     double response_length_s() const {
         if (simulation.ir_length_s) return double{*simulation.ir_length_s};
-        const RoomSurvey survey =
-            survey_room(rays, inside, derive_seed(simulation.seed, SeedPurpose::survey));
+        const std::uint64_t walks = derive_seed(simulation.seed, SeedPurpose::survey);
+        const RoomSurvey survey = survey_room(rays, inside_room(rays, inside, walks), walks);
         double length_s = double{reverberation_time_s(survey, scene.medium).max()};
         // In the open the response must be long enough for the direct sound as well.
         Bounds bounds;

@@ -332,7 +332,8 @@ int show_info(const Arguments& arguments) {
     if (scene.listener.path) std::printf("%-16s%s\n", "", describe(*scene.listener.path).c_str());
     if (rays.triangle_count() == 0) return 0;
     const PatchGrid::Extent patches = result_of("counting patches", arguments, [&] {
-        return PatchGrid::extent(rays, scene.simulation.patch_size_m, scene_positions(scene),
+        return PatchGrid::extent(rays, scene.simulation.patch_size_m,
+                                 nudge_off_surfaces(rays, scene_positions(scene)),
                                  scene.simulation.seed, kMaxPatches);
     });
     std::printf("%-16s%zu of %.2f m\n", "patches", patches.reached,

@@ -75,4 +75,9 @@ Vec3 nudge_off_surface(const RayScene& scene, const Vec3& position) {
     return at;
 }
 
+std::vector<Vec3> nudge_off_surfaces(const RayScene& scene, std::vector<Vec3> positions) {
+    for (Vec3& position : positions) position = nudge_off_surface(scene, position);
+    return positions;
+}
+
 }  // namespace aula

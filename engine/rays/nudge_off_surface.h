@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "engine/rays/ray_scene.h"
 
 namespace aula {
@@ -8,5 +10,8 @@ namespace aula {
 /// there is none. Of the two sides of a surface the more enclosed one is chosen, or, if both are
 /// alike, the side that the normal faces. [propagation thread]
 Vec3 nudge_off_surface(const RayScene& scene, const Vec3& position);
+
+/// The same for each of several positions.
+std::vector<Vec3> nudge_off_surfaces(const RayScene& scene, std::vector<Vec3> positions);
 
 }  // namespace aula

@@ -410,6 +410,21 @@ std::vector<char> outside_room(const RayScene& scene, std::span<const Vec3> posi
     return outside;
 }
 
+std::vector<Vec3> inside_room(const RayScene& scene, std::span<const Vec3> positions,
+                              std::uint64_t seed) {
+    constexpr std::size_t kMost = 64;
+    std::vector<Vec3> tested;
+    const std::size_t count = std::min(kMost, positions.size());
+    for (std::size_t i = 0; i < count; ++i)
+        tested.push_back(positions[i * positions.size() / count]);
+    const std::vector<char> outside = outside_room(scene, tested, seed);
+    std::vector<Vec3> inside;
+    for (std::size_t i = 0; i < count; ++i) {
+        if (!outside[i]) inside.push_back(tested[i]);
+    }
+    return inside;
+}
+
 Bands sabine_time_s(const RoomSurvey& survey, const Medium& medium) {
     return sabine_time_s(survey.mean_free_path_m, survey.mean_absorption,
                          medium.attenuation_per_m(), double{medium.speed_of_sound_m_s()});

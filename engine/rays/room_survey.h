@@ -80,6 +80,11 @@ double escape_per_reflection(const RayScene& scene, std::span<const Vec3> inside
 std::vector<char> outside_room(const RayScene& scene, std::span<const Vec3> positions,
                                std::uint64_t seed);
 
+/// The positions that are not outside such a room, in their order; of more than 64 positions, 64
+/// evenly spaced ones are tested.
+std::vector<Vec3> inside_room(const RayScene& scene, std::span<const Vec3> positions,
+                              std::uint64_t seed);
+
 /// Sabine's reverberation time of each band in s, including air absorption; infinite without loss.
 Bands sabine_time_s(const RoomSurvey& survey, const Medium& medium);
 

@@ -393,6 +393,20 @@ TEST_CASE("the response is as long as the reverberation of the room, at most 4 s
     CHECK(length(0) == Approx(4).margin(0.05));
 }
 
+TEST_CASE("the response is as long with a listener outside the room or with both ends in corners") {
+    const auto length = [](const Vec3& source, const Vec3& listener) {
+        Scene scene = box_room(0.2F);
+        scene.sources[0].position = source;
+        scene.listener.pose.position = listener;
+        return Propagation(scene, scene.simulation).response_length_s();
+    };
+    const double inside_s = length({1, 1, 1}, {4, 2, 1});
+    CHECK(length({1, 1, 1}, {40, 2, 1}) == Approx(inside_s).margin(0.02));
+    CHECK(length({-40, 2, 1}, {4, 2, 1}) == Approx(inside_s).margin(0.02));
+    // The walks begin with short segments.
+    CHECK(length({0, 0, 0}, {5, 4, 3}) == Approx(inside_s).margin(0.04));
+}
+
 TEST_CASE("the response of a room whose walls all move is as long as that of a static room") {
     const auto length = [](bool moves) {
         Scene scene = box_room(0.2F);
