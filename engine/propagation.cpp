@@ -485,6 +485,8 @@ void Propagation::set_rays(int rays) { state_->estimator->set_rays(rays); }
 
 void Propagation::emit_from_listeners() { state_->estimator->emit_from_listeners(); }
 
+void Propagation::reserve_memory() { state_->estimator->reserve_memory(); }
+
 double Propagation::response_length_s() const {
     const auto& given = state_->simulation.ir_length_s;
     return given ? double{*given} : state_->bins.length_s();

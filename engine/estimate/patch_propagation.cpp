@@ -67,10 +67,8 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const SpecularPaths& i
     batches_.resize(emitter_count());
     set_rays(trace.rays);
     restart();
-    // The first frame fills the cache of a source; that of a listener follows at rest, or when the
-    // source moves.
-    row_pool_->reserve(2 * grid_.reached_rows(), grid_.reached_rows(),
-                       std::numeric_limits<std::size_t>::max());
+    // The first frame fills a cache.
+    row_pool_->reserve(grid_.reached_rows(), 0, std::numeric_limits<std::size_t>::max());
 }
 
 void PatchPropagation::set_rays(int rays) {

@@ -46,6 +46,7 @@ class PatchPropagation final : public ResponseEstimator {
     void remove_source(std::size_t source) override;
     void set_rays(int rays) override;
     void emit_from_listeners() override { from_listeners_ = true; }
+    void reserve_memory() override;
     void materials_changed() override;
     void scene_moved() override;
     void step(const PropagationFrame& frame, std::span<const SpecularSound> images,

@@ -1,6 +1,7 @@
 #include "engine/estimate/patch_propagation.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace aula {
 
@@ -55,6 +56,12 @@ void PatchPropagation::divide_memory() {
         caches_[id].set_memory_bytes(cache_bytes(directed));
         segment_caches_[id].set_bounds(max_segments(directed), segment_bytes());
     }
+}
+
+/// Maps the rows of a listener beside those of a source.
+void PatchPropagation::reserve_memory() {
+    row_pool_->reserve((from_listeners_ ? 1 : 2) * grid_.reached_rows(), grid_.reached_rows(),
+                       std::numeric_limits<std::size_t>::max());
 }
 
 /// Maps memory for the end that emits after the next change, a little in each frame without a

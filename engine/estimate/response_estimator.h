@@ -43,6 +43,9 @@ class ResponseEstimator {
     /// See Propagation::emit_from_listeners.
     virtual void emit_from_listeners() {}
 
+    /// See Propagation::reserve_memory.
+    virtual void reserve_memory() {}
+
     /// Updates the estimator after a change of the scene's materials.
     virtual void materials_changed() {}
 

@@ -46,6 +46,9 @@ class FrameComputer {
     /// sources keep theirs. [propagation thread]
     double longest_delay_s(SourceId source) const { return maker_->longest_delay_s(source.number); }
 
+    /// See Propagation::reserve_memory. Before the first frame.
+    void reserve_memory() { maker_->reserve_memory(); }
+
     /// See FrameMaker::warm_up(). [propagation thread]
     void warm_up(const FrameRoom& room, double longest_s);
 

@@ -22,6 +22,7 @@ RealTimePlayback::RealTimePlayback(const Scene& scene, const AuralizerOptions& o
       block_(options.block),
       part_outputs_(options.listeners * channel_count(options.output)),
       frame_heads_(options.listeners) {
+    computer_.reserve_memory();
     for (std::size_t l = 0; l < options.listeners; ++l)
         heads_.push_back(std::make_unique<Mailbox<HeadPose>>(1));
 }

@@ -42,6 +42,9 @@ class FrameMaker {
         propagation_.change_material(material, coefficients);
     }
 
+    /// See Propagation::reserve_memory.
+    void reserve_memory() { propagation_.reserve_memory(); }
+
     /// Fills one frame per listener with the sound at that listener.
     void fill(const RoomState& room, std::span<const std::unique_ptr<RenderFrame>> frames);
 

@@ -105,6 +105,10 @@ class Propagation {
     /// noisier. Estimators other than Estimator::patch ignore it.
     void emit_from_listeners();
 
+    /// Maps the memory that the caches of a source and of a listener need, which later frames map
+    /// otherwise: for frames with a deadline. Estimators other than Estimator::patch ignore it.
+    void reserve_memory();
+
     /// Length of the responses: Simulation::ir_length_s, or the longest reverberation time of the
     /// room's octave bands within 0.3 and 4 s.
     double response_length_s() const;
