@@ -300,11 +300,15 @@ std::unique_ptr<PatchGrid::State> PatchGrid::with_at_most(double max_patches, co
 
 PatchGrid::PatchGrid(const RayScene& scene, float patch_size_m, std::span<const Vec3> inside,
                      std::uint64_t seed, WorkerPool& workers, double max_rows) {
-    do {
+    for (;;) {
         state_ = with_at_most(max_rows, scene, patch_size_m, inside, seed, workers);
         state_->find_areas(0);
-        patch_size_m = kCoarser * state_->grid.size_m();
-    } while (static_cast<double>(state_->reached_rows()) + state_->rows_of_moving > max_rows);
+        const double rows = static_cast<double>(state_->reached_rows()) + state_->rows_of_moving;
+        if (rows <= max_rows) break;
+        // Sides become fewer as well, but not as fast as areas.
+        const auto factor = static_cast<float>(std::sqrt(rows / max_rows));
+        patch_size_m = std::max(kCoarser, factor) * state_->grid.size_m();
+    }
 }
 
 PatchGrid::Extent PatchGrid::extent(const RayScene& scene, float patch_size_m,
