@@ -15,6 +15,7 @@ constexpr std::size_t kChunk = 1024;  // samples of a job
 constexpr int kWalks = 4096;
 constexpr int kWalkBounces = 32;
 constexpr int kWalkRounds = 12;
+constexpr float kLeave_patches = 2;         // distance from the start from which on hits count
 constexpr std::size_t kHitsPerPatch = 512;  // mean upper limit, to estimate the irradiance
 
 }  // namespace
@@ -27,7 +28,8 @@ bool SoundReach::mark(std::span<const Vec3> inside, double max_patches, Irradian
         const RandomWalks walks{.paths = kWalks,
                                 .bounces = kWalkBounces,
                                 .seed = derive_seed(seed_, 1 << 30, round),
-                                .through_walls = true};
+                                .through_walls = true,
+                                .leave_m = kLeave_patches * grid_.size_m()};
         trace_random_walks(scene_, inside, walks,
                            [&](int reflections, const Ray& ray, const Hit& hit) {
                                if (!hit.any() || scene_.moves(scene_.triangle(hit.triangle)))
@@ -36,8 +38,8 @@ bool SoundReach::mark(std::span<const Vec3> inside, double max_patches, Irradian
                                const Vec3 normal = scene_.facing_normal(hit, ray.direction);
                                const std::uint32_t patch = index_.find(grid_.key_at(point, normal));
                                if (patch == PatchIndex::kNone) return;
-                               // Direct sound is omitted: its distribution depends on the start
-                               // point.
+                               // Direct sound is omitted, as are reflections in the corner of
+                               // which a walk begins: their distribution depends on the start.
                                if (reflections > 0) {
                                    irradiance.add_hit(patch, hit.triangle, point, normal);
                                    ++hits;

@@ -55,13 +55,15 @@ void trace_random_walks(const RayScene& scene, std::span<const Vec3> inside,
     std::vector<Hit> passed(count);  // the first hit that it passed
     std::vector<RandomStream> random(count);
     std::vector<int> reflections(count, 0);
+    std::vector<int> counted(count, 0);  // of them
+    std::vector<Vec3> start(count);
     std::vector<Hit> hits(count);
     const ScrambledSobol sobol(walks.seed);
     for (std::size_t i = 0; i < count; ++i) {
         random[i] = RandomStream(derive_seed(walks.seed, i));
         rays[i] = {inside[i % inside.size()],
                    uniform_direction(sobol.point(static_cast<std::uint32_t>(i)))};
-        begin[i] = rays[i].origin;
+        begin[i] = start[i] = rays[i].origin;
     }
     std::vector<WallExit> exits;
     for (int piece = 0; piece < kMaxPieces * walks.bounces && !rays.empty(); ++piece) {
@@ -82,11 +84,12 @@ void trace_random_walks(const RayScene& scene, std::span<const Vec3> inside,
                 if (hit.any()) {
                     hit.distance_m = glm::distance(begin[i], scene.point(hit, direction));
                 }
-                visit(reflections[i], {begin[i], direction}, hit);
+                visit(counted[i], {begin[i], direction}, hit);
                 if (!hit.any()) continue;
                 if (++reflections[i] == walks.bounces) continue;
                 Vec3 normal = scene.facing_normal(hit, direction);
                 const Vec3 point = scene.point(hit, direction);
+                if (counted[i] > 0 || glm::distance(point, start[i]) >= walks.leave_m) ++counted[i];
                 exits.clear();
                 if (walks.through_walls && scene.transmits(scene.surface(hit.triangle).material) &&
                     random[i].uniform() < 0.5F) {
@@ -104,6 +107,8 @@ void trace_random_walks(const RayScene& scene, std::span<const Vec3> inside,
             }
             random[alive] = random[i];
             reflections[alive] = reflections[i];
+            counted[alive] = counted[i];
+            start[alive] = start[i];
             ++alive;
         }
         rays.resize(alive);
@@ -111,6 +116,8 @@ void trace_random_walks(const RayScene& scene, std::span<const Vec3> inside,
         passed.resize(alive);
         random.resize(alive);
         reflections.resize(alive);
+        counted.resize(alive);
+        start.resize(alive);
     }
 }
 

@@ -19,12 +19,14 @@ struct RandomWalks {
                                  ///< at their present positions
     bool through_walls = false;  ///< true: half of the reflections at walls that transmit become
                                  ///< passages
+    float leave_m = 0;           ///< reflections count from the first one on that is at least this
+                                 ///< far from the start
 };
 
 /// Traces random walks from the given points, with lossless Lambert reflections. Calls
 /// `visit(reflections, ray, hit)` at the end of each segment, with the number of reflections before
-/// it; the hit is empty if the segment escapes. A walk leaves a room only through an opening or, if
-/// asked to, a wall that transmits, never by rounding.
+/// it that count; the hit is empty if the segment escapes. A walk leaves a room only through an
+/// opening or, if asked to, a wall that transmits, never by rounding.
 ///
 /// Movable objects may change their position, so segments continue behind them. Where no surface is
 /// behind, the object is the wall: that of a moving room, or of a door that is flush with the floor

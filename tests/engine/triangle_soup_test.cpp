@@ -190,9 +190,17 @@ TEST_CASE("a mirror doubles the direct sound of a source or listener on it") {
 
 TEST_CASE("a listener near or on a wall, an edge or a corner receives the energy of the room") {
     for (const Vec3& listener :
-         {Vec3(2, 1.5F, 0.05F), Vec3(2, 1.5F, 0), Vec3(0, 1.5F, 0), Vec3(5, 4, 3)}) {
+         {Vec3(2, 1.5F, 0.05F), Vec3(2, 1.5F, 0), Vec3(0, 1.5F, 0), Vec3(5, 4, 3),
+          Vec3(4.99F, 3.99F, 2.99F), Vec3(4.9F, 3.9F, 2.9F)}) {
         CAPTURE(listener.x, listener.y, listener.z);
         check_lossless(lossless(test::box(kSize), 1, kSource, listener), kUnbiased);
+    }
+}
+
+TEST_CASE("a source near or in a corner gives the room its energy") {
+    for (const Vec3& source : {Vec3(5, 4, 3), Vec3(4.99F, 3.99F, 2.99F), Vec3(4.9F, 3.9F, 2.9F)}) {
+        CAPTURE(source.x, source.y, source.z);
+        check_lossless(lossless(test::box(kSize), 1, source, kListener), kUnbiased);
     }
 }
 
