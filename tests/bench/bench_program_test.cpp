@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -92,6 +93,25 @@ TEST_CASE("bench_smoke: a sweep has rows for five values of tau, then for five o
     CHECK(sizes_m.size() == 5);
 }
 
+TEST_CASE("bench_smoke: a command measures several scenes, and tracking several walks") {
+    const TemporaryFolder folder;
+    const std::string a = folder.write("a.json", kScene).string();
+    const std::string b = folder.write("b.json", kScene).string();
+    const ProgramResult result =
+        run("tracking --estimator patch --quick --reference-rays 1 --walks 3 " + a + " " + b +
+            " --json " + json_in(folder));
+    REQUIRE(result.status == 0);
+    std::map<std::string, int> rows_of;
+    const nlohmann::json rows = rows_in(folder).at("rows");
+    for (const nlohmann::json& row : rows) {
+        ++rows_of[row["scene"]];
+        CHECK(row["walks"] == 3);
+        CHECK(row["energy_ratio_error"] > 0);
+    }
+    // One row for each end that moves, and none at equal CPU time without another estimator.
+    CHECK(rows_of == std::map<std::string, int>{{"a.json", 3}, {"b.json", 3}});
+}
+
 TEST_CASE("bench_smoke: changes compares the worst frame of each change with the mean") {
     const TemporaryFolder folder;
     const std::string door = R"({"box": [0.1, 1, 2], "material": "wall", "path": {"points": [
@@ -140,18 +160,18 @@ TEST_CASE("bench_smoke: --markdown writes the printed figures under their comman
     for (const char* section :
          {"\n## noise of room.json: 12 triangles", "\n## 10 s at rest in ", "\n## tracking in ",
           "\n## fluctuation during a walk in ", "\n## tracing in ", "\n## many sources in ",
-          "\n## receivers of a measurement in ", "\n## diffraction in ", "\n## convolution",
-          "\n## preparing"}) {
+          "\n## receivers of a measurement in ", "\n## changes in ", "\n## diffraction in ",
+          "\n## convolution", "\n## preparing"}) {
         CAPTURE(section);
         CHECK(document.find(section) != std::string::npos);
     }
-    // One line per row of all tables, two lines above each of the ten tables, one line per fact
+    // One line per row of all tables, two lines above each of the eleven tables, one line per fact
     // of the head.
     std::istringstream lines(document);
     std::size_t table_lines = 0;
     for (std::string line; std::getline(lines, line);) table_lines += line.rfind('|', 0) == 0;
     const nlohmann::json rows = rows_in(folder).at("rows");
-    CHECK(table_lines == rows.size() + 2 * 10 + 2 + 7);
+    CHECK(table_lines == rows.size() + 2 * 11 + 2 + 7);
     // --quick sets the sizes that are not given.
     for (const nlohmann::json& row : rows) {
         if (row["bench"] == "noise") CHECK(row["restarts"] == 2);
@@ -175,8 +195,8 @@ TEST_CASE("bench_smoke: in a scene without paths all measurements but those of m
     std::set<std::string> benches;
     const nlohmann::json rows = rows_in(folder).at("rows");
     for (const nlohmann::json& row : rows) benches.insert(row["bench"]);
-    CHECK(benches == std::set<std::string>{"noise", "trace", "receivers", "rest", "diffraction",
-                                           "convolve", "prepare"});
+    CHECK(benches == std::set<std::string>{"noise", "trace", "receivers", "rest", "changes",
+                                           "diffraction", "convolve", "prepare"});
 }
 
 TEST_CASE(
