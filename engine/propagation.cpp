@@ -7,6 +7,7 @@
 #include <numeric>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "engine/base/sampling.h"
 #include "engine/base/stopwatch.h"
@@ -216,8 +217,8 @@ struct Propagation::State {
     /// would be lost.
     FrameInput nudged(const FrameInput& given) const {
         FrameInput input = given;
-        for (Vec3& source : input.sources) source = nudge_off_surface(rays, source);
-        for (Vec3& listener : input.listeners) listener = nudge_off_surface(rays, listener);
+        input.sources = nudge_off_surfaces(rays, std::move(input.sources));
+        input.listeners = nudge_off_surfaces(rays, std::move(input.listeners));
         return input;
     }
 

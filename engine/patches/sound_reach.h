@@ -24,7 +24,8 @@ class SoundReach {
 
     /// Marks the patches of the index that sound from `inside` reaches, until a round of walks adds
     /// hardly any. Patches that an earlier call has marked remain so. Counts the walks' hits after
-    /// a first reflection in `irradiance`. False if more than `max_patches` are marked.
+    /// a first reflection away from their start in `irradiance`. False if more than `max_patches`
+    /// are marked.
     bool mark(std::span<const Vec3> inside, double max_patches, IrradianceMap& irradiance);
 
     /// True if the patch is marked.

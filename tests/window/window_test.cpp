@@ -15,6 +15,11 @@ namespace {
 
 using namespace aula::test;
 
+bool are_installed(const std::string& programs) {
+    return run_program({"sh", "-c", "for p in " + programs + "; do command -v $p || exit 1; done"})
+               .status == 0;
+}
+
 /// A private X display in memory.
 class Display {
  public:
@@ -55,7 +60,7 @@ std::pair<unsigned, unsigned> png_size(const std::string& file) {
 }  // namespace
 
 TEST_CASE("The window opens, plays and draws, and it writes the screenshot only") {
-    if (run_program({"sh", "-c", "command -v Xvfb"}).status != 0) {
+    if (!are_installed("Xvfb")) {
         WARN("skipped: Xvfb is not installed");
         return;
     }
@@ -84,8 +89,8 @@ TEST_CASE("The window opens, plays and draws, and it writes the screenshot only"
     CHECK(names_in(folder.path()).size() == 1);
 }
 
-TEST_CASE("A window that grows, and so its text, goes on") {
-    if (run_program({"sh", "-c", "command -v Xvfb && command -v xdotool"}).status != 0) {
+TEST_CASE("Resizing the window rescales its text") {
+    if (!are_installed("Xvfb xdotool")) {
         WARN("skipped: Xvfb or xdotool is not installed");
         return;
     }
@@ -109,7 +114,7 @@ TEST_CASE("A window that grows, and so its text, goes on") {
 }
 
 TEST_CASE("Without a sound device a screenshot is taken in silence, with a warning") {
-    if (run_program({"sh", "-c", "command -v Xvfb"}).status != 0) {
+    if (!are_installed("Xvfb")) {
         WARN("skipped: Xvfb is not installed");
         return;
     }
