@@ -15,12 +15,10 @@ namespace aula {
 namespace {
 
 /// A frame is valid while emitter and scene are within this share of the patch size of their
-/// positions in it. At 1.5 m/s, 30 frames a second and patches of 0.5 m these are two frames: a
-/// pair's ResponseFollower averages over more of them where the response allows it.
-constexpr double kReach = 0.15;
-
-/// The previous frame is kept in any case, except after a jump.
-constexpr double kJump_m = 1;
+/// positions in it. At 1.5 m/s, 30 frames a second and patches of 0.5 m it is the present one
+/// alone: a pair's ResponseFollower averages over more of them where the response allows it, and
+/// follows changes, which older frames would only delay.
+constexpr double kReach = 0.06;
 
 /// Clearing all sums costs as much as removing this number of frames.
 constexpr std::size_t kClearing = 2;
@@ -131,7 +129,7 @@ bool PatchCache::holds(const Frame& frame) const {
     const std::uint64_t age = now_.frame - frame.state.frame;
     if (age >= window_frames_) return false;
     const double moved_m = now_.moved_m(frame.state);
-    return moved_m <= kReach * double{patch_size_m_} || (age == 1 && moved_m <= kJump_m);
+    return moved_m <= kReach * double{patch_size_m_};
 }
 
 void PatchCache::keep_newest(std::size_t frames, WorkerPool& workers) {
