@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 
 #include "engine/base/air_attenuation.h"
 #include "engine/base/multiversion.h"
@@ -62,6 +63,10 @@ PathSegment SegmentLanes::at(std::size_t lane) const {
     return {Vec3(origin[0][lane], origin[1][lane], origin[2][lane]),
             Vec3(direction[0][lane], direction[1][lane], direction[2][lane]), length_m[lane],
             before_m[lane], growth[lane]};
+}
+
+double SegmentCache::State::moved_m(const State& older) const {
+    return double{glm::distance(emitter, older.emitter)} + travel_m - older.travel_m;
 }
 
 void SegmentCache::advance(const State& now) {

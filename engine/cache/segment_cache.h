@@ -37,7 +37,17 @@ struct SegmentLanes {
 /// than `reach_m` in total, or which are older than the window. [propagation thread]
 class SegmentCache {
  public:
-    using State = PatchCache::State;
+    /// The state on which the rays of a frame depend.
+    struct State {
+        std::uint64_t frame = 0;
+        Vec3 emitter{0};
+        double travel_m = 0;  ///< accumulated movement of the scene since the start
+
+        bool changed_since(const State& older) const {
+            return emitter != older.emitter || travel_m != older.travel_m;
+        }
+        double moved_m(const State& older) const;
+    };
 
     /// `window_frames` >= 1 frames are kept even if they exceed `max_segments`, but never more than
     /// fit in `memory_bytes`.

@@ -19,10 +19,8 @@ void PairResponse::begin_frame(double moved_m) {
     detected_follower_.restart();
 }
 
-void PairResponse::end_gather(std::uint64_t rays, bool is_current) {
-    const bool continues = moved_m_ == 0 && is_current_ && is_current && weight_ > 0;
-    is_current_ = is_current;
-    if (!continues) {
+void PairResponse::end_gather(std::uint64_t rays) {
+    if (moved_m_ > 0 || weight_ == 0) {
         frames_ = 1;
         weight_ = static_cast<double>(rays);
         std::swap(mean_, gathered_);

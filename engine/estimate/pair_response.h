@@ -26,7 +26,7 @@ class PairResponse {
     void begin_frame(double moved_m);
 
     /// True if the mean holds at least `frames` frames, all since the last change.
-    bool holds(int frames) const { return moved_m_ == 0 && is_current_ && frames_ >= frames; }
+    bool holds(int frames) const { return moved_m_ == 0 && frames_ >= frames; }
 
     /// Clears gathered().
     void begin_gather() { gathered_.clear_bins(); }
@@ -36,9 +36,8 @@ class PairResponse {
 
     /// Takes gathered(). At rest it is added to the mean of all frames since the last change,
     /// weighted by the `rays` in the caches, because early frames are noisier. Each frame alone is
-    /// unbiased, hence so is the mean. `is_current`: the caches hold nothing from before the last
-    /// change.
-    void end_gather(std::uint64_t rays, bool is_current);
+    /// unbiased, hence so is the mean.
+    void end_gather(std::uint64_t rays);
 
     /// Number of frames in the mean.
     int frames() const { return frames_; }
@@ -57,7 +56,6 @@ class PairResponse {
 
  private:
     double moved_m_ = 0;       ///< since the last frame
-    bool is_current_ = false;  ///< the mean holds nothing from before the last change
     int frames_ = 0;           ///< in the mean
     double weight_ = 0;        ///< of the mean, in rays
     EnergyResponse mean_;      ///< of the gathered responses

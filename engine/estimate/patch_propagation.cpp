@@ -15,19 +15,12 @@ namespace aula {
 
 namespace {
 
-/// Share of the sums' memory for the patches' sums, an upper limit. The rest stores frames for
-/// later removal.
-constexpr double kTableShare = 0.8;
-
-/// Frames that a cache keeps when its emitter begins to move, at most.
-constexpr auto kKeptFrames = static_cast<double>(PatchCache::kKeptAtStart);
-
-/// Frames of rays of the other end in place of which an emitter's own frames from before its
-/// movement are not kept.
-constexpr double kEnoughFrames = kKeptFrames + 1;
-
 /// When all pairs have a mean over a window of frames, the listeners emit in every sixth frame.
 constexpr std::uint64_t kReserveTurn = 6;
+
+/// Memory for batches that is kept for the next frames: as many times the batches of one emitter as
+/// static emitters share.
+constexpr int kKeptBatches = 2;
 
 enum class SeedPurpose : std::uint64_t { grid = 2, gather = 4 };
 
@@ -48,11 +41,7 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const SpecularPaths& i
       source_count_(source_count),
       listener_count_(listener_count),
       grid_(scene, simulation.patch_size_m, inside, derive_seed(simulation.seed, SeedPurpose::grid),
-            workers,
-            std::max(16.0, kTableShare * memory_bytes_ /
-                               static_cast<double>(
-                                   source_count * PatchCache::row_bytes(bins.count(), false) +
-                                   listener_count * PatchCache::row_bytes(bins.count(), true)))),
+            workers, max_rows()),
       tracer_(scene, grid_, bins_, images, trace),
       row_pool_(std::make_shared<RowPool>(bins.count())) {
     rays_may_mirror_ = simulation.specular || simulation.order > 0;
@@ -64,18 +53,9 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const SpecularPaths& i
     gather_settings_.mirrors = simulation.order == 0;
     gather_settings_.max_length_m = trace.max_length_m;
     gather_settings_.attenuation_per_m = trace.attenuation_per_m;
-    batches_.resize(emitter_count());
-    set_rays(trace.rays);
     restart();
     // The first frame fills a cache.
     row_pool_->reserve(grid_.reached_rows(), 0, std::numeric_limits<std::size_t>::max());
-}
-
-void PatchPropagation::set_rays(int rays) {
-    tracer_.set_rays(rays);
-    for (auto& of_emitter : batches_) {
-        of_emitter.resize(static_cast<std::size_t>(tracer_.batch_count()));
-    }
 }
 
 void PatchPropagation::scene_moved() {
@@ -106,7 +86,7 @@ void PatchPropagation::restart() {
     segment_caches_.clear();
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         const bool directed = id >= source_count_;
-        caches_.push_back(make_cache(directed));
+        caches_.emplace_back(bins_.count(), directed, row_pool_);
         segment_caches_.push_back(make_segment_cache(directed));
     }
     status_.assign(emitter_count(), {});
@@ -123,19 +103,18 @@ void PatchPropagation::add_source(std::size_t id, const Vec3& position,
     const auto index = static_cast<std::ptrdiff_t>(source_count_);
     ++source_count_;
     ids_.insert(ids_.begin() + index, id);
-    caches_.insert(caches_.begin() + index, make_cache(false));
+    caches_.emplace(caches_.begin() + index, bins_.count(), false, row_pool_);
     segment_caches_.insert(segment_caches_.begin() + index, make_segment_cache(false));
     status_.insert(status_.begin() + index, EmitterStatus{});
-    batches_.emplace(batches_.begin() + index, static_cast<std::size_t>(tracer_.batch_count()));
     turned_m_.push_back(0);
     if (!states_.empty()) {
-        states_.insert(states_.begin() + index, PatchCache::State{0, position, travel_m_});
+        states_.insert(states_.begin() + index, SegmentCache::State{0, position, travel_m_});
         directivities_.push_back(directivity);
         receivers_.insert(receivers_.begin() + index,
                           make_receiver(scene_, position, listener_radius_m_));
     }
     pairs_.resize(source_count_ * listener_count_, silent_pair());
-    divide_memory();
+    divide_segments();
 }
 
 void PatchPropagation::remove_source(std::size_t source) {
@@ -146,7 +125,6 @@ void PatchPropagation::remove_source(std::size_t source) {
     erase(caches_);
     erase(segment_caches_);
     erase(status_);
-    erase(batches_);
     erase(turned_m_);
     if (!states_.empty()) {
         erase(states_);
@@ -155,7 +133,7 @@ void PatchPropagation::remove_source(std::size_t source) {
     }
     const auto first = pairs_.begin() + static_cast<std::ptrdiff_t>(source * listener_count_);
     pairs_.erase(first, first + static_cast<std::ptrdiff_t>(listener_count_));
-    divide_memory();
+    divide_segments();
 }
 
 Emitter PatchPropagation::emitter(std::size_t id, const PropagationFrame& frame) const {
@@ -164,28 +142,12 @@ Emitter PatchPropagation::emitter(std::size_t id, const PropagationFrame& frame)
     return {ids_[id], frame.input.listeners[id - source_count_], true};
 }
 
-/// Whether the frames that an emitter has emitted before it changed are of use: if it emits now, or
-/// some emitter of the other end will have few rays.
-bool PatchPropagation::wants_old_frames(std::size_t id, const std::vector<int>& batches) const {
-    if (batches[id] > 0) return true;
-    const bool is_source = id < source_count_;
-    const double of_a_frame = tracer_.rays_of(tracer_.batch_count());
-    for (std::size_t other = is_source ? source_count_ : 0;
-         other < (is_source ? emitter_count() : source_count_); ++other) {
-        auto rays = static_cast<double>(status_[other].emitted_rays);
-        if (status_[other].changed)
-            rays = batches[other] > 0 ? std::min(rays, kKeptFrames * of_a_frame) + of_a_frame : 0;
-        if (rays < kEnoughFrames * of_a_frame) return true;
-    }
-    return false;
-}
-
-/// Removes data that is invalid since the last frame.
+/// Removes what is invalid since the last frame.
 void PatchPropagation::advance(const PropagationFrame& frame) {
     const bool scene_moved = frame.travel_m != travel_m_;
     if (scene_moved) last_move_ = frame.number;
     travel_m_ = frame.travel_m;
-    std::vector<PatchCache::State> states;
+    std::vector<SegmentCache::State> states;
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         double travel_m = frame.travel_m;
         if (id < source_count_) {
@@ -195,14 +157,7 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
         }
         states.push_back({frame.number, emitter(id, frame).position, travel_m});
         status_[id].changed = !states_.empty() && states[id].changed_since(states_[id]);
-        status_[id].emitted_rays = caches_[id].emitted();
-    }
-    const std::vector<int> batches = plan_batches(status_, frame.number);
-    std::vector<char> wanted;
-    for (std::size_t id = 0; id < emitter_count(); ++id)
-        wanted.push_back(wants_old_frames(id, batches));
-    for (std::size_t id = 0; id < emitter_count(); ++id) {
-        caches_[id].advance(states[id], wanted[id] != 0, workers_);
+        if (status_[id].changed) caches_[id].clear();
         segment_caches_[id].advance(states[id]);
         // Rays are also needed for paths that no gather finds.
         status_[id].complete = caches_[id].complete() && (!mirrors_ || segment_caches_[id].full());
@@ -250,29 +205,31 @@ std::vector<int> PatchPropagation::plan_batches(std::span<const EmitterStatus> s
 void PatchPropagation::trace(const PropagationFrame& frame, const std::vector<int>& batches,
                              FrameStatistics& statistics) {
     std::vector<std::pair<std::size_t, int>> jobs;
-    for (std::size_t id = 0; id < emitter_count(); ++id) {
-        for (DepositBatch& batch : batches_[id]) batch.clear();
+    for (std::size_t id = 0; id < emitter_count(); ++id)
         for (int b = 0; b < batches[id]; ++b) jobs.emplace_back(id, b);
-    }
+    const auto kept = static_cast<std::size_t>(kKeptBatches * tracer_.batch_count());
+    batches_.resize(std::max(jobs.size(), std::min(batches_.size(), kept)));
     workers_.run(jobs.size(), [&](std::size_t job) {
         const auto [id, b] = jobs[job];
-        tracer_.trace(emitter(id, frame), frame.seed, b, batches_[id][static_cast<std::size_t>(b)]);
+        batches_[job].clear();
+        tracer_.trace(emitter(id, frame), frame.seed, b, batches_[job]);
     });
-    for (const auto& [id, b] : jobs) {
-        statistics.segments += batches_[id][static_cast<std::size_t>(b)].segment_count;
-    }
+    for (const DepositBatch& batch : std::span(batches_).first(jobs.size()))
+        statistics.segments += batch.segment_count;
 }
 
 /// Adds the traced batches to patch and segment caches.
 void PatchPropagation::update(const std::vector<int>& batches) {
+    std::span<DepositBatch> left(batches_);
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         if (batches[id] == 0) continue;
-        const std::span<DepositBatch> traced =
-            std::span(batches_[id]).first(static_cast<std::size_t>(batches[id]));
+        const auto count = static_cast<std::size_t>(batches[id]);
+        const std::span<DepositBatch> traced = left.first(count);
+        left = left.subspan(count);
         const int rays = tracer_.rays_of(batches[id]);
         size_spheres(traced);
         segment_caches_[id].add(traced, rays);
-        if (!caches_[id].complete()) caches_[id].add_frame(rays, grid_.size(), traced, workers_);
+        if (!caches_[id].complete()) caches_[id].add(rays, grid_.size(), traced, workers_);
     }
 }
 
@@ -338,22 +295,13 @@ void PatchPropagation::gather(const PropagationFrame& frame, const std::vector<c
     }
 }
 
-/// True if the caches of a pair hold nothing from before a change.
-bool PatchPropagation::is_current(std::size_t pair) const {
-    const auto [source, listener] = ends(pair);
-    return caches_[source].is_current() && caches_[listener].is_current() &&
-           segment_caches_[source].is_current() && segment_caches_[listener].is_current();
-}
-
 /// Updates a pair's response: the gathered energy and the segments whose paths no image source
 /// counts now.
 void PatchPropagation::update_pair(std::size_t i, bool gathered, const SpecularSound& images,
                                    EnergyResponse& response) {
     PairResponse& pair = pairs_[i];
     const auto [source, listener] = ends(i);
-    if (gathered) {
-        pair.end_gather(caches_[source].emitted() + caches_[listener].emitted(), is_current(i));
-    }
+    if (gathered) pair.end_gather(caches_[source].emitted() + caches_[listener].emitted());
     if (mirrors_) {
         pair.detect(scene_, segment_caches_[source], receivers_[listener],
                     segment_caches_[listener], receivers_[source], directivities_[source]);
@@ -385,7 +333,7 @@ void PatchPropagation::step(const PropagationFrame& frame, std::span<const Specu
     statistics.cache_s += watch.lap_s();
 
     for (const PatchCache& cache : caches_) {
-        statistics.cache_entries += cache.occupied();
+        statistics.cache_entries += cache.allocated_rows();
         statistics.memory_bytes += cache.memory_bytes();
     }
     for (const SegmentCache& segments : segment_caches_)

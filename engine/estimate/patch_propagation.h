@@ -44,7 +44,7 @@ class PatchPropagation final : public ResponseEstimator {
     void add_source(std::size_t id, const Vec3& position,
                     const OrientedDirectivity& directivity) override;
     void remove_source(std::size_t source) override;
-    void set_rays(int rays) override;
+    void set_rays(int rays) override { tracer_.set_rays(rays); }
     void emit_from_listeners() override { from_listeners_ = true; }
     void reserve_memory() override;
     void materials_changed() override;
@@ -75,16 +75,14 @@ class PatchPropagation final : public ResponseEstimator {
     Ends ends(std::size_t pair) const {
         return {pair / listener_count_, source_count_ + pair % listener_count_};
     }
-    std::size_t cache_bytes(bool directed) const;
+    double max_rows() const;
     std::size_t max_segments(bool directed) const;
     std::size_t segment_bytes() const;
-    void divide_memory();
+    void divide_segments();
     PairResponse silent_pair() const;
-    PatchCache make_cache(bool directed) const;
     void reserve_rows(std::uint64_t frame);
     SegmentCache make_segment_cache(bool directed) const;
     Emitter emitter(std::size_t id, const PropagationFrame& frame) const;
-    bool wants_old_frames(std::size_t id, const std::vector<int>& batches) const;
     void advance(const PropagationFrame& frame);
     std::vector<int> plan_batches(std::span<const EmitterStatus> status, std::uint64_t frame) const;
     void trace(const PropagationFrame& frame, const std::vector<int>& batches,
@@ -99,7 +97,6 @@ class PatchPropagation final : public ResponseEstimator {
                 FrameStatistics& statistics);
     GatherSettings gather_settings(int rays) const;
     std::uint64_t gather_seed(const PropagationFrame& frame, std::size_t receiver) const;
-    bool is_current(std::size_t pair) const;
     void update_pair(std::size_t pair, bool gathered, const SpecularSound& images,
                      EnergyResponse& response);
 
@@ -125,9 +122,10 @@ class PatchPropagation final : public ResponseEstimator {
     std::vector<PatchCache> caches_;
     std::vector<SegmentCache> segment_caches_;
     std::vector<EmitterStatus> status_;
-    std::vector<std::vector<DepositBatch>> batches_;  // [emitter][batch]
-    std::vector<PatchCache::State> states_;           // in the last frame
+    std::vector<SegmentCache::State> states_;  // in the last frame
     std::vector<Receiver> receivers_;
+
+    std::vector<DepositBatch> batches_;  // of the emitters in this frame, in order
 
     std::vector<std::optional<Receiver>> resting_;  // of the newest gather_at()
 

@@ -10,6 +10,9 @@ namespace {
 /// Share of the cache memory for segments that end in mirrors; the sums have the rest.
 constexpr double kSegmentShare = 0.1;
 
+/// The grid has at least this number of patches, whatever the memory.
+constexpr double kFewestRows = 16;
+
 /// Segments of all sources, or listeners, together. While receivers move, each frame searches them
 /// all.
 constexpr std::size_t kMaxSegments = 1 << 16;
@@ -19,15 +22,11 @@ constexpr std::size_t kReserved_bytes = std::size_t{2} << 20;
 
 }  // namespace
 
-/// The memory of one cache, in proportion to its row size.
-std::size_t PatchPropagation::cache_bytes(bool directed) const {
-    const auto row_bytes = [&](bool of_listener) {
-        return static_cast<double>(PatchCache::row_bytes(bins_.count(), of_listener));
-    };
-    const double all_rows_bytes = static_cast<double>(source_count_) * row_bytes(false) +
-                                  static_cast<double>(listener_count_) * row_bytes(true);
-    return static_cast<std::size_t>((1 - kSegmentShare) * memory_bytes_ * row_bytes(directed) /
-                                    all_rows_bytes);
+/// The number of patches for which the caches of all emitters have memory.
+double PatchPropagation::max_rows() const {
+    const std::size_t bytes = source_count_ * PatchCache::row_bytes(bins_.count(), false) +
+                              listener_count_ * PatchCache::row_bytes(bins_.count(), true);
+    return std::max(kFewestRows, (1 - kSegmentShare) * memory_bytes_ / static_cast<double>(bytes));
 }
 
 std::size_t PatchPropagation::max_segments(bool directed) const {
@@ -39,23 +38,15 @@ std::size_t PatchPropagation::segment_bytes() const {
                                     static_cast<double>(emitter_count()));
 }
 
-PatchCache PatchPropagation::make_cache(bool directed) const {
-    return {bins_.count(),         window_frames_, grid_.patch_size_m(),
-            cache_bytes(directed), directed,       row_pool_};
-}
-
 SegmentCache PatchPropagation::make_segment_cache(bool directed) const {
     return {window_frames_, listener_radius_m_, gather_settings_.attenuation_per_m,
             max_segments(directed), segment_bytes()};
 }
 
-/// Divides the memory among the emitters after their number has changed.
-void PatchPropagation::divide_memory() {
-    for (std::size_t id = 0; id < emitter_count(); ++id) {
-        const bool directed = id >= source_count_;
-        caches_[id].set_memory_bytes(cache_bytes(directed));
-        segment_caches_[id].set_bounds(max_segments(directed), segment_bytes());
-    }
+/// Divides the segments among the emitters after their number has changed.
+void PatchPropagation::divide_segments() {
+    for (std::size_t id = 0; id < emitter_count(); ++id)
+        segment_caches_[id].set_bounds(max_segments(id >= source_count_), segment_bytes());
 }
 
 /// Maps the rows of a listener beside those of a source.

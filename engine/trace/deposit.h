@@ -66,21 +66,10 @@ struct DepositParts {
 
     static std::uint32_t part_of(std::uint32_t patch) { return patch % kCount; }
 
-    void add(const Deposit& deposit) {
-        std::vector<Deposit>& all = part[part_of(deposit.patch)];
-        // Frames are stored, so capacity grows by one eighth to limit the memory in use.
-        if (all.size() == all.capacity()) all.reserve(all.size() + all.size() / 8 + 8);
-        all.push_back(deposit);
-    }
+    void add(const Deposit& deposit) { part[part_of(deposit.patch)].push_back(deposit); }
 
     void clear() {
         for (std::vector<Deposit>& all : part) all.clear();
-    }
-
-    std::size_t memory_bytes() const {
-        std::size_t bytes = 0;
-        for (const std::vector<Deposit>& all : part) bytes += all.capacity() * sizeof(Deposit);
-        return bytes;
     }
 };
 

@@ -22,13 +22,12 @@ struct Rows {
     TimeBins bins;
     PatchCache cache;
     WorkerPool workers{1};
-    std::vector<DepositBatch> kept;  // the input of the cache
+    DepositBatch batch;  // the input of the cache
 
     Rows(const TimeBins& time_bins, std::uint32_t patches, bool directed)
-        : bins(time_bins), cache(bins.count(), 1, 0.5F, 1'000'000'000, directed) {
+        : bins(time_bins), cache(bins.count(), directed) {
         std::mt19937_64 random(test::test_seed());
         std::uniform_real_distribution<float> uniform(0, 1);
-        DepositBatch batch;
         for (int ray = 0; ray < kRays; ++ray) {
             const Vec3 v(uniform(random) - 0.5F, uniform(random) - 0.5F, uniform(random));
             batch.departures.push_back(glm::normalize(v));
@@ -45,9 +44,7 @@ struct Rows {
                 batch.deposits.add(deposit);
             }
         }
-        kept.push_back(batch);
-        cache.advance({}, true, workers);
-        cache.add_frame(kRays, patches, {&batch, 1}, workers);
+        cache.add(kRays, patches, {&batch, 1}, workers);
     }
 
     /// The result by definition: the energy of each bin, uniform in time, delayed by the hit's
@@ -57,7 +54,7 @@ struct Rows {
         std::vector<glm::dvec3> direction(bins.count(), glm::dvec3(0));
         const std::size_t late_bin = bins.index(0.512);
         for (const GatherHit& hit : hits) {
-            const auto& deposits = kept[0].deposits.part[DepositParts::part_of(hit.patch)];
+            const auto& deposits = batch.deposits.part[DepositParts::part_of(hit.patch)];
             const bool has_late = hit.late;
             // The direction has the energy of all bands of the row's spectrum.
             std::array<double, kBandCount> row{};
@@ -90,7 +87,7 @@ struct Rows {
                         energy[k][b] += e * double{hit.weight[b]};
                         sum += e;
                     }
-                    const Vec3 from = cache.directed() ? kept[0].departures[d.ray] : hit.direction;
+                    const Vec3 from = cache.directed() ? batch.departures[d.ray] : hit.direction;
                     direction[k] += sum * weighted / all * glm::dvec3(from);
                 }
             }
@@ -182,10 +179,9 @@ TEST_CASE("the directions of consecutive hits have the spectra of their patches"
         deposit.set_energy(load_bands(energy), 0.5F);
         batch.deposits.add(deposit);
     }
-    rows.kept = {batch};
-    rows.cache = PatchCache(rows.bins.count(), 1, 0.5F, 1'000'000'000);
-    rows.cache.advance({}, true, rows.workers);
-    rows.cache.add_frame(kRays, 3, {&batch, 1}, rows.workers);
+    rows.batch = batch;
+    rows.cache.clear();
+    rows.cache.add(kRays, 3, {&batch, 1}, rows.workers);
     std::vector<GatherHit> hits;
     for (std::uint32_t i = 0; i < 24; ++i)
         hits.push_back(hit_of(i / 8, 0.1F * static_cast<float>(i), false));
