@@ -125,9 +125,9 @@ TEST_CASE("a row is nonzero in its first and last bin only as long as it holds e
     WorkerPool workers(1);
     PatchCache cache(kBins);
     DepositBatch batch;
-    for (const std::uint16_t bin : {6, 4, 8}) {
+    for (const int bin : {6, 4, 8}) {
         Deposit deposit = deposit_on(5, 1);
-        deposit.bin = bin;
+        deposit.bin = static_cast<std::uint16_t>(bin);
         batch.deposits.add(deposit);
     }
     cache.add(1, kPatches, {&batch, 1}, workers);
