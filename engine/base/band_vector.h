@@ -21,7 +21,6 @@ static_assert(kBandCount == 8);
 using BandVector = float __attribute__((vector_size(32)));
 using BandIntegers = std::int32_t __attribute__((vector_size(32)));
 using BandDoubles = double __attribute__((vector_size(64)));
-using BandSums = std::int64_t __attribute__((vector_size(64)));
 
 inline BandVector load_bands(const float* from) {
     BandVector v;
@@ -30,13 +29,6 @@ inline BandVector load_bands(const float* from) {
 }
 
 inline BandVector load_bands(const Bands& from) { return load_bands(from.value.data()); }
-
-/// The fixed-point sums of a bin, times a scale.
-inline BandVector to_bands(const std::int64_t* sums, double scale) {
-    BandSums v;
-    std::memcpy(&v, sums, sizeof v);
-    return __builtin_convertvector(__builtin_convertvector(v, BandDoubles) * scale, BandVector);
-}
 
 inline BandIntegers load_integers(const std::uint32_t* from) {
     BandIntegers v;

@@ -15,16 +15,16 @@ namespace aula {
 /// pages, which the kernel does not replace.
 class HugePageArena {
  public:
-    /// `count` zeros, aligned to 64 bytes; `count` <= 2^18. Throws std::bad_alloc. [any thread]
-    std::int64_t* take(std::size_t count);
+    /// `count` zeros, aligned to 64 bytes; `count` <= 2^19. Throws std::bad_alloc. [any thread]
+    float* take(std::size_t count);
 
  private:
     struct Unmap {
         std::size_t bytes = 0;
 
-        void operator()(std::int64_t* block) const;
+        void operator()(float* block) const;
     };
-    using Block = std::unique_ptr<std::int64_t[], Unmap>;
+    using Block = std::unique_ptr<float[], Unmap>;
 
     static Block map(std::size_t bytes);
     static Block map_huge_page();

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstring>
 
 #include "engine/base/band_vector.h"
 #include "engine/base/multiversion.h"
@@ -14,24 +12,6 @@ namespace {
 
 constexpr std::size_t kAxes = RowPool::kAxes;
 constexpr std::size_t kPrefetchDistance = 28;  // deposits
-
-inline void add_energy(const BandSums& units, std::int64_t* sums) {
-    BandSums sum;
-    std::memcpy(&sum, sums, sizeof sum);
-    sum += units;
-    std::memcpy(sums, &sum, sizeof sum);
-}
-
-/// Adds the intensity of energy from one direction.
-inline void add_intensity(const BandSums& units, const Vec3& departure, std::int64_t* intensity) {
-    std::int64_t all = 0;
-    for (std::size_t b = 0; b < kBandCount; ++b) all += units[b];
-    for (std::size_t axis = 0; axis < kAxes; ++axis) {
-        // rint() is an instruction where llrint() is a call.
-        intensity[axis] += static_cast<std::int64_t>(
-            std::rint(static_cast<double>(all) * double{departure[static_cast<int>(axis)]}));
-    }
-}
 
 }  // namespace
 
@@ -54,7 +34,7 @@ void PatchCache::Table::clear() {
 }
 
 std::size_t PatchCache::row_bytes(std::size_t bin_count, bool directed) {
-    return bin_count * (kBandCount + (directed ? kAxes : 0)) * sizeof(std::int64_t);
+    return bin_count * (kBandCount + (directed ? kAxes : 0)) * sizeof(float);
 }
 
 void PatchCache::clear() {
@@ -96,11 +76,15 @@ std::size_t PatchCache::add_batch(const DepositBatch& batch, std::size_t part) {
         }
         row.first_bin = std::min<std::uint32_t>(row.first_bin, deposit.bin);
         row.end_bin = std::max<std::uint32_t>(row.end_bin, deposit.bin + 1U);
-        const BandSums units = deposit.units();
-        add_energy(units, &row.sum[deposit.bin * kBandCount]);
+        const BandVector energy = deposit.energy();
+        float* const sum = &row.sum[deposit.bin * kBandCount];
+        store_bands(load_bands(sum) + energy, sum);
         if (directed_) {
-            add_intensity(units, batch.departures[deposit.ray],
-                          &row.intensity[deposit.bin * kAxes]);
+            const float all = sum_of_bands(energy)[0];
+            const Vec3& from = batch.departures[deposit.ray];
+            float* const intensity = &row.intensity[deposit.bin * kAxes];
+            store_four(load_four(intensity) + FourVector{from.x, from.y, from.z, 0} * all,
+                       intensity);
         }
     }
     return allocated;

@@ -19,21 +19,17 @@ namespace aula {
 /// energies exact. [propagation thread]
 class PatchCache {
  public:
-    /// Unit of the energy sums, relative to a ray's initial energy.
-    static constexpr double kUnit = Deposit::kUnit;
-
-    /// From this number of rays on, their noise is below that of the gather. Their sums (of all
-    /// bands for the intensity) stay below 2^63 units even if each ray meets a patch forty times in
-    /// one bin.
+    /// From this number of rays on, their noise is below that of the gather. A deposit then still
+    /// counts in single precision: a sum of 2^20 of them loses those below 3 % of their mean.
     static constexpr std::uint64_t kEnoughRays = 1ULL << 20;
 
     /// The radiated energy of one patch, zero outside [first_bin, end_bin) and nonzero in the first
     /// and last bin of it. The memory has zeros there, too. Threads that add to neighbouring
     /// patches share no cache line.
     struct alignas(64) Row {
-        std::int64_t* sum = nullptr;        ///< [bin][band]
-        std::int64_t* intensity = nullptr;  ///< [bin][axis] see EnergyResponse::intensity; null
-                                            ///< for a source
+        float* sum = nullptr;        ///< [bin][band], relative to a ray's initial energy
+        float* intensity = nullptr;  ///< [bin][axis], RowPool::kAxes, see
+                                     ///< EnergyResponse::intensity; null for a source
         std::uint32_t first_bin = ~0U;
         std::uint32_t end_bin = 0;
     };

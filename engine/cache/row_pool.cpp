@@ -6,18 +6,18 @@ namespace aula {
 
 namespace {
 
-constexpr std::size_t kPage = 4096 / sizeof(std::int64_t);
+constexpr std::size_t kPage = 4096 / sizeof(float);
 
 /// Of the bytes that are mapped in a call at most: a page is cleared when it is mapped, too, and
 /// rows that are needed before are cleared then.
 constexpr std::size_t kClearedPart = 4;
 
 /// Lets the kernel provide the memory of zeros that have not been used yet.
-void touch(std::int64_t* row, std::size_t size) {
+void touch(float* row, std::size_t size) {
     for (std::size_t i = 0; i < size; i += kPage) {
-        *const_cast<volatile std::int64_t*>(row + i) = 0;
+        *const_cast<volatile float*>(row + i) = 0;
     }
-    *const_cast<volatile std::int64_t*>(row + size - 1) = 0;
+    *const_cast<volatile float*>(row + size - 1) = 0;
 }
 
 }  // namespace
@@ -25,10 +25,10 @@ void touch(std::int64_t* row, std::size_t size) {
 RowPool::RowPool(std::size_t bin_count)
     : sums_{kBandCount, bin_count}, intensities_{kAxes, bin_count} {}
 
-std::int64_t* RowPool::Rows::take(RowPool& memory) {
+float* RowPool::Rows::take(RowPool& memory) {
     std::unique_lock lock(memory.mutex_);
     if (!free.empty()) {
-        std::int64_t* const row = free.back();
+        float* const row = free.back();
         free.pop_back();
         return row;
     }
@@ -40,7 +40,7 @@ std::int64_t* RowPool::Rows::take(RowPool& memory) {
     return newest.row;
 }
 
-void RowPool::Rows::give_back(std::int64_t* row, std::size_t first_bin, std::size_t end_bin) {
+void RowPool::Rows::give_back(float* row, std::size_t first_bin, std::size_t end_bin) {
     if (!row) return;
     if (first_bin < end_bin) {
         used.push_back({row, first_bin * width, end_bin * width});
@@ -49,7 +49,7 @@ void RowPool::Rows::give_back(std::int64_t* row, std::size_t first_bin, std::siz
     }
 }
 
-void RowPool::give_back(std::int64_t* sums, std::int64_t* intensities, std::size_t first_bin,
+void RowPool::give_back(float* sums, float* intensities, std::size_t first_bin,
                         std::size_t end_bin) {
     const std::lock_guard lock(mutex_);
     sums_.give_back(sums, first_bin, end_bin);

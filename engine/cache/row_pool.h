@@ -20,14 +20,13 @@ class RowPool {
     explicit RowPool(std::size_t bin_count);
 
     /// Zeros: [bin][band].
-    std::int64_t* take_sums() { return sums_.take(*this); }
-    /// Zeros: [bin][axis].
-    std::int64_t* take_intensities() { return intensities_.take(*this); }
+    float* take_sums() { return sums_.take(*this); }
+    /// Zeros: [bin][axis], kAxes.
+    float* take_intensities() { return intensities_.take(*this); }
 
     /// Takes back rows that are zero outside the bins [first_bin, end_bin). Null is ignored. They
     /// are cleared by reserve(), or when they are taken.
-    void give_back(std::int64_t* sums, std::int64_t* intensities, std::size_t first_bin,
-                   std::size_t end_bin);
+    void give_back(float* sums, float* intensities, std::size_t first_bin, std::size_t end_bin);
 
     /// Maps rows of at most `most_bytes`, as long as fewer than this number of rows is free, and
     /// clears rows that have been given back, of a quarter as many bytes.
@@ -36,12 +35,12 @@ class RowPool {
     /// Bytes of the rows that no cache uses.
     std::size_t free_bytes() const;
 
-    static constexpr std::size_t kAxes = 3;
+    static constexpr std::size_t kAxes = 4;  ///< x, y, z, and an unused number, which is 0
 
  private:
     /// A row that is zero outside these numbers.
     struct UsedRow {
-        std::int64_t* row;
+        float* row;
         std::size_t first;
         std::size_t end;
         void clear() const { std::fill(row + first, row + end, 0); }
@@ -50,13 +49,13 @@ class RowPool {
     struct Rows {
         std::size_t width = 0;  ///< numbers in a bin
         std::size_t bins = 0;
-        std::vector<std::int64_t*> free{};  ///< zeros
-        std::vector<UsedRow> used{};        ///< not yet cleared
+        std::vector<float*> free{};   ///< zeros
+        std::vector<UsedRow> used{};  ///< not yet cleared
 
-        std::int64_t* take(RowPool& memory);
-        void give_back(std::int64_t* row, std::size_t first_bin, std::size_t end_bin);
+        float* take(RowPool& memory);
+        void give_back(float* row, std::size_t first_bin, std::size_t end_bin);
         std::size_t size() const { return width * bins; }
-        std::size_t bytes() const { return size() * sizeof(std::int64_t); }
+        std::size_t bytes() const { return size() * sizeof(float); }
         std::size_t free_bytes() const { return (free.size() + used.size()) * bytes(); }
         void clear(std::size_t& bytes_left);
         void reserve(std::size_t rows, std::size_t& bytes_left, HugePageArena& arena);

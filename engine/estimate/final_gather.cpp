@@ -189,13 +189,13 @@ void trace_batch(const RayScene& scene, const PatchGrid& grid, const Emitter& re
 /// Converts bins [first_bin, end_bin) of a row to floats, with their sums over bands; adds to
 /// `total`.
 AULA_MULTIVERSION
-void convert_row(const std::int64_t* sums, std::size_t first_bin, std::size_t end_bin, double scale,
+void convert_row(const float* sums, std::size_t first_bin, std::size_t end_bin, float scale,
                  float* energy, float* sum, Bands& total) {
     BandVector all = load_bands(total);
     for (std::size_t k = first_bin; k < end_bin; ++k) {
         // Prefetch: rows are scattered in memory.
         __builtin_prefetch(sums + std::min(k + kPrefetchDistance, end_bin) * kBandCount);
-        const BandVector e = to_bands(sums + k * kBandCount, scale);
+        const BandVector e = load_bands(sums + k * kBandCount) * scale;
         store_bands(e, energy + k * kBandCount);
         sum[k] = sum_of_bands(e)[0];
         all += e;
@@ -203,32 +203,18 @@ void convert_row(const std::int64_t* sums, std::size_t first_bin, std::size_t en
     store_bands(all, total.value.data());
 }
 
-/// Converts bins [first_bin, end_bin) of the intensity to floats; the fourth number of a bin is
-/// unused.
+/// Converts bins [first_bin, end_bin) of the intensity.
 AULA_MULTIVERSION
-void convert_intensity(const std::int64_t* sums, std::size_t first_bin, std::size_t end_bin,
-                       double scale, float* intensity) {
-    using Sums = std::int64_t __attribute__((vector_size(32)));
-    using Doubles = double __attribute__((vector_size(32)));
-    if (first_bin == end_bin) return;
-    for (std::size_t k = first_bin; k + 1 < end_bin; ++k) {
-        __builtin_prefetch(sums + std::min(k + kPrefetchDistance, end_bin) * 3);
-        Sums v;
-        std::memcpy(&v, sums + k * 3, sizeof v);
-        store_four(__builtin_convertvector(__builtin_convertvector(v, Doubles) * scale, FourVector),
-                   intensity + k * 4);
-    }
-    // The last bin may end where the memory ends.
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        intensity[(end_bin - 1) * 4 + axis] =
-            static_cast<float>(static_cast<double>(sums[(end_bin - 1) * 3 + axis]) * scale);
-    }
+void convert_intensity(const float* sums, std::size_t first_bin, std::size_t end_bin, float scale,
+                       float* intensity) {
+    for (std::size_t k = first_bin; k < end_bin; ++k)
+        store_four(load_four(sums + k * 4) * scale, intensity + k * 4);
 }
 
 /// Rows of a cache as histograms. Consecutive hits of a patch share the conversion.
 class RowReader {
  public:
-    RowReader(const PatchCache& cache, std::size_t bin_count, double scale)
+    RowReader(const PatchCache& cache, std::size_t bin_count, float scale)
         : cache_(cache), scale_(scale) {
         histogram_.energy.resize(bin_count * kBandCount);
         histogram_.sum.resize(bin_count);
@@ -257,7 +243,7 @@ class RowReader {
 
  private:
     const PatchCache& cache_;
-    double scale_;
+    float scale_;
     std::uint32_t patch_ = PatchGrid::kNone;
     std::size_t converted_ = 0;  ///< end of the converted bins
     TimeHistogram histogram_;
@@ -364,7 +350,7 @@ void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, d
     if (cache.emitted() == 0) return;
     const TimeBins& bins = response.bins;
     const std::size_t late_bin = bins.index(kLate_s);
-    const double scale = share * PatchCache::kUnit / static_cast<double>(cache.emitted());
+    const auto scale = static_cast<float>(share / static_cast<double>(cache.emitted()));
     std::vector<std::optional<ShiftedHistogram>> parts(kChunks);
     workers.run(kChunks, [&](std::size_t chunk) {
         ShiftedHistogram& part = parts[chunk].emplace(bins);

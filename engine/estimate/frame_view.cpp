@@ -18,11 +18,10 @@ std::vector<PatchEnergy> patch_energies(const PatchGrid& grid, const PatchCache&
         for (std::size_t bin = std::max<std::size_t>(first, row.first_bin);
              bin < std::min<std::size_t>(end, row.end_bin); ++bin) {
             for (std::size_t b = 0; b < kBandCount; ++b)
-                sum[b] += static_cast<double>(row.sum[bin * kBandCount + b]);
+                sum[b] += double{row.sum[bin * kBandCount + b]};
         }
         PatchEnergy patch_energy{grid.cell(patch), {}};
-        const double unit =
-            PatchCache::kUnit * double{per_m2} / static_cast<double>(cache.emitted());
+        const double unit = double{per_m2} / static_cast<double>(cache.emitted());
         for (std::size_t b = 0; b < kBandCount; ++b)
             patch_energy.energy[b] = static_cast<float>(sum[b] * unit);
         if (patch_energy.energy.max() > 0) all.push_back(patch_energy);

@@ -17,8 +17,8 @@ namespace aula {
 /// one exponent for all bands and 15 bits per band. Rounding is stochastic, which leaves every band
 /// unbiased however far it is below the strongest.
 struct Deposit {
-    /// Relative to a ray's initial energy.
-    static constexpr double kUnit = 0x1p-34;
+    /// A unit is 2^kUnit_log2 of a ray's initial energy.
+    static constexpr int kUnit_log2 = -34;
 
     std::array<std::uint16_t, kBandCount> mantissa{};
     std::uint32_t patch = 0;
@@ -31,18 +31,19 @@ struct Deposit {
         const float strongest = max_of_bands(energy)[0];
         const std::int32_t log2 = (std::bit_cast<std::int32_t>(strongest) >> 23) - 127;
         // The strongest mantissa is below 2^15, so that rounding cannot reach 2^16.
-        const std::int32_t shift = std::max(0, log2 + 1 + 34 - 15);
-        const auto scale = std::bit_cast<float>((34 - shift + 127) << 23);
+        const std::int32_t shift = std::max(0, log2 + 1 - kUnit_log2 - 15);
+        const auto scale = power_of_2(-kUnit_log2 - shift);
         const auto whole = __builtin_convertvector(energy * scale + u, BandIntegers);
         const auto parts = __builtin_convertvector(whole, Mantissas);
         std::memcpy(mantissa.data(), &parts, sizeof parts);
         exponent = static_cast<std::uint8_t>(shift);
     }
 
-    BandSums units() const {
+    BandVector energy() const {
         Mantissas parts;
         std::memcpy(&parts, mantissa.data(), sizeof parts);
-        return __builtin_convertvector(parts, BandSums) << std::int64_t{exponent};
+        const auto whole = __builtin_convertvector(parts, BandIntegers);
+        return __builtin_convertvector(whole, BandVector) * power_of_2(kUnit_log2 + exponent);
     }
 
     bool empty() const {
@@ -53,6 +54,10 @@ struct Deposit {
 
  private:
     using Mantissas = std::uint16_t __attribute__((vector_size(16)));
+
+    static float power_of_2(std::int32_t exponent) {
+        return std::bit_cast<float>((exponent + 127) << 23);
+    }
 };
 
 static_assert(sizeof(Deposit) == 24);
