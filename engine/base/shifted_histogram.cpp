@@ -12,7 +12,7 @@ namespace aula {
 
 namespace {
 
-/// Number of floats of a value: 1, 4 (FourVector) or 8 (BandVector).
+/// Number of floats of a value: 4 (FourVector) or 8 (BandVector).
 template <typename Value>
 constexpr std::size_t kFloats = sizeof(Value) / sizeof(float);
 
@@ -29,21 +29,19 @@ template <typename Value>
     std::memcpy(to, &sum, sizeof sum);
 }
 
-/// Adds `count` bins of the output's width times `weight`: each leaves the share `stays` in the
-/// output bin of its number and the rest in the next.
-template <typename In, typename Out>
-[[gnu::always_inline]] inline void add_equal_bins(const float* in, std::size_t count, float stays,
-                                                  const Out& weight, float* out) {
-    const Out keep = stays * weight;
-    const Out pass = (1 - stays) * weight;
-    Out passed{};
+/// Adds `count` bins of the output's width, `value(k)`: each leaves the share `stays` in the output
+/// bin of its number and the rest in the next.
+template <typename Value, typename ValueOfBin>
+[[gnu::always_inline]] inline void add_equal_bins(std::size_t count, float stays, float* out,
+                                                  const ValueOfBin& value) {
+    Value passed{};
     for (std::size_t k = 0; k < count; ++k) {
-        const In here = load<In>(in + k * kFloats<In>);
-        const Out sum = load<Out>(out + k * kFloats<Out>) + keep * here + passed;
-        std::memcpy(out + k * kFloats<Out>, &sum, sizeof sum);
-        passed = pass * here;
+        const Value here = value(k);
+        const Value sum = load<Value>(out + k * kFloats<Value>) + stays * here + passed;
+        std::memcpy(out + k * kFloats<Value>, &sum, sizeof sum);
+        passed = (1 - stays) * here;
     }
-    add(passed, out + count * kFloats<Out>);
+    add(passed, out + count * kFloats<Value>);
 }
 
 /// Adds a value that leaves the share `stays` in the output bin and the rest in the next.
@@ -55,36 +53,44 @@ template <typename Value>
 
 /// Adds bins [bin, end) of equal width until the output's width changes at out_end. The first
 /// begins `x` output bins after the start of output bin `out`. An output bin is 1 / `ratio` times
-/// as wide, `ratio` <= 1. `direction` multiplies the intensity, if given, or else the sums. The
-/// part of a bin before the next output edge stays, the rest goes to the next bin. Returns the bin
-/// after the last one added.
+/// as wide, `ratio` <= 1. `direction` multiplies the intensity, if given, or else the sum of the
+/// weighted energy over bands. The part of a bin before the next output edge stays, the rest goes
+/// to the next bin. Returns the bin after the last one added.
 AULA_MULTIVERSION
-std::size_t add_bins(const float* energy, const float* sum, const float* intensity, std::size_t bin,
-                     std::size_t end, float ratio, const float* weight, const float* direction,
-                     float x, std::size_t out, std::size_t out_end, float* out_energy,
+std::size_t add_bins(const float* energy, const float* intensity, std::size_t bin, std::size_t end,
+                     float ratio, const float* weight, const float* direction, float x,
+                     std::size_t out, std::size_t out_end, float* out_energy,
                      float* out_intensity) {
     const auto weights = load<BandVector>(weight);
     const auto directions = load<FourVector>(direction);
+    const auto energy_of = [&](std::size_t k) {
+        return weights * load<BandVector>(energy + k * kBandCount);
+    };
+    const auto intensity_of = [&](std::size_t k) {
+        return directions * load<FourVector>(intensity + k * 4);
+    };
     if (ratio > 0.999F) {
         const std::size_t count = std::min(end - bin, out_end - out);
         const float stays = 1 - x;
-        add_equal_bins<BandVector>(energy + bin * kBandCount, count, stays, weights,
-                                   out_energy + out * kBandCount);
+        add_equal_bins<BandVector>(count, stays, out_energy + out * kBandCount,
+                                   [&](std::size_t k) { return energy_of(bin + k); });
+        float* const to = out_intensity + out * 4;
         if (intensity) {
-            add_equal_bins<FourVector>(intensity + bin * 4, count, stays, directions,
-                                       out_intensity + out * 4);
+            add_equal_bins<FourVector>(count, stays, to,
+                                       [&](std::size_t k) { return intensity_of(bin + k); });
         } else {
-            add_equal_bins<float>(sum + bin, count, stays, directions, out_intensity + out * 4);
+            add_equal_bins<FourVector>(count, stays, to, [&](std::size_t k) {
+                return directions * sum_of_bands(energy_of(bin + k))[0];
+            });
         }
         return bin + count;
     }
     for (; bin < end && out < out_end; ++bin) {
         const float stays = std::min(1.0F, (1 - x) / ratio);
-        add_divided<BandVector>(weights * load<BandVector>(energy + bin * kBandCount), stays,
-                                out_energy + out * kBandCount);
-        add_divided<FourVector>(
-            intensity ? directions * load<FourVector>(intensity + bin * 4) : directions * sum[bin],
-            stays, out_intensity + out * 4);
+        const BandVector value = energy_of(bin);
+        add_divided<BandVector>(value, stays, out_energy + out * kBandCount);
+        add_divided<FourVector>(intensity ? intensity_of(bin) : directions * sum_of_bands(value)[0],
+                                stays, out_intensity + out * 4);
         x += ratio;
         if (x >= 1) {
             x -= 1;
@@ -110,12 +116,10 @@ ShiftedHistogram::ShiftedHistogram(const TimeBins& bins)
 void ShiftedHistogram::add(const TimeHistogram& histogram, std::size_t first_bin,
                            std::size_t end_bin, double delay_s, const Bands& weight,
                            const Vec3& direction) {
-    float weighted = 0;
-    for (std::size_t b = 0; b < kBandCount; ++b) weighted += weight[b] * histogram.total[b];
-    const float mean_weight = weighted / histogram.total.sum();
-    const bool directed = !histogram.intensity.empty();
-    const Vec3 mean = directed ? Vec3(mean_weight) : direction * mean_weight;
-    const std::array<float, 4> factors{mean.x, mean.y, mean.z, 0};
+    Vec3 factor = direction;
+    if (histogram.intensity)
+        factor = Vec3((weight * histogram.total).sum() / histogram.total.sum());
+    const std::array<float, 4> factors{factor.x, factor.y, factor.z, 0};
     for (const Region& in : regions_) {
         std::size_t bin = std::max(first_bin, in.first_bin);
         const std::size_t end = std::min(end_bin, in.end_bin);
@@ -127,8 +131,7 @@ void ShiftedHistogram::add(const TimeHistogram& histogram, std::size_t first_bin
                                              [&](const Region& r) { return out < r.end_bin; });
             const auto x =
                 static_cast<float>((begin_s - bins_.begin_s(out)) / double{region->width_s});
-            bin = add_bins(histogram.energy.data(), histogram.sum.data(),
-                           directed ? histogram.intensity.data() : nullptr, bin, end,
+            bin = add_bins(histogram.energy, histogram.intensity, bin, end,
                            in.width_s / region->width_s, weight.value.data(), factors.data(), x,
                            out, region->end_bin, energy_.data(), intensity_.data());
         }

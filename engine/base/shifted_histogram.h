@@ -8,12 +8,11 @@
 
 namespace aula {
 
-/// Energies and their directions over time bins, in single precision.
+/// Energies and their directions over time bins.
 struct TimeHistogram {
-    std::vector<float> energy;     ///< [bin][band]
-    std::vector<float> sum;        ///< [bin], over bands
-    std::vector<float> intensity;  ///< [bin][4], the last unused but finite; or empty
-    Bands total;                   ///< over bins
+    const float* energy = nullptr;     ///< [bin][band]
+    const float* intensity = nullptr;  ///< [bin][4], the last unused but finite; or null
+    Bands total;                       ///< over bins
 };
 
 /// A sum of histograms, each delayed. Energy is uniform in time inside a bin. A delayed bin divides
@@ -25,8 +24,8 @@ class ShiftedHistogram {
     explicit ShiftedHistogram(const TimeBins& bins);
 
     /// Adds bins [first_bin, end_bin) of a histogram of the same bins, delayed by `delay_s` >= 0
-    /// and multiplied by `weight`. The directions are those of the histogram or, if it has none,
-    /// `direction`; they have the mean weight over the histogram's total.
+    /// and multiplied by `weight`. The directions are those of the histogram, with the mean weight
+    /// over its total; or, if it has none, `direction`.
     void add(const TimeHistogram& histogram, std::size_t first_bin, std::size_t end_bin,
              double delay_s, const Bands& weight, const Vec3& direction);
 

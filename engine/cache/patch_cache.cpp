@@ -79,6 +79,7 @@ std::size_t PatchCache::add_batch(const DepositBatch& batch, std::size_t part) {
         const BandVector energy = deposit.energy();
         float* const sum = &row.sum[deposit.bin * kBandCount];
         store_bands(load_bands(sum) + energy, sum);
+        store_bands(load_bands(row.total) + energy, row.total.value.data());
         if (directed_) {
             const float all = sum_of_bands(energy)[0];
             const Vec3& from = batch.departures[deposit.ray];

@@ -32,6 +32,7 @@ class PatchCache {
                                      ///< EnergyResponse::intensity; null for a source
         std::uint32_t first_bin = ~0U;
         std::uint32_t end_bin = 0;
+        Bands total;  ///< over bins
     };
 
     /// `directed`: stores the intensity. `memory` holds the rows, of `bin_count` bins; absent:

@@ -186,85 +186,19 @@ void trace_batch(const RayScene& scene, const PatchGrid& grid, const Emitter& re
     }
 }
 
-/// Converts bins [first_bin, end_bin) of a row to floats, with their sums over bands; adds to
-/// `total`.
-AULA_MULTIVERSION
-void convert_row(const float* sums, std::size_t first_bin, std::size_t end_bin, float scale,
-                 float* energy, float* sum, Bands& total) {
-    BandVector all = load_bands(total);
-    for (std::size_t k = first_bin; k < end_bin; ++k) {
-        // Prefetch: rows are scattered in memory.
-        __builtin_prefetch(sums + std::min(k + kPrefetchDistance, end_bin) * kBandCount);
-        const BandVector e = load_bands(sums + k * kBandCount) * scale;
-        store_bands(e, energy + k * kBandCount);
-        sum[k] = sum_of_bands(e)[0];
-        all += e;
-    }
-    store_bands(all, total.value.data());
-}
-
-/// Converts bins [first_bin, end_bin) of the intensity.
-AULA_MULTIVERSION
-void convert_intensity(const float* sums, std::size_t first_bin, std::size_t end_bin, float scale,
-                       float* intensity) {
-    for (std::size_t k = first_bin; k < end_bin; ++k)
-        store_four(load_four(sums + k * 4) * scale, intensity + k * 4);
-}
-
-/// Rows of a cache as histograms. Consecutive hits of a patch share the conversion.
-class RowReader {
- public:
-    RowReader(const PatchCache& cache, std::size_t bin_count, float scale)
-        : cache_(cache), scale_(scale) {
-        histogram_.energy.resize(bin_count * kBandCount);
-        histogram_.sum.resize(bin_count);
-        if (cache.directed()) histogram_.intensity.resize(bin_count * 4);
-    }
-
-    /// A patch's row, of which at least the bins up to `end_bin` are converted.
-    const TimeHistogram& read(std::uint32_t patch, std::size_t end_bin) {
-        const PatchCache::Row& row = cache_.row(patch);
-        if (patch != patch_) {
-            patch_ = patch;
-            converted_ = row.first_bin;
-            histogram_.total = {};
-        }
-        if (converted_ < end_bin) {
-            convert_row(row.sum, converted_, end_bin, scale_, histogram_.energy.data(),
-                        histogram_.sum.data(), histogram_.total);
-            if (cache_.directed()) {
-                convert_intensity(row.intensity, converted_, end_bin, scale_,
-                                  histogram_.intensity.data());
-            }
-            converted_ = end_bin;
-        }
-        return histogram_;
-    }
-
- private:
-    const PatchCache& cache_;
-    float scale_;
-    std::uint32_t patch_ = PatchGrid::kNone;
-    std::size_t converted_ = 0;  ///< end of the converted bins
-    TimeHistogram histogram_;
-};
-
-/// Adds the energy that arrives by one hit.
+/// Adds the energy that arrives by one hit, times `scale`.
 void add_hit(const GatherHit& hit, const PatchCache& cache, std::size_t late_bin, double delay_s,
-             RowReader& rows, ShiftedHistogram& sum) {
+             float scale, ShiftedHistogram& sum) {
     if (hit.patch >= cache.row_count()) return;
     const PatchCache::Row& row = cache.row(hit.patch);
-    if (row.end_bin == 0) return;
-    // Late hits come first within a patch, so that a row is converted once.
-    const std::size_t end_bin =
-        hit.late ? row.end_bin : std::min<std::size_t>(row.end_bin, late_bin);
-    const TimeHistogram& radiated = rows.read(hit.patch, end_bin);
-    if (!(radiated.total.sum() > 0)) return;
-    sum.add(radiated, row.first_bin, std::min(end_bin, late_bin), delay_s, hit.weight,
+    if (!row.sum) return;
+    const TimeHistogram radiated{row.sum, row.intensity, row.total};
+    const Bands weight = hit.weight * scale;
+    sum.add(radiated, row.first_bin, std::min<std::size_t>(row.end_bin, late_bin), delay_s, weight,
             hit.direction);
     if (hit.late) {
-        sum.add(radiated, std::max<std::size_t>(row.first_bin, late_bin), end_bin, delay_s,
-                hit.weight * (1 / kLateShare), hit.direction);
+        sum.add(radiated, std::max<std::size_t>(row.first_bin, late_bin), row.end_bin, delay_s,
+                weight * (1 / kLateShare), hit.direction);
     }
 }
 
@@ -354,11 +288,10 @@ void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, d
     std::vector<std::optional<ShiftedHistogram>> parts(kChunks);
     workers.run(kChunks, [&](std::size_t chunk) {
         ShiftedHistogram& part = parts[chunk].emplace(bins);
-        RowReader rows(cache, bins.count(), scale);
         for (std::size_t i = hits.size() * chunk / kChunks; i < hits.size() * (chunk + 1) / kChunks;
              ++i) {
             const double delay_s = double{hits[i].length_m} / double{response.speed_of_sound_m_s};
-            add_hit(hits[i], cache, late_bin, delay_s, rows, part);
+            add_hit(hits[i], cache, late_bin, delay_s, scale, part);
         }
     });
     for (std::size_t k = 0; k < bins.count(); ++k) {
