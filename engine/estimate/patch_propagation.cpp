@@ -79,13 +79,13 @@ void PatchPropagation::set_rays(int rays) {
 }
 
 void PatchPropagation::scene_moved() {
-    grid_.scene_moved(window_frames_);
+    grid_.scene_moved();
     resting_.clear();
 }
 
 void PatchPropagation::materials_changed() {
     find_mirrors();
-    grid_.materials_changed(window_frames_);
+    grid_.materials_changed();
 }
 
 /// Decides whether paths that end in a mirror are left to the rays.
