@@ -127,7 +127,6 @@ void trace_batch(const RayScene& scene, const PatchGrid& grid, const Emitter& re
     }
     std::vector<Ray> queries;
     std::vector<Hit> hits;
-    std::vector<PatchGrid::Radiator> radiators;
     Departures next;
     next.rays.reserve(kBatchRays);
     for (std::uint64_t reflections = 0; !rays.empty(); ++reflections) {
@@ -150,8 +149,9 @@ void trace_batch(const RayScene& scene, const PatchGrid& grid, const Emitter& re
             r.length_m += hits[i].distance_m;
             r.weight *= transmission(settings.attenuation_per_m, hits[i].distance_m);
             // Mirrors count as well where they share a patch with a scattering surface.
-            grid.find_radiators(hits[i].triangle, point, normal, radiators);
-            for (const PatchGrid::Radiator& radiator : radiators) {
+            const PatchGrid::Radiator radiator =
+                grid.find_radiator(hits[i].triangle, point, normal);
+            if (radiator.row != PatchGrid::kNone) {
                 // A patch of area A that radiates B by Lambert's law has the radiance B / (pi A).
                 // Fluence is radiance times solid angle, 4 pi / M for each of M rays:
                 // 4 pi / M * B / (pi A) = 4 / (M A) * B.

@@ -59,13 +59,13 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const SpecularPaths& i
 }
 
 void PatchPropagation::scene_moved() {
-    grid_.scene_moved(window_frames_);
+    grid_.scene_moved();
     resting_.clear();
 }
 
 void PatchPropagation::materials_changed() {
     find_mirrors();
-    grid_.materials_changed(window_frames_);
+    grid_.materials_changed();
 }
 
 /// Decides whether paths that end in a mirror are left to the rays.

@@ -94,8 +94,7 @@ std::uint64_t CellGrid::cell_of(std::uint64_t key) {
     return key & ((std::uint64_t{1} << kDirectionBit) - 1);
 }
 
-std::array<std::uint64_t, 6> CellGrid::keys_of_cell(std::uint64_t key) {
-    const std::uint64_t cell = cell_of(key);
+std::array<std::uint64_t, 6> CellGrid::keys_of_cell(std::uint64_t cell) {
     std::array<std::uint64_t, 6> keys;
     for (std::uint64_t direction = 0; direction < keys.size(); ++direction) {
         keys[direction] = direction << kDirectionBit | cell;

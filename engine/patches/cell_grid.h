@@ -21,10 +21,10 @@ class CellGrid {
     const Cuts& cuts() const { return cuts_; }
 
     static std::uint64_t key(const CellIndex& cell, const Vec3& normal);
-    /// The keys of a key's cell, one for each dominant direction.
-    static std::array<std::uint64_t, 6> keys_of_cell(std::uint64_t key);
     /// A number of a key's cell, the same for all directions.
     static std::uint64_t cell_of(std::uint64_t key);
+    /// The keys of a cell with this number, one for each dominant direction.
+    static std::array<std::uint64_t, 6> keys_of_cell(std::uint64_t cell);
     std::uint64_t key_at(const Vec3& point, const Vec3& normal) const;
     /// The keys of the first `count` points.
     void keys_at(const LanePoints& points, const LanePoints& normals, std::size_t count,

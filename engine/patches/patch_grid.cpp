@@ -47,7 +47,7 @@ struct PatchGrid::State {
     std::vector<std::uint32_t> moving_triangles;
     double rows_of_moving = 0;
     std::vector<std::pair<std::uint32_t, std::uint32_t>> static_parts;    // patch, triangle: sorted
-    std::vector<std::pair<std::uint32_t, std::uint64_t>> static_crossed;  // panel, key: sorted
+    std::vector<std::pair<std::uint32_t, std::uint64_t>> static_crossed;  // panel, cell: sorted
 
     State(const RayScene& rays, WorkerPool& pool, std::uint64_t seed, float patch_size_m,
           std::span<const Vec3> inside_points)
@@ -56,7 +56,7 @@ struct PatchGrid::State {
           grid(rays, patch_size_m),
           sampler(rays, grid, index, seed),
           reach(rays, grid, index, seed),
-          sides(rays, grid.size_m()),
+          sides(rays, index, grid.size_m()),
           inside(inside_points.begin(), inside_points.end()),
           transmitting(rays.triangle_count(), 0) {}
 
@@ -107,7 +107,7 @@ struct PatchGrid::State {
     }
 
     /// Computes areas and irradiance.
-    void find_areas(std::uint64_t keep) {
+    void find_areas() {
         static_area_m2.assign(index.size(), 0);
         const std::vector<SurfaceSample> heard = add_reachable(static_triangles, static_area_m2);
         if (sides.add_partitions(partitions(heard))) static_crossed = crossings(static_triangles);
@@ -115,26 +115,25 @@ struct PatchGrid::State {
             return find(point, normal);
         });
         add_static_sides(sides.clear_static());
-        scene_moved(keep);
+        scene_moved();
     }
 
-    void materials_changed(std::uint64_t keep) {
+    void materials_changed() {
         if (!begins_to_transmit()) return;
         // The size of the patches stays, whatever their number.
         mark(std::numeric_limits<double>::infinity());
-        find_areas(keep);
+        find_areas();
     }
 
     /// Updates the moving objects' parts.
-    void scene_moved(std::uint64_t keep) {
-        const auto release = [&](std::uint32_t row) { index.release_side(row); };
+    void scene_moved() {
         index.begin_move();
-        sides.begin_move(keep, release);
-        index.release_unused(keep, [&](std::uint32_t patch) { sides.remove(patch, release); });
+        sides.begin_move();
         divide();
         area_m2 = static_area_m2;
         add_reachable(moving_triangles, area_m2);
-        sides.end_move([&](std::uint32_t patch) { return index.add_side(patch); });
+        index.release_unused([&](std::uint32_t patch) { sides.remove(patch); });
+        sides.end_move();
         area_m2.resize(index.size());
         static_area_m2.resize(index.size());
     }
@@ -159,7 +158,7 @@ struct PatchGrid::State {
         return triangles;
     }
 
-    /// The cells that the panels of triangles cross: panels and keys, sorted.
+    /// The cells that the panels of triangles cross: panels and cells, sorted.
     std::vector<std::pair<std::uint32_t, std::uint64_t>> crossings(
         const std::vector<std::uint32_t>& triangles) {
         std::vector<std::pair<std::uint32_t, std::uint64_t>> crossed;
@@ -167,7 +166,8 @@ struct PatchGrid::State {
             const std::uint32_t panel = sides.panel_of(t);
             if (panel == PatchSides::kNone && !scene.moves(scene.triangle(t))) continue;
             sampler.for_each_patch(t, [&](std::uint32_t patch) {
-                if (panel != PatchSides::kNone) crossed.emplace_back(panel, index.key(patch));
+                if (panel == PatchSides::kNone) return;
+                crossed.emplace_back(panel, CellGrid::cell_of(index.key(patch)));
             });
         }
         std::sort(crossed.begin(), crossed.end());
@@ -190,9 +190,9 @@ struct PatchGrid::State {
         auto crossed = crossings(moving_triangles);
         crossed.insert(crossed.end(), static_crossed.begin(), static_crossed.end());
         std::vector<std::uint32_t> divided;
-        for (const auto& [panel, key] : crossed) {
-            for (const std::uint64_t alike : CellGrid::keys_of_cell(key)) {
-                const std::uint32_t patch = index.find(alike);
+        for (const auto& [panel, cell] : crossed) {
+            for (const std::uint64_t key : CellGrid::keys_of_cell(cell)) {
+                const std::uint32_t patch = index.find(key);
                 if (patch != kNone && sides.cross(patch, panel)) divided.push_back(patch);
             }
         }
@@ -302,7 +302,7 @@ PatchGrid::PatchGrid(const RayScene& scene, float patch_size_m, std::span<const 
                      std::uint64_t seed, WorkerPool& workers, double max_rows) {
     for (;;) {
         state_ = with_at_most(max_rows, scene, patch_size_m, inside, seed, workers);
-        state_->find_areas(0);
+        state_->find_areas();
         const double rows = static_cast<double>(state_->reached_rows()) + state_->rows_of_moving;
         if (rows <= max_rows) break;
         // Sides become fewer as well, but not as fast as areas.
@@ -321,11 +321,9 @@ PatchGrid::Extent PatchGrid::extent(const RayScene& scene, float patch_size_m,
 
 PatchGrid::~PatchGrid() = default;
 
-void PatchGrid::materials_changed(int keep) {
-    state_->materials_changed(static_cast<std::uint64_t>(keep));
-}
+void PatchGrid::materials_changed() { state_->materials_changed(); }
 
-void PatchGrid::scene_moved(int keep) { state_->scene_moved(static_cast<std::uint64_t>(keep)); }
+void PatchGrid::scene_moved() { state_->scene_moved(); }
 
 std::uint32_t PatchGrid::find(const Vec3& point, const Vec3& facing_normal) const {
     return state_->find(point, facing_normal);
@@ -346,21 +344,19 @@ void PatchGrid::find_rows(const LanePoints& points, const LanePoints& facing_nor
     }
 }
 
-void PatchGrid::find_radiators(std::uint32_t triangle, const Vec3& point, const Vec3& facing_normal,
-                               std::vector<Radiator>& radiators) const {
-    radiators.clear();
+PatchGrid::Radiator PatchGrid::find_radiator(std::uint32_t triangle, const Vec3& point,
+                                             const Vec3& facing_normal) const {
     const State& s = *state_;
     const std::uint32_t patch = find(point, facing_normal);
-    if (patch == kNone || !(s.area_m2[patch] > 0)) return;
-    radiators.push_back(
-        {patch, relative_irradiance(patch, triangle, point, facing_normal) / s.area_m2[patch]});
-    if (!s.sides.divided(patch)) return;
+    if (patch == kNone || !(s.area_m2[patch] > 0)) return {};
+    if (!s.sides.divided(patch)) {
+        return {patch,
+                relative_irradiance(patch, triangle, point, facing_normal) / s.area_m2[patch]};
+    }
     const float relative = s.scene.moves(s.scene.triangle(triangle))
                                ? 1
                                : s.irradiance_map->relative(patch, triangle, point, facing_normal);
-    s.sides.for_each_row(patch, point, [&](std::uint32_t row) {
-        radiators.push_back({row, relative / s.sides.reference_m2()});
-    });
+    return {s.sides.target(patch, point).row, relative / s.sides.reference_m2()};
 }
 
 float PatchGrid::area_m2(std::uint32_t patch) const { return state_->area_m2[patch]; }

@@ -45,22 +45,21 @@ class PatchGrid {
     std::uint32_t find(const Vec3& point, const Vec3& facing_normal) const;
 
     /// The cache rows for the energies that leave the first `count` points, and factors for the
-    /// energies. The row is the patch's own, which has the same number, or, where panels of moving
-    /// objects cross its cell, that of the point's side of the panels (PatchSides). kNone for no
-    /// row.
+    /// energies. The row is the patch's own, which has the same number, or, where panels cross its
+    /// cell, that of the point's side of the panels (PatchSides). kNone for no row.
     void find_rows(const LanePoints& points, const LanePoints& facing_normals, std::size_t count,
                    std::array<std::uint32_t, kLanes>& rows,
                    std::array<float, kLanes>& factors) const;
 
-    /// A row whose energy is radiated at a point, with its share per square metre.
+    /// The row whose energy is radiated at a point, or kNone, with its share per square metre.
     struct Radiator {
         std::uint32_t row = kNone;
         float per_m2 = 0;
     };
 
-    /// The rows whose sum is radiated at a point of a triangle.
-    void find_radiators(std::uint32_t triangle, const Vec3& point, const Vec3& facing_normal,
-                        std::vector<Radiator>& radiators) const;
+    /// What radiates at a point of a triangle: the row that find_rows() returns for it.
+    Radiator find_radiator(std::uint32_t triangle, const Vec3& point,
+                           const Vec3& facing_normal) const;
 
     /// Effective area; 0 if no part of the patch can be reached.
     float area_m2(std::uint32_t patch) const;
@@ -77,14 +76,14 @@ class PatchGrid {
     /// The cell of a row's patch.
     PatchCell cell(std::uint32_t row) const;
 
-    /// Updates the areas of moving objects after RayScene::move. Patches that only moving objects
-    /// occupied are released after `keep` such moves without them, as are the rows of their sides;
-    /// new patches reuse their numbers.
-    void scene_moved(int keep);
+    /// Updates the patches and areas of moving objects after RayScene::move. Patches that only
+    /// moving objects occupied, and the rows of sides, are released as soon as the objects have
+    /// left them. New ones reuse their numbers: energies from before the move are invalid.
+    void scene_moved();
 
     /// Finds the patches behind walls that did not transmit sound before a change of materials;
-    /// where there are none, it does nothing. `keep` as in scene_moved().
-    void materials_changed(int keep);
+    /// where there are none, it does nothing. Energies from before the change are invalid.
+    void materials_changed();
 
     /// Number of rows, of patches and of their sides.
     std::size_t size() const;

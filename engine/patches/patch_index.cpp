@@ -103,7 +103,7 @@ std::uint32_t PatchIndex::use(std::uint64_t key) {
         keys_[patch] = key;
         patch_of_row_[patch] = patch;
     }
-    used_[patch] = moves_;
+    used_[patch] = 1;
     return patch;
 }
 
@@ -117,7 +117,7 @@ std::uint32_t PatchIndex::new_number() {
     if (released_.empty()) {
         const auto number = static_cast<std::uint32_t>(keys_.size());
         keys_.push_back(kNoKey);
-        used_.push_back(moves_);
+        used_.push_back(0);
         patch_of_row_.push_back(kNone);
         return number;
     }
@@ -126,10 +126,9 @@ std::uint32_t PatchIndex::new_number() {
     return number;
 }
 
-void PatchIndex::release_unused(std::uint64_t keep,
-                                const std::function<void(std::uint32_t)>& before) {
+void PatchIndex::release_unused(const std::function<void(std::uint32_t)>& before) {
     for (std::size_t i = kept_; i < keys_.size(); ++i) {
-        if (keys_[i] == kNoKey || moves_ - used_[i] <= keep) continue;
+        if (keys_[i] == kNoKey || used_[i]) continue;
         const auto patch = static_cast<std::uint32_t>(i);
         before(patch);
         patch_of_key_->erase(keys_[i]);

@@ -25,7 +25,7 @@ class PatchIndex {
     /// The patches of several keys, as many as `patches`.
     void find(std::span<const std::uint64_t> keys, std::span<std::uint32_t> patches) const;
 
-    /// The patch of a key, added if there is none. The patch counts as used in the present move.
+    /// The patch of a key, added if there is none. It is then used in the present move.
     std::uint32_t use(std::uint64_t key);
 
     /// Adds a row for a side of a patch.
@@ -37,12 +37,12 @@ class PatchIndex {
     /// Keeps all present patches permanently. Patches that are added later can be released.
     void keep_present() { kept_ = keys_.size(); }
 
-    /// Begins the next move.
-    void begin_move() { ++moves_; }
+    /// Begins a move, in which no patch is used yet.
+    void begin_move() { used_.assign(keys_.size(), 0); }
 
-    /// Releases the patches that have not been used in the last `keep` moves. Calls
-    /// `before(patch)` for each of them.
-    void release_unused(std::uint64_t keep, const std::function<void(std::uint32_t)>& before);
+    /// Releases the patches that are not used in the present move. Calls `before(patch)` for each
+    /// of them.
+    void release_unused(const std::function<void(std::uint32_t)>& before);
 
     /// The patch of a row: the row itself, or that of which it is a side.
     std::uint32_t patch_of(std::uint32_t row) const { return patch_of_row_[row]; }
@@ -61,11 +61,10 @@ class PatchIndex {
 
     std::unique_ptr<Map> patch_of_key_;
     std::vector<std::uint64_t> keys_;  ///< [row]; kNoKey: a side or released
-    std::vector<std::uint64_t> used_;  ///< [patch] move of the last use
+    std::vector<char> used_;           ///< [patch] in the present move
     std::vector<std::uint32_t> patch_of_row_;
     std::vector<std::uint32_t> released_;  ///< numbers, the last of which is reused first
     std::size_t kept_ = 0;                 ///< patches that are never released
-    std::uint64_t moves_ = 0;
 };
 
 }  // namespace aula

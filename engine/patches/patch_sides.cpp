@@ -1,6 +1,8 @@
 #include "engine/patches/patch_sides.h"
 
 #include <algorithm>
+#include <array>
+#include <glm/geometric.hpp>
 #include <iterator>
 #include <map>
 #include <span>
@@ -16,10 +18,12 @@ constexpr float kMinPanel = 0.25F;  // least area of a panel, as a share of a fu
 /// smaller row loses part of its energy.
 constexpr float kMinArea = 1.0F / 256;
 
+constexpr std::size_t kMaxPanels = 6;  // largest number of panels in a cell
+
 }  // namespace
 
-PatchSides::PatchSides(const RayScene& scene, float patch_size_m)
-    : scene_(scene), reference_m2_(patch_size_m * patch_size_m) {
+PatchSides::PatchSides(const RayScene& scene, PatchIndex& index, float patch_size_m)
+    : scene_(scene), index_(index), reference_m2_(patch_size_m * patch_size_m) {
     const auto& all = scene.triangles();
     const bool moves = std::any_of(all.begin(), all.end(), [&](const RayScene::Triangle& triangle) {
         return scene.moves(triangle);
@@ -84,18 +88,27 @@ void PatchSides::add_panels(bool moving, const std::vector<char>& wanted_planes,
     }
 }
 
-/// True if the areas of a division's rows may change in each move.
+/// True if a move may change the areas of a division's rows.
 bool PatchSides::has_moving(const Division& division) const {
-    if (!division.moving_samples.empty()) return true;
-    for (std::size_t k = 0; k < kMaxPanels; ++k) {
-        if ((division.crossing >> k & 1U) != 0 && division.slots[k].panel < moving_panels_)
-            return true;
-    }
-    return false;
+    return !division.moving_samples.empty() ||
+           (!division.panels.empty() && division.panels.front() < moving_panels_);
 }
 
-void PatchSides::begin_move(std::uint64_t keep, const std::function<void(std::uint32_t)>& release) {
-    ++moves_;
+std::uint32_t PatchSides::sides_of(const Division& division, const Vec3& point) const {
+    std::uint32_t sides = 0;
+    for (std::size_t k = 0; k < division.panels.size(); ++k) {
+        const Panel& panel = panels_[division.panels[k]];
+        if (glm::dot(panel.normal, point) > panel.offset_m) sides |= 1U << k;
+    }
+    return sides;
+}
+
+void PatchSides::release_rows(Division& division) {
+    for (const Row& row : division.rows) index_.release_side(row.number);
+    division.rows.clear();
+}
+
+void PatchSides::begin_move() {
     for (Panel& panel : panels_) {
         const RayScene::Triangle& triangle = scene_.triangle(panel.reference);
         panel.normal = triangle.normal;
@@ -103,27 +116,9 @@ void PatchSides::begin_move(std::uint64_t keep, const std::function<void(std::ui
     }
     for (auto& division : divisions_) {
         if (!division) continue;
-        // Rows were added at the last crossing of their panels or earlier. They are therefore
-        // removed before the slots of these panels.
-        std::erase_if(division->rows, [&](const Row& row) {
-            if (moves_ - row.added <= keep) return false;
-            release(row.number);
-            return true;
-        });
-        bool used = false;
-        for (Division::Slot& slot : division->slots) {
-            if (slot.panel == kNone) continue;
-            if (moves_ - slot.crossed > keep) {
-                slot = {};
-                continue;
-            }
-            used = true;
-            slot.normal = panels_[slot.panel].normal;
-            slot.offset_m = panels_[slot.panel].offset_m;
-        }
-        division->crossing = 0;
+        if (has_moving(*division)) release_rows(*division);
+        division->panels.clear();
         division->moving_samples.clear();
-        if (!used) division.reset();
     }
 }
 
@@ -131,17 +126,8 @@ bool PatchSides::cross(std::uint32_t patch, std::uint32_t panel) {
     if (patch >= divisions_.size()) divisions_.resize(patch + 1);
     const bool added = !divisions_[patch];
     if (added) divisions_[patch] = std::make_unique<Division>();
-    auto& slots = divisions_[patch]->slots;
-    const auto with = [&](std::uint32_t wanted) {
-        return std::find_if(slots.begin(), slots.end(),
-                            [&](const Division::Slot& slot) { return slot.panel == wanted; });
-    };
-    auto slot = with(panel);
-    if (slot == slots.end()) slot = with(kNone);
-    if (slot != slots.end()) {
-        *slot = {panel, moves_, panels_[panel].normal, panels_[panel].offset_m};
-        divisions_[patch]->crossing |= 1U << (slot - slots.begin());
-    }
+    std::vector<std::uint32_t>& panels = divisions_[patch]->panels;
+    if (panels.size() < kMaxPanels) panels.push_back(panel);
     return added;
 }
 
@@ -150,7 +136,7 @@ std::vector<std::uint32_t> PatchSides::clear_static() {
     for (std::uint32_t patch = 0; patch < divisions_.size(); ++patch) {
         if (!divisions_[patch]) continue;
         divisions_[patch]->static_samples.clear();
-        divisions_[patch]->counted = 0;
+        release_rows(*divisions_[patch]);
         patches.push_back(patch);
     }
     return patches;
@@ -158,62 +144,51 @@ std::vector<std::uint32_t> PatchSides::clear_static() {
 
 void PatchSides::add_static(std::uint32_t patch, const Vec3& point, float area_m2) {
     divisions_[patch]->static_samples.push_back({point, area_m2});
-    divisions_[patch]->counted = 0;
 }
 
 void PatchSides::add_moving(std::uint32_t patch, const Vec3& point, float area_m2) {
     if (divided(patch)) divisions_[patch]->moving_samples.push_back({point, area_m2});
 }
 
-void PatchSides::end_move(const std::function<std::uint32_t(std::uint32_t)>& new_row) {
+void PatchSides::end_move() {
     for (std::uint32_t patch = 0; patch < divisions_.size(); ++patch) {
         if (!divisions_[patch]) continue;
         Division& division = *divisions_[patch];
-        const bool moving = has_moving(division);
-        if (!moving && division.crossing != 0 && division.counted == division.crossing) {
-            for (Row& row : division.rows) {
-                if (row.area_m2 > 0) row.added = moves_;
-            }
+        if (division.panels.empty()) {
+            remove(patch);
             continue;
         }
-        division.counted = moving ? 0 : division.crossing;
-        for (Row& row : division.rows) row.area_m2 = 0;
-        if (division.crossing == 0) continue;
-        std::array<float, 1U << kMaxPanels> areas_m2{};
-        for (const auto* samples : {&division.static_samples, &division.moving_samples}) {
-            for (const Division::Sample& sample : *samples) {
-                areas_m2[division.sides_of(sample.point) & division.crossing] += sample.area_m2;
-            }
-        }
-        for (std::uint32_t sides = 0; sides < areas_m2.size(); ++sides) {
-            if (!(areas_m2[sides] > 0)) continue;
-            auto row = std::find_if(division.rows.begin(), division.rows.end(), [&](const Row& r) {
-                return r.panels == division.crossing && r.sides == sides;
-            });
-            if (row == division.rows.end()) {
-                division.rows.push_back({division.crossing, sides, new_row(patch)});
-                row = std::prev(division.rows.end());
-            }
-            row->area_m2 = areas_m2[sides];
-            row->added = moves_;
-        }
+        if (has_moving(division)) release_rows(division);
+        if (division.rows.empty()) find_rows(patch, division);
     }
 }
 
-void PatchSides::remove(std::uint32_t patch, const std::function<void(std::uint32_t)>& release) {
+/// Adds the rows of a patch, from the samples of its surface.
+void PatchSides::find_rows(std::uint32_t patch, Division& division) {
+    std::array<float, 1U << kMaxPanels> areas_m2{};
+    for (const auto* samples : {&division.static_samples, &division.moving_samples}) {
+        for (const Division::Sample& sample : *samples) {
+            areas_m2[sides_of(division, sample.point)] += sample.area_m2;
+        }
+    }
+    for (std::uint32_t sides = 0; sides < areas_m2.size(); ++sides) {
+        if (!(areas_m2[sides] > 0)) continue;
+        division.rows.push_back({sides, index_.add_side(patch), areas_m2[sides]});
+    }
+}
+
+void PatchSides::remove(std::uint32_t patch) {
     if (!divided(patch)) return;
-    for (const Row& row : divisions_[patch]->rows) release(row.number);
+    release_rows(*divisions_[patch]);
     divisions_[patch].reset();
 }
 
 PatchSides::Target PatchSides::target(std::uint32_t patch, const Vec3& point) const {
-    if (!divided(patch) || divisions_[patch]->crossing == 0) return {patch, 1};
     const Division& division = *divisions_[patch];
-    const std::uint32_t sides = division.sides_of(point) & division.crossing;
+    const std::uint32_t sides = sides_of(division, point);
     for (const Row& row : division.rows) {
-        if (row.panels == division.crossing && row.sides == sides && row.area_m2 > 0) {
-            return {row.number, reference_m2_ / std::max(row.area_m2, kMinArea * reference_m2_)};
-        }
+        if (row.sides != sides) continue;
+        return {row.number, reference_m2_ / std::max(row.area_m2, kMinArea * reference_m2_)};
     }
     return {};
 }

@@ -244,7 +244,7 @@ TEST_CASE("late fluence in a lossless room is c P / V while a screen turns") {
                                    {Vec3(3.5F, 2.3F, -0.3F), glm::radians(60.0F)}, 2));
     const double exact = double{scene.medium.speed_of_sound_m_s()} / 60 * (0.35 - 0.15);
     // While it moves, and a window of frames after it has come to rest.
-    for (const auto& [last, allowed] : {std::pair{30, 0.04}, std::pair{76, 5e-3}}) {
+    for (const int last : {30, 76}) {
         std::vector<double> samples;
         for (std::uint64_t seed = 1; seed <= 16; ++seed) {
             Simulation simulation = test::with(scene, Estimator::patch, 0.35F);
@@ -258,9 +258,8 @@ TEST_CASE("late fluence in a lossless room is c P / V while a screen turns") {
         }
         const test::Estimate e = test::estimate(samples);
         CAPTURE(last, e.mean, e.standard_error, exact);
-        // Statistical, and the areas of patches that the screen divides, of 256 samples. While the
-        // screen moves, its patches, a ninth of all, lack the frames before it came to their cells.
-        CHECK(std::abs(e.mean - exact) < test::kFamilyZ * e.standard_error + allowed * exact);
+        // Statistical, and the areas of patches that the screen divides, of 256 samples.
+        CHECK(std::abs(e.mean - exact) < test::kFamilyZ * e.standard_error + 5e-3 * exact);
         // Companion: a tenth less is detected.
         CHECK(std::abs(e.z(0.9 * exact)) > test::kRefutedZ);
     }

@@ -205,12 +205,12 @@ TEST_CASE("a patch is uniform while it contains a moving object, and as before a
     REQUIRE(lid_before.irradiance > 1.2F);
     REQUIRE(inside_before.irradiance < 0.2F);
     s.rays.move(1);
-    s.grid.scene_moved(5);
+    s.grid.scene_moved();
     CHECK(lid().area_m2 > lid_before.area_m2);
     CHECK(lid().irradiance == 1);
     CHECK(inside().irradiance == 1);
     s.rays.move(2);
-    s.grid.scene_moved(5);
+    s.grid.scene_moved();
     CHECK(lid().area_m2 == lid_before.area_m2);
     CHECK(lid().irradiance == lid_before.irradiance);
     CHECK(inside().irradiance == inside_before.irradiance);

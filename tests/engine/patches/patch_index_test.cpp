@@ -3,13 +3,14 @@
 #include <catch2/catch.hpp>
 #include <map>
 #include <random>
+#include <set>
 #include <vector>
 
 #include "tests/support/statistics.h"
 
 using namespace aula;
 
-TEST_CASE("a patch is found by its key until it has not been used for so many moves") {
+TEST_CASE("a patch is found by its key until a move does not use it") {
     PatchIndex index;
     CHECK(index.find(7) == PatchIndex::kNone);
     const std::uint32_t kept = index.use(7);
@@ -17,20 +18,21 @@ TEST_CASE("a patch is found by its key until it has not been used for so many mo
     const std::uint32_t patch = index.use(8);
     CHECK(index.key(patch) == 8);
     CHECK(index.patch_of(patch) == patch);
+    std::vector<std::uint32_t> released;
+    const auto note = [&](std::uint32_t gone) {
+        CHECK(index.find(8) == gone);
+        released.push_back(gone);
+    };
     for (int move = 0; move < 3; ++move) {
         index.begin_move();
+        CHECK(index.find(8) == patch);
         CHECK(index.use(8) == patch);
-    }
-    std::vector<std::uint32_t> released;
-    const auto note = [&](std::uint32_t gone) { released.push_back(gone); };
-    for (int move = 0; move < 2; ++move) {
-        index.begin_move();
-        index.release_unused(2, note);
+        index.release_unused(note);
         CHECK(index.find(8) == patch);
     }
     CHECK(released.empty());
     index.begin_move();
-    index.release_unused(2, note);
+    index.release_unused(note);
     CHECK(released == std::vector<std::uint32_t>{patch});
     CHECK(index.find(8) == PatchIndex::kNone);
     // Patches that exist at keep_present() are never released.
@@ -51,7 +53,7 @@ TEST_CASE("released numbers are reused for patches and for sides") {
     CHECK(index.size() == 2);
     index.begin_move();
     index.use(1);
-    index.release_unused(0, [](std::uint32_t) {});
+    index.release_unused([](std::uint32_t) {});
     CHECK(index.find(2) == PatchIndex::kNone);
     CHECK(index.add_side(patch) == other);
     CHECK(index.patch_of(other) == patch);
@@ -59,7 +61,7 @@ TEST_CASE("released numbers are reused for patches and for sides") {
     for (int move = 0; move < 3; ++move) {
         index.begin_move();
         index.use(1);
-        index.release_unused(0, [](std::uint32_t) { FAIL("released"); });
+        index.release_unused([](std::uint32_t) { FAIL("released"); });
     }
 }
 
@@ -67,14 +69,27 @@ TEST_CASE("no number is in use twice, and their number is the largest number of 
     PatchIndex index;
     std::mt19937_64 random(test::test_seed());
     std::map<std::uint32_t, std::uint64_t> key_of;               // patches
-    std::map<std::uint64_t, int> last_used;                      // [key]
+    std::set<std::uint64_t> used;                                // keys in the present move
+    std::set<std::uint64_t> all;                                 // keys
     std::vector<std::pair<std::uint32_t, std::uint32_t>> sides;  // row, patch
     std::size_t most = 0;
     for (int move = 0; move < 400; ++move) {
         index.begin_move();
-        index.release_unused(3, [&](std::uint32_t patch) {
+        used.clear();
+        std::vector<std::uint32_t> new_patches;
+        // Keys of a window that moves on.
+        for (int i = 0; i < 20; ++i) {
+            const std::uint64_t key = static_cast<std::uint64_t>(move) + random() % 30;
+            const std::uint32_t patch = index.use(key);
+            used.insert(key);
+            const auto [entry, added] = key_of.try_emplace(patch, key);
+            REQUIRE(entry->second == key);
+            if (added) new_patches.push_back(patch);
+        }
+        most = std::max(most, key_of.size() + sides.size());
+        index.release_unused([&](std::uint32_t patch) {
             REQUIRE(key_of.contains(patch));
-            REQUIRE(move - last_used.at(key_of.at(patch)) > 3);
+            REQUIRE_FALSE(used.contains(key_of.at(patch)));
             // The sides of a patch are released with it.
             std::erase_if(sides, [&](const auto& side) {
                 if (side.second != patch) return false;
@@ -83,15 +98,11 @@ TEST_CASE("no number is in use twice, and their number is the largest number of 
             });
             key_of.erase(patch);
         });
-        // Keys of a window that moves on.
-        for (int i = 0; i < 20; ++i) {
-            const std::uint64_t key = static_cast<std::uint64_t>(move) + random() % 30;
-            const std::uint32_t patch = index.use(key);
-            last_used[key] = move;
-            const auto [entry, added] = key_of.try_emplace(patch, key);
-            REQUIRE(entry->second == key);
-            if (added && key % 3 == 0) sides.emplace_back(index.add_side(patch), patch);
+        REQUIRE(key_of.size() == used.size());
+        for (const std::uint32_t patch : new_patches) {
+            if (key_of.at(patch) % 3 == 0) sides.emplace_back(index.add_side(patch), patch);
         }
+        all.insert(used.begin(), used.end());
         for (const auto& [row, patch] : sides) {
             REQUIRE_FALSE(key_of.contains(row));
             REQUIRE(index.patch_of(row) == patch);
@@ -101,5 +112,5 @@ TEST_CASE("no number is in use twice, and their number is the largest number of 
     }
     CHECK(index.size() == most);
     // The companion: many more keys than numbers have passed.
-    CHECK(last_used.size() > 4 * most);
+    CHECK(all.size() > 4 * most);
 }
