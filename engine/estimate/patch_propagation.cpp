@@ -66,6 +66,8 @@ void PatchPropagation::scene_moved() {
 void PatchPropagation::materials_changed() {
     find_mirrors();
     grid_.materials_changed();
+    // Rows may belong to other patches now.
+    for (PatchCache& cache : caches_) cache.clear();
 }
 
 /// Decides whether paths that end in a mirror are left to the rays.

@@ -21,7 +21,7 @@ constexpr std::size_t kSums = kBins * kBandCount;
 constexpr std::size_t kIntensities = kBins * RowPool::kAxes;
 
 /// Whether the kernel has provided all pages of a row.
-bool is_mapped(const std::int64_t* row, std::size_t size) {
+bool is_mapped(const float* row, std::size_t size) {
     const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
     const auto begin = reinterpret_cast<std::uintptr_t>(row) / page * page;
     const auto end = reinterpret_cast<std::uintptr_t>(row + size);
@@ -34,14 +34,14 @@ bool is_mapped(const std::int64_t* row, std::size_t size) {
 
 TEST_CASE("memory of rows serves a row again that was given back") {
     RowPool memory(kBins);
-    std::int64_t* const sums = memory.take_sums();
-    std::int64_t* const intensities = memory.take_intensities();
-    CHECK(std::all_of(sums, sums + kSums, [](std::int64_t x) { return x == 0; }));
+    float* const sums = memory.take_sums();
+    float* const intensities = memory.take_intensities();
+    CHECK(std::all_of(sums, sums + kSums, [](float x) { return x == 0; }));
     CHECK(memory.free_bytes() == 0);
     memory.give_back(sums, nullptr, 0, 0);
-    CHECK(memory.free_bytes() == kSums * sizeof(std::int64_t));
+    CHECK(memory.free_bytes() == kSums * sizeof(float));
     memory.give_back(nullptr, intensities, 0, 0);
-    CHECK(memory.free_bytes() == (kSums + kIntensities) * sizeof(std::int64_t));
+    CHECK(memory.free_bytes() == (kSums + kIntensities) * sizeof(float));
     CHECK(memory.take_intensities() == intensities);
     CHECK(memory.take_sums() == sums);
     CHECK(memory.take_sums() != sums);
@@ -53,15 +53,15 @@ TEST_CASE("rows that were given back with energy are zero when they are taken ag
     constexpr std::size_t kEnd = 60;
     constexpr std::size_t kRows = 40;
     RowPool memory(kBins);
-    std::set<std::int64_t*> given;
+    std::set<float*> given;
     const auto take = [&] {
-        std::vector<std::pair<std::int64_t*, std::int64_t*>> rows;
+        std::vector<std::pair<float*, float*>> rows;
         for (std::size_t i = 0; i < kRows; ++i) {
             rows.emplace_back(memory.take_sums(), memory.take_intensities());
             const auto [sums, intensities] = rows.back();
-            CHECK(std::all_of(sums, sums + kSums, [](std::int64_t x) { return x == 0; }));
+            CHECK(std::all_of(sums, sums + kSums, [](float x) { return x == 0; }));
             CHECK(std::all_of(intensities, intensities + kIntensities,
-                              [](std::int64_t x) { return x == 0; }));
+                              [](float x) { return x == 0; }));
         }
         return rows;
     };
@@ -73,7 +73,7 @@ TEST_CASE("rows that were given back with energy are zero when they are taken ag
             memory.give_back(sums, intensities, kFirst, kEnd);
             given.insert(sums);
         }
-        CHECK(memory.free_bytes() == kRows * (kSums + kIntensities) * sizeof(std::int64_t));
+        CHECK(memory.free_bytes() == kRows * (kSums + kIntensities) * sizeof(float));
     };
     const auto all_again = [&](const auto& rows) {
         return std::all_of(rows.begin(), rows.end(),
@@ -93,9 +93,9 @@ TEST_CASE("rows that were given back with energy are zero when they are taken ag
     };
     CHECK(cleared() == 0);
     for (int i = 1; i <= 10; ++i) {
-        memory.reserve(kRows, kRows, 16 * kSums * sizeof(std::int64_t));
+        memory.reserve(kRows, kRows, 16 * kSums * sizeof(float));
         CHECK(cleared() == 4 * i);
-        CHECK(memory.free_bytes() == kRows * (kSums + kIntensities) * sizeof(std::int64_t));
+        CHECK(memory.free_bytes() == kRows * (kSums + kIntensities) * sizeof(float));
     }
     CHECK(all_again(take()));
 }
@@ -104,7 +104,7 @@ TEST_CASE("rows are reserved up to a number, at most a given size in one call") 
     RowPool memory(kBins);
     constexpr std::size_t kMost_bytes = std::size_t{2} << 20;
     constexpr std::size_t kRows = 1000;
-    constexpr std::size_t kAll = kRows * (kSums + kIntensities) * sizeof(std::int64_t);
+    constexpr std::size_t kAll = kRows * (kSums + kIntensities) * sizeof(float);
     std::size_t before = 0;
     int calls = 0;
     for (; memory.free_bytes() < kAll && calls < 100; ++calls) {
@@ -117,9 +117,9 @@ TEST_CASE("rows are reserved up to a number, at most a given size in one call") 
     CHECK(calls >= static_cast<int>(kAll / kMost_bytes));
     memory.reserve(kRows, kRows, kMost_bytes);
     CHECK(memory.free_bytes() == kAll);
-    std::set<std::int64_t*> rows;
+    std::set<float*> rows;
     for (std::size_t i = 0; i < kRows; ++i) {
-        std::int64_t* const row = memory.take_sums();
+        float* const row = memory.take_sums();
         CHECK(row[kSums - 1] == 0);
         rows.insert(row);
     }

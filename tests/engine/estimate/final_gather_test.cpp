@@ -56,12 +56,11 @@ struct Rows {
         for (const GatherHit& hit : hits) {
             const auto& deposits = batch.deposits.part[DepositParts::part_of(hit.patch)];
             const bool has_late = hit.late;
-            // The direction has the energy of all bands of the row's spectrum.
+            // The weight of a listener's directions is that of the row's spectrum.
             std::array<double, kBandCount> row{};
             for (const Deposit& d : deposits) {
-                if (d.patch != hit.patch || (!has_late && d.bin >= late_bin)) continue;
-                for (std::size_t b = 0; b < kBandCount; ++b)
-                    row[b] += static_cast<double>(d.units()[b]);
+                if (d.patch != hit.patch) continue;
+                for (std::size_t b = 0; b < kBandCount; ++b) row[b] += double{d.energy()[b]};
             }
             double weighted = 0;
             double all = 0;
@@ -71,7 +70,7 @@ struct Rows {
             }
             for (const Deposit& d : deposits) {
                 if (d.patch != hit.patch) continue;
-                double factor = share * PatchCache::kUnit / kRays;
+                double factor = share / kRays;
                 // From 0.5 s on a quarter of the rays represents all.
                 if (d.bin >= late_bin) factor *= has_late ? 4 : 0;
                 const double shift_s = double{hit.length_m} / double{kSpeed_m_s};
@@ -83,12 +82,12 @@ struct Rows {
                                         (end_s - begin_s);
                     double sum = 0;
                     for (std::size_t b = 0; b < kBandCount; ++b) {
-                        const double e = factor * part * static_cast<double>(d.units()[b]);
+                        const double e = factor * part * double{d.energy()[b]};
                         energy[k][b] += e * double{hit.weight[b]};
-                        sum += e;
+                        sum += e * (cache.directed() ? weighted / all : double{hit.weight[b]});
                     }
                     const Vec3 from = cache.directed() ? batch.departures[d.ray] : hit.direction;
-                    direction[k] += sum * weighted / all * glm::dvec3(from);
+                    direction[k] += sum * glm::dvec3(from);
                 }
             }
         }

@@ -82,7 +82,7 @@ TEST_CASE("every reflection in a lossless Lambert box deposits the whole energy 
     CHECK(all.size() > 20 * batch.departures.size());
     for (const Deposit& deposit : all) {
         // Energies of about 1 have mantissas of 2^14.
-        REQUIRE(std::abs(static_cast<double>(deposit.units()[0]) * Deposit::kUnit - 1) <= 0x1p-14);
+        REQUIRE(std::abs(double{deposit.energy()[0]} - 1) <= 0x1p-14);
         REQUIRE(deposit.ray < batch.departures.size());
     }
 }
@@ -93,7 +93,7 @@ TEST_CASE("the deposits of a ray are its energy times (1 - alpha) s at each refl
     double sum = 0;
     const DepositBatch batch = TracedBox(0.25F, 1).deposits();
     for (const Deposit& deposit : all_of(batch.deposits)) {
-        sum += static_cast<double>(deposit.units()[3]) * Deposit::kUnit;
+        sum += double{deposit.energy()[3]};
     }
     CHECK(sum / static_cast<double>(batch.departures.size()) == Approx(3).epsilon(1e-3));
 }
@@ -193,7 +193,7 @@ TEST_CASE("The energy of a deposit has 15 bits in the strongest band") {
         Deposit deposit;
         // Rounded down.
         deposit.set_energy(load_bands(Bands::filled(static_cast<float>(energy))), 0);
-        const double stored = static_cast<double>(deposit.units()[3]) * Deposit::kUnit;
+        const double stored = double{deposit.energy()[3]};
         CHECK(stored <= energy * (1 + 1e-7));
         worst = std::max(worst, 1 - stored / energy);
     }

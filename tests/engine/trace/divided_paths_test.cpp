@@ -58,8 +58,7 @@ struct ColouredBox {
         const DepositBatch all = deposits(batch);
         double sum = 0;
         for (const auto& part : all.deposits.part) {
-            for (const Deposit& deposit : part)
-                sum += static_cast<double>(deposit.units()[band]) * Deposit::kUnit;
+            for (const Deposit& deposit : part) sum += double{deposit.energy()[band]};
         }
         return sum / PathTracer::kBatchRays;
     }
