@@ -15,12 +15,11 @@ namespace aula {
 /// The energy that every patch radiates for one emitter, B(patch, arrival-time bin), independent of
 /// the other end. For a listener it also stores the arrival direction, which is the direction of
 /// emission of the rays. It accumulates all frames since the emitter or the scene last changed: the
-/// owner clears it after each change. Sums are 64-bit fixed point: a million rays leave small
-/// energies exact. [propagation thread]
+/// owner clears it after each change. [propagation thread]
 class PatchCache {
  public:
     /// From this number of rays on, their noise is below that of the gather. A deposit then still
-    /// counts in single precision: a sum of 2^20 of them loses those below 3 % of their mean.
+    /// counts in single precision: a sum of 2^20 of them loses those below 6 % of their mean.
     static constexpr std::uint64_t kEnoughRays = 1ULL << 20;
 
     /// The radiated energy of one patch, zero outside [first_bin, end_bin) and nonzero in the first
