@@ -18,6 +18,7 @@
 #include "aula/engine/propagation.h"
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"
+#include "engine/estimate/patch_propagation.h"
 #include "engine/patches/patch_grid.h"
 #include "engine/rays/nudge_off_surface.h"
 #include "engine/rays/ray_scene.h"
@@ -289,8 +290,13 @@ int list_materials(const Arguments& arguments) {
     return 0;
 }
 
-/// Statistics of the direct sound at the initial positions.
-FrameStatistics direct_paths(const Scene& scene) {
+/// The direct sound at the initial positions, and the length of the responses.
+struct DirectPaths {
+    FrameStatistics statistics;
+    double length_s = 0;
+};
+
+DirectPaths direct_paths(const Scene& scene) {
     Simulation simulation = scene.simulation;
     simulation.estimator = Estimator::pt;  // no patches
     simulation.rays = 1;
@@ -299,7 +305,7 @@ FrameStatistics direct_paths(const Scene& scene) {
     FrameInput input{.sources = {}, .listeners = {scene.listener.pose_at(0).position}};
     for (const Source& source : scene.sources) input.sources.push_back(source.position_at(0));
     propagation.step(input);
-    return propagation.statistics();
+    return {propagation.statistics(), propagation.response_length_s()};
 }
 
 int show_info(const Arguments& arguments) {
@@ -331,18 +337,22 @@ int show_info(const Arguments& arguments) {
     print_point("listener", scene.listener.pose_at(0).position);
     if (scene.listener.path) std::printf("%-16s%s\n", "", describe(*scene.listener.path).c_str());
     if (rays.triangle_count() == 0) return 0;
+    const DirectPaths direct =
+        result_of("finding edges and paths", arguments, [&] { return direct_paths(scene); });
+    const double max_patches =
+        std::min(kMaxPatches,
+                 PatchPropagation::max_rows(scene.simulation.memory_mb * 1e6,
+                                            TimeBins(direct.length_s), scene.sources.size(), 1));
     const PatchGrid::Extent patches = result_of("counting patches", arguments, [&] {
         return PatchGrid::extent(rays, scene.simulation.patch_size_m,
                                  nudge_off_surfaces(rays, scene_positions(scene)),
-                                 scene.simulation.seed, kMaxPatches);
+                                 scene.simulation.seed, max_patches);
     });
     std::printf("%-16s%zu of %.2f m\n", "patches", patches.reached,
                 static_cast<double>(patches.patch_size_m));
-    const FrameStatistics direct =
-        result_of("finding edges and paths", arguments, [&] { return direct_paths(scene); });
-    std::printf("%-16s%zu that diffract sound\n", "edges", direct.edges);
+    std::printf("%-16s%zu that diffract sound\n", "edges", direct.statistics.edges);
     std::printf("%-16s%zu bent, %zu through walls, from all sources\n", "direct paths",
-                direct.bent_paths, direct.wall_paths);
+                direct.statistics.bent_paths, direct.statistics.wall_paths);
     const double escape = result_of(kMeasuring, arguments, [&] {
         return escape_per_reflection(rays, points_of(sorted.inside), kSeed);
     });

@@ -41,7 +41,7 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const SpecularPaths& i
       source_count_(source_count),
       listener_count_(listener_count),
       grid_(scene, simulation.patch_size_m, inside, derive_seed(simulation.seed, SeedPurpose::grid),
-            workers, max_rows()),
+            workers, max_rows(memory_bytes_, bins_, source_count, listener_count)),
       tracer_(scene, grid_, bins_, images, trace),
       row_pool_(std::make_shared<RowPool>(bins.count())) {
     rays_may_mirror_ = simulation.specular || simulation.order > 0;

@@ -40,6 +40,10 @@ class PatchPropagation final : public ResponseEstimator {
     PatchPropagation(const PatchPropagation&) = delete;
     PatchPropagation& operator=(const PatchPropagation&) = delete;
 
+    /// The number of patches for whose energies a memory suffices, in the caches of these emitters.
+    static double max_rows(double memory_bytes, const TimeBins& bins, std::size_t source_count,
+                           std::size_t listener_count);
+
     void restart() override;
     void add_source(std::size_t id, const Vec3& position,
                     const OrientedDirectivity& directivity) override;
@@ -75,7 +79,6 @@ class PatchPropagation final : public ResponseEstimator {
     Ends ends(std::size_t pair) const {
         return {pair / listener_count_, source_count_ + pair % listener_count_};
     }
-    double max_rows() const;
     std::size_t max_segments(bool directed) const;
     std::size_t segment_bytes() const;
     void divide_segments();

@@ -22,11 +22,11 @@ constexpr std::size_t kReserved_bytes = std::size_t{2} << 20;
 
 }  // namespace
 
-/// The number of patches for which the caches of all emitters have memory.
-double PatchPropagation::max_rows() const {
-    const std::size_t bytes = source_count_ * PatchCache::row_bytes(bins_.count(), false) +
-                              listener_count_ * PatchCache::row_bytes(bins_.count(), true);
-    return std::max(kFewestRows, (1 - kSegmentShare) * memory_bytes_ / static_cast<double>(bytes));
+double PatchPropagation::max_rows(double memory_bytes, const TimeBins& bins,
+                                  std::size_t source_count, std::size_t listener_count) {
+    const std::size_t bytes = source_count * PatchCache::row_bytes(bins.count(), false) +
+                              listener_count * PatchCache::row_bytes(bins.count(), true);
+    return std::max(kFewestRows, (1 - kSegmentShare) * memory_bytes / static_cast<double>(bytes));
 }
 
 std::size_t PatchPropagation::max_segments(bool directed) const {

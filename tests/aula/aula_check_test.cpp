@@ -306,3 +306,36 @@ TEST_CASE("The command info prints leaks, the number of patches and the material
     CHECK(info.out.find("patches") != std::string::npos);
     CHECK(info.out.find("100.0 %") != std::string::npos);
 }
+
+TEST_CASE("Patches that the memory enlarges are named by info, and by a warning while rendering") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write(
+        "room.json",
+        with(with(kSmallRoom, "\"ir_length_s\": 0.5", "\"ir_length_s\": 2, \"memory_mb\": 2"),
+             "\"rays\": 200", "\"rays\": 50"));
+    // The size in m after the word "of" in a line that begins with `key`.
+    const auto size_m = [](const std::string& text, const std::string& key) {
+        const std::size_t at = text.find(" of ", text.find(key));
+        REQUIRE(at != std::string::npos);
+        return std::stod(text.substr(at + 4));
+    };
+    const double listed_m = size_m(run_program({AULA_PROGRAM, "info", scene}).out, "\npatches");
+    CHECK(listed_m > 0.6);
+    const std::string file = folder.path() / "out.wav";
+    for (const std::vector<std::string>& what :
+         {std::vector<std::string>{"--offline", file, "--duration", "0.1"}, {"--report"}}) {
+        CAPTURE(what);
+        std::vector<std::string> command{AULA_PROGRAM, scene};
+        command.insert(command.end(), what.begin(), what.end());
+        const ProgramResult result = run_program(command);
+        CHECK(result.status == 0);
+        CHECK(size_m(result.err, "patches of") == Approx(listed_m).epsilon(0.02));
+        CHECK_THAT(result.err, Contains("in place of 0.50 m: \"memory_mb\" 2"));
+    }
+    // Companion: enough memory.
+    const std::string ample = folder.write("ample.json", kSmallRoom);
+    CHECK(size_m(run_program({AULA_PROGRAM, "info", ample}).out, "\npatches") ==
+          Approx(0.5).epsilon(0.01));
+    CHECK(run_program({AULA_PROGRAM, ample, "--offline", file, "--duration", "0.1"})
+              .err.find("patches") == std::string::npos);
+}

@@ -192,6 +192,8 @@ double Auralizer::response_length_s() const {
     return state_->playback->computer().response_length_s();
 }
 
+float Auralizer::patch_size_m() const { return state_->playback->computer().patch_size_m(); }
+
 std::int64_t Auralizer::tail_samples() const { return state_->playback->tail_samples(); }
 
 std::vector<std::vector<float>> Auralizer::impulse_response(SourceId source,

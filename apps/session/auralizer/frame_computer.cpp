@@ -11,7 +11,8 @@ FrameComputer::FrameComputer(const Scene& scene, const FrameSettings& settings,
     : hrtf_(std::move(hrtf)),
       maker_(std::in_place, scene, settings, hrtf_),
       config_(maker_->config()),
-      response_length_s_(maker_->response_length_s()) {
+      response_length_s_(maker_->response_length_s()),
+      patch_size_m_(maker_->patch_size_m()) {
     status_.frame_period_ms = 1000 * config().frame_s;
     status_.response_length_s = response_length_s();
 }

@@ -38,6 +38,7 @@ class FrameComputer {
     const RendererConfig& config() const { return config_; }
     const std::shared_ptr<const Hrtf>& hrtf() const { return hrtf_; }
     double response_length_s() const { return response_length_s_; }
+    float patch_size_m() const { return patch_size_m_; }
 
     /// Fills a frame of each listener, and allocates those that are null. [propagation thread]
     void compute(const FrameRoom& room, ListenerFrames& frames);
@@ -83,6 +84,7 @@ class FrameComputer {
     std::optional<FrameMaker> maker_;  ///< until end()
     const RendererConfig config_;
     const double response_length_s_;
+    const float patch_size_m_;
     mutable std::mutex mutex_;  ///< protects the following members
     std::vector<SourceVisibility> visibilities_;
     AuralizerStatus status_;

@@ -56,6 +56,7 @@ class FrameMaker {
     FrameView view(const ViewRequest& request) const;
 
     double response_length_s() const { return propagation_.response_length_s(); }
+    float patch_size_m() const { return propagation_.patch_size_m(); }
     const FrameStatistics& statistics() const { return propagation_.statistics(); }
 
     /// Rays per source of the newest frame.

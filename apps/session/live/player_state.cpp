@@ -4,6 +4,7 @@
 #include <thread>
 #include <utility>
 
+#include "apps/session/base/patch_warning.h"
 #include "aula/exception.h"
 
 namespace aula {
@@ -64,6 +65,7 @@ void Player::State::fade_out() {
 void Player::State::build(const Scene& scene, const SessionOptions& options) {
     playing = std::make_unique<PreparedScene>(scene, options, rate_hz, false);
     warnings = warnings_of(playing->signals);
+    warn_of_patch_size(scene.simulation, playing->auralizer.room().patch_size_m(), warnings);
     monitor.reset();
     mixer = std::make_unique<LiveMixer>(rate_hz, options.block, channel_count(options.output));
     monitor = std::make_unique<Monitor>(*mixer, rate_hz);

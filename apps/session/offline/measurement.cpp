@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "apps/session/base/formatted.h"
+#include "apps/session/base/patch_warning.h"
 #include "apps/session/offline/acoustic_parameters.h"
 #include "apps/session/offline/interaural.h"
 #include "apps/session/offline/measurement_error.h"
@@ -217,6 +218,7 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
     m.simulation = scene.simulation;
     m.length_s = propagation.response_length_s();
     m.frames = propagation.frames();
+    warn_of_patch_size(scene.simulation, propagation.patch_size_m(), m.warnings);
     for (std::size_t pair = 0; pair < connected.size(); ++pair) {
         m.responses.push_back(means[pair].mean());
         m.inaudible.emplace_back(!connected[pair]                           ? kNotConnected

@@ -9,6 +9,7 @@
 
 #include "apps/session/auralizer/auralizer_options.h"
 #include "apps/session/base/formatted.h"
+#include "apps/session/base/patch_warning.h"
 #include "apps/session/frames/signals.h"
 #include "apps/session/frames/timeline.h"
 #include "audio/dsp/limiter.h"
@@ -106,6 +107,8 @@ std::int64_t OfflineRendering::samples() const { return state_->samples; }
 
 std::int64_t OfflineRendering::muted_samples() const { return state_->muted; }
 
+float OfflineRendering::patch_size_m() const { return state_->auralizer.patch_size_m(); }
+
 bool OfflineRendering::render(const Sink& sink, const Progress& progress) {
     State& s = *state_;
     const int block = s.options.block;
@@ -162,6 +165,7 @@ std::optional<std::vector<std::string>> render_offline(const Scene& scene,
     };
     if (!rendering.render(write, progress)) return std::nullopt;
     std::vector<std::string> warnings = warnings_of(signals);
+    warn_of_patch_size(scene.simulation, rendering.patch_size_m(), warnings);
     const std::int64_t muted = rendering.muted_samples() + writer.muted_samples();
     if (muted > 0)
         warnings.push_back(muted_text(muted));

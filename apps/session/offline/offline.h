@@ -41,6 +41,9 @@ class OfflineRendering {
     /// Samples that were not finite and that the limiter muted.
     std::int64_t muted_samples() const;
 
+    /// See Propagation::patch_size_m.
+    float patch_size_m() const;
+
  private:
     struct State;
     std::unique_ptr<State> state_;

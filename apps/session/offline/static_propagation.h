@@ -29,6 +29,7 @@ class StaticPropagation {
 
     int frames() const { return frames_; }
     double response_length_s() const { return propagation_.response_length_s(); }
+    float patch_size_m() const { return propagation_.patch_size_m(); }
 
     /// [pair] 1 if sound can reach the receiver. Requires a frame.
     std::vector<char> connected() const;
