@@ -197,7 +197,7 @@ struct Propagation::State {
 
     /// Invalidates all frames before a change of materials.
     void materials_changed() {
-        // More than the movement at which frames expire; small enough to keep later sums exact.
+        // More than the movement at which cached segments expire.
         constexpr double kFar_m = 1000;
         travel_m += kFar_m;
         specular.materials_changed();

@@ -18,8 +18,8 @@ namespace aula {
 /// owner clears it after each change. [propagation thread]
 class PatchCache {
  public:
-    /// From this number of rays on, their noise is below that of the gather. A deposit then still
-    /// counts in single precision: a sum of 2^20 of them loses those below 6 % of their mean.
+    /// From this number of rays on, their noise is below that of the gather. They leave some 10^4
+    /// deposits in a bin, whose sum in single precision loses those below 0.1 % of their mean.
     static constexpr std::uint64_t kEnoughRays = 1ULL << 20;
 
     /// The radiated energy of one patch, zero outside [first_bin, end_bin) and nonzero in the first

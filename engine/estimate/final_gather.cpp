@@ -2,13 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <glm/geometric.hpp>
 #include <optional>
 
 #include "engine/base/air_attenuation.h"
-#include "engine/base/band_vector.h"
-#include "engine/base/multiversion.h"
 #include "engine/base/sampling.h"
 #include "engine/base/shifted_histogram.h"
 #include "engine/rays/wall_crossing.h"
@@ -33,8 +30,6 @@ constexpr float kLateShare = 0.25F;
 /// Hits of a patch whose lengths differ by less than this share of the patch size are merged: the
 /// radiated energy has no finer resolution.
 constexpr float kJoined = 0.5F;
-
-constexpr std::size_t kPrefetchDistance = 32;  // bins of a row
 
 /// Largest number of rays of a batch that continue behind walls.
 constexpr std::size_t kPlacesBehindWalls = TransmittedPaths::kPlaces;

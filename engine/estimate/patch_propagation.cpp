@@ -60,14 +60,20 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const SpecularPaths& i
 
 void PatchPropagation::scene_moved() {
     grid_.scene_moved();
+    clear_caches();
     resting_.clear();
+}
+
+/// Removes the energy of all emitters after a change of the grid, whose rows may belong to other
+/// patches now: a movement can be too small to change the sum of all movements.
+void PatchPropagation::clear_caches() {
+    for (PatchCache& cache : caches_) cache.clear();
 }
 
 void PatchPropagation::materials_changed() {
     find_mirrors();
     grid_.materials_changed();
-    // Rows may belong to other patches now.
-    for (PatchCache& cache : caches_) cache.clear();
+    clear_caches();
 }
 
 /// Decides whether paths that end in a mirror are left to the rays.

@@ -74,6 +74,7 @@ class PatchPropagation final : public ResponseEstimator {
     };
 
     void find_mirrors();
+    void clear_caches();
 
     std::size_t emitter_count() const { return source_count_ + listener_count_; }
     Ends ends(std::size_t pair) const {

@@ -86,17 +86,13 @@ float LevelFilters::follow(float error) {
 
 void approach(const EnergyResponse& estimate, std::size_t first_bin, std::size_t end_bin,
               float share, EnergyResponse& response) {
+    // Not as a change by a share of the difference: where a response decays suddenly, its rounding
+    // leaves intensities that are longer than their energies.
+    share = std::min(share, 1.0F);
+    const float kept = 1 - share;
     for (std::size_t k = first_bin; k < end_bin; ++k) {
-        if (share >= 1) {
-            response.energy[k] = estimate.energy[k];
-            response.intensity[k] = estimate.intensity[k];
-            continue;
-        }
-        for (std::size_t b = 0; b < kBandCount; ++b) {
-            float& energy = response.energy[k][b];
-            energy += share * (estimate.energy[k][b] - energy);
-        }
-        response.intensity[k] += share * (estimate.intensity[k] - response.intensity[k]);
+        response.energy[k] = response.energy[k] * kept + estimate.energy[k] * share;
+        response.intensity[k] = kept * response.intensity[k] + share * estimate.intensity[k];
     }
 }
 

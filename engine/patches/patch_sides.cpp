@@ -5,7 +5,6 @@
 #include <glm/geometric.hpp>
 #include <iterator>
 #include <map>
-#include <span>
 #include <utility>
 
 namespace aula {
@@ -62,7 +61,6 @@ void PatchSides::add_panels(bool moving, const std::vector<char>& wanted_planes,
             continue;
         faces[{moving ? triangle.object : kAllObjects, plane}].push_back(t);
     }
-    std::vector<std::pair<Panel, std::span<const std::uint32_t>>> found;
     for (const auto& [plane, triangles] : faces) {
         Panel panel;
         float largest_m2 = 0;
@@ -73,17 +71,10 @@ void PatchSides::add_panels(bool moving, const std::vector<char>& wanted_planes,
             largest_m2 = area_m2;
             panel.reference = t;
         }
-        if (panel.area_m2 >= kMinPanel * reference_m2_) found.emplace_back(panel, triangles);
-    }
-    // If too many panels cross a cell, the largest are kept.
-    std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) {
-        return a.first.area_m2 > b.first.area_m2;
-    });
-    if (!found.empty()) panel_of_.resize(scene_.triangle_count(), kNone);
-    for (const auto& [panel, triangles] : found) {
-        for (const std::uint32_t t : triangles) {
+        if (panel.area_m2 < kMinPanel * reference_m2_) continue;
+        panel_of_.resize(scene_.triangle_count(), kNone);
+        for (const std::uint32_t t : triangles)
             panel_of_[t] = static_cast<std::uint32_t>(panels_.size());
-        }
         panels_.push_back(panel);
     }
 }
@@ -91,7 +82,8 @@ void PatchSides::add_panels(bool moving, const std::vector<char>& wanted_planes,
 /// True if a move may change the areas of a division's rows.
 bool PatchSides::has_moving(const Division& division) const {
     return !division.moving_samples.empty() ||
-           (!division.panels.empty() && division.panels.front() < moving_panels_);
+           std::any_of(division.panels.begin(), division.panels.end(),
+                       [&](std::uint32_t panel) { return panel < moving_panels_; });
 }
 
 std::uint32_t PatchSides::sides_of(const Division& division, const Vec3& point) const {
@@ -127,7 +119,14 @@ bool PatchSides::cross(std::uint32_t patch, std::uint32_t panel) {
     const bool added = !divisions_[patch];
     if (added) divisions_[patch] = std::make_unique<Division>();
     std::vector<std::uint32_t>& panels = divisions_[patch]->panels;
-    if (panels.size() < kMaxPanels) panels.push_back(panel);
+    if (panels.size() < kMaxPanels) {
+        panels.push_back(panel);
+        return added;
+    }
+    const auto smallest = std::min_element(
+        panels.begin(), panels.end(),
+        [&](std::uint32_t a, std::uint32_t b) { return panels_[a].area_m2 < panels_[b].area_m2; });
+    if (panels_[*smallest].area_m2 < panels_[panel].area_m2) *smallest = panel;
     return added;
 }
 

@@ -31,7 +31,7 @@ class PatchSides {
     /// existing panels are ignored. True if there are new ones.
     bool add_partitions(const std::vector<std::uint32_t>& triangles);
 
-    /// Number of panels: those of moving objects, then static ones, the largest of each first.
+    /// Number of panels: those of moving objects, then static ones.
     std::size_t panel_count() const { return panels_.size(); }
 
     /// The panel of a triangle, or kNone.
@@ -42,9 +42,8 @@ class PatchSides {
     /// Begins an update after a movement of the scene: no panel crosses a cell.
     void begin_move();
 
-    /// Records that a panel crosses the cell of a patch; call in ascending order of panels. Of more
-    /// than six in a cell, the first six divide it. True if the patch was not divided before:
-    /// add_static() must follow.
+    /// Records that a panel crosses the cell of a patch. Of more than six in a cell, the largest
+    /// divide it. True if the patch was not divided before: add_static() must follow.
     bool cross(std::uint32_t patch, std::uint32_t panel);
 
     /// Removes the static surfaces of all divided patches, which it returns: add_static() must
@@ -109,7 +108,7 @@ class PatchSides {
             Vec3 point;
             float area_m2 = 0;
         };
-        std::vector<std::uint32_t> panels;  ///< that cross the cell, ascending
+        std::vector<std::uint32_t> panels;  ///< that cross the cell
         std::vector<Row> rows;              ///< empty: to be found
         std::vector<Sample> static_samples;
         std::vector<Sample> moving_samples;

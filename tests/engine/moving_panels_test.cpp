@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <glm/trigonometric.hpp>
+#include <utility>
 #include <vector>
 
 #include "aula/engine/propagation.h"
@@ -133,6 +134,61 @@ TEST_CASE(
     }
     // Companion: a screen that ends 0.5 m before the wall.
     CHECK(passed(room_with({standing({6.2F, 0, 0, -4, 2})}), false) > 100 * kSilent);
+}
+
+TEST_CASE("a panel that comes to rest at the coordinate 0 lets nothing pass") {
+    // There a vertex moves by less than the sum of all movements resolves.
+    Scene scene = test::grey_room(test::box(Vec3(12.3F, 5.2F, 3), 0, Vec3(-6.2F, -2.6F, 0)), 0.2F,
+                                  1, Vec3(-4, -0.5F, 1.5F), Vec3(4, 0.5F, 1.4F));
+    scene.objects.push_back(standing({0}));
+    scene.simulation.ir_length_s = 0.3F;
+    scene.simulation.rays = 300;
+    scene.simulation.threads = 1;
+    Propagation propagation(scene, scene.simulation, 2);
+    FrameInput input = test::static_input(scene);
+    input.listeners = {Vec3(-2.5F, 0.7F, 1.2F), Vec3(4, 0.5F, 1.4F)};
+    input.objects.resize(2);
+    float x_m = 1;
+    for (int f = 0; f < 500; ++f, x_m *= 0.9F) {
+        input.objects[1].translation = Vec3(x_m, 0, 0);
+        propagation.step(input);
+        CAPTURE(f, x_m);
+        REQUIRE(energy(propagation.response(0, 1)) <= kSilent * energy(propagation.response(0, 0)));
+    }
+    REQUIRE(x_m > 0);
+    CHECK(energy(propagation.response(0, 0)) > 0.05);
+}
+
+TEST_CASE("an oblique partition lets nothing pass while a box slides along it") {
+    // The panels of the box and of the partition are more than a cell can have.
+    constexpr float kYaw_rad = 0.3F;
+    constexpr float kSize_m = 0.32F;
+    const float c = std::cos(kYaw_rad);
+    const float s = std::sin(kYaw_rad);
+    Scene scene = room_with({});
+    Object partition = object_of({0});
+    for (Vec3& v : partition.vertices) v = Vec3(c * v.x - s * v.y, s * v.x + c * v.y, v.z);
+    partition.translation = Vec3(6.2F, 2.5F, 0);
+    scene.objects.push_back(partition);
+    const Pose away{Vec3(1, 1, 0.02F), kYaw_rad};
+    Object box = test::box(Vec3(kSize_m));
+    for (auto& triangle : box.triangles) std::swap(triangle[1], triangle[2]);
+    scene.objects.push_back(moving(box, away, away, 1));
+    Propagation propagation(scene, scene.simulation, 2);
+    FrameInput input = input_of(scene);
+    input.objects.resize(3);
+    for (int f = 0; f < 60; ++f) {
+        // The middle of the box is 3 cm and half its size from the partition.
+        const float along_m = -1.5F + 0.05F * static_cast<float>(f);
+        const float off_m = -0.03F - kSize_m / 2;
+        const float x_m = 6.2F - s * along_m + c * off_m - (c - s) * kSize_m / 2;
+        const float y_m = 2.5F + c * along_m + s * off_m - (c + s) * kSize_m / 2;
+        input.objects[2] = RigidTransform(Pose{Vec3(x_m, y_m, 0.02F), kYaw_rad});
+        propagation.step(input);
+        CAPTURE(f);
+        REQUIRE(energy(propagation.response(0, 0)) > 0.01);
+        REQUIRE(energy(propagation.response(0, 1)) <= kSilent * energy(propagation.response(0, 0)));
+    }
 }
 
 TEST_CASE("levels on both sides of a screen agree with path tracing, shut and ajar") {
