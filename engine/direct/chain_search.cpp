@@ -36,10 +36,10 @@ constexpr double kLongestSegment_m = 30;
 
 // The work of a frame: pairs of edges and partial paths that are tested, and rays. The first search
 // of a pair may do more. While the scene does not change, few pairs are searched anew: a frame
-// traces half of the rays.
+// traces fewer rays.
 constexpr std::int64_t kTests = 16384;
 constexpr std::int64_t kRays = 8192;
-constexpr std::int64_t kRaysUnchanged = 4096;
+constexpr std::int64_t kRaysUnchanged = 3072;
 constexpr std::int64_t kFirstTests = 131'072;
 constexpr std::int64_t kFirstRays = 65'536;
 constexpr std::size_t kMaxPoints = 64;  // whose visible edges are known
