@@ -29,20 +29,27 @@ template <typename Value>
     std::memcpy(to, &sum, sizeof sum);
 }
 
-/// Adds `count` bins of the output's width, `value(k)`: each leaves the share `stays` in the output
+constexpr std::size_t kPrefetchDistance = 32;  // bins
+
+/// Adds consecutive bins to output bins of their width: each leaves the share `stays` in the output
 /// bin of its number and the rest in the next.
-template <typename Value, typename ValueOfBin>
-[[gnu::always_inline]] inline void add_equal_bins(std::size_t count, float stays, float* out,
-                                                  const ValueOfBin& value) {
-    Value passed{};
-    for (std::size_t k = 0; k < count; ++k) {
-        const Value here = value(k);
-        const Value sum = load<Value>(out + k * kFloats<Value>) + stays * here + passed;
-        std::memcpy(out + k * kFloats<Value>, &sum, sizeof sum);
-        passed = (1 - stays) * here;
+template <typename Value>
+class EqualBins {
+ public:
+    explicit EqualBins(float stays) : stays_(stays) {}
+
+    [[gnu::always_inline]] void add(const Value& value, float* to) {
+        const Value sum = load<Value>(to) + stays_ * value + passed_;
+        std::memcpy(to, &sum, sizeof sum);
+        passed_ = (1 - stays_) * value;
     }
-    add(passed, out + count * kFloats<Value>);
-}
+    /// What the last bin leaves to the next.
+    const Value& passed() const { return passed_; }
+
+ private:
+    float stays_;
+    Value passed_{};
+};
 
 /// Adds a value that leaves the share `stays` in the output bin and the rest in the next.
 template <typename Value>
@@ -71,18 +78,28 @@ std::size_t add_bins(const float* energy, const float* intensity, std::size_t bi
     };
     if (ratio > 0.999F) {
         const std::size_t count = std::min(end - bin, out_end - out);
-        const float stays = 1 - x;
-        add_equal_bins<BandVector>(count, stays, out_energy + out * kBandCount,
-                                   [&](std::size_t k) { return energy_of(bin + k); });
-        float* const to = out_intensity + out * 4;
+        out_energy += out * kBandCount;
+        out_intensity += out * 4;
+        EqualBins<BandVector> energies(1 - x);
+        EqualBins<FourVector> intensities(1 - x);
+        const auto add_all = [&](const auto& intensity_at) {
+            for (std::size_t k = 0; k < count; ++k) {
+                // Rows are scattered in memory.
+                __builtin_prefetch(energy + (bin + k + kPrefetchDistance) * kBandCount);
+                const BandVector value = energy_of(bin + k);
+                energies.add(value, out_energy + k * kBandCount);
+                intensities.add(intensity_at(bin + k, value), out_intensity + k * 4);
+            }
+        };
         if (intensity) {
-            add_equal_bins<FourVector>(count, stays, to,
-                                       [&](std::size_t k) { return intensity_of(bin + k); });
+            add_all([&](std::size_t k, const BandVector&) { return intensity_of(k); });
         } else {
-            add_equal_bins<FourVector>(count, stays, to, [&](std::size_t k) {
-                return directions * sum_of_bands(energy_of(bin + k))[0];
+            add_all([&](std::size_t, const BandVector& value) {
+                return directions * sum_of_bands(value)[0];
             });
         }
+        add(energies.passed(), out_energy + count * kBandCount);
+        add(intensities.passed(), out_intensity + count * 4);
         return bin + count;
     }
     for (; bin < end && out < out_end; ++bin) {
