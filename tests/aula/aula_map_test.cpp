@@ -179,8 +179,8 @@ TEST_CASE("A map that cannot be written to its end leaves only what was there be
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kSmallRoom);
     // No file may exceed 1024 bytes, as pictures do.
-    const std::string limited = std::string("trap '' XFSZ; ulimit -f 1; exec ") + AULA_PROGRAM +
-                                " map " + scene + " --spacing 2 --frames 3 --rays 50 --out ";
+    const std::string limited = std::string("trap '' XFSZ; ulimit -f 1; exec '") + AULA_PROGRAM +
+                                "' map " + scene + " --spacing 2 --frames 3 --rays 50 --out ";
     const auto out = folder.path() / "maps";
     const ProgramResult result =
         run_program({"/bin/bash", "-c", limited + (out / "deep/").string()});
