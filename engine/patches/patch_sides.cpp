@@ -157,6 +157,8 @@ void PatchSides::end_move() {
             remove(patch);
             continue;
         }
+        // In an order that is independent of the panels that others have displaced.
+        std::sort(division.panels.begin(), division.panels.end());
         if (has_moving(division)) release_rows(division);
         if (division.rows.empty()) find_rows(patch, division);
     }

@@ -13,9 +13,9 @@ namespace aula {
 /// Divides patches by panels. A panel is a plane face as large as part of a patch: of a moving
 /// object, such as one side of a door leaf or of a screen, or a static partition of one face within
 /// cells, at which the grid is not cut. In the cells that panels cross, a patch has one row of
-/// energies for each combination of the panels' sides instead of its own, so that the energy that
-/// falls on one side of a shut door does not leave on the other side. Such a row holds the energy
-/// per area times reference_m2().
+/// energies for each combination of the panels' sides instead of a single one, so that the energy
+/// that falls on one side of a shut door does not leave on the other side. Such a row holds the
+/// energy per area times reference_m2().
 ///
 /// The rows are those of the scene's present state: each movement releases the rows of the patches
 /// that moving objects divide, and adds new ones. Patches that only static panels divide keep their
@@ -108,7 +108,7 @@ class PatchSides {
             Vec3 point;
             float area_m2 = 0;
         };
-        std::vector<std::uint32_t> panels;  ///< that cross the cell
+        std::vector<std::uint32_t> panels;  ///< that cross the cell, sorted
         std::vector<Row> rows;              ///< empty: to be found
         std::vector<Sample> static_samples;
         std::vector<Sample> moving_samples;

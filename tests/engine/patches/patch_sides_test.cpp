@@ -18,7 +18,7 @@ namespace {
 const Vec3 kInside(1, 1, 2);
 const Vec3 kUp(0, 0, 1);
 
-/// A sheet that stands on a line, that high.
+/// A vertical sheet over a line.
 Object sheet(const Vec3& begin, const Vec3& end, float height_m) {
     Object object;
     object.vertices = {begin, end, end + height_m * kUp, begin + height_m * kUp};
@@ -208,5 +208,37 @@ TEST_CASE("a static partition keeps its rows unless a moving panel crosses the s
         check_same(row_at(s, right_point), right);
         CHECK(s.grid.reached_rows() == reached_rows);
         CHECK(s.grid.size() == *size);
+    }
+}
+
+TEST_CASE("six partitions keep the rows of their cell while a smaller moving panel crosses it") {
+    // A fan of oblique partitions around the middle of a cell.
+    const Vec3 middle(6.75F, 2.25F, 0);
+    std::vector<Object> objects;
+    for (int k = 0; k < 6; ++k) {
+        const float angle = 0.2F + 0.5F * static_cast<float>(k);
+        const Vec3 along(std::cos(angle), std::sin(angle), 0);
+        objects.push_back(sheet(middle - along, middle + along, 2));
+    }
+    objects.push_back(moving_sheet(0.3F, {Vec3(3.2F, 1.1F, 0.05F), Vec3(6.6F, 2.1F, 0.05F)}));
+    Surveyed s(room_with(objects), 0.5F, kInside);
+    const auto rows = [&] {
+        std::vector<std::uint32_t> all;
+        for (int k = 0; k < 6; ++k) {
+            const float angle = 0.45F + 0.5F * static_cast<float>(k);
+            for (const float side : {-0.15F, 0.15F})
+                all.push_back(row_at(s, on_floor(middle.x + side * std::cos(angle),
+                                                 middle.y + side * std::sin(angle)))
+                                  .row);
+        }
+        return all;
+    };
+    const std::vector<std::uint32_t> before = rows();
+    CHECK(std::set(before.begin(), before.end()).size() == before.size());
+    for (const int position : {1, 0, 1}) {
+        CAPTURE(position);
+        s.rays.move(position);
+        s.grid.scene_moved();
+        CHECK(rows() == before);
     }
 }
