@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kHugePage = std::size_t{2} << 20;
 constexpr std::size_t kMax = kHugePage / sizeof(float);
 constexpr std::size_t kAligned = 64 / sizeof(float);  // cache lines
-constexpr std::size_t kFirst = kMax / 8;                     // enough for small scenes
+constexpr std::size_t kFirst = kMax / 8;              // enough for small scenes
 
 }  // namespace
 

@@ -43,6 +43,7 @@ class EqualBins {
         std::memcpy(to, &sum, sizeof sum);
         passed_ = (1 - stays_) * value;
     }
+
     /// What the last bin leaves to the next.
     const Value& passed() const { return passed_; }
 
@@ -85,7 +86,8 @@ std::size_t add_bins(const float* energy, const float* intensity, std::size_t bi
         const auto add_all = [&](const auto& intensity_at) {
             for (std::size_t k = 0; k < count; ++k) {
                 // Rows are scattered in memory.
-                __builtin_prefetch(energy + (bin + k + kPrefetchDistance) * kBandCount);
+                __builtin_prefetch(energy +
+                                   std::min(bin + k + kPrefetchDistance, end) * kBandCount);
                 const BandVector value = energy_of(bin + k);
                 energies.add(value, out_energy + k * kBandCount);
                 intensities.add(intensity_at(bin + k, value), out_intensity + k * 4);

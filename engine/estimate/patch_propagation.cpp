@@ -18,8 +18,7 @@ namespace {
 /// When all pairs have a mean over a window of frames, the listeners emit in every sixth frame.
 constexpr std::uint64_t kReserveTurn = 6;
 
-/// Memory for batches that is kept for the next frames: as many times the batches of one emitter as
-/// static emitters share.
+/// Batches whose memory is kept, over those of one emitter: static emitters share twice as many.
 constexpr int kKeptBatches = 2;
 
 enum class SeedPurpose : std::uint64_t { grid = 2, gather = 4 };

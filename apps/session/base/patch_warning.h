@@ -11,9 +11,7 @@ namespace aula {
 /// Adds a warning if patches are larger than requested, because smaller ones exceed the memory.
 inline void warn_of_patch_size(const Simulation& simulation, float patch_size_m,
                                std::vector<std::string>& warnings) {
-    // Cells are fitted to walls.
-    constexpr float kNoticeable = 1.01F;
-    if (patch_size_m <= kNoticeable * simulation.patch_size_m) return;
+    if (patch_size_m <= simulation.patch_size_m) return;
     warnings.push_back(
         formatted("patches of %.2f m in place of %.2f m: \"memory_mb\" %d holds no "
                   "smaller ones",

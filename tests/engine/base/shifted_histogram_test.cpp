@@ -151,8 +151,8 @@ TEST_CASE("intensities are delayed as energies are") {
     const Vec3 direction(0.6F, 0, -0.8F);
     Bands weight;
     for (std::size_t b = 0; b < kBandCount; ++b) weight[b] = 0.25F * static_cast<float>(b);
-    ShiftedHistogram of_sums(bins);
-    of_sums.add(histogram.view(), 0, bins.count(), 0.0313, weight, direction);
+    ShiftedHistogram of_direction(bins);
+    of_direction.add(histogram.view(), 0, bins.count(), 0.0313, weight, direction);
     for (std::size_t k = 0; k < bins.count(); ++k) {
         const auto energy = histogram.energy.begin() + static_cast<std::ptrdiff_t>(k * kBandCount);
         const Vec3 intensity = std::accumulate(energy, energy + kBandCount, 0.0F) * direction;
@@ -177,9 +177,9 @@ TEST_CASE("intensities are delayed as energies are") {
             REQUIRE(double{intensity.z} == Approx(-0.8 * energy).epsilon(2e-6).margin(1e-9));
         };
         check(of_intensities.intensity(k), double{later.energy(k).sum()} * weighted / all);
-        check(of_sums.intensity(k), double{(weight * later.energy(k)).sum()});
+        check(of_direction.intensity(k), double{(weight * later.energy(k)).sum()});
         for (std::size_t b = 0; b < kBandCount; ++b) {
-            REQUIRE(double{of_sums.energy(k)[b]} ==
+            REQUIRE(double{of_direction.energy(k)[b]} ==
                     Approx(double{weight[b] * later.energy(k)[b]}).epsilon(1e-6));
         }
     }
