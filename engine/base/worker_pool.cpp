@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cassert>
+#include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
@@ -15,17 +16,31 @@
 
 namespace aula {
 
+namespace {
+
+/// A thread waits for this time before it sleeps: about as long as the system takes to wake it.
+constexpr std::chrono::microseconds kWakeful{100};
+
+/// Waits until a condition holds, at most for kWakeful. Other threads may run meanwhile.
+template <typename Condition>
+void wait_awake(const Condition& condition) {
+    const auto end = std::chrono::steady_clock::now() + kWakeful;
+    while (!condition() && std::chrono::steady_clock::now() < end) std::this_thread::yield();
+}
+
+}  // namespace
+
 struct WorkerPool::State {
     std::mutex mutex;
     std::condition_variable start;
     std::condition_variable done;
-    const std::function<void(std::size_t)>* job = nullptr;
+    const std::function<void(std::size_t)>* job = nullptr;  // null between rounds
     std::size_t count = 0;
     std::atomic<std::size_t> next{0};
-    std::size_t round = 0;      // number of calls of run(); each worker joins a round once
-    int working = 0;            // threads inside the present round
-    std::exception_ptr failed;  // the first exception of the present round
-    bool stop = false;
+    std::atomic<std::size_t> round{0};  // number of calls of run(); a worker joins each at most once
+    std::atomic<int> working{0};        // workers inside the present round
+    std::exception_ptr failed;          // the first exception of the present round
+    std::atomic<bool> stop{false};
     std::vector<std::thread> threads;
 
     ~State() {
@@ -37,9 +52,9 @@ struct WorkerPool::State {
         for (std::thread& thread : threads) thread.join();
     }
 
-    void work_through() {
+    void work_through(const std::function<void(std::size_t)>& present) {
         try {
-            for (std::size_t i = next++; i < count; i = next++) (*job)(i);
+            for (std::size_t i = next++; i < count; i = next++) present(i);
         } catch (...) {
             next = count;  // the other threads finish their present jobs only
             const std::lock_guard lock(mutex);
@@ -49,13 +64,18 @@ struct WorkerPool::State {
 
     void thread_main() {
         std::size_t seen = 0;
-        std::unique_lock lock(mutex);
+        const auto called = [&] { return stop || round != seen; };
         for (;;) {
-            start.wait(lock, [&] { return stop || round != seen; });
+            wait_awake(called);
+            std::unique_lock lock(mutex);
+            start.wait(lock, called);
             if (stop) return;
             seen = round;
+            if (!job) continue;  // the others have done all jobs
+            const auto& present = *job;
+            ++working;
             lock.unlock();
-            work_through();
+            work_through(present);
             lock.lock();
             if (--working == 0) done.notify_one();
         }
@@ -90,13 +110,18 @@ void WorkerPool::run(std::size_t count, const std::function<void(std::size_t)>& 
         s.job = &job;
         s.count = count;
         s.next = 0;
-        s.working = static_cast<int>(s.threads.size());
         ++s.round;
     }
     s.start.notify_all();
-    s.work_through();
+    s.work_through(job);
+    const auto done = [&] { return s.working == 0; };
+    {
+        const std::lock_guard lock(s.mutex);
+        s.job = nullptr;
+    }
+    wait_awake(done);
     std::unique_lock lock(s.mutex);
-    s.done.wait(lock, [&] { return s.working == 0; });
+    s.done.wait(lock, done);
     if (s.failed) std::rethrow_exception(std::exchange(s.failed, nullptr));
 }
 
