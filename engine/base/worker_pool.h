@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <span>
 
 namespace aula {
 
@@ -19,6 +20,11 @@ class WorkerPool {
     /// Returns after the last job. If a job throws, no further jobs start, and the first exception
     /// is thrown when all threads have stopped.
     void run(std::size_t count, const std::function<void(std::size_t)>& job);
+
+    /// Calls each job once in the same way.
+    void run(std::span<const std::function<void()>> jobs) {
+        run(jobs.size(), [&](std::size_t i) { jobs[i](); });
+    }
 
  private:
     struct State;

@@ -1,7 +1,7 @@
 #include "engine/cache/patch_cache.h"
 
 #include <algorithm>
-#include <array>
+#include <numeric>
 
 #include "engine/base/band_vector.h"
 #include "engine/base/multiversion.h"
@@ -40,24 +40,20 @@ std::size_t PatchCache::row_bytes(std::size_t bin_count, bool directed) {
 void PatchCache::clear() {
     table_.clear();
     emitted_ = 0;
-    allocated_rows_ = 0;
+    allocated_rows_ = {};
 }
 
-void PatchCache::add(int rays, std::size_t patch_count, std::span<const DepositBatch> batches,
-                     WorkerPool& workers) {
+void PatchCache::begin_add(int rays, std::size_t patch_count) {
     if (table_.rows.size() < patch_count) table_.rows.resize(patch_count);
-    std::array<std::size_t, DepositParts::kCount> allocated{};
-    workers.run(allocated.size(), [&](std::size_t part) {
-        for (const DepositBatch& batch : batches) allocated[part] += add_batch(batch, part);
-    });
-    for (const std::size_t more : allocated) allocated_rows_ += more;
     emitted_ += static_cast<std::uint64_t>(rays);
 }
 
-/// Adds the deposits on one part of the patches; returns the number of new rows.
+void PatchCache::add_part(std::span<const DepositBatch> batches, std::size_t part) {
+    for (const DepositBatch& batch : batches) add_batch(batch, part);
+}
+
 AULA_MULTIVERSION
-std::size_t PatchCache::add_batch(const DepositBatch& batch, std::size_t part) {
-    std::size_t allocated = 0;
+void PatchCache::add_batch(const DepositBatch& batch, std::size_t part) {
     const std::vector<Deposit>& deposits = batch.deposits.part[part];
     for (std::size_t i = 0; i < deposits.size(); ++i) {
         // Prefetch: sums are scattered in memory.
@@ -72,7 +68,7 @@ std::size_t PatchCache::add_batch(const DepositBatch& batch, std::size_t part) {
         if (!row.sum) {
             row.sum = table_.memory->take_sums();
             if (directed_) row.intensity = table_.memory->take_intensities();
-            ++allocated;
+            ++allocated_rows_[part];
         }
         row.first_bin = std::min<std::uint32_t>(row.first_bin, deposit.bin);
         row.end_bin = std::max<std::uint32_t>(row.end_bin, deposit.bin + 1U);
@@ -88,12 +84,15 @@ std::size_t PatchCache::add_batch(const DepositBatch& batch, std::size_t part) {
                        intensity);
         }
     }
-    return allocated;
+}
+
+std::size_t PatchCache::allocated_rows() const {
+    return std::accumulate(allocated_rows_.begin(), allocated_rows_.end(), std::size_t{0});
 }
 
 std::size_t PatchCache::memory_bytes() const {
     return table_.rows.capacity() * sizeof(Row) +
-           allocated_rows_ * row_bytes(bin_count_, directed_);
+           allocated_rows() * row_bytes(bin_count_, directed_);
 }
 
 }  // namespace aula

@@ -1,12 +1,12 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <utility>
 #include <vector>
 
-#include "engine/base/worker_pool.h"
 #include "engine/cache/row_pool.h"
 #include "engine/trace/trace_batch.h"
 
@@ -45,9 +45,12 @@ class PatchCache {
     /// Removes all energy.
     void clear();
 
-    /// Adds the deposits of `rays` rays, all on patches below `patch_count`.
-    void add(int rays, std::size_t patch_count, std::span<const DepositBatch> batches,
-             WorkerPool& workers);
+    /// Counts `rays` more rays, whose deposits are all on patches below `patch_count`. Call
+    /// add_part() for each part of their deposits afterwards.
+    void begin_add(int rays, std::size_t patch_count);
+
+    /// Adds one of DepositParts::kCount parts of the rays' deposits. [any thread]
+    void add_part(std::span<const DepositBatch> batches, std::size_t part);
 
     /// True at kEnoughRays or more.
     bool complete() const { return emitted_ >= kEnoughRays; }
@@ -61,7 +64,7 @@ class PatchCache {
     std::uint64_t emitted() const { return emitted_; }
 
     /// Number of patches with energy.
-    std::size_t allocated_rows() const { return allocated_rows_; }
+    std::size_t allocated_rows() const;
     std::size_t memory_bytes() const;
 
  private:
@@ -76,13 +79,13 @@ class PatchCache {
         ~Table() { clear(); }
         void clear();
     };
-    std::size_t add_batch(const DepositBatch& batch, std::size_t part);
+    void add_batch(const DepositBatch& batch, std::size_t part);
 
     std::size_t bin_count_;
     bool directed_;
     Table table_;
     std::uint64_t emitted_ = 0;
-    std::size_t allocated_rows_ = 0;
+    std::array<std::size_t, DepositParts::kCount> allocated_rows_{};  ///< [part]
 };
 
 }  // namespace aula

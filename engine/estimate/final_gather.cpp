@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <optional>
 
 #include "engine/base/air_attenuation.h"
 #include "engine/base/sampling.h"
-#include "engine/base/shifted_histogram.h"
 #include "engine/rays/wall_crossing.h"
 #include "engine/trace/resampling.h"
 #include "engine/trace/transmitted_paths.h"
@@ -17,7 +15,7 @@ namespace aula {
 namespace {
 
 constexpr int kBatchRays = 128;
-constexpr std::size_t kChunks = 8;  // of hits, each summed separately
+constexpr std::size_t kParts = 8;  // of hits, each summed separately
 
 /// Russian roulette applies to a mirror ray below this weight in every band.
 constexpr float kRouletteWeight = 0.7F;
@@ -98,89 +96,6 @@ void pass_walls(const RayScene& scene, float max_length_m, std::uint64_t seed,
     behind = std::move(kept);
 }
 
-std::size_t batch_count(const GatherSettings& settings) {
-    return static_cast<std::size_t>((settings.rays + kBatchRays - 1) / kBatchRays);
-}
-
-/// Traces a batch reflection by reflection; the lanes hold the next segment of every ray. `sent` is
-/// called with each set of lanes.
-template <typename Sent>
-void trace_batch(const RayScene& scene, const PatchGrid& grid, const Emitter& receiver,
-                 const GatherSettings& settings, std::uint64_t frame_seed, int batch,
-                 std::vector<GatherHit>& out, const Sent& sent) {
-    const ScrambledSobol sobol(derive_seed(frame_seed, 1));
-    std::vector<MirrorRay> rays;
-    rays.reserve(kBatchRays);
-    for (int i = batch * kBatchRays; i < std::min((batch + 1) * kBatchRays, settings.rays); ++i) {
-        MirrorRay r;
-        std::tie(r.first_direction, r.weight) =
-            receiver.directivity.sample(sobol.point(static_cast<std::uint32_t>(i)));
-        r.ray = {receiver.position, r.first_direction, settings.max_length_m};
-        r.random = RandomStream(derive_seed(frame_seed, 2, i));
-        r.late = static_cast<float>(i) < kLateShare * static_cast<float>(settings.rays);
-        rays.push_back(r);
-    }
-    std::vector<Ray> queries;
-    std::vector<Hit> hits;
-    Departures next;
-    next.rays.reserve(kBatchRays);
-    for (std::uint64_t reflections = 0; !rays.empty(); ++reflections) {
-        queries.clear();
-        for (const MirrorRay& r : rays) queries.push_back(r.ray);
-        hits.resize(rays.size());
-        scene.intersect(queries, hits);
-        sent(queries);
-        next.clear();
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-            if (!hits[i].any()) continue;
-            MirrorRay r = rays[i];
-            const Vec3 direction = r.ray.direction;
-            const Vec3 normal = scene.facing_normal(hits[i], direction);
-            const float cosine = -glm::dot(direction, normal);
-            const RayScene::PointOff at = RayScene::point_off(hits[i].distance_m, cosine);
-            const Vec3 point = r.ray.origin + at.along_m * direction + at.off_m * normal;
-            const std::uint32_t index = scene.surface(hits[i].triangle).material;
-            const Material& material = scene.material(index);
-            r.length_m += hits[i].distance_m;
-            r.weight *= transmission(settings.attenuation_per_m, hits[i].distance_m);
-            // Mirrors count as well where they share a patch with a scattering surface.
-            const PatchGrid::Radiator radiator =
-                grid.find_radiator(hits[i].triangle, point, normal);
-            if (radiator.row != PatchGrid::kNone) {
-                // A patch of area A that radiates B by Lambert's law has the radiance B / (pi A).
-                // Fluence is radiance times solid angle, 4 pi / M for each of M rays:
-                // 4 pi / M * B / (pi A) = 4 / (M A) * B.
-                const float factor = 4 / static_cast<float>(settings.rays) * radiator.per_m2;
-                out.push_back(
-                    {radiator.row, r.length_m, r.first_direction, r.weight * factor, r.late});
-            }
-            if (!settings.mirrors) continue;
-            if (scene.transmits(index)) {
-                const RayScene::PointOff beyond =
-                    RayScene::point_beyond(hits[i].distance_m, cosine);
-                next.entries.push_back(
-                    {hits[i], r.ray.origin + beyond.along_m * direction + beyond.off_m * normal,
-                     normal});
-                next.entering.push_back(r);
-            }
-            r.weight *= complement(material.scattering) * complement(material.absorption);
-            const float strongest = r.weight.max();
-            if (!(strongest > 0)) continue;
-            if (strongest < r.roulette_weight) {
-                const float survival = strongest / r.roulette_weight;
-                if (!(r.random.uniform() < survival)) continue;
-                r.weight *= 1 / survival;
-            }
-            r.ray = {point, mirror(direction, normal), settings.max_length_m - r.length_m};
-            (r.crossings > 0 ? next.behind : next.rays).push_back(r);
-        }
-        pass_walls(scene, settings.max_length_m, derive_seed(frame_seed, 3, batch, reflections),
-                   next);
-        rays.swap(next.rays);
-        rays.insert(rays.end(), next.behind.begin(), next.behind.end());
-    }
-}
-
 /// Adds the energy that arrives by one hit, times `scale`.
 void add_hit(const GatherHit& hit, const PatchCache& cache, std::size_t late_bin, double delay_s,
              float scale, ShiftedHistogram& sum) {
@@ -208,18 +123,19 @@ void join(GatherHit& all, const GatherHit& hit) {
 }
 
 /// Sorts hits by patch, late ones first, and merges those of about the same length.
-std::vector<GatherHit> joined_by_patch(const std::vector<std::vector<GatherHit>>& batches,
-                                       std::size_t patch_count, float patch_size_m) {
+template <typename Batch>
+std::vector<GatherHit> joined_by_patch(const std::vector<Batch>& batches, std::size_t patch_count,
+                                       float patch_size_m) {
     // Counting sort.
     std::vector<std::size_t> next(2 * patch_count + 1, 0);
     const auto slot = [](const GatherHit& hit) { return 2 * hit.patch + (hit.late ? 0U : 1U); };
-    for (const auto& batch : batches) {
-        for (const GatherHit& hit : batch) ++next[slot(hit) + 1];
+    for (const Batch& batch : batches) {
+        for (const GatherHit& hit : batch.hits) ++next[slot(hit) + 1];
     }
     for (std::size_t i = 1; i < next.size(); ++i) next[i] += next[i - 1];
     std::vector<const GatherHit*> ordered(next.back());
-    for (const auto& batch : batches) {
-        for (const GatherHit& hit : batch) ordered[next[slot(hit)]++] = &hit;
+    for (const Batch& batch : batches) {
+        for (const GatherHit& hit : batch.hits) ordered[next[slot(hit)]++] = &hit;
     }
 
     std::vector<GatherHit> joined;
@@ -247,61 +163,156 @@ std::vector<GatherHit> joined_by_patch(const std::vector<std::vector<GatherHit>>
 
 }  // namespace
 
-std::vector<GatherHit> trace_gather(const RayScene& scene, const PatchGrid& grid,
-                                    const Emitter& receiver, const GatherSettings& settings,
-                                    std::uint64_t frame_seed, WorkerPool& workers,
-                                    std::uint64_t& segments) {
-    const std::size_t batches = batch_count(settings);
-    std::vector<std::vector<GatherHit>> found(batches);
-    std::vector<std::uint64_t> counts(batches, 0);
-    workers.run(batches, [&](std::size_t i) {
-        trace_batch(scene, grid, receiver, settings, frame_seed, static_cast<int>(i), found[i],
-                    [&](const std::vector<Ray>& rays) { counts[i] += rays.size(); });
-    });
-    for (const std::uint64_t count : counts) segments += count;
-    return joined_by_patch(found, grid.size(), grid.patch_size_m());
+FinalGather::FinalGather(const RayScene& scene, const PatchGrid& grid, const Emitter& receiver,
+                         const GatherSettings& settings, std::uint64_t frame_seed)
+    : scene_(scene),
+      grid_(grid),
+      receiver_(receiver),
+      settings_(settings),
+      frame_seed_(frame_seed),
+      batches_(static_cast<std::size_t>((settings.rays + kBatchRays - 1) / kBatchRays)),
+      batches_left_(batches_.size()) {}
+
+void FinalGather::trace(std::size_t batch) {
+    Batch& traced = batches_[batch];
+    trace(batch, traced.hits,
+          [&](const std::vector<Ray>& rays) { traced.segments += rays.size(); });
+    if (--batches_left_ == 0) hits_ = joined_by_patch(batches_, grid_.size(), grid_.patch_size_m());
 }
 
-std::vector<Ray> gather_rays(const RayScene& scene, const PatchGrid& grid, const Emitter& receiver,
-                             const GatherSettings& settings, std::uint64_t frame_seed) {
+/// Traces a batch reflection by reflection; the lanes hold the next segment of every ray. `sent` is
+/// called with each set of lanes.
+template <typename Sent>
+void FinalGather::trace(std::size_t batch, std::vector<GatherHit>& out, const Sent& sent) const {
+    const ScrambledSobol sobol(derive_seed(frame_seed_, 1));
+    std::vector<MirrorRay> rays;
+    rays.reserve(kBatchRays);
+    const int first = static_cast<int>(batch) * kBatchRays;
+    for (int i = first; i < std::min(first + kBatchRays, settings_.rays); ++i) {
+        MirrorRay r;
+        std::tie(r.first_direction, r.weight) =
+            receiver_.directivity.sample(sobol.point(static_cast<std::uint32_t>(i)));
+        r.ray = {receiver_.position, r.first_direction, settings_.max_length_m};
+        r.random = RandomStream(derive_seed(frame_seed_, 2, i));
+        r.late = static_cast<float>(i) < kLateShare * static_cast<float>(settings_.rays);
+        rays.push_back(r);
+    }
+    std::vector<Ray> queries;
+    std::vector<Hit> hits;
+    Departures next;
+    next.rays.reserve(kBatchRays);
+    for (std::uint64_t reflections = 0; !rays.empty(); ++reflections) {
+        queries.clear();
+        for (const MirrorRay& r : rays) queries.push_back(r.ray);
+        hits.resize(rays.size());
+        scene_.intersect(queries, hits);
+        sent(queries);
+        next.clear();
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            if (!hits[i].any()) continue;
+            MirrorRay r = rays[i];
+            const Vec3 direction = r.ray.direction;
+            const Vec3 normal = scene_.facing_normal(hits[i], direction);
+            const float cosine = -glm::dot(direction, normal);
+            const RayScene::PointOff at = RayScene::point_off(hits[i].distance_m, cosine);
+            const Vec3 point = r.ray.origin + at.along_m * direction + at.off_m * normal;
+            const std::uint32_t index = scene_.surface(hits[i].triangle).material;
+            const Material& material = scene_.material(index);
+            r.length_m += hits[i].distance_m;
+            r.weight *= transmission(settings_.attenuation_per_m, hits[i].distance_m);
+            // Mirrors count as well where they share a patch with a scattering surface.
+            const PatchGrid::Radiator radiator =
+                grid_.find_radiator(hits[i].triangle, point, normal);
+            if (radiator.row != PatchGrid::kNone) {
+                // A patch of area A that radiates B by Lambert's law has the radiance B / (pi A).
+                // Fluence is radiance times solid angle, 4 pi / M for each of M rays:
+                // 4 pi / M * B / (pi A) = 4 / (M A) * B.
+                const float factor = 4 / static_cast<float>(settings_.rays) * radiator.per_m2;
+                out.push_back(
+                    {radiator.row, r.length_m, r.first_direction, r.weight * factor, r.late});
+            }
+            if (!settings_.mirrors) continue;
+            if (scene_.transmits(index)) {
+                const RayScene::PointOff beyond =
+                    RayScene::point_beyond(hits[i].distance_m, cosine);
+                next.entries.push_back(
+                    {hits[i], r.ray.origin + beyond.along_m * direction + beyond.off_m * normal,
+                     normal});
+                next.entering.push_back(r);
+            }
+            r.weight *= complement(material.scattering) * complement(material.absorption);
+            const float strongest = r.weight.max();
+            if (!(strongest > 0)) continue;
+            if (strongest < r.roulette_weight) {
+                const float survival = strongest / r.roulette_weight;
+                if (!(r.random.uniform() < survival)) continue;
+                r.weight *= 1 / survival;
+            }
+            r.ray = {point, mirror(direction, normal), settings_.max_length_m - r.length_m};
+            (r.crossings > 0 ? next.behind : next.rays).push_back(r);
+        }
+        pass_walls(scene_, settings_.max_length_m, derive_seed(frame_seed_, 3, batch, reflections),
+                   next);
+        rays.swap(next.rays);
+        rays.insert(rays.end(), next.behind.begin(), next.behind.end());
+    }
+}
+
+std::uint64_t FinalGather::segments() const {
+    std::uint64_t all = 0;
+    for (const Batch& batch : batches_) all += batch.segments;
+    return all;
+}
+
+std::vector<Ray> FinalGather::rays() const {
     std::vector<Ray> all;
     std::vector<GatherHit> unused;
-    for (std::size_t i = 0; i < batch_count(settings); ++i) {
-        trace_batch(
-            scene, grid, receiver, settings, frame_seed, static_cast<int>(i), unused,
-            [&](const std::vector<Ray>& rays) { all.insert(all.end(), rays.begin(), rays.end()); });
+    for (std::size_t i = 0; i < batch_count(); ++i) {
+        trace(i, unused, [&](const std::vector<Ray>& sent) {
+            all.insert(all.end(), sent.begin(), sent.end());
+        });
     }
     return all;
 }
 
-void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache, double share,
-                  WorkerPool& workers, EnergyResponse& response) {
+void GatheredEnergy::add(const std::vector<GatherHit>& hits, const PatchCache& cache,
+                         double share) {
     if (cache.emitted() == 0) return;
+    gathers_.push_back(
+        {hits, cache, static_cast<float>(share / static_cast<double>(cache.emitted()))});
+    parts_.resize(gathers_.size() * kParts);
+}
+
+bool GatheredEnergy::sum(std::size_t part, EnergyResponse& response) {
+    const auto& [hits, cache, scale] = gathers_[part / kParts];
     const TimeBins& bins = response.bins;
     const std::size_t late_bin = bins.index(kLate_s);
-    const auto scale = static_cast<float>(share / static_cast<double>(cache.emitted()));
-    std::vector<std::optional<ShiftedHistogram>> parts(kChunks);
-    workers.run(kChunks, [&](std::size_t chunk) {
-        ShiftedHistogram& part = parts[chunk].emplace(bins);
-        for (std::size_t i = hits.size() * chunk / kChunks; i < hits.size() * (chunk + 1) / kChunks;
-             ++i) {
-            const double delay_s = double{hits[i].length_m} / double{response.speed_of_sound_m_s};
-            add_hit(hits[i], cache, late_bin, delay_s, scale, part);
-        }
-    });
-    for (std::size_t k = 0; k < bins.count(); ++k) {
-        Bands energy;
-        Vec3 intensity(0);
-        for (const auto& part : parts) {
-            energy += part->energy(k);
-            intensity += part->intensity(k);
-        }
-        // The intensity is weighted by a row's whole spectrum, which may differ from that of a bin.
-        const float length = glm::length(intensity);
-        if (length > energy.sum()) intensity *= energy.sum() / length;
-        response.energy[k] += energy;
-        response.intensity[k] += intensity;
+    const std::size_t chunk = part % kParts;
+    ShiftedHistogram& sum = parts_[part].emplace(bins);
+    for (std::size_t i = hits.size() * chunk / kParts; i < hits.size() * (chunk + 1) / kParts;
+         ++i) {
+        const double delay_s = double{hits[i].length_m} / double{response.speed_of_sound_m_s};
+        add_hit(hits[i], cache, late_bin, delay_s, scale, sum);
     }
+    if (++parts_summed_ < part_count()) return false;
+    for (std::size_t g = 0; g < gathers_.size(); ++g) {
+        for (std::size_t k = 0; k < bins.count(); ++k) {
+            Bands energy;
+            Vec3 intensity(0);
+            for (std::size_t p = g * kParts; p < (g + 1) * kParts; ++p) {
+                energy += parts_[p]->energy(k);
+                intensity += parts_[p]->intensity(k);
+            }
+            // The intensity is weighted by a row's whole spectrum, which may differ from that of a
+            // bin.
+            const float length = glm::length(intensity);
+            if (length > energy.sum()) intensity *= energy.sum() / length;
+            response.energy[k] += energy;
+            response.intensity[k] += intensity;
+        }
+    }
+    for (auto& summed : parts_) summed.reset();
+    return true;
 }
 
 }  // namespace aula

@@ -1,8 +1,8 @@
 #include "engine/estimate/patch_propagation.h"
 
 #include <algorithm>
-#include <cmath>
-#include <glm/geometric.hpp>
+#include <deque>
+#include <functional>
 #include <limits>
 #include <numeric>
 
@@ -22,6 +22,21 @@ constexpr std::uint64_t kReserveTurn = 6;
 constexpr int kKeptBatches = 2;
 
 enum class SeedPurpose : std::uint64_t { grid = 2, gather = 4 };
+
+/// Sums the parts of gathered energies; calls completed(i) for each as soon as it has all parts.
+template <typename ResponseOf, typename Completed>
+void sum_gathered(std::vector<GatheredEnergy>& energies, WorkerPool& workers,
+                  const ResponseOf& response_of, const Completed& completed) {
+    std::vector<std::pair<std::size_t, std::size_t>> parts;
+    for (std::size_t i = 0; i < energies.size(); ++i)
+        for (std::size_t part = 0; part < std::max<std::size_t>(1, energies[i].part_count());
+             ++part)
+            parts.emplace_back(i, part);
+    workers.run(parts.size(), [&](std::size_t job) {
+        const auto [i, part] = parts[job];
+        if (energies[i].part_count() == 0 || energies[i].sum(part, response_of(i))) completed(i);
+    });
+}
 
 }  // namespace
 
@@ -227,6 +242,7 @@ void PatchPropagation::trace(const PropagationFrame& frame, const std::vector<in
 
 /// Adds the traced batches to patch and segment caches.
 void PatchPropagation::update(const std::vector<int>& batches) {
+    std::vector<std::function<void()>> jobs;
     std::span<DepositBatch> left(batches_);
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         if (batches[id] == 0) continue;
@@ -234,10 +250,16 @@ void PatchPropagation::update(const std::vector<int>& batches) {
         const std::span<DepositBatch> traced = left.first(count);
         left = left.subspan(count);
         const int rays = tracer_.rays_of(batches[id]);
-        size_spheres(traced);
-        segment_caches_[id].add(traced, rays);
-        if (!caches_[id].complete()) caches_[id].add(rays, grid_.size(), traced, workers_);
+        jobs.emplace_back([this, id, traced, rays] {
+            size_spheres(traced);
+            segment_caches_[id].add(traced, rays);
+        });
+        if (caches_[id].complete()) continue;
+        caches_[id].begin_add(rays, grid_.size());
+        for (std::size_t part = 0; part < DepositParts::kCount; ++part)
+            jobs.emplace_back([this, id, traced, part] { caches_[id].add_part(traced, part); });
     }
+    workers_.run(jobs);
 }
 
 /// Number of rays in each cache.
@@ -281,38 +303,54 @@ std::uint64_t PatchPropagation::gather_seed(const PropagationFrame& frame,
     return derive_seed(frame.seed, SeedPurpose::gather, receiver);
 }
 
-void PatchPropagation::gather(const PropagationFrame& frame, const std::vector<char>& wanted,
-                              FrameStatistics& statistics) {
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
-        if (wanted[i]) pairs_[i].begin_gather();
-    }
+void PatchPropagation::gather(const PropagationFrame& frame, std::span<const SpecularSound> images,
+                              std::span<EnergyResponse> responses, FrameStatistics& statistics) {
+    const std::vector<char> wanted = pairs_to_gather(pair_status(), frame.number);
     const GatherPlan plan = plan_gather(frame.number, wanted, emitted());
+    std::vector<std::function<void()>> jobs;
+    for (std::size_t i = 0; mirrors_ && i < pairs_.size(); ++i)
+        jobs.emplace_back([this, i] { detect(i); });
+    std::deque<FinalGather> gathers;
+    std::vector<GatheredEnergy> energies(pairs_.size());
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         if (plan.at[id].pairs.empty()) continue;
         const Emitter receiver = emitter(id, frame);
-        const std::vector<GatherHit> hits =
-            trace_gather(scene_, grid_, receiver, gather_settings(plan.at[id].rays),
-                         gather_seed(frame, id), workers_, statistics.segments);
+        FinalGather& gather = gathers.emplace_back(
+            scene_, grid_, receiver, gather_settings(plan.at[id].rays), gather_seed(frame, id));
+        for (std::size_t batch = 0; batch < gather.batch_count(); ++batch)
+            jobs.emplace_back([&gather, batch] { gather.trace(batch); });
         for (const std::size_t i : plan.at[id].pairs) {
-            const std::size_t from = receiver.is_listener ? ends(i).source : ends(i).listener;
-            const double share =
-                receiver.is_listener ? plan.shares[i].source : plan.shares[i].listener;
-            add_gathered(hits, caches_[from], share, workers_, pairs_[i].gathered());
+            const bool at_listener = receiver.is_listener;
+            const std::size_t from = at_listener ? ends(i).source : ends(i).listener;
+            energies[i].add(gather.hits(), caches_[from],
+                            at_listener ? plan.shares[i].source : plan.shares[i].listener);
         }
     }
+    workers_.run(jobs);
+    for (const FinalGather& gather : gathers) statistics.segments += gather.segments();
+
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+        if (wanted[i]) pairs_[i].begin_gather();
+    }
+    sum_gathered(
+        energies, workers_, [&](std::size_t i) -> EnergyResponse& { return pairs_[i].gathered(); },
+        [&](std::size_t i) { complete_pair(i, wanted[i] != 0, images[i], responses[i]); });
+}
+
+/// Detects the segments of a pair's ends.
+void PatchPropagation::detect(std::size_t i) {
+    const auto [source, listener] = ends(i);
+    pairs_[i].detect(scene_, segment_caches_[source], receivers_[listener],
+                     segment_caches_[listener], receivers_[source], directivities_[source]);
 }
 
 /// Updates a pair's response: the gathered energy and the segments whose paths no image source
 /// counts now.
-void PatchPropagation::update_pair(std::size_t i, bool gathered, const SpecularSound& images,
-                                   EnergyResponse& response) {
+void PatchPropagation::complete_pair(std::size_t i, bool gathered, const SpecularSound& images,
+                                     EnergyResponse& response) {
     PairResponse& pair = pairs_[i];
     const auto [source, listener] = ends(i);
     if (gathered) pair.end_gather(caches_[source].emitted() + caches_[listener].emitted());
-    if (mirrors_) {
-        pair.detect(scene_, segment_caches_[source], receivers_[listener],
-                    segment_caches_[listener], receivers_[source], directivities_[source]);
-    }
     if (!gathered && !mirrors_) return;
     response.energy = pair.response().energy;
     response.intensity = pair.response().intensity;
@@ -330,10 +368,7 @@ void PatchPropagation::step(const PropagationFrame& frame, std::span<const Specu
     update(batches);
     statistics.cache_s += watch.lap_s();
 
-    const std::vector<char> wanted = pairs_to_gather(pair_status(), frame.number);
-    gather(frame, wanted, statistics);
-    workers_.run(pairs_.size(),
-                 [&](std::size_t i) { update_pair(i, wanted[i] != 0, images[i], responses[i]); });
+    gather(frame, images, responses, statistics);
     statistics.gather_s += watch.lap_s();
 
     reserve_rows(frame.number);
@@ -361,14 +396,18 @@ void PatchPropagation::gather_at(const PropagationFrame& frame,
     }
     const int rays = gather_rays_of_receiver(tracer_.rays_of(tracer_.batch_count()),
                                              scene_moved_recently(frame.number));
-    std::uint64_t segments = 0;
     for (std::size_t r = 0; r < at.size(); ++r) {
         const Emitter receiver{emitter_count() + r, at[r], true};
-        const std::vector<GatherHit> hits =
-            trace_gather(scene_, grid_, receiver, gather_settings(rays),
-                         gather_seed(frame, emitter_count() + r), workers_, segments);
+        FinalGather gather(scene_, grid_, receiver, gather_settings(rays),
+                           gather_seed(frame, emitter_count() + r));
+        workers_.run(gather.batch_count(), [&](std::size_t batch) { gather.trace(batch); });
+        std::vector<GatheredEnergy> energies(source_count_);
         for (std::size_t s = 0; s < source_count_; ++s)
-            add_gathered(hits, caches_[s], 1, workers_, responses[s * at.size() + r]);
+            energies[s].add(gather.hits(), caches_[s], 1);
+        sum_gathered(
+            energies, workers_,
+            [&](std::size_t s) -> EnergyResponse& { return responses[s * at.size() + r]; },
+            [](std::size_t) {});
     }
     if (!mirrors_) return;
     workers_.run(responses.size(), [&](std::size_t pair) {
@@ -413,8 +452,9 @@ std::vector<Ray> PatchPropagation::rays(const PropagationFrame& frame) const {
         plan_gather(frame.number, pairs_to_gather(pair_status(), frame.number), rays_held);
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         if (plan.at[id].pairs.empty()) continue;
-        append(aula::gather_rays(scene_, grid_, emitter(id, frame),
-                                 gather_settings(plan.at[id].rays), gather_seed(frame, id)));
+        append(FinalGather(scene_, grid_, emitter(id, frame), gather_settings(plan.at[id].rays),
+                           gather_seed(frame, id))
+                   .rays());
     }
     return all;
 }

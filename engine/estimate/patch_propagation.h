@@ -97,12 +97,13 @@ class PatchPropagation final : public ResponseEstimator {
     bool scene_moved_recently(std::uint64_t frame) const;
     GatherPlan plan_gather(std::uint64_t frame, std::span<const char> wanted,
                            std::span<const std::uint64_t> emitted) const;
-    void gather(const PropagationFrame& frame, const std::vector<char>& wanted,
-                FrameStatistics& statistics);
+    void gather(const PropagationFrame& frame, std::span<const SpecularSound> images,
+                std::span<EnergyResponse> responses, FrameStatistics& statistics);
     GatherSettings gather_settings(int rays) const;
     std::uint64_t gather_seed(const PropagationFrame& frame, std::size_t receiver) const;
-    void update_pair(std::size_t pair, bool gathered, const SpecularSound& images,
-                     EnergyResponse& response);
+    void detect(std::size_t pair);
+    void complete_pair(std::size_t pair, bool gathered, const SpecularSound& images,
+                       EnergyResponse& response);
 
     const RayScene& scene_;
     WorkerPool& workers_;

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/worker_pool.h"
 #include "tests/support/statistics.h"
 
 using namespace aula;
@@ -32,15 +33,21 @@ double radiated(const PatchCache& cache, std::uint32_t patch) {
     return double{row.sum[3 * kBandCount]} / static_cast<double>(cache.emitted());
 }
 
+/// Adds the deposits of rays on several threads.
+void add(PatchCache& cache, int rays, std::span<const DepositBatch> batches, int threads = 2) {
+    WorkerPool workers(threads);
+    cache.begin_add(rays, kPatches);
+    workers.run(DepositParts::kCount, [&](std::size_t part) { cache.add_part(batches, part); });
+}
+
 }  // namespace
 
 TEST_CASE("a patch cache is the mean of the rays of all frames, and holds nothing once cleared") {
-    WorkerPool workers(2);
     PatchCache cache(kBins);
     const auto frame = [&](std::uint32_t patch, int rays) {
         DepositBatch batch;
         for (int ray = 0; ray < rays; ++ray) batch.deposits.add(deposit_on(patch, 1));
-        cache.add(rays, kPatches, {&batch, 1}, workers);
+        add(cache, rays, {&batch, 1});
     };
     for (int f = 0; f < 100; ++f) frame(f % 2 ? 1 : 2, f % 2 ? 1 : 3);
     CHECK(cache.emitted() == 200);
@@ -57,12 +64,11 @@ TEST_CASE("a patch cache is the mean of the rays of all frames, and holds nothin
 }
 
 TEST_CASE("a patch cache is complete from 2^20 rays on") {
-    WorkerPool workers(1);
     PatchCache cache(kBins);
     const DepositBatch none;
-    cache.add((1 << 20) - 1, kPatches, {&none, 1}, workers);
+    add(cache, (1 << 20) - 1, {&none, 1});
     CHECK_FALSE(cache.complete());
-    cache.add(1, kPatches, {&none, 1}, workers);
+    add(cache, 1, {&none, 1});
     CHECK(cache.complete());
     cache.clear();
     CHECK_FALSE(cache.complete());
@@ -72,7 +78,6 @@ TEST_CASE("single precision holds the energy of 2^16 deposits in one bin") {
     // Energies over four decades, as of rays that have met few or many absorbing walls.
     std::mt19937_64 random(test::test_seed());
     std::uniform_real_distribution<float> uniform(0, 1);
-    WorkerPool workers(1);
     PatchCache cache(kBins);
     double sum = 0;
     for (int frame = 0; frame < 64; ++frame) {
@@ -81,7 +86,7 @@ TEST_CASE("single precision holds the energy of 2^16 deposits in one bin") {
             batch.deposits.add(deposit_on(1, std::pow(10.0F, -4 * uniform(random))));
             sum += double{batch.deposits.part[DepositParts::part_of(1)].back().energy()[0]};
         }
-        cache.add(1024, kPatches, {&batch, 1}, workers);
+        add(cache, 1024, {&batch, 1});
     }
     // Deposits below 2^-24 of the sum are lost, at last those below 0.4 % of the mean.
     CHECK(radiated(cache, 1) == Approx(sum / (1 << 16)).epsilon(1e-4));
@@ -118,11 +123,10 @@ TEST_CASE("the sums of energy and direction are right, with the same bits for al
     std::vector<float> bits;
     for (const int threads : {1, 2, 5}) {
         CAPTURE(threads);
-        WorkerPool workers(threads);
         PatchCache cache(kBins, true);
         // In two frames.
-        cache.add(60, kPatches, std::span(batches).first(3), workers);
-        cache.add(80, kPatches, std::span(batches).subspan(3), workers);
+        add(cache, 60, std::span(batches).first(3), threads);
+        add(cache, 80, std::span(batches).subspan(3), threads);
         CHECK(cache.allocated_rows() == kPatches);
         std::vector<float> all;
         for (std::uint32_t p = 0; p < kPatches; ++p) {
@@ -149,7 +153,6 @@ TEST_CASE("the sums of energy and direction are right, with the same bits for al
 }
 
 TEST_CASE("a row is nonzero in its first and last bin only as long as it holds energy") {
-    WorkerPool workers(1);
     PatchCache cache(kBins);
     DepositBatch batch;
     for (const int bin : {6, 4, 8}) {
@@ -157,7 +160,7 @@ TEST_CASE("a row is nonzero in its first and last bin only as long as it holds e
         deposit.bin = static_cast<std::uint16_t>(bin);
         batch.deposits.add(deposit);
     }
-    cache.add(1, kPatches, {&batch, 1}, workers);
+    add(cache, 1, {&batch, 1});
     CHECK(cache.row_count() == kPatches);
     CHECK(cache.row(5).first_bin == 4);
     CHECK(cache.row(5).end_bin == 9);
@@ -167,12 +170,11 @@ TEST_CASE("a row is nonzero in its first and last bin only as long as it holds e
 
 TEST_CASE("the rows of an emptied cache are zero and serve another cache") {
     const auto memory = std::make_shared<RowPool>(kBins);
-    WorkerPool workers(2);
     const auto fill = [&](PatchCache& cache) {
         DepositBatch batch;
         batch.departures = {Vec3(1, 0, 0)};
         for (std::uint32_t p = 0; p < kPatches; ++p) batch.deposits.add(deposit_on(p, 1));
-        cache.add(1, kPatches, {&batch, 1}, workers);
+        add(cache, 1, {&batch, 1});
     };
     const std::size_t rows_bytes = kPatches * PatchCache::row_bytes(kBins, true);
     PatchCache first(kBins, true, memory);

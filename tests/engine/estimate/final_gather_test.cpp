@@ -7,6 +7,7 @@
 #include <random>
 #include <vector>
 
+#include "engine/base/worker_pool.h"
 #include "tests/support/rooms.h"
 #include "tests/support/statistics.h"
 
@@ -17,11 +18,23 @@ namespace {
 constexpr float kSpeed_m_s = 343.2F;
 constexpr int kRays = 4;
 
+/// Adds 0.7 times the energy of a cache at the hits to a response, on two threads.
+void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache,
+                  EnergyResponse& response) {
+    WorkerPool workers(2);
+    GatheredEnergy gathered;
+    gathered.add(hits, cache, 0.7);
+    std::atomic<int> last = 0;
+    workers.run(gathered.part_count(), [&](std::size_t part) {
+        if (gathered.sum(part, response)) ++last;
+    });
+    CHECK(last == 1);
+}
+
 /// Rows of patches with random energies in all bins of all bands, and the departures of listeners.
 struct Rows {
     TimeBins bins;
     PatchCache cache;
-    WorkerPool workers{1};
     DepositBatch batch;  // the input of the cache
 
     Rows(const TimeBins& time_bins, std::uint32_t patches, bool directed)
@@ -44,7 +57,13 @@ struct Rows {
                 batch.deposits.add(deposit);
             }
         }
-        cache.add(kRays, patches, {&batch, 1}, workers);
+        fill_cache(patches);
+    }
+
+    void fill_cache(std::uint32_t patches) {
+        cache.begin_add(kRays, patches);
+        for (std::size_t part = 0; part < DepositParts::kCount; ++part)
+            cache.add_part({&batch, 1}, part);
     }
 
     /// The result by definition: the energy of each bin, uniform in time, delayed by the hit's
@@ -144,14 +163,13 @@ TEST_CASE("radiated energy is delayed by the gather ray's length, uniform in tim
     const bool late = GENERATE(false, true);
     const Rows rows(bins, 3, directed);
     // On borders of bins, between them, within the first bin, and beyond the end.
-    WorkerPool workers(2);
     for (const float length_m : {0.0F, 0.1F, 0.3432F, 5.0F, 17.16F, 40.4F, 200.0F}) {
         std::vector<GatherHit> hits;
         for (std::uint32_t patch = 0; patch < 3; ++patch) {
             hits.push_back(hit_of(patch, length_m * static_cast<float>(patch + 1), late));
         }
         EnergyResponse response = rows.silent();
-        add_gathered(hits, rows.cache, 0.7, workers, response);
+        add_gathered(hits, rows.cache, response);
         CAPTURE(bins.length_s(), directed, late, length_m);
         // Rounding of times of up to 2.5 s to floats of a bin's width, and of some ten sums.
         const EnergyResponse expected = rows.expected(hits, 0.7);
@@ -180,12 +198,12 @@ TEST_CASE("the directions of consecutive hits have the spectra of their patches"
     }
     rows.batch = batch;
     rows.cache.clear();
-    rows.cache.add(kRays, 3, {&batch, 1}, rows.workers);
+    rows.fill_cache(3);
     std::vector<GatherHit> hits;
     for (std::uint32_t i = 0; i < 24; ++i)
         hits.push_back(hit_of(i / 8, 0.1F * static_cast<float>(i), false));
     EnergyResponse response = rows.silent();
-    add_gathered(hits, rows.cache, 0.7, rows.workers, response);
+    add_gathered(hits, rows.cache, response);
     // Rounding, as above.
     CHECK(worst(response, rows.expected(hits, 0.7)) < 2e-5);
 }
@@ -203,9 +221,9 @@ TEST_CASE("air attenuates the whole length of a gather ray, including reflection
     settings.attenuation_per_m[7] = 0.1F;
     settings.attenuation_per_m[6] = 0.03F;
     settings.mirrors = GENERATE(false, true);
-    std::uint64_t segments = 0;
-    const auto hits =
-        trace_gather(rays, grid, {.position = inside}, settings, 1, workers, segments);
+    FinalGather gather(rays, grid, {.position = inside}, settings, 1);
+    for (std::size_t batch = 0; batch < gather.batch_count(); ++batch) gather.trace(batch);
+    const std::vector<GatherHit>& hits = gather.hits();
     float longest_m = 0;
     for (const GatherHit& hit : hits) {
         longest_m = std::max(longest_m, hit.length_m);
@@ -230,10 +248,11 @@ TEST_CASE("joined hits of a patch have the mean length and direction of their ra
     GatherSettings settings;
     settings.rays = 4096;
     settings.mirrors = false;
-    std::uint64_t segments = 0;
-    const auto hits =
-        trace_gather(rays, grid, {.position = inside}, settings, 1, workers, segments);
-    const std::vector<Ray> sent = gather_rays(rays, grid, {.position = inside}, settings, 1);
+    FinalGather gather(rays, grid, {.position = inside}, settings, 1);
+    for (std::size_t batch = 0; batch < gather.batch_count(); ++batch) gather.trace(batch);
+    const std::vector<GatherHit>& hits = gather.hits();
+    const std::vector<Ray> sent = gather.rays();
+    CHECK(gather.segments() == sent.size());
     CHECK(hits.size() < sent.size() / 2);
 
     // Sums over all rays that hit a patch, with the weight 4 / (M A).
@@ -284,7 +303,8 @@ TEST_CASE("A gather sends all its rays, and none of its paths is longer than all
         GatherSettings settings;
         settings.rays = count;
         settings.max_length_m = 30;
-        const std::vector<Ray> sent = gather_rays(rays, grid, {.position = receiver}, settings, 1);
+        const std::vector<Ray> sent =
+            FinalGather(rays, grid, {.position = receiver}, settings, 1).rays();
         CAPTURE(count);
         CHECK(std::count_if(sent.begin(), sent.end(), [&](const Ray& ray) {
                   return ray.origin == receiver && ray.max_m == 30;
