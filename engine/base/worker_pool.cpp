@@ -37,10 +37,9 @@ struct WorkerPool::State {
     const std::function<void(std::size_t)>* job = nullptr;  // null between rounds
     std::size_t count = 0;
     std::atomic<std::size_t> next{0};
-    std::atomic<std::size_t> round{
-        0};                       // number of calls of run(); a worker joins each at most once
-    std::atomic<int> working{0};  // workers inside the present round
-    std::exception_ptr failed;    // the first exception of the present round
+    std::atomic<std::size_t> round{0};  // number of calls; a worker joins each at most once
+    std::atomic<int> working{0};        // workers inside the present round
+    std::exception_ptr failed;          // the first exception of the present round
     std::atomic<bool> stop{false};
     std::vector<std::thread> threads;
 
