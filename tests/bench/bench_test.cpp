@@ -241,6 +241,13 @@ TEST_CASE("the error of the reference is subtracted in squares, down to zero") {
     CHECK(without_reference_error(0.03, 0.04) == 0);
 }
 
+TEST_CASE("the standard error of a mean is that of independent values") {
+    const std::vector<double> values{1, 2, 4, 5};
+    CHECK(mean(values) == Approx(3));
+    CHECK(standard_error(values) == Approx(std::sqrt(10.0 / 3 / 4)));
+    CHECK(standard_error(std::vector<double>{2}) == 0);
+}
+
 TEST_CASE("a reference ends at its number of rays or its CPU time") {
     Settings settings;
     settings.reference_rays = 1000;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <numeric>
 
 namespace aula::bench {
 
@@ -147,6 +148,18 @@ double squared_relative_error(std::span<const double> energy, std::span<const do
         sum += error * error;
     }
     return sum;
+}
+
+double mean(std::span<const double> values) {
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+double standard_error(std::span<const double> values) {
+    const auto n = static_cast<double>(values.size());
+    const double middle = mean(values);
+    double squares = 0;
+    for (const double value : values) squares += (value - middle) * (value - middle);
+    return std::sqrt(squares / (std::max(1.0, n - 1) * n));
 }
 
 double without_reference_error(double error, double reference_error) {

@@ -54,6 +54,12 @@ BinRange bins_from_peak(std::span<const double> reference);
 double squared_relative_error(std::span<const double> energy, std::span<const double> reference,
                               BinRange bins);
 
+/// The mean of independent values.
+double mean(std::span<const double> values);
+
+/// Standard error of their mean; 0 for one value.
+double standard_error(std::span<const double> values);
+
 /// Rms error without that of the reference, which is subtracted in squares; 0 below the
 /// reference's.
 double without_reference_error(double error, double reference_error);

@@ -76,15 +76,9 @@ double ratio_error(const Reference& reference, BinRange bins) {
 /// Contribution of the estimator to the standard error of the mean ratio.
 double ratio_error(const Restarts& restarts, const std::vector<double>& reference, BinRange bins) {
     std::vector<double> ratios;
-    double mean = 0;
-    const auto n = static_cast<double>(restarts.energy.size());
-    for (const std::vector<double>& energy : restarts.energy) {
+    for (const std::vector<double>& energy : restarts.energy)
         ratios.push_back(energy_ratio({energy}, reference, bins));
-        mean += ratios.back() / n;
-    }
-    double squares = 0;
-    for (const double ratio : ratios) squares += (ratio - mean) * (ratio - mean);
-    return std::sqrt(squares / (n - 1) / n);
+    return standard_error(ratios);
 }
 
 /// One estimator with one set of settings.

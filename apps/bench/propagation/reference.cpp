@@ -223,23 +223,22 @@ void Reference::add(std::size_t receiver, float length_m, const Bands& energy, S
     }
 }
 
-Reference::Estimate Reference::energy(std::size_t receiver, BinRange bins) const {
-    const double rays_of_strand = static_cast<double>(rays()) / kEstimates;
-    double mean = 0;
-    double squares = 0;
-    for (const Sums& estimate : estimates_) {
-        double energy = 0;
-        for (std::size_t b = bins.first; b < bins.end; ++b) {
-            energy += estimate[receiver * bin_count_ + b] / rays_of_strand;
-        }
-        mean += energy / kEstimates;
-        squares += energy * energy / kEstimates;
+std::vector<double> Reference::estimates(std::size_t receiver, BinRange bins) const {
+    const double rays_of_estimate = static_cast<double>(rays()) / kEstimates;
+    const auto first = static_cast<std::ptrdiff_t>(receiver * bin_count_ + bins.first);
+    const auto end = static_cast<std::ptrdiff_t>(receiver * bin_count_ + bins.end);
+    const double images = std::accumulate(images_.begin() + first, images_.begin() + end, 0.0);
+    std::vector<double> energies;
+    for (const Sums& sums : estimates_) {
+        const double traced = std::accumulate(sums.begin() + first, sums.begin() + end, 0.0);
+        energies.push_back(traced / rays_of_estimate + images);
     }
-    const auto image = images_.begin() + static_cast<std::ptrdiff_t>(receiver * bin_count_);
-    const double images = std::accumulate(image + static_cast<std::ptrdiff_t>(bins.first),
-                                          image + static_cast<std::ptrdiff_t>(bins.end), 0.0);
-    const double variance = std::max(0.0, squares - mean * mean) * kEstimates / (kEstimates - 1);
-    return {mean + images, std::sqrt(variance / kEstimates)};
+    return energies;
+}
+
+Reference::Estimate Reference::energy(std::size_t receiver, BinRange bins) const {
+    const std::vector<double> energies = estimates(receiver, bins);
+    return {mean(energies), standard_error(energies)};
 }
 
 std::vector<double> Reference::response(std::size_t receiver) const {

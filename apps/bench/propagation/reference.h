@@ -43,6 +43,9 @@ class Reference {
     /// Energy in a range of bins.
     Estimate energy(std::size_t receiver, BinRange bins) const;
 
+    /// Independent estimates of this energy, which is their mean.
+    std::vector<double> estimates(std::size_t receiver, BinRange bins) const;
+
     /// Energy in every bin.
     std::vector<double> response(std::size_t receiver) const;
 

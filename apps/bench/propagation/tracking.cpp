@@ -209,6 +209,19 @@ class WalkReference {
         return std::sqrt(squares / static_cast<double>(receivers_.size()));
     }
 
+    /// Relative standard error of the energy in the measured bins, mean over positions.
+    double energy_error() const {
+        std::vector<double> ratios;  // [estimate] to the mean of the estimates
+        for (const auto [tracer, receiver] : receivers_) {
+            const BinRange bins = bins_from_peak(tracers_[tracer]->response(receiver));
+            const std::vector<double> energies = tracers_[tracer]->estimates(receiver, bins);
+            const double scale = mean(energies) * static_cast<double>(receivers_.size());
+            ratios.resize(energies.size(), 0);
+            for (std::size_t i = 0; i < energies.size(); ++i) ratios[i] += energies[i] / scale;
+        }
+        return standard_error(ratios);
+    }
+
  private:
     struct ReceiverIndex {
         std::size_t tracer;
@@ -222,7 +235,7 @@ class WalkReference {
 struct Deviation {
     double error = 0;  ///< without that of the reference
     double energy_ratio = 0;
-    double energy_ratio_error = 0;  ///< standard error over the repetitions; 0 for one
+    double energy_ratio_error = 0;  ///< standard error, of the repetitions and the reference
 };
 
 Deviation deviation_of(const Published& published, const WalkReference& reference) {
@@ -245,12 +258,9 @@ Deviation deviation_of(const Published& published, const WalkReference& referenc
                 ratios[walk] += energy[b] / (total * static_cast<double>(positions));
         }
     }
-    const double ratio = std::accumulate(ratios.begin(), ratios.end(), 0.0) / repetitions;
-    double spread = 0;
-    for (const double of_walk : ratios) spread += (of_walk - ratio) * (of_walk - ratio);
     return {without_reference_error(std::sqrt(squares / static_cast<double>(bins_counted)),
                                     reference.error()),
-            ratio, std::sqrt(spread / (std::max(1.0, repetitions - 1) * repetitions))};
+            mean(ratios), std::hypot(standard_error(ratios), reference.energy_error())};
 }
 
 std::vector<Row> measure_walk(const Subject& subject, const Walk& walk, const Settings& settings,
