@@ -21,11 +21,13 @@ namespace {
 /// A thread waits for this time before it sleeps: about as long as the system takes to wake it.
 constexpr std::chrono::microseconds kWakeful{100};
 
-/// Waits until a condition holds, at most for kWakeful. Other threads may run meanwhile.
-template <typename Condition>
-void wait_awake(const Condition& condition) {
-    const auto end = std::chrono::steady_clock::now() + kWakeful;
-    while (!condition() && std::chrono::steady_clock::now() < end) std::this_thread::yield();
+/// Leaves the core to its other hardware thread for a moment.
+void pause_thread() {
+#if defined(__x86_64__)
+    __builtin_ia32_pause();
+#elif defined(__aarch64__)
+    asm volatile("yield");
+#endif
 }
 
 }  // namespace
@@ -41,6 +43,7 @@ struct WorkerPool::State {
     std::atomic<int> working{0};        // workers inside the present round
     std::exception_ptr failed;          // the first exception of the present round
     std::atomic<bool> stop{false};
+    bool wakeful = false;  // each thread has a processor
     std::vector<std::thread> threads;
 
     ~State() {
@@ -60,6 +63,15 @@ struct WorkerPool::State {
             const std::lock_guard lock(mutex);
             if (!failed) failed = std::current_exception();
         }
+    }
+
+    /// Waits until a condition holds, at most for kWakeful. A thread that yielded instead would be
+    /// late in the next round if other programs have work for its processor.
+    template <typename Condition>
+    void wait_awake(const Condition& condition) const {
+        if (!wakeful) return;
+        const auto end = std::chrono::steady_clock::now() + kWakeful;
+        while (!condition() && std::chrono::steady_clock::now() < end) pause_thread();
     }
 
     void thread_main() {
@@ -84,6 +96,7 @@ struct WorkerPool::State {
 
 WorkerPool::WorkerPool(int threads) : state_(std::make_unique<State>()) {
     assert(threads >= 1);
+    state_->wakeful = static_cast<unsigned>(threads) <= std::thread::hardware_concurrency();
     for (int t = 1; t < threads; ++t) {
         try {
             state_->threads.emplace_back([state = state_.get()] { state->thread_main(); });
@@ -119,7 +132,7 @@ void WorkerPool::run(std::size_t count, const std::function<void(std::size_t)>& 
         const std::lock_guard lock(s.mutex);
         s.job = nullptr;
     }
-    wait_awake(done);
+    s.wait_awake(done);
     std::unique_lock lock(s.mutex);
     s.done.wait(lock, done);
     if (s.failed) std::rethrow_exception(std::exchange(s.failed, nullptr));

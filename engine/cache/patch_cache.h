@@ -46,7 +46,7 @@ class PatchCache {
     void clear();
 
     /// Counts `rays` more rays, whose deposits are all on patches below `patch_count`. Call
-    /// add_part() for each part of their deposits afterwards.
+    /// add_part() for each part of their deposits before any other use of the cache.
     void begin_add(int rays, std::size_t patch_count);
 
     /// Adds one of DepositParts::kCount parts of the rays' deposits. [any thread]

@@ -69,7 +69,7 @@ class SegmentCache {
     void advance(const State& now);
 
     /// Adds the segments of the present frame's rays, after advance(); a random part of them, which
-    /// represents fewer rays, if all exceed the memory.
+    /// represents fewer rays, if all exceed the memory. [any thread]
     void add(std::span<const DepositBatch> batches, int rays);
 
     /// True if no stored frame precedes the last change.

@@ -177,7 +177,9 @@ void FinalGather::trace(std::size_t batch) {
     Batch& traced = batches_[batch];
     trace(batch, traced.hits,
           [&](const std::vector<Ray>& rays) { traced.segments += rays.size(); });
-    if (--batches_left_ == 0) hits_ = joined_by_patch(batches_, grid_.size(), grid_.patch_size_m());
+    if (--batches_left_ > 0) return;
+    hits_ = joined_by_patch(batches_, grid_.size(), grid_.patch_size_m());
+    for (Batch& joined : batches_) joined.hits = {};
 }
 
 /// Traces a batch reflection by reflection; the lanes hold the next segment of every ray. `sent` is
@@ -283,18 +285,18 @@ void GatheredEnergy::add(const std::vector<GatherHit>& hits, const PatchCache& c
     parts_.resize(gathers_.size() * kParts);
 }
 
-bool GatheredEnergy::sum(std::size_t part, EnergyResponse& response) {
+void GatheredEnergy::sum(std::size_t part) {
     const auto& [hits, cache, scale] = gathers_[part / kParts];
-    const TimeBins& bins = response.bins;
+    const TimeBins& bins = response_.bins;
     const std::size_t late_bin = bins.index(kLate_s);
     const std::size_t chunk = part % kParts;
     ShiftedHistogram& sum = parts_[part].emplace(bins);
     for (std::size_t i = hits.size() * chunk / kParts; i < hits.size() * (chunk + 1) / kParts;
          ++i) {
-        const double delay_s = double{hits[i].length_m} / double{response.speed_of_sound_m_s};
+        const double delay_s = double{hits[i].length_m} / double{response_.speed_of_sound_m_s};
         add_hit(hits[i], cache, late_bin, delay_s, scale, sum);
     }
-    if (++parts_summed_ < part_count()) return false;
+    if (++parts_summed_ < part_count()) return;
     for (std::size_t g = 0; g < gathers_.size(); ++g) {
         for (std::size_t k = 0; k < bins.count(); ++k) {
             Bands energy;
@@ -307,12 +309,11 @@ bool GatheredEnergy::sum(std::size_t part, EnergyResponse& response) {
             // bin.
             const float length = glm::length(intensity);
             if (length > energy.sum()) intensity *= energy.sum() / length;
-            response.energy[k] += energy;
-            response.intensity[k] += intensity;
+            response_.energy[k] += energy;
+            response_.intensity[k] += intensity;
         }
     }
     for (auto& summed : parts_) summed.reset();
-    return true;
 }
 
 }  // namespace aula

@@ -45,7 +45,7 @@ class FinalGather {
     /// Traces one batch of the rays. Call once for each batch. [any thread]
     void trace(std::size_t batch);
 
-    /// After all batches: the hits sorted by patch, late ones first.
+    /// The hits, sorted by patch, late ones first; empty before all batches are traced.
     const std::vector<GatherHit>& hits() const { return hits_; }
 
     /// After all batches: the number of ray segments.
@@ -61,7 +61,6 @@ class FinalGather {
     };
     template <typename Sent>
     void trace(std::size_t batch, std::vector<GatherHit>& out, const Sent& sent) const;
-    void join();
 
     const RayScene& scene_;
     const PatchGrid& grid_;
@@ -73,20 +72,22 @@ class FinalGather {
     std::vector<GatherHit> hits_;
 };
 
-/// The energy that a pair's gathers add to its response. The directions of arrival at the listener
+/// Adds the energy of a pair's gathers to its response. The directions of arrival at the listener
 /// are those of the hits or, for a listener's cache, those stored in the cache.
 class GatheredEnergy {
  public:
-    /// Adds `share` times the energy radiated by the patches. Hits and cache must remain unchanged
-    /// until the last part has been summed.
+    /// The response must outlive it.
+    explicit GatheredEnergy(EnergyResponse& response) : response_(response) {}
+
+    /// Takes `share` times the energy that the patches radiate. The hits, which may follow after
+    /// this call, and the cache must remain unchanged while parts are summed.
     void add(const std::vector<GatherHit>& hits, const PatchCache& cache, double share);
 
-    /// 0 if nothing is added.
     std::size_t part_count() const { return parts_.size(); }
 
-    /// Sums one part. Call once for each part, after all add(). True in the last call, which has
-    /// added all parts to `response`: the same to the bit for any order of the calls. [any thread]
-    bool sum(std::size_t part, EnergyResponse& response);
+    /// Sums one part. Call once for each part, after all add(). The last call adds all parts to the
+    /// response: the same to the bit for any order of the calls. [any thread]
+    void sum(std::size_t part);
 
  private:
     struct Gather {
@@ -94,6 +95,7 @@ class GatheredEnergy {
         const PatchCache& cache;
         float scale;
     };
+    EnergyResponse& response_;
     std::vector<Gather> gathers_;
     std::vector<std::optional<ShiftedHistogram>> parts_;  ///< those of each gather in turn
     std::atomic<std::size_t> parts_summed_ = 0;

@@ -4,6 +4,7 @@
 #include <deque>
 #include <functional>
 #include <limits>
+#include <map>
 #include <numeric>
 
 #include "engine/base/sampling.h"
@@ -23,19 +24,18 @@ constexpr int kKeptBatches = 2;
 
 enum class SeedPurpose : std::uint64_t { grid = 2, gather = 4 };
 
-/// Sums the parts of gathered energies; calls completed(i) for each as soon as it has all parts.
-template <typename ResponseOf, typename Completed>
-void sum_gathered(std::vector<GatheredEnergy>& energies, WorkerPool& workers,
-                  const ResponseOf& response_of, const Completed& completed) {
-    std::vector<std::pair<std::size_t, std::size_t>> parts;
-    for (std::size_t i = 0; i < energies.size(); ++i)
-        for (std::size_t part = 0; part < std::max<std::size_t>(1, energies[i].part_count());
-             ++part)
-            parts.emplace_back(i, part);
-    workers.run(parts.size(), [&](std::size_t job) {
-        const auto [i, part] = parts[job];
-        if (energies[i].part_count() == 0 || energies[i].sum(part, response_of(i))) completed(i);
-    });
+/// Gathers are traced together up to this number of rays: some receivers have few rays, and the
+/// hits of all need much memory.
+constexpr int kGatherRaysTogether = 4096;
+
+using GatheredEnergies = std::map<std::size_t, GatheredEnergy>;
+
+void sum(GatheredEnergies& energies, WorkerPool& workers) {
+    std::vector<std::pair<GatheredEnergy*, std::size_t>> parts;
+    for (auto& [i, energy] : energies)
+        for (std::size_t part = 0; part < energy.part_count(); ++part)
+            parts.emplace_back(&energy, part);
+    workers.run(parts.size(), [&](std::size_t job) { parts[job].first->sum(parts[job].second); });
 }
 
 }  // namespace
@@ -307,12 +307,31 @@ void PatchPropagation::gather(const PropagationFrame& frame, std::span<const Spe
                               std::span<EnergyResponse> responses, FrameStatistics& statistics) {
     const std::vector<char> wanted = pairs_to_gather(pair_status(), frame.number);
     const GatherPlan plan = plan_gather(frame.number, wanted, emitted());
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+        if (wanted[i]) pairs_[i].begin_gather();
+    }
     std::vector<std::function<void()>> jobs;
     for (std::size_t i = 0; mirrors_ && i < pairs_.size(); ++i)
         jobs.emplace_back([this, i] { detect(i); });
+    for (std::size_t first = 0, end = 0; first < emitter_count(); first = end) {
+        int rays = plan.at[end++].rays;
+        while (end < emitter_count() && rays + plan.at[end].rays <= kGatherRaysTogether)
+            rays += plan.at[end++].rays;
+        gather_at_receivers(first, end, frame, plan, jobs, statistics);
+        jobs.clear();
+    }
+    workers_.run(pairs_.size(),
+                 [&](std::size_t i) { complete_pair(i, wanted[i] != 0, images[i], responses[i]); });
+}
+
+/// The gathers at the emitters [first, end). Other `jobs` are done with the tracing.
+void PatchPropagation::gather_at_receivers(std::size_t first, std::size_t end,
+                                           const PropagationFrame& frame, const GatherPlan& plan,
+                                           std::vector<std::function<void()>>& jobs,
+                                           FrameStatistics& statistics) {
     std::deque<FinalGather> gathers;
-    std::vector<GatheredEnergy> energies(pairs_.size());
-    for (std::size_t id = 0; id < emitter_count(); ++id) {
+    GatheredEnergies energies;
+    for (std::size_t id = first; id < end; ++id) {
         if (plan.at[id].pairs.empty()) continue;
         const Emitter receiver = emitter(id, frame);
         FinalGather& gather = gathers.emplace_back(
@@ -320,21 +339,16 @@ void PatchPropagation::gather(const PropagationFrame& frame, std::span<const Spe
         for (std::size_t batch = 0; batch < gather.batch_count(); ++batch)
             jobs.emplace_back([&gather, batch] { gather.trace(batch); });
         for (const std::size_t i : plan.at[id].pairs) {
-            const bool at_listener = receiver.is_listener;
-            const std::size_t from = at_listener ? ends(i).source : ends(i).listener;
-            energies[i].add(gather.hits(), caches_[from],
-                            at_listener ? plan.shares[i].source : plan.shares[i].listener);
+            const auto [source, listener] = ends(i);
+            const GatherPlan::Shares& shares = plan.shares[i];
+            GatheredEnergy& energy = energies.try_emplace(i, pairs_[i].gathered()).first->second;
+            energy.add(gather.hits(), caches_[receiver.is_listener ? source : listener],
+                       receiver.is_listener ? shares.source : shares.listener);
         }
     }
     workers_.run(jobs);
     for (const FinalGather& gather : gathers) statistics.segments += gather.segments();
-
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
-        if (wanted[i]) pairs_[i].begin_gather();
-    }
-    sum_gathered(
-        energies, workers_, [&](std::size_t i) -> EnergyResponse& { return pairs_[i].gathered(); },
-        [&](std::size_t i) { complete_pair(i, wanted[i] != 0, images[i], responses[i]); });
+    sum(energies, workers_);
 }
 
 /// Detects the segments of a pair's ends.
@@ -401,13 +415,12 @@ void PatchPropagation::gather_at(const PropagationFrame& frame,
         FinalGather gather(scene_, grid_, receiver, gather_settings(rays),
                            gather_seed(frame, emitter_count() + r));
         workers_.run(gather.batch_count(), [&](std::size_t batch) { gather.trace(batch); });
-        std::vector<GatheredEnergy> energies(source_count_);
-        for (std::size_t s = 0; s < source_count_; ++s)
-            energies[s].add(gather.hits(), caches_[s], 1);
-        sum_gathered(
-            energies, workers_,
-            [&](std::size_t s) -> EnergyResponse& { return responses[s * at.size() + r]; },
-            [](std::size_t) {});
+        GatheredEnergies energies;
+        for (std::size_t s = 0; s < source_count_; ++s) {
+            const auto added = energies.try_emplace(s, responses[s * at.size() + r]).first;
+            added->second.add(gather.hits(), caches_[s], 1);
+        }
+        sum(energies, workers_);
     }
     if (!mirrors_) return;
     workers_.run(responses.size(), [&](std::size_t pair) {

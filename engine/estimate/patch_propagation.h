@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -99,6 +100,9 @@ class PatchPropagation final : public ResponseEstimator {
                            std::span<const std::uint64_t> emitted) const;
     void gather(const PropagationFrame& frame, std::span<const SpecularSound> images,
                 std::span<EnergyResponse> responses, FrameStatistics& statistics);
+    void gather_at_receivers(std::size_t first, std::size_t end, const PropagationFrame& frame,
+                             const GatherPlan& plan, std::vector<std::function<void()>>& jobs,
+                             FrameStatistics& statistics);
     GatherSettings gather_settings(int rays) const;
     std::uint64_t gather_seed(const PropagationFrame& frame, std::size_t receiver) const;
     void detect(std::size_t pair);

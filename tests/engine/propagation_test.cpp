@@ -225,48 +225,6 @@ TEST_CASE("patch finds the exact energy of every order in a Lambert box") {
     }
 }
 
-TEST_CASE("the same seed gives identical responses with one thread and with three") {
-    for (const Estimator estimator :
-         {Estimator::pt, Estimator::dpc_published, Estimator::dpc, Estimator::patch}) {
-        Scene scene = box_room(0.2F, 0.4F);
-        scene.simulation.specular_order = 2;
-        scene.simulation.direct = true;
-        scene.sources.push_back(scene.sources[0]);
-        scene.sources[1].position = Vec3(4, 1, 2);
-        std::vector<std::vector<EnergyResponse>> results;
-        for (const int threads : {1, 3}) {
-            Simulation simulation = with(scene, estimator, 0.2F, 0.2F);
-            simulation.threads = threads;
-            Propagation propagation(scene, simulation, 3);
-            std::vector<EnergyResponse> responses;
-            for (int f = 0; f < 8; ++f) {
-                FrameInput input = test::static_input(scene);
-                input.sources[0].x += 0.02F * static_cast<float>(f);
-                input.listeners = {Vec3(3, 2, 1), Vec3(1, 3, 2), Vec3(2, 0.5F, 1)};
-                input.listeners[1].y -= 0.05F * static_cast<float>(f);
-                propagation.step(input);
-            }
-            for (std::size_t s = 0; s < 2; ++s) {
-                for (std::size_t l = 0; l < 3; ++l) {
-                    responses.push_back(propagation.response(s, l));
-                }
-            }
-            results.push_back(responses);
-        }
-        CAPTURE(estimator_name(estimator));
-        for (std::size_t i = 0; i < results[0].size(); ++i) {
-            CHECK(total(results[0][i]) > 0);
-            CHECK(results[0][i].energy == results[1][i].energy);
-            CHECK(results[0][i].intensity == results[1][i].intensity);
-            REQUIRE(results[0][i].paths.size() == results[1][i].paths.size());
-            for (std::size_t p = 0; p < results[0][i].paths.size(); ++p) {
-                CHECK(results[0][i].paths[p].energy == results[1][i].paths[p].energy);
-            }
-        }
-        CHECK_FALSE(results[0][0].energy == results[0][1].energy);  // companion
-    }
-}
-
 TEST_CASE("the rays stated in advance are those that a frame traces") {
     const Scene scene = box_room(0.2F, 0.5F);
     for (const Estimator estimator : {Estimator::dpc, Estimator::patch}) {

@@ -22,13 +22,9 @@ constexpr int kRays = 4;
 void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache,
                   EnergyResponse& response) {
     WorkerPool workers(2);
-    GatheredEnergy gathered;
+    GatheredEnergy gathered(response);
     gathered.add(hits, cache, 0.7);
-    std::atomic<int> last = 0;
-    workers.run(gathered.part_count(), [&](std::size_t part) {
-        if (gathered.sum(part, response)) ++last;
-    });
-    CHECK(last == 1);
+    workers.run(gathered.part_count(), [&](std::size_t part) { gathered.sum(part); });
 }
 
 /// Rows of patches with random energies in all bins of all bands, and the departures of listeners.
@@ -206,6 +202,46 @@ TEST_CASE("the directions of consecutive hits have the spectra of their patches"
     add_gathered(hits, rows.cache, response);
     // Rounding, as above.
     CHECK(worst(response, rows.expected(hits, 0.7)) < 2e-5);
+}
+
+TEST_CASE("gathers are the same to the bit for any order of their batches and parts") {
+    const Vec3 inside(3, 2, 1.5F);
+    const Scene scene = test::grey_room(test::box(Vec3(8, 6, 4)), 0.1F, 0.4F, inside, inside);
+    const RayScene rays(scene);
+    WorkerPool workers(3);
+    const PatchGrid grid(rays, 1, {&inside, 1}, 1, workers);
+    const auto patches = static_cast<std::uint32_t>(grid.size());
+    const Rows of_source(TimeBins(0.06), patches, false);
+    const Rows of_listener(TimeBins(0.06), patches, true);
+    GatherSettings settings;
+    settings.rays = 1000;
+
+    // Of both ends, which add to one response.
+    const auto response_of = [&](const auto& run) {
+        FinalGather at_listener(rays, grid, {.position = inside}, settings, 1);
+        FinalGather at_source(rays, grid, {.position = inside + Vec3(2, 1, 0)}, settings, 2);
+        EnergyResponse response = of_source.silent();
+        GatheredEnergy gathered(response);
+        gathered.add(at_listener.hits(), of_source.cache, 0.7);
+        gathered.add(at_source.hits(), of_listener.cache, 0.3);
+        for (FinalGather* gather : {&at_listener, &at_source})
+            run(gather->batch_count(), [&](std::size_t batch) { gather->trace(batch); });
+        run(gathered.part_count(), [&](std::size_t part) { gathered.sum(part); });
+        return response;
+    };
+    const EnergyResponse in_order = response_of([](std::size_t count, const auto& job) {
+        for (std::size_t i = 0; i < count; ++i) job(i);
+    });
+    const EnergyResponse reversed = response_of([](std::size_t count, const auto& job) {
+        for (std::size_t i = count; i-- > 0;) job(i);
+    });
+    const EnergyResponse on_threads =
+        response_of([&](std::size_t count, const auto& job) { workers.run(count, job); });
+    CHECK(test::total(in_order) > 0);
+    for (const EnergyResponse* other : {&reversed, &on_threads}) {
+        CHECK(in_order.energy == other->energy);
+        CHECK(in_order.intensity == other->intensity);
+    }
 }
 
 TEST_CASE("air attenuates the whole length of a gather ray, including reflections at mirrors") {
