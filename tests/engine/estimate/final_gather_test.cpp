@@ -237,7 +237,7 @@ TEST_CASE("gathers are the same to the bit for any order of their batches and pa
     });
     const EnergyResponse on_threads =
         response_of([&](std::size_t count, const auto& job) { workers.run(count, job); });
-    CHECK(test::total(in_order) > 0);
+    CHECK_FALSE(in_order.energy == of_source.silent().energy);  // companion
     for (const EnergyResponse* other : {&reversed, &on_threads}) {
         CHECK(in_order.energy == other->energy);
         CHECK(in_order.intensity == other->intensity);
