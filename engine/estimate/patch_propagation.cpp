@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <utility>
 
 #include "engine/base/sampling.h"
 #include "engine/base/stopwatch.h"
@@ -317,8 +318,7 @@ void PatchPropagation::gather(const PropagationFrame& frame, std::span<const Spe
         int rays = plan.at[end++].rays;
         while (end < emitter_count() && rays + plan.at[end].rays <= kGatherRaysTogether)
             rays += plan.at[end++].rays;
-        gather_at_receivers(first, end, frame, plan, jobs, statistics);
-        jobs.clear();
+        gather_at_receivers(first, end, frame, plan, std::exchange(jobs, {}), statistics);
     }
     workers_.run(pairs_.size(),
                  [&](std::size_t i) { complete_pair(i, wanted[i] != 0, images[i], responses[i]); });
@@ -327,7 +327,7 @@ void PatchPropagation::gather(const PropagationFrame& frame, std::span<const Spe
 /// The gathers at the emitters [first, end). Other `jobs` are done with the tracing.
 void PatchPropagation::gather_at_receivers(std::size_t first, std::size_t end,
                                            const PropagationFrame& frame, const GatherPlan& plan,
-                                           std::vector<std::function<void()>>& jobs,
+                                           std::vector<std::function<void()>> jobs,
                                            FrameStatistics& statistics) {
     std::deque<FinalGather> gathers;
     GatheredEnergies energies;

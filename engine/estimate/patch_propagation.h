@@ -101,7 +101,7 @@ class PatchPropagation final : public ResponseEstimator {
     void gather(const PropagationFrame& frame, std::span<const SpecularSound> images,
                 std::span<EnergyResponse> responses, FrameStatistics& statistics);
     void gather_at_receivers(std::size_t first, std::size_t end, const PropagationFrame& frame,
-                             const GatherPlan& plan, std::vector<std::function<void()>>& jobs,
+                             const GatherPlan& plan, std::vector<std::function<void()>> jobs,
                              FrameStatistics& statistics);
     GatherSettings gather_settings(int rays) const;
     std::uint64_t gather_seed(const PropagationFrame& frame, std::size_t receiver) const;
