@@ -27,6 +27,24 @@ void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache,
     workers.run(gathered.part_count(), [&](std::size_t part) { gathered.sum(part); });
 }
 
+/// A room with the grid of its patches.
+struct Room {
+    Vec3 inside{3, 2, 1.5F};
+    Scene scene;
+    RayScene rays;
+    WorkerPool workers{3};
+    PatchGrid grid;
+
+    explicit Room(float scattering, float patch_size_m = 0.5F)
+        : scene(test::grey_room(test::box(Vec3(8, 6, 4)), 0.1F, scattering, inside, inside)),
+          rays(scene),
+          grid(rays, patch_size_m, {&inside, 1}, 1, workers) {}
+};
+
+void trace_all(FinalGather& gather) {
+    for (std::size_t batch = 0; batch < gather.batch_count(); ++batch) gather.trace(batch);
+}
+
 /// Rows of patches with random energies in all bins of all bands, and the departures of listeners.
 struct Rows {
     TimeBins bins;
@@ -205,12 +223,8 @@ TEST_CASE("the directions of consecutive hits have the spectra of their patches"
 }
 
 TEST_CASE("gathers are the same to the bit for any order of their batches and parts") {
-    const Vec3 inside(3, 2, 1.5F);
-    const Scene scene = test::grey_room(test::box(Vec3(8, 6, 4)), 0.1F, 0.4F, inside, inside);
-    const RayScene rays(scene);
-    WorkerPool workers(3);
-    const PatchGrid grid(rays, 1, {&inside, 1}, 1, workers);
-    const auto patches = static_cast<std::uint32_t>(grid.size());
+    Room room(0.4F, 1);
+    const auto patches = static_cast<std::uint32_t>(room.grid.size());
     const Rows of_source(TimeBins(0.06), patches, false);
     const Rows of_listener(TimeBins(0.06), patches, true);
     GatherSettings settings;
@@ -218,8 +232,9 @@ TEST_CASE("gathers are the same to the bit for any order of their batches and pa
 
     // Of both ends, which add to one response.
     const auto response_of = [&](const auto& run) {
-        FinalGather at_listener(rays, grid, {.position = inside}, settings, 1);
-        FinalGather at_source(rays, grid, {.position = inside + Vec3(2, 1, 0)}, settings, 2);
+        const Vec3 source = room.inside + Vec3(2, 1, 0);
+        FinalGather at_listener(room.rays, room.grid, {.position = room.inside}, settings, 1);
+        FinalGather at_source(room.rays, room.grid, {.position = source}, settings, 2);
         EnergyResponse response = of_source.silent();
         GatheredEnergy gathered(response);
         gathered.add(at_listener.hits(), of_source.cache, 0.7);
@@ -236,7 +251,7 @@ TEST_CASE("gathers are the same to the bit for any order of their batches and pa
         for (std::size_t i = count; i-- > 0;) job(i);
     });
     const EnergyResponse on_threads =
-        response_of([&](std::size_t count, const auto& job) { workers.run(count, job); });
+        response_of([&](std::size_t count, const auto& job) { room.workers.run(count, job); });
     CHECK_FALSE(in_order.energy == of_source.silent().energy);  // companion
     for (const EnergyResponse* other : {&reversed, &on_threads}) {
         CHECK(in_order.energy == other->energy);
@@ -245,11 +260,7 @@ TEST_CASE("gathers are the same to the bit for any order of their batches and pa
 }
 
 TEST_CASE("air attenuates the whole length of a gather ray, including reflections at mirrors") {
-    const Vec3 inside(3, 2, 1.5F);
-    Scene scene = test::grey_room(test::box(Vec3(8, 6, 4)), 0.1F, 0.4F, inside, inside);
-    const RayScene rays(scene);
-    WorkerPool workers(1);
-    const PatchGrid grid(rays, 0.5F, {&inside, 1}, 1, workers);
+    const Room room(0.4F);
     GatherSettings settings;
     settings.rays = 512;
     // The first band, without air, determines the roulette, so that bands can be compared ray by
@@ -257,8 +268,8 @@ TEST_CASE("air attenuates the whole length of a gather ray, including reflection
     settings.attenuation_per_m[7] = 0.1F;
     settings.attenuation_per_m[6] = 0.03F;
     settings.mirrors = GENERATE(false, true);
-    FinalGather gather(rays, grid, {.position = inside}, settings, 1);
-    for (std::size_t batch = 0; batch < gather.batch_count(); ++batch) gather.trace(batch);
+    FinalGather gather(room.rays, room.grid, {.position = room.inside}, settings, 1);
+    trace_all(gather);
     const std::vector<GatherHit>& hits = gather.hits();
     float longest_m = 0;
     for (const GatherHit& hit : hits) {
@@ -276,16 +287,14 @@ TEST_CASE("air attenuates the whole length of a gather ray, including reflection
 }
 
 TEST_CASE("joined hits of a patch have the mean length and direction of their rays") {
-    const Vec3 inside(3, 2, 1.5F);
-    const Scene scene = test::grey_room(test::box(Vec3(8, 6, 4)), 0.1F, 1, inside, inside);
-    const RayScene rays(scene);
-    WorkerPool workers(1);
-    const PatchGrid grid(rays, 0.5F, {&inside, 1}, 1, workers);
+    const Room room(1);
+    const RayScene& rays = room.rays;
+    const PatchGrid& grid = room.grid;
     GatherSettings settings;
     settings.rays = 4096;
     settings.mirrors = false;
-    FinalGather gather(rays, grid, {.position = inside}, settings, 1);
-    for (std::size_t batch = 0; batch < gather.batch_count(); ++batch) gather.trace(batch);
+    FinalGather gather(room.rays, room.grid, {.position = room.inside}, settings, 1);
+    trace_all(gather);
     const std::vector<GatherHit>& hits = gather.hits();
     const std::vector<Ray> sent = gather.rays();
     CHECK(gather.segments() == sent.size());
