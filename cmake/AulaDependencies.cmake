@@ -15,7 +15,17 @@ endmacro()
 macro(aula_find_engine_dependencies)
     aula_find_dependency(Threads)
     aula_find_dependency(glm)
-    aula_find_dependency(embree 3)
+    # Embree 4, else 3. An installed library needs the version that it was compiled for: the names
+    # of their functions are the same, the arguments differ. aulaConfig.cmake states it.
+    if(NOT AULA_EMBREE_MAJOR)
+        find_package(embree 4 QUIET)
+        if(embree_FOUND)
+            set(AULA_EMBREE_MAJOR 4)
+        else()
+            set(AULA_EMBREE_MAJOR 3)
+        endif()
+    endif()
+    aula_find_dependency(embree ${AULA_EMBREE_MAJOR})
 endmacro()
 
 macro(aula_find_audio_dependencies)

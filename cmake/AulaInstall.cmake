@@ -6,7 +6,9 @@ foreach(component exception c engine audio session devices)
 endforeach()
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/aulaConfigVersion.cmake"
                                  COMPATIBILITY SameMinorVersion)
-install(FILES cmake/aulaConfig.cmake cmake/AulaDependencies.cmake
-              "${PROJECT_BINARY_DIR}/aulaConfigVersion.cmake" DESTINATION "${package_dir}")
+configure_file(cmake/aulaConfig.cmake.in aulaConfig.cmake @ONLY)
+install(FILES "${PROJECT_BINARY_DIR}/aulaConfig.cmake"
+              "${PROJECT_BINARY_DIR}/aulaConfigVersion.cmake" cmake/AulaDependencies.cmake
+        DESTINATION "${package_dir}")
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}"
         COMPONENT license)

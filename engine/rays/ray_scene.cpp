@@ -1,6 +1,10 @@
 #include "engine/rays/ray_scene.h"
 
+#if AULA_EMBREE_MAJOR >= 4
+#include <embree4/rtcore.h>
+#else
 #include <embree3/rtcore.h>
+#endif
 
 #include <algorithm>
 #include <array>
@@ -16,6 +20,7 @@
 
 #include "aula/exception.h"
 #include "engine/base/mix64.h"
+#include "engine/rays/ray_library.h"
 
 namespace aula {
 
@@ -61,12 +66,62 @@ std::vector<RayScene::Twin> find_twins(const RayScene& scene) {
     return twins;
 }
 
+RTCDevice new_device() {
+    RTCDevice device = rtcNewDevice("threads=1,set_affinity=0,hugepages=1");
+    if (!device && rtcGetDeviceError(nullptr) == RTC_ERROR_UNSUPPORTED_CPU)
+        throw InputError("the processor cannot trace rays; expected x86-64 with SSE2");
+    if (!device) throw std::bad_alloc();
+    return device;
+}
+
+// Queries of incoherent rays, by the interface of Embree 4 or 3.
+#if RTC_VERSION_MAJOR >= 4
+RTCIntersectArguments incoherent_arguments() {
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.flags = RTC_RAY_QUERY_FLAG_INCOHERENT;
+    return arguments;
+}
+
+void intersect_ray(RTCScene scene, RTCRayHit& ray) {
+    RTCIntersectArguments arguments = incoherent_arguments();
+    rtcIntersect1(scene, &ray, &arguments);
+}
+
+void intersect_packet(const int* valid, RTCScene scene, RTCRayHit16& packet) {
+    RTCIntersectArguments arguments = incoherent_arguments();
+    rtcIntersect16(valid, scene, &packet, &arguments);
+}
+
+void test_occlusion(RTCScene scene, RTCRay& ray) {
+    RTCOccludedArguments arguments;
+    rtcInitOccludedArguments(&arguments);
+    arguments.flags = RTC_RAY_QUERY_FLAG_INCOHERENT;
+    rtcOccluded1(scene, &ray, &arguments);
+}
+#else
 RTCIntersectContext incoherent_context() {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     context.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
     return context;
 }
+
+void intersect_ray(RTCScene scene, RTCRayHit& ray) {
+    RTCIntersectContext context = incoherent_context();
+    rtcIntersect1(scene, &context, &ray);
+}
+
+void intersect_packet(const int* valid, RTCScene scene, RTCRayHit16& packet) {
+    RTCIntersectContext context = incoherent_context();
+    rtcIntersect16(valid, scene, &context, &packet);
+}
+
+void test_occlusion(RTCScene scene, RTCRay& ray) {
+    RTCIntersectContext context = incoherent_context();
+    rtcOccluded1(scene, &context, &ray);
+}
+#endif
 
 }  // namespace
 
@@ -77,12 +132,7 @@ struct RayScene::Embree {
     std::vector<std::vector<Vec3>> vertices;    // of each geometry, in the world
     unsigned next_id = 0;
 
-    Embree() : device(rtcNewDevice("threads=1,set_affinity=0,hugepages=1")) {
-        if (!device && rtcGetDeviceError(nullptr) == RTC_ERROR_UNSUPPORTED_CPU)
-            throw InputError("the processor cannot trace rays; expected x86-64 with SSE2");
-        if (!device) throw std::bad_alloc();
-        scene = rtcNewScene(device);
-    }
+    Embree() : device(new_device()) { scene = rtcNewScene(device); }
     ~Embree() {
         rtcReleaseScene(scene);
         rtcReleaseDevice(device);
@@ -312,7 +362,6 @@ void RayScene::intersect(const RayLanes& rays, std::size_t count, HitLanes& hits
         few_->intersect(rays, count, hits);
         return;
     }
-    RTCIntersectContext context = incoherent_context();
     for (std::size_t first = 0; first < count; first += kPacket) {
         alignas(64) RTCRayHit16 packet;
         alignas(64) int valid[kPacket];
@@ -338,7 +387,7 @@ void RayScene::intersect(const RayLanes& rays, std::size_t count, HitLanes& hits
             packet.hit.primID[i] = RTC_INVALID_GEOMETRY_ID;
             packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
         }
-        rtcIntersect16(valid, embree_->scene, &context, &packet);
+        intersect_packet(valid, embree_->scene, packet);
         for (std::size_t i = 0; i < kPacket; ++i) {
             const bool any = packet.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
             hits.triangle[first + i] =
@@ -357,7 +406,6 @@ void RayScene::intersect(const RayLanes& rays, std::size_t count, HitLanes& hits
 
 void RayScene::intersect_each(std::span<const Ray> rays, std::span<Hit> hits) const {
     assert(rays.size() == hits.size());
-    RTCIntersectContext context = incoherent_context();
     for (std::size_t i = 0; i < rays.size(); ++i) {
         RTCRayHit query{};
         query.ray.org_x = rays[i].origin.x;
@@ -369,7 +417,7 @@ void RayScene::intersect_each(std::span<const Ray> rays, std::span<Hit> hits) co
         query.ray.tfar = rays[i].max_m;
         query.ray.mask = ~0U;
         query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-        rtcIntersect1(embree_->scene, &context, &query);
+        intersect_ray(embree_->scene, query);
         hits[i] = query.hit.geomID == RTC_INVALID_GEOMETRY_ID
                       ? Hit{}
                       : Hit{embree_->first_triangle[query.hit.geomID] + query.hit.primID,
@@ -381,7 +429,6 @@ bool RayScene::visible(const Vec3& from, const Vec3& to, float shortened_m) cons
     const Vec3 offset = to - from;
     const float distance_m = glm::length(offset);
     if (distance_m <= 2 * shortened_m) return true;
-    RTCIntersectContext context = incoherent_context();
     const Vec3 direction = offset / distance_m;
     RTCRay ray{};
     ray.org_x = from.x;
@@ -393,7 +440,7 @@ bool RayScene::visible(const Vec3& from, const Vec3& to, float shortened_m) cons
     ray.tnear = shortened_m;
     ray.tfar = distance_m - shortened_m;
     ray.mask = ~0U;
-    rtcOccluded1(embree_->scene, &context, &ray);
+    test_occlusion(embree_->scene, ray);
     return ray.tfar >= 0;
 }
 
@@ -459,6 +506,18 @@ Vec3 RayScene::point(const Hit& hit, const Vec3& ray_direction) const {
     const auto& v = triangles_[hit.triangle].vertices;
     const Vec3 on_surface = v[0] + hit.u * (v[1] - v[0]) + hit.v * (v[2] - v[0]);
     return on_surface + kOffset_m * facing_normal(hit, ray_direction);
+}
+
+std::string ray_library() {
+    const RTCDevice device = new_device();
+    const auto number = [device](RTCDeviceProperty property) {
+        return std::to_string(rtcGetDeviceProperty(device, property));
+    };
+    const std::string version = number(RTC_DEVICE_PROPERTY_VERSION_MAJOR) + "." +
+                                number(RTC_DEVICE_PROPERTY_VERSION_MINOR) + "." +
+                                number(RTC_DEVICE_PROPERTY_VERSION_PATCH);
+    rtcReleaseDevice(device);
+    return "Embree " + version;
 }
 
 }  // namespace aula
