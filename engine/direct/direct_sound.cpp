@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <iterator>
 #include <map>
 #include <optional>
 #include <utility>
@@ -128,9 +127,9 @@ std::vector<SpecularPath> DirectSound::compute(const Vec3& source, const Vec3& l
             }
         }
     }
-    memory.reflections.bent.clear();
-    std::copy_if(paths.begin(), paths.end(), std::back_inserter(memory.reflections.bent),
-                 [](const EdgePath& path) { return path.edges.size() == 1; });
+    memory.reflections.bent = paths;
+    std::erase_if(memory.reflections.bent,
+                  [](const EdgePath& path) { return path.edges.size() != 1; });
     return followed_taps(paths_, paths, model, source, listener, !changed_.empty(), memory,
                          through_walls);
 }
