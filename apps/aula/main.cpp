@@ -16,6 +16,7 @@
 #include "aula/devices/device.h"
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"
+#include "engine/rays/ray_library.h"
 
 namespace aula {
 
@@ -56,7 +57,7 @@ int run(const Arguments& arguments) {
             std::fputs(help_text(), stdout);
             return 0;
         case Command::version:
-            std::puts("aula " AULA_VERSION);
+            std::printf("aula %s with %s\n", AULA_VERSION, ray_library().c_str());
             return 0;
         case Command::list_devices:
             return list_devices();
