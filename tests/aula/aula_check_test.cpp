@@ -9,7 +9,7 @@
 #include "tests/support/small_scenes.h"
 
 using namespace aula::test;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 TEST_CASE("Positions in a room without a ceiling are inside") {
     const TemporaryFolder folder;

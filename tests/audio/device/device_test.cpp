@@ -97,7 +97,7 @@ TEST_CASE("Ten seconds of a tone are played in time and without a gap") {
         AudioDevice device("", kRate_hz, 2, kBlock, Tone());
         JackRecording recording(file, 10);
         if (!recording.running()) {
-            WARN("skipped: jack_capture cannot run here");
+            WARN("skipped: jack_capture is missing (packages-test.txt), or cannot run here");
             return;
         }
         device.start();

@@ -77,7 +77,7 @@ TEST_CASE("A device that hangs when started is abandoned and can be opened again
     {
         AudioDevice device("pulse", kRate_hz, 2, kBlock, count);
         until_failure = 1;
-        CHECK_THROWS_WITH(device.start(), Catch::Matchers::Contains("does not answer"));
+        CHECK_THROWS_WITH(device.start(), Catch::Contains("does not answer"));
     }
     CHECK(calls == 0);
     AudioDevice device("pulse", kRate_hz, 2, kBlock, count);
@@ -229,6 +229,6 @@ TEST_CASE("A microphone is refused if there is no input") {
     DeviceInfo jack;
     jack.host_api = "JACK";
     CHECK_THROWS_WITH(Microphone(jack, kRate_hz, kBlock),
-                      Catch::Matchers::StartsWith("no microphone: "));
+                      Catch::StartsWith("no microphone: "));
     unsetenv("JACK_DEFAULT_SERVER");
 }

@@ -12,7 +12,7 @@ using aula::ImportedMesh;
 using aula::Vec3;
 using aula::test::square_bytes;
 using aula::test::square_gltf;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 using Json = nlohmann::json;
 
 namespace {

@@ -18,7 +18,7 @@
 
 using aula::Vec3;
 using aula::test::TemporaryFolder;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 namespace {
 

@@ -11,7 +11,7 @@
 
 using aula::ImportedMesh;
 using aula::Vec3;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 namespace {
 

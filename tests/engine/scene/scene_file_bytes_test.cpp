@@ -16,7 +16,7 @@
 using aula::test::error_after;
 using aula::test::kValid;
 using aula::test::TemporaryFolder;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 TEST_CASE("a NUL byte is refused with its place, also after the end of the scene") {
     const TemporaryFolder folder;

@@ -10,7 +10,7 @@
 using aula::test::error_after;
 using aula::test::kValid;
 using aula::test::TemporaryFolder;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 namespace {
 
@@ -25,7 +25,7 @@ void check(const std::vector<Mistake>& mistakes) {
     for (const Mistake& m : mistakes) {
         INFO(m.part << " replaced by " << m.replacement);
         const std::string message = error_after(m.part, m.replacement);
-        CHECK_THAT(message, Catch::Matchers::StartsWith(std::string(m.place) + ": "));
+        CHECK_THAT(message, Catch::StartsWith(std::string(m.place) + ": "));
         CHECK_THAT(message, Contains(m.problem) && Contains("; expected "));
     }
 }

@@ -191,10 +191,9 @@ TEST_CASE("A measurement that ends after 2000 frames names the parameters outsid
     REQUIRE(measurement);
     CHECK(measurement->frames == 2000);
     REQUIRE(measurement->warnings.size() == 1);
-    CHECK_THAT(
-        measurement->warnings[0],
-        Catch::Matchers::StartsWith("source \"source\": standard errors after 2000 frames: ") &&
-            Catch::Matchers::Contains("EDT") && Catch::Matchers::Contains("(at most 1 %)"));
+    CHECK_THAT(measurement->warnings[0],
+               Catch::StartsWith("source \"source\": standard errors after 2000 frames: ") &&
+                   Catch::Contains("EDT") && Catch::Contains("(at most 1 %)"));
     // Companion: for a given number of frames no errors are known.
     CHECK(measure(scene, {.frames = 20})->warnings.empty());
 }
@@ -205,7 +204,7 @@ TEST_CASE("A source behind a wall without an opening is not audible") {
     CHECK(shut->audible == std::vector<char>{1, 0});
     REQUIRE(shut->warnings.size() == 1);
     CHECK_THAT(shut->warnings[0],
-               Catch::Matchers::StartsWith("source \"next door\": not audible at the listener"));
+               Catch::StartsWith("source \"next door\": not audible at the listener"));
     const auto parameters = room_parameters(*shut);
     CHECK(parameters[0][4].g_db);
     for (const BandParameters& band : parameters[1])
@@ -235,7 +234,7 @@ TEST_CASE("A source whose sound arrives after the end of the response is reporte
         REQUIRE(measured->warnings.size() == (distance_m > 35 ? 1 : 0));
         if (distance_m < 35) continue;
         CHECK_THAT(measured->warnings[0],
-                   Catch::Matchers::Contains("its sound arrives after the end of the response"));
+                   Catch::Contains("its sound arrives after the end of the response"));
     }
 }
 
