@@ -27,7 +27,7 @@ file(CONFIGURE OUTPUT "${changelog}" @ONLY CONTENT
 
   * Release @PROJECT_VERSION@.
 
- -- @maintainer@  Mon, 23 Nov 2026 00:00:00 +0000
+ -- @maintainer@  Sat, 28 Nov 2026 00:00:00 +0000
 ")
 execute_process(COMMAND gzip -9 -n -k -f "${changelog}" COMMAND_ERROR_IS_FATAL ANY)
 

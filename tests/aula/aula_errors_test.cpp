@@ -247,7 +247,18 @@ TEST_CASE("Help and version go to standard output with status 0") {
     const ProgramResult version = aula_with({"--version"});
     REQUIRE(version.status == 0);
     CHECK(std::regex_match(version.out,
-                           std::regex(R"(aula \d+\.\d+\.\d+ with Embree [34]\.\d+\.\d+\n)")));
+                           std::regex("aula " AULA_VERSION R"( with Embree [34]\.\d+\.\d+\n)")));
+}
+
+TEST_CASE("The manual page, the AppStream data and the changelog name the version of the program") {
+    const auto first = [](const std::string& file, const std::string& before) {
+        const std::string text = read_file(AULA_SOURCE_DIR "/" + file);
+        const std::size_t begin = text.find(before) + before.size();
+        return text.substr(begin, text.find_first_not_of("0123456789.", begin) - begin);
+    };
+    CHECK(first("docs/aula.1", "\"aula ") == AULA_VERSION);
+    CHECK(first("apps/aula/desktop/aula.metainfo.xml", "release version=\"") == AULA_VERSION);
+    CHECK(first("CHANGELOG.md", "\n## [") == AULA_VERSION);
 }
 
 TEST_CASE("The manual page has the options that --help lists, and no others") {

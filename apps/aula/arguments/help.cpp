@@ -109,7 +109,7 @@ datasets
 
 other
   --quiet                print errors and requested output only
-  --version, --help
+  --version, --help      print the versions of aula and Embree, or this text
 
 exit status: 0 done, 1 failure at run time (no device, disk full), 2 invalid arguments or input,
 130 after Ctrl-C (a second one ends immediately), 143 after SIGTERM
