@@ -57,7 +57,8 @@ endfunction()
 # ContainedProcess, whose file EMBEDDING, a source of the library, includes as AULA_PROGRAM. It is
 # never instrumented because its memory is limited.
 function(aula_embedded_program library name source embedding)
-    add_executable(aula_${name} "${source}")
+    add_executable(aula_${name} "${source}"
+                                "${PROJECT_SOURCE_DIR}/engine/process/contained_program.cpp")
     set_target_properties(aula_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY
                                                   "${CMAKE_CURRENT_BINARY_DIR}")
     target_include_directories(aula_${name} PRIVATE "${PROJECT_SOURCE_DIR}"

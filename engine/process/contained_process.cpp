@@ -12,22 +12,27 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
+#include <ctime>
 #include <string>
 #include <system_error>
 #include <utility>
 
 #include "aula/exception.h"
+#include "process/contained_program.h"
 
 namespace aula {
 
 namespace {
 
-/// Limit of the waiting time for the child, which has 5 s of CPU time: it takes longer on a busy
-/// machine or with a slow disk.
+/// Limits of the processor time and of the time between two parts of the answer. The former allows
+/// the largest valid file on a slow machine, the latter a busy machine or a slow disk.
+constexpr std::chrono::seconds kLongestComputation{5};
 constexpr std::chrono::seconds kLongest{60};
 
+constexpr const char* kName = "aula-reader";  // of the process, for ps
+
 [[noreturn]] void fail_to_start(const std::filesystem::path& file, int error) {
-    throw Failure(file.string() + ": the process that reads SOFA files cannot be started, " +
+    throw Failure(file.string() + ": the process that reads it cannot be started, " +
                   std::generic_category().message(error) +
                   "; expected /proc, memory that may be executed, and limits that allow it");
 }
@@ -37,14 +42,14 @@ int make_program_file() {
 #ifndef MFD_EXEC
     constexpr unsigned MFD_EXEC = 0x10;  // since Linux 6.3, where execution may require it
 #endif
-    const int made = memfd_create("aula-sofa-reader", MFD_CLOEXEC | MFD_EXEC);
+    const int made = memfd_create(kName, MFD_CLOEXEC | MFD_EXEC);
     if (made >= 0 || errno != EINVAL) return made;
-    return memfd_create("aula-sofa-reader", MFD_CLOEXEC);
+    return memfd_create(kName, MFD_CLOEXEC);
 }
 
 bool write_all(const Descriptor& to, std::span<const std::byte> bytes) {
     while (!bytes.empty()) {
-        const ssize_t written = write(to.number(), bytes.data(), bytes.size());
+        const ssize_t written = ::write(to.number(), bytes.data(), bytes.size());
         if (written < 0 && errno == EINTR) continue;
         if (written <= 0) return false;
         bytes = bytes.subspan(static_cast<std::size_t>(written));
@@ -73,12 +78,27 @@ int start(const Descriptor& program, const Descriptor& input, const Descriptor& 
     posix_spawnattr_setflags(
         &attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSCHEDULER);
     const std::string path = "/proc/self/fd/" + std::to_string(program.number());
-    std::string name = "aula-sofa-reader";
+    std::string name = kName;
     char* const arguments[] = {name.data(), nullptr};
     const int error = posix_spawn(&id, path.c_str(), &files, &attributes, arguments, environ);
     posix_spawnattr_destroy(&attributes);
     posix_spawn_file_actions_destroy(&files);
     return error;
+}
+
+/// How the process ended, as waitpid() says.
+const char* how_it_ended(int status) {
+    if (WIFEXITED(status) && WEXITSTATUS(status) == kOutOfMemory)
+        return "needs more than 1 GiB of memory";
+    if (!WIFSIGNALED(status)) return "ends before its answer is complete";
+    switch (WTERMSIG(status)) {
+        case SIGSYS:
+            return "makes a system call that is forbidden to it";
+        case SIGXCPU:
+            return "needs more processor time than it may take";
+        default:
+            return "crashes";
+    }
 }
 
 }  // namespace
@@ -93,52 +113,85 @@ void Descriptor::reset() {
     if (number_ >= 0) close(std::exchange(number_, -1));
 }
 
-ContainedProcess::ContainedProcess(std::span<const std::byte> program,
-                                   const std::filesystem::path& file, const char* expected)
-    : deadline_(Clock::now() + kLongest) {
-    const auto fail = [&](const std::string& why) {
-        throw InputError(file.string() + ": " + why + "; expected " + expected);
-    };
+ContainedProcess::ContainedProcess(std::span<const std::byte> program, std::filesystem::path file,
+                                   std::string expected)
+    : file_(std::move(file)), expected_(std::move(expected)) {
     // Non-blocking: opening a pipe does not wait for its other end.
-    const Descriptor input(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-    if (input.number() < 0 && errno == ENOENT) fail("no such file");
-    if (input.number() < 0) fail("cannot be opened, " + std::generic_category().message(errno));
+    const Descriptor input(open(file_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    if (input.number() < 0 && errno == ENOENT) refuse("no such file");
+    if (input.number() < 0) refuse("cannot be opened, " + std::generic_category().message(errno));
     struct stat status {};
     if (fstat(input.number(), &status) != 0 || !S_ISREG(status.st_mode))
-        fail("is not a regular file");
+        refuse("is not a regular file");
 
     int ends[2] = {-1, -1};
-    if (pipe2(ends, O_CLOEXEC) != 0) fail_to_start(file, errno);
+    if (pipe2(ends, O_CLOEXEC) != 0) fail_to_start(file_, errno);
     output_.emplace(ends[0]);
     const Descriptor to(ends[1]);
     const Descriptor executable(make_program_file());
-    if (!write_all(executable, program)) fail_to_start(file, errno);
-    if (const int error = start(executable, input, to, id_)) fail_to_start(file, error);
+    if (!write_all(executable, program)) fail_to_start(file_, errno);
+    if (const int error = start(executable, input, to, id_)) fail_to_start(file_, error);
+    answered_ = Clock::now();
 }
 
-ContainedProcess::~ContainedProcess() {
-    kill(id_, SIGKILL);
+ContainedProcess::~ContainedProcess() { end(); }
+
+int ContainedProcess::end() {
+    int status = 0;
+    if (id_ < 0) return status;
     // If the host ignores SIGCHLD or waits for any child, waitpid() fails.
-    while (waitpid(id_, nullptr, 0) < 0 && errno == EINTR) {
+    kill(id_, SIGKILL);
+    while (waitpid(id_, &status, 0) < 0 && errno == EINTR) {
+    }
+    id_ = -1;
+    return status;
+}
+
+void ContainedProcess::refuse_as_damaged(const std::string& how) const {
+    refuse("is damaged and cannot be read: the process that reads it " + how);
+}
+
+void ContainedProcess::refuse(const std::string& problem) const {
+    throw InputError(file_.string() + ": " + problem + "; expected " + expected_);
+}
+
+std::chrono::nanoseconds ContainedProcess::processor_time() const {
+    clockid_t clock{};
+    timespec time{};
+    // A process that another thread of the host has waited for has no clock.
+    if (clock_getcpuclockid(id_, &clock) != 0 || clock_gettime(clock, &time) != 0) return {};
+    return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+}
+
+void ContainedProcess::wait_for_answer() {
+    std::chrono::nanoseconds left{0};
+    while (true) {
+        const auto timeout = std::chrono::ceil<std::chrono::milliseconds>(left);
+        pollfd ready{output_->number(), POLLIN, 0};
+        if (poll(&ready, 1, static_cast<int>(timeout.count())) > 0) return;
+        const auto waited = Clock::now() - answered_;
+        const auto computed = processor_time() - computed_;
+        if (computed >= kLongestComputation)
+            refuse_as_damaged("computes for 5 s without an answer");
+        if (waited >= kLongest) refuse_as_damaged("gives no answer for 60 s");
+        // The process has one thread: its processor time passes no faster than time.
+        left =
+            std::min<std::chrono::nanoseconds>(kLongestComputation - computed, kLongest - waited);
     }
 }
 
-bool ContainedProcess::read_bytes(void* bytes, std::size_t size) {
+void ContainedProcess::read_bytes(void* bytes, std::size_t size) {
     auto* to = static_cast<std::byte*>(bytes);
     while (size > 0) {
-        const auto left =
-            std::chrono::duration_cast<std::chrono::milliseconds>(deadline_ - Clock::now());
-        pollfd ready{output_->number(), POLLIN, 0};
-        const int count = poll(&ready, 1, static_cast<int>(std::max<long>(left.count(), 0)));
-        if (count < 0 && errno == EINTR) continue;
-        if (count <= 0) return false;
+        wait_for_answer();
         const ssize_t got = ::read(output_->number(), to, size);
         if (got < 0 && errno == EINTR) continue;
-        if (got <= 0) return false;
+        if (got <= 0) refuse_as_damaged(how_it_ended(end()));
         to += got;
         size -= static_cast<std::size_t>(got);
     }
-    return true;
+    answered_ = Clock::now();
+    computed_ = processor_time();
 }
 
 }  // namespace aula

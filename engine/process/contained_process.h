@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <optional>
 #include <span>
+#include <string>
+#include <type_traits>
 #include <vector>
 
 namespace aula {
@@ -28,37 +30,51 @@ class Descriptor {
 
 /// A child process that reads an untrusted file by a library whose parser may loop, crash or
 /// allocate without limit. Its program is embedded in the host's, is executed from memory, and
-/// limits its own resources (limit_resources()). It reads the file from standard input and answers
-/// on standard output. The destructor kills it and waits for it, by its process id only.
+/// confines itself (contain()). It reads the file from standard input and answers on standard
+/// output. The destructor kills it and waits for it, by its process id only.
 class ContainedProcess {
  public:
     /// Starts the program. Throws InputError, with what was expected, unless `file` is a regular
     /// file that may be read; Failure if the process cannot be started.
-    ContainedProcess(std::span<const std::byte> program, const std::filesystem::path& file,
-                     const char* expected);
+    ContainedProcess(std::span<const std::byte> program, std::filesystem::path file,
+                     std::string expected);
     ~ContainedProcess();
     ContainedProcess(const ContainedProcess&) = delete;
     ContainedProcess& operator=(const ContainedProcess&) = delete;
 
-    /// Reads a value or all elements of a vector from the answer. Returns false if the answer ends
-    /// before or does not arrive in time.
+    /// Reads a value, all elements of a vector, or bytes from the answer. Throws InputError, with
+    /// the reason, if the answer ends before or does not arrive in time.
     template <typename T>
-    bool read(T& value) {
-        return read_bytes(&value, sizeof(value));
+    void read(T& value) {
+        static_assert(std::is_trivially_copyable_v<T>);
+        read_bytes(&value, sizeof(value));
     }
     template <typename T>
-    bool read(std::vector<T>& values) {
-        return read_bytes(values.data(), values.size() * sizeof(T));
+    void read(std::vector<T>& values) {
+        read_bytes(values.data(), values.size() * sizeof(T));
     }
+    void read_bytes(void* bytes, std::size_t size);
+
+    /// Throws the InputError that says what is wrong with the file, and what was expected.
+    [[noreturn]] void refuse(const std::string& problem) const;
 
  private:
     using Clock = std::chrono::steady_clock;
 
-    bool read_bytes(void* bytes, std::size_t size);
+    /// Waits for the next part of the answer.
+    void wait_for_answer();
+    [[noreturn]] void refuse_as_damaged(const std::string& how) const;
+    std::chrono::nanoseconds processor_time() const;
+    /// Kills the process and waits for it. Returns its status, as waitpid() does, or 0.
+    int end();
 
-    Clock::time_point deadline_;
+    std::filesystem::path file_;
+    std::string expected_;
     std::optional<Descriptor> output_;
-    int id_ = -1;
+    int id_ = -1;  ///< -1 if the process has been waited for
+    // When the last part of the answer arrived, and the processor time until then.
+    Clock::time_point answered_;
+    std::chrono::nanoseconds computed_{0};
 };
 
 }  // namespace aula

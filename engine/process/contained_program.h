@@ -1,36 +1,49 @@
 #pragma once
 
-#include <sys/prctl.h>
-#include <sys/resource.h>
-
-#include <csignal>
-#include <cstdio>
+#include <cstddef>
+#include <span>
 #include <vector>
 
 namespace aula {
 
 // For the programs that a ContainedProcess runs.
 
-/// Limits memory and time of the process. They allow several times the memory of the largest valid
-/// file, and its time on a slow machine.
-inline void limit_resources() {
-    constexpr rlim_t kMemory_bytes = rlim_t{1} << 30;
-    constexpr rlim_t kTime_s = 5;
-    const auto limit = [](__rlimit_resource resource, rlim_t max) {
-        const rlimit limits{max, max};
-        setrlimit(resource, &limits);
-    };
-    limit(RLIMIT_AS, kMemory_bytes);
-    limit(RLIMIT_CPU, kTime_s);
-    limit(RLIMIT_CORE, 0);
-    limit(RLIMIT_FSIZE, 0);
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
-}
+/// Memory of such a program beyond the mapped file: several times that of the largest valid file.
+inline constexpr std::size_t kContainedMemory_bytes = std::size_t{1} << 30;
+
+/// Processor time of such a program. A sound of 64 channels of Opus of the longest duration takes
+/// half of it. ContainedProcess limits the time between two parts of the answer.
+inline constexpr unsigned kContainedTime_s = 3600;
+
+/// Exit status of a program that has no memory left.
+inline constexpr int kOutOfMemory = 3;
+
+/// The file on standard input, mapped. It is empty if it cannot be mapped.
+std::span<const std::byte> map_input();
+
+/// Closes all descriptors but standard output and error: a host may let its child processes inherit
+/// others. A kernel before Linux 5.9 closes standard input alone.
+void close_descriptors();
+
+/// Limits memory, processor time and sizes of files, and allows no new descriptor. Without memory
+/// the program ends with the status kOutOfMemory.
+void limit_resources(std::size_t mapped_bytes, unsigned time_s = kContainedTime_s);
+
+/// Forbids access to all files that are not open, and to networks, by Landlock. A kernel without
+/// Landlock changes nothing.
+void forbid_files();
+
+/// Restricts system calls by seccomp to those that use memory, write to standard output or error,
+/// tell the time and end the process. Opening a file fails with EACCES; any other call ends the
+/// process with SIGSYS. A kernel without seccomp, or another processor than x86-64, AArch64 and
+/// 64-bit RISC-V, changes nothing.
+void filter_calls();
+
+/// Returns the file on standard input, mapped, after all of the above.
+std::span<const std::byte> contain();
 
 /// Writes bytes, a value or all elements of a vector to the answer.
-inline bool write_bytes(const void* bytes, std::size_t size) {
-    return std::fwrite(bytes, 1, size, stdout) == size;
-}
+bool write_bytes(const void* bytes, std::size_t size);
 template <typename T>
 bool write(const T& value) {
     return write_bytes(&value, sizeof(value));

@@ -104,6 +104,26 @@ bool read_axis(const Identifier& file, const char* name, std::array<double, 3>& 
     return true;
 }
 
+/// Opens a file in memory for reading, without a copy.
+hid_t open_image(std::span<const std::byte> file) {
+    if (file.empty()) return H5I_INVALID_HID;
+    H5FD_file_image_callbacks_t uncopied{};
+    uncopied.image_malloc = [](std::size_t, H5FD_file_image_op_t, void* image) { return image; };
+    uncopied.image_memcpy = [](void* image, const void*, std::size_t, H5FD_file_image_op_t, void*) {
+        return image;
+    };
+    uncopied.image_free = [](void*, H5FD_file_image_op_t, void*) { return herr_t{0}; };
+    uncopied.udata_copy = [](void* image) { return image; };
+    uncopied.udata_free = [](void*) { return herr_t{0}; };
+    void* const image = const_cast<std::byte*>(file.data());  // never written: H5F_ACC_RDONLY
+    uncopied.udata = image;
+    const Identifier access(H5Pcreate(H5P_FILE_ACCESS));
+    H5Pset_fapl_core(access.get(), 1, 0);
+    H5Pset_file_image_callbacks(access.get(), &uncopied);
+    H5Pset_file_image(access.get(), image, file.size());
+    return H5Fopen("/file in memory", H5F_ACC_RDONLY, access.get());
+}
+
 DirectivityAnswer refusal(Verdict verdict) {
     DirectivityAnswer answer;
     answer.header.verdict = verdict;
@@ -112,12 +132,11 @@ DirectivityAnswer refusal(Verdict verdict) {
 
 }  // namespace
 
-DirectivityAnswer read_hdf5_directivity(const char* path, const std::function<void()>& opened) {
+DirectivityAnswer read_hdf5_directivity(std::span<const std::byte> bytes) {
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
     H5PLset_loading_state(0);
-    const Identifier file(H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT));
+    const Identifier file(open_image(bytes));
     if (!file.exists()) return refusal(Verdict::unreadable);
-    opened();
     if (text_attribute(file, "SOFAConventions") != "FreeFieldDirectivityTF")
         return refusal(Verdict::other_kind);
 

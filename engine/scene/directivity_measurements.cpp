@@ -171,43 +171,41 @@ Directivity directivity_of(const DirectivityAnswer& answer) {
 }
 
 Directivity read_sofa_directivity(const std::filesystem::path& file) {
-    constexpr const char* kExpected =
-        "a SOFA file of a source's directivity (FreeFieldDirectivityTF)";
     constexpr const char* kDamaged = "is damaged and cannot be read as SOFA";
-    const auto fail = [&](const std::string& why) {
-        throw InputError(file.string() + ": " + why + "; expected " + kExpected);
-    };
-    ContainedProcess reader(embedded_directivity_reader(), file, kExpected);
+    ContainedProcess reader(embedded_directivity_reader(), file,
+                            "a SOFA file of a source's directivity (FreeFieldDirectivityTF)");
     using Verdict = DirectivityHeader::Verdict;
     DirectivityAnswer answer;
     DirectivityHeader& header = answer.header;
-    if (!reader.read(header) || header.magic != DirectivityHeader::kMagic) fail(kDamaged);
+    reader.read(header);
+    if (header.magic != DirectivityHeader::kMagic) reader.refuse(kDamaged);
     switch (header.verdict) {
         case Verdict::usable:
             break;
         case Verdict::other_kind:
-            fail("is a SOFA file of another kind");
+            reader.refuse("is a SOFA file of another kind");
             break;
         case Verdict::incomplete:
-            fail(
+            reader.refuse(
                 "has not the variables Data.Real, Data.Imag, N and ReceiverPosition in sizes that "
                 "fit");
             break;
         case Verdict::too_large:
-            fail("has more than 16384 directions or frequencies, or more than 16777216 values");
+            reader.refuse(
+                "has more than 16384 directions or frequencies, or more than 16777216 values");
             break;
         default:
-            fail("cannot be read as SOFA");
+            reader.refuse("cannot be read as SOFA");
     }
     if (header.directions == 0 || header.directions > DirectivityHeader::kMaxDirections ||
         header.frequencies == 0 || header.frequencies > DirectivityHeader::kMaxFrequencies)
-        fail(kDamaged);
+        reader.refuse(kDamaged);
     answer.coordinates.resize(std::size_t{3} * header.directions);
     answer.frequencies_hz.resize(header.frequencies);
     answer.energies.resize(std::size_t{header.directions} * header.frequencies);
-    if (!reader.read(answer.coordinates) || !reader.read(answer.frequencies_hz) ||
-        !reader.read(answer.energies))
-        fail(kDamaged);
+    reader.read(answer.coordinates);
+    reader.read(answer.frequencies_hz);
+    reader.read(answer.energies);
     try {
         return directivity_of(answer);
     } catch (const InputError& error) {
