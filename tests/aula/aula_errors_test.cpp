@@ -1,3 +1,4 @@
+#include <sys/prctl.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -6,6 +7,9 @@
 #include <regex>
 #include <set>
 #include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "tests/aula/aula_program.h"
 #include "tests/support/small_scenes.h"
@@ -33,6 +37,33 @@ TEST_CASE("A damaged file of an unsupported format prints one line, nothing on s
                                ": has an unknown format; expected WAV, RF64, W64, AIFF, AU, CAF, "
                                "FLAC, Ogg, MP3 or NIST SPHERE\n");
     }
+}
+
+TEST_CASE("A sound file whose decoder crashes, loops or is taken over is one line and status 2") {
+    const TemporaryFolder folder;
+    folder.write("voice.wav", read_file(AULA_SOURCE_DIR "/tests/fuzz/corpus/sound/flac"));
+    const std::string scene =
+        folder.write("a.json", with(kSmallRoom, "\"noise\"", "\"voice.wav\""));
+    const auto check = [&](const std::string& decoder) {
+        return run_program({"/usr/bin/env", "LD_PRELOAD=" AULA_HOSTILE_DECODER,
+                            "AULA_HOSTILE_DECODER=" + decoder, AULA_PROGRAM, "check", scene});
+    };
+    std::vector<std::pair<std::string, std::string>> ends{
+        {"crash", "crashes"},
+        {"loop", "computes for 5 s without an answer"},
+        {"memory", "needs more than 1 GiB of memory"}};
+    if (prctl(PR_GET_SECCOMP) >= 0)
+        ends.emplace_back("socket", "makes a system call that is forbidden to it");
+    for (const auto& [decoder, end] : ends) {
+        const ProgramResult result = check(decoder);
+        CHECK(result.status == 2);
+        CHECK(result.out.empty());
+        CHECK(result.err == "aula: " + (folder.path() / "voice.wav").string() +
+                                ": is damaged and cannot be read: the process that reads it " +
+                                end + "; expected a sound file\n");
+    }
+    // A decoder that refuses the file.
+    CHECK_THAT(check("none").err, Contains("voice.wav: cannot be read as sound; expected WAV,"));
 }
 
 TEST_CASE("Of a damaged MP3 file only the program's own lines are printed") {

@@ -18,12 +18,12 @@ struct SoundClip {
 };
 
 /// Reads a WAV (also RF64, W64), AIFF, AU, CAF, FLAC, Ogg, MP3 or NIST SPHERE file, mixes it down
-/// to mono (the mean of its channels) and resamples it to `sample_rate_hz`. A file that is cut off
-/// is read to its end, with a warning. Samples that are not finite or exceed 2^31 in magnitude
-/// become 0, with a warning. Throws InputError if the file cannot be read or is of another format,
-/// and for sample rates outside 1 to 768 kHz, more than 64 channels, no sample, or more than 2^28
-/// samples before or after resampling. While an MP3 file is read, the standard error of the process
-/// is /dev/null, because the decoder prints there.
+/// to mono (the mean of its channels) and resamples it to `sample_rate_hz`. A child process decodes
+/// the file. A file that is cut off is read to its end, with a warning. Samples that are not finite
+/// or exceed 2^31 in magnitude become 0, with a warning. Throws InputError if the file cannot be
+/// read or is of another format, and for sample rates outside 1 to 768 kHz, more than 64 channels,
+/// no sample, or more than 2^28 samples before or after resampling; Failure if the child process
+/// cannot be started.
 SoundClip read_sound(const std::filesystem::path& file, double sample_rate_hz);
 
 /// What the header of a sound file says.
@@ -33,7 +33,7 @@ struct SoundInfo {
     int channels = 0;           ///< 1 to 64
 };
 
-/// Reads the header of a sound file. Throws InputError as read_sound().
+/// Reads the header of a sound file. Throws as read_sound().
 SoundInfo sound_info(const std::filesystem::path& file);
 
 /// How a WAV file represents samples. Integers are clipped to full scale, 1.

@@ -1,0 +1,5 @@
+#include "audio/file/embedded_sound_reader.h"
+
+#include "process/embedded_program.h"
+
+AULA_EMBEDDED_PROGRAM(embedded_sound_reader, AULA_PROGRAM)
