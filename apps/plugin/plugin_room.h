@@ -25,7 +25,7 @@ struct UnknownProperty {
 /// What the state of a plugin holds beside its ports.
 struct RoomFiles {
     std::filesystem::path scene{};        ///< empty: the default room
-    std::filesystem::path hrtf{};         ///< empty: that of libmysofa
+    std::filesystem::path hrtf{};         ///< empty: MIT KEMAR
     std::optional<std::uint64_t> seed{};  ///< in place of the scene's
     std::vector<UnknownProperty> unknown{};
 };

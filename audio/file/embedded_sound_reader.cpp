@@ -1,5 +1,5 @@
 #include "audio/file/embedded_sound_reader.h"
 
-#include "process/embedded_program.h"
+#include "process/embedded_file.h"
 
-AULA_EMBEDDED_PROGRAM(embedded_sound_reader, AULA_PROGRAM)
+AULA_EMBEDDED_FILE(embedded_sound_reader, AULA_PROGRAM)

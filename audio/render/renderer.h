@@ -18,8 +18,9 @@ namespace aula {
 
 /// A discrete arrival at the listener, in world axes (x front, y left, z up).
 struct DiscretePath {
-    double delay_s = 0;                       ///< from the emission
-    std::array<float, 3> direction{1, 0, 0};  ///< unit, of arrival: from the listener to its origin
+    double delay_s = 0;  ///< from the emission
+    /// Of arrival: from the listener to its origin (HeardDirection).
+    std::array<float, 3> direction{1, 0, 0};
     std::array<float, 8> band_gain{};  ///< pressure re that of the source at 1 m, 63 Hz to 8 kHz
     std::uint64_t id = 0;              ///< identifies the path in all frames; 0: unknown
 };

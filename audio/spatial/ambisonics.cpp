@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <numbers>
 
 namespace aula {
@@ -27,29 +28,41 @@ constexpr std::size_t element(int order, int m, int n) {
 
 }  // namespace
 
+HeardDirection heard_direction(const std::array<float, 3>& direction) noexcept {
+    constexpr float kUnitLength = 1 - 1e-5F;
+    const float length = std::sqrt(direction[0] * direction[0] + direction[1] * direction[1] +
+                                   direction[2] * direction[2]);
+    if (length > kUnitLength) return {direction, 1};
+    if (!(length > std::numeric_limits<float>::min())) return {.distinctness = 0};
+    return {{direction[0] / length, direction[1] / length, direction[2] / length}, length};
+}
+
 std::array<float, kMaxAmbisonicChannels> encode_direction(
     const std::array<float, 3>& direction) noexcept {
-    const auto [x, y, z] = direction;
+    const HeardDirection heard = heard_direction(direction);
+    const auto [x, y, z] = heard.unit;
     constexpr float kRoot3 = std::numbers::sqrt3_v<float>;
     constexpr float kRoot15 = 3.87298335F;
     constexpr float kRoot3by8 = 0.612372436F;
     constexpr float kRoot5by8 = 0.790569415F;
-    return {1,
-            y,
-            z,
-            x,
-            kRoot3 * x * y,
-            kRoot3 * y * z,
-            0.5F * (3 * z * z - 1),
-            kRoot3 * x * z,
-            0.5F * kRoot3 * (x * x - y * y),
-            kRoot5by8 * y * (3 * x * x - y * y),
-            kRoot15 * x * y * z,
-            kRoot3by8 * y * (5 * z * z - 1),
-            0.5F * z * (5 * z * z - 3),
-            kRoot3by8 * x * (5 * z * z - 1),
-            0.5F * kRoot15 * z * (x * x - y * y),
-            kRoot5by8 * x * (x * x - 3 * y * y)};
+    std::array<float, kMaxAmbisonicChannels> gains{1,
+                                                   y,
+                                                   z,
+                                                   x,
+                                                   kRoot3 * x * y,
+                                                   kRoot3 * y * z,
+                                                   0.5F * (3 * z * z - 1),
+                                                   kRoot3 * x * z,
+                                                   0.5F * kRoot3 * (x * x - y * y),
+                                                   kRoot5by8 * y * (3 * x * x - y * y),
+                                                   kRoot15 * x * y * z,
+                                                   kRoot3by8 * y * (5 * z * z - 1),
+                                                   0.5F * z * (5 * z * z - 3),
+                                                   kRoot3by8 * x * (5 * z * z - 1),
+                                                   0.5F * kRoot15 * z * (x * x - y * y),
+                                                   kRoot5by8 * x * (x * x - 3 * y * y)};
+    for (std::size_t c = 1; c < gains.size(); ++c) gains[c] *= heard.distinctness;
+    return gains;
 }
 
 std::array<float, 3> in_head_axes(const HeadRotation& head,

@@ -24,8 +24,19 @@ constexpr int order_of_channel(std::size_t channel) {
     return order;
 }
 
-/// Gains that encode a plane wave from a unit direction (x front, y left, z up): real spherical
-/// harmonics up to third order, ACN, SN3D. Lower orders are prefixes.
+/// A direction of sound: a unit vector (x front, y left, z up) times its distinctness. The
+/// distinctness is 1 for sound from afar. It falls to 0 for sound that arises at the centre of the
+/// head, which has no direction.
+struct HeardDirection {
+    std::array<float, 3> unit{1, 0, 0};
+    float distinctness = 1;
+};
+
+/// Separates the product. Vectors of a length above 1 - 1e-5 are unit vectors, with rounding.
+HeardDirection heard_direction(const std::array<float, 3>& direction) noexcept AULA_NONBLOCKING;
+
+/// Gains that encode a plane wave from a direction: real spherical harmonics up to third order,
+/// ACN, SN3D. Lower orders are prefixes. Orders above 0 are scaled by the distinctness.
 std::array<float, kMaxAmbisonicChannels> encode_direction(
     const std::array<float, 3>& direction) noexcept AULA_NONBLOCKING;
 

@@ -1,24 +1,23 @@
 #include "audio/spatial/hrtf.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <compare>
-#include <complex>
 #include <cstdint>
 #include <limits>
 #include <map>
 #include <mutex>
-#include <numbers>
 #include <string>
 #include <system_error>
 #include <utility>
 
-#include "audio/base/aligned.h"
 #include "audio/dsp/fft.h"
-#include "audio/dsp/minimum_phase.h"
 #include "audio/dsp/resample.h"
+#include "audio/spatial/ambisonics.h"
+#include "audio/spatial/default_head.h"
+#include "audio/spatial/direction_set.h"
 #include "audio/spatial/head_responses.h"
+#include "audio/spatial/response_splitter.h"
 #include "audio/spatial/sofa_file.h"
 #include "aula/exception.h"
 
@@ -26,13 +25,7 @@ namespace aula {
 
 namespace {
 
-constexpr const char* kDefaultFile = "/usr/share/libmysofa/default.sofa";
-
 constexpr double kResponse_s = 256.0 / 48000;
-constexpr float kLowestEnergy = 1e-8F;  // re the greatest: -80 dB
-
-// Delays are estimated below this frequency; above it contralateral responses are too irregular.
-constexpr double kDelayBand_hz = 8000;
 
 // The diffuse-field equalisation is bounded re the mean level in this band: frequencies without
 // energy in the measurement cannot be restored.
@@ -103,99 +96,13 @@ void check(const HeadMeasurements& measured, double sample_rate_hz) {
     }
 }
 
-/// Magnitude and delay of a measured response.
-struct Analysis {
-    std::vector<float> log_magnitude;
-    double delay_s = 0;
-};
-
-/// Separates measured responses into magnitude and delay, and makes minimum-phase responses of
-/// magnitudes.
-class ResponseSplitter {
- public:
-    ResponseSplitter(std::size_t measured_samples, std::size_t taps, double sample_rate_hz)
-        : sample_rate_hz_(sample_rate_hz),
-          taps_(taps),
-          size_(std::bit_ceil(4 * std::max(measured_samples, taps))),
-          fft_(size_),
-          phase_(size_),
-          signal_(size_),
-          measured_(fft_.bins()),
-          cross_(fft_.bins()),
-          log_response_(fft_.bins()) {}
-
-    double bin_hz() const { return sample_rate_hz_ / static_cast<double>(size_); }
-
-    Analysis analyse(std::span<const float> measured) {
-        std::fill(std::copy(measured.begin(), measured.end(), signal_.begin()), signal_.end(),
-                  0.0F);
-        fft_.forward(signal_.data(), measured_.data());
-        float greatest = 0;
-        for (const std::complex<float>& bin : measured_)
-            greatest = std::max(greatest, std::norm(bin));
-        Analysis analysis;
-        for (const std::complex<float>& bin : measured_) {
-            analysis.log_magnitude.push_back(
-                0.5F * std::log(std::max(std::norm(bin), greatest * kLowestEnergy)));
-        }
-        phase_.complete(analysis.log_magnitude, log_response_);
-        analysis.delay_s = excess_delay_samples() / sample_rate_hz_;
-        return analysis;
-    }
-
-    std::vector<float> minimum_phase(std::span<const float> log_magnitude) {
-        phase_.complete(log_magnitude, log_response_);
-        for (std::size_t k = 0; k < cross_.size(); ++k) cross_[k] = std::exp(log_response_[k]);
-        fft_.inverse(cross_.data(), signal_.data());
-        std::vector<float> response(signal_.begin(),
-                                    signal_.begin() + static_cast<std::ptrdiff_t>(taps_));
-        for (float& x : response) x /= static_cast<float>(size_);
-        fade_out(response);
-        return response;
-    }
-
- private:
-    /// The position of the peak of the cross-correlation of the response with its minimum-phase
-    /// version.
-    double excess_delay_samples() {
-        const double band = kDelayBand_hz / bin_hz();
-        std::fill(cross_.begin(), cross_.end(), 0.0F);
-        for (std::size_t k = 0; k < cross_.size() && static_cast<double>(k) < band; ++k) {
-            const double weight =
-                0.5 + 0.5 * std::cos(std::numbers::pi * static_cast<double>(k) / band);
-            cross_[k] =
-                static_cast<float>(weight) * measured_[k] * std::exp(std::conj(log_response_[k]));
-        }
-        fft_.inverse(cross_.data(), signal_.data());
-        const auto peak = static_cast<std::size_t>(
-            std::max_element(signal_.begin(), signal_.end()) - signal_.begin());
-        // Parabolic interpolation of the peak; the band is narrow enough for it.
-        const double before = double{signal_[(peak + size_ - 1) % size_]};
-        const double after = double{signal_[(peak + 1) % size_]};
-        const double curvature = before - 2 * double{signal_[peak]} + after;
-        const double beside = curvature < 0 ? 0.5 * (before - after) / curvature : 0;
-        return static_cast<double>(peak) + beside;
-    }
-
-    double sample_rate_hz_;
-    std::size_t taps_;
-    std::size_t size_;
-    RealFft fft_;
-    MinimumPhase phase_;
-    AlignedVector<float> signal_;
-    AlignedVector<std::complex<float>> measured_;
-    AlignedVector<std::complex<float>> cross_;
-    std::vector<std::complex<float>> log_response_;
-};
-
-/// Resampled responses, [direction * 2 + ear][sample], after kLead_samples of silence.
-std::vector<std::vector<float>> resampled(const HeadMeasurements& measured, double sample_rate_hz) {
+/// Resampled responses, [direction][ear][sample], after kLead_samples of silence.
+std::vector<EarPair> resampled(const HeadMeasurements& measured, double sample_rate_hz) {
     // The resampler needs some 100 kB for each channel of a call.
     constexpr std::size_t kChannelsPerCall = 32;
     const std::size_t channels = 2 * measured.positions.size();
     const std::size_t lead = kLead_samples;
-    std::vector<std::vector<float>> out;
-    out.reserve(channels);
+    std::vector<EarPair> out(measured.positions.size());
     for (std::size_t first = 0; first < channels; first += kChannelsPerCall) {
         const std::size_t count = std::min(kChannelsPerCall, channels - first);
         std::vector<float> interleaved((lead + measured.samples + lead) * count);
@@ -208,21 +115,43 @@ std::vector<std::vector<float>> resampled(const HeadMeasurements& measured, doub
         interleaved = resample(interleaved, count, double{measured.sample_rate_hz}, sample_rate_hz);
         const std::size_t samples = interleaved.size() / count;
         for (std::size_t c = 0; c < count; ++c) {
-            std::vector<float>& channel = out.emplace_back(samples);
+            std::vector<float>& channel = out[(first + c) / 2][(first + c) % 2];
+            channel.resize(samples);
             for (std::size_t n = 0; n < samples; ++n) channel[n] = interleaved[n * count + c];
         }
     }
     return out;
 }
 
+/// Adds the directions that close the gaps of the measured set, and their responses.
+void close_gaps(Directions& directions, std::vector<std::array<SplitResponse, 2>>& responses) {
+    const auto closing = closing_directions(directions, quadrature_weights(directions));
+    for (const ClosingDirection& added : closing) {
+        std::array<SplitResponse, 2> ears;
+        for (std::size_t e = 0; e < 2; ++e) {
+            ears[e].log_magnitude.resize(responses[0][e].log_magnitude.size());
+            for (const auto& [index, share] : added.shares) {
+                const SplitResponse& from = responses[index][e];
+                ears[e].delay_s += share * from.delay_s;
+                for (std::size_t k = 0; k < from.log_magnitude.size(); ++k) {
+                    ears[e].log_magnitude[k] += static_cast<float>(share) * from.log_magnitude[k];
+                }
+            }
+        }
+        directions.push_back(added.direction);
+        responses.push_back(std::move(ears));
+    }
+}
+
 /// Diffuse-field equalisation: logarithm of the gain that makes the mean energy of the ears in a
 /// diffuse field 1 at every frequency. It removes the loudspeaker and the ear canal, which are
 /// common to all directions.
-std::vector<float> diffuse_field_correction(const std::vector<std::array<Analysis, 2>>& analyses,
-                                            const std::vector<double>& weights, double bin_hz) {
-    std::vector<double> energy(analyses[0][0].log_magnitude.size());
-    for (std::size_t i = 0; i < analyses.size(); ++i) {
-        for (const Analysis& ear : analyses[i]) {
+std::vector<float> diffuse_field_correction(
+    const std::vector<std::array<SplitResponse, 2>>& responses, const std::vector<double>& weights,
+    double bin_hz) {
+    std::vector<double> energy(responses[0][0].log_magnitude.size());
+    for (std::size_t i = 0; i < responses.size(); ++i) {
+        for (const SplitResponse& ear : responses[i]) {
             for (std::size_t k = 0; k < energy.size(); ++k) {
                 energy[k] += 0.5 * weights[i] * std::exp(2 * double{ear.log_magnitude[k]});
             }
@@ -242,10 +171,6 @@ std::vector<float> diffuse_field_correction(const std::vector<std::array<Analysi
         log_gain.push_back(static_cast<float>(-0.5 * std::log(relative * sum / bins)));
     }
     return log_gain;
-}
-
-std::filesystem::path file_of(const std::filesystem::path& sofa_file) {
-    return sofa_file.empty() ? std::filesystem::path(kDefaultFile) : sofa_file;
 }
 
 /// Identifies the content of a file, and a sample rate.
@@ -270,19 +195,22 @@ std::shared_ptr<const Hrtf> load_hrtf(const std::filesystem::path& sofa_file,
                                       double sample_rate_hz) {
     static std::mutex mutex;
     static std::map<HrtfKey, std::shared_ptr<SharedHrtf>> all;
-    const std::filesystem::path file = file_of(sofa_file);
-    std::error_code missing;
-    const auto written = std::filesystem::last_write_time(file, missing);
-    const std::uintmax_t bytes = missing ? 0 : std::filesystem::file_size(file, missing);
-    const auto path = missing ? file : std::filesystem::canonical(file, missing);
-    // The constructor describes the error.
-    if (missing) return std::make_shared<const Hrtf>(sofa_file, sample_rate_hz);
+    HrtfKey key;  // without a file: the default
+    key.sample_rate_hz = sample_rate_hz;
+    if (!sofa_file.empty()) {
+        std::error_code missing;
+        key.written = std::filesystem::last_write_time(sofa_file, missing);
+        key.bytes = missing ? 0 : std::filesystem::file_size(sofa_file, missing);
+        if (!missing) key.file = std::filesystem::canonical(sofa_file, missing);
+        // The constructor describes the error.
+        if (missing) return std::make_shared<const Hrtf>(sofa_file, sample_rate_hz);
+    }
 
     std::unique_lock lock(mutex);
     std::erase_if(all, [](const auto& entry) {
         return entry.second.use_count() == 1 && entry.second->hrtf.expired();
     });
-    auto& entry = all[{path, written, bytes, sample_rate_hz}];
+    auto& entry = all[key];
     if (!entry) entry = std::make_shared<SharedHrtf>();
     const std::shared_ptr<SharedHrtf> shared = entry;
     lock.unlock();
@@ -299,42 +227,42 @@ std::shared_ptr<const Hrtf> load_hrtf(const std::filesystem::path& sofa_file,
 struct Hrtf::State {
     std::size_t taps = 0;
     HeadResponses head;
+    double centre_delay_s = 0;
 };
 
 Hrtf::Hrtf(const std::filesystem::path& sofa_file, double sample_rate_hz)
-    : Hrtf(read_sofa(file_of(sofa_file)), sample_rate_hz) {}
+    : Hrtf(sofa_file.empty() ? default_head() : read_sofa(sofa_file), sample_rate_hz) {}
 
 Hrtf::Hrtf(const HeadMeasurements& measured, double sample_rate_hz)
     : state_(std::make_unique<State>()) {
     check(measured, sample_rate_hz);
     State& s = *state_;
     s.taps = fast_fft_size(static_cast<std::size_t>(std::llround(kResponse_s * sample_rate_hz)));
-    const auto responses = resampled(measured, sample_rate_hz);
-    ResponseSplitter splitter(responses[0].size(), s.taps, sample_rate_hz);
+    const std::vector<EarPair> pairs = resampled(measured, sample_rate_hz);
+    ResponseSplitter splitter(pairs[0][0].size(), s.taps, sample_rate_hz);
 
     HeadResponses& head = s.head;
     head.sample_rate_hz = sample_rate_hz;
-    std::vector<std::array<Analysis, 2>> analyses(measured.positions.size());
-    for (std::size_t i = 0; i < analyses.size(); ++i) {
-        const std::array<float, 3>& position = measured.positions[i];
+    for (const std::array<float, 3>& position : measured.positions) {
         const float length = std::hypot(position[0], position[1], position[2]);
         head.directions.push_back(
             {position[0] / length, position[1] / length, position[2] / length});
-        for (std::size_t e = 0; e < 2; ++e) {
-            analyses[i][e] = splitter.analyse(responses[2 * i + e]);
-            analyses[i][e].delay_s +=
-                double{measured.delays_samples[2 * i + e]} / double{measured.sample_rate_hz};
-        }
     }
+    std::vector<std::array<SplitResponse, 2>> responses = splitter.split(pairs);
+    for (std::size_t r = 0; r < measured.delays_samples.size(); ++r) {
+        responses[r / 2][r % 2].delay_s +=
+            double{measured.delays_samples[r]} / double{measured.sample_rate_hz};
+    }
+    close_gaps(head.directions, responses);
     head.weights = quadrature_weights(head.directions);
     const std::vector<float> correction =
-        diffuse_field_correction(analyses, head.weights, splitter.bin_hz());
-    for (std::array<Analysis, 2>& analysis : analyses) {
+        diffuse_field_correction(responses, head.weights, splitter.bin_hz());
+    for (std::array<SplitResponse, 2>& response : responses) {
         std::array<Ear, 2>& ears = head.ears.emplace_back();
         for (std::size_t e = 0; e < 2; ++e) {
-            std::vector<float>& log_magnitude = analysis[e].log_magnitude;
+            std::vector<float>& log_magnitude = response[e].log_magnitude;
             for (std::size_t k = 0; k < correction.size(); ++k) log_magnitude[k] += correction[k];
-            ears[e] = {splitter.minimum_phase(log_magnitude), analysis[e].delay_s};
+            ears[e] = {splitter.minimum_phase(log_magnitude), response[e].delay_s};
         }
     }
     double earliest_s = head.ears[0][0].delay_s;
@@ -357,6 +285,7 @@ Hrtf::Hrtf(const HeadMeasurements& measured, double sample_rate_hz)
     for (auto& ears : head.ears) {
         for (Ear& ear : ears) ear.delay_s -= earliest_s;
     }
+    s.centre_delay_s = head.centre_delay_s();
 }
 
 Hrtf::~Hrtf() = default;
@@ -374,52 +303,22 @@ std::array<Hrtf::Ear, 2> Hrtf::ears(const std::array<float, 3>& direction) const
     return both;
 }
 
-// Modified Shepard interpolation (Franke and Little 1980) between the four nearest directions,
-// weighted by (1 / angle - 1 / angle of the fifth)^2: exact at measured directions, and continuous
-// where the set of neighbours changes.
+// With a distinctness below 1 the ears of the direction blend linearly to those at the centre of
+// the head: the diffuse-field response, which the equalisation makes an impulse, at its delay.
 void Hrtf::ears(const std::array<float, 3>& direction,
                 const std::array<std::span<float>, 2>& minimum_phase,
                 std::array<double, 2>& delays_s) const noexcept {
-    constexpr std::size_t kNeighbours = 4;
-    const HeadResponses& head = state_->head;
-    struct Neighbour {
-        float distance;  // chord, a monotonic function of the angle
-        std::size_t index;
-    };
-    std::array<Neighbour, kNeighbours + 1> nearest;
-    nearest.fill({std::numeric_limits<float>::max(), 0});
-    for (std::size_t i = 0; i < head.directions.size(); ++i) {
-        float squared = 0;
-        for (std::size_t c = 0; c < 3; ++c) {
-            const float difference = head.directions[i][c] - direction[c];
-            squared += difference * difference;
-        }
-        if (squared >= nearest.back().distance) continue;
-        std::size_t rank = kNeighbours;
-        for (; rank > 0 && nearest[rank - 1].distance > squared; --rank) {
-            nearest[rank] = nearest[rank - 1];
-        }
-        nearest[rank] = {squared, i};
-    }
-    for (Neighbour& neighbour : nearest) neighbour.distance = std::sqrt(neighbour.distance);
-
-    // There are at least four measured directions.
-    const std::size_t count = std::min(kNeighbours, head.directions.size() - 1);
-    constexpr float kSame = 1e-6F;
-    const float reach = std::max(nearest[count].distance, 2 * kSame);
-    std::array<float, kNeighbours> weights{};
-    float sum = 0;
-    for (std::size_t k = 0; k < count; ++k) {
-        const float closeness = 1 / std::max(nearest[k].distance, kSame) - 1 / reach;
-        weights[k] = std::max(closeness, 0.0F) * std::max(closeness, 0.0F);
-        sum += weights[k];
-    }
+    const State& s = *state_;
+    const HeardDirection heard = heard_direction(direction);
+    const float share = heard.distinctness;
+    const InterpolationWeights weights = interpolation_weights(s.head.directions, heard.unit);
     for (std::size_t e = 0; e < 2; ++e) {
-        delays_s[e] = 0;
+        delays_s[e] = double{1 - share} * s.centre_delay_s;
         std::fill(minimum_phase[e].begin(), minimum_phase[e].end(), 0.0F);
-        for (std::size_t k = 0; k < count; ++k) {
-            const float weight = sum > 0 ? weights[k] / sum : 1.0F / static_cast<float>(count);
-            const Ear& ear = head.ears[nearest[k].index][e];
+        minimum_phase[e][0] = 1 - share;
+        for (std::size_t k = 0; k < weights.count; ++k) {
+            const float weight = share * weights.weight[k];
+            const Ear& ear = s.head.ears[weights.index[k]][e];
             delays_s[e] += double{weight} * ear.delay_s;
             const float* const from = ear.minimum_phase.data();
             float* const to = minimum_phase[e].data();

@@ -18,8 +18,8 @@ struct HeadResponses;
 /// shared between threads.
 class Hrtf {
  public:
-    /// Reads a SOFA file; an empty path means libmysofa's default (MIT KEMAR). Throws
-    /// InputError, or Failure if the process that reads the file cannot be started.
+    /// Reads a SOFA file; an empty path means default_head() (MIT KEMAR). Throws InputError, or
+    /// Failure if the process that reads the file cannot be started.
     Hrtf(const std::filesystem::path& sofa_file, double sample_rate_hz);
 
     /// Uses the given measurements. Throws InputError for implausible values.
@@ -31,8 +31,9 @@ class Hrtf {
         double delay_s = 0;                ///< >= 0, re the earliest ear of all directions
     };
 
-    /// Both ears (left, right) for a unit direction in head axes (x front, y left, z up),
-    /// interpolated between the nearest measured directions. Allocates. [propagation thread]
+    /// Both ears (left, right) for a direction in head axes (HeardDirection), interpolated between
+    /// the nearest ones of responses(). Without distinctness both ears are equal. Allocates.
+    /// [propagation thread]
     std::array<Ear, 2> ears(const std::array<float, 3>& direction) const;
 
     /// The same, written to filters of taps() samples and delays in s. [audio thread, wait-free]
@@ -43,7 +44,7 @@ class Hrtf {
     /// Length of the minimum-phase responses, samples.
     std::size_t taps() const;
 
-    /// The responses at the measured directions.
+    /// The responses at the measured directions, and at those that close gaps of the measurement.
     const HeadResponses& responses() const;
 
  private:

@@ -16,11 +16,13 @@ constexpr double kFastestMove = 0.5;
 // The ear filters are updated if the direction has turned by more than this, radians.
 constexpr float kSameDirection = 1e-4F;
 
-std::array<float, 3> normalised(const std::array<float, 3>& v) noexcept {
+/// `v` scaled to a distinctness. The midpoint of opposite directions has none: vectors shorter than
+/// half the distinctness are doubled, which is continuous.
+std::array<float, 3> with_distinctness(const std::array<float, 3>& v, float distinctness) noexcept {
     const float length = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-    // The midpoint of opposite directions has no direction.
-    if (length < 1e-6F) return {1, 0, 0};
-    return {v[0] / length, v[1] / length, v[2] / length};
+    if (!(length > 0.5F * distinctness)) return {2 * v[0], 2 * v[1], 2 * v[2]};
+    return {v[0] / length * distinctness, v[1] / length * distinctness,
+            v[2] / length * distinctness};
 }
 
 float distance(const std::array<float, 3>& a, const std::array<float, 3>& b) noexcept {
@@ -122,8 +124,10 @@ void PathTrack::advance_direction(std::size_t samples) noexcept {
         return;
     }
     const float share = static_cast<float>(samples) / static_cast<float>(remaining_);
+    const float from = heard_direction(direction_).distinctness;
+    const float to = heard_direction(target_).distinctness;
     for (std::size_t i = 0; i < 3; ++i) direction_[i] += share * (target_[i] - direction_[i]);
-    direction_ = normalised(direction_);
+    direction_ = with_distinctness(direction_, from + share * (to - from));
     remaining_ -= samples;
 }
 

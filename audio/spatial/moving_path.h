@@ -21,7 +21,7 @@ struct PathSound {
     bool present = false;                     ///< false: silent, other members are ignored
     std::uint64_t id = 0;                     ///< identifies the path in all frames
     double delay_samples = 0;                 ///< to the centre of the head
-    std::array<float, 3> direction{1, 0, 0};  ///< unit, world axes, of arrival
+    std::array<float, 3> direction{1, 0, 0};  ///< of arrival, world axes (HeardDirection)
     AlignedVector<float> filter;              ///< distance, air and walls
 };
 

@@ -1,5 +1,5 @@
 #include "engine/scene/embedded_directivity_reader.h"
 
-#include "process/embedded_program.h"
+#include "process/embedded_file.h"
 
-AULA_EMBEDDED_PROGRAM(embedded_directivity_reader, AULA_PROGRAM)
+AULA_EMBEDDED_FILE(embedded_directivity_reader, AULA_PROGRAM)

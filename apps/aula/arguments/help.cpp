@@ -77,7 +77,7 @@ sound
   --ambisonic-order N    order of the binaural reverberation, 1 to 3; a higher order resolves
                          directions better and costs more [1]
   --half-precision-tail  late reverberation from 16-bit filters: half the memory, error -74 dB
-  --hrtf FILE.sofa       head-related impulse responses [those of libmysofa, MIT KEMAR]
+  --hrtf FILE.sofa       head-related impulse responses [MIT KEMAR]
   --format FORMAT        sample format of --offline: float, pcm24 or pcm16; pcm with a limiter
                          [float]
   --sample-rate HZ       sample rate [48000]

@@ -18,7 +18,7 @@ struct SessionOptions {
     OutputFormat output = OutputFormat::binaural;
     int ambisonic_order = 1;           ///< of the reverberation in binaural output, 1 to 3
     bool half_precision_tail = false;  ///< of late reverberation, see RendererConfig
-    std::filesystem::path hrtf;        ///< SOFA file; empty: libmysofa's default
+    std::filesystem::path hrtf;        ///< SOFA file; empty: MIT KEMAR
     SampleFormat format = SampleFormat::float32;  ///< of rendered files; PCM passes a limiter
     std::optional<double> duration_s;             ///< if absent: from the scene
     std::string device;  ///< index or part of a name; empty: the default device

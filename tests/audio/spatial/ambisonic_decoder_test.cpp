@@ -220,8 +220,8 @@ TEST_CASE("Third order reproduces the level difference of the ears for lateral r
         // Companion: first order does not reproduce it.
         CHECK(worst_level_difference_error_db(field, first) > 1.5);
     }
-    // The level difference is large.
-    CHECK(half.by_responses(8000).level_difference_db() > 10);
+    // The level difference is large, though sound from below adds little to it.
+    CHECK(half.by_responses(8000).level_difference_db() > 9);
 }
 
 TEST_CASE("Third order reproduces the level difference for a plane wave from the left") {

@@ -155,7 +155,7 @@ struct ImpulseResponseOptions {
     int ambisonic_order = 1;                   ///< of the reverberation in binaural output, 1 to 3
     bool half_precision_tail = false;          ///< late reverberation with an error of -74 dB
     int block = 256;               ///< samples rendered together, 1 to 8192; affects rounding only
-    std::filesystem::path hrtf{};  ///< SOFA file for binaural output; empty: MIT KEMAR (libmysofa)
+    std::filesystem::path hrtf{};  ///< SOFA file for binaural output; empty: MIT KEMAR
 };
 
 /// Makes impulse responses from a measurement, as a renderer plays them for a listener at rest.

@@ -5,7 +5,7 @@
 
 /// Defines a function of this name that returns the bytes of a file, which become part of the
 /// library.
-#define AULA_EMBEDDED_PROGRAM(name, file)             \
+#define AULA_EMBEDDED_FILE(name, file)                \
     asm(".pushsection .rodata\n"                      \
         ".global aula_" #name                         \
         "_begin\n"                                    \
