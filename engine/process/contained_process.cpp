@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <ctime>
 #include <string>
 #include <system_error>
@@ -80,7 +81,12 @@ int start(const Descriptor& program, const Descriptor& input, const Descriptor& 
     const std::string path = "/proc/self/fd/" + std::to_string(program.number());
     std::string name = kName;
     char* const arguments[] = {name.data(), nullptr};
-    const int error = posix_spawn(&id, path.c_str(), &files, &attributes, arguments, environ);
+    // Of the environment only what finds the libraries: preloaded libraries and settings of
+    // malloc() and HDF5 may need system calls that are forbidden to the process.
+    const char* const folders = std::getenv("LD_LIBRARY_PATH");
+    std::string libraries = std::string("LD_LIBRARY_PATH=") + (folders != nullptr ? folders : "");
+    char* const environment[] = {folders != nullptr ? libraries.data() : nullptr, nullptr};
+    const int error = posix_spawn(&id, path.c_str(), &files, &attributes, arguments, environment);
     posix_spawnattr_destroy(&attributes);
     posix_spawn_file_actions_destroy(&files);
     return error;
@@ -147,6 +153,12 @@ int ContainedProcess::end() {
     return status;
 }
 
+void ContainedProcess::refuse_as_ended(int status) const {
+    if (WIFEXITED(status) && WEXITSTATUS(status) == kNotMapped)
+        refuse("cannot be mapped into memory");
+    refuse_as_damaged(how_it_ended(status));
+}
+
 void ContainedProcess::refuse_as_damaged(const std::string& how) const {
     refuse("is damaged and cannot be read: the process that reads it " + how);
 }
@@ -186,7 +198,7 @@ void ContainedProcess::read_bytes(void* bytes, std::size_t size) {
         wait_for_answer();
         const ssize_t got = ::read(output_->number(), to, size);
         if (got < 0 && errno == EINTR) continue;
-        if (got <= 0) refuse_as_damaged(how_it_ended(end()));
+        if (got <= 0) refuse_as_ended(end());
         to += got;
         size -= static_cast<std::size_t>(got);
     }

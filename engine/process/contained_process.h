@@ -31,7 +31,8 @@ class Descriptor {
 /// A child process that reads an untrusted file by a library whose parser may loop, crash or
 /// allocate without limit. Its program is embedded in the host's, is executed from memory, and
 /// confines itself (contain()). It reads the file from standard input and answers on standard
-/// output. The destructor kills it and waits for it, by its process id only.
+/// output; of the environment it has LD_LIBRARY_PATH only. The destructor kills it and waits for
+/// it, by its process id only.
 class ContainedProcess {
  public:
     /// Starts the program. Throws InputError, with what was expected, unless `file` is a regular
@@ -63,6 +64,7 @@ class ContainedProcess {
 
     /// Waits for the next part of the answer.
     void wait_for_answer();
+    [[noreturn]] void refuse_as_ended(int status) const;
     [[noreturn]] void refuse_as_damaged(const std::string& how) const;
     std::chrono::nanoseconds processor_time() const;
     /// Kills the process and waits for it. Returns its status, as waitpid() does, or 0.

@@ -109,10 +109,11 @@ class CallFilter {
 
 std::span<const std::byte> map_input() {
     struct stat status {};
-    if (fstat(STDIN_FILENO, &status) != 0 || status.st_size <= 0) return {};
+    if (fstat(STDIN_FILENO, &status) != 0) std::_Exit(kNotMapped);
+    if (status.st_size == 0) return {};
     const auto size = static_cast<std::size_t>(status.st_size);
     void* const file = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, STDIN_FILENO, 0);
-    if (file == MAP_FAILED) return {};
+    if (file == MAP_FAILED) std::_Exit(kNotMapped);
     return {static_cast<const std::byte*>(file), size};
 }
 

@@ -15,10 +15,12 @@ inline constexpr std::size_t kContainedMemory_bytes = std::size_t{1} << 30;
 /// half of it. ContainedProcess limits the time between two parts of the answer.
 inline constexpr unsigned kContainedTime_s = 3600;
 
-/// Exit status of a program that has no memory left.
+/// Exit statuses of a program that has no memory left or cannot map the file.
 inline constexpr int kOutOfMemory = 3;
+inline constexpr int kNotMapped = 4;
 
-/// The file on standard input, mapped. It is empty if it cannot be mapped.
+/// The file on standard input, mapped. If it cannot be mapped the program ends with the status
+/// kNotMapped.
 std::span<const std::byte> map_input();
 
 /// Closes all descriptors but standard output and error: a host may let its child processes inherit

@@ -41,6 +41,12 @@ std::int32_t count_descriptors() {
     return count;
 }
 
+std::int32_t count_variables() {
+    std::int32_t count = 0;
+    while (environ[count] != nullptr) ++count;
+    return count;
+}
+
 std::int32_t attempt(const std::string& what, const std::string& file) {
     if (what == "nothing") return 0;
     if (what == "open") return error_of(open(file.c_str(), O_RDONLY));
@@ -50,10 +56,11 @@ std::int32_t attempt(const std::string& what, const std::string& file) {
     if (what == "socket") return error_of(socket(AF_INET, SOCK_STREAM, 0));
     if (what == "fork") return error_of(fork());
     if (what == "execute") return error_of(execl("/bin/true", "true", nullptr));
-    if (what == "trace") return error_of(ptrace(PTRACE_ATTACH, parent, nullptr, nullptr));
+    if (what == "trace") return error_of(ptrace(PTRACE_PEEKDATA, parent, nullptr, nullptr));
     if (what == "signal") return error_of(kill(parent, 0));
     if (what == "code") return map_code();
     if (what == "descriptors") return count_descriptors();
+    if (what == "environment") return count_variables();
     if (what == "memory") return std::vector<char>(aula::kContainedMemory_bytes)[zero];
     if (what == "crash") return *reinterpret_cast<volatile char*>(zero);
     if (what == "abort") std::abort();

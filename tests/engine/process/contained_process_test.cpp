@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <linux/landlock.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -9,6 +10,7 @@
 #include <catch2/catch.hpp>
 #include <cerrno>
 #include <cstdint>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -64,16 +66,12 @@ bool kernel_has_landlock() {
 }  // namespace
 
 TEST_CASE("an answer that ends early is reported when the program ends, not at its deadline") {
-    const std::vector<std::byte> program = bytes_of("/bin/echo");
-    if (program.empty()) {
-        WARN("skipped: there is no /bin/echo");
-        return;
-    }
-    // The program answers with the end of a line, and ends.
-    aula::ContainedProcess process(program, AULA_SOURCE_DIR "/LICENSE", "a file");
-    char line_end = 0;
-    process.read(line_end);
-    CHECK(line_end == '\n');
+    const aula::test::TemporaryFolder folder;
+    const std::filesystem::path file = folder.write("file", "all nothing");
+    aula::ContainedProcess process(bytes_of(AULA_CONTAINED_ATTEMPTS), file, "a file");
+    std::int32_t answer = -1;
+    process.read(answer);
+    CHECK(answer == 0);
     double value = 0;
     CHECK_THROWS_WITH(process.read(value), Contains("ends before its answer is complete"));
 }
@@ -136,4 +134,26 @@ TEST_CASE("a contained program has no descriptor of the host") {
     CHECK(attempted("none", "descriptors").answer > 0);
     CHECK(attempted("descriptors", "descriptors").answer == 0);
     close(inherited);
+}
+
+TEST_CASE("a contained program has no environment but the folders of libraries") {
+    const char* const folders = std::getenv("LD_LIBRARY_PATH");
+    const std::string before = folders != nullptr ? folders : "";
+    setenv("LD_PRELOAD_OF_A_HOST", "library", 1);
+    unsetenv("LD_LIBRARY_PATH");
+    CHECK(attempted("none", "environment").answer == 0);
+    setenv("LD_LIBRARY_PATH", before.c_str(), 1);
+    CHECK(attempted("none", "environment").answer == 1);
+    if (folders == nullptr) unsetenv("LD_LIBRARY_PATH");
+}
+
+TEST_CASE("a file that is larger than the address space is an error, not an empty file") {
+    const int large = memfd_create("large", MFD_CLOEXEC);
+    REQUIRE(ftruncate(large, off_t{1} << 60) == 0);
+    const std::string file = "/proc/self/fd/" + std::to_string(large);
+    aula::ContainedProcess process(bytes_of(AULA_CONTAINED_ATTEMPTS), file, "a file");
+    char answer = 0;
+    CHECK_THROWS_WITH(process.read(answer),
+                      file + ": cannot be mapped into memory; expected a file");
+    close(large);
 }
