@@ -64,8 +64,9 @@ class AxialMeans {
         const double c = std::min(std::abs(cosine), 1.0);
         const auto [i, x] = cell(length);
         const auto [j, y] = cell(c);
-        const auto value = [&, i = i, j = j](std::size_t di, std::size_t dj) {
-            return magnitude_[(i + di) * (kSteps + 1) + j + dj];
+        const std::size_t first = i * (kSteps + 1) + j;
+        const auto value = [&](std::size_t di, std::size_t dj) {
+            return magnitude_[first + di * (kSteps + 1) + dj];
         };
         const double magnitude = (1 - x) * ((1 - y) * value(0, 0) + y * value(0, 1)) +
                                  x * ((1 - y) * value(1, 0) + y * value(1, 1));
