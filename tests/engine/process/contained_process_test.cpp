@@ -22,7 +22,7 @@
 
 namespace {
 
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 std::vector<std::byte> bytes_of(const std::filesystem::path& file) {
     std::ifstream in(file, std::ios::binary);
