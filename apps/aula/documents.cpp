@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
+#include <memory>
+#include <optional>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #include "apps/aula/commands.h"
 #include "apps/aula/outputs.h"
@@ -14,6 +17,7 @@
 #include "apps/documents/parameter_map.h"
 #include "apps/documents/room_report.h"
 #include "apps/session/base/output_file.h"
+#include "apps/session/base/output_folder.h"
 #include "aula/exception.h"
 
 namespace aula {
@@ -37,52 +41,42 @@ void check_folder(const fs::path& folder) {
                          "cannot be written, " + std::generic_category().message(errno) + expected);
 }
 
-void write_file(const fs::path& file, const std::string& content) {
-    OutputFile out(file);
-    out.write(content);
-    out.commit();
-}
-
-/// New files in a folder. The destructor removes them, and new folders, unless they are complete.
-class NewFiles {
+/// The files of a map. A new folder appears whole. In an existing one, which may contain other
+/// files, each file is replaced for itself, after all have been written.
+class MapFolder {
  public:
-    /// Throws Failure if the folder cannot be created.
-    explicit NewFiles(fs::path folder) : folder_(std::move(folder)) {
+    explicit MapFolder(const fs::path& folder) {
         std::error_code error;
-        for (fs::path f = folder_; !f.empty() && !fs::exists(f, error); f = f.parent_path())
-            folders_.push_back(f);
-        fs::create_directories(folder_, error);
-        if (error) throw Failure(folder_.string() + ": cannot create: " + error.message());
+        if (!fs::exists(folder, error)) new_folder_.emplace(folder);
     }
-    ~NewFiles() {
-        std::error_code ignored;
-        for (const fs::path& file : files_) fs::remove(file, ignored);
-        for (const fs::path& folder : folders_) fs::remove(folder, ignored);
-    }
-    NewFiles(const NewFiles&) = delete;
-    NewFiles& operator=(const NewFiles&) = delete;
 
-    /// Writes a file; a former one of that name is replaced.
     void write(const fs::path& file, const std::string& content) {
-        std::error_code ignored;
-        if (!fs::exists(file, ignored)) files_.push_back(file);
-        write_file(file, content);
+        // Half of the usual limit of open files: enough for the maps of 27 sources.
+        constexpr std::size_t kMostOpen = 500;
+        if (new_folder_ || files_.size() == kMostOpen) commit_files();
+        files_.push_back(
+            std::make_unique<OutputFile>(new_folder_ ? new_folder_->path(file.filename()) : file));
+        files_.back()->write(content);
     }
 
-    void complete() {
-        files_.clear();
-        folders_.clear();
+    void commit() {
+        commit_files();
+        if (new_folder_) new_folder_->commit();
     }
 
  private:
-    fs::path folder_;
-    std::vector<fs::path> folders_;  ///< new ones, innermost first
-    std::vector<fs::path> files_;
+    void commit_files() {
+        for (const auto& file : files_) file->commit();
+        files_.clear();
+    }
+
+    std::optional<OutputFolder> new_folder_;
+    std::vector<std::unique_ptr<OutputFile>> files_;
 };
 
 /// Writes a picture and a table of each parameter of each source. Returns false after a signal.
 bool write_maps(const Arguments& arguments, const ParameterMap& map, const Scene& scene) {
-    NewFiles files(arguments.out);
+    MapFolder folder(arguments.out);
     ProgressBar bar("drawing the maps", arguments.quiet);
     const auto parameters = mapped_parameters(arguments.map_interaural);
     const double count =
@@ -92,11 +86,11 @@ bool write_maps(const Arguments& arguments, const ParameterMap& map, const Scene
         for (const std::size_t parameter : parameters) {
             if (!bar(done++ / count)) return false;
             const auto [table, picture] = map_files(arguments, scene, s, parameter);
-            files.write(table, map_csv(map, s, parameter));
-            files.write(picture, map_png(map, s, parameter, arguments.scene.stem().string()));
+            folder.write(table, map_csv(map, s, parameter));
+            folder.write(picture, map_png(map, s, parameter, arguments.scene.stem().string()));
         }
     }
-    files.complete();
+    folder.commit();
     return true;
 }
 

@@ -6,6 +6,7 @@
 
 #include "apps/documents/parameter_map.h"
 #include "apps/documents/parameter_text.h"
+#include "audio/file/naming.h"
 #include "audio/file/part_file.h"
 #include "aula/exception.h"
 
@@ -87,6 +88,7 @@ void check_map(const Arguments& arguments, const Scene& scene,
                 if (fs::is_directory(file, error))
                     throw InputError(file.string() +
                                      ": is a folder; expected another folder for the map");
+                check_replaceable(file);
                 check_not_replaced(file, inputs);
             }
         }
@@ -122,6 +124,7 @@ void check_outputs(const Arguments& arguments, const Scene& scene) {
     for (std::size_t i = 0; i < outputs.size(); ++i) {
         if (!is_replaced(outputs[i])) continue;
         target_of(outputs[i]);  // refuses names that cannot be written
+        check_replaceable(outputs[i]);
         check_not_replaced(outputs[i], inputs);
         for (std::size_t k = 0; k < i; ++k)
             if (same_file(outputs[i], outputs[k]))

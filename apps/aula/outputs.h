@@ -19,7 +19,7 @@ MapFiles map_files(const Arguments& arguments, const Scene& scene, std::size_t s
                    std::size_t parameter);
 
 /// Throws InputError if an output file is also an input file, or if two outputs are the same file,
-/// or if a folder has the name of a file of a map.
+/// or if a folder has the name of a file of a map, or if a write-protected file would be replaced.
 /// Names and links of one file count as the same.
 void check_outputs(const Arguments& arguments, const Scene& scene);
 

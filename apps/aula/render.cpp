@@ -56,13 +56,14 @@ class MeasurementFiles {
         }
         if (echogram_) echogram_->write(echogram_csv(scene, measurement, arguments_.bin_s));
         if (report_) report_->write(report_json(measurement));
-        if (arguments_.report) print(report_table(measurement));
         std::int64_t muted = 0;
         for (const auto& response : responses_) muted += response->muted_samples();
         if (muted > 0) warn({muted_text(muted)}, arguments_.quiet);
         for (auto& response : responses_) response->commit();
         if (echogram_) echogram_->commit();
         if (report_) report_->commit();
+        // Last, because the reader of standard output may have ended.
+        if (arguments_.report) print(report_table(measurement));
     }
 
  private:

@@ -356,6 +356,9 @@ int run(int argc, char** argv) {
                                    "is also the file of --json; expected another");
         }
         if (!markdown.empty()) markdown_file.emplace(markdown);
+        // The end of the reader of standard output must not end the program before its files are
+        // written.
+        if (json_file || markdown_file) std::signal(SIGPIPE, SIG_IGN);
         Bench bench(settings, command_line(argc, argv), progress);
         std::vector<Subject> subjects;
         for (const std::string& file : scenes) subjects.push_back(load(file, settings));

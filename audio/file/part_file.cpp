@@ -10,8 +10,11 @@
 #include <cstdio>
 #include <mutex>
 #include <random>
+#include <string>
 #include <system_error>
 #include <utility>
+
+#include "audio/file/naming.h"
 
 namespace aula {
 
@@ -23,19 +26,55 @@ PartFile* first = nullptr;
 
 [[noreturn]] void fail(int error) { throw std::system_error(error, std::generic_category()); }
 
-/// An unpredictable name whose length does not depend on the target's.
-std::filesystem::path random_name(const std::filesystem::path& folder) {
-    std::random_device random;
-    const std::uint64_t bits = std::uint64_t{random()} << 32U | random();
-    std::array<char, 32> name{};
-    std::snprintf(name.data(), name.size(), ".aula-%016llx.part",
-                  static_cast<unsigned long long>(bits));
-    return folder / name.data();
+constexpr const char* kExtension = ".part";
+
+/// How the names of unfinished files of a target begin. The length does not depend on the target's.
+std::string part_prefix(const std::filesystem::path& target) {
+    // FNV-1a. Targets with equal hashes search each other's files, and keep those with a lock.
+    std::uint32_t hash = 2166136261U;
+    for (const char c : target.filename().string())
+        hash = (hash ^ static_cast<unsigned char>(c)) * 16777619U;
+    std::array<char, 16> prefix{};
+    std::snprintf(prefix.data(), prefix.size(), ".aula-%08x-", static_cast<unsigned>(hash));
+    return prefix.data();
 }
 
-/// Creates a file exclusively. Returns its descriptor, or -1.
+/// An unpredictable name of an unfinished file.
+std::string random_name(const std::string& prefix) {
+    std::random_device random;
+    const std::uint64_t bits = std::uint64_t{random()} << 32U | random();
+    std::array<char, 20> name{};
+    std::snprintf(name.data(), name.size(), "%016llx", static_cast<unsigned long long>(bits));
+    return prefix + name.data() + kExtension;
+}
+
+/// Opens and locks a new file. Returns its descriptor, or -1 with `errno`; EEXIST if the name is
+/// taken.
 int create(const std::filesystem::path& file, mode_t mode) {
-    return open(file.c_str(), O_CREAT | O_EXCL | O_NOFOLLOW | O_RDWR | O_CLOEXEC, mode);
+    const int descriptor =
+        open(file.c_str(), O_CREAT | O_EXCL | O_NOFOLLOW | O_RDWR | O_CLOEXEC, mode);
+    if (descriptor < 0 || lock_name(descriptor, file) != NameLock::busy) return descriptor;
+    // Another process has taken it for the file of an ended one, before it was locked.
+    close(descriptor);
+    unlink(file.c_str());
+    errno = EEXIST;
+    return -1;
+}
+
+/// Removes the unfinished files that ended processes have left, which are those without a lock.
+void remove_left_parts(const std::filesystem::path& folder, const std::string& prefix) {
+    std::error_code error;
+    std::filesystem::directory_iterator entry(folder, error);
+    for (; !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
+        const std::string name = entry->path().filename().string();
+        if (!name.starts_with(prefix) || !name.ends_with(kExtension)) continue;
+        // Opening a pipe would block.
+        const int descriptor =
+            open(entry->path().c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+        if (descriptor < 0) continue;
+        if (lock_name(descriptor, entry->path()) == NameLock::locked) unlink(entry->path().c_str());
+        close(descriptor);
+    }
 }
 
 }  // namespace
@@ -61,6 +100,9 @@ std::filesystem::path file_behind_links(const std::filesystem::path& name) {
 }
 
 PartFile::PartFile(const std::filesystem::path& file) : target_(file_behind_links(file)) {
+    check_replaceable(file);
+    const std::string prefix = part_prefix(target_);
+    remove_left_parts(target_.parent_path(), prefix);
     struct stat replaced {};
     const bool replaces = stat(target_.c_str(), &replaced) == 0;
     // A new file has the user's default permissions, a replacement those of the replaced file.
@@ -68,7 +110,7 @@ PartFile::PartFile(const std::filesystem::path& file) : target_(file_behind_link
     constexpr mode_t kPrivate = 0600;
     const std::lock_guard lock(mutex);
     do {
-        temporary_ = random_name(target_.parent_path());
+        temporary_ = target_.parent_path() / random_name(prefix);
         descriptor_ = create(temporary_, replaces ? kPrivate : kNew);
     } while (descriptor_ < 0 && errno == EEXIST);
     if (descriptor_ < 0) fail(errno);
@@ -87,17 +129,23 @@ PartFile::~PartFile() {
     PartFile** link = &first;
     while (*link != this) link = &(*link)->next_;
     *link = next_;
-    if (descriptor_ >= 0) close(descriptor_);
     if (!temporary_.empty()) unlink(temporary_.c_str());
+    close(descriptor_);
 }
 
 void PartFile::commit() {
     // Otherwise a system crash may leave an empty file. Some file systems do not support it.
     if (fsync(descriptor_) != 0 && errno != EINVAL && errno != ENOSYS) fail(errno);
-    if (close(std::exchange(descriptor_, -1)) != 0) fail(errno);
-    const std::lock_guard lock(mutex);
-    if (std::rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
-    temporary_.clear();
+    // Closing a duplicate reports late errors as closing the file does; the lock, which keeps other
+    // processes from removing the file, ends with the last descriptor.
+    const int duplicate = fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);
+    if (duplicate < 0 || close(duplicate) != 0) fail(errno);
+    {
+        const std::lock_guard lock(mutex);
+        if (std::rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
+        temporary_.clear();
+    }
+    flush_names(target_.parent_path());
 }
 
 void PartFile::abandon_all() {

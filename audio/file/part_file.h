@@ -9,12 +9,13 @@ namespace aula {
 std::filesystem::path file_behind_links(const std::filesystem::path& name);
 
 /// A file that is written under a random name in the target's folder and renamed by commit().
-/// Without commit() it is removed. It is created exclusively and never follows a link.
+/// Without commit() it is removed. It is created exclusively, is locked, and never follows a link.
 class PartFile {
  public:
     /// An existing file is replaced and its permissions are kept; of a symbolic link the file that
-    /// it points to, which need not exist. Throws std::system_error if the folder is not writable,
-    /// the name is too long, or links form a loop.
+    /// it points to, which need not exist. Removes what a killed process has left of the same
+    /// target. Throws InputError if the existing file is write-protected, std::system_error if the
+    /// folder is not writable, the name is too long, or links form a loop.
     explicit PartFile(const std::filesystem::path& file);
     ~PartFile();
     PartFile(const PartFile&) = delete;
@@ -22,8 +23,8 @@ class PartFile {
 
     int descriptor() const { return descriptor_; }
 
-    /// Flushes the file to the disk and renames it. Throws std::system_error, for instance if the
-    /// disk is full.
+    /// Flushes the file to the disk, renames it, and flushes its name. Throws std::system_error,
+    /// for instance if the disk is full. Nothing may be written afterwards.
     void commit();
 
     /// Removes the unfinished files of all threads before the program exits immediately. Afterwards

@@ -173,8 +173,12 @@ WavWriter::WavWriter(const fs::path& file, double sample_rate_hz, std::size_t ch
             info.format |= SF_FORMAT_PCM_16;
             break;
     }
+    // Opening writes the header.
+    errno = 0;
     state_->sound.reset(sf_open_fd(state_->part->descriptor(), SFM_WRITE, &info, SF_FALSE));
-    if (!state_->sound) state_->fail("a WAV file of this rate and format cannot be created");
+    if (!state_->sound)
+        state_->fail(errno != 0 ? std::strerror(errno)
+                                : "a WAV file of this rate and format cannot be created");
     // The peak chunk contains the time of day; without it equal sounds give equal files.
     sf_command(state_->sound.get(), SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);
     sf_command(state_->sound.get(), SFC_SET_CLIPPING, nullptr, SF_TRUE);

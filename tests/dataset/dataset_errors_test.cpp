@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
-#include "apps/dataset/base/folder_lock.h"
+#include "apps/session/base/folder_lock.h"
 #include "tests/dataset/small_dataset.h"
 
 namespace {
@@ -284,6 +284,18 @@ TEST_CASE("a merge replaces an earlier merge only, and no file of others") {
     folder.write("out/wav/000/notes.txt", "mine");
     require_refused(run_dataset({"merge", out, "--to", "wav"}), "contains \"000/notes.txt\"");
     CHECK(read_file(out / "wav/000/notes.txt") == "mine");
+    CHECK(read_file(out / "wav/SHA256SUMS") == sums);
+    // Nor files that their owner has protected.
+    std::filesystem::remove(out / "wav/000/notes.txt");
+    for (const char* const name : {"wav/SHA256SUMS", "wav/000/000001.json", "wav/000", "wav"}) {
+        CAPTURE(name);
+        const auto mode = std::filesystem::status(out / name).permissions();
+        const auto writable = std::filesystem::perms(0222);
+        std::filesystem::permissions(out / name, mode & ~writable);
+        require_refused(run_dataset({"merge", out, "--to", "wav"}),
+                        (out / name).string() + ": is write-protected (mode ");
+        std::filesystem::permissions(out / name, mode);
+    }
     CHECK(read_file(out / "wav/SHA256SUMS") == sums);
     folder.write("out/hdf5", "mine");
     require_refused(run_dataset({"merge", out, "--to", "hdf5"}), "is not a folder");

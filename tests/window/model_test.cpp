@@ -220,6 +220,17 @@ TEST_CASE("A new file that stays empty is removed") {
     CHECK_THROWS_AS(NewFile((folder.path() / "none/a").string(), ".wav"), InputError);
 }
 
+TEST_CASE("A name that an ended program has reserved is free again") {
+    const TemporaryFolder folder;
+    folder.write("a.wav", "");
+    folder.write("a-2.wav", "used");
+    const std::string stem = (folder.path() / "a").string();
+    const NewFile first(stem, ".wav");
+    const NewFile second(stem, ".wav");
+    CHECK(first.path() == stem + ".wav");
+    CHECK(second.path() == stem + "-3.wav");
+}
+
 TEST_CASE("Opening a scene resets the sources' controls") {
     Room room;
     Model& model = room.model();

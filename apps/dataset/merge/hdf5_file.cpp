@@ -4,6 +4,9 @@
 #include <hdf5_hl.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "apps/session/base/formatted.h"
@@ -50,6 +53,23 @@ hid_t copy_of(Hdf5File::Type type) {
     return text_type();
 }
 
+/// The operating system's reason in the stack of errors of the last call, which HDF5 gives as text
+/// only: "file write failed: ..., errno = 28, error message = 'No space left on device', ...".
+/// Without one, the description of the first error.
+std::string last_error() {
+    std::string description;
+    const auto read = [](unsigned position, const H5E_error2_t* error, void* result) -> herr_t {
+        if (position == 0 && error->desc != nullptr)
+            *static_cast<std::string*>(result) = error->desc;
+        return 0;
+    };
+    H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, read, &description);
+    constexpr std::string_view kNumber = "errno = ";
+    const std::size_t at = description.find(kNumber);
+    if (at == std::string::npos) return description;
+    return std::generic_category().message(std::atoi(description.c_str() + at + kNumber.size()));
+}
+
 constexpr unsigned kOrder = H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED;
 /// Rows of small datasets are stored together.
 constexpr std::uint64_t kChunkElements = 4096;
@@ -57,7 +77,7 @@ constexpr std::uint64_t kChunkElements = 4096;
 }  // namespace
 
 void Hdf5File::check(std::int64_t result) const {
-    if (result < 0) throw Failure(file_.string() + ": cannot write the HDF5 file");
+    if (result < 0) throw Failure(file_.string() + ": cannot write the HDF5 file: " + last_error());
 }
 
 Hdf5File::Hdf5File(std::filesystem::path file) : file_(std::move(file)) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -16,6 +15,7 @@
 #include "apps/dataset/shards/status.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/base/json_text.h"
+#include "apps/session/base/output_file.h"
 #include "aula/exception.h"
 
 namespace aula {
@@ -143,27 +143,27 @@ bool merge_dataset(const Plan& plan, MergeFormat format, const std::function<boo
     const MergeSizes sizes = measure_shards(plan, continues);
     MergedFolder folder(plan.folder / format_folder(format));
     const std::unique_ptr<MergeTarget> target = make_target(plan, format, sizes, folder);
-    std::ofstream index(folder.path("index.csv"), std::ios::binary);
-    std::ofstream errors(folder.path("errors.csv"), std::ios::binary);
-    index << index_header();
-    errors << "item,error\n";
+    OutputFile index(folder.path("index.csv"));
+    OutputFile errors(folder.path("errors.csv"));
+    index.write(index_header());
+    errors.write("item,error\n");
     for (std::size_t shard = 0; shard < plan.shards.size(); ++shard) {
         visit_items(plan, shard, [&](const TarReader& tar, const ItemMembers& members) {
             if (!continues()) return;
             if (!members.wav) {
-                errors << members.index << ',' << csv_field(item_error(tar, members)) << '\n';
+                errors.write(std::to_string(members.index) + "," +
+                             csv_field(item_error(tar, members)) + "\n");
                 return;
             }
             const MergedItem item = read_item(tar, members);
             target->add(item);
-            index << index_line(item, target->file_of(item));
+            index.write(index_line(item, target->file_of(item)));
         });
     }
     if (!continues()) return false;
     target->finish();
-    index.close();
-    errors.close();
-    if (!index || !errors) throw Failure(plan.folder.string() + ": cannot write the index");
+    index.commit();
+    errors.commit();
     folder.list("index.csv");
     folder.list("errors.csv");
     folder.write("README.md", readme(plan, sizes));

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "apps/dataset/base/sha256.h"
+#include "audio/file/naming.h"
 #include "aula/exception.h"
 
 namespace aula {
@@ -27,7 +28,8 @@ namespace fs = std::filesystem;
     fail(file, std::error_code(errno, std::generic_category()));
 }
 
-/// Throws InputError if the name belongs to anything but a folder whose files its SHA256SUMS lists.
+/// Throws InputError if the name belongs to anything but a folder whose files its SHA256SUMS lists,
+/// or if its owner may not write to one of them.
 void check_replaced(const fs::path& folder) {
     std::error_code error;
     const fs::file_status status = fs::symlink_status(folder, error);
@@ -43,38 +45,20 @@ void check_replaced(const fs::path& folder) {
     if (fs::is_regular_file(folder / "SHA256SUMS", error)) sums.open(folder / "SHA256SUMS");
     for (std::string line; std::getline(sums, line);)
         if (line.size() > kName) listed.insert(line.substr(kName));
+    check_replaceable(folder);
     for (const auto& entry : fs::recursive_directory_iterator(folder)) {
         const std::string name = entry.path().lexically_relative(folder).string();
         if (!fs::is_directory(entry.symlink_status()) && !listed.contains(name))
             throw InputError(folder.string(), "",
                              "contains \"" + name + "\", which no merge has written" + expected);
+        check_replaceable(entry.path());
     }
 }
 
 }  // namespace
 
-MergedFolder::MergedFolder(fs::path folder)
-    : folder_(std::move(folder)),
-      part_(folder_.parent_path() / ("." + folder_.filename().string() + ".part")) {
+MergedFolder::MergedFolder(fs::path folder) : folder_(std::move(folder)), out_(folder_) {
     check_replaced(folder_);
-    std::error_code error;
-    if (!fs::is_directory(fs::symlink_status(part_, error))) fs::remove(part_, error);
-    fs::create_directory(part_, error);
-    if (!error) {
-        lock_.emplace(part_);
-        // What a killed merge has left.
-        for (const auto& left : fs::directory_iterator(part_, error))
-            if (!error) fs::remove_all(left.path(), error);
-    }
-    if (error)
-        throw InputError(folder_.string(), "",
-                         "cannot be created, " + error.message() +
-                             "; expected a dataset's folder that can be written");
-}
-
-MergedFolder::~MergedFolder() {
-    std::error_code ignored;
-    if (lock_) fs::remove_all(part_, ignored);
 }
 
 void MergedFolder::write(const std::string& name, std::string_view content) {
@@ -110,17 +94,8 @@ void MergedFolder::list(const std::string& name) {
 
 void MergedFolder::commit() {
     write("SHA256SUMS", std::string(sums_));
-    // Otherwise a system crash may leave empty files under the final name.
-    const int descriptor = open(part_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (descriptor < 0) fail(part_);
-    const bool flushed = syncfs(descriptor) == 0;
-    close(descriptor);
-    if (!flushed) fail(part_);
-    std::error_code error;
-    fs::remove_all(folder_, error);
-    if (!error) fs::rename(part_, folder_, error);
-    if (error) fail(folder_, error);
-    lock_.reset();  // from here on part_ may be another process's folder
+    check_replaced(folder_);
+    out_.commit();
 }
 
 }  // namespace aula

@@ -4,13 +4,14 @@
 #include <system_error>
 #include <utility>
 
-#include "apps/dataset/base/folder_lock.h"
 #include "apps/dataset/base/json_values.h"
 #include "apps/dataset/base/sha256.h"
 #include "apps/dataset/plan/scene_drawing.h"
+#include "apps/session/base/folder_lock.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/base/json_text.h"
 #include "apps/session/base/output_file.h"
+#include "audio/file/naming.h"
 #include "aula/exception.h"
 #include "engine/input/json_reader.h"
 #include "engine/input/regular_file.h"
@@ -23,6 +24,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kPlan = "plan.json";
 constexpr const char* kLines = "plan.jsonl";
+constexpr const char* kNewLines = ".plan-new.jsonl";  ///< before their hash is known
 constexpr const char* kExpected = "the plan of aula dataset plan";
 constexpr std::uint64_t kMaxBytes = std::uint64_t{1} << 30U;
 
@@ -59,6 +61,24 @@ std::string read_file(const fs::path& file) {
         throw InputError(file.string(), "",
                          reason.substr(0, reason.find(';')) + "; expected " + kExpected);
     }
+}
+
+/// Where the lines of a plan with this hash are until they replace those of an earlier plan.
+fs::path lines_beside(const fs::path& folder, const std::string& sha256) {
+    return folder / (".plan-" + sha256 + ".jsonl");
+}
+
+bool is_lines_beside(const std::string& name) {
+    return name.starts_with(".plan-") && name.ends_with(".jsonl");
+}
+
+/// The lines of a plan: those that have not got their name because a process has ended, or
+/// plan.jsonl.
+fs::path lines_of(const Plan& plan) {
+    const fs::path beside = lines_beside(plan.folder, plan.sha256);
+    std::error_code error;
+    const bool is_name = plan.sha256.find('/') == std::string::npos;
+    return is_name && fs::exists(beside, error) ? beside : plan.folder / kLines;
 }
 
 /// Opens plan.jsonl. Opening a pipe would block.
@@ -113,20 +133,30 @@ std::string plan_text(const Plan& plan, const Manifest& manifest) {
            "\n";
 }
 
-/// Replaces the plan of a folder. plan.json is absent while the two do not match.
-void replace_plan(const fs::path& folder, OutputFile& lines, const std::string& text) {
+/// Replaces the plan of a folder. plan.json decides in one step which plan the folder has: the
+/// lines of the new one are at first in lines_beside(), where lines_of() finds them.
+void replace_plan(const fs::path& folder, OutputFile& lines, const std::string& sha256,
+                  const std::string& text) {
     const fs::path plan = folder / kPlan;
-    const bool exists = fs::exists(plan);
-    if (exists && read_file(plan) == text) return;
-    if (has_shards(folder))
-        throw InputError(folder.string(), "",
-                         "has shards of another plan; expected another folder, or none of its "
-                         "files shard-*.tar");
-    fs::remove(plan);
-    OutputFile out(plan);
-    out.write(text);
-    lines.commit();
-    out.commit();
+    const fs::path beside = lines_beside(folder, sha256);
+    if (!fs::exists(plan) || read_file(plan) != text) {
+        if (has_shards(folder))
+            throw InputError(folder.string(), "",
+                             "has shards of another plan; expected another folder, or none of its "
+                             "files shard-*.tar");
+        check_replaceable(folder / kLines);
+        OutputFile out(plan);
+        out.write(text);
+        lines.commit();
+        rename_flushed(folder / kNewLines, beside);
+        out.commit();
+    }
+    if (fs::exists(beside)) rename_flushed(beside, folder / kLines);
+    // What ended processes have left.
+    std::vector<fs::path> left;
+    for (const auto& entry : fs::directory_iterator(folder))
+        if (is_lines_beside(entry.path().filename())) left.push_back(entry.path());
+    for (const fs::path& file : left) fs::remove(file);
 }
 
 }  // namespace
@@ -147,7 +177,7 @@ bool write_plan(const Manifest& manifest, const fs::path& folder, std::size_t sh
                          std::to_string(scenes) + " scenes; expected at most one for each scene");
     NewFolder created(folder);
     const FolderLock lock(folder);
-    OutputFile out(folder / kLines);
+    OutputFile out(folder / kNewLines);
     Plan plan;
     plan.scenes = scenes;
     Sha256 hash;
@@ -180,7 +210,7 @@ bool write_plan(const Manifest& manifest, const fs::path& folder, std::size_t sh
     }
     plan.shards.back().sha256 = shard_hash.hex();
     plan.sha256 = hash.hex();
-    replace_plan(folder, out, plan_text(plan, manifest));
+    replace_plan(folder, out, plan.sha256, plan_text(plan, manifest));
     created.keep();
     return true;
 }
@@ -214,7 +244,7 @@ Plan read_plan(const fs::path& folder) {
         plan.shards.push_back(shard);
     }
 
-    const std::string lines = (folder / kLines).string();
+    const std::string lines = lines_of(plan).string();
     std::ifstream stream = open_lines(lines);
     std::string line;
     if (!std::getline(stream, line))
@@ -230,7 +260,7 @@ Plan read_plan(const fs::path& folder) {
 }
 
 void check_scenes(const Plan& plan) {
-    const fs::path file = plan.folder / kLines;
+    const fs::path file = lines_of(plan);
     std::ifstream stream = open_lines(file);
     Sha256 hash;
     for (std::string line; std::getline(stream, line);) hash.add(line + "\n");
@@ -238,7 +268,7 @@ void check_scenes(const Plan& plan) {
 }
 
 PlanReader::PlanReader(const Plan& plan, const ShardRange& shard)
-    : file_(plan.folder / kLines),
+    : file_(lines_of(plan)),
       stream_(open_lines(file_)),
       left_(shard.end_scene - shard.first_scene) {
     Sha256 hash;

@@ -12,7 +12,7 @@ namespace aula {
 /// (PartFile). A device or a pipe is written directly.
 class OutputFile {
  public:
-    /// Throws InputError if the file cannot be written.
+    /// Throws InputError if the file cannot be written or is write-protected.
     explicit OutputFile(std::filesystem::path file);
     ~OutputFile();
     OutputFile(const OutputFile&) = delete;

@@ -5,9 +5,10 @@
 
 namespace aula {
 
-/// A new file STEM.EXT, or STEM-2.EXT and so on if that exists. The constructor creates it empty
-/// and exclusively, which reserves the name against other programs. The destructor removes the file
-/// if it is still empty.
+/// A new file STEM.EXT, or STEM-2.EXT and so on if that exists. The constructor creates it empty,
+/// exclusively and locked, which reserves the name against other programs. An empty file without a
+/// lock is taken: an ended program has left it. The destructor removes the file if it is still
+/// empty.
 class NewFile {
  public:
     /// Throws InputError if the file cannot be created.
@@ -20,6 +21,7 @@ class NewFile {
 
  private:
     std::filesystem::path path_;
+    int descriptor_ = -1;  ///< of the empty file, for its lock
 };
 
 }  // namespace aula

@@ -8,6 +8,7 @@
 
 #include <catch2/catch.hpp>
 #include <cerrno>
+#include <csignal>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -15,6 +16,7 @@
 #include <thread>
 #include <vector>
 
+#include "aula/exception.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 
@@ -56,12 +58,20 @@ TEST_CASE("A file is on the disk before it replaces another, which stays if that
         ++calls;
         struct stat status {};
         CHECK(fstat(descriptor, &status) == 0);
-        CHECK(status.st_size == 5);
-        CHECK(read_file(file) == "before");
+        if (calls == 1) {
+            CHECK(status.st_size == 5);
+            CHECK(read_file(file) == "before");
+        } else {
+            // Then its new name.
+            struct stat parent {};
+            CHECK(stat(folder.path().c_str(), &parent) == 0);
+            CHECK(status.st_ino == parent.st_ino);
+            CHECK(read_file(file) == "after");
+        }
         return 0;
     };
     write_part(file, "after");
-    CHECK(calls == 1);
+    CHECK(calls == 2);
     CHECK(read_file(file) == "after");
     observe_fsync = [](int) {
         errno = EIO;
@@ -275,6 +285,47 @@ TEST_CASE("A program that abandons its files leaves none") {
     REQUIRE(WIFEXITED(status));
     CHECK(WEXITSTATUS(status) == 0);
     CHECK(names_in(folder.path()).empty());
+}
+
+TEST_CASE("What a killed program has left is removed by the next one with the same target") {
+    const TemporaryFolder folder;
+    const auto killed_while_writing = [&](const char* name) {
+        const pid_t child = fork();
+        REQUIRE(child >= 0);
+        if (child == 0) {
+            const PartFile part(folder.path() / name);
+            kill(getpid(), SIGKILL);
+        }
+        int status = -1;
+        REQUIRE(waitpid(child, &status, 0) == child);
+        REQUIRE(WIFSIGNALED(status));
+    };
+    killed_while_writing("a");
+    killed_while_writing("b");
+    CHECK(names_in(folder.path()).size() == 2);
+    {
+        // Files in use have a lock.
+        const PartFile first(folder.path() / "a");
+        CHECK(names_in(folder.path()).size() == 2);
+        const PartFile second(folder.path() / "a");
+        CHECK(names_in(folder.path()).size() == 3);
+    }
+    CHECK(names_in(folder.path()).size() == 1);
+    write_part(folder.path() / "b", "new");
+    CHECK(names_in(folder.path()) == std::vector<std::string>{"b"});
+}
+
+TEST_CASE("A file without write permission for its owner is not replaced, by root neither") {
+    const TemporaryFolder folder;
+    const auto file = folder.write("file", "mine");
+    std::filesystem::create_symlink("file", folder.path() / "link");
+    for (const mode_t mode : {0444U, 0400U, 0577U}) {
+        REQUIRE(chmod(file.c_str(), mode) == 0);
+        for (const char* const name : {"file", "link"})
+            CHECK_THROWS_AS(PartFile(folder.path() / name), InputError);
+    }
+    CHECK(read_file(file) == "mine");
+    CHECK(names_in(folder.path()) == std::vector<std::string>{"file", "link"});
 }
 
 TEST_CASE("Programs started meanwhile do not inherit an unfinished file") {

@@ -49,8 +49,8 @@ enum class SampleFormat {
 class WavWriter {
  public:
     /// Creates the file with `channels` channels; the rate is rounded to whole Hz. An existing file
-    /// is kept until commit() replaces it. Throws InputError if the folder is not writable or
-    /// `file` exists and is not a regular file.
+    /// is kept until commit() replaces it. Throws InputError if the folder is not writable, or if
+    /// `file` exists and is write-protected or not a regular file.
     WavWriter(const std::filesystem::path& file, double sample_rate_hz, std::size_t channels,
               SampleFormat format);
     ~WavWriter();
