@@ -114,6 +114,11 @@ bool JsonReader::is_object() const {
     return std::holds_alternative<JsonValue::Object>(value_->value);
 }
 
+bool JsonReader::is_text(const char* text) const {
+    const auto* x = std::get_if<std::string>(&value_->value);
+    return x != nullptr && *x == text;
+}
+
 bool JsonReader::boolean() const {
     const bool* x = std::get_if<bool>(&value_->value);
     if (x == nullptr) fail_type("true or false");

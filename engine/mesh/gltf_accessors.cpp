@@ -142,7 +142,10 @@ GltfAccessors::GltfAccessors(const JsonReader& root, std::optional<std::string_v
       buffers_(gltf_list(root, "buffers")),
       views_(gltf_list(root, "bufferViews")),
       accessors_(gltf_list(root, "accessors")),
-      buffer_bytes_(buffers_.size()) {}
+      buffer_bytes_(buffers_.size()) {
+    for (std::size_t i = 0; i < kCompressions.size(); ++i)
+        is_required_[i] = requires_gltf_extension(root, kCompressions[i]);
+}
 
 GltfAccessor GltfAccessors::positions(const JsonReader& reference) {
     return accessor(reference, 3,
@@ -156,13 +159,25 @@ GltfAccessor GltfAccessors::indices(const JsonReader& reference) {
                     "5121, 5123 or 5125");
 }
 
+/// True if the buffer whose number is `reference` has bytes in this file or a URI.
+bool GltfAccessors::has_data(const JsonReader& reference) const {
+    const std::size_t index = gltf_index(reference, buffers_.size(), "buffers");
+    return (index == 0 && binary_) || buffers_[index].find("uri");
+}
+
+bool GltfAccessors::is_stored(const JsonReader& reference) const {
+    return accessors_[gltf_index(reference, accessors_.size(), "accessors")]
+        .find("bufferView")
+        .has_value();
+}
+
 std::string_view GltfAccessors::buffer(const JsonReader& reference) {
     const std::size_t index = gltf_index(reference, buffers_.size(), "buffers");
     auto& bytes = buffer_bytes_[index];
     if (bytes) return *bytes;
     const JsonReader& json = buffers_[index];
     const auto uri = json.find("uri");
-    if (!uri && (index > 0 || !binary_)) json.fail("a buffer without data; expected \"uri\"");
+    if (!has_data(reference)) json.fail("a buffer without data; expected \"uri\"");
     bytes = uri ? load(*uri) : *binary_;
     const std::size_t length = size_value(json, "byteLength", 0);
     if (length > bytes->size()) {
@@ -208,8 +223,14 @@ GltfAccessors::Elements GltfAccessors::elements(const JsonReader& json, std::siz
                                                 std::size_t size) {
     const JsonReader reference = json.require("bufferView", "the number of a buffer view");
     const JsonReader& view = views_[gltf_index(reference, views_.size(), "buffer views")];
-    refuse_gltf_extension(view, "EXT_meshopt_compression", "data without compression");
-    std::string_view bytes = buffer(view.require("buffer", "the number of a buffer"));
+    const JsonReader of_view = view.require("buffer", "the number of a buffer");
+    // A reader without the extension uses the data of the fallback buffer, which is empty where the
+    // extension is required.
+    for (std::size_t i = 0; i < kCompressions.size(); ++i) {
+        if (!has_data(of_view) || is_required_[i])
+            refuse_gltf_extension(view, kCompressions[i], kUncompressed);
+    }
+    std::string_view bytes = buffer(of_view);
     const std::size_t begin = size_value(view, "byteOffset", 0);
     const std::size_t length = size_value(view, "byteLength", 0);
     if (begin > bytes.size() || length > bytes.size() - begin) {

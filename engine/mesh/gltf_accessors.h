@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -78,10 +79,15 @@ class GltfAccessors {
     GltfAccessor positions(const JsonReader& reference);
     GltfAccessor indices(const JsonReader& reference);
 
+    /// True if the accessor whose number is `reference` has a buffer view. Without one, and without
+    /// an extension that replaces it, its elements are zeros.
+    bool is_stored(const JsonReader& reference) const;
+
  private:
     using Component = GltfAccessor::Component;
     using Elements = GltfAccessor::Elements;
 
+    bool has_data(const JsonReader& reference) const;
     std::string_view buffer(const JsonReader& reference);
     std::string_view load(const JsonReader& uri);
     std::string_view keep(const JsonReader& uri, std::string bytes);
@@ -91,6 +97,11 @@ class GltfAccessors {
     GltfAccessor accessor(const JsonReader& reference, std::size_t components,
                           std::initializer_list<Component> allowed, const char* expected);
 
+    /// Extensions that compress buffer views.
+    static constexpr std::array<const char*, 2> kCompressions{"EXT_meshopt_compression",
+                                                              "KHR_meshopt_compression"};
+
+    std::array<bool, kCompressions.size()> is_required_{};
     std::optional<std::string_view> binary_;
     const OpenBuffer& open_;
     std::vector<JsonReader> buffers_, views_, accessors_;

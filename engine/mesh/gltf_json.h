@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -23,6 +24,16 @@ inline std::size_t gltf_index(const JsonReader& json, std::size_t count, const c
                   "; expected one that exists");
     }
     return index;
+}
+
+/// What replaces an extension that compresses data.
+inline constexpr const char* kUncompressed = "data without compression";
+
+/// True if the file cannot be read without the extension `name`.
+inline bool requires_gltf_extension(const JsonReader& root, const char* name) {
+    const std::vector<JsonReader> required = gltf_list(root, "extensionsRequired");
+    return std::any_of(required.begin(), required.end(),
+                       [&](const JsonReader& item) { return item.is_text(name); });
 }
 
 /// Throws InputError if an object uses the extension `name`. `expected` replaces it.

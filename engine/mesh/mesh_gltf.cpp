@@ -96,7 +96,8 @@ class GltfReader {
           accessors_(root, binary, open),
           meshes_(gltf_list(root, "meshes")),
           nodes_(gltf_list(root, "nodes")),
-          materials_(gltf_list(root, "materials")) {}
+          materials_(gltf_list(root, "materials")),
+          requires_draco_(requires_gltf_extension(root, kDraco)) {}
 
     ImportedMesh read() {
         const JsonReader version =
@@ -163,10 +164,11 @@ class GltfReader {
         const auto mode_json = primitive.find("mode");
         const int mode = mode_json ? mode_json->integer(0, 6) : triangles;
         if (mode < triangles) return;  // points and lines
-        refuse_gltf_extension(primitive, "KHR_draco_mesh_compression", "data without compression");
-        const GltfAccessor positions =
-            accessors_.positions(primitive.require("attributes", "an object with \"POSITION\"")
-                                     .require("POSITION", "the number of an accessor"));
+        const JsonReader position = primitive.require("attributes", "an object with \"POSITION\"")
+                                        .require("POSITION", "the number of an accessor");
+        if (!accessors_.is_stored(position) || requires_draco_)
+            refuse_gltf_extension(primitive, kDraco, kUncompressed);
+        const GltfAccessor positions = accessors_.positions(position);
         if (positions.count() > 3 * kMaxMeshTriangles) {
             primitive.fail(std::to_string(positions.count()) + " vertices; expected at most " +
                            std::to_string(3 * kMaxMeshTriangles));
@@ -218,11 +220,13 @@ class GltfReader {
     }
 
     static constexpr std::uint64_t kMaxPrimitives = 1'000'000;
+    static constexpr const char* kDraco = "KHR_draco_mesh_compression";
     static constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
 
     const JsonReader& root_;
     GltfAccessors accessors_;
     std::vector<JsonReader> meshes_, nodes_, materials_;
+    bool requires_draco_;
     std::uint64_t primitive_count_ = 0;
     MeshBuilder builder_;
     std::vector<std::uint32_t> new_indices_;  // the builder's indices, [vertex of the primitive]

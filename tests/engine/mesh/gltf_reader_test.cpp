@@ -229,12 +229,34 @@ TEST_CASE("buffers are base64 or files beside the glTF") {
     CHECK_THAT(error_of(glb(json.dump(), square_bytes(), 60)), Contains("a buffer without data"));
 }
 
-TEST_CASE("compressed and instanced triangles are refused by name") {
-    CHECK_THAT(
-        error_with("/meshes/0/primitives/0/extensions", R"({"KHR_draco_mesh_compression":{}})"),
-        Contains("KHR_draco_mesh_compression is not read"));
-    CHECK_THAT(error_with("/bufferViews/0/extensions", R"({"EXT_meshopt_compression":{}})"),
-               Contains("EXT_meshopt_compression is not read"));
+TEST_CASE("of compressed triangles the uncompressed data are read unless a file requires more") {
+    const auto with = [](const char* pointer, const char* name) {
+        Json json = square_gltf();
+        json[Json::json_pointer(pointer)][name] = Json::object();
+        json["extensionsUsed"] = {name};
+        return json;
+    };
+    for (const char* const name : {"EXT_meshopt_compression", "KHR_meshopt_compression"}) {
+        CAPTURE(name);
+        Json json = with("/bufferViews/0/extensions", name);
+        CHECK(area(read(json.dump())) == Approx(1));
+        Json required = json;
+        required["extensionsRequired"] = {name};
+        CHECK_THAT(error_of(required.dump()), Contains(std::string(name) + " is not read"));
+        json["buffers"][0].erase("uri");
+        CHECK_THAT(error_of(json.dump()), Contains(std::string(name) + " is not read"));
+    }
+    const char* const draco = "KHR_draco_mesh_compression";
+    Json json = with("/meshes/0/primitives/0/extensions", draco);
+    CHECK(area(read(json.dump())) == Approx(1));
+    Json required = json;
+    required["extensionsRequired"] = {draco};
+    CHECK_THAT(error_of(required.dump()), Contains("KHR_draco_mesh_compression is not read"));
+    for (Json& accessor : json["accessors"]) accessor.erase("bufferView");
+    CHECK_THAT(error_of(json.dump()), Contains("KHR_draco_mesh_compression is not read"));
+}
+
+TEST_CASE("instanced triangles are refused by name") {
     CHECK_THAT(error_with("/nodes/0/extensions", R"({"EXT_mesh_gpu_instancing":{}})"),
                Contains("EXT_mesh_gpu_instancing is not read"));
 }
