@@ -397,6 +397,13 @@ void check_signals(const Scene& scene, const Arguments& arguments) {
     warn(warnings_of(signals), arguments.quiet);
 }
 
+/// "after 1.5 s, at (1, 2, 3)", or the point alone for an initial position.
+std::string place_text(const NamedPosition& item) {
+    const Vec3& p = item.position;
+    return (item.time_s ? formatted(" after %.1f s", *item.time_s) : "") +
+           formatted(", at (%g, %g, %g)", double{p.x}, double{p.y}, double{p.z});
+}
+
 /// Warns of the listener and sources outside the room, once each.
 void check_positions(const Scene& scene, const SortedPositions& sorted,
                      const Arguments& arguments) {
@@ -407,32 +414,50 @@ void check_positions(const Scene& scene, const SortedPositions& sorted,
         reported.push_back(item.name);
         // Reading the scene has warned of positions outside the bounds.
         if (!bounds.contains(item.position)) continue;
-        const Vec3& p = item.position;
         warn({arguments.scene.string() + ": " + item.name + " is outside the room" +
-              (item.time_s ? formatted(" after %.1f s", *item.time_s) : "") +
-              formatted(", at (%g, %g, %g)", double{p.x}, double{p.y}, double{p.z})},
+              place_text(item)},
              arguments.quiet);
     }
 }
 
-/// Warns of sources that sound cannot leave for the listener, wherever both are on their paths and
-/// wherever the movable objects are. Of those outside the room check_positions() warns.
+/// Warns of a source, or the listener, whose `places` sound cannot reach from any of `others`,
+/// wherever the movable objects are. Returns false if that is so for all places.
+bool check_connection(const RayScene& rays, const std::vector<NamedPosition>& places,
+                      const std::vector<Vec3>& others, const Arguments& arguments) {
+    const std::vector<char> reached = result_of(kMeasuring, arguments, [&] {
+        return connected(rays, others, points_of(places), kSeed, MovableObjects::are_passed);
+    });
+    const auto cut_off = std::find(reached.begin(), reached.end(), 0);
+    if (std::find(reached.begin(), reached.end(), 1) == reached.end()) return false;
+    if (cut_off == reached.end()) return true;
+    const NamedPosition& first = places[static_cast<std::size_t>(cut_off - reached.begin())];
+    warn({arguments.scene.string() + ": " + first.name + " is inside a closed body" +
+          place_text(first) + ": no sound passes its surfaces; lead the path around it"},
+         arguments.quiet);
+    return true;
+}
+
+/// Warns of sources that sound cannot leave for the listener, wherever both are on their paths, and
+/// of parts of the paths that are inside closed bodies. Of positions outside the room
+/// check_positions() warns.
 void check_audibility(const RayScene& rays, const SortedPositions& sorted,
                       const Arguments& arguments) {
-    std::map<std::string, std::vector<Vec3>> places;
-    for (const NamedPosition& item : sorted.inside) places[item.name].push_back(item.position);
-    const std::vector<Vec3>& listener = places[kListener];
+    std::map<std::string, std::vector<NamedPosition>> places;
+    for (const NamedPosition& item : sorted.inside) places[item.name].push_back(item);
+    const std::vector<NamedPosition> listener = places[kListener];
+    places.erase(kListener);
     if (listener.empty()) return;
+    std::vector<Vec3> audible;
     for (const auto& [name, source] : places) {
-        if (name == kListener) continue;
-        const std::vector<char> audible = result_of(kMeasuring, arguments, [&] {
-            return connected(rays, listener, source, kSeed, MovableObjects::are_passed);
-        });
-        if (std::find(audible.begin(), audible.end(), 1) != audible.end()) continue;
-        warn({arguments.scene.string() + ": " + name +
-              " is never audible: closed surfaces separate it from the listener"},
-             arguments.quiet);
+        if (check_connection(rays, source, points_of(listener), arguments)) {
+            for (const NamedPosition& item : source) audible.push_back(item.position);
+        } else {
+            warn({arguments.scene.string() + ": " + name +
+                  " is never audible: closed surfaces separate it from the listener"},
+                 arguments.quiet);
+        }
     }
+    if (!audible.empty()) check_connection(rays, listener, audible, arguments);
 }
 
 /// Reports the share of reflections that escape and their effect on the reverberation time.
@@ -440,8 +465,10 @@ void check_leaks(const Scene& scene, const RayScene& rays, const SortedPositions
                  const Arguments& arguments) {
     // Relative error of the reverberation time; the just noticeable difference is 5 %.
     constexpr double kHarmless = 0.01;
-    // Share of escaping reflections above which the room counts as open, not as leaking.
-    constexpr double kOpen = 0.01;
+    // Share of escaping reflections above which faces are missing: more than a slit.
+    constexpr double kHoles = 0.01;
+    // Share above which there is no room, but walls in the open.
+    constexpr double kOpen = 0.5;
     const double escape = result_of(kMeasuring, arguments, [&] {
         return escape_per_reflection(rays, points_of(sorted.inside), kSeed);
     });
@@ -455,7 +482,9 @@ void check_leaks(const Scene& scene, const RayScene& rays, const SortedPositions
         formatted(": %.2g %% of the reflections escape, the reverberation time is %.2g %% shorter",
                   100 * escape, 100 * shorter);
     if (shorter > kHarmless) {
-        warn({line + ": the room has a hole"}, arguments.quiet);
+        warn({line + (escape > kHoles ? ": the room is open, or faces of its mesh are missing"
+                                      : ": the room has a hole")},
+             arguments.quiet);
     } else {
         std::printf("%s: harmless\n", line.c_str());
     }
