@@ -15,6 +15,7 @@
 #include "engine/direct/direct_sound.h"
 #include "engine/estimate/patch_propagation.h"
 #include "engine/estimate/path_propagation.h"
+#include "engine/estimate/response_length.h"
 #include "engine/rays/nudge_off_surface.h"
 #include "engine/rays/room_survey.h"
 #include "engine/rays/wall_crossing.h"
@@ -24,8 +25,6 @@ namespace aula {
 
 namespace {
 
-constexpr double kLongestDefaultResponse_s = 4;
-constexpr double kShortestDefaultResponse_s = 0.3;
 enum class SeedPurpose : std::uint64_t { frame = 1, survey = 3, specular = 5, connection = 7 };
 
 int default_threads() {
@@ -80,7 +79,8 @@ struct Propagation::State {
     std::size_t next_source_id;
     FrameStatistics statistics;
 
-    State(const Scene& given, const Simulation& settings, std::size_t listeners)
+    State(const Scene& given, const Simulation& settings, std::size_t listeners,
+          std::span<const Vec3> receivers)
         : scene(settings.transmission ? given : with_opaque_walls(given)),
           simulation((settings.check(), settings)),
           listener_count(listeners),
@@ -89,7 +89,7 @@ struct Propagation::State {
           rays(scene),
           workers(settings.threads.value_or(default_threads())),
           inside(nudge_off_surfaces(rays, scene_positions(scene))),
-          bins(response_length_s()),
+          bins(response_length_s(receivers)),
           specular(rays, image_source_order(), settings.listener_radius_m,
                    derive_seed(settings.seed, SeedPurpose::specular)),
           seed(settings.seed),
@@ -150,17 +150,14 @@ struct Propagation::State {
                                     : simulation.specular_order;
     }
 
-    double response_length_s() const {
+    double response_length_s(std::span<const Vec3> receivers) {
         if (simulation.ir_length_s) return double{*simulation.ir_length_s};
-        const std::uint64_t walks = derive_seed(simulation.seed, SeedPurpose::survey);
-        const RoomSurvey survey = survey_room(rays, inside_room(rays, inside, walks), walks);
-        double length_s = double{reverberation_time_s(survey, scene.medium).max()};
-        // In the open the response must be long enough for the direct sound as well.
-        Bounds bounds;
-        bounds.add(inside);
-        length_s =
-            std::max(length_s, 0.1 + double{bounds.diagonal_m()} / double{speed_of_sound_m_s});
-        return std::clamp(length_s, kShortestDefaultResponse_s, kLongestDefaultResponse_s);
+        std::vector<Vec3> listeners = listener_positions(scene);
+        listeners.insert(listeners.end(), receivers.begin(), receivers.end());
+        return sounding_length_s(
+            rays, scene.medium, simulation.order, nudge_off_surfaces(rays, source_positions(scene)),
+            nudge_off_surfaces(rays, std::move(listeners)), double{Simulation::kMaxIrLength_s},
+            derive_seed(simulation.seed, SeedPurpose::survey), workers);
     }
 
     EnergyResponse silent() const { return EnergyResponse::silent(bins, speed_of_sound_m_s); }
@@ -361,8 +358,8 @@ struct Propagation::State {
 };
 
 Propagation::Propagation(const Scene& scene, const Simulation& simulation,
-                         std::size_t listener_count)
-    : state_(std::make_unique<State>(scene, simulation, listener_count)) {
+                         std::size_t listener_count, std::span<const Vec3> receivers)
+    : state_(std::make_unique<State>(scene, simulation, listener_count, receivers)) {
     assert(listener_count >= 1);
 }
 
@@ -490,7 +487,9 @@ void Propagation::reserve_memory() { state_->estimator->reserve_memory(); }
 
 double Propagation::response_length_s() const {
     const auto& given = state_->simulation.ir_length_s;
-    return given ? double{*given} : state_->bins.length_s();
+    // The last bin may end later.
+    return given ? double{*given}
+                 : std::min(state_->bins.length_s(), double{Simulation::kMaxIrLength_s});
 }
 
 }  // namespace aula

@@ -161,7 +161,10 @@ void set_setting(Simulation& s, const std::string& name, const py::handle& value
     } else if (name == "frame_rate_hz") {
         assign(s.frame_rate_hz);
     } else if (name == "ir_length_s") {
-        assign(s.ir_length_s);
+        if (py::isinstance<py::str>(value) && value.cast<std::string>() == "auto")
+            s.ir_length_s.reset();
+        else
+            assign(s.ir_length_s);
     } else if (name == "seed") {
         assign(s.seed);
     } else if (name == "memory_mb") {

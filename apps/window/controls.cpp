@@ -208,7 +208,8 @@ void draw_settings(Model& model, Choices& choices) {
     item("Propagation frames per second. Movements take effect one frame later.");
     const auto view = model.view();
     float length_s = s.ir_length_s.value_or(view ? static_cast<float>(view->length_s) : 1.0F);
-    if (ImGui::SliderFloat("length", &length_s, 0.1F, 6, "%.2f s")) s.ir_length_s = length_s;
+    if (ImGui::SliderFloat("length", &length_s, 0.1F, Simulation::kMaxIrLength_s, "%.2f s"))
+        s.ir_length_s = length_s;
     item("Length of the response. Longer reverberation is truncated.");
     int ambisonic_order = model.setting().ambisonic_order;
     ImGui::SliderInt("ambisonics", &ambisonic_order, 1, 3, "order %d");

@@ -230,7 +230,7 @@ Simulation read_simulation(const JsonReader& json) {
     constexpr NumberRange kRate_hz{0, Simulation::kMaxFrameRate_hz, false,
                                    "frames per second above 0, at most 1000"};
     constexpr NumberRange kIrLength_s{0, Simulation::kMaxIrLength_s, false,
-                                      "seconds above 0, at most 10"};
+                                      "\"auto\", or seconds above 0, at most 10"};
     Simulation s;
     json.read("estimator", [&](const JsonReader& x) { s.estimator = read_estimator(x); });
     json.read("rays", [&](const JsonReader& x) { s.rays = x.integer(1, Simulation::kMaxRays); });
@@ -241,7 +241,9 @@ Simulation read_simulation(const JsonReader& json) {
     json.read("listener_radius_m",
               [&](const JsonReader& x) { s.listener_radius_m = x.real(kLength_m); });
     json.read("frame_rate_hz", [&](const JsonReader& x) { s.frame_rate_hz = x.real(kRate_hz); });
-    json.read("ir_length_s", [&](const JsonReader& x) { s.ir_length_s = x.real(kIrLength_s); });
+    json.read("ir_length_s", [&](const JsonReader& x) {
+        if (!x.is_text("auto")) s.ir_length_s = x.real(kIrLength_s);
+    });
     json.read("seed", [&](const JsonReader& x) { s.seed = x.unsigned_integer(); });
     json.read("threads",
               [&](const JsonReader& x) { s.threads = x.integer(1, Simulation::kMaxThreads); });

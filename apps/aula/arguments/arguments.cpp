@@ -209,8 +209,13 @@ class Options {
              simulation(&Simulation::listener_radius_m));
         real("--frame-rate", Simulation::kMaxFrameRate_hz,
              "frames per second above 0, at most 1000", simulation(&Simulation::frame_rate_hz));
-        real("--ir-length", Simulation::kMaxIrLength_s, "seconds above 0, at most 10",
-             simulation(&Simulation::ir_length_s));
+        const auto set_length = simulation(&Simulation::ir_length_s);
+        text("--ir-length", [set_length](const std::string& value) {
+            if (value == "auto") return set_length(std::optional<float>());
+            set_length(std::optional(
+                read_number("--ir-length", value, std::numeric_limits<float>::min(),
+                            Simulation::kMaxIrLength_s, "auto, or seconds above 0, at most 10")));
+        });
         integer<std::uint64_t>("--seed", 0, std::numeric_limits<std::uint64_t>::max(),
                                simulation(&Simulation::seed));
         integer<int>("--threads", 1, Simulation::kMaxThreads, simulation(&Simulation::threads));

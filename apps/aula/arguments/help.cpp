@@ -65,8 +65,8 @@ simulation (overrides the scene; defaults in brackets)
   --patch-size M         size of the patches, lambda, in metres [0.5]
   --listener-radius M    radius of the detection sphere of pt and dpc in metres [0.5]
   --frame-rate HZ        propagation frames per second [30]
-  --ir-length S          length of the responses in seconds, at most 10 [from the room, at most 4;
-                         live: shorter if frames take too long]
+  --ir-length auto|S     length of the responses in seconds, at most 10; auto: as long as the room
+                         sounds [auto; live: shorter if frames take too long]
   --seed N               seed of all random numbers [1]
   --threads N            threads for tracing [all processors but one]
   --memory-mb N          memory of the caches in megabytes [256]

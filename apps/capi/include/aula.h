@@ -85,8 +85,8 @@ typedef struct aula_options {
     const char *hrtf;            /* SOFA file for AULA_BINAURAL; null: MIT KEMAR */
     double sample_rate_hz;       /* 8000 to 384000; 0: 48000 */
     double frame_rate_hz;        /* propagation frames per second, up to 1000; 0: the scene's */
-    double ir_length_s;          /* length of the responses, up to 10; 0: the scene's, or that of
-                                    its reverberation, at most 4 */
+    double ir_length_s;          /* length of the responses, up to 10; 0: the scene's, or as long
+                                    as the room sounds, at most 10 */
     int32_t clock;               /* AULA_REAL_TIME or AULA_EXACT */
     int32_t output;              /* AULA_BINAURAL, AULA_MONO, AULA_FOA or AULA_TOA, of each
                                     listener */

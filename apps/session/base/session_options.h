@@ -25,8 +25,8 @@ struct SessionOptions {
     /// The number of rays was not requested explicitly: live playback reduces it until frames are
     /// in time.
     bool rays_fall = false;
-    /// Limit of responses whose length the scene leaves to the room; set by a player to keep frames
-    /// in time.
+    /// Limit of live responses whose length the scene leaves to the room, which a player sets to
+    /// keep frames in time; if absent, 4 s.
     std::optional<double> longest_response_s;
 };
 

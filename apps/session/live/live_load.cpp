@@ -24,10 +24,12 @@ constexpr double kEnoughTime_s = 1;
 constexpr double kFurthestDown = 0.1;
 constexpr double kMinDown = 0.95;
 constexpr double kUp = 1.2;
+// Each change of the length requires preparation: fewer, larger steps.
+constexpr double kLonger = 1.5;
 
 constexpr double kFirstWait_s = 3;
 constexpr double kLongestWait_s = 120;
-/// If increased rays are too many within this time, they were increased too early.
+/// If an increase is too much within this time, it came too early.
 constexpr double kTrial_s = 5;
 
 // Fewer rays cause noise, a shorter response lacks reverberation: the order and the limits of the
@@ -45,6 +47,14 @@ LiveLoad::LiveLoad(const Full& full, int rays, double length_s)
       length_s_(length_s),
       wait_s_(kFirstWait_s),
       since_increase_s_(kTrial_s) {}
+
+void LiveLoad::change(const Full& full, int rays, double length_s) {
+    full_ = full;
+    rays_ = rays;
+    length_s_ = length_s;
+    quiet_s_ = 0;
+    restart();
+}
 
 void LiveLoad::add(double took_s, double period_s, bool rays_fall) {
     recent_s_.push_back(took_s);
@@ -87,8 +97,13 @@ void LiveLoad::fall(double factor, bool rays_fall) {
 }
 
 void LiveLoad::increase() {
-    if (rays_ >= full_.rays) return;
-    rays_ = std::min(full_.rays, static_cast<int>(std::ceil(rays_ * kUp)));
+    const bool longer = full_.length_falls && length_s_ < full_.length_s;
+    if (longer && rays_ >= std::min(kEnoughRays, full_.rays))
+        length_s_ = std::min(full_.length_s, length_s_ * kLonger);
+    else if (rays_ < full_.rays)
+        rays_ = std::min(full_.rays, static_cast<int>(std::ceil(rays_ * kUp)));
+    else
+        return;
     quiet_s_ = 0;
     since_increase_s_ = 0;
     restart();

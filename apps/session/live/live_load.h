@@ -5,9 +5,9 @@
 namespace aula {
 
 /// Reduces the rays and the response length of live playback until frames are computed within their
-/// period. Between half and nine tenths of the period nothing changes. Rays increase again after a
-/// time with room, which doubles whenever the increase was too large. The length does not increase,
-/// because each change of it requires preparation. [propagation thread]
+/// period. Between half and nine tenths of the period nothing changes. Length and rays increase
+/// again after a time with room, which doubles whenever the increase was too large.
+/// [propagation thread]
 class LiveLoad {
  public:
     /// Rays and length of a scene, and which of them are not given and may be reduced.
@@ -28,6 +28,9 @@ class LiveLoad {
     /// Restarts the measurement after a change of the playback.
     void restart() { recent_s_.clear(); }
 
+    /// Continues with other values, with the waits for increases so far.
+    void change(const Full& full, int rays, double length_s);
+
     int rays() const { return rays_; }
     double length_s() const { return length_s_; }
     const Full& full() const { return full_; }
@@ -41,9 +44,9 @@ class LiveLoad {
     int rays_;
     double length_s_;
     std::deque<double> recent_s_;
-    double quiet_s_ = 0;   ///< time for which there has been room
-    double wait_s_;        ///< time for which there must be room before rays increase
-    double since_increase_s_;  ///< since they last increased
+    double quiet_s_ = 0;  ///< time for which there has been room
+    double wait_s_;       ///< time for which there must be room before an increase
+    double since_increase_s_;
 };
 
 }  // namespace aula

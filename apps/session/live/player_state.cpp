@@ -169,26 +169,25 @@ void Player::State::take_frame(const FrameMaker& maker) {
     status.full_response_length_s = load->full().length_s;
 }
 
-/// Reduces rays or response length if frames take too long. A shorter response requires a prepared
-/// change.
+/// Reduces rays or response length if frames take too long, and increases them if there is room. A
+/// response of another length requires a prepared change.
 void Player::State::keep_up(PreparedScene& prepared, double took_s) {
-    const std::optional<double> shorter_s = shorter_response_s(prepared, took_s);
-    if (!shorter_s) return;
+    const std::optional<double> length_s = other_length_s(prepared, took_s);
+    if (!length_s) return;
     // Copied without the lock: a scene can be large.
     Scene scene = prepared.scene;
     scene.simulation.ir_length_s.reset();
     SessionOptions options = prepared.options;
-    options.longest_response_s = shorter_s;
+    options.longest_response_s = length_s;
     const std::lock_guard lock(mutex);
     if (playing.get() != &prepared) return;
     if (changes->request_if_idle(std::move(scene), std::move(options)) > 0)
-        longest_response_s = shorter_s;
+        longest_response_s = length_s;
 }
 
-/// Adds a frame to the load, which may reduce the rays. Returns a shorter length of the response if
-/// one is needed.
-std::optional<double> Player::State::shorter_response_s(const PreparedScene& prepared,
-                                                        double took_s) {
+/// Adds a frame to the load, which may change the rays. Returns another length of the response if
+/// the load needs or allows one.
+std::optional<double> Player::State::other_length_s(const PreparedScene& prepared, double took_s) {
     const std::lock_guard lock(mutex);
     if (playing.get() != &prepared) return {};
     // Preparation slows down the present frames.
@@ -200,10 +199,10 @@ std::optional<double> Player::State::shorter_response_s(const PreparedScene& pre
               rays_fall(prepared));
     const double length_s = load->length_s();
     const double present_s = prepared.auralizer.room().response_length_s();
-    if (length_s >= present_s) return {};
+    if (length_s == present_s) return {};
     // Until the change begins the length is the present one. If the change fails, the load is
     // measured again.
-    load = LiveLoad(load->full(), load->rays(), present_s);
+    load->change(load->full(), load->rays(), present_s);
     return length_s;
 }
 
@@ -272,17 +271,17 @@ PlayControls Player::State::controls_of(const PreparedScene& prepared, const Liv
     return now;
 }
 
-/// Rays and response length of a prepared scene, reduced as in the previous one.
+/// Rays and response length of a prepared scene, as in the previous one if it continues.
 LiveLoad Player::State::load_of(const PreparedScene& prepared) const {
-    LiveLoad::Full full{.rays = prepared.scene.simulation.rays,
-                        .length_s = prepared.auralizer.room().response_length_s(),
-                        .rays_fall = prepared.options.rays_fall,
-                        .length_falls = !prepared.length_given};
-    const bool shortened = full.length_falls && prepared.options.longest_response_s;
-    const double length_s = full.length_s;
-    if (shortened && load) full.length_s = load->full().length_s;
-    const bool goes_on = load && !prepared.starts_anew && full.rays_fall;
-    return {full, goes_on ? std::min(load->rays(), full.rays) : full.rays, length_s};
+    const double length_s = prepared.auralizer.room().response_length_s();
+    const LiveLoad::Full full{.rays = prepared.scene.simulation.rays,
+                              .length_s = prepared.room_length_s.value_or(length_s),
+                              .rays_fall = prepared.options.rays_fall,
+                              .length_falls = prepared.room_length_s.has_value()};
+    if (!load || prepared.starts_anew) return {full, full.rays, length_s};
+    LiveLoad next = *load;
+    next.change(full, full.rays_fall ? std::min(load->rays(), full.rays) : full.rays, length_s);
+    return next;
 }
 
 /// Sets the listener's pose from the user. The mutex is locked.

@@ -34,7 +34,7 @@ struct Player::State {
     void after_frame(PreparedScene& prepared, const FrameMaker& maker, double spare_s);
     void take_frame(const FrameMaker& maker);
     void keep_up(PreparedScene& prepared, double took_s);
-    std::optional<double> shorter_response_s(const PreparedScene& prepared, double took_s);
+    std::optional<double> other_length_s(const PreparedScene& prepared, double took_s);
     void show(const PreparedScene& prepared, const FrameMaker& maker, double spare_s);
     void reclaim_playbacks();
     void retire_used_playbacks();

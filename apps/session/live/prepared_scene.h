@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "apps/session/base/session_options.h"
@@ -38,7 +39,8 @@ struct PreparedScene {
 
     Reusable reusable() const { return {scene.sources, signals, options, hrtf, start}; }
 
-    bool length_given;  ///< the scene sets the length of responses
+    std::optional<double> room_length_s;  ///< as long as the room sounds; empty if the scene sets
+                                          ///< the length of the responses
     Scene scene;
     SessionOptions options;
     bool starts_anew;     ///< its time begins with it; otherwise the played time continues

@@ -27,13 +27,15 @@ std::string reduction_text(const PlayStatus& s) {
 }
 
 std::optional<std::string> ReductionReporter::take(const PlayStatus& s, double now_s) {
-    constexpr double kStableTime_s = 2;
+    // A response with room to grow becomes longer within this time (LiveLoad).
+    constexpr double kStableTime_s = 6;
     const std::string text = reduction_text(s);
     if (text.empty()) return std::nullopt;
-    if (!length_s_ || s.response_length_s < *length_s_ - kShorter_s) {
+    const bool falls = length_s_ && s.response_length_s < *length_s_ - kShorter_s;
+    if (!length_s_ || falls || s.response_length_s > *length_s_ + kShorter_s) {
+        reported_ = reported_ && length_s_ && !falls;
         length_s_ = s.response_length_s;
         since_s_ = now_s;
-        reported_ = false;
     }
     if (reported_ || s.preparing || now_s < since_s_ + kStableTime_s) return std::nullopt;
     reported_ = true;

@@ -177,6 +177,54 @@ std::vector<PairParameters> parameters_of(const Measurement& m, const PairMeans&
     return parameters;
 }
 
+/// True if the sound of a band has decayed by as much as T30 needs when the response ends: the last
+/// quarter is 45 dB below the whole, 35 dB and the 10 dB of room_parameters().
+bool has_decayed(const EnergyResponse& response, std::size_t band) {
+    constexpr double kQuiet = 3.2e-5;
+    double last = 0;
+    for (std::size_t i = 0; i < response.bins.count(); ++i)
+        if (response.bins.begin_s(i) >= 0.75 * response.bins.length_s())
+            last += double{response.energy[i][band]};
+    return last <= kQuiet * response.total(band);
+}
+
+/// Adds a line for each reason for which audible pairs have no T30.
+void warn_of_missing_decays(Measurement& m) {
+    struct Missing {
+        std::array<bool, kBandCount> bands{};
+        std::vector<std::size_t> pairs{};
+    };
+    std::array<Missing, 2> missing;  // [1 if the sound has decayed]
+    for (std::size_t pair = 0; pair < m.responses.size(); ++pair) {
+        for (std::size_t band = 0; m.audible[pair] && band < kBandCount; ++band) {
+            if (m.parameters[pair].octave(AcousticParameter::t30, band).value) continue;
+            Missing& of = missing[has_decayed(m.responses[pair], band) ? 1 : 0];
+            of.bands[band] = true;
+            if (of.pairs.empty() || of.pairs.back() != pair) of.pairs.push_back(pair);
+        }
+    }
+    const bool lengthens = m.length_s < double{Simulation::kMaxIrLength_s};
+    const std::array<std::string, 2> reasons{
+        formatted("the sound decays for longer than the response of %.3g s", m.length_s) +
+            (lengthens ? "; a longer --ir-length, or --ir-length auto, lets it decay"
+                       : ", the longest; more absorption shortens it"),
+        "too little sound arrives after the first arrivals for a decay; there are hardly "
+        "reflections"};
+    for (std::size_t i = 0; i < missing.size(); ++i) {
+        if (missing[i].pairs.empty()) continue;
+        std::string bands;
+        for (std::size_t band = 0; band < kBandCount; ++band)
+            if (missing[i].bands[band])
+                bands += (bands.empty() ? "" : ", ") +
+                         formatted("%.0f", static_cast<double>(kBandCentres_hz[band]));
+        const std::string where = missing[i].pairs.size() == 1
+                                      ? name_of(m, missing[i].pairs[0])
+                                      : formatted("%zu of %zu pairs of a source and a receiver: ",
+                                                  missing[i].pairs.size(), m.responses.size());
+        m.warnings.push_back(where + "no T30 at " + bands + " Hz: " + reasons[i]);
+    }
+}
+
 /// Measures the sources of a scene at receivers.
 std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receivers,
                                    const MeasurementOptions& options) {
@@ -237,7 +285,10 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
                                  std::to_string(m.frames) + " frames: " + uncertain);
         }
     }
-    if (options.parameters) m.parameters = parameters_of(m, means, scene.speech);
+    if (options.parameters) {
+        m.parameters = parameters_of(m, means, scene.speech);
+        warn_of_missing_decays(m);
+    }
     if (options.interaural && !add_interaural_parameters(m, options.progress)) return std::nullopt;
     return m;
 }

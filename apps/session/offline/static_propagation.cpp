@@ -24,13 +24,19 @@ bool last_is_best(const Simulation& simulation, int frames) {
     return true;
 }
 
+std::vector<Vec3> positions_of(std::span<const Pose> poses) {
+    std::vector<Vec3> positions;
+    for (const Pose& pose : poses) positions.push_back(pose.position);
+    return positions;
+}
+
 }  // namespace
 
 StaticPropagation::StaticPropagation(const Scene& scene, std::span<const Pose> receivers)
     : simulation_(scene.simulation),
+      receivers_(positions_of(receivers)),
       listeners_(scene.simulation.estimator == Estimator::patch ? 1 : receivers.size()),
-      propagation_(scene, scene.simulation, listeners_) {
-    for (const Pose& receiver : receivers) receivers_.push_back(receiver.position);
+      propagation_(scene, scene.simulation, listeners_, receivers_) {
     input_.listeners.assign(receivers_.begin(),
                             receivers_.begin() + static_cast<std::ptrdiff_t>(listeners_));
     for (const Source& source : scene.sources) {

@@ -217,6 +217,8 @@ TEST_CASE("numbers out of range are refused with their place") {
          "/speech/noise_level_db", "a list of 2; expected a number or a list of 8"},
         {"\"ir_length_s\": 1", "\"ir_length_s\": 0", "/simulation/ir_length_s", "0 is out"},
         {"\"ir_length_s\": 1", "\"ir_length_s\": 10.5", "/simulation/ir_length_s", "10.5"},
+        {"\"ir_length_s\": 1", "\"ir_length_s\": \"long\"", "/simulation/ir_length_s",
+         "expected \"auto\", or seconds above 0"},
     });
 }
 

@@ -162,6 +162,13 @@ TEST_CASE("a scene of one source and a listener is free field with all defaults"
     CHECK_FALSE(scene.simulation.threads.has_value());
 }
 
+TEST_CASE("a length of the responses \"auto\" is left to the room") {
+    const Scene scene = load(
+        R"({"aula": 1, "sources": [{"position": [0, 0, 0]}], "listener": {"position": [1, 0, 0]},
+            "simulation": {"ir_length_s": "auto"}})");
+    CHECK_FALSE(scene.simulation.ir_length_s.has_value());
+}
+
 TEST_CASE("scattering is 0.1 where a material does not state it") {
     const Scene scene = load(scene_text(R"("materials": {"a": {"absorption": 0.3}})"));
     CHECK(scene.materials.at(0).absorption == aula::Bands::filled(0.3F));

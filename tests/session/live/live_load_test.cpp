@@ -138,3 +138,37 @@ TEST_CASE("Rays increase again when frames are fast, and do not oscillate otherw
     }
     CHECK(changes < 40);  // about 150 without longer waits
 }
+
+TEST_CASE(
+    "A response that began short grows to its full length while there is room, then rays do") {
+    LiveLoad load({.rays = 1000, .length_s = 9, .rays_fall = true, .length_falls = true}, 300, 4);
+    const Machine fast{0.0002, 1e-6};
+    play(load, fast, 3.5);
+    CHECK(load.length_s() == 6);
+    CHECK(load.rays() == 300);
+    play(load, fast, 3.2);
+    CHECK(load.length_s() == 9);
+    CHECK(load.rays() == 300);
+    play(load, fast, 60);
+    CHECK(load.rays() == 1000);
+    // Companion: no room.
+    LiveLoad busy({.rays = 1000, .length_s = 9, .rays_fall = true, .length_falls = true}, 300, 4);
+    CHECK(play(busy, {0.001, 1.4e-5}, 60) == 0);
+}
+
+TEST_CASE("A length that was too much is tried again after longer and longer times") {
+    // Frames of 6 s are too long; each change is prepared and begins with the waits so far.
+    LiveLoad load({.rays = 1000, .length_s = 9, .rays_fall = false, .length_falls = true}, 1000, 4);
+    int trials = 0;
+    for (double s = 0; s < 600;) {
+        const double length_s = load.length_s();
+        const double took_s = length_s > 5 ? 0.05 : 0.01;
+        load.add(took_s, kPeriod_s);
+        if (load.length_s() > length_s) ++trials;
+        if (load.length_s() != length_s)
+            load.change(load.full(), load.rays(), load.length_s() > length_s ? 6 : 4);
+        s += std::max(took_s, kPeriod_s);
+    }
+    CHECK(trials > 0);
+    CHECK(trials < 12);  // about 150 without longer waits
+}

@@ -30,17 +30,29 @@ TEST_CASE("A reduction is reported once when it is stable, and again for a short
     CHECK_FALSE(reporter.take(status_of(1000, 3), 1));
     CHECK_FALSE(reporter.take(status_of(700, 3), 2));
     CHECK_FALSE(reporter.take(status_of(400, 3), 3));
-    const auto text = reporter.take(status_of(300, 3), 4.5);
+    const auto text = reporter.take(status_of(300, 3), 8.5);
     REQUIRE(text);
     CHECK(text->find("300 of 1000 rays") != std::string::npos);
     CHECK(text->find("--rays") != std::string::npos);
-    for (double now_s = 5; now_s < 100; ++now_s)
+    for (double now_s = 9; now_s < 100; ++now_s)
         CHECK_FALSE(reporter.take(status_of(now_s < 50 ? 360 : 300, 3), now_s));
     PlayStatus shorter = status_of(300, 1.5);
     CHECK_FALSE(reporter.take(shorter, 101));
     shorter.preparing = true;
-    CHECK_FALSE(reporter.take(shorter, 104));
+    CHECK_FALSE(reporter.take(shorter, 108));
     shorter.preparing = false;
-    CHECK(reporter.take(shorter, 105));
-    CHECK_FALSE(reporter.take(shorter, 110));
+    CHECK(reporter.take(shorter, 109));
+    CHECK_FALSE(reporter.take(shorter, 120));
+}
+
+TEST_CASE("A response that grows is not reported, one that stops growing is") {
+    ReductionReporter growing;
+    for (int step = 0; step < 4; ++step)
+        CHECK_FALSE(growing.take(status_of(1000, 1 + 0.5 * step), 5 * step));
+    CHECK_FALSE(growing.take(status_of(1000, 3), 20));
+    ReductionReporter stopped;
+    CHECK_FALSE(stopped.take(status_of(1000, 1), 0));
+    CHECK_FALSE(stopped.take(status_of(1000, 1.5), 5));
+    CHECK(stopped.take(status_of(1000, 1.5), 12));
+    CHECK_FALSE(stopped.take(status_of(1000, 2), 20));
 }

@@ -96,19 +96,19 @@ struct PartGains {
 
 /// The state and the load of an Auralizer.
 struct AuralizerStatus {
-    std::int64_t samples = 0;       ///< sample time: samples rendered, without pauses
-    bool paused = false;            ///< true from the end of the fade to a pause on
-    std::uint64_t frames = 0;       ///< propagation frames computed
-    std::uint64_t late_frames = 0;  ///< frames that took longer than frame_period_ms
+    std::int64_t samples = 0;          ///< sample time: samples rendered, without pauses
+    bool paused = false;               ///< true from the end of the fade to a pause on
+    std::uint64_t frames = 0;          ///< propagation frames computed
+    std::uint64_t late_frames = 0;     ///< frames that took longer than frame_period_ms
     std::uint64_t skipped_frames = 0;  ///< frame times skipped because of late frames (real time)
-    double frame_ms = 0;            ///< computation time of the newest frame
-    double frame_mean_ms = 0;       ///< mean computation time of all frames
-    double frame_worst_ms = 0;      ///< longest computation time of all frames
-    double frame_period_ms = 0;     ///< time between frames; in real time frame_ms must be below
-    double frame_age_s = 0;         ///< time since the newest frame reached render() (real time)
-    int rays = 0;                   ///< rays per source in the newest frame
-    double response_length_s = 0;   ///< as Auralizer::response_length_s()
-    std::size_t memory_bytes = 0;   ///< memory of the propagation's caches
+    double frame_ms = 0;               ///< computation time of the newest frame
+    double frame_mean_ms = 0;          ///< mean computation time of all frames
+    double frame_worst_ms = 0;         ///< longest computation time of all frames
+    double frame_period_ms = 0;        ///< time between frames; in real time frame_ms must be below
+    double frame_age_s = 0;            ///< time since the newest frame reached render() (real time)
+    int rays = 0;                      ///< rays per source in the newest frame
+    double response_length_s = 0;      ///< as Auralizer::response_length_s()
+    std::size_t memory_bytes = 0;      ///< memory of the propagation's caches
 };
 
 /// Renders what listeners hear in a room, block by block, without device and files. It computes the
@@ -237,8 +237,7 @@ class Auralizer {
     /// AuralizerOptions::sample_rate_hz.
     double sample_rate_hz() const;
 
-    /// Length of the impulse responses: Simulation::ir_length_s, or from the reverberation time of
-    /// the room.
+    /// Length of the impulse responses: see Propagation::response_length_s().
     double response_length_s() const;
 
     /// See Propagation::patch_size_m.

@@ -110,7 +110,8 @@ struct Measurement {
     std::vector<PairParameters> parameters;  ///< [pair]; empty if omitted
     double length_s = 0;                     ///< of the responses
     int frames = 0;                          ///< that were computed
-    /// Lines for the user: sources that are not audible, errors larger than wanted.
+    /// Lines for the user: sources that are not audible, errors larger than wanted, octaves without
+    /// T30.
     std::vector<std::string> warnings;
 
     /// The index of a pair in the lists.

@@ -22,9 +22,11 @@ struct Ray;
 class Propagation {
  public:
     /// Copies the scene; `simulation` replaces Scene::simulation. Unless Simulation::ir_length_s is
-    /// set, it traces rays to estimate the room's reverberation time. `listener_count` is at
-    /// least 1. Throws InputError if a setting is out of range.
-    Propagation(const Scene& scene, const Simulation& simulation, std::size_t listener_count = 1);
+    /// set, it traces sound until it has decayed between all positions of the scene's sources and
+    /// its listener, and at `receivers`, for responses_at(). `listener_count` is at least 1. Throws
+    /// InputError if a setting is out of range.
+    Propagation(const Scene& scene, const Simulation& simulation, std::size_t listener_count = 1,
+                std::span<const Vec3> receivers = {});
     ~Propagation();
     Propagation(const Propagation&) = delete;
     Propagation& operator=(const Propagation&) = delete;
@@ -109,8 +111,8 @@ class Propagation {
     /// otherwise: for frames with a deadline. Estimators other than Estimator::patch ignore it.
     void reserve_memory();
 
-    /// Length of the responses: Simulation::ir_length_s, or the longest reverberation time of the
-    /// room's octave bands within 0.3 and 4 s.
+    /// Length of the responses: Simulation::ir_length_s, or the time in which the sound of every
+    /// octave band decays by 70 dB, within 0.3 and 10 s.
     double response_length_s() const;
 
  private:

@@ -55,7 +55,7 @@ struct Simulation {
     float listener_radius_m = 0.5F;
     float frame_rate_hz = 30;          ///< frames per second, above 0, up to kMaxFrameRate_hz
     std::optional<float> ir_length_s;  ///< length of the responses, above 0, up to kMaxIrLength_s;
-                                       ///< if absent: from the reverberation time, at most 4 s
+                                       ///< if absent: as long as the room sounds
     std::uint64_t seed = 1;            ///< seed of all random numbers
     std::optional<int> threads;        ///< threads for tracing, 1 to kMaxThreads; if absent: all
                                        ///< processors but one
