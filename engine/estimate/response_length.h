@@ -20,7 +20,8 @@ namespace aula {
 /// now, hear the decay of the whole energy from either end. Of many positions at most eight, far
 /// from each other, represent all.
 ///
-/// Movable objects are at their present positions. `order` limits the reflections; 0: no limit.
+/// Sources are omnidirectional. Movable objects are at their present positions. `order` limits the
+/// reflections; 0: no limit.
 double sounding_length_s(const RayScene& scene, const Medium& medium, int order,
                          std::span<const Vec3> sources, std::span<const Vec3> listeners,
                          double longest_s, std::uint64_t seed, WorkerPool& workers);

@@ -1,9 +1,6 @@
 #include "engine/trace/sound_particles.h"
 
 #include <algorithm>
-#include <numeric>
-
-#include "engine/rays/wall_crossing.h"
 
 namespace aula {
 
@@ -64,6 +61,7 @@ void SoundParticles::advance(std::span<SoundParticle> block, float distance_m) c
     std::vector<SoundParticle*> reflected;
     std::vector<Ray> rays;
     std::vector<Hit> hits;
+    std::vector<WallExit> exits;
     do {
         reflected.clear();
         rays.clear();
@@ -74,7 +72,7 @@ void SoundParticles::advance(std::span<SoundParticle> block, float distance_m) c
                 continue;
             }
             if (particle.travelled_m < particle.hit.distance_m) continue;
-            reflect(particle);
+            reflect(particle, exits);
             if (has_ended(particle)) continue;
             reflected.push_back(&particle);
             rays.push_back(particle.segment);
@@ -85,8 +83,8 @@ void SoundParticles::advance(std::span<SoundParticle> block, float distance_m) c
     } while (!reflected.empty());
 }
 
-/// Begins the next segment at the hit.
-void SoundParticles::reflect(SoundParticle& particle) const {
+/// Begins the next segment at the hit, or behind the wall. `exits` is memory that is used again.
+void SoundParticles::reflect(SoundParticle& particle, std::vector<WallExit>& exits) const {
     if (order_ > 0 && particle.reflections == order_) return end(particle);
     ++particle.reflections;
     const Hit hit = particle.hit;
@@ -104,7 +102,6 @@ void SoundParticles::reflect(SoundParticle& particle) const {
     if (scene_.transmits(surface.material)) {
         const WallEntry entry{hit, point_at(RayScene::point_beyond(hit.distance_m, cosine)),
                               normal};
-        std::vector<WallExit> exits;
         find_wall_exits(scene_, {&entry, 1}, exits);
         if (exits[0].wall.transmission.max() > 0) {
             weight = 2;  // half of the particles pass

@@ -8,6 +8,7 @@
 #include "engine/base/sampling.h"
 #include "engine/base/worker_pool.h"
 #include "engine/rays/ray_scene.h"
+#include "engine/rays/wall_crossing.h"
 
 namespace aula {
 
@@ -47,7 +48,7 @@ class SoundParticles {
 
  private:
     void advance(std::span<SoundParticle> block, float distance_m) const;
-    void reflect(SoundParticle& particle) const;
+    void reflect(SoundParticle& particle, std::vector<WallExit>& exits) const;
 
     const RayScene& scene_;
     int order_;

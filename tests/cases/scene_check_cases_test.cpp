@@ -4,7 +4,7 @@
 #include "tests/support/program.h"
 
 using namespace aula::test;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 namespace {
 
@@ -29,10 +29,8 @@ TEST_CASE("The check tells which share of the reflections a scan with missing fa
 TEST_CASE("The check names the first point of a path inside a closed pillar") {
     const ProgramResult pillar = check("check/pillar.json");
     CHECK(pillar.status == 0);
-    CHECK_THAT(pillar.err, Contains("the source \"m\" is inside a closed body after 1.2 s, at "
-                                    "(3, 2.5, 1.5)") ||
-                               Contains("the source \"m\" is inside a closed body after 1.5 s, at "
-                                        "(3.5, 2.5, 1.5)"));
+    // The path meets the pillar after 1.2 s; the positions on it are 0.5 m apart.
+    CHECK_THAT(pillar.err, Contains("the source \"m\" is inside a closed body after 1.2 s, at (3"));
 }
 
 TEST_CASE("Meshes with uncompressed data beside compressed ones are read") {
