@@ -231,10 +231,7 @@ Scene read_scene(const Arguments& arguments) {
 
 int list_devices() {
     const std::vector<DeviceInfo> devices = list_output_devices();
-    if (devices.empty()) {
-        std::printf("no output devices\n");
-        return 0;
-    }
+    if (devices.empty()) throw NoAudioDevice();
     std::size_t widest = 4;
     for (const DeviceInfo& device : devices) widest = std::max(widest, device.name.size());
     const int width = static_cast<int>(widest);

@@ -59,7 +59,7 @@ std::vector<DeviceInfo> merge_outputs(std::vector<DeviceInfo> jack,
 }
 
 DeviceInfo choose_output(const std::vector<DeviceInfo>& devices, const std::string& wanted) {
-    if (devices.empty()) throw NoAudioDevice("no audio output device (no sound server or card)");
+    if (devices.empty()) throw NoAudioDevice();
     if (wanted.empty()) {
         const auto found = std::find_if(devices.begin(), devices.end(),
                                         [](const DeviceInfo& d) { return d.is_default; });

@@ -38,7 +38,8 @@ class Output {
 std::vector<DeviceInfo> list_jack_outputs();
 std::unique_ptr<Output> open_jack_output(const DeviceInfo& device, const OutputSettings& settings);
 
-/// Other devices of PortAudio: ALSA, and PulseAudio through ALSA.
+/// Other devices of PortAudio: ALSA, and PulseAudio through ALSA. Empty if PortAudio cannot be
+/// initialised, as without a configuration of ALSA.
 std::vector<DeviceInfo> list_port_audio_outputs();
 std::unique_ptr<Output> open_port_audio_output(const DeviceInfo& device,
                                                const OutputSettings& settings);

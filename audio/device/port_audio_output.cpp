@@ -65,12 +65,28 @@ std::mutex& library() {
     return mutex;
 }
 
+/// Whether ALSA's configuration is one with which PortAudio can list devices. Otherwise PortAudio
+/// aborts the program: its list holds a place for every PCM of the configuration, and it asserts
+/// that one remains for "default" or "dmix" when it has opened all others. Without any
+/// configuration, as in a container without /usr/share/alsa, there is no place.
+bool is_alsa_configured() {
+    snd_config_t* pcms = nullptr;
+    if (snd_config_update() < 0 || snd_config_search(snd_config, "pcm", &pcms) < 0 ||
+        snd_config_get_type(pcms) != SND_CONFIG_TYPE_COMPOUND)
+        return false;
+    snd_config_t* last = nullptr;
+    return snd_config_search(pcms, "default", &last) >= 0 ||
+           snd_config_search(pcms, "dmix", &last) >= 0;
+}
+
 /// Initialises PortAudio while it exists, without JACK and without messages of the libraries below.
 class PortAudio {
  public:
     PortAudio() {
         const std::lock_guard lock(library());
         snd_lib_error_set_handler(ignore_alsa);
+        if (!is_alsa_configured())
+            throw Failure("audio cannot be initialised: ALSA has no usable configuration");
         if (PaUtil_SetDebugPrintFunction != nullptr) PaUtil_SetDebugPrintFunction(ignore);
         // PortAudio aborts on termination if a JACK server has died: it must not find one.
         constexpr const char* kServer = "JACK_DEFAULT_SERVER";
@@ -315,7 +331,15 @@ class PortAudioInput final : public Input {
 
 }  // namespace
 
-std::vector<DeviceInfo> list_port_audio_outputs() { return PortAudio().outputs(); }
+std::vector<DeviceInfo> list_port_audio_outputs() {
+    std::optional<PortAudio> port_audio;
+    try {
+        port_audio.emplace();
+    } catch (const Failure&) {
+        return {};
+    }
+    return port_audio->outputs();
+}
 
 std::unique_ptr<Output> open_port_audio_output(const DeviceInfo& device,
                                                const OutputSettings& settings) {

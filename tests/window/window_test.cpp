@@ -130,7 +130,7 @@ TEST_CASE("Without a sound device a screenshot is taken in silence, with a warni
     unsetenv("JACK_DEFAULT_SERVER");
     unsetenv("PULSE_SERVER");
     INFO(result.err);
-    if (!display.running() || devices.out != "no output devices\n" ||
+    if (!display.running() || devices.status != 1 ||
         result.err.find("no window can be opened") != std::string::npos) {
         WARN("skipped: no display can run here, or a sound device exists");
         return;

@@ -12,10 +12,14 @@
 
 namespace aula {
 
-/// There is no output device: neither a sound server nor a sound card.
+/// There is no output device: neither a sound server nor a sound card that ALSA is configured for.
 class NoAudioDevice : public Failure {
  public:
-    using Failure::Failure;
+    /// The error, with its message.
+    NoAudioDevice()
+        : Failure(
+              "no audio output device (no sound server, no card, or none in ALSA's "
+              "configuration)") {}
 };
 
 /// A device does not support the requested sample rate. Try again with device_rate_hz().
@@ -44,7 +48,8 @@ struct DeviceInfo {
 };
 
 /// All output devices: those of JACK if a server is running, then those of PortAudio. Empty if
-/// there is neither server nor sound card. Messages of the libraries are suppressed.
+/// there is neither server nor sound card, or no configuration of ALSA that names the card.
+/// Messages of the libraries are suppressed.
 std::vector<DeviceInfo> list_output_devices();
 
 /// A function that overwrites outputs[channel][sample] with `samples` samples for each channel; the
@@ -72,13 +77,14 @@ class AudioDevice {
 
     /// Opens a device without starting it. `wanted` is an index, a name or a part of one (case is
     /// ignored), kNone, or empty for the default device. `block` is the preferred number of samples
-    /// per callback; a JACK server determines its own.
+    /// per callback; a JACK server determines its own. Without `rate_callback` a device that
+    /// returns from a loss with another sample rate stays lost.
     ///
     /// Throws InputError if `wanted` matches no or several devices (the message lists the
     /// candidates), NoAudioDevice if there is none, SampleRateRefused if the device has another
     /// sample rate, and Failure if it has fewer channels or cannot be opened.
     AudioDevice(const std::string& wanted, double sample_rate_hz, std::size_t channels, int block,
-                AudioCallback callback);
+                AudioCallback callback, RateCallback rate_callback = {});
     /// Calls stop().
     ~AudioDevice();
     AudioDevice(const AudioDevice&) = delete;
