@@ -149,6 +149,8 @@ int play_in_terminal(const Arguments& arguments) {
     change_scene(scene, arguments);
     SessionOptions session = arguments.session;
     session.rays_fall = !arguments.rays_given && !loaded.rays_given;
+    // What is moved from outside does not end with the path of the scene.
+    if (arguments.osc && !session.duration_s) session.duration_s = SessionOptions::kUnlimited_s;
     Player player(scene, session);
     warn(player.warnings(), arguments.quiet);
     std::optional<OscRemote> remote;

@@ -99,6 +99,39 @@ TEST_CASE("Without a device the program plays for the requested duration") {
     CHECK(played.err.find("is lost") == std::string::npos);
 }
 
+TEST_CASE(
+    "With --osc the program plays beyond the end of the scene, for --duration or until quit") {
+    const TemporaryFolder folder;
+    std::string text = kSmallRoom;
+    text.replace(text.find("\"t\": 1"), 6, "\"t\": 0.1");
+    const std::string scene = folder.write("room.json", text);
+    const std::vector<std::string> play{AULA_PROGRAM, scene, "--no-window", "--device", "none"};
+    const auto with = [&](std::vector<std::string> options) {
+        options.insert(options.begin(), play.begin(), play.end());
+        return options;
+    };
+    const auto played_s = [](const ProgramResult& result) {
+        double s = 0;
+        const std::size_t at = result.err.find("played ");
+        INFO(result.err);
+        REQUIRE(at != std::string::npos);
+        REQUIRE(std::sscanf(result.err.c_str() + at, "played %lf s", &s) == 1);
+        return s;
+    };
+    Program endless(with({"--osc", "0"}));
+    // Meanwhile the scene ends twice.
+    for (int time = 0; time < 2; ++time) CHECK(played_s(run_program(play)) < 1);
+    REQUIRE(eventually([&] { return !endless.err().empty(); }));
+    const ProgramResult limited = run_program(with({"--osc", "0", "--duration", "1"}));
+    CHECK(limited.status == 0);
+    CHECK(played_s(limited) == Approx(1));
+    REQUIRE(endless.running());
+    endless.signal(SIGINT);
+    const ProgramResult ended = endless.wait();
+    CHECK(ended.status == 130);
+    CHECK(played_s(ended) > 1);
+}
+
 TEST_CASE("If no device exists, the error message names the option to play without one") {
     if (!aula::list_output_devices().empty()) {
         WARN("skipped: this machine has a sound device");

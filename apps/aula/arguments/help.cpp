@@ -92,7 +92,8 @@ window and remote control
   --scene-dir FOLDER     scenes that page up and page down open
   --screenshot OUT.png   play, write a picture of the window, exit
   --after S              time of the screenshot in seconds [5]
-  --osc [ADDRESS:]PORT   receive OSC messages; without ADDRESS from this machine only
+  --osc [ADDRESS:]PORT   receive OSC messages, and play until quit or for --duration; without
+                         ADDRESS from this machine only
   --adm-origin X,Y,Z     position of the origin of ADM-OSC [the listener's first position]
   --adm-radius M         distance of its coordinate 1 [half of the room's longest side]
   --head-invert          head trackers send the inverse rotation, that of the scene

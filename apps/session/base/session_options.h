@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,6 +15,9 @@ namespace aula {
 
 /// The output settings of a scene. Scene::simulation has the settings of the simulation.
 struct SessionOptions {
+    /// A duration without an end: playback until it is stopped.
+    static constexpr double kUnlimited_s = std::numeric_limits<double>::infinity();
+
     double sample_rate_hz = 48000;
     int block = 256;  ///< samples
     OutputFormat output = OutputFormat::binaural;
@@ -21,6 +26,8 @@ struct SessionOptions {
     std::filesystem::path hrtf;        ///< SOFA file; empty: MIT KEMAR
     SampleFormat format = SampleFormat::float32;  ///< of rendered files; PCM passes a limiter
     std::optional<double> duration_s;             ///< if absent: from the scene
+    /// See AuralizerOptions.
+    std::uint64_t max_memory_bytes = std::numeric_limits<std::uint64_t>::max();
     std::string device;  ///< index or part of a name; empty: the default device
     /// The number of rays was not requested explicitly: live playback reduces it until frames are
     /// in time.

@@ -10,8 +10,7 @@ namespace {
 
 /// The window plays until it is closed, regardless of the scene's duration.
 WindowOptions without_end(WindowOptions options) {
-    constexpr double kUnlimited_s = 1e6;
-    if (!options.session.duration_s) options.session.duration_s = kUnlimited_s;
+    if (!options.session.duration_s) options.session.duration_s = SessionOptions::kUnlimited_s;
     return options;
 }
 
