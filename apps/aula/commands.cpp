@@ -204,7 +204,7 @@ std::vector<std::string> moved_outside(const Scene& before, const Scene& scene) 
 void warn(const std::vector<std::string>& warnings, bool quiet) {
     if (quiet) return;
     for (const std::string& warning : warnings)
-        std::fprintf(stderr, "aula: warning: %s\n", printable(warning).c_str());
+        std::fprintf(stderr, "aula: warning: %s\n", printable_line(warning).c_str());
 }
 
 int interrupted_status() { return 128 + interrupt_signal(); }

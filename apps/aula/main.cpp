@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -28,9 +27,8 @@ int unless_interrupted(int status) {
 }
 
 /// Prints a message to standard error as one line; returns `status`.
-int fail(std::string message, int status) {
-    std::replace(message.begin(), message.end(), '\n', ' ');
-    std::fprintf(stderr, "aula: %s\n", printable(message).c_str());
+int fail(const std::string& message, int status) {
+    std::fprintf(stderr, "aula: %s\n", printable_line(message).c_str());
     return status;
 }
 

@@ -90,7 +90,8 @@ void print_summary(const PlayStatus& s) {
 /// Prints changes of the output device's state, one line each.
 class DeviceReporter {
  public:
-    explicit DeviceReporter(const Player& player) : name_(player.device().name) {}
+    explicit DeviceReporter(const Player& player)
+        : name_(player.device().name), rate_hz_(player.sample_rate_hz()) {}
 
     void report(const PlayStatus& status, StatusLine& line) {
         if (!status.realtime && !reported_priority_) {
@@ -101,25 +102,30 @@ class DeviceReporter {
         }
         if (status.muted_samples > 0 && !reported_muted_) {
             reported_muted_ = true;
-            say(line, "samples that are not finite are muted");
+            say(line, "samples that are not finite, or beyond 1e6, are muted");
         }
         const bool playing = status.device == DeviceState::playing;
         if (playing == played_) return;
         played_ = playing;
-        say(line, "the output device \"" + name_ +
-                      (playing ? "\" is available again"
-                               : "\" or its server is lost; waiting for it for " +
-                                     std::to_string(std::lround(AudioDevice::kReconnectTimeout_s)) +
-                                     " s"));
+        std::string text =
+            playing ? "\" is available again"
+                    : "\" or its server is lost; waiting for it for " +
+                          std::to_string(std::lround(AudioDevice::kReconnectTimeout_s)) + " s";
+        if (playing && status.sample_rate_hz != rate_hz_) {
+            rate_hz_ = status.sample_rate_hz;
+            text += ", at " + std::to_string(std::lround(rate_hz_)) + " Hz";
+        }
+        say(line, "the output device \"" + name_ + text);
     }
 
  private:
     static void say(StatusLine& line, const std::string& text) {
         line.clear();
-        std::fprintf(stderr, "aula: warning: %s\n", printable(text).c_str());
+        std::fprintf(stderr, "aula: warning: %s\n", printable_line(text).c_str());
     }
 
     std::string name_;
+    double rate_hz_;
     bool reported_priority_ = false;
     bool reported_muted_ = false;
     bool played_ = true;

@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "apps/session/base/printable.h"
+
 namespace aula {
 
 namespace {
@@ -16,7 +18,7 @@ thread_local std::string copied_message;
 
 int fail(int result, const char* message) noexcept {
     try {
-        copied_message = message;
+        copied_message = printable_line(message);
     } catch (const std::bad_alloc&) {
         return fail_wait_free(result, "out of memory");
     }

@@ -10,7 +10,8 @@
 
 namespace aula {
 
-/// Stores a copy of a message for aula_message() on the calling thread. Returns `result`.
+/// Stores a copy of a message, as one line without control characters, for aula_message() on the
+/// calling thread. Returns `result`.
 int fail(int result, const char* message) noexcept;
 
 /// The same without allocating or locking: `literal` must remain valid.

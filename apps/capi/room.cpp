@@ -18,9 +18,10 @@ constexpr int32_t kMaxSources = 1024;
 
 // No padding at the end, which a program built with an older header would leave undefined where a
 // newer one has a member.
-static_assert(offsetof(aula_options, threads) + sizeof(aula_options::threads) ==
+static_assert(offsetof(aula_options, max_memory_bytes) + sizeof(aula_options::max_memory_bytes) ==
               sizeof(aula_options));
-static_assert(offsetof(aula_status, sources) + sizeof(aula_status::sources) == sizeof(aula_status));
+static_assert(offsetof(aula_status, muted_samples) + sizeof(aula_status::muted_samples) ==
+              sizeof(aula_status));
 
 /// Throws InputError if the size with which a struct begins cannot be right.
 void check_size(std::size_t size, const char* type) {
@@ -92,6 +93,7 @@ AuralizerOptions options_of(const aula_options& given, const Scene& scene) {
     options.listeners = count_or(given.listeners, options.listeners, kMaxListeners, "listeners");
     options.max_sources =
         count_or(given.max_sources, options.max_sources, kMaxSources, "max_sources");
+    options.max_memory_bytes = value_or(given.max_memory_bytes, options.max_memory_bytes);
     if (given.follow_paths != 0) options.before_frame = follow_paths(scene);
     return options;
 }
@@ -305,6 +307,8 @@ int aula_room_status(const aula_room* room, aula_status* status) {
             .channels = static_cast<int32_t>(auralizer.output_channels()),
             .latency_samples = auralizer.latency_samples(),
             .sources = static_cast<int32_t>(auralizer.sources().size()),
+            .skipped_frames = now.skipped_frames,
+            .muted_samples = now.muted_samples,
         };
         std::memcpy(&written, &all, std::min(size, sizeof(all)));
     });

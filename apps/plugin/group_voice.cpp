@@ -12,6 +12,10 @@ namespace {
 /// Time for which an instance is heard beyond its response: fades and the length of the filters.
 constexpr double kRingTail_s = 0.1;
 
+/// The source that the renderer plays, and the listener.
+constexpr SourceId kSource{1};
+constexpr std::size_t kListener = 0;
+
 }  // namespace
 
 GroupVoice::Dimensions GroupVoice::dimensions(const SharedRoom& room,
@@ -50,11 +54,11 @@ GroupVoice::GroupVoice(std::shared_ptr<SharedRoom> room, const Dimensions& dimen
           (std::max(room_->response_length_s(), dimensions.config.longest_delay_s) + kRingTail_s) *
           rate_hz_)),
       block_(static_cast<std::size_t>(dimensions.config.block)),
-      renderer_(dimensions.config, dimensions.hrtf),
-      head_(frame_samples(dimensions.config)),
+      renderer_(dimensions.config, 1, dimensions.hrtf),
       head_pose_(places_.listener_pose(values_)),
       outputs_(channel_count(dimensions.config.output)) {
-    head_.turn_to(head_pose_);
+    renderer_.set_source(0, kSource);
+    renderer_.turn_head(kListener, head_pose_);
     room_->add(*this);
 }
 
@@ -74,7 +78,7 @@ void GroupVoice::prepare(const EnergyResponse& energy) {
     float longest_m = 0;
     for (const SpecularPath& path : response.paths) longest_m = std::max(longest_m, path.length_m);
     longest_delay_s_ = static_cast<double>(longest_m) / speed_of_sound_m_s_;
-    if (!prepared_) prepared_ = renderer_.mailbox().reclaim();
+    if (!prepared_) prepared_ = renderer_.frames(kListener).reclaim();
     if (!prepared_) prepared_ = frames_.make_frame();
     const SourceSound sound = source_sound(response, speed_of_sound_m_s_, places_.gain_db(values_),
                                            gains.direct, gains.early);
@@ -83,7 +87,7 @@ void GroupVoice::prepare(const EnergyResponse& energy) {
 
 void GroupVoice::publish() {
     if (!prepared_) return;
-    renderer_.mailbox().publish(std::move(prepared_));
+    renderer_.frames(kListener).publish(std::move(prepared_));
     heard_ = true;
     tail_samples_ = std::llround(
         (std::max(room_->response_length_s(), longest_delay_s_) + kRingTail_s) * rate_hz_);
@@ -98,16 +102,15 @@ void GroupVoice::render(const float* input, std::span<float* const> outputs, int
     const Pose pose = places_.listener_pose(controls_->read());
     if (pose.yaw_rad != head_pose_.yaw_rad || pose.pitch_rad != head_pose_.pitch_rad ||
         pose.roll_rad != head_pose_.roll_rad) {
-        head_.turn_to(pose);
+        renderer_.turn_head(kListener, pose);
         head_pose_ = pose;
     }
     const auto count = static_cast<std::size_t>(samples);
     for (std::size_t done = 0; done < count;) {
         const std::size_t part = std::min(block_, count - done);
         for (std::size_t c = 0; c < outputs_.size(); ++c) outputs_[c] = outputs[c] + done;
-        const std::array<const float*, 1> inputs{input + done};
-        renderer_.render(inputs, head_.advance(static_cast<int>(part)), outputs_,
-                         static_cast<int>(part));
+        const std::array<SourceSignal, 1> inputs{SourceSignal{kSource, input + done}};
+        renderer_.render(inputs, 0, {}, outputs_, static_cast<int>(part));
         done += part;
     }
 }

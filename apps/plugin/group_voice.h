@@ -11,7 +11,7 @@
 #include "apps/plugin/control_snapshot.h"
 #include "apps/plugin/plugin_room.h"
 #include "apps/plugin/shared_room.h"
-#include "apps/session/frames/sound_at_listener.h"
+#include "apps/session/auralizer/room_renderer.h"
 #include "audio/render/renderer.h"
 #include "aula/engine/impulse_response.h"
 #include "aula/engine/propagation.h"
@@ -76,8 +76,7 @@ class GroupVoice final : public PluginRoom {
 
     // Used by the audio thread.
     const std::size_t block_;
-    Renderer renderer_;
-    HeadMotion head_;
+    RoomRenderer renderer_;
     Pose head_pose_;
     std::vector<float*> outputs_;
 };

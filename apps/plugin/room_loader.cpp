@@ -6,6 +6,8 @@
 
 #include "apps/plugin/group_voice.h"
 #include "apps/plugin/shared_room.h"
+#include "apps/session/base/formatted.h"
+#include "apps/session/base/printable.h"
 
 namespace aula::plugin {
 
@@ -66,6 +68,11 @@ bool RoomLoader::request(Property property, std::string_view file) noexcept {
 void RoomLoader::request_replies() noexcept {
     wants_replies_ = true;
     task_.wake();
+}
+
+// Only the first ones are announced: there may be more in every block.
+void RoomLoader::count_muted(std::size_t samples) noexcept {
+    if (muted_samples_.fetch_add(static_cast<std::int64_t>(samples)) == 0) request_replies();
 }
 
 void RoomLoader::give_back(PluginRoom* room) noexcept {
@@ -177,7 +184,7 @@ std::unique_ptr<Room> RoomLoader::build(
         try {
             return make(readable);
         } catch (const std::exception& error) {
-            if (status.empty()) status = error.what();
+            if (status.empty()) status = printable_line(error.what());
             return nullptr;
         }
     };
@@ -200,7 +207,10 @@ void RoomLoader::reply_all() {
     const std::lock_guard lock(mutex_);
     replies_.push(Property::scene, files_.scene.string());
     replies_.push(Property::hrtf, files_.hrtf.string());
-    replies_.push(Property::status, status_);
+    std::string status = status_;
+    if (const std::int64_t muted = muted_samples_; muted > 0)
+        status += (status.empty() ? "" : "; ") + muted_text(muted);
+    replies_.push(Property::status, status);
 }
 
 }  // namespace aula::plugin

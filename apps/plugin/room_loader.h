@@ -50,6 +50,10 @@ class RoomLoader {
     /// Sends all properties to replies(). [audio thread, wait-free]
     void request_replies() noexcept AULA_NONBLOCKING;
 
+    /// Counts samples of the input that were muted; the status has their number. [audio thread,
+    /// wait-free]
+    void count_muted(std::size_t samples) noexcept AULA_NONBLOCKING;
+
     /// A new room on the real-time clock, or null. [audio thread, wait-free]
     PluginRoom* take() noexcept AULA_NONBLOCKING { return rooms_.take(); }
     void give_back(PluginRoom* room) noexcept AULA_NONBLOCKING;
@@ -83,6 +87,7 @@ class RoomLoader {
     std::atomic<bool> wants_replies_ = false;
     std::atomic<bool> wants_open_ = false;
     std::atomic<bool> wants_another_ = false;
+    std::atomic<std::int64_t> muted_samples_ = 0;
     std::atomic<OwnRoom*> discarded_ = nullptr;
     Mailbox<PluginRoom> rooms_{2};
 

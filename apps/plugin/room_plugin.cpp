@@ -5,6 +5,8 @@
 #include <exception>
 #include <utility>
 
+#include "audio/base/mute.h"
+
 namespace aula::plugin {
 
 namespace {
@@ -156,12 +158,11 @@ void RoomPlugin::process(std::int64_t first, std::int64_t last) {
         const auto samples = static_cast<std::size_t>(std::min<std::int64_t>(kChunk, last - first));
         if (freewheels() && !exact_) begin_exact();
         if (!std::exchange(started_, true)) wet_.jump(static_cast<double>(target_wet()));
-        // A copy: the outputs may be the same memory. A sample that is not finite would remain in
-        // the room.
-        for (std::size_t n = 0; n < samples; ++n) {
-            const float x = input_[first + static_cast<std::int64_t>(n)];
-            dry_[n] = std::isfinite(x) ? x : 0;
-        }
+        // A copy: the outputs may be the same memory.
+        std::copy_n(input_ + first, samples, dry_.begin());
+        if (const std::size_t muted = mute_beyond(kLargestSample, std::span(dry_).first(samples));
+            muted > 0)
+            loader_.count_muted(muted);
         for (std::size_t c = 0; c < channels_; ++c) chunk_outputs_[c] = outputs_[c] + first;
         if (freewheels())
             render_exact(chunk_outputs_, samples);

@@ -16,6 +16,7 @@
 
 #include "apps/python/arrays.h"
 #include "apps/python/scene_bindings.h"
+#include "apps/session/base/formatted.h"
 #include "apps/session/base/printable.h"
 #include "apps/session/frames/signals.h"
 #include "apps/session/offline/offline.h"
@@ -279,7 +280,7 @@ py::array_t<float> energy(const Measurement& measurement, double bin_s) {
 py::tuple rendered(const SharedScene& shared, const std::map<std::string, Array<float>>& samples,
                    double sample_rate_hz, const std::string& output, const std::string& hrtf,
                    int ambisonic_order, std::optional<double> duration_s,
-                   const Overrides& overrides) {
+                   std::uint64_t max_memory_bytes, const Overrides& overrides) {
     const Scene scene = with(*shared.get(), overrides);
     SignalSet signals;
     SharedSignals files(scene, sample_rate_hz);
@@ -302,8 +303,9 @@ py::tuple rendered(const SharedScene& shared, const std::map<std::string, Array<
     options.hrtf = hrtf;
     options.ambisonic_order = ambisonic_order;
     options.duration_s = duration_s;
+    options.max_memory_bytes = max_memory_bytes;
 
-    const std::vector<std::string> warnings = printable_lines(warnings_of(signals));
+    std::vector<std::string> warnings = printable_lines(warnings_of(signals));
     std::unique_ptr<OfflineRendering> rendering;
     {
         const py::gil_scoped_release released;
@@ -323,6 +325,8 @@ py::tuple rendered(const SharedScene& shared, const std::map<std::string, Array<
                 done += channels[0].size();
             },
             [&](double) { return interruption.continues(); });
+        if (const std::int64_t muted = rendering->muted_samples(); muted > 0)
+            warnings.push_back(muted_text(muted));
         rendering.reset();
     }
     interruption.rethrow();

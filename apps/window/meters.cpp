@@ -145,7 +145,7 @@ void Meters::draw(const Model& model) {
             "edges of the scene that diffract sound; paths of the direct sound around them, and "
             "through walls, from all sources");
     }
-    line(formatted("response %.0f ms old, %llu frames, %llu late", 1000 * s.response_age_s,
+    line(formatted("response %.0f ms old, %llu frames, %llu late", 1000 * s.frame_age_s,
                    static_cast<unsigned long long>(s.frames),
                    static_cast<unsigned long long>(s.late_frames)));
     tooltip(

@@ -27,6 +27,11 @@ constexpr std::chrono::seconds kRetryInterval{1};
 /// Fade-in of the signal after a reconnection.
 constexpr double kOnsetFade_s = 0.02;
 
+/// A fade at its end.
+Fade onset_fade_at(double rate_hz) {
+    return Fade(static_cast<std::size_t>(std::lround(kOnsetFade_s * rate_hz)));
+}
+
 std::string hertz(double rate_hz) { return std::to_string(std::lround(rate_hz)) + " Hz"; }
 
 }  // namespace
@@ -44,11 +49,11 @@ std::vector<DeviceInfo> list_output_devices() {
 }
 
 struct AudioDevice::State {
-    explicit State(const OutputSettings& wanted)
+    State(const OutputSettings& wanted, RateCallback prepares_rate)
         : settings(wanted),
+          rate_callback(std::move(prepares_rate)),
           meter(settings.sample_rate_hz),
-          onset_fade(
-              static_cast<std::size_t>(std::lround(kOnsetFade_s * settings.sample_rate_hz))) {
+          onset_fade(onset_fade_at(settings.sample_rate_hz)) {
         settings.meter = &meter;
         settings.callback = [this, fill = wanted.callback](std::span<float* const> outputs,
                                                            int samples) {
@@ -59,12 +64,16 @@ struct AudioDevice::State {
     }
 
     OutputSettings settings;
+    RateCallback rate_callback;  ///< may be empty
     OutputMeter meter;
     Fade onset_fade;  ///< used by the output's thread while there is one
     DeviceInfo info;
     std::unique_ptr<Output> output;  ///< null while lost; used by the watcher once started
     std::atomic<DeviceState> state{DeviceState::playing};
     std::atomic<std::uint64_t> reconnects{0};
+
+    mutable std::mutex problem_mutex;  ///< protects `problem`
+    std::string problem;
 
     std::mutex mutex;  ///< protects `stop`
     std::condition_variable stopping;
@@ -82,23 +91,56 @@ struct AudioDevice::State {
                                          : open_port_audio_output(device, settings);
     }
 
-    /// Tries once to reopen the same device. Only its sound system is queried.
-    bool reopen() {
-        try {
-            const std::vector<DeviceInfo> devices =
-                info.host_api == "JACK" ? list_jack_outputs() : list_port_audio_outputs();
-            const auto same = std::find_if(devices.begin(), devices.end(), [&](const auto& d) {
-                return d.name == info.name && d.host_api == info.host_api;
-            });
-            if (same == devices.end()) return false;
-            meter.restart();
-            onset_fade.start();
-            output = open(*same);
-            output->start();
-            return true;
-        } catch (const std::exception&) {
+    void set_problem(const std::string& text) {
+        const std::lock_guard lock(problem_mutex);
+        problem = text;
+    }
+
+    enum class Attempt {
+        opened,
+        failed,
+        preparing,  ///< the samples of another rate are being prepared
+    };
+
+    bool is_prepared(double rate_hz) const { return !rate_callback || rate_callback(rate_hz); }
+
+    /// Opens and starts the same device at the present rate. Only its sound system is queried.
+    Attempt open_same() {
+        const std::vector<DeviceInfo> devices =
+            info.host_api == "JACK" ? list_jack_outputs() : list_port_audio_outputs();
+        const auto same = std::find_if(devices.begin(), devices.end(), [&](const auto& d) {
+            return d.name == info.name && d.host_api == info.host_api;
+        });
+        if (same == devices.end()) return Attempt::failed;
+        meter.restart(settings.sample_rate_hz);
+        onset_fade.start();
+        output = open(*same);
+        // Another rate may have been prepared since, for a device that has gone again.
+        if (!is_prepared(settings.sample_rate_hz)) {
             output.reset();
-            return false;
+            return Attempt::preparing;
+        }
+        output->start();
+        return Attempt::opened;
+    }
+
+    /// Tries once to reopen the device, at another sample rate if it has one now.
+    Attempt reopen() {
+        try {
+            try {
+                return open_same();
+            } catch (const SampleRateRefused& refused) {
+                const double rate_hz = refused.device_rate_hz();
+                if (!rate_callback || rate_hz == settings.sample_rate_hz) throw;
+                if (!is_prepared(rate_hz)) return Attempt::preparing;
+                settings.sample_rate_hz = rate_hz;
+                onset_fade = onset_fade_at(rate_hz);
+                return open_same();
+            }
+        } catch (const std::exception& error) {
+            output.reset();
+            set_problem(error.what());
+            return Attempt::failed;
         }
     }
 
@@ -112,16 +154,19 @@ struct AudioDevice::State {
             if (stopped_after(kWatchInterval)) return;
             if (output->alive()) continue;
             state = DeviceState::lost;
-            const Clock::time_point lost = Clock::now();
+            Clock::time_point lost = Clock::now();
             output.reset();
-            do {
+            for (Attempt attempt = Attempt::failed; attempt != Attempt::opened;) {
+                if (attempt == Attempt::preparing) lost = Clock::now();
                 if (std::chrono::duration<double>(Clock::now() - lost).count() >
                     kReconnectTimeout_s) {
                     state = DeviceState::unavailable;
                     return;
                 }
                 if (stopped_after(kRetryInterval)) return;
-            } while (!reopen());
+                set_problem("");
+                attempt = reopen();
+            }
             ++reconnects;
             state = DeviceState::playing;
         }
@@ -129,9 +174,10 @@ struct AudioDevice::State {
 };
 
 AudioDevice::AudioDevice(const std::string& wanted, double sample_rate_hz, std::size_t channels,
-                         int block, AudioCallback callback)
+                         int block, AudioCallback callback, RateCallback rate_callback)
     : state_(std::make_unique<State>(
-          OutputSettings{sample_rate_hz, channels, block, std::move(callback), nullptr})) {
+          OutputSettings{sample_rate_hz, channels, block, std::move(callback), nullptr},
+          std::move(rate_callback))) {
     State& s = *state_;
     s.info = wanted == kNone ? silent_output() : choose_output(list_output_devices(), wanted);
     s.output = s.open(s.info);
@@ -165,6 +211,11 @@ void AudioDevice::stop() {
 const DeviceInfo& AudioDevice::info() const { return state_->info; }
 
 DeviceState AudioDevice::state() const { return state_->state; }
+
+std::string AudioDevice::problem() const {
+    const std::lock_guard lock(state_->problem_mutex);
+    return state_->problem;
+}
 
 std::uint64_t AudioDevice::reconnects() const { return state_->reconnects; }
 

@@ -50,7 +50,7 @@ void OutputMeter::begin(bool underflow) noexcept {
     const std::uint64_t count = rendering_underruns_.load(std::memory_order_relaxed) +
                                 other_underruns_.load(std::memory_order_relaxed);
     if (count < first_underruns_.size()) {
-        first_underruns_[count].time_s.store(static_cast<double>(now) / sample_rate_hz_,
+        first_underruns_[count].time_s.store(sound_s_.load(std::memory_order_relaxed),
                                              std::memory_order_relaxed);
         first_underruns_[count].cause.store(cause, std::memory_order_relaxed);
     }
@@ -80,6 +80,7 @@ void OutputMeter::count_call(double wall_s, double cpu_s, int samples) noexcept 
     }
     busy_s_.store(busy_s_.load(std::memory_order_relaxed) + wall_s, std::memory_order_relaxed);
     samples_.store(samples_.load(std::memory_order_relaxed) + samples, std::memory_order_relaxed);
+    sound_s_.store(sound_s_.load(std::memory_order_relaxed) + sound_s, std::memory_order_relaxed);
     last_samples_ = samples;
 }
 
@@ -92,12 +93,19 @@ std::vector<Underrun> OutputMeter::first_underruns() const {
 }
 
 double OutputMeter::mean_load() const {
-    const std::int64_t samples = samples_;
-    return samples > 0 ? busy_s_ * sample_rate_hz_ / static_cast<double>(samples) : 0;
+    const double sound_s = sound_s_;
+    return sound_s > 0 ? busy_s_ / sound_s : 0;
 }
 
 std::chrono::steady_clock::duration OutputMeter::silence() const {
     return Clock::duration{Clock::now().time_since_epoch().count() - last_call_.load()};
+}
+
+void OutputMeter::restart(double sample_rate_hz) {
+    known_thread_ = false;
+    sample_rate_hz_ = sample_rate_hz;
+    // Times of the output before it.
+    late_rendering_at_ = late_scheduling_at_ = -1;
 }
 
 void OutputMeter::touch() { last_call_ = Clock::now().time_since_epoch().count(); }

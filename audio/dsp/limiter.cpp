@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "audio/base/mute.h"
 #include "audio/dsp/fractional_delay.h"
 
 namespace aula {
@@ -14,7 +13,6 @@ namespace aula {
 namespace {
 
 constexpr double kCeiling_db = -1;
-constexpr float kLargest = 1e6F;
 constexpr double kLookAhead_s = 0.004;
 constexpr double kRelease_s = 0.1;
 
@@ -55,7 +53,6 @@ struct Limiter::State {
     std::size_t position = 0;
     std::uint64_t now = 0;
     float min_gain = 1;
-    std::size_t muted = 0;
 
     /// Ring of the candidates of the sliding minimum, in ascending order of time and gain.
     struct Candidate {
@@ -153,19 +150,13 @@ int Limiter::latency_samples() const { return static_cast<int>(state_->latency()
 
 float Limiter::min_gain() const noexcept { return state_->min_gain; }
 
-std::size_t Limiter::muted_samples() const noexcept { return state_->muted; }
-
 void Limiter::process(std::span<float* const> channels, int samples) noexcept {
     State& s = *state_;
     const auto count = static_cast<std::size_t>(samples);
     assert(channels.size() == s.delayed.size() && count <= s.gains.size());
 
-    s.muted = 0;
-    for (std::size_t c = 0; c < channels.size(); ++c) {
-        const std::span<float> incoming(s.recent[c].data() + State::kPast, count);
-        std::copy_n(channels[c], count, incoming.begin());
-        s.muted += mute_beyond(kLargest, incoming);
-    }
+    for (std::size_t c = 0; c < channels.size(); ++c)
+        std::copy_n(channels[c], count, s.recent[c].data() + State::kPast);
     s.find_peaks(count);
     s.min_gain = 1;
     for (std::size_t i = 0; i < count; ++i) {

@@ -17,16 +17,13 @@ class Limiter {
     Limiter(double sample_rate_hz, std::size_t channels, int max_block);
     ~Limiter();
 
-    /// Limits the constructor's number of channels, channels[channel][sample], in place. Samples
-    /// that are not finite or exceed 1e6 in magnitude are muted.
+    /// Limits the constructor's number of channels, channels[channel][sample], in place. The
+    /// samples are finite.
     void process(std::span<float* const> channels, int samples) noexcept AULA_NONBLOCKING;
     int latency_samples() const;
 
     /// The smallest gain in the last process(). [audio thread]
     float min_gain() const noexcept AULA_NONBLOCKING;
-
-    /// Samples muted in the last process(), all channels. [audio thread]
-    std::size_t muted_samples() const noexcept AULA_NONBLOCKING;
 
  private:
     struct State;

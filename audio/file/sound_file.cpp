@@ -26,7 +26,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kMaxSamples = std::size_t{1} << 28;  // 1 GiB; 93 minutes at 48 kHz
-constexpr float kLargestSample = 0x1p31F;  // full scale of 32-bit integers; no format has more
 
 /// A sound file that is decoded in a child process: the decoders of libsndfile may loop and crash.
 class DecodedFile {
@@ -113,12 +112,10 @@ SoundClip read_sound(const fs::path& file, double sample_rate_hz) {
         warn("is cut off: " + std::to_string(header.missing_bytes) +
              " bytes are missing at its end");
     if (header.channels > 1) warn(std::to_string(header.channels) + " channels mixed down to one");
-    // The comparison fails for NaN, too.
-    const auto unusable = [](float sample) { return !(std::abs(sample) <= kLargestSample); };
-    if (std::any_of(clip.samples.begin(), clip.samples.end(), unusable)) {
-        std::replace_if(clip.samples.begin(), clip.samples.end(), unusable, 0.0F);
-        warn("samples that are not numbers, or too large, taken as silence");
-    }
+    // Resampling would spread them.
+    if (const std::size_t muted = mute_beyond(kLargestSample, clip.samples); muted > 0)
+        warn(std::to_string(muted) +
+             " samples that are not finite, or beyond 1e6, taken as silence");
     clip.samples = resample(clip.samples, 1, header.sample_rate_hz, sample_rate_hz);
     return clip;
 }

@@ -31,6 +31,7 @@ typedef struct aula_options {
     int32_t max_sources;
     int32_t rays;
     int32_t threads;
+    uint64_t max_memory_bytes;
 } aula_options;
 
 typedef struct aula_signal {
@@ -55,6 +56,8 @@ typedef struct aula_status {
     int32_t channels;
     int32_t latency_samples;
     int32_t sources;
+    uint64_t skipped_frames;
+    int64_t muted_samples;
 } aula_status;
 
 const char *aula_version(void) { return 0; }

@@ -291,6 +291,8 @@ TEST_CASE("C: a room has the channels of its output for each listener") {
         status.size = sizeof(status);
         CHECK(aula_room_status(room, &status) == AULA_OK);
         CHECK(status.channels == 2 * channels);
+        CHECK(status.skipped_frames == 0);  // on the exact clock
+        CHECK(status.muted_samples == 0);
         aula_room_destroy(room);
     }
 }
@@ -326,6 +328,33 @@ TEST_CASE("C: structs of older and newer programs are understood") {
     CHECK((aula_room_status(room, &status) == AULA_INPUT_ERROR &&
            message_has("sizeof(aula_status)")));
     aula_room_destroy(room);
+}
+
+TEST_CASE("C: late, skipped and muted are what the Auralizer counts") {
+    // Frames of 1 ms, which take longer.
+    aula_options options = quick_options(AULA_REAL_TIME);
+    options.frame_rate_hz = 1000;
+    options.rays = 3000;
+    CRoom room(options);
+    const aula_source source = room.add_source();
+    aula_status status{};
+    status.size = sizeof(status);
+    REQUIRE(eventually(
+        [&] { return aula_room_status(room.handle, &status) == AULA_OK && status.frames > 10; }));
+    CHECK(status.late_frames > 0);
+    CHECK(status.late_frames <= status.frames);
+    CHECK(status.skipped_frames > 0);
+    std::vector<float> input(256, 0.1F);
+    input[7] = 1e38F;
+    input[8] = kNan;
+    std::vector<float> output(256);
+    const aula_signal signal{source, input.data()};
+    float* const outputs[] = {output.data()};
+    REQUIRE(aula_room_process(room.handle, &signal, 1, outputs, 1, 256) == AULA_OK);
+    REQUIRE(aula_room_status(room.handle, &status) == AULA_OK);
+    CHECK(status.muted_samples == 2);
+    CHECK(room.handle->auralizer.status().muted_samples == 2);
+    for (const float x : output) CHECK(std::abs(x) < 100);
 }
 
 TEST_CASE("C: after a failure of the propagation each function returns it") {

@@ -214,16 +214,36 @@ TEST_CASE("Toggles, gain and places change what a plugin renders") {
     CHECK(peak(with({{Control::source_x, 1e30F}, {Control::listener_yaw, -1e30F}})) < 1);
 }
 
-TEST_CASE("A sample that is no number leaves a plugin after it") {
+TEST_CASE("A sample that is no number, or too large, is silence to a plugin") {
     std::vector<float> input = noise(4000);
     const Channels reference = [&] {
         std::vector<float> zeroed = input;
-        zeroed[1000] = zeroed[1001] = 0;
+        for (std::size_t n = 1000; n < 1004; ++n) zeroed[n] = 0;
         return bounce(OutputFormat::binaural, zeroed, {256});
     }();
     input[1000] = std::numeric_limits<float>::quiet_NaN();
     input[1001] = std::numeric_limits<float>::infinity();
+    input[1002] = 1e38F;
+    input[1003] = -1.1e6F;
     CHECK((bounce(OutputFormat::binaural, input, {256}) == reference));
+}
+
+TEST_CASE("A plugin that plays, alone or in a group, tells the host of samples that it silences") {
+    for (const float group : {0.0F, 1.0F}) {
+        CAPTURE(group);
+        PluginHost host(OutputFormat::binaural);
+        host.set(Control::room_group, group);
+        host.set(Control::wet, 0.5F);
+        host.activate();
+        std::vector<float> input = noise(8192);
+        input[100] = 3e38F;
+        input[4000] = std::numeric_limits<float>::quiet_NaN();
+        CHECK(peak(host.run(input, {256})) < 100);
+        CHECK(run_until(host, [&] {
+            return host.received(kStatus).find("were not finite, or beyond 1e6") !=
+                   std::string::npos;
+        }));
+    }
 }
 
 TEST_CASE("A plugin plays another scene, tells the host, and saves and restores it") {

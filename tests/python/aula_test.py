@@ -228,6 +228,21 @@ class Program(unittest.TestCase):
                                       expected)
         self.assertGreater(np.abs(expected).max(), 0.01)
 
+    def test_samples_too_large(self):
+        expected = aula.render(self.room, signals={"voice": [1.0, 0.0, 0.0]})
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            output = aula.render(self.room, signals={"voice": [1.0, 1e38, -2e6]})
+        np.testing.assert_array_equal(output, expected)
+        self.assertEqual([str(w.message) for w in caught],
+                         ["2 samples were not finite, or beyond 1e6, and were muted"])
+
+    def test_memory(self):
+        with self.assertRaisesRegex(aula.Error, "take [0-9]+ bytes; .* max_memory_bytes") as caught:
+            aula.render(self.room, max_memory_bytes=1000)
+        needed = int(str(caught.exception).split()[4])
+        aula.render(self.room, max_memory_bytes=needed, duration_s=0.01)
+
 
 class Patterns(unittest.TestCase):
     def test_patterns(self):

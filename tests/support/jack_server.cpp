@@ -56,7 +56,7 @@ int ChildProcess::wait() {
     return ended && WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-JackServer::JackServer(int period_samples, int inputs) {
+JackServer::JackServer(int period_samples, int inputs, int sample_rate_hz) {
     setenv("JACK_NO_START_SERVER", "1", 1);
     const bool has_priority = run({"chrt", "-f", "1", "true"}) == 0;
     // On a busy machine a server may not answer in time; another one has another name.
@@ -72,7 +72,7 @@ JackServer::JackServer(int period_samples, int inputs) {
             command.push_back("-r");
         }
         command.insert(command.end(),
-                       {"-n", name, "-d", "dummy", "-r", "48000", "-p",
+                       {"-n", name, "-d", "dummy", "-r", std::to_string(sample_rate_hz), "-p",
                         std::to_string(period_samples), "-C", std::to_string(inputs), "-P", "2"});
         server_ = std::make_unique<ChildProcess>(command);
         running_ = run({"jack_wait", "-s", name, "-w", "-t", "10"}) == 0;

@@ -27,11 +27,11 @@ class ChildProcess {
 };
 
 /// A private JACK server with a dummy device of two outputs and `inputs` inputs, which are silent,
-/// at 48 kHz in real time. Clients that this process opens connect to it. running() is false if no
+/// in real time. Clients that this process opens connect to it. running() is false if no
 /// server can run here.
 class JackServer {
  public:
-    explicit JackServer(int period_samples, int inputs = 2);
+    explicit JackServer(int period_samples, int inputs = 2, int sample_rate_hz = 48000);
     ~JackServer();
     JackServer(const JackServer&) = delete;
     JackServer& operator=(const JackServer&) = delete;

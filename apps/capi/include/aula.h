@@ -18,8 +18,10 @@
  *
  * Results: functions that return int return AULA_OK, AULA_FAILURE or AULA_INPUT_ERROR. A function
  * that does not return AULA_OK changes nothing, but clears its output parameters where stated, and
- * aula_message() describes the error. A null pointer is an AULA_INPUT_ERROR wherever it is not
- * stated to be allowed. A handle must not be used after it was destroyed.
+ * aula_message() describes the error. Errors are listed where they can occur, except these: a null
+ * pointer is an AULA_INPUT_ERROR wherever it is not stated to be allowed, and lack of memory is an
+ * AULA_FAILURE of every function that is not for the audio thread. A handle must not be used after
+ * it was destroyed.
  *
  * Threads: the brackets at the end of each description name the threads that may call the function.
  * "Any thread" includes calls at the same time, but not the audio thread: such calls may lock, wait
@@ -69,7 +71,8 @@ typedef struct aula_scene aula_scene; /* geometry, materials, sources, listener,
 typedef struct aula_room aula_room;   /* a scene that is made audible */
 typedef uint64_t aula_source;         /* a source of a room; 0 is no source */
 
-/* A position and an orientation. With all angles 0 its local axes are the world's. */
+/* A position and an orientation. With all angles 0 its local axes are the world's. Usable are
+ * coordinates from -1e6 to 1e6 m and finite angles; every other pose is an error. */
 typedef struct aula_pose {
     float position[3]; /* m */
     float yaw_rad;     /* turn to the left */
@@ -102,6 +105,8 @@ typedef struct aula_options {
     int32_t rays;                /* per source and frame, up to 200000; 0: the scene's */
     int32_t threads;             /* that trace rays, up to 1024; 0: the scene's, or all processors
                                     but one */
+    uint64_t max_memory_bytes;   /* a room whose renderers take more when it is created, some MB for
+                                    each of max_sources at each listener, is refused; 0: 2^32 */
 } aula_options;
 
 /* The input of a source in one call of aula_room_process() or aula_room_process_exactly(). */
@@ -116,7 +121,7 @@ typedef struct aula_status {
     size_t size;              /* sizeof(aula_status), set by the caller */
     int64_t samples;          /* rendered samples: the sample time */
     uint64_t frames;          /* propagation frames computed */
-    uint64_t late_frames;     /* frames skipped because others took too long (AULA_REAL_TIME) */
+    uint64_t late_frames;     /* frames that took longer than frame_period_ms */
     double frame_ms;          /* computation time of the newest frame */
     double frame_mean_ms;     /* mean computation time of all frames */
     double frame_worst_ms;    /* longest computation time of all frames */
@@ -129,18 +134,22 @@ typedef struct aula_status {
     int32_t channels;         /* outputs of all listeners, constant */
     int32_t latency_samples;  /* from inputs to outputs, constant: 0, for AULA_EXACT 256 */
     int32_t sources;          /* sources that are present */
+    uint64_t skipped_frames;  /* frame times skipped because of late frames (AULA_REAL_TIME) */
+    int64_t muted_samples;    /* samples of inputs and outputs that were not finite, or beyond 1e6
+                                 in magnitude; they are silence */
 } aula_status;
 
 /* The version of the library, for instance "0.1.0". Constant. [any thread and the audio thread] */
 AULA_API const char *aula_version(void);
 
 /* The message of the last error on the calling thread, one line: what is wrong and what was
- * expected. Empty if there was none. Valid until the next error on this thread.
+ * expected. Control characters in names are escaped, as in "a\x0ab". Empty if there was none. Valid
+ * until the next error on this thread.
  * [any thread and the audio thread] */
 AULA_API const char *aula_message(void);
 
 /* Reads a scene file (JSON, docs/scene_format.md) with its meshes into a new scene. Sound files are
- * not read. `*scene` is null on errors: the file cannot be read, its content is wrong (the message
+ * not read. `*scene` is null on errors: a file cannot be read, its content is wrong (the message
  * is that of the first error). [any thread] */
 AULA_API int aula_scene_load(const char *file, aula_scene **scene);
 
@@ -190,7 +199,9 @@ AULA_API int aula_scene_find_source(const aula_scene *scene, const char *name, a
  * all memory for rendering. The sources of the scene are present from the first sample on, and all
  * listeners have the pose of the scene's listener. `options`: null for all defaults. Threads that
  * the room starts have ordinary priority, whatever the priority of the caller. `*room` is null on
- * errors: an option out of range, an HRTF that cannot be read, out of memory. [any thread] */
+ * errors: an option out of range, a size that is that of no aula_options, a member set that this
+ * version does not know, an HRTF that cannot be read, more memory than max_memory_bytes (the
+ * message has the number of bytes), a thread that cannot be started (AULA_FAILURE). [any thread] */
 AULA_API int aula_room_create(const aula_scene *scene, const aula_options *options,
                               aula_room **room);
 
@@ -202,54 +213,57 @@ AULA_API void aula_room_destroy(aula_room *room);
  * its first frame on; in real time after at most two frames. `directivity`: the name of one that
  * ships ("omni", "subcardioid", "cardioid", "supercardioid", "figure_of_eight", "talker",
  * "loudspeaker"); null: "omni". `*source` receives its number, 0 on errors: more than max_sources,
- * a pose that is not finite, an unknown directivity. [any thread] */
+ * a pose that is not usable, an unknown directivity, a failure of the propagation. [any thread] */
 AULA_API int aula_room_add_source(aula_room *room, const aula_pose *pose, const char *directivity,
                                   int64_t at, aula_source *source);
 
 /* Removes a source. Its input fades out over 20 ms, in which its signal should continue; its
- * reverberation decays naturally. Error: the source is not present. [any thread] */
+ * reverberation decays naturally. Errors: the source is not present, a failure of the propagation.
+ * [any thread] */
 AULA_API int aula_room_remove_source(aula_room *room, aula_source source, int64_t at);
 
 /* Moves and turns a source, without a click. Errors: the source is not present, the pose is not
- * finite. [any thread] */
+ * usable, a failure of the propagation. [any thread] */
 AULA_API int aula_room_set_source(aula_room *room, aula_source source, const aula_pose *pose,
                                   int64_t at);
 
 /* Sets the gain of a source in dB, at most 200; -INFINITY mutes it. Errors: the source is not
- * present, the gain is out of range or not a number. [any thread] */
+ * present, the gain is out of range or not a number, a failure of the propagation. [any thread] */
 AULA_API int aula_room_set_gain(aula_room *room, aula_source source, float gain_db, int64_t at);
 
 /* Moves and turns the head of a listener, 0 to listeners - 1. Errors: there is no such listener,
- * the pose is not finite. [any thread] */
+ * the pose is not usable, a failure of the propagation. [any thread] */
 AULA_API int aula_room_set_listener(aula_room *room, int32_t listener, const aula_pose *pose,
                                     int64_t at);
 
 /* Moves a movable object. `transform`: three rows of four numbers, each a row of the rotation
  * matrix and a component of the translation in m. The rotation is about the object's local origin;
  * the transform replaces the earlier one. Errors: there is no such object, it is not movable, the
- * transform is not rigid and finite. [any thread] */
+ * transform is not rigid and finite, a failure of the propagation. [any thread] */
 AULA_API int aula_room_set_transform(aula_room *room, size_t object, const float *transform,
                                      int64_t at);
 
 /* Gives all triangles of an object a material of the scene or one that ships, by its name. The
- * length of the responses remains. Errors: there is no such object or material. [any thread] */
+ * length of the responses remains. Errors: there is no such object or material, a failure of the
+ * propagation. [any thread] */
 AULA_API int aula_room_set_material(aula_room *room, size_t object, const char *material,
                                     int64_t at);
 
 /* Declares that all changes before the sample time `until` have been made. With AULA_EXACT the
  * frames before it are then computed while earlier samples are rendered; without this call a frame
- * is computed when rendering reaches it. No effect with AULA_REAL_TIME. [any thread] */
+ * is computed when rendering reaches it. No effect with AULA_REAL_TIME. Error: a failure of the
+ * propagation. [any thread] */
 AULA_API int aula_room_commit(aula_room *room, int64_t until);
 
 /* Renders any number of samples of an AULA_REAL_TIME room; wait-free. `inputs`: `input_count`
  * signals, at most max_sources; null if there is none. Of several signals of one source the first
  * counts; a source without a signal is silent. `outputs`: as many pointers as the room has
  * channels, to `samples` samples each, which are overwritten: all channels of listener 0, then
- * those of listener 1, and so on. Outputs are not limited: sources near a head exceed 1. Inputs
- * must be finite: a NaN stays in the outputs for the length of a response. Errors: another number
- * of outputs, too many inputs, a negative number of samples, an AULA_EXACT room; the outputs are
- * then unchanged. If the propagation has failed, the last frame is still heard, and
- * aula_room_status() returns the error. [one audio thread] */
+ * those of listener 1, and so on. Outputs are not limited: sources near a head exceed 1. Samples of
+ * inputs and outputs that are not finite, or beyond 1e6 in magnitude, are silence (muted_samples of
+ * aula_status). Errors: another number of outputs, too many inputs, a negative number of samples,
+ * an AULA_EXACT room; the outputs are then unchanged. If the propagation has failed, the last frame
+ * is still heard, and aula_room_status() returns the error. [one audio thread] */
 AULA_API int aula_room_process(aula_room *room, const aula_signal *inputs, size_t input_count,
                                float *const *outputs, size_t output_count, int32_t samples);
 
@@ -261,8 +275,9 @@ AULA_API int aula_room_process_exactly(aula_room *room, const aula_signal *input
                                        size_t input_count, float *const *outputs,
                                        size_t output_count, int32_t samples);
 
-/* Writes the present state. Error: the propagation has failed; after that every function that
- * changes the room returns this error. [any thread] */
+/* Writes the present state. Errors: a size that is that of no aula_status, a failure of the
+ * propagation. After such a failure every function that changes the room returns the same error.
+ * [any thread] */
 AULA_API int aula_room_status(const aula_room *room, aula_status *status);
 
 /* Copies the impulse response of a source at a listener in the newest frame, with its gain and the
@@ -270,7 +285,7 @@ AULA_API int aula_room_status(const aula_room *room, aula_status *status);
  * 0 is the emission. Of each channel at most `capacity` samples are written, and zeros after the
  * end; null is allowed if `capacity` is 0. `*length`: the length of the response, 0 before the
  * first frame of the source. Waits for the frame in progress. Errors: the source is not present,
- * there is no such listener. [any thread] */
+ * there is no such listener, a failure of the propagation. [any thread] */
 AULA_API int aula_room_impulse_response(const aula_room *room, aula_source source, int32_t listener,
                                         float *buffer, size_t capacity, size_t *length);
 

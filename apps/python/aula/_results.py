@@ -204,13 +204,15 @@ def energy(room: Scene, *, sources: Positions | None = None,
 def render(room: Scene, *, signals: Mapping[str, ArrayLike] | None = None, fs: float = 48000,
            output: Output = "binaural", hrtf: str | os.PathLike[str] = "",
            ambisonic_order: int = 1, duration_s: float | None = None, seed: int | None = None,
-           rays: int | None = None, length_s: float | None = None, threads: int = 1) \
-        -> NDArray[np.float32]:
+           rays: int | None = None, length_s: float | None = None, threads: int = 1,
+           max_memory_bytes: int = 2**32) -> NDArray[np.float32]:
     """What the room's listener hears, (channel, N) float32: the samples of `aula --offline`.
 
     signals: samples (N,) at `fs` Hz by the name of a source. Other sources play the signal of the
         scene file; those that were made in Python are silent.
     duration_s: length; default: until signals and paths have ended and the room has rung out.
+    max_memory_bytes: bound of the memory of the renderer, which grows with the sources and the
+        length of the responses. `Error` has the number of bytes.
 
     Sources, objects and the listener follow their paths. The other arguments are those of `rir`.
     """
@@ -233,6 +235,7 @@ def render(room: Scene, *, signals: Mapping[str, ArrayLike] | None = None, fs: f
         room._scene, samples, to_number("fs", fs, 8000, 384000), to_output(output),
         to_file("hrtf", hrtf), to_integer("ambisonic_order", ambisonic_order, 1, 3),
         None if duration_s is None else to_number("duration_s", duration_s, 1e-3, 1e6),
+        to_integer("max_memory_bytes", max_memory_bytes, 1, 2**64 - 1),
         _overrides(seed, rays, length_s, threads))
     for line in lines:
         warnings.warn(line, stacklevel=2)

@@ -14,7 +14,8 @@ inline AuralizerOptions auralizer_options(const Scene& scene, const SessionOptio
             .ambisonic_order = options.ambisonic_order,
             .hrtf = options.hrtf,
             .half_precision_tail = options.half_precision_tail,
-            .max_sources = scene.sources.size()};
+            .max_sources = scene.sources.size(),
+            .max_memory_bytes = options.max_memory_bytes};
 }
 
 }  // namespace aula

@@ -33,7 +33,8 @@ FrameSettings settings_of(const Scene& scene, const AuralizerOptions& options, i
             .ambisonic_order = options.ambisonic_order,
             .half_precision_tail = options.half_precision_tail,
             .max_sources = options.max_sources + spare,
-            .listeners = options.listeners};
+            .listeners = options.listeners,
+            .max_memory_bytes = options.max_memory_bytes};
 }
 
 }  // namespace
@@ -163,6 +164,7 @@ AuralizerStatus RoomPlayback::status() const {
     AuralizerStatus status = computer_.status();
     status.samples = rendered_.load();
     status.paused = pause_.silent();
+    status.muted_samples = renderer_.muted_samples();
     return status;
 }
 

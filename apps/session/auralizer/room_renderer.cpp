@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "audio/base/mute.h"
+
 namespace aula {
 
 namespace {
@@ -55,12 +57,20 @@ const float* RoomRenderer::signal(const Slot& slot, std::span<const SourceSignal
     return given ? input->samples + offset : silence_.data();
 }
 
-/// The same, faded as far as the source is.
+/// Silences samples that are not usable, and counts them.
+void RoomRenderer::mute(std::span<float> samples) noexcept {
+    if (const std::size_t muted = mute_beyond(kLargestSample, samples); muted > 0)
+        muted_.fetch_add(static_cast<std::int64_t>(muted), std::memory_order_relaxed);
+}
+
+/// The signal of a slot, faded as far as its source is, without samples that are not usable.
 const float* RoomRenderer::read(Slot& slot, std::span<const SourceSignal> inputs,
                                 std::size_t offset, std::span<const float> weights,
                                 std::size_t samples) noexcept {
-    if (slot.next == slot.source && slot.fade.done() && weights.empty())
-        return signal(slot, inputs, offset);
+    if (slot.next == slot.source && slot.fade.done() && weights.empty()) {
+        const float* const given = signal(slot, inputs, offset);
+        if (all_within(kLargestSample, {given, samples})) return given;
+    }
     for (std::size_t done = 0; done < samples;) {
         const std::int64_t now = time_samples_ + static_cast<std::int64_t>(done);
         if (slot.next != slot.source && slot.fade.done()) {
@@ -76,17 +86,18 @@ const float* RoomRenderer::read(Slot& slot, std::span<const SourceSignal> inputs
             part = std::min(part, slot.fade.remaining());
         else if (slot.next != slot.source)
             part = std::min(part, static_cast<std::size_t>(slot.free_at - now));
-        const std::span<float> faded(slot.faded.data() + done, part);
-        std::copy_n(signal(slot, inputs, offset + done), part, faded.data());
+        const std::span<float> changed(slot.changed.data() + done, part);
+        std::copy_n(signal(slot, inputs, offset + done), part, changed.data());
+        mute(changed);
         if (slot.next == slot.source)
-            slot.fade.fade_in(faded);
+            slot.fade.fade_in(changed);
         else
-            slot.fade.fade_out(faded);
+            slot.fade.fade_out(changed);
         slot.fade.advance(part);
         done += part;
     }
-    for (std::size_t n = 0; n < weights.size(); ++n) slot.faded[n] *= weights[n];
-    return slot.faded.data();
+    for (std::size_t n = 0; n < weights.size(); ++n) slot.changed[n] *= weights[n];
+    return slot.changed.data();
 }
 
 void RoomRenderer::render(std::span<const SourceSignal> inputs, int offset,
@@ -97,8 +108,9 @@ void RoomRenderer::render(std::span<const SourceSignal> inputs, int offset,
                           static_cast<std::size_t>(samples));
     for (std::size_t l = 0; l < listeners_.size(); ++l) {
         Listener& listener = *listeners_[l];
-        listener.renderer.render(inputs_, listener.head.advance(samples),
-                                 outputs.subspan(l * channels_, channels_), samples);
+        const std::span<float* const> heard = outputs.subspan(l * channels_, channels_);
+        listener.renderer.render(inputs_, listener.head.advance(samples), heard, samples);
+        for (float* const channel : heard) mute({channel, static_cast<std::size_t>(samples)});
     }
     time_samples_ += samples;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -13,7 +14,9 @@
 namespace aula {
 
 /// The audio thread's part of an auralizer: feeds the sources' signals, one slot each, to the
-/// renderer of each listener. [audio thread, except the constructor]
+/// renderer of each listener. Samples that are not finite, or beyond kLargestSample, are silence in
+/// the inputs, where a single one would remain audible for the length of a response, and in the
+/// outputs. [audio thread, except the constructor]
 class RoomRenderer {
  public:
     RoomRenderer(const RendererConfig& config, std::size_t listeners,
@@ -40,6 +43,9 @@ class RoomRenderer {
     void render(std::span<const SourceSignal> inputs, int offset, std::span<const float> weights,
                 std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
 
+    /// Samples of all inputs and outputs that were silenced. [any thread]
+    std::int64_t muted_samples() const noexcept AULA_NONBLOCKING { return muted_.load(); }
+
     /// The stamp of a listener's newest frame; see Renderer.
     std::int64_t newest_stamp(std::size_t listener) const noexcept AULA_NONBLOCKING {
         return listeners_[listener]->renderer.newest_stamp();
@@ -51,7 +57,7 @@ class RoomRenderer {
         SourceId next;
         std::int64_t free_at = 0;  ///< for the next source, after the end of the source
         Fade fade;
-        std::vector<float> faded;
+        std::vector<float> changed;  ///< a block of the signal, faded or with silenced samples
     };
     struct Listener {
         Listener(const RendererConfig& config, std::shared_ptr<const Hrtf> hrtf)
@@ -65,10 +71,12 @@ class RoomRenderer {
     const float* read(Slot& slot, std::span<const SourceSignal> inputs, std::size_t offset,
                       std::span<const float> weights,
                       std::size_t samples) noexcept AULA_NONBLOCKING;
+    void mute(std::span<float> samples) noexcept AULA_NONBLOCKING;
 
     std::size_t channels_;       ///< of a listener
     std::int64_t rest_samples_;  ///< of a slot between two sources: a frame, for one without them
     std::int64_t time_samples_ = 0;
+    std::atomic<std::int64_t> muted_ = 0;
     std::vector<Slot> slots_;
     std::vector<std::unique_ptr<Listener>> listeners_;
     std::vector<float> silence_;

@@ -29,9 +29,9 @@ inline std::string counted(std::uint64_t count, const char* what) {
     return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
 }
 
-/// The message for samples that were not finite.
+/// The message for samples that an Auralizer or a file has muted.
 inline std::string muted_text(std::int64_t samples) {
-    return std::to_string(samples) + " samples were not finite and were muted";
+    return std::to_string(samples) + " samples were not finite, or beyond 1e6, and were muted";
 }
 
 }  // namespace aula

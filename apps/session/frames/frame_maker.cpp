@@ -4,14 +4,30 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <string>
 #include <utility>
 
 #include "apps/session/frames/ray_budget.h"
 #include "apps/session/frames/sound_at_listener.h"
+#include "audio/render/render_memory.h"
+#include "aula/exception.h"
 
 namespace aula {
 
 namespace {
+
+/// The settings of the renderer of each listener. Throws InputError if the renderers take more
+/// memory than allowed.
+RendererConfig checked_config(const RendererConfig& config, const FrameSettings& settings,
+                              const Hrtf* hrtf) {
+    const std::uint64_t bytes = renderer_bytes(config, hrtf, settings.listeners);
+    if (bytes > settings.max_memory_bytes)
+        throw InputError("auralizer: its renderers take " + std::to_string(bytes) +
+                         " bytes; expected at most " + std::to_string(settings.max_memory_bytes) +
+                         ": fewer max_sources or listeners, shorter responses, or a larger "
+                         "max_memory_bytes");
+    return config;
+}
 
 SourceSound absent_sound() {
     SourceSound sound;
@@ -25,7 +41,8 @@ FrameMaker::FrameMaker(const Scene& scene, const FrameSettings& settings,
                        std::shared_ptr<const Hrtf> hrtf)
     : simulation_(scene.simulation),
       propagation_(scene, scene.simulation, settings.listeners),
-      config_(renderer_config(scene, propagation_.response_length_s(), settings)),
+      config_(checked_config(renderer_config(scene, propagation_.response_length_s(), settings),
+                             settings, hrtf.get())),
       carriers_(make_noise_carriers(settings.sample_rate_hz, scene.simulation.seed)),
       speed_of_sound_m_s_(scene.medium.speed_of_sound_m_s()),
       rays_(scene.simulation.rays),

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstdint>
+#include <limits>
+
 #include "apps/session/base/session_options.h"
 #include "audio/render/renderer.h"
 #include "aula/engine/impulse_response.h"
@@ -27,6 +30,8 @@ struct FrameSettings {
     bool half_precision_tail = false;  ///< of late reverberation, see RendererConfig
     std::size_t max_sources = 0;       ///< including sources that ring out; at least the scene's
     std::size_t listeners = 1;
+    /// Of the renderers of all listeners, see renderer_bytes().
+    std::uint64_t max_memory_bytes = std::numeric_limits<std::uint64_t>::max();
 };
 
 /// The settings of a session, for the sources of its scene.

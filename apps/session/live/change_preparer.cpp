@@ -16,7 +16,7 @@ constexpr double kWarmUp_s = 0.25;
 }  // namespace
 
 ChangePreparer::ChangePreparer(double sample_rate_hz, Hooks hooks)
-    : rate_hz_(sample_rate_hz), hooks_(std::move(hooks)), thread_([this] {
+    : hooks_(std::move(hooks)), rate_hz_(sample_rate_hz), thread_([this] {
           lower_priority(kPropagationNice);
           run();
       }) {}
@@ -32,13 +32,19 @@ void ChangePreparer::stop() {
     if (thread_.joinable()) thread_.join();
 }
 
+void ChangePreparer::set_sample_rate(double sample_rate_hz) {
+    const std::lock_guard lock(mutex_);
+    rate_hz_ = sample_rate_hz;
+    if (requested_) requested_->sample_rate_hz = sample_rate_hz;
+}
+
 std::uint64_t ChangePreparer::request(Scene scene, SessionOptions options, bool starts_anew) {
     std::uint64_t number = 0;
     {
         const std::lock_guard lock(mutex_);
         const bool anew = starts_anew || (requested_ && requested_->starts_anew) || preparing_anew_;
         number = ++last_number_;
-        requested_ = Change{std::move(scene), std::move(options), anew, number};
+        requested_ = Change{std::move(scene), std::move(options), rate_hz_, anew, number};
     }
     wakeup_.notify_all();
     return number;
@@ -50,7 +56,7 @@ std::uint64_t ChangePreparer::request_if_idle(Scene scene, SessionOptions option
         const std::lock_guard lock(mutex_);
         if (!idle()) return 0;
         number = ++last_number_;
-        requested_ = Change{std::move(scene), std::move(options), false, number};
+        requested_ = Change{std::move(scene), std::move(options), rate_hz_, false, number};
     }
     wakeup_.notify_all();
     return number;
@@ -75,20 +81,22 @@ ChangePreparer::Status ChangePreparer::status() const {
     return {!idle(), failed_, error_};
 }
 
-/// Prepares a change and begins it.
-void ChangePreparer::make(const Change& change) {
+/// Prepares a change and begins it. False: it has to be made again.
+bool ChangePreparer::make(const Change& change) {
     Reusable before = hooks_.reusable();
+    const bool other_rate = change.sample_rate_hz != before.sample_rate_hz;
     // A scene that begins anew plays its own signals.
-    if (change.starts_anew) before.sources.clear();
-    auto prepared = std::make_unique<PreparedScene>(change.scene, change.options, rate_hz_,
-                                                    change.starts_anew, before);
+    if (change.starts_anew || other_rate) before.sources.clear();
+    if (other_rate) before.hrtf = nullptr;
+    auto prepared = std::make_unique<PreparedScene>(
+        change.scene, change.options, change.sample_rate_hz, change.starts_anew, before);
     hooks_.apply_controls(*prepared);
     prepared->auralizer.warm_up(kWarmUp_s);
     {
         const std::lock_guard lock(mutex_);
-        if (stop_) return;
+        if (stop_) return true;
     }
-    hooks_.begin(std::move(prepared), change.number);
+    return hooks_.begin(std::move(prepared), change.number);
 }
 
 /// [preparing thread]
@@ -98,20 +106,25 @@ void ChangePreparer::run() {
         wakeup_.wait(lock, [this] { return stop_ || requested_ || !retired_.empty(); });
         if (stop_) return;
         auto unused = std::exchange(retired_, {});
-        const std::optional<Change> change = std::exchange(requested_, {});
+        std::optional<Change> change = std::exchange(requested_, {});
         preparing_ = change.has_value();
         preparing_anew_ = change && change->starts_anew;
         lock.unlock();
         unused.clear();
         std::string error;
+        bool made = true;
         try {
-            if (change) make(*change);
+            if (change) made = make(*change);
         } catch (const std::exception& thrown) {
             error = thrown.what();
         }
         lock.lock();
         if (!change) continue;
         preparing_ = preparing_anew_ = false;
+        if (!made && !requested_) {
+            change->sample_rate_hz = rate_hz_;
+            requested_ = std::move(change);
+        }
         if (error.empty()) continue;
         error_ = error;
         ++failed_;

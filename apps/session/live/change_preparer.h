@@ -31,14 +31,18 @@ class ChangePreparer {
         std::function<Reusable()> reusable;
         /// Gives a prepared scene the present controls.
         std::function<void(PreparedScene&)> apply_controls;
-        /// Begins to play a prepared change, and calls set_begun() when it has begun.
-        std::function<void(std::unique_ptr<PreparedScene>, std::uint64_t number)> begin;
+        /// Begins to play a prepared change, and calls set_begun() when it has begun. Returns false
+        /// if the change has to be prepared again, for another sample rate.
+        std::function<bool(std::unique_ptr<PreparedScene>, std::uint64_t number)> begin;
     };
 
     ChangePreparer(double sample_rate_hz, Hooks hooks);
     ~ChangePreparer();
     ChangePreparer(const ChangePreparer&) = delete;
     ChangePreparer& operator=(const ChangePreparer&) = delete;
+
+    /// Prepares all later requests at another sample rate. [any thread]
+    void set_sample_rate(double sample_rate_hz);
 
     /// Requests a scene. It replaces an earlier request that is not being prepared yet; if that one
     /// or the one in preparation was to begin anew, this one does. Returns its number (>= 1). [any
@@ -65,17 +69,18 @@ class ChangePreparer {
     struct Change {
         Scene scene;
         SessionOptions options;
+        double sample_rate_hz = 0;
         bool starts_anew = false;
         std::uint64_t number = 0;
     };
 
     bool idle() const { return !requested_ && !preparing_; }
     void run();
-    void make(const Change& change);
+    bool make(const Change& change);
 
-    double rate_hz_;
     Hooks hooks_;
     mutable std::mutex mutex_;  ///< protects the following members
+    double rate_hz_;            ///< of requests
     std::condition_variable wakeup_;
     bool stop_ = false;
     std::optional<Change> requested_;

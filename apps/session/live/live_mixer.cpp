@@ -37,7 +37,7 @@ ScenePlayback::ScenePlayback(std::unique_ptr<LiveAuralizer> auralizer, SignalSet
     : auralizer_(std::move(auralizer)),
       rate_hz_(auralizer_->room().sample_rate_hz()),
       timeline_(timeline),
-      start_(start),
+      start_{.number = start},
       first_signals_(std::make_unique<SignalSet>(std::move(signals))),
       signals_(first_signals_.get()),
       input_fade_(to_samples(kChangeFade_s, rate_hz_)),
@@ -59,12 +59,11 @@ ScenePlayback::~ScenePlayback() {
         if (signals != nullptr && signals != first_signals_.get()) next_signals_.give_back(signals);
 }
 
-/// `before`: the previous playback, or null. A playback in between with the same start may have
+/// `before`: the start of the previous playback. A playback in between with the same start may have
 /// been replaced in the mailbox.
-void ScenePlayback::begin(std::int64_t position, const ScenePlayback* before) noexcept {
-    const bool continues = start_ == (before != nullptr ? before->start_ : 0);
-    zero_ = !continues ? position : before != nullptr ? before->zero_ : 0;
-    (position == zero_ ? onset_fade_ : input_fade_).start();
+void ScenePlayback::begin(std::int64_t position, const SignalStart& before) noexcept {
+    start_.zero = start_.number == before.number ? before.zero : position;
+    (position == start_.zero ? onset_fade_ : input_fade_).start();
 }
 
 /// Another playback follows. Emitted sound remains audible to its end, including the fade of the
@@ -84,7 +83,7 @@ void ScenePlayback::end() noexcept {
 /// The signals with exchanges, the end by the timeline and the playback's present fade.
 void ScenePlayback::read_inputs(std::int64_t position, int samples) noexcept {
     const auto count = static_cast<std::size_t>(samples);
-    const std::int64_t first = position - zero_;
+    const std::int64_t first = position - start_.zero;
     if (fading_signals_ == nullptr) {
         if (SignalSet* next = next_signals_.take()) {
             fading_signals_ = std::exchange(signals_, next);
@@ -125,21 +124,24 @@ void ScenePlayback::render(std::int64_t position, std::span<float* const> sum,
     const auto count = static_cast<std::size_t>(samples);
     for (std::size_t c = 0; c < sum.size(); ++c) {
         const std::span<float> output = std::span(outputs_[c]).first(count);
-        timeline_.end(position - zero_, rate_hz_, output);
+        timeline_.end(position - start_.zero, rate_hz_, output);
         if (state_ == State::ending) output_fade_.fade_out(output);
         for (std::size_t i = 0; i < count; ++i) sum[c][i] += outputs_[c][i];
     }
     output_fade_.advance(count);
 }
 
-LiveMixer::LiveMixer(double sample_rate_hz, int block, std::size_t channels)
+LiveMixer::LiveMixer(double sample_rate_hz, int block, std::size_t channels, double begin_s,
+                     const SignalStart& before)
     : rate_hz_(sample_rate_hz),
       block_(block),
       channels_(channels),
+      before_(before),
       limiter_(sample_rate_hz, channels, block),
       output_pointers_(channels),
       interleaved_(static_cast<std::size_t>(block) * channels),
       output_ring_(static_cast<std::size_t>(kOutputRing_s * sample_rate_hz) * channels),
+      position_(std::llround(begin_s * sample_rate_hz)),
       pause_fade_(to_samples(kPauseFade_s, rate_hz_)) {}
 
 LiveMixer::~LiveMixer() {
@@ -183,7 +185,8 @@ void LiveMixer::change_playback() noexcept {
         playing_->retire();
         *std::find(ringing_.begin(), ringing_.end(), nullptr) = playing_;
     }
-    waiting_->begin(position_.load(std::memory_order_relaxed), playing_);
+    waiting_->begin(position_.load(std::memory_order_relaxed),
+                    playing_ != nullptr ? playing_->start_ : before_);
     playing_ = std::exchange(waiting_, nullptr);
 }
 
@@ -232,8 +235,6 @@ void LiveMixer::render_block(std::span<float* const> outputs, int samples) noexc
     give_back_ended();
 
     limiter_.process(outputs, samples);
-    muted_samples_.fetch_add(static_cast<std::int64_t>(limiter_.muted_samples()),
-                             std::memory_order_relaxed);
     fade_pause(outputs, samples);
     const float peak = std::max(largest(outputs, samples), peak_.load(std::memory_order_relaxed));
     peak_.store(peak, std::memory_order_relaxed);

@@ -18,6 +18,12 @@
 
 namespace aula {
 
+/// A start of the signals of a scene.
+struct SignalStart {
+    std::uint64_t number = 0;  ///< equal for playbacks that continue each other's signals
+    std::int64_t zero = 0;     ///< position of the signals' first sample
+};
+
 /// A scene as the audio thread plays it: signals through an auralizer. Its input fades in if the
 /// signals have already begun, and fades out when another playback follows; then the room rings
 /// out. The weights of both inputs add up to one: each sample of the signals is rendered once in
@@ -46,7 +52,7 @@ class ScenePlayback {
 
     enum class State { playing, ringing, ending };
 
-    void begin(std::int64_t position, const ScenePlayback* before) noexcept AULA_NONBLOCKING;
+    void begin(std::int64_t position, const SignalStart& before) noexcept AULA_NONBLOCKING;
     void retire() noexcept AULA_NONBLOCKING;
     void end() noexcept AULA_NONBLOCKING;
     bool faded_in() const noexcept AULA_NONBLOCKING { return input_fade_.done(); }
@@ -61,8 +67,7 @@ class ScenePlayback {
     std::unique_ptr<LiveAuralizer> auralizer_;
     double rate_hz_;
     Timeline timeline_;
-    std::uint64_t start_;
-    std::int64_t zero_ = 0;  ///< position of the signals' first sample
+    SignalStart start_;
     std::unique_ptr<SignalSet> first_signals_;
     SignalSet* signals_;
     SignalSet* fading_signals_ = nullptr;  ///< the signals being replaced
@@ -86,7 +91,10 @@ class ScenePlayback {
 /// limiter. Other threads read its state by atomics or a ring.
 class LiveMixer {
  public:
-    LiveMixer(double sample_rate_hz, int block, std::size_t channels);
+    /// `begin_s`: the time of the first sample. `before`: the start of the signals that have played
+    /// until then.
+    LiveMixer(double sample_rate_hz, int block, std::size_t channels, double begin_s = 0,
+              const SignalStart& before = {});
     ~LiveMixer();
 
     /// Fills the outputs, in blocks of at most the mixer's size. [audio thread, wait-free]
@@ -107,9 +115,6 @@ class LiveMixer {
     float take_peak() { return peak_.exchange(0); }
     float take_limiter_gain() { return limiter_gain_.exchange(1); }  ///< the least since
     std::size_t channels() const { return channels_; }
-
-    /// Samples of all channels that were muted because they were not finite. [any thread]
-    std::int64_t muted_samples() const { return muted_samples_.load(); }
 
     /// Fades to silence, which stops the time, and back. [any thread]
     void pause(bool paused) { paused_.store(paused); }
@@ -135,6 +140,7 @@ class LiveMixer {
     double rate_hz_;
     int block_;
     std::size_t channels_;
+    SignalStart before_;  ///< of the signals before the first playback
     Limiter limiter_;
     Mailbox<ScenePlayback> playbacks_{kMaxRinging + 2};  ///< the present and the waiting one
     ScenePlayback* playing_ = nullptr;
@@ -146,7 +152,6 @@ class LiveMixer {
     std::atomic<bool> listened_ = false;
     std::atomic<std::int64_t> lost_samples_ = 0;
     std::atomic<std::int64_t> position_ = 0;
-    std::atomic<std::int64_t> muted_samples_ = 0;
     std::atomic<float> peak_ = 0;
     std::atomic<float> limiter_gain_ = 1;
     std::atomic<bool> paused_ = false;

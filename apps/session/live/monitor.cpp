@@ -3,6 +3,7 @@
 #include <array>
 #include <chrono>
 #include <exception>
+#include <utility>
 
 namespace aula {
 
@@ -14,7 +15,9 @@ constexpr std::chrono::milliseconds kInterval{50};
 }  // namespace
 
 Monitor::Monitor(LiveMixer& mixer, double sample_rate_hz)
-    : mixer_(mixer), rate_hz_(sample_rate_hz), meter_(sample_rate_hz, mixer.channels()) {}
+    : mixer_(&mixer),
+      rate_hz_(sample_rate_hz),
+      meter_(std::in_place, sample_rate_hz, mixer.channels()) {}
 
 Monitor::~Monitor() {
     {
@@ -23,13 +26,16 @@ Monitor::~Monitor() {
     }
     stopping_.notify_all();
     if (thread_.joinable()) thread_.join();
-    mixer_.listen(false);
+    mixer_->listen(false);
     stop_recording();
 }
 
 void Monitor::start() {
     if (thread_.joinable()) return;
-    mixer_.listen(true);
+    {
+        const std::lock_guard lock(work_);
+        mixer_->listen(listens_ = true);
+    }
     thread_ = std::thread([this] { run(); });
 }
 
@@ -41,19 +47,19 @@ void Monitor::run() {
 /// Reads the output since the last call.
 void Monitor::take_in() {
     std::array<float, 4096> samples;
-    const std::size_t whole = samples.size() - samples.size() % mixer_.channels();
+    const std::size_t whole = samples.size() - samples.size() % mixer_->channels();
     for (;;) {
-        const std::size_t count = mixer_.output_ring().read(std::span(samples).first(whole));
+        const std::size_t count = mixer_->output_ring().read(std::span(samples).first(whole));
         if (count == 0) break;
         const std::span<const float> output(samples.data(), count);
         {
             const std::lock_guard lock(mutex_);
-            meter_.add(output);
+            meter_->add(output);
         }
         if (writer_) write(output);
     }
     if (!writer_) return;
-    const auto lost = static_cast<double>(mixer_.lost_samples() - lost_before_);
+    const auto lost = static_cast<double>(mixer_->lost_samples() - lost_before_);
     const std::lock_guard lock(mutex_);
     status_.lost_s = lost / rate_hz_;
 }
@@ -68,7 +74,7 @@ void Monitor::write(std::span<const float> output) {
     }
     const std::lock_guard lock(mutex_);
     if (writer_) {
-        status_.recorded_s += static_cast<double>(output.size() / mixer_.channels()) / rate_hz_;
+        status_.recorded_s += static_cast<double>(output.size() / mixer_->channels()) / rate_hz_;
         return;
     }
     status_.recording = false;
@@ -78,12 +84,12 @@ void Monitor::write(std::span<const float> output) {
 void Monitor::record(const std::filesystem::path& file) {
     stop_recording();
     start();
-    auto writer =
-        std::make_unique<WavWriter>(file, rate_hz_, mixer_.channels(), SampleFormat::float32);
     const std::lock_guard work(work_);
+    auto writer =
+        std::make_unique<WavWriter>(file, rate_hz_, mixer_->channels(), SampleFormat::float32);
     take_in();
     writer_ = std::move(writer);
-    lost_before_ = mixer_.lost_samples();
+    lost_before_ = mixer_->lost_samples();
     const std::lock_guard lock(mutex_);
     status_ = {};
     status_.recording = true;
@@ -91,9 +97,14 @@ void Monitor::record(const std::filesystem::path& file) {
 
 void Monitor::stop_recording() {
     const std::lock_guard work(work_);
+    end_recording("");
+}
+
+/// Writes what has been played, and commits the file. `error`: why the recording ends early, if it
+/// does. `work_` is locked.
+void Monitor::end_recording(std::string error) {
     take_in();
     if (!writer_) return;
-    std::string error;
     try {
         writer_->commit();
     } catch (const std::exception& thrown) {
@@ -105,9 +116,20 @@ void Monitor::stop_recording() {
     status_.error = error;
 }
 
+void Monitor::follow(LiveMixer& mixer, double sample_rate_hz) {
+    const std::lock_guard work(work_);
+    end_recording("the recording ends: the sample rate of the output device has changed");
+    mixer_->listen(false);
+    mixer_ = &mixer;
+    mixer_->listen(listens_);
+    rate_hz_ = sample_rate_hz;
+    const std::lock_guard lock(mutex_);
+    meter_.emplace(sample_rate_hz, mixer.channels());
+}
+
 MonitorStatus Monitor::status() {
     const std::lock_guard lock(mutex_);
-    status_.loudness = meter_.read();
+    status_.loudness = meter_->read();
     return status_;
 }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <thread>
@@ -25,7 +26,8 @@ struct MonitorStatus {
 };
 
 /// Reads the output of a mixer on a separate thread, from start() on: measures its loudness and, on
-/// request, records it to a file (32-bit float). The mixer must outlive it.
+/// request, records it to a file (32-bit float). The mixer must live until the end or until
+/// follow().
 class Monitor {
  public:
     Monitor(LiveMixer& mixer, double sample_rate_hz);
@@ -34,6 +36,10 @@ class Monitor {
     Monitor& operator=(const Monitor&) = delete;
 
     void start();
+
+    /// Reads another mixer, of another sample rate, from now on, and measures anew. Ends a
+    /// recording, with an error in the status. [any thread]
+    void follow(LiveMixer& mixer, double sample_rate_hz);
 
     /// Begins a recording. Throws InputError if the file cannot be written.
     void record(const std::filesystem::path& file);
@@ -48,18 +54,19 @@ class Monitor {
     void run();
     void take_in();
     void write(std::span<const float> output);
-
-    LiveMixer& mixer_;
-    double rate_hz_;
+    void end_recording(std::string error);
 
     std::mutex work_;  ///< held while reading and writing; protects the following members
+    LiveMixer* mixer_;
+    double rate_hz_;
+    bool listens_ = false;
     std::condition_variable stopping_;
     bool stop_ = false;
     std::unique_ptr<WavWriter> writer_;
     std::int64_t lost_before_ = 0;  ///< samples that the mixer had lost when the recording began
 
     std::mutex mutex_;  ///< protects the following members; locked after `work_`
-    LoudnessMeter meter_;
+    std::optional<LoudnessMeter> meter_;
     MonitorStatus status_;
 
     std::thread thread_;

@@ -88,33 +88,26 @@ MonitorStatus Player::monitor_status() { return state_->monitor->status(); }
 
 PlayStatus Player::status() {
     PlayStatus status;
-    double begin_s = 0;
     double end_s = 0;
-    double frame_period_ms = 0;
     {
         const std::lock_guard lock(state_->mutex);
-        status = state_->status;
-        const AuralizerStatus frames = state_->frames_so_far();
-        status.frames = frames.frames;
-        status.late_frames = frames.late_frames;
-        status.skipped_frames = frames.skipped_frames;
-        status.frame_ms = frames.frame_ms;
-        status.frame_mean_ms = frames.frame_mean_ms;
-        status.frame_worst_ms = frames.frame_worst_ms;
-        status.response_age_s = frames.frame_age_s;
-        frame_period_ms = frames.frame_period_ms;
+        status = state_->status_so_far();
         // Includes the number of the audible change, which is set before the change counts as
         // begun.
         const ChangePreparer::Status changes = state_->changes->status();
         status.preparing = changes.preparing;
         status.failed_changes = changes.failed;
         status.change_error = changes.error;
-        begin_s = state_->playing->zero_s;
+        const double begin_s = state_->playing->zero_s;
         end_s = begin_s + state_->playing->timeline.end_s;
+        LiveMixer& mixer = *state_->mixer;
+        status.time_s = std::min(mixer.time_s(), end_s);
+        status.scene_time_s = status.time_s - begin_s;
+        status.sample_rate_hz = state_->rate_hz;
+        status.latency = state_->latency(status.frame_period_ms);
+        status.peak = mixer.take_peak();
+        status.limiter_gain = mixer.take_limiter_gain();
     }
-    status.latency = state_->latency(frame_period_ms);
-    status.time_s = std::min(state_->mixer->time_s(), end_s);
-    status.scene_time_s = status.time_s - begin_s;
     const AudioDevice& device = *state_->device;
     status.load = device.meter().load();
     status.mean_load = device.meter().mean_load();
@@ -125,20 +118,24 @@ PlayStatus Player::status() {
     status.realtime = device.meter().realtime();
     status.device = device.state();
     status.reconnects = device.reconnects();
-    status.muted_samples = state_->mixer->muted_samples();
-    status.peak = state_->mixer->take_peak();
-    status.limiter_gain = state_->mixer->take_limiter_gain();
     status.finished = status.time_s >= end_s;
-    if (!status.finished && status.device == DeviceState::unavailable)
+    if (!status.finished && status.device == DeviceState::unavailable) {
+        const std::string problem = device.problem();
+        if (!problem.empty())
+            throw Failure("the output device is back, but cannot play: " + problem);
         throw Failure("the output device \"" + device.info().name +
                       "\" or its server went away and did not come back within " +
                       std::to_string(std::lround(AudioDevice::kReconnectTimeout_s)) + " s");
+    }
     return status;
 }
 
 const DeviceInfo& Player::device() const { return state_->device->info(); }
 
-double Player::sample_rate_hz() const { return state_->rate_hz; }
+double Player::sample_rate_hz() const {
+    const std::lock_guard lock(state_->mutex);
+    return state_->rate_hz;
+}
 
 const std::vector<std::string>& Player::warnings() const { return state_->warnings; }
 

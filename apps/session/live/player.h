@@ -22,16 +22,11 @@ namespace aula {
 
 /// A snapshot of a player.
 struct PlayStatus : ScenePlayerStatus {
-    double scene_time_s = 0;  ///< time played since the start of the scene
-    double frame_mean_ms = 0;
-    double frame_worst_ms = 0;
-    double frame_ms = 0;    ///< of the newest frame
-    FrameStatistics frame;  ///< of the newest frame
-    int full_rays = 0;      ///< rays per source without a reduction
-    double response_length_s = 0;
+    double scene_time_s = 0;            ///< time played since the start of the scene
+    FrameStatistics frame;              ///< of the newest frame
+    int full_rays = 0;                  ///< rays per source without a reduction
     double full_response_length_s = 0;  ///< without a reduction
-    double response_age_s = 0;  ///< since the newest response was passed to the audio thread
-    double load = 0;            ///< share of a block's duration that the audio thread needs
+    double load = 0;                    ///< share of a block's duration that the audio thread needs
     double mean_load = 0;
     double worst_load = 0;
     std::uint64_t rendering_underruns = 0;  ///< underruns caused by rendering that took too long
@@ -39,8 +34,7 @@ struct PlayStatus : ScenePlayerStatus {
     bool realtime = true;                   ///< the audio thread has real-time priority
     std::uint64_t reconnects = 0;           ///< number of reconnections of the device
     PoseLatency latency;
-    std::int64_t muted_samples = 0;  ///< samples of all channels that were not finite
-    float limiter_gain = 1;          ///< least gain of the limiter since the last status()
+    float limiter_gain = 1;  ///< least gain of the limiter since the last status()
     std::uint64_t failed_changes = 0;
 };
 
@@ -48,8 +42,9 @@ struct PlayStatus : ScenePlayerStatus {
 /// audio thread, and a thread that prepares changes. If frames take longer than their period, it
 /// lowers the rays (SessionOptions::rays_fall) and the length of the responses (where the scene
 /// does not set it) until they do not (LiveLoad). Sound starts in the constructor; it fades out and
-/// stops in the destructor. The pose of a path takes effect one frame after its time, a turn of the
-/// head in the next block.
+/// stops in the destructor. If the device returns from a loss with another sample rate, what plays
+/// is prepared for it as by change(). The pose of a path takes effect one frame after its time, a
+/// turn of the head in the next block.
 class Player {
  public:
     /// Keeps a copy of the scene. If the device refuses the sample rate, the device's rate is used.
@@ -105,6 +100,7 @@ class Player {
     PlayStatus status();
 
     const DeviceInfo& device() const;
+    /// The present one; see ScenePlayerStatus.
     double sample_rate_hz() const;
 
     /// Warnings about sound files and the device.

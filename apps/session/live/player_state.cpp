@@ -1,6 +1,7 @@
 #include "apps/session/live/player_state.h"
 
 #include <algorithm>
+#include <cmath>
 #include <thread>
 #include <utility>
 
@@ -22,19 +23,20 @@ Player::State::State(const Scene& scene, const SessionOptions& options) {
                            std::to_string(std::lround(rate_hz)) + " Hz, not at " +
                            std::to_string(std::lround(options.sample_rate_hz)));
     }
+    device_rate_hz = rate_hz;
     load = load_of(*playing);
     playing->apply(controls, 0, true);
     take_frame(playing->auralizer.compute_first(0));
     sounding.push_back(&playing->auralizer);
     mixer->playbacks().publish(std::move(playing->playback));
-    device->start();
     changes = std::make_unique<ChangePreparer>(
         rate_hz,
         ChangePreparer::Hooks{
             .reusable = [this] { return reusable(); },
             .apply_controls = [this](PreparedScene& next) { apply_controls(next); },
             .begin = [this](std::unique_ptr<PreparedScene> prepared,
-                            std::uint64_t number) { begin(std::move(prepared), number); }});
+                            std::uint64_t number) { return begin(std::move(prepared), number); }});
+    device->start();
     start(*playing);
 }
 
@@ -74,28 +76,57 @@ void Player::State::build(const Scene& scene, const SessionOptions& options) {
 void Player::State::open_device(const SessionOptions& options) {
     device = std::make_unique<AudioDevice>(
         options.device, rate_hz, channel_count(options.output), options.block,
-        [this](std::span<float* const> outputs, int samples) { mixer->render(outputs, samples); });
+        [this](std::span<float* const> outputs, int samples) { mixer->render(outputs, samples); },
+        [this](double device_hz) { return follow_rate(device_hz); });
+}
+
+/// Has what plays prepared for the sample rate of the device, as a change that continues it.
+/// Returns whether it is. Throws Failure if it cannot be prepared. [watching thread]
+bool Player::State::follow_rate(double device_hz) {
+    const std::lock_guard lock(mutex);
+    device_rate_hz = device_hz;
+    changes->set_sample_rate(device_hz);
+    if (rate_hz == device_hz) {
+        requested_rate_hz.reset();
+        return true;
+    }
+    if (requested_rate_hz != device_hz) {
+        requested_rate_hz = device_hz;
+        Scene scene = playing->scene;
+        if (playing->room_length_s) scene.simulation.ir_length_s.reset();
+        changes->request(std::move(scene), playing->options, false);
+        return false;
+    }
+    const ChangePreparer::Status now = changes->status();
+    if (now.preparing) return false;
+    requested_rate_hz.reset();
+    throw Failure("the scene cannot be played at " + std::to_string(std::lround(device_hz)) +
+                  " Hz: " + now.error);
 }
 
 /// Starts the frames of the playback in the mixer.
 void Player::State::start(PreparedScene& prepared) {
     prepared.auralizer.start(
-        {.played_s = [this, &prepared] { return mixer->time_s() - prepared.zero_s; },
+        {.played_s = [playing_mixer = mixer.get(),
+                      &prepared] { return playing_mixer->time_s() - prepared.zero_s; },
          .before_frame = [this, &prepared](double time_s) { before_frame(prepared, time_s); },
          .after_frame = [this, &prepared](
                             const FrameMaker& maker,
                             double spare_s) { after_frame(prepared, maker, spare_s); }});
 }
 
-/// Switches to a prepared scene: its first frame goes to the mixer with its playback. [preparing
-/// thread]
-void Player::State::begin(std::unique_ptr<PreparedScene> prepared, std::uint64_t number) {
+/// Switches to a prepared scene: its first frame goes to the mixer with its playback. False if it
+/// has a sample rate that the device no longer has. [preparing thread]
+bool Player::State::begin(std::unique_ptr<PreparedScene> prepared, std::uint64_t number) {
     PreparedScene& next = *prepared;
     const FrameMaker& maker = next.auralizer.compute_first(apply_controls(next));
     std::unique_ptr<PreparedScene> before;
+    std::unique_ptr<LiveMixer> other_rate;  ///< the mixer of another sample rate before
     {
         const std::lock_guard lock(mutex);
-        if (stop) return;
+        if (stop) return true;
+        const bool has_other_rate = next.sample_rate_hz != rate_hz;
+        if (has_other_rate && next.sample_rate_hz != device_rate_hz) return false;
         earlier = frames_so_far();
         if (next.starts_anew) {
             controls = {};
@@ -109,6 +140,7 @@ void Player::State::begin(std::unique_ptr<PreparedScene> prepared, std::uint64_t
         load = load_of(next);
         // publish() frees playbacks that circulate too long; `sounding` must not name them then.
         retire_used_playbacks();
+        if (has_other_rate) other_rate = exchange_mixer(next);
         sounding.push_back(&next.auralizer);
         mixer->playbacks().publish(std::move(next.playback));
         before = std::exchange(playing, std::move(prepared));
@@ -118,6 +150,21 @@ void Player::State::begin(std::unique_ptr<PreparedScene> prepared, std::uint64_t
     }
     before->auralizer.stop();
     start(next);
+    return true;
+}
+
+/// Replaces the mixer, which no device calls, by one of another sample rate, in which a scene goes
+/// on at the present time. Returns the mixer before it, with all playbacks before this one. The
+/// mutex is locked.
+std::unique_ptr<LiveMixer> Player::State::exchange_mixer(const PreparedScene& next) {
+    const SignalStart before{.number = playing->start,
+                             .zero = std::llround(playing->zero_s * next.sample_rate_hz)};
+    auto made = std::make_unique<LiveMixer>(next.sample_rate_hz, next.options.block,
+                                            mixer->channels(), mixer->time_s(), before);
+    rate_hz = next.sample_rate_hz;
+    sounding.clear();
+    monitor->follow(*made, rate_hz);
+    return std::exchange(mixer, std::move(made));
 }
 
 Reusable Player::State::reusable() {
@@ -163,10 +210,6 @@ void Player::State::take_frame(const FrameMaker& maker) {
     status.listener = maker.listener(0);
     status.sources = maker.source_positions();
     status.frame = maker.statistics();
-    status.rays = maker.rays();
-    status.full_rays = rays_fall(*playing) ? load->full().rays : status.rays;
-    status.response_length_s = maker.response_length_s();
-    status.full_response_length_s = load->full().length_s;
 }
 
 /// Reduces rays or response length if frames take too long, and increases them if there is room. A
@@ -253,8 +296,18 @@ AuralizerStatus Player::State::frames_so_far() const {
     all.frames += earlier.frames;
     all.late_frames += earlier.late_frames;
     all.skipped_frames += earlier.skipped_frames;
+    all.muted_samples += earlier.muted_samples;
     all.frame_mean_ms = sum_ms / static_cast<double>(all.frames);
     all.frame_worst_ms = std::max(all.frame_worst_ms, earlier.frame_worst_ms);
+    return all;
+}
+
+/// What the player knows without its device and its mixer. The mutex is locked.
+PlayStatus Player::State::status_so_far() const {
+    PlayStatus all = status;
+    static_cast<AuralizerStatus&>(all) = frames_so_far();
+    all.full_rays = rays_fall(*playing) ? load->full().rays : all.rays;
+    all.full_response_length_s = load->full().length_s;
     return all;
 }
 

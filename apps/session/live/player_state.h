@@ -25,9 +25,11 @@ struct Player::State {
     void build(const Scene& scene, const SessionOptions& options);
     void open_device(const SessionOptions& options);
     void fade_out();
+    bool follow_rate(double device_hz);
 
     void start(PreparedScene& prepared);
-    void begin(std::unique_ptr<PreparedScene> prepared, std::uint64_t number);
+    bool begin(std::unique_ptr<PreparedScene> prepared, std::uint64_t number);
+    std::unique_ptr<LiveMixer> exchange_mixer(const PreparedScene& next);
     Reusable reusable();
     double apply_controls(PreparedScene& next);
     void before_frame(PreparedScene& prepared, double time_s);
@@ -40,6 +42,7 @@ struct Player::State {
     void retire_used_playbacks();
 
     AuralizerStatus frames_so_far() const;
+    PlayStatus status_so_far() const;
     bool rays_fall(const PreparedScene& prepared) const;
     PlayControls controls_of(const PreparedScene& prepared, const LiveLoad& with) const;
     LiveLoad load_of(const PreparedScene& prepared) const;
@@ -48,19 +51,22 @@ struct Player::State {
     void take_controls(PlayControls next);
     PoseLatency latency(double frame_period_ms) const;
 
-    double rate_hz = 0;
     std::vector<std::string> warnings;
-    std::unique_ptr<LiveMixer> mixer;
     std::unique_ptr<Monitor> monitor;
     LatencyCounts compute_time;
 
     std::mutex mutex;  ///< protects the following members
+    double rate_hz = 0;
+    double device_rate_hz = 0;                ///< another one while a change to it is prepared
+    std::optional<double> requested_rate_hz;  ///< of that change
+    /// The preparing thread exchanges it, while no device calls it, and reads it without the lock.
+    std::unique_ptr<LiveMixer> mixer;
     bool stop = false;
     std::unique_ptr<PreparedScene> playing;  ///< its auralizer's thread may use it without the lock
     std::vector<LiveAuralizer*>
         sounding;  ///< auralizers of all playbacks that the mixer may render
     PlayControls controls;
-    PlayStatus status;
+    PlayStatus status;        ///< of the newest frame, and the audible change
     AuralizerStatus earlier;  ///< frames and times of earlier auralizers
     std::optional<ViewRequest> request;
     std::shared_ptr<const FrameView> view;

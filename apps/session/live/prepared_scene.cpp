@@ -58,8 +58,9 @@ Scene with_length(Scene scene, const SessionOptions& options, std::optional<doub
     return scene;
 }
 
-std::unique_ptr<ScenePlayback> make_playback(const PreparedScene& prepared, double sample_rate_hz) {
+std::unique_ptr<ScenePlayback> make_playback(const PreparedScene& prepared) {
     const SessionOptions& options = prepared.options;
+    const double sample_rate_hz = prepared.sample_rate_hz;
     auto auralizer = std::make_unique<LiveAuralizer>(
         prepared.scene, auralizer_options(prepared.scene, options, sample_rate_hz), prepared.hrtf);
     const Timeline timeline =
@@ -75,15 +76,16 @@ std::unique_ptr<ScenePlayback> make_playback(const PreparedScene& prepared, doub
 }  // namespace
 
 PreparedScene::PreparedScene(const Scene& scene_in, const SessionOptions& options_in,
-                             double sample_rate_hz, bool starts_anew_in, const Reusable& before)
-    : room_length_s(room_length_of(scene_in)),
+                             double sample_rate_hz_in, bool starts_anew_in, const Reusable& before)
+    : sample_rate_hz(sample_rate_hz_in),
+      room_length_s(room_length_of(scene_in)),
       scene(with_length(scene_in, options_in, room_length_s)),
       options(options_in),
       starts_anew(starts_anew_in),
       start(before.start + (starts_anew ? 1 : 0)),
       signals(signals_of(scene, sample_rate_hz, before)),
       hrtf(hrtf_after(options, sample_rate_hz, before)),
-      playback(make_playback(*this, sample_rate_hz)),
+      playback(make_playback(*this)),
       auralizer(playback->auralizer()),
       timeline(playback->timeline()),
       other_signals(playback->signals()),
@@ -112,6 +114,7 @@ void PreparedScene::apply(const PlayControls& controls, double time_s, bool with
 }
 
 void PreparedScene::take_signals(const PreparedScene& before) {
+    if (before.sample_rate_hz != sample_rate_hz) return;
     bool differs = false;
     for (std::size_t s = 0; s < std::min(signals.size(), before.signals.size()); ++s) {
         if (signals[s] == before.signals[s] ||

@@ -14,6 +14,7 @@ namespace aula {
 
 /// Data that take long to read and are reused by the next playback.
 struct Reusable {
+    double sample_rate_hz = 0;
     std::vector<Source> sources;
     SignalSet signals;  ///< of the sources
     SessionOptions options;
@@ -34,11 +35,15 @@ struct PreparedScene {
     /// `with_listener` includes it.
     void apply(const PlayControls& controls, double time_s, bool with_listener = false);
 
-    /// Continues the present signals of another prepared scene on equal sources.
+    /// Continues the present signals of another prepared scene on equal sources, if the sample
+    /// rates are equal.
     void take_signals(const PreparedScene& before);
 
-    Reusable reusable() const { return {scene.sources, signals, options, hrtf, start}; }
+    Reusable reusable() const {
+        return {sample_rate_hz, scene.sources, signals, options, hrtf, start};
+    }
 
+    double sample_rate_hz;
     std::optional<double> room_length_s;  ///< as long as the room sounds; empty if the scene sets
                                           ///< the length of the responses
     Scene scene;

@@ -86,7 +86,6 @@ struct OfflineRendering::State {
     Auralizer auralizer;
     Timeline timeline;
     std::int64_t samples;
-    std::int64_t muted = 0;
 };
 
 ImpulseResponseOptions response_options(const SessionOptions& options) {
@@ -105,7 +104,9 @@ OfflineRendering::~OfflineRendering() = default;
 
 std::int64_t OfflineRendering::samples() const { return state_->samples; }
 
-std::int64_t OfflineRendering::muted_samples() const { return state_->muted; }
+std::int64_t OfflineRendering::muted_samples() const {
+    return state_->auralizer.status().muted_samples;
+}
 
 float OfflineRendering::patch_size_m() const { return state_->auralizer.patch_size_m(); }
 
@@ -128,10 +129,7 @@ bool OfflineRendering::render(const Sink& sink, const Progress& progress) {
     std::vector<std::span<const float>> rendered(channels);
     for (std::int64_t first = 0; first < total; first += block) {
         s.auralizer.render(reader.read(first), output.pointers, block);
-        if (limiter) {
-            limiter->process(output.pointers, block);
-            s.muted += static_cast<std::int64_t>(limiter->muted_samples());
-        }
+        if (limiter) limiter->process(output.pointers, block);
         const std::int64_t end = std::min<std::int64_t>(block, total - first);
         const std::int64_t begin = std::min(skip, end);
         skip -= begin;

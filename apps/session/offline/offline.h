@@ -38,7 +38,7 @@ class OfflineRendering {
     /// requested a stop. Throws InputError, Failure.
     bool render(const Sink& sink, const Progress& progress = {});
 
-    /// Samples that were not finite and that the limiter muted.
+    /// See AuralizerStatus::muted_samples.
     std::int64_t muted_samples() const;
 
     /// See Propagation::patch_size_m.

@@ -45,6 +45,8 @@ void Model::update(double now_s) {
     log_.set_time(now_s);
     status_ = player_->status();
     monitor_status_ = player_->monitor_status();
+    if (status_.sample_rate_hz != signals_.sample_rate_hz())
+        signals_.set_sample_rate(status_.sample_rate_hz);
     if (opened_ && !status_.preparing) show_opened();
     if (playback_messages_.take(status_, monitor_status_, now_s, log_)) {
         requested_.reset();

@@ -5,7 +5,7 @@ namespace aula {
 bool PlaybackMessages::take(const PlayStatus& status, const MonitorStatus& monitor, double now_s,
                             MessageLog& log) {
     const bool muted = status.muted_samples > 0;
-    if (muted && !muted_) log.say("samples that are not finite are muted", true);
+    if (muted && !muted_) log.say("samples that are not finite, or beyond 1e6, are muted", true);
     muted_ = muted;
 
     if (status.underruns > underruns_) last_underrun_s_ = status.time_s;

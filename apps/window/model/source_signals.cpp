@@ -7,6 +7,11 @@ namespace aula {
 SourceSignals::SourceSignals(double sample_rate_hz, Play play)
     : rate_hz_(sample_rate_hz), play_(std::move(play)) {}
 
+void SourceSignals::set_sample_rate(double sample_rate_hz) {
+    rate_hz_ = sample_rate_hz;
+    restart(source_count());
+}
+
 void SourceSignals::play(std::size_t source, std::shared_ptr<const Signal> signal,
                          std::string name) {
     play_(source, std::move(signal));

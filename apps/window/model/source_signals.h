@@ -22,6 +22,10 @@ class SourceSignals {
 
     SourceSignals(double sample_rate_hz, Play play);
 
+    /// Continues at another sample rate, for which the player has read the signals of the scene.
+    void set_sample_rate(double sample_rate_hz);
+    double sample_rate_hz() const { return rate_hz_; }
+
     /// Begins again with other sources, which play the signals of their scene.
     void restart(std::size_t source_count) { names_.assign(source_count, ""); }
 

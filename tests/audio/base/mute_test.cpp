@@ -30,6 +30,19 @@ TEST_CASE("Muting replaces each sample beyond the largest magnitude by zero and 
     CHECK(mute_beyond(1, samples) == 0);
 }
 
+TEST_CASE("Samples are within a magnitude if none of them would be muted") {
+    const std::vector<float> samples{0.0F, -1.0F, 1.0F, 0.5F};
+    CHECK(all_within(1, samples));
+    CHECK(all_within(1, {}));
+    for (const float bad : {std::nextafter(1.0F, 2.0F), -Limits::infinity(), Limits::quiet_NaN()}) {
+        for (std::size_t at = 0; at < samples.size(); ++at) {
+            std::vector<float> changed = samples;
+            changed[at] = bad;
+            CHECK_FALSE(all_within(1, changed));
+        }
+    }
+}
+
 TEST_CASE("With the largest float only samples that are not finite are muted") {
     std::vector<float> samples{Limits::max(), -Limits::max(), Limits::infinity(),
                                -Limits::quiet_NaN()};

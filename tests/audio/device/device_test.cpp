@@ -175,6 +175,64 @@ TEST_CASE("A device is lost when its server dies, and plays again when the serve
     CHECK(device.state() == DeviceState::unavailable);
 }
 
+TEST_CASE("A device that returns at another sample rate plays once its samples are prepared") {
+    auto server = std::make_unique<JackServer>(kBlock);
+    if (!server->running()) {
+        WARN("skipped: no JACK server can run here");
+        return;
+    }
+    std::atomic<int> asked = 0;  // at the other rate
+    std::atomic<int> calls = 0;
+    AudioDevice device(
+        "", kRate_hz, 2, kBlock,
+        [&, tone = Tone()](std::span<float* const> outputs, int samples) mutable {
+            tone(outputs, samples);
+            ++calls;
+        },
+        [&](double rate_hz) {
+            if (rate_hz != 44100) throw Failure("another rate");
+            return ++asked > 2;
+        });
+    device.start();
+    REQUIRE(eventually([&] { return calls > 10; }));
+    server.reset();
+    REQUIRE(eventually([&] { return device.state() == DeviceState::lost; }));
+    server = std::make_unique<JackServer>(kBlock, 2, 44100);
+    REQUIRE(server->running());
+    calls = 0;
+    CHECK(eventually([&] { return device.state() == DeviceState::playing; }));
+    // Until then the function has returned false twice; a device that is open asks once more.
+    CHECK(asked.load() == 4);
+    CHECK(eventually([&] { return calls > 100; }));
+    CHECK(device.problem().empty());
+
+    // A rate for which there are no samples: the device stays lost, and says why.
+    server.reset();
+    REQUIRE(eventually([&] { return device.state() == DeviceState::lost; }));
+    server = std::make_unique<JackServer>(kBlock, 2, 32000);
+    REQUIRE(server->running());
+    CHECK(eventually([&] { return device.problem() == "another rate"; }));
+    CHECK(device.state() == DeviceState::lost);
+}
+
+TEST_CASE("A device without samples of another rate stays lost, and says why") {
+    auto server = std::make_unique<JackServer>(kBlock);
+    if (!server->running()) {
+        WARN("skipped: no JACK server can run here");
+        return;
+    }
+    AudioDevice device("", kRate_hz, 2, kBlock, Tone());
+    device.start();
+    server.reset();
+    REQUIRE(eventually([&] { return device.state() == DeviceState::lost; }));
+    server = std::make_unique<JackServer>(kBlock, 2, 44100);
+    REQUIRE(server->running());
+    CHECK(eventually([&] {
+        return device.problem().find("plays at 44100 Hz, not at 48000 Hz") != std::string::npos;
+    }));
+    CHECK(device.state() == DeviceState::lost);
+}
+
 TEST_CASE("Sound starts without a fade, and fades in after a reconnection") {
     constexpr float kLevel = 0.5F;
     auto server = std::make_unique<JackServer>(kBlock);

@@ -321,9 +321,12 @@ TEST_CASE("Samples too large to be filtered are read as silence with a warning")
     const TemporaryFolder folder;
     std::vector<float> samples(1000, 0.25F);
     samples[500] = 3e38F;
+    samples[600] = 1.1e6F;
     write_wav(folder / "a.wav", 44100, 1, samples);
     const SoundClip clip = read_sound(folder / "a.wav", 48000);
-    CHECK(clip.warnings.size() == 1);
+    REQUIRE(clip.warnings.size() == 1);
+    CHECK(clip.warnings[0].ends_with(
+        ": 2 samples that are not finite, or beyond 1e6, taken as silence"));
     for (const float x : clip.samples) CHECK(std::abs(x) < 1);
 }
 

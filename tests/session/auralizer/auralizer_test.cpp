@@ -121,6 +121,50 @@ TEST_CASE("A room without sources is silent, and 64 sources are audible") {
     CHECK(auralizer.sources().size() == 32);
 }
 
+TEST_CASE("Input samples that are not finite, or beyond 1e6, are silence and counted") {
+    const RenderClock clock = GENERATE(RenderClock::exact, RenderClock::real_time);
+    Scene scene = room_with_panel();
+    scene.simulation.rays = 20;
+    Auralizer auralizer(scene, mono(clock));
+    const SourceId source = auralizer.add_source({.position = {1, 1, 1}}, 0);
+    std::vector<float> input(9600);
+    for (std::size_t n = 0; n < input.size(); ++n) input[n] = noise_at(static_cast<int>(n));
+    // Among them one in the fade-out of the source.
+    const std::vector<std::pair<std::size_t, float>> bad{
+        {10, 1e38F}, {11, -2e6F}, {300, std::nanf("")}, {9400, -INFINITY}};
+    for (const auto& [at, value] : bad) input[at] = value;
+    std::vector<float> output(input.size());
+    const auto render = [&](std::size_t first, std::size_t samples) {
+        const SourceSignal signal{source, input.data() + first};
+        float* const outputs[] = {output.data() + first};
+        auralizer.render({&signal, 1}, outputs, static_cast<int>(samples));
+    };
+    if (clock == RenderClock::real_time)
+        REQUIRE(eventually([&] { return auralizer.status().frames > 1; }));
+    render(0, 9200);
+    auralizer.remove_source(source);
+    render(9200, 400);
+    for (const float x : output) REQUIRE(std::abs(x) < 100);
+    CHECK(std::any_of(output.begin(), output.end(), [](float x) { return x != 0; }));
+    CHECK(auralizer.status().muted_samples == static_cast<std::int64_t>(bad.size()));
+}
+
+TEST_CASE("Sound beyond 1e6 is silence and counted, and after a lower gain there is sound again") {
+    Scene scene = room_with_panel();
+    scene.simulation.rays = 20;
+    Auralizer auralizer(scene, mono());
+    const SourceId source = auralizer.add_source({.position = {1, 1, 1}, .gain_db = 200}, 0);
+    const auto loud = rendered(auralizer, 4800, {256}, noise_at);
+    for (const float x : loud) REQUIRE(std::abs(x) <= 1e6F);
+    CHECK(auralizer.status().muted_samples > 2400);
+    auralizer.set_gain(source, 0);
+    rendered(auralizer, 24000, {256}, noise_at);
+    const std::int64_t muted = auralizer.status().muted_samples;
+    const auto after = rendered(auralizer, 4800, {256}, noise_at);
+    CHECK(auralizer.status().muted_samples == muted);
+    CHECK(std::any_of(after.begin(), after.end(), [](float x) { return std::abs(x) > 0.001F; }));
+}
+
 TEST_CASE("The output for an impulse is the impulse response of the source") {
     Scene scene = room_with_panel();
     const OutputFormat output =

@@ -2,7 +2,10 @@
 
 #include <catch2/catch.hpp>
 #include <functional>
+#include <memory>
 #include <mutex>
+#include <utility>
+#include <vector>
 
 #include "aula/exception.h"
 #include "tests/support/test_scenes.h"
@@ -25,6 +28,7 @@ class Preparation {
                                    std::unique_ptr<PreparedScene> prepared, std::uint64_t number) {
                                    begin(*this, number);
                                    if (number == 2) second_anew_ = prepared->starts_anew;
+                                   return true;
                                }}) {
         options_.output = OutputFormat::mono;
         scene_.simulation.ir_length_s = 0.1F;
@@ -67,4 +71,36 @@ TEST_CASE("A change continues a new scene that has begun, and begins one that fa
     CHECK(failed.second_anew() == true);
     CHECK(failed.changes().status().failed == 1);
     CHECK(failed.changes().status().error.empty());
+}
+
+TEST_CASE("A change that has to be prepared for another rate is, unless a newer one is requested") {
+    for (const bool has_newer : {false, true}) {
+        Scene scene = test::free_field({1, 0, 0});
+        scene.simulation.ir_length_s = 0.1F;
+        SessionOptions options;
+        options.output = OutputFormat::mono;
+        std::vector<std::pair<std::uint64_t, double>> begun;  // number, rate
+        std::unique_ptr<ChangePreparer> changes;
+        std::mutex constructed;
+        std::unique_lock lock(constructed);
+        const auto begin = [&](std::unique_ptr<PreparedScene> prepared, std::uint64_t number) {
+            const std::lock_guard wait(constructed);
+            begun.emplace_back(number, prepared->sample_rate_hz);
+            if (prepared->sample_rate_hz == 44100) return true;
+            changes->set_sample_rate(44100);
+            if (has_newer) changes->request(scene, options, false);
+            return false;
+        };
+        changes = std::make_unique<ChangePreparer>(
+            48000, ChangePreparer::Hooks{.reusable = [] { return Reusable{}; },
+                                         .apply_controls = [](PreparedScene&) {},
+                                         .begin = begin});
+        changes->request(scene, options, false);
+        lock.unlock();
+        REQUIRE(test::eventually([&] { return !changes->status().preparing; }));
+        changes->stop();
+        CHECK(begun == std::vector<std::pair<std::uint64_t, double>>{{1, 48000},
+                                                                     {has_newer ? 2 : 1, 44100}});
+        CHECK(changes->status().failed == 0);
+    }
 }

@@ -57,3 +57,28 @@ TEST_CASE("Recorded and lost samples of a recording sum to all output samples") 
     const MonitorStatus status = monitor.status();
     CHECK(status.recorded_s + status.lost_s == Approx(kBlocks * kTakeBlock / kRate_hz));
 }
+
+TEST_CASE("A recording ends with an error when the monitor follows a mixer of another rate") {
+    const TemporaryFolder folder;
+    const auto file = folder.path() / "heard.wav";
+    LiveMixer mixer(kRate_hz, kTakeBlock, 1);
+    LiveMixer other(44100, kTakeBlock, 1);
+    Monitor monitor(mixer, kRate_hz);
+    take(mixer, 20, [&](int block) {
+        if (block == 0) monitor.record(file);
+    });
+    monitor.follow(other, 44100);
+    CHECK_FALSE(monitor.status().recording);
+    CHECK(monitor.status().error.find("sample rate") != std::string::npos);
+    CHECK(sound_info(file).samples == 20 * kTakeBlock);
+    CHECK(sound_info(file).sample_rate_hz == kRate_hz);
+    // The next one has the new rate.
+    const auto next = folder.path() / "next.wav";
+    take(other, 10, [&](int block) {
+        if (block == 0) monitor.record(next);
+    });
+    monitor.stop_recording();
+    CHECK(monitor.status().error.empty());
+    CHECK(sound_info(next).samples == 10 * kTakeBlock);
+    CHECK(sound_info(next).sample_rate_hz == 44100);
+}

@@ -218,6 +218,74 @@ TEST_CASE(
     CHECK(player.status().change_error.empty());
 }
 
+TEST_CASE("A player goes on at the rate with which its device returns") {
+    auto server = std::make_unique<JackServer>(256);
+    if (!server->running()) {
+        WARN("skipped: no JACK server can run here");
+        return;
+    }
+    const TemporaryFolder folder;
+    const auto sound = folder.path() / "tone.wav";
+    {
+        std::vector<float> tone(48000);  // 1 kHz
+        for (std::size_t i = 0; i < tone.size(); ++i)
+            tone[i] = static_cast<float>(
+                0.1 * std::sin(2 * std::numbers::pi * static_cast<double>(i) / 48));
+        WavWriter writer(sound, 48000, 1, SampleFormat::float32);
+        writer.write(tone);
+        writer.commit();
+    }
+    Scene scene = free_field({1, 0, 0});
+    scene.sources[0].signal = Source::Signal::file;
+    scene.sources[0].signal_file = sound;
+    scene.sources[0].loop = true;
+    SessionOptions options;
+    options.output = OutputFormat::mono;
+    options.duration_s = 1000;
+    Player player(scene, options);
+    REQUIRE(eventually([&] { return player.status().time_s > 0.5; }));
+    CHECK(player.status().sample_rate_hz == 48000);
+    const auto before = folder.path() / "before.wav";
+    player.record(before);
+    REQUIRE(eventually([&] { return player.monitor_status().recorded_s > 0.2; }));
+    server.reset();
+    REQUIRE(eventually([&] { return player.status().device == DeviceState::lost; }));
+    const double lost_s = player.status().time_s;
+    const auto frames = player.status().frames;
+    server = std::make_unique<JackServer>(512, 2, 44100);
+    REQUIRE(server->running());
+    REQUIRE(eventually([&] {
+        const PlayStatus status = player.status();
+        return status.device == DeviceState::playing && status.time_s > lost_s + 0.2;
+    }));
+    CHECK(player.status().sample_rate_hz == 44100);
+    CHECK(player.sample_rate_hz() == 44100);
+    CHECK(player.status().reconnects == 1);
+    CHECK(player.status().frames > frames);
+    CHECK_FALSE(player.monitor_status().recording);
+    CHECK_FALSE(player.monitor_status().error.empty());
+    CHECK(sound_info(before).sample_rate_hz == 48000);
+
+    const auto after = folder.path() / "after.wav";
+    player.record(after);
+    REQUIRE(eventually([&] { return player.monitor_status().recorded_s > 0.5; }));
+    player.stop_recording();
+    CHECK(sound_info(after).sample_rate_hz == 44100);
+    const std::vector<float> heard = read_sound(after, 44100).samples;
+    std::size_t periods = 0;
+    for (std::size_t i = 1; i < heard.size(); ++i)
+        if (heard[i - 1] < 0 && heard[i] >= 0) ++periods;
+    // A tone of 1 kHz still: 48000 samples played at 44.1 kHz would have 919 Hz. One more or less
+    // of 500 periods.
+    CHECK(static_cast<double>(periods) / (static_cast<double>(heard.size()) / 44100) ==
+          Approx(1000).epsilon(0.005));
+    // Changes and the server's next loss are made at the new rate.
+    const auto change = player.change(scene, options);
+    CHECK(eventually([&] { return player.status().audible_change == change; }));
+    CHECK(player.status().sample_rate_hz == 44100);
+    CHECK(player.status().change_error.empty());
+}
+
 TEST_CASE("A player does not reduce given rays and a given response length") {
     Scene scene = small_room();
     scene.simulation.rays = 3000;

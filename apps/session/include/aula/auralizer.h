@@ -58,8 +58,12 @@ struct AuralizerOptions {
     bool half_precision_tail = false;  ///< late reverberation in half the memory, error -74 dB
     std::size_t listeners = 1;         ///< number of listeners, at least 1; indices from 0
     /// Largest number of sources that are present at the same time; at least that of the scene is
-    /// used. The memory of the renderer grows with it.
+    /// used.
     std::size_t max_sources = 16;
+    /// Bytes that the renderers may take when they are constructed: some MB for each of max_sources
+    /// at each listener. More is an InputError that has their number. The filters of the sources
+    /// that are present come in addition. 4 GiB, half of the memory of an ordinary machine.
+    std::uint64_t max_memory_bytes = std::uint64_t{1} << 32;
     /// Called on the propagation thread before each frame, with the object and the frame's time in
     /// s. Poses that are set in the call, orientations of heads included, belong to that frame.
     /// Empty: no call.
@@ -109,6 +113,8 @@ struct AuralizerStatus {
     int rays = 0;                      ///< rays per source in the newest frame
     double response_length_s = 0;      ///< as Auralizer::response_length_s()
     std::size_t memory_bytes = 0;      ///< memory of the propagation's caches
+    /// Samples of inputs and outputs that were not finite or beyond 1e6; they are silence.
+    std::int64_t muted_samples = 0;
 };
 
 /// Renders what listeners hear in a room, block by block, without device and files. It computes the
@@ -215,7 +221,9 @@ class Auralizer {
     void resume();
 
     /// Renders any number of samples. A source without a signal is silent. Of several signals of
-    /// one source the first counts. Signals of absent sources are ignored.
+    /// one source the first counts. Signals of absent sources are ignored. Samples of inputs and
+    /// outputs that are not finite, or beyond 1e6 in magnitude, are silence
+    /// (AuralizerStatus::muted_samples).
     ///
     /// Overwrites `outputs`, output_channels() pointers to `samples` samples each: all channels of
     /// listener 0, then those of listener 1, and so on. Outputs lag the inputs by

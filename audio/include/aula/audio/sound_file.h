@@ -20,7 +20,7 @@ struct SoundClip {
 /// Reads a WAV (also RF64, W64), AIFF, AU, CAF, FLAC, Ogg, MP3 or NIST SPHERE file, mixes it down
 /// to mono (the mean of its channels) and resamples it to `sample_rate_hz`. A child process decodes
 /// the file. A file that is cut off is read to its end, with a warning. Samples that are not finite
-/// or exceed 2^31 in magnitude become 0, with a warning. Throws InputError if the file cannot be
+/// or exceed 1e6 in magnitude become 0, with a warning. Throws InputError if the file cannot be
 /// read or is of another format, and for sample rates outside 1 to 768 kHz, more than 64 channels,
 /// no sample, or more than 2^28 samples before or after resampling; Failure if the child process
 /// cannot be started.

@@ -57,6 +57,12 @@ std::vector<DeviceInfo> list_output_devices();
 /// denormals flushed and must not allocate, lock or wait.
 using AudioCallback = std::function<void(std::span<float* const> outputs, int samples)>;
 
+/// A function that a lost device calls before it plays again, with its sample rate, which may be
+/// another one. It returns true if the next call of the AudioCallback gives samples of that rate,
+/// and false while they are being prepared: it is then called again later. It throws if there can
+/// be none. After it has returned false the AudioCallback is not called before it returns true.
+using RateCallback = std::function<bool(double sample_rate_hz)>;
+
 /// State of an audio device.
 enum class DeviceState {
     playing,     ///< also before start()
@@ -65,7 +71,8 @@ enum class DeviceState {
 };
 
 /// An output device that requests samples by a callback. A lost device is reopened: an attempt is
-/// made every second for kReconnectTimeout_s. After a reconnection the signal fades in.
+/// made every second for kReconnectTimeout_s, to which the time is added for which a RateCallback
+/// returns false. After a reconnection the signal fades in.
 class AudioDevice {
  public:
     /// Time for which attempts are made to reopen a lost device.
@@ -96,13 +103,16 @@ class AudioDevice {
     /// Ends the callbacks; none runs after it returns. The device cannot be started again.
     void stop();
 
-    /// The selected device. Its latency is measured by start().
+    /// The selected device, as it was when it was opened. Its latency is measured by start().
     const DeviceInfo& info() const;
 
     /// Whether the device plays, is lost or is unavailable. [any thread]
     DeviceState state() const;
     /// True if the state is DeviceState::playing. [any thread]
     bool active() const { return state() == DeviceState::playing; }
+    /// Why a device that is lost or unavailable, but has been found again, could not be reopened;
+    /// empty otherwise. [any thread]
+    std::string problem() const;
     /// Number of reconnections after losses. [any thread]
     std::uint64_t reconnects() const;
 

@@ -47,8 +47,8 @@ class OutputMeter {
     void count_call(double wall_s, double cpu_s, int samples) noexcept AULA_NONBLOCKING;
 
     /// To be called before another thread calls begin(), whose first call then requests real-time
-    /// priority.
-    void restart() { known_thread_ = false; }
+    /// priority, for an output of that sample rate.
+    void restart(double sample_rate_hz);
 
     /// Number of gaps of all causes.
     std::uint64_t underruns() const { return rendering_underruns_ + other_underruns_; }
@@ -96,6 +96,7 @@ class OutputMeter {
     std::atomic<double> worst_load_{0};
     std::atomic<double> busy_s_{0};
     std::atomic<std::int64_t> samples_{0};
+    std::atomic<double> sound_s_{0};  ///< duration of these samples
     std::atomic<Clock::rep> last_call_{0};
 };
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "aula/audio/output_format.h"
+#include "aula/auralizer.h"
 #include "aula/devices/device.h"
 #include "aula/engine/scene.h"
 
@@ -27,28 +28,27 @@ struct ScenePlayerOptions {
     bool reduces_rays = true;
 };
 
-/// The state of a ScenePlayer.
-struct ScenePlayerStatus {
+/// The state of a ScenePlayer. Of the members of AuralizerStatus, the numbers and times of frames
+/// and the muted samples are those of all scenes so far, the others those of the present scene.
+struct ScenePlayerStatus : AuralizerStatus {
     double time_s = 0;                          ///< sound played so far
     bool finished = false;                      ///< true if the scene has been played to its end
     Pose listener;                              ///< pose in the newest frame
     std::vector<Vec3> sources;                  ///< positions in the newest frame
-    std::uint64_t frames = 0;                   ///< propagation frames computed
-    std::uint64_t late_frames = 0;              ///< frames that took longer than their period
-    std::uint64_t skipped_frames = 0;           ///< frame times skipped because of late frames
-    int rays = 0;                               ///< rays per source in the newest frame
     float peak = 0;                             ///< largest sample since the last status()
     DeviceState device = DeviceState::playing;  ///< state of the output device
-    std::uint64_t underruns = 0;                ///< gaps in the output
-    bool preparing = false;                     ///< true while a change is being prepared
+    double sample_rate_hz = 0;  ///< of the output; a device may return from a loss with another one
+    std::uint64_t underruns = 0;       ///< gaps in the output
+    bool preparing = false;            ///< true while a change is being prepared
     std::uint64_t audible_change = 0;  ///< number of the audible change; 0 before the first
-    std::string change_error;        ///< error of the last change; empty if it succeeded
+    std::string change_error;          ///< error of the last change; empty if it succeeded
 };
 
 /// Plays a scene with the signals of its sources on an output device, in the background. Sources,
 /// objects and the listener follow their paths. Sound starts in the constructor; it fades out and
-/// stops in the destructor. If the device is lost, it is reopened when it is available again. All
-/// functions but the constructor and the destructor may be called on any thread.
+/// stops in the destructor. If the device is lost, it is reopened when it is available again, also
+/// with another sample rate. All functions but the constructor and the destructor may be called on
+/// any thread.
 class ScenePlayer {
  public:
     /// Keeps a copy of the scene. Throws InputError for wrong scenes, signals and options, Failure

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "audio/render/renderer.h"
+
+namespace aula {
+
+/// An estimate of the memory that the constructor of a Renderer allocates, for each of so many
+/// listeners. The largest number if it exceeds that. `hrtf` may be null unless the output is
+/// binaural.
+std::uint64_t renderer_bytes(const RendererConfig& config, const Hrtf* hrtf,
+                             std::size_t listeners = 1);
+
+}  // namespace aula
