@@ -53,8 +53,8 @@ struct AuralizerOptions {
     /// Exact clock only: renders sample by sample without latency, at several times the cost.
     bool sample_by_sample = false;
     OutputFormat output = OutputFormat::binaural;  ///< of each listener
-    int ambisonic_order = 1;     ///< of the reverberation in binaural output, 1 to 3
-    std::filesystem::path hrtf;  ///< SOFA file for binaural output; empty: MIT KEMAR
+    int ambisonic_order = 1;           ///< of the reverberation in binaural output, 1 to 3
+    std::filesystem::path hrtf;        ///< SOFA file for binaural output; empty: MIT KEMAR
     bool half_precision_tail = false;  ///< late reverberation in half the memory, error -74 dB
     std::size_t listeners = 1;         ///< number of listeners, at least 1; indices from 0
     /// Largest number of sources that are present at the same time; at least that of the scene is
